@@ -1,0 +1,3 @@
+//! Native code for the PLC programs of machine tools.
+
+fn main() {}

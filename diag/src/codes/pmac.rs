@@ -1,0 +1,6 @@
+//! The codes of PMAC.
+
+use crate::CodeInfo;
+
+/// Every code of PMAC, in order.
+pub static CODES: &[CodeInfo] = &[];

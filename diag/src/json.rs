@@ -1,0 +1,74 @@
+//! Diagnostics as JSON, one object a line.
+
+use serde::Serialize;
+
+use crate::{Diagnostic, SourceMap};
+
+#[derive(Serialize)]
+struct Include<'a> {
+    file: &'a str,
+    line: u32,
+}
+
+#[derive(Serialize)]
+struct Line<'a> {
+    code: &'a str,
+    severity: &'a str,
+    message: &'a str,
+    file: &'a str,
+    line: u32,
+    column: u32,
+    end_line: u32,
+    end_column: u32,
+    notes: Vec<&'a str>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    included_from: Vec<Include<'a>>,
+}
+
+/// One diagnostic as a line of JSON without its line end. The help, where there is one, is the
+/// last of the notes; the innermost include stands first.
+pub fn line(map: &SourceMap, diagnostic: &Diagnostic) -> String {
+    let span = diagnostic.span;
+    let (line, column) = map.line_col(span.file, span.start);
+    let (end_line, end_column) = map.line_col(span.file, span.end);
+    let mut included_from = Vec::new();
+    let mut file = span.file;
+    while let Some(at) = map.included_from(file) {
+        included_from
+            .push(Include { file: map.path(at.file), line: map.line_col(at.file, at.start).0 });
+        file = at.file;
+    }
+    let labels = diagnostic.labels.iter().map(|l| l.text.as_str());
+    let notes = labels.chain(diagnostic.notes.iter().map(String::as_str));
+    let line = Line {
+        code: diagnostic.code,
+        severity: diagnostic.severity.name(),
+        message: &diagnostic.message,
+        file: map.path(span.file),
+        line,
+        column,
+        end_line,
+        end_column,
+        notes: notes.chain(diagnostic.help.as_deref()).collect(),
+        included_from,
+    };
+    serde_json::to_string(&line).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Diagnostic, SourceMap, Span};
+
+    #[test]
+    fn a_line_has_the_keys_that_scripts_rely_on() {
+        let mut map = SourceMap::new();
+        let main = map.add("m.pmi", b"$INCLUDE X\n");
+        let inner = map.add_included("x.pmi", b"\nA = B\n", Span::new(main, 0, 10));
+        let diagnostic = Diagnostic::error("PMI-31", Span::new(inner, 5, 6), "nothing is named B")
+            .help("declare B");
+        assert_eq!(
+            super::line(&map, &diagnostic),
+            r#"{"code":"PMI-31","severity":"error","message":"nothing is named B","file":"x.pmi","line":2,"column":5,"end_line":2,"end_column":6,"notes":["declare B"],"included_from":[{"file":"m.pmi","line":1}]}"#
+        );
+    }
+}

@@ -1,0 +1,166 @@
+//! Diagnostics drawn for people, by ariadne.
+
+use std::ops::Range;
+
+use ariadne::{CharSet, Color, Config, IndexType, Label, Report, ReportKind, Source};
+
+use crate::{Diagnostic, FileId, Severity, SourceMap};
+
+/// Draws one diagnostic. `color` should be on for terminals only.
+///
+/// Of a long source only the lines around the places are handed to the drawing library, so that
+/// the cost of an excerpt does not grow with the file.
+pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
+    let kind = match diagnostic.severity {
+        Severity::Error => ReportKind::Error,
+        Severity::Warning => ReportKind::Warning,
+        Severity::Note => ReportKind::Custom("Note", Color::Cyan),
+    };
+    let config = Config::default()
+        .with_color(color)
+        .with_char_set(CharSet::Unicode)
+        .with_index_type(IndexType::Byte);
+    let excerpts = Excerpts::new(map, diagnostic);
+    let main = excerpts.place(diagnostic.span.file, diagnostic.span.range());
+    let tint = match diagnostic.severity {
+        Severity::Error => Color::Red,
+        Severity::Warning => Color::Yellow,
+        Severity::Note => Color::Cyan,
+    };
+    let mut report = Report::build(kind, main.clone())
+        .with_config(config)
+        .with_code(diagnostic.code)
+        .with_message(&diagnostic.message)
+        .with_label(Label::new(main).with_message("here").with_color(tint));
+    for label in &diagnostic.labels {
+        let place = excerpts.place(label.span.file, label.span.range());
+        report = report.with_label(Label::new(place).with_message(&label.text));
+    }
+    let mut file = diagnostic.span.file;
+    while let Some(at) = map.included_from(file) {
+        let line = map.line_col(at.file, at.start).0;
+        report = report.with_note(format!("included from {}:{line}", map.path(at.file)));
+        file = at.file;
+    }
+    for note in &diagnostic.notes {
+        report = report.with_note(note);
+    }
+    if let Some(help) = &diagnostic.help {
+        report = report.with_help(help);
+    }
+    let mut out = Vec::new();
+    // Writing to memory does not fail.
+    let _ = report.finish().write(excerpts, &mut out);
+    String::from_utf8_lossy(&out).into_owned()
+}
+
+/// How far an excerpt reaches around what it shows.
+const LINE_CUT: usize = 240;
+
+type Place = (FileId, Range<usize>);
+
+/// The excerpt of one file: some whole lines, or a piece of a very long one.
+struct Excerpt {
+    id: FileId,
+    name: String,
+    start: usize,
+    source: Source<String>,
+}
+
+struct Excerpts {
+    files: Vec<Excerpt>,
+}
+
+impl Excerpts {
+    fn new(map: &SourceMap, diagnostic: &Diagnostic) -> Self {
+        let mut files: Vec<Excerpt> = Vec::new();
+        let spans =
+            std::iter::once(diagnostic.span).chain(diagnostic.labels.iter().map(|l| l.span));
+        let mut ids: Vec<FileId> = spans.clone().map(|s| s.file).collect();
+        ids.sort();
+        ids.dedup();
+        for id in ids {
+            let here = spans.clone().filter(|s| s.file == id);
+            let start = here.clone().map(|s| s.start as usize).min().unwrap_or(0);
+            let end = here.map(|s| s.end as usize).max().unwrap_or(0);
+            let text = map.text(id);
+            let start = cut_before(text, start.min(text.len()));
+            let end = cut_behind(text, end.clamp(start, text.len()));
+            let (line, column) = map.line_col(id, start as u32);
+            let piece = text.get(start..end).unwrap_or("").replace('\t', " ");
+            let source = Source::from(piece).with_display_line_offset(line as usize - 1);
+            let mut name = map.path(id).to_owned();
+            if column > 1 {
+                name.push_str(&format!(" (from column {column})"));
+            }
+            files.push(Excerpt { id, name, start, source });
+        }
+        Self { files }
+    }
+
+    fn place(&self, id: FileId, range: Range<usize>) -> Place {
+        let base = self.files.iter().find(|f| f.id == id).map_or(0, |f| f.start);
+        let start = range.start.saturating_sub(base);
+        (id, start..range.end.saturating_sub(base).max(start))
+    }
+}
+
+/// The start of the line before `at`'s, but no further than [`LINE_CUT`] bytes back.
+fn cut_before(text: &str, at: usize) -> usize {
+    let mut limit = at.saturating_sub(LINE_CUT);
+    while !text.is_char_boundary(limit) {
+        limit += 1;
+    }
+    let piece = text.get(limit..at).unwrap_or("");
+    match piece.rfind(['\n', '\r']) {
+        Some(line) => limit + line + 1,
+        None => limit,
+    }
+}
+
+fn cut_behind(text: &str, at: usize) -> usize {
+    let mut limit = (at + LINE_CUT).min(text.len());
+    while !text.is_char_boundary(limit) {
+        limit -= 1;
+    }
+    let piece = text.get(at..limit).unwrap_or("");
+    piece.find(['\n', '\r']).map_or(limit, |line| at + line)
+}
+
+impl ariadne::Cache<FileId> for Excerpts {
+    type Storage = String;
+
+    fn fetch(&mut self, id: &FileId) -> Result<&Source<String>, impl std::fmt::Debug> {
+        self.files.iter().find(|f| f.id == *id).map(|f| &f.source).ok_or("no such file")
+    }
+
+    fn display<'a>(&self, id: &'a FileId) -> Option<impl std::fmt::Display + 'a> {
+        self.files.iter().find(|f| f.id == *id).map(|f| f.name.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Diagnostic, SourceMap, Span};
+
+    #[test]
+    fn an_excerpt_shows_line_place_and_help() {
+        let mut map = SourceMap::new();
+        let id = map.add("m.pmi", b"A = 1\nB = C\n");
+        let diagnostic = Diagnostic::error("PMI-31", Span::new(id, 10, 11), "nothing is named C")
+            .help("declare it");
+        let drawn = super::draw(&map, &diagnostic, false);
+        for part in ["[PMI-31]", "nothing is named C", "m.pmi:2:5", "B = C", "declare it"] {
+            assert!(drawn.contains(part), "{part} is missing in\n{drawn}");
+        }
+    }
+
+    #[test]
+    fn a_line_of_a_mebibyte_is_cut() {
+        let mut map = SourceMap::new();
+        let text = vec![b'A'; 1 << 20];
+        let id = map.add("m.pmi", &text);
+        let diagnostic = Diagnostic::error("PMI-5", Span::new(id, 500_000, 500_001), "no");
+        assert!(super::draw(&map, &diagnostic, false).len() < 4096);
+    }
+}

@@ -1,0 +1,136 @@
+//! The sources of one compilation.
+
+use crate::{FileId, Span, decode::decode};
+
+struct SourceFile {
+    path: String,
+    text: String,
+    /// Offset of each line's first byte; CR, LF and CR LF each end a line.
+    lines: Vec<u32>,
+    included_from: Option<Span>,
+}
+
+/// Every file of a compilation with its decoded text.
+#[derive(Default)]
+pub struct SourceMap {
+    files: Vec<SourceFile>,
+}
+
+impl SourceMap {
+    /// An empty map.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a file named on the command line. `path` is kept as the user wrote it.
+    pub fn add(&mut self, path: impl Into<String>, bytes: &[u8]) -> FileId {
+        self.push(path.into(), bytes, None)
+    }
+
+    /// Adds a file that the statement at `at` includes.
+    pub fn add_included(&mut self, path: impl Into<String>, bytes: &[u8], at: Span) -> FileId {
+        self.push(path.into(), bytes, Some(at))
+    }
+
+    fn push(&mut self, path: String, bytes: &[u8], included_from: Option<Span>) -> FileId {
+        let text = decode(bytes);
+        let lines = line_starts(&text);
+        let id = FileId(self.files.len() as u32);
+        self.files.push(SourceFile { path, text, lines, included_from });
+        id
+    }
+
+    fn file(&self, id: FileId) -> Option<&SourceFile> {
+        self.files.get(id.0 as usize)
+    }
+
+    /// The number of files.
+    pub fn len(&self) -> usize {
+        self.files.len()
+    }
+
+    /// Whether no file has been added.
+    pub fn is_empty(&self) -> bool {
+        self.files.is_empty()
+    }
+
+    /// A file's decoded text; empty for a file that is not of this map.
+    pub fn text(&self, id: FileId) -> &str {
+        self.file(id).map_or("", |f| &f.text)
+    }
+
+    /// A file's path as it was given.
+    pub fn path(&self, id: FileId) -> &str {
+        self.file(id).map_or("", |f| &f.path)
+    }
+
+    /// Where the file was included, if it was.
+    pub fn included_from(&self, id: FileId) -> Option<Span> {
+        self.file(id).and_then(|f| f.included_from)
+    }
+
+    /// The text of a span; empty where it does not fit.
+    pub fn slice(&self, span: Span) -> &str {
+        self.text(span.file).get(span.range()).unwrap_or("")
+    }
+
+    /// Line and column of a byte offset, both from 1, the column in characters.
+    pub fn line_col(&self, id: FileId, offset: u32) -> (u32, u32) {
+        let Some(file) = self.file(id) else { return (1, 1) };
+        let offset = offset.min(file.text.len() as u32);
+        let line = file.lines.partition_point(|&start| start <= offset);
+        let start = file.lines.get(line.wrapping_sub(1)).copied().unwrap_or(0);
+        let before = file.text.as_bytes().get(start as usize..offset as usize).unwrap_or(&[]);
+        // Characters are counted by their first bytes, so that an offset inside one is no trouble.
+        let column = before.iter().filter(|&&b| b & 0xC0 != 0x80).count();
+        (line.max(1) as u32, column as u32 + 1)
+    }
+
+    /// How many lines the file has; an empty file has one.
+    pub fn line_count(&self, id: FileId) -> u32 {
+        self.file(id).map_or(1, |f| f.lines.len() as u32)
+    }
+
+    /// A line's text (from 1) without its line end.
+    pub fn line_text(&self, id: FileId, line: u32) -> &str {
+        let Some(file) = self.file(id) else { return "" };
+        let start = file.lines.get((line as usize).wrapping_sub(1)).copied().unwrap_or(0) as usize;
+        let end = file.lines.get(line as usize).map_or(file.text.len(), |&e| e as usize);
+        file.text.get(start..end).unwrap_or("").trim_end_matches(['\r', '\n'])
+    }
+}
+
+fn line_starts(text: &str) -> Vec<u32> {
+    let bytes = text.as_bytes();
+    let mut lines = vec![0];
+    for (i, &b) in bytes.iter().enumerate() {
+        if b == b'\n' || (b == b'\r' && bytes.get(i + 1) != Some(&b'\n')) {
+            lines.push(i as u32 + 1);
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SourceMap;
+
+    #[test]
+    fn every_kind_of_line_end_counts_once() {
+        let mut map = SourceMap::new();
+        let id = map.add("a", b"A\r\nB\nC\rD");
+        assert_eq!(map.line_col(id, 0), (1, 1));
+        assert_eq!(map.line_col(id, 3), (2, 1));
+        assert_eq!(map.line_col(id, 5), (3, 1));
+        assert_eq!(map.line_col(id, 7), (4, 1));
+        assert_eq!(map.line_col(id, 99), (4, 2));
+        assert_eq!(map.line_text(id, 2), "B");
+    }
+
+    #[test]
+    fn columns_are_characters() {
+        let mut map = SourceMap::new();
+        let id = map.add("a", "éé=1".as_bytes());
+        assert_eq!(map.line_col(id, 4), (1, 3));
+    }
+}

@@ -1,0 +1,1 @@
+//! PMI, NCT and PMAC: source text to IR.

@@ -1,0 +1,3 @@
+//! The loader for the controller: runs compiled artifacts, holds no compiler.
+
+fn main() {}

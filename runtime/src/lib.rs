@@ -1,0 +1,1 @@
+//! Loads programs and runs them: process image, executives, retained memory, events.
