@@ -1,0 +1,63 @@
+//! How a scan ends.
+
+use serde::{Deserialize, Serialize};
+
+macro_rules! trap_codes {
+    ($($(#[$doc:meta])* $name:ident = $number:literal, $text:literal;)*) => {
+        /// Why a program was stopped from inside.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[repr(u32)]
+        pub enum TrapCode {
+            $($(#[$doc])* $name = $number,)*
+        }
+
+        impl TrapCode {
+            /// Every trap code.
+            pub const ALL: &[Self] = &[$(Self::$name,)*];
+
+            /// The code's word in the IR's text form.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$name => $text,)*
+                }
+            }
+
+            /// The code of a number, as compiled code returns it.
+            pub fn from_number(number: u32) -> Option<Self> {
+                match number {
+                    $($number => Some(Self::$name),)*
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+trap_codes! {
+    /// A dispatch to a label that does not exist: a fault of the compiler, never of a program.
+    BadLabel = 0, "bad_label";
+    /// An array index out of bounds (PMI 2.2.7: `NO PMI DATA`).
+    ArrayBounds = 1, "array_bounds";
+    /// The time, or number of safepoints, of a module is used up (NCT 1.4: `PLC TIMEOUT`).
+    Timeout = 2, "timeout";
+    /// Calls nested too deep (NCT: `CALL DEPTH`).
+    CallDepth = 3, "call_depth";
+}
+
+impl TrapCode {
+    /// Finds a code by its word in the IR's text form.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|code| code.name() == name)
+    }
+}
+
+/// How one call of a task ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// The scan is over; the next starts at the top.
+    End,
+    /// The scan is over in the middle; the next goes on there.
+    Suspended,
+    /// The program is stopped.
+    Trap(TrapCode),
+}
