@@ -1,0 +1,102 @@
+//! Finding an included file.
+
+use std::path::{Path, PathBuf};
+
+use super::FileLoader;
+
+/// An included file that was found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Included {
+    /// Where, in the folder's own spelling.
+    pub path: PathBuf,
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+}
+
+/// Finds the file that a source at `includer` names as `written`.
+///
+/// The path is tried as written, from the includer's folder, then by its ever shorter trailing
+/// parts (`c:\oem\f.pmi`, `oem/f.pmi`, `f.pmi`), then the same in each of `dirs`. Case does not
+/// matter where the exact spelling does not exist; `\` separates folders as `/` does.
+pub fn find_include(
+    loader: &dyn FileLoader,
+    includer: &Path,
+    written: &str,
+    dirs: &[PathBuf],
+) -> Option<Included> {
+    let slashed = written.trim().replace('\\', "/");
+    let absolute = slashed.starts_with('/');
+    let undriven = match slashed.as_bytes() {
+        [drive, b':', ..] if drive.is_ascii_alphabetic() => slashed.get(2..).unwrap_or(""),
+        _ => &slashed,
+    };
+    let parts: Vec<&str> = undriven.split('/').filter(|p| !p.is_empty() && *p != ".").collect();
+    let home = includer.parent().unwrap_or(Path::new(""));
+    if absolute && let Some(found) = resolve(loader, Path::new("/"), &parts) {
+        return Some(found);
+    }
+    std::iter::once(home)
+        .chain(dirs.iter().map(PathBuf::as_path))
+        .find_map(|dir| (0..parts.len()).find_map(|skip| resolve(loader, dir, parts.get(skip..)?)))
+}
+
+/// Follows `parts` down from `dir`, each exactly if that exists, else in any case.
+fn resolve(loader: &dyn FileLoader, dir: &Path, parts: &[&str]) -> Option<Included> {
+    if parts.is_empty() {
+        return None;
+    }
+    let mut exact = dir.to_path_buf();
+    exact.extend(parts);
+    if let Ok(bytes) = loader.read(&exact) {
+        return Some(Included { path: exact, bytes });
+    }
+    let mut path = dir.to_path_buf();
+    for part in parts {
+        if *part == ".." {
+            path.push(part);
+            continue;
+        }
+        let mut names = loader.list(&path);
+        names.sort_unstable();
+        let name = names
+            .iter()
+            .find(|name| name == part)
+            .or_else(|| names.iter().find(|name| name.to_lowercase() == part.to_lowercase()))?;
+        path.push(name);
+    }
+    let bytes = loader.read(&path).ok()?;
+    Some(Included { path, bytes })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::MemoryLoader;
+
+    fn found(written: &str) -> Option<String> {
+        let loader = MemoryLoader::new()
+            .with("src/main.pmi", "")
+            .with("src/F.PMI", "F")
+            .with("src/oem/g.pmi", "G")
+            .with("lib/Oem/h.pmi", "H")
+            .with("up.pmi", "U");
+        find_include(&loader, Path::new("src/main.pmi"), written, &["lib".into()])
+            .map(|found| found.path.to_string_lossy().into_owned())
+    }
+
+    #[test]
+    fn as_written_then_shorter_and_in_any_case() {
+        assert_eq!(found("f.pmi").as_deref(), Some("src/F.PMI"));
+        assert_eq!(found("c:\\OEM\\G.PMI").as_deref(), Some("src/oem/g.pmi"));
+        assert_eq!(found("c:\\any\\deep\\f.pmi").as_deref(), Some("src/F.PMI"));
+        assert_eq!(found("/oem/h.pmi").as_deref(), Some("lib/Oem/h.pmi"));
+        assert_eq!(found("../up.pmi").as_deref(), Some("src/../up.pmi"));
+    }
+
+    #[test]
+    fn what_is_not_there_is_not_found() {
+        assert_eq!(found("none.pmi"), None);
+        assert_eq!(found(""), None);
+        assert_eq!(found("oem"), None);
+    }
+}

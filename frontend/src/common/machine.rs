@@ -1,0 +1,159 @@
+//! The machine file (`--machine FILE.toml`): what a particular machine has.
+//!
+//! ```toml
+//! # PMI: executive variables of this machine, added or changed. What is not said stays.
+//! [variables]
+//! "@HOMST" = { type = "integer", class = "rw" }
+//! "@MAT" = { type = "integer", size = 1024 }
+//! ```
+
+use std::fmt;
+
+use serde::Deserialize;
+
+/// What the machine file says.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Machine {
+    /// PMI's executive variables, in the order of their names.
+    pub variables: Vec<MachineVariable>,
+}
+
+/// An executive variable that the machine file adds or changes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MachineVariable {
+    /// In capitals, with its `@`.
+    pub name: String,
+    /// LOGICAL where neither the file nor the built-in table says.
+    pub ty: Option<VariableType>,
+    /// Read and write where neither says.
+    pub class: Option<VariableClass>,
+    /// Elements of an array, 0 for a variable that is none.
+    pub size: Option<u32>,
+    /// One line of meaning for `plcc explain`.
+    pub meaning: Option<String>,
+}
+
+/// The type of an executive variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum VariableType {
+    /// 0 or 1.
+    #[serde(alias = "LOGICAL", alias = "Logical")]
+    Logical,
+    /// 16 bits.
+    #[serde(alias = "INTEGER", alias = "Integer")]
+    Integer,
+    /// 32 bits.
+    #[serde(alias = "LONG", alias = "Long")]
+    Long,
+}
+
+/// What a program may do with an executive variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+pub enum VariableClass {
+    /// It may be read.
+    #[serde(rename = "ro", alias = "RO", alias = "read-only")]
+    ReadOnly,
+    /// It may be read and assigned.
+    #[serde(rename = "rw", alias = "RW", alias = "read-write")]
+    ReadWrite,
+    /// It may be read, and an assignment can only clear it.
+    #[serde(rename = "reset", alias = "RESET", alias = "reset-only")]
+    ResetOnly,
+}
+
+/// Why a machine file is refused.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MachineError(String);
+
+impl fmt::Display for MachineError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for MachineError {}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(default)]
+    variables: std::collections::BTreeMap<String, Entry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    #[serde(rename = "type")]
+    ty: Option<VariableType>,
+    class: Option<VariableClass>,
+    size: Option<u32>,
+    meaning: Option<String>,
+}
+
+/// The most elements that an executive array may have.
+const MAX_SIZE: u32 = 65_535;
+
+impl Machine {
+    /// Reads a machine file's text.
+    ///
+    /// # Errors
+    /// Text that is not TOML, a key that nothing knows, a type, class or size that does not exist;
+    /// the message names the place.
+    pub fn parse(text: &str) -> Result<Self, MachineError> {
+        let file: File = toml::from_str(text).map_err(|e| MachineError(e.to_string()))?;
+        let mut variables = Vec::with_capacity(file.variables.len());
+        for (written, entry) in file.variables {
+            let upper = written.to_ascii_uppercase();
+            let name = if upper.starts_with('@') { upper } else { format!("@{upper}") };
+            let tail = name.get(1..).unwrap_or("");
+            if tail.is_empty() || !tail.bytes().all(|b| b.is_ascii_alphanumeric()) {
+                let what = format!("`{written}` is no variable: letters and digits follow the @");
+                return Err(MachineError(what));
+            }
+            if entry.size.is_some_and(|size| size == 1 || size > MAX_SIZE) {
+                let what = format!("{name}: an array has 2 to {MAX_SIZE} elements, 0 is no array");
+                return Err(MachineError(what));
+            }
+            let Entry { ty, class, size, meaning } = entry;
+            variables.push(MachineVariable { name, ty, class, size, meaning });
+        }
+        variables.sort_by(|a, b| a.name.cmp(&b.name));
+        if let Some([a, _]) = variables.array_windows().find(|[a, b]| a.name == b.name) {
+            return Err(MachineError(format!("{} stands twice", a.name)));
+        }
+        Ok(Self { variables })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn variables_are_read() {
+        let machine = Machine::parse(
+            "[variables]\n\"@homst\" = { type = \"INTEGER\", class = \"rw\" }\nMAT = { size = 9 }\n",
+        )
+        .unwrap();
+        let [homst, mat] = machine.variables.as_slice() else { panic!("two variables") };
+        assert_eq!(homst.name, "@HOMST");
+        assert_eq!(homst.ty, Some(VariableType::Integer));
+        assert_eq!(homst.class, Some(VariableClass::ReadWrite));
+        assert_eq!((mat.name.as_str(), mat.size, mat.ty), ("@MAT", Some(9), None));
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        for (text, part) in [
+            ("[variables]\n\"@A\" = { kind = 1 }\n", "kind"),
+            ("[variables]\n\"@A\" = { size = 1 }\n", "2 to 65535"),
+            ("[variables]\n\"@A B\" = {}\n", "is no variable"),
+            ("[variables]\n\"@A\" = {}\nA = {}\n", "twice"),
+            ("[variable]\n", "variable"),
+        ] {
+            let error = Machine::parse(text).unwrap_err().to_string();
+            assert!(error.contains(part), "{error}");
+        }
+    }
+}

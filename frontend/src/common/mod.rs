@@ -1,0 +1,13 @@
+//! What the languages share: options, files and includes, the machine file.
+
+mod include;
+mod loader;
+mod machine;
+mod options;
+mod suggest;
+
+pub use include::{Included, find_include};
+pub use loader::{FileLoader, MemoryLoader};
+pub use machine::{Machine, MachineError, MachineVariable, VariableClass, VariableType};
+pub use options::{Controller, Limits, Options};
+pub use suggest::closest;

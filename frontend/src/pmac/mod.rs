@@ -1,0 +1,1 @@
+//! The PMAC language.

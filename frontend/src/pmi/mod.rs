@@ -1,0 +1,1 @@
+//! The PMI language (Sieb & Meyer SERIES 8).
