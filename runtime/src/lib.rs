@@ -1,1 +1,16 @@
-//! Loads programs and runs them: process image, executives, retained memory, events.
+//! Loads programs and runs them.
+//!
+//! Sees programs as tables and engines only: no language, no IR, no code generation. An
+//! [`Executive`](executive::Executive) does for one dialect what its control did around the
+//! program: scans, slices, ticks, latching, timers, events.
+
+pub mod event;
+pub mod executive;
+pub mod nct;
+pub mod pmac;
+pub mod pmi;
+pub mod value;
+
+pub use event::{Event, EventBody};
+pub use executive::{Executive, NameError, Purpose, Setting, Stop, ValueError, Variable};
+pub use value::Value;

@@ -1,0 +1,292 @@
+//! Writes a whole program as flat code and cuts it into functions.
+//!
+//! A front end asks for [`Place`]s, binds each once to where the code then stands, and branches
+//! to them forwards and backwards without caring which function they end up in. It says where
+//! statements begin; there the builder may cut, when the function at hand is long enough. So no
+//! function is much longer than the limit, and compile time grows with the program's length
+//! alone.
+//!
+//! Values do not live across a bound place or the beginning of a statement: what is needed there
+//! is in the image. Control flow inside a statement that needs values uses plain blocks of the
+//! [`FuncBuilder`].
+
+use std::collections::HashMap;
+
+use plcc_abi::{Region as RegionData, Task, TrapCode};
+
+use crate::{
+    Block, BlockCall, FuncBuilder, FuncData, Label, Module, Region, SourceFile, SourceLoc,
+    Statement, Terminator, Value,
+};
+
+/// A function is cut at the next statement when it has this many instructions.
+pub const DEFAULT_LIMIT: usize = 2000;
+
+/// A branch target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Place(u32);
+
+#[derive(Clone, Copy, Default)]
+struct PlaceData {
+    label: Option<Label>,
+    bound: Option<(usize, Block)>,
+}
+
+/// A branch whose place may not be bound yet.
+enum Branch {
+    Jump(Place),
+    Brif(Value, Place, Place),
+    Switch(Value, Vec<Place>, Place),
+}
+
+/// Writes a module.
+pub struct ChunkBuilder {
+    module: Module,
+    limit: usize,
+    current: FuncBuilder,
+    places: Vec<PlaceData>,
+    /// Branches, with the function and block they end.
+    branches: Vec<(usize, Block, Branch)>,
+    done: Vec<FuncBuilder>,
+}
+
+impl ChunkBuilder {
+    /// An empty module over an image, cut at [`DEFAULT_LIMIT`].
+    pub fn new(image_size: u32, regions: Vec<RegionData>) -> Self {
+        Self {
+            module: Module { image_size, regions, ..Module::default() },
+            limit: DEFAULT_LIMIT,
+            current: FuncBuilder::new("chunk0"),
+            places: vec![],
+            branches: vec![],
+            done: vec![],
+        }
+    }
+
+    /// Cuts at another length, for tests and measurements.
+    pub fn with_limit(mut self, limit: usize) -> Self {
+        self.limit = limit;
+        self
+    }
+
+    /// The reference to a region by its name.
+    pub fn region(&self, name: &str) -> Option<Region> {
+        let index = self.module.regions.iter().position(|region| region.name == name)?;
+        Some(Region(index as u32))
+    }
+
+    /// Adds a source file; statements refer to it by the number returned.
+    pub fn add_file(&mut self, name: impl Into<String>, text: impl Into<String>) -> u32 {
+        self.module.files.push(SourceFile { name: name.into(), text: text.into() });
+        self.module.files.len() as u32 - 1
+    }
+
+    /// A new place, not bound yet.
+    pub fn place(&mut self) -> Place {
+        self.places.push(PlaceData::default());
+        Place(self.places.len() as u32 - 1)
+    }
+
+    /// The label of a place: what [`suspend`](Self::suspend) and
+    /// [`goto_indirect`](Self::goto_indirect) understand.
+    pub fn label(&mut self, place: Place) -> Label {
+        let data = &mut self.places[place.0 as usize];
+        *data.label.get_or_insert_with(|| {
+            self.module.label_count += 1;
+            Label(self.module.label_count - 1)
+        })
+    }
+
+    /// A task that starts at a place. Tasks are numbered in the order of these calls.
+    pub fn task(&mut self, name: impl Into<String>, place: Place) {
+        let entry = self.label(place).0;
+        self.module.tasks.push(Task { name: name.into(), entry });
+    }
+
+    /// Begins a statement: further instructions belong to it, and the code may be cut here.
+    pub fn statement(&mut self, statement: Statement) -> SourceLoc {
+        if self.is_long() && !self.current.is_terminated() {
+            let next = self.place();
+            self.jump(next);
+            self.bind(next);
+        }
+        let loc = SourceLoc(self.module.statements.len() as u32);
+        self.module.statements.push(statement);
+        self.current.set_loc(loc);
+        loc
+    }
+
+    fn is_long(&self) -> bool {
+        self.current.func().inst_count() >= self.limit
+            || self.current.func().block_count() >= self.limit
+    }
+
+    /// Binds a place to here; what stands before goes on into it.
+    pub fn bind(&mut self, place: Place) {
+        if !self.current.is_terminated() {
+            self.jump(place);
+        }
+        if self.is_long() {
+            let loc = self.current.loc();
+            let name = format!("chunk{}", self.done.len() + 1);
+            self.done.push(std::mem::replace(&mut self.current, FuncBuilder::new(name)));
+            self.current.set_loc(loc);
+        } else {
+            let block = self.current.create_block();
+            self.current.switch_to(block);
+        }
+        self.places[place.0 as usize].bound = Some((self.done.len(), self.current.current()));
+    }
+
+    /// The function at hand, to append to.
+    pub fn ins(&mut self) -> &mut FuncBuilder {
+        &mut self.current
+    }
+
+    fn branch(&mut self, branch: Branch) {
+        // The terminator is put in when every place is bound.
+        self.current.terminate(Terminator::Return);
+        self.branches.push((self.done.len(), self.current.current(), branch));
+    }
+
+    /// On to a place.
+    pub fn jump(&mut self, place: Place) {
+        self.branch(Branch::Jump(place));
+    }
+
+    /// On to one of two places by an i1.
+    pub fn brif(&mut self, cond: Value, then: Place, otherwise: Place) {
+        self.branch(Branch::Brif(cond, then, otherwise));
+    }
+
+    /// On to the place of a number, an i32.
+    pub fn switch(&mut self, arg: Value, targets: Vec<Place>, default: Place) {
+        self.branch(Branch::Switch(arg, targets, default));
+    }
+
+    /// On to the label of a number, an i32.
+    pub fn goto_indirect(&mut self, label: Value) {
+        self.current.terminate(Terminator::GotoIndirect(label));
+    }
+
+    /// Ends the scan; the next starts at the place.
+    pub fn suspend(&mut self, place: Place) {
+        let label = self.label(place);
+        self.current.terminate(Terminator::Suspend(label));
+    }
+
+    /// Ends the scan; the next starts at the top.
+    pub fn ret(&mut self) {
+        self.current.ret();
+    }
+
+    /// Stops the program.
+    pub fn trap(&mut self, code: TrapCode) {
+        self.current.trap(code);
+    }
+
+    /// The whole module. Places that were never bound lead to the end of the scan.
+    pub fn finish(mut self) -> Module {
+        self.done.push(std::mem::replace(&mut self.current, FuncBuilder::new("")));
+        self.bind_the_unbound();
+        let mut stubs = HashMap::new();
+        for (func, block, branch) in std::mem::take(&mut self.branches) {
+            let mut resolve = |place: Place| self.resolve(func, place, &mut stubs);
+            let terminator = match branch {
+                Branch::Jump(place) => Terminator::Jump(BlockCall::plain(resolve(place))),
+                Branch::Brif(cond, then, otherwise) => Terminator::Brif {
+                    cond,
+                    then: BlockCall::plain(resolve(then)),
+                    otherwise: BlockCall::plain(resolve(otherwise)),
+                },
+                Branch::Switch(arg, targets, default) => Terminator::Switch {
+                    arg,
+                    targets: targets.into_iter().map(&mut resolve).collect(),
+                    default: resolve(default),
+                },
+            };
+            self.done[func].set_terminator(block, terminator);
+        }
+        for data in &self.places {
+            if let (Some(label), Some((func, block))) = (data.label, data.bound) {
+                self.done[func].entry(label, block);
+            }
+        }
+        self.module.funcs = self.done.into_iter().map(FuncBuilder::finish).collect();
+        for func in &mut self.module.funcs {
+            func.entries.sort_unstable();
+        }
+        drop_without_entry(&mut self.module.funcs);
+        self.module
+    }
+
+    fn bind_the_unbound(&mut self) {
+        let last = self.done.len() - 1;
+        for data in self.places.iter_mut().filter(|data| data.bound.is_none()) {
+            let block = self.done[last].create_block();
+            data.bound = Some((last, block));
+        }
+    }
+
+    /// The block that stands for a place in a function: its own, or one that goes to its label.
+    fn resolve(
+        &mut self,
+        func: usize,
+        place: Place,
+        stubs: &mut HashMap<(usize, Place), Block>,
+    ) -> Block {
+        match self.places[place.0 as usize].bound {
+            Some((home, block)) if home == func => block,
+            _ => *stubs.entry((func, place)).or_insert_with(|| {
+                let label = self.label(place);
+                let block = self.done[func].create_block();
+                self.done[func].set_terminator(block, Terminator::Goto(label));
+                block
+            }),
+        }
+    }
+}
+
+/// Drops the functions that nothing can enter.
+fn drop_without_entry(funcs: &mut Vec<FuncData>) {
+    funcs.retain(|func| !func.entries.is_empty());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Address, Type};
+
+    fn regions() -> Vec<RegionData> {
+        vec![RegionData { name: "vars".into(), offset: 0, size: 8, bits: false }]
+    }
+
+    #[test]
+    fn a_long_program_is_cut_and_stays_in_one_piece() {
+        let mut b = ChunkBuilder::new(8, regions()).with_limit(4);
+        let region = b.region("vars").unwrap();
+        let (start, end) = (b.place(), b.place());
+        b.bind(start);
+        b.task("scan", start);
+        for line in 1..=20 {
+            b.statement(Statement { file: 0, line, start: 0, end: 0 });
+            let v = b.ins().load(Type::I16, Address::fixed(region, 0));
+            let v = b.ins().binary_imm(BinaryOp::Add, v, 1);
+            b.ins().store(Address::fixed(region, 0), v);
+            if line == 10 {
+                let cond = b.ins().icmp_imm(IntCond::Eq, v, 0);
+                let next = b.place();
+                b.brif(cond, end, next);
+                b.bind(next);
+            }
+        }
+        b.bind(end);
+        b.ret();
+        let module = b.finish();
+        assert!(module.funcs.len() > 5);
+        assert!(module.label_targets().iter().all(Option::is_some));
+        assert_eq!(module.tasks[0].entry, 0);
+    }
+
+    use crate::{BinaryOp, IntCond};
+}

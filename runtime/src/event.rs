@@ -1,0 +1,78 @@
+//! What a program says to the outside.
+
+use serde::Serialize;
+
+/// Something that happened in a tick.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Event {
+    /// When, counted in base ticks from 0.
+    pub tick: u64,
+    /// What.
+    #[serde(flatten)]
+    pub body: EventBody,
+}
+
+/// What happened. The order of the fields is that of the JSON.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+pub enum EventBody {
+    /// A PMI fault came or went.
+    Fault {
+        /// Its variable.
+        name: String,
+        /// `on` or `off`.
+        state: &'static str,
+        /// Its text.
+        text: String,
+    },
+    /// A PMI message (with `name`) or an NCT one (with `flag`) came or went.
+    Message {
+        /// The PMI variable.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
+        /// The NCT flag.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        flag: Option<String>,
+        /// `on` or `off`.
+        state: &'static str,
+        /// Its text.
+        text: String,
+        /// For NCT's `:198`, the register's value.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        index: Option<i64>,
+    },
+    /// PMAC's SEND.
+    Send {
+        /// What is sent.
+        text: String,
+        /// The port, for SENDS and SENDP.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        port: Option<String>,
+    },
+    /// PMAC's DISPLAY.
+    Display {
+        /// What is shown.
+        text: String,
+        /// Where.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        position: Option<i64>,
+    },
+    /// PMAC's COMMAND.
+    Command {
+        /// The command.
+        text: String,
+        /// Why it was refused.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        error: Option<String>,
+    },
+    /// A write to PMAC's MACRO ring.
+    Macro {
+        /// What is written.
+        text: String,
+    },
+    /// The program was stopped.
+    Stop {
+        /// Why.
+        code: String,
+    },
+}

@@ -1,0 +1,124 @@
+//! What an executive is.
+
+use plcc_abi::Engine;
+use thiserror::Error;
+
+use crate::{Event, Value};
+
+/// A variable that an executive has found by its name; valid for that executive alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Variable(pub u32);
+
+/// What a name is looked up for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// To be read.
+    Watch,
+    /// To be set by the stimulus, whatever its class.
+    Stimulus,
+}
+
+/// A value to set, already checked to fit its variable.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Setting {
+    /// An integer.
+    Int(i64),
+    /// A double.
+    Float(f64),
+}
+
+/// Why a name is no variable.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum NameError {
+    /// Nothing has this name.
+    #[error("the program has no variable named `{name}`{}", did_you_mean(.suggestion))]
+    Unknown {
+        /// The name as written.
+        name: String,
+        /// One like it that exists.
+        suggestion: Option<String>,
+    },
+    /// Something has this name that can't be used so.
+    #[error("`{name}` {reason}")]
+    Unfit {
+        /// The name as written.
+        name: String,
+        /// Why not.
+        reason: String,
+    },
+}
+
+fn did_you_mean(suggestion: &Option<String>) -> String {
+    suggestion.as_ref().map_or_else(String::new, |name| format!("; did you mean `{name}`?"))
+}
+
+/// Why a value does not fit a variable.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("`{value}` {reason}")]
+pub struct ValueError {
+    /// The value as written.
+    pub value: String,
+    /// Why not.
+    pub reason: String,
+}
+
+/// A program's end before its time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stop {
+    /// The control's word for it: `NO PMI DATA`, `PLC TIMEOUT1`, `CALL DEPTH`, `WATCHDOG`.
+    pub code: String,
+    /// What happened, for people; the same in every engine.
+    pub message: String,
+}
+
+/// What a control does around its program. Owns the process image and all that is not the
+/// program's own; the engine comes from outside and is the same for all.
+pub trait Executive {
+    /// The length of a base tick in nanoseconds of simulated time.
+    fn tick_ns(&self) -> u64;
+
+    /// Does one base tick, after the stimulus of it has been applied. Events carry the tick's
+    /// number, which the executive counts from 0.
+    ///
+    /// # Errors
+    /// When the program is stopped; the tick counts, and there is no other after it. The `stop`
+    /// event is the caller's.
+    fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop>;
+
+    /// Finds a variable by its name in the dialect's spelling.
+    ///
+    /// # Errors
+    /// When nothing has that name, or it can't be used for the purpose.
+    fn find(&mut self, name: &str, purpose: Purpose) -> Result<Variable, NameError>;
+
+    /// Reads a value for a variable.
+    ///
+    /// # Errors
+    /// When the text is no number, or the variable can't take it.
+    fn parse(&self, variable: Variable, text: &str) -> Result<Setting, ValueError>;
+
+    /// Sets a variable as the machine or the operator would.
+    fn set(&mut self, variable: Variable, value: Setting);
+
+    /// Reads a variable.
+    fn get(&self, variable: Variable) -> Value;
+
+    /// The variables that the program declares or names, in natural order of their canonical
+    /// spelling.
+    fn declared(&mut self) -> Vec<(String, Variable)>;
+
+    /// The canonical spelling of a watched name, as a dump has it.
+    fn canonical(&self, variable: Variable) -> String;
+
+    /// What survives power-off, to be put into a file; `None` where the dialect has nothing.
+    fn retained(&self) -> Option<Vec<u8>>;
+
+    /// Takes back what [`retained`](Self::retained) gave, before the first tick.
+    ///
+    /// # Errors
+    /// When it belongs to another program or has another form; nothing is changed then.
+    fn restore(&mut self, retained: &[u8]) -> Result<(), String>;
+
+    /// The process image.
+    fn image(&self) -> &[u8];
+}
