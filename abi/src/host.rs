@@ -66,6 +66,25 @@ macro_rules! host_fns {
 host_fns! {
     /// The exact floating-point remainder with the dividend's sign, 0 where there is none.
     Fmod = 0, "fmod", pure, (F64, F64) -> F64;
+    /// NCT 4.14, HF: searches OP in a table. Like all of NCT's with the number of the local
+    /// variable where the statement's register area begins, and OP, which none changes.
+    NctHf = 200, "nct_hf", effect, (I32, I32);
+    /// NCT 4.14, PF: searches a free tool pot of OP's width.
+    NctPf = 201, "nct_pf", effect, (I32, I32);
+    /// NCT 4.15, MR: reads a macro variable or parameter.
+    NctMr = 202, "nct_mr", effect, (I32, I32);
+    /// NCT 4.15, MW: writes a macro variable or parameter.
+    NctMw = 203, "nct_mw", effect, (I32, I32);
+    /// NCT 4.16, ADD.
+    NctAdd = 204, "nct_add", effect, (I32, I32);
+    /// NCT 4.16, SUB.
+    NctSub = 205, "nct_sub", effect, (I32, I32);
+    /// NCT 4.16, MUL.
+    NctMul = 206, "nct_mul", effect, (I32, I32);
+    /// NCT 4.16, DIV.
+    NctDiv = 207, "nct_div", effect, (I32, I32);
+    /// NCT 4.16, CMP.
+    NctCmp = 208, "nct_cmp", effect, (I32, I32);
 }
 
 impl HostFn {

@@ -1,0 +1,92 @@
+//! Where a byte of flags lies.
+
+use serde::{Deserialize, Serialize};
+
+use crate::image;
+
+/// The place of one byte of flags: itself, or its eight bits as bytes of 0 or 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct NctHome {
+    /// Offset of the byte, or of bit 0 with the others behind it.
+    pub offset: u32,
+    /// Whether it is kept as eight bytes.
+    pub unpacked: bool,
+}
+
+impl NctHome {
+    /// The byte.
+    #[inline]
+    pub fn read(self, image: &[u8]) -> u8 {
+        if !self.unpacked {
+            return image::read_u8(image, self.offset);
+        }
+        // Each byte's lowest bit is moved to the top byte by one multiplication: bit i of byte i.
+        let bits = image::read_u64(image, self.offset) & 0x0101_0101_0101_0101;
+        (bits.wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
+    }
+
+    /// Writes the byte.
+    #[inline]
+    pub fn write(self, image: &mut [u8], value: u8) {
+        if !self.unpacked {
+            return image::write_u8(image, self.offset, value);
+        }
+        let spread = u64::from(value).wrapping_mul(0x0101_0101_0101_0101) & 0x8040_2010_0804_0201;
+        // A byte that is not zero carries into its own highest bit, never beyond.
+        let bits = (((spread & 0x7F7F_7F7F_7F7F_7F7F) + 0x7F7F_7F7F_7F7F_7F7F) | spread) >> 7;
+        image::write_u64(image, self.offset, bits & 0x0101_0101_0101_0101);
+    }
+
+    /// One bit of it, 0 to 7; others are false.
+    #[inline]
+    pub fn bit(self, image: &[u8], bit: u8) -> bool {
+        if bit > 7 {
+            false
+        } else if self.unpacked {
+            image::read_u8(image, self.offset + u32::from(bit)) & 1 != 0
+        } else {
+            image::read_u8(image, self.offset) >> bit & 1 != 0
+        }
+    }
+
+    /// Writes one bit of it, 0 to 7; others do nothing.
+    #[inline]
+    pub fn set_bit(self, image: &mut [u8], bit: u8, value: bool) {
+        if bit > 7 {
+            return;
+        }
+        if self.unpacked {
+            image::write_u8(image, self.offset + u32::from(bit), u8::from(value));
+        } else {
+            let byte = image::read_u8(image, self.offset) & !(1 << bit);
+            image::write_u8(image, self.offset, byte | u8::from(value) << bit);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::NctHome;
+
+    #[test]
+    fn both_forms_hold_every_byte() {
+        for unpacked in [false, true] {
+            let home = NctHome { offset: 1, unpacked };
+            for value in 0..=255 {
+                let mut image = [0; 10];
+                home.write(&mut image, value);
+                assert_eq!(home.read(&image), value);
+                assert_eq!((image[0], image[9]), (0, 0));
+                for bit in 0..8 {
+                    assert_eq!(home.bit(&image, bit), value >> bit & 1 != 0);
+                    let mut other = image;
+                    home.set_bit(&mut other, bit, value >> bit & 1 == 0);
+                    assert_eq!(home.read(&other), value ^ 1 << bit);
+                }
+                if unpacked {
+                    assert!(image.iter().all(|&byte| byte <= 1));
+                }
+            }
+        }
+    }
+}
