@@ -1,0 +1,328 @@
+//! Where a PMAC's memory stands in the process image.
+//!
+//! The layout depends on nothing but the controller, so compiler, load evaluator and executive
+//! all compute it alike. P, Q and I are doubles; every other register is a word of 24 bits in a
+//! `u32`. Turbo's 24-bit address space is not all in the image: a few windows are, the rest is
+//! kept by [`Far`](super::memory::Far).
+
+use alloc::{string::ToString, vec, vec::Vec};
+
+use crate::Region;
+
+/// One of the two data spaces of the DSP (guide, Memory Map).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Space {
+    /// X memory.
+    X,
+    /// Y memory.
+    Y,
+}
+
+/// What a word address means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A plain word, at this offset in the image.
+    Word(u32),
+    /// Half of the P-variable of this number.
+    P(u32),
+    /// Half of the Q-variable of this number.
+    Q(u32),
+    /// The definition of the M-variable of this number.
+    Definition(u32),
+    /// A plain word that is not in the image.
+    Far,
+}
+
+/// Contexts with an addressed coordinate system: PLC 0-31, PLCC 0-31, commands.
+pub const CONTEXTS: u32 = 65;
+
+/// The context of queued commands.
+pub const COMMAND_CONTEXT: u32 = 64;
+
+/// The context of a PLC or PLCC.
+pub const fn context(compiled: bool, number: u32) -> u32 {
+    (number & 31) + if compiled { 32 } else { 0 }
+}
+
+/// Offsets of everything, in bytes from the image's start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Turbo PMAC.
+    pub turbo: bool,
+    /// Numbers of each kind of variable: 1024 or 8192, a power of two.
+    pub count: u32,
+    /// The P-variables, a double each.
+    pub p: u32,
+    /// The Q-variables, a double each.
+    pub q: u32,
+    /// The I-variables, a double each.
+    pub i: u32,
+    /// The M-variables' definitions as they are now, 8 bytes each
+    /// ([`Definition::encode`](super::Definition::encode)).
+    pub mdef: u32,
+    /// Their definitions after load.
+    pub mload: u32,
+    /// Values of thumbwheel M-variables, a double each.
+    pub tw: u32,
+    /// Memory words, X before Y, 8 bytes an address.
+    pub words: u32,
+    /// For each M-variable a byte: 1 while its definition is not that after load.
+    pub moved: u32,
+    /// A `u32` that goes up whenever a definition changes.
+    pub epoch: u32,
+    /// For each [context] a `u32`: the number of the first Q-variable of its addressed
+    /// coordinate system.
+    pub q_base: u32,
+    /// Length of the image.
+    pub size: u32,
+}
+
+/// Address windows whose words are in the image.
+const PMAC_WINDOWS: &[(u32, u32)] = &[(0, 0x1_0000)];
+const TURBO_WINDOWS: &[(u32, u32)] = &[(0, 0x1_0000), (0x6_0000, 0x7_0000), (0x7_8000, 0x8_0000)];
+
+impl Layout {
+    /// The layout for a controller.
+    pub const fn new(turbo: bool) -> Self {
+        let count = if turbo { 8192 } else { 1024 };
+        let p = 0;
+        let q = p + 8 * count;
+        let i = q + 8 * count;
+        let mdef = i + 8 * count;
+        let mload = mdef + 8 * count;
+        let tw = mload + 8 * count;
+        let words = tw + 8 * count;
+        let moved = words + 8 * resident(windows(turbo));
+        let epoch = moved + count;
+        let q_base = epoch + 8;
+        let size = (q_base + 4 * CONTEXTS).next_multiple_of(8);
+        Self { turbo, count, p, q, i, mdef, mload, tw, words, moved, epoch, q_base, size }
+    }
+
+    /// The image's regions, by rising offset: `p q i mdef mload tw words moved exec`. `epoch` is
+    /// at 0 in `exec`, the Q bases at 8.
+    pub fn regions(&self) -> Vec<Region> {
+        let bounds = [
+            ("p", self.p, self.q),
+            ("q", self.q, self.i),
+            ("i", self.i, self.mdef),
+            ("mdef", self.mdef, self.mload),
+            ("mload", self.mload, self.tw),
+            ("tw", self.tw, self.words),
+            ("words", self.words, self.moved),
+            ("moved", self.moved, self.epoch),
+            ("exec", self.epoch, self.size),
+        ];
+        bounds
+            .into_iter()
+            .map(|(name, offset, end)| Region {
+                name: name.to_string(),
+                offset,
+                size: end - offset,
+                bits: name == "moved",
+            })
+            .collect()
+    }
+
+    /// Bits of an address.
+    pub const fn address_mask(&self) -> u32 {
+        if self.turbo { 0xFF_FFFF } else { 0xFFFF }
+    }
+
+    /// The address of P0.
+    pub const fn p_address(&self) -> u32 {
+        if self.turbo { 0x6000 } else { 0x1000 }
+    }
+
+    /// The address of &1Q0.
+    pub const fn q_address(&self) -> u32 {
+        if self.turbo { 0x8000 } else { 0x1400 }
+    }
+
+    /// The address of M0's definition, in Y.
+    pub const fn m_address(&self) -> u32 {
+        if self.turbo { 0x4000 } else { 0xBC00 }
+    }
+
+    /// The number of coordinate systems.
+    pub const fn systems(&self) -> u32 {
+        if self.turbo { 16 } else { 8 }
+    }
+
+    /// The number of Q0 of a coordinate system (from 1) among all Q-variables.
+    pub const fn q_base_of(&self, system: u32) -> u32 {
+        let block = self.count / self.systems();
+        (system.wrapping_sub(1).wrapping_mul(block)) & (self.count - 1)
+    }
+
+    /// Offset of a P-variable; numbers wrap.
+    pub const fn p_offset(&self, number: u32) -> u32 {
+        self.p + 8 * (number & (self.count - 1))
+    }
+
+    /// Offset of a Q-variable, counted from &1Q0; numbers wrap.
+    pub const fn q_offset(&self, number: u32) -> u32 {
+        self.q + 8 * (number & (self.count - 1))
+    }
+
+    /// Offset of an I-variable; numbers wrap.
+    pub const fn i_offset(&self, number: u32) -> u32 {
+        self.i + 8 * (number & (self.count - 1))
+    }
+
+    /// What an address is; it wraps at the controller's width.
+    pub fn place(&self, space: Space, address: u32) -> Place {
+        let address = address & self.address_mask();
+        let within = |start: u32| {
+            let number = address.wrapping_sub(start);
+            (number < self.count).then_some(number)
+        };
+        if let Some(number) = within(self.p_address()) {
+            return Place::P(number);
+        }
+        if let Some(number) = within(self.q_address()) {
+            return Place::Q(number);
+        }
+        if space == Space::Y
+            && let Some(number) = within(self.m_address())
+        {
+            return Place::Definition(number);
+        }
+        match self.resident(address) {
+            Some(index) => {
+                Place::Word(self.words + 8 * index + if space == Space::Y { 4 } else { 0 })
+            }
+            None => Place::Far,
+        }
+    }
+
+    /// The index of an address among those in the image.
+    fn resident(&self, address: u32) -> Option<u32> {
+        let mut base = 0;
+        for &(start, end) in windows(self.turbo) {
+            if start <= address && address < end {
+                return Some(base + address - start);
+            }
+            base += end - start;
+        }
+        None
+    }
+}
+
+const fn windows(turbo: bool) -> &'static [(u32, u32)] {
+    if turbo { TURBO_WINDOWS } else { PMAC_WINDOWS }
+}
+
+const fn resident(windows: &[(u32, u32)]) -> u32 {
+    let mut sum = 0;
+    let mut k = 0;
+    while k < windows.len() {
+        sum += windows[k].1 - windows[k].0;
+        k += 1;
+    }
+    sum
+}
+
+/// A stretch of the image that is not 0 at power-up.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Run {
+    /// Where it starts.
+    pub offset: u32,
+    /// What it holds.
+    pub bytes: Vec<u8>,
+}
+
+impl Run {
+    /// All that is not 0 in an image, in stretches.
+    pub fn pack(image: &[u8]) -> Vec<Self> {
+        const GAP: usize = 16;
+        let mut runs: Vec<Self> = vec![];
+        let mut zeros = GAP;
+        for (offset, &byte) in image.iter().enumerate() {
+            match runs.last_mut() {
+                Some(run) if zeros < GAP => run.bytes.push(byte),
+                _ if byte != 0 => runs.push(Self { offset: offset as u32, bytes: vec![byte] }),
+                _ => continue,
+            }
+            zeros = if byte == 0 { zeros + 1 } else { 0 };
+        }
+        for run in &mut runs {
+            while run.bytes.last() == Some(&0) {
+                run.bytes.pop();
+            }
+        }
+        runs
+    }
+
+    /// Puts stretches back into an image; what would fall outside is dropped.
+    pub fn unpack(runs: &[Self], image: &mut [u8]) {
+        for run in runs {
+            for (byte, slot) in run.bytes.iter().zip(image.iter_mut().skip(run.offset as usize)) {
+                *slot = *byte;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regions_cover_the_image_without_gaps() {
+        for turbo in [false, true] {
+            let layout = Layout::new(turbo);
+            let mut end = 0;
+            for region in layout.regions() {
+                assert_eq!(region.offset, end, "{}", region.name);
+                assert_eq!(region.offset % 8, 0);
+                end += region.size;
+            }
+            assert_eq!(end, layout.size);
+        }
+    }
+
+    #[test]
+    fn addresses_are_what_the_guide_says() {
+        let pmac = Layout::new(false);
+        assert_eq!(pmac.place(Space::X, 0x1000), Place::P(0));
+        assert_eq!(pmac.place(Space::Y, 0x13FF), Place::P(1023));
+        assert_eq!(pmac.place(Space::X, 0x1400), Place::Q(0));
+        assert_eq!(pmac.place(Space::Y, 0xBC22), Place::Definition(34));
+        assert_eq!(pmac.place(Space::X, 0), Place::Word(pmac.words));
+        assert_eq!(pmac.place(Space::Y, 0xFFFF), Place::Word(pmac.moved - 4));
+        assert!(matches!(pmac.place(Space::X, 0xBC22), Place::Word(_)));
+        let turbo = Layout::new(true);
+        assert_eq!(turbo.place(Space::Y, 0x6001), Place::P(1));
+        assert_eq!(turbo.place(Space::X, 0x9FFF), Place::Q(8191));
+        assert_eq!(turbo.place(Space::Y, 0x4000), Place::Definition(0));
+        assert_eq!(turbo.place(Space::Y, 0x7_FFFF), Place::Word(turbo.moved - 4));
+        assert_eq!(turbo.place(Space::Y, 0x5_0000), Place::Far);
+        assert_eq!(turbo.place(Space::X, 0x100_0000), Place::Word(turbo.words));
+    }
+
+    #[test]
+    fn coordinate_systems_share_the_q_variables() {
+        let pmac = Layout::new(false);
+        assert_eq!(pmac.q_base_of(1), 0);
+        assert_eq!(pmac.q_base_of(2), 0x80);
+        assert_eq!(pmac.q_base_of(8), 0x380);
+        assert_eq!(Layout::new(true).q_base_of(2), 0x200);
+    }
+
+    #[test]
+    fn images_survive_packing() {
+        let mut image = vec![0_u8; 200];
+        for (at, byte) in [(0, 1), (3, 2), (50, 3), (199, 4)] {
+            image[at] = byte;
+        }
+        let runs = Run::pack(&image);
+        assert_eq!(runs.len(), 3);
+        assert_eq!(runs[0].bytes, [1, 0, 0, 2]);
+        let mut copy = vec![0_u8; 200];
+        Run::unpack(&runs, &mut copy);
+        assert_eq!(copy, image);
+        Run::unpack(&runs, &mut copy[..10]);
+        assert_eq!(Run::pack(&[]), []);
+    }
+}

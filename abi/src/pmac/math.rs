@@ -1,0 +1,532 @@
+//! PMAC's arithmetic where it is not plain IEEE (rulings, Values).
+//!
+//! One library for every engine, so that results are the same on every machine: nothing here
+//! uses the platform's mathematics.
+
+use core::f64::consts::PI;
+
+/// What a store makes of a value: NaN is 0, an infinity the largest double of its sign, -0 is 0.
+pub fn finite(value: f64) -> f64 {
+    if value.is_nan() {
+        return 0.0;
+    }
+    value.clamp(-f64::MAX, f64::MAX) + 0.0
+}
+
+/// To the nearest integer, ties away from zero.
+pub fn round(value: f64) -> f64 {
+    let whole = libm::trunc(value);
+    if (value - whole).abs() >= 0.5 { whole + libm::copysign(1.0, value) } else { whole }
+}
+
+/// `a / b`: by zero the largest double with `a`'s sign, 0 where `a` is 0 too.
+pub fn div(a: f64, b: f64) -> f64 {
+    if b != 0.0 {
+        return a / b;
+    }
+    if a > 0.0 {
+        f64::MAX
+    } else if a < 0.0 {
+        -f64::MAX
+    } else {
+        0.0
+    }
+}
+
+/// `a % x`: for `x > 0` from 0 up to but not `x`, for `x < 0` from `x` up to but not `-x`; 0 for
+/// `x = 0` and for what is not finite. Exact but for one rounding, which stays in range.
+pub fn modulo(a: f64, x: f64) -> f64 {
+    if x == 0.0 || !a.is_finite() || !x.is_finite() {
+        return 0.0;
+    }
+    if x > 0.0 {
+        let rest = libm::fmod(a, x);
+        let rest = if rest < 0.0 { rest + x } else { rest };
+        return if rest >= x { 0.0 } else { rest + 0.0 };
+    }
+    let y = -x;
+    // Twice y may be infinite: then the remainder is `a` itself.
+    let rest = libm::fmod(a, 2.0 * y);
+    let rest = if rest >= y {
+        (rest - y) - y
+    } else if rest < x {
+        (rest + y) + y
+    } else {
+        rest
+    };
+    if rest >= y { x } else { rest + 0.0 }
+}
+
+/// Two's complement fixed point with 24 fraction bits, saturated to 64 bits.
+pub fn to_fixed(value: f64) -> i64 {
+    round(finite(value) * 16_777_216.0) as i64
+}
+
+/// Back from [`to_fixed`].
+pub fn from_fixed(value: i64) -> f64 {
+    value as f64 / 16_777_216.0
+}
+
+/// `a & b`.
+pub fn and(a: f64, b: f64) -> f64 {
+    from_fixed(to_fixed(a) & to_fixed(b))
+}
+
+/// `a | b`.
+pub fn or(a: f64, b: f64) -> f64 {
+    from_fixed(to_fixed(a) | to_fixed(b))
+}
+
+/// `a ^ b`.
+pub fn xor(a: f64, b: f64) -> f64 {
+    from_fixed(to_fixed(a) ^ to_fixed(b))
+}
+
+/// `a ~ b`: less than one apart.
+pub fn near(a: f64, b: f64) -> bool {
+    (a - b).abs() < 1.0
+}
+
+/// An integer operation's result in 24 bits of two's complement.
+pub fn wrap24(value: i64) -> i32 {
+    ((value << 40) >> 40) as i32
+}
+
+/// The integer quotient towards zero, 0 by zero, in 24 bits.
+pub fn int_div(a: i32, b: i32) -> i32 {
+    wrap24(i64::from(a).checked_div(i64::from(b)).unwrap_or(0))
+}
+
+/// The integer form of [`modulo`], in 24 bits.
+pub fn int_modulo(a: i32, x: i32) -> i32 {
+    let (a, x) = (i64::from(a), i64::from(x));
+    wrap24(match x {
+        0 => 0,
+        1.. => a.rem_euclid(x),
+        _ => (a - x).rem_euclid(-2 * x) + x,
+    })
+}
+
+/// ABS.
+pub fn abs(value: f64) -> f64 {
+    finite(value.abs())
+}
+
+/// INT: the greatest integer not above.
+pub fn int(value: f64) -> f64 {
+    finite(libm::floor(value))
+}
+
+/// SQRT; 0 below 0.
+pub fn sqrt(value: f64) -> f64 {
+    finite(libm::sqrt(value))
+}
+
+/// EXP; the largest double on overflow.
+pub fn exp(value: f64) -> f64 {
+    finite(libm::exp(value))
+}
+
+/// LN; 0 for 0 and below.
+pub fn ln(value: f64) -> f64 {
+    if value > 0.0 { finite(libm::log(value)) } else { 0.0 }
+}
+
+/// pi/180 less its nearest double, and 180/pi less its.
+const RADIAN_HI: f64 = PI / 180.0;
+const RADIAN_LO: f64 = 2.948_652_270_870_168_6e-19;
+const DEGREE_HI: f64 = 180.0 / PI;
+const DEGREE_LO: f64 = -1.987_849_567_057_628_5e-15;
+
+/// `a * (hi + lo)` as a sum of two doubles.
+fn scale(a: f64, hi: f64, lo: f64) -> (f64, f64) {
+    let product = a * hi;
+    (product, libm::fma(a, hi, -product) + a * lo)
+}
+
+/// Degrees, 0 to 90, to radians in two parts.
+fn radians(degrees: f64) -> (f64, f64) {
+    scale(degrees, RADIAN_HI, RADIAN_LO)
+}
+
+fn degrees(radians: f64) -> f64 {
+    let (hi, lo) = scale(radians, DEGREE_HI, DEGREE_LO);
+    hi + lo
+}
+
+/// The sine of 0 to 45 degrees.
+fn sin_first(angle: f64) -> f64 {
+    if angle == 30.0 {
+        return 0.5;
+    }
+    let (hi, lo) = radians(angle);
+    libm::sin(hi) + lo * libm::cos(hi)
+}
+
+/// The cosine of 0 to 45 degrees.
+fn cos_first(angle: f64) -> f64 {
+    let (hi, lo) = radians(angle);
+    libm::cos(hi) - lo * libm::sin(hi)
+}
+
+/// The magnitude exactly reduced: how many quarter turns, and the rest of 0 to 90 degrees.
+fn quarter(angle: f64) -> (u32, f64) {
+    let turn = libm::fmod(angle.abs(), 360.0);
+    let count = libm::floor(turn / 90.0).clamp(0.0, 3.0);
+    let rest = turn - 90.0 * count;
+    // The quotient may have been rounded up to a whole number.
+    if rest < 0.0 { (count as u32 - 1, rest + 90.0) } else { (count as u32, rest) }
+}
+
+/// The sine of an angle of so many quarter turns and a rest.
+fn sin_quarter(count: u32, rest: f64) -> f64 {
+    let co = |rest: f64| if rest <= 45.0 { cos_first(rest) } else { sin_first(90.0 - rest) };
+    let straight = |rest: f64| if rest <= 45.0 { sin_first(rest) } else { cos_first(90.0 - rest) };
+    match count & 3 {
+        0 => straight(rest),
+        1 => co(rest),
+        2 => -straight(rest),
+        _ => -co(rest),
+    }
+}
+
+/// SIN, in degrees unless `rad`.
+pub fn sin(value: f64, rad: bool) -> f64 {
+    if !value.is_finite() {
+        return 0.0;
+    }
+    if rad {
+        return libm::sin(value);
+    }
+    let (count, rest) = quarter(value);
+    let sine = sin_quarter(count, rest);
+    (if value < 0.0 { -sine } else { sine }) + 0.0
+}
+
+/// COS, in degrees unless `rad`.
+pub fn cos(value: f64, rad: bool) -> f64 {
+    if !value.is_finite() {
+        return 0.0;
+    }
+    if rad {
+        return libm::cos(value);
+    }
+    let (count, rest) = quarter(value);
+    sin_quarter(count + 1, rest) + 0.0
+}
+
+/// TAN, in degrees unless `rad`; the largest double at 90 and 270 degrees.
+pub fn tan(value: f64, rad: bool) -> f64 {
+    if !value.is_finite() {
+        return 0.0;
+    }
+    if rad {
+        return finite(libm::tan(value));
+    }
+    let (count, rest) = quarter(value);
+    let odd = count & 1 == 1;
+    if rest == 0.0 {
+        return if odd { f64::MAX } else { 0.0 };
+    }
+    // In the second and fourth quarter the tangent is that of the rest to 90 degrees, negative.
+    let (angle, sign) = if odd { (90.0 - rest, -1.0) } else { (rest, 1.0) };
+    let sign = if value < 0.0 { -sign } else { sign };
+    if angle == 45.0 {
+        return sign;
+    }
+    let (hi, lo) = radians(angle);
+    let tangent = libm::tan(hi);
+    sign * (tangent + lo * (1.0 + tangent * tangent))
+}
+
+/// ASIN, in degrees unless `rad`; 0 outside -1 to 1.
+pub fn asin(value: f64, rad: bool) -> f64 {
+    if value.is_nan() || value.abs() > 1.0 {
+        return 0.0;
+    }
+    if rad {
+        return libm::asin(value);
+    }
+    if value.abs() == 0.5 {
+        return 60.0 * value;
+    }
+    if value.abs() == 1.0 {
+        return 90.0 * value;
+    }
+    degrees(libm::asin(value))
+}
+
+/// ACOS, in degrees unless `rad`; 0 outside -1 to 1.
+pub fn acos(value: f64, rad: bool) -> f64 {
+    if value.is_nan() || value.abs() > 1.0 {
+        return 0.0;
+    }
+    if rad {
+        return libm::acos(value);
+    }
+    if value == 0.0 || value.abs() == 0.5 || value.abs() == 1.0 {
+        return 90.0 - asin(value, false);
+    }
+    degrees(libm::acos(value))
+}
+
+/// ATAN, in degrees unless `rad`.
+pub fn atan(value: f64, rad: bool) -> f64 {
+    if value.is_nan() {
+        return 0.0;
+    }
+    if rad {
+        return libm::atan(value);
+    }
+    if value.abs() == 1.0 {
+        return 45.0 * value;
+    }
+    if value.is_infinite() {
+        return libm::copysign(90.0, value);
+    }
+    degrees(libm::atan(value))
+}
+
+/// ATAN2 of a sine and a cosine, from -180 to 180 degrees, or in radians if `rad`.
+pub fn atan2(sine: f64, cosine: f64, rad: bool) -> f64 {
+    if sine.is_nan() || cosine.is_nan() {
+        return 0.0;
+    }
+    let (sine, cosine) = (sine + 0.0, cosine + 0.0);
+    if rad {
+        return libm::atan2(sine, cosine);
+    }
+    let sign = libm::copysign(1.0, sine);
+    if sine == 0.0 {
+        return if cosine < 0.0 { 180.0 } else { 0.0 };
+    }
+    if cosine == 0.0 {
+        return 90.0 * sign;
+    }
+    if sine.abs() == cosine.abs() {
+        return if cosine < 0.0 { 135.0 * sign } else { 45.0 * sign };
+    }
+    degrees(libm::atan2(sine, cosine))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MAX: f64 = f64::MAX;
+    const INF: f64 = f64::INFINITY;
+    const NAN: f64 = f64::NAN;
+
+    #[test]
+    fn stores_are_finite_and_never_minus_zero() {
+        assert_eq!(finite(NAN), 0.0);
+        assert_eq!(finite(INF), MAX);
+        assert_eq!(finite(-INF), -MAX);
+        assert_eq!(finite(-0.0).to_bits(), 0);
+        assert_eq!(finite(-5e-324), -5e-324);
+    }
+
+    #[test]
+    fn ties_round_away_from_zero() {
+        for (value, expected) in [
+            (0.5, 1.0),
+            (-0.5, -1.0),
+            (2.5, 3.0),
+            (-2.5, -3.0),
+            (0.499_999_999_999_999_94, 0.0),
+            (4_503_599_627_370_497.0, 4_503_599_627_370_497.0),
+            (4_503_599_627_370_495.5, 4_503_599_627_370_496.0),
+            (1e300, 1e300),
+        ] {
+            assert_eq!(round(value), expected, "{value}");
+        }
+    }
+
+    #[test]
+    fn division_by_zero_has_the_dividends_sign() {
+        assert_eq!(div(1.0, 0.0), MAX);
+        assert_eq!(div(1.0, -0.0), MAX);
+        assert_eq!(div(-1e-300, 0.0), -MAX);
+        assert_eq!(div(0.0, 0.0), 0.0);
+        assert_eq!(div(NAN, 0.0), 0.0);
+        assert_eq!(div(7.0, 2.0), 3.5);
+    }
+
+    #[test]
+    fn modulo_stays_in_range() {
+        for (a, x, expected) in [
+            (7.0, 3.0, 1.0),
+            (-7.0, 3.0, 2.0),
+            (-6.0, 3.0, 0.0),
+            (7.0, -3.0, 1.0),
+            (4.0, -3.0, -2.0),
+            (3.0, -3.0, -3.0),
+            (-3.0, -3.0, -3.0),
+            (-4.0, -3.0, 2.0),
+            (2.5, 1.0, 0.5),
+            (-1e-300, 360.0, 0.0),
+            (5.0, 0.0, 0.0),
+            (INF, 3.0, 0.0),
+            (3.0, INF, 0.0),
+            (NAN, 3.0, 0.0),
+            (MAX, -MAX, -MAX),
+            (-MAX, -MAX, -MAX),
+            (1e308, -MAX, 1e308),
+            (1e300, 7.0, libm::fmod(1e300, 7.0)),
+        ] {
+            let result = modulo(a, x);
+            assert_eq!(result, expected, "{a} % {x}");
+            assert!(!(result == 0.0 && result.is_sign_negative()), "{a} % {x} is -0");
+        }
+        let samples =
+            [0.1, 1.0, -1.0, 3.7, -3.7, 1e-10, -1e-10, 1e10, -1e17, 5e-324, -5e-324, 1e300, -MAX];
+        for a in samples {
+            for x in samples {
+                let result = modulo(a, x);
+                if x > 0.0 {
+                    assert!((0.0..x).contains(&result), "{a} % {x} = {result}");
+                } else {
+                    assert!((x..-x).contains(&result), "{a} % {x} = {result}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn bit_operators_work_on_fractions_too() {
+        assert_eq!(and(6.0, 3.0), 2.0);
+        assert_eq!(or(6.0, 3.0), 7.0);
+        assert_eq!(xor(6.0, 3.0), 5.0);
+        assert_eq!(and(1.75, 0.5), 0.5);
+        assert_eq!(and(-1.0, 255.0), 255.0);
+        assert_eq!(or(-1.0, 255.0), -1.0);
+        assert_eq!(xor(-1.0, 0.0), -1.0);
+        assert_eq!(and(0.0, NAN), 0.0);
+        // 2^-25 is a tie and rounds to one unit.
+        assert_eq!(or(0.0, 2.0_f64.powi(-25)), 2.0_f64.powi(-24));
+        assert_eq!(or(0.0, -2.0_f64.powi(-25)), -2.0_f64.powi(-24));
+        assert_eq!(or(1e300, 0.0), 2.0_f64.powi(39));
+        assert_eq!(or(-INF, 0.0), -2.0_f64.powi(39));
+        assert_eq!(and(INF, 1.0), 1.0);
+    }
+
+    #[test]
+    fn near_is_within_one() {
+        assert!(near(1.0, 1.999));
+        assert!(!near(1.0, 2.0));
+        assert!(!near(INF, INF));
+    }
+
+    #[test]
+    fn integers_wrap_at_24_bits() {
+        assert_eq!(wrap24(0x7F_FFFF + 1), -0x80_0000);
+        assert_eq!(wrap24(-0x80_0001), 0x7F_FFFF);
+        assert_eq!(int_div(-7, 2), -3);
+        assert_eq!(int_div(7, 0), 0);
+        assert_eq!(int_div(-0x80_0000, -1), -0x80_0000);
+        for a in -20..20 {
+            for x in -7..7 {
+                assert_eq!(
+                    f64::from(int_modulo(a, x)),
+                    modulo(f64::from(a), f64::from(x)),
+                    "{a} % {x}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn functions_are_finite_everywhere() {
+        assert_eq!(sqrt(-1.0), 0.0);
+        assert_eq!(sqrt(INF), MAX);
+        assert_eq!(ln(0.0), 0.0);
+        assert_eq!(ln(-1.0), 0.0);
+        assert_eq!(ln(NAN), 0.0);
+        assert_eq!(exp(1000.0), MAX);
+        assert_eq!(exp(-1000.0), 0.0);
+        assert_eq!(sin(-1e-300, false), -1e-300 * RADIAN_HI);
+        assert_eq!(tan(-45.0, false), -1.0);
+        assert_eq!(tan(-90.0, false), MAX);
+        assert_eq!(asin(1.5, false), 0.0);
+        assert_eq!(acos(-1.5, true), 0.0);
+        assert_eq!(int(2.5), 2.0);
+        assert_eq!(int(-2.5), -3.0);
+        assert_eq!(abs(-INF), MAX);
+        for rad in [false, true] {
+            for value in [NAN, INF, -INF, MAX, -MAX, 1e22, 5e-324, 0.0, -0.0] {
+                for function in [sin, cos, tan, asin, acos, atan] {
+                    assert!(function(value, rad).is_finite(), "{value}");
+                }
+                for cosine in [NAN, INF, -INF, 0.0, -0.0, 1.0] {
+                    assert!(atan2(value, cosine, rad).is_finite());
+                }
+                for function in [sqrt, ln, exp, int, abs] {
+                    assert!(function(value).is_finite());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn degrees_are_exact_where_the_result_is() {
+        for turn in [-720.0, -360.0, 0.0, 360.0, 3_600_000.0] {
+            for (angle, sine, cosine) in
+                [(0.0, 0.0, 1.0), (90.0, 1.0, 0.0), (180.0, 0.0, -1.0), (270.0, -1.0, 0.0)]
+            {
+                assert_eq!(sin(turn + angle, false), sine, "{angle}");
+                assert_eq!(cos(turn + angle, false), cosine, "{angle}");
+            }
+            for (angle, sine) in [(30.0, 0.5), (150.0, 0.5), (210.0, -0.5), (330.0, -0.5)] {
+                assert_eq!(sin(turn + angle, false), sine, "{angle}");
+                assert_eq!(cos(turn + angle - 90.0, false), sine, "{angle}");
+            }
+            for (angle, tangent) in [
+                (0.0, 0.0),
+                (45.0, 1.0),
+                (90.0, MAX),
+                (135.0, -1.0),
+                (180.0, 0.0),
+                (225.0, 1.0),
+                (270.0, MAX),
+                (315.0, -1.0),
+            ] {
+                assert_eq!(tan(turn + angle, false), tangent, "{angle}");
+            }
+        }
+        for (value, angle) in [(0.0, 0.0), (0.5, 30.0), (1.0, 90.0), (-0.5, -30.0), (-1.0, -90.0)] {
+            assert_eq!(asin(value, false), angle);
+            assert_eq!(acos(value, false), 90.0 - angle);
+        }
+        assert_eq!(atan(1.0, false), 45.0);
+        assert_eq!(atan(-INF, false), -90.0);
+        for (sine, cosine, angle) in [
+            (0.0, 1.0, 0.0),
+            (1.0, 1.0, 45.0),
+            (1.0, 0.0, 90.0),
+            (2.0, -2.0, 135.0),
+            (0.0, -1.0, 180.0),
+            (-0.0, -1.0, 180.0),
+            (-1.0, -1.0, -135.0),
+            (-3.0, 0.0, -90.0),
+            (-1.0, 1.0, -45.0),
+            (0.0, 0.0, 0.0),
+        ] {
+            assert_eq!(atan2(sine, cosine, false), angle, "{sine} {cosine}");
+        }
+    }
+
+    #[test]
+    fn trigonometry_agrees_with_its_identities() {
+        for step in 0..3600 {
+            let angle = f64::from(step) / 7.0;
+            let (sine, cosine) = (sin(angle, false), cos(angle, false));
+            assert!((sine * sine + cosine * cosine - 1.0).abs() < 4e-16, "{angle}");
+            assert!((sin(-angle, false) + sine).abs() < 1e-14);
+            let back = modulo(atan2(sine, cosine, false), 360.0);
+            let expected = modulo(angle, 360.0);
+            let gap = modulo(back - expected, -180.0);
+            assert!(gap.abs() < 1e-13, "{angle}");
+            assert!((sin(angle * RADIAN_HI, true) - sine).abs() < 1e-13);
+        }
+    }
+}

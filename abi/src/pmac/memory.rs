@@ -1,0 +1,439 @@
+//! General access to a PMAC's memory: any variable through any definition.
+//!
+//! Memory is one (rulings, Values): P, Q and the definitions of the M-variables are doubles and
+//! codes of their own in the image, and are turned into 24-bit words only when somebody looks at
+//! them as such.
+
+use alloc::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::definition::{Definition, Field};
+use super::fixed;
+use super::layout::{Layout, Place, Space};
+use super::math::finite;
+use crate::image::{
+    read_f64, read_u8, read_u32, read_u64, write_f64, write_u8, write_u32, write_u64,
+};
+
+/// Words outside the image: address to X and Y. Those that hold 0 are not kept.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Far(BTreeMap<u32, (u32, u32)>);
+
+impl Far {
+    /// The X and Y words at an address.
+    pub fn get(&self, address: u32) -> (u32, u32) {
+        self.0.get(&address).copied().unwrap_or_default()
+    }
+
+    /// Sets the X and Y words at an address.
+    pub fn set(&mut self, address: u32, words: (u32, u32)) {
+        if words == (0, 0) {
+            self.0.remove(&address);
+        } else {
+            self.0.insert(address, words);
+        }
+    }
+}
+
+/// A PMAC's memory.
+pub struct Memory<'a> {
+    /// The process image.
+    pub image: &'a mut [u8],
+    /// Its layout.
+    pub layout: &'a Layout,
+    /// What is not in it.
+    pub far: &'a mut Far,
+}
+
+impl Memory<'_> {
+    /// Reads a word.
+    pub fn read_word(&self, space: Space, address: u32) -> u32 {
+        let address = address & self.layout.address_mask();
+        let half = |value: f64| {
+            let (x, y) = fixed::to_float48(value);
+            if space == Space::X { x } else { y }
+        };
+        match self.layout.place(space, address) {
+            Place::Word(offset) => read_u32(self.image, offset) & 0xFF_FFFF,
+            Place::P(number) => half(read_f64(self.image, self.layout.p_offset(number))),
+            Place::Q(number) => half(read_f64(self.image, self.layout.q_offset(number))),
+            Place::Definition(number) => {
+                let code = read_u32(self.image, self.layout.mdef + 8 * number);
+                code & self.layout.address_mask()
+            }
+            Place::Far => {
+                let (x, y) = self.far.get(address);
+                if space == Space::X { x } else { y }
+            }
+        }
+    }
+
+    /// Writes a word's 24 bits.
+    pub fn write_word(&mut self, space: Space, address: u32, word: u32) {
+        let address = address & self.layout.address_mask();
+        let word = word & 0xFF_FFFF;
+        match self.layout.place(space, address) {
+            Place::Word(offset) => write_u32(self.image, offset, word),
+            Place::P(number) => self.write_half(self.layout.p_offset(number), space, word),
+            Place::Q(number) => self.write_half(self.layout.q_offset(number), space, word),
+            Place::Definition(number) => {
+                let offset = self.layout.mdef + 8 * number;
+                let mask = u64::from(self.layout.address_mask());
+                let code = read_u64(self.image, offset);
+                self.set_code(number, (code & !mask) | (u64::from(word) & mask));
+            }
+            Place::Far => {
+                let (x, y) = self.far.get(address);
+                let words = if space == Space::X { (word, y) } else { (x, word) };
+                self.far.set(address, words);
+            }
+        }
+    }
+
+    fn write_half(&mut self, offset: u32, space: Space, word: u32) {
+        let (x, y) = fixed::to_float48(read_f64(self.image, offset));
+        let (x, y) = if space == Space::X { (word, y) } else { (x, word) };
+        write_f64(self.image, offset, fixed::from_float48(x, y));
+    }
+
+    /// Reads a field of a word.
+    pub fn read_field(&self, space: Space, address: u32, field: Field) -> i32 {
+        fixed::read_field(self.read_word(space, address), field)
+    }
+
+    /// Replaces a field of a word by the low bits of `bits`.
+    pub fn write_field(&mut self, space: Space, address: u32, field: Field, bits: u32) {
+        let word = self.read_word(space, address);
+        self.write_word(space, address, fixed::insert_field(word, field, bits));
+    }
+
+    fn pair(&self, address: u32) -> (u32, u32) {
+        (self.read_word(Space::X, address), self.read_word(Space::Y, address))
+    }
+
+    fn set_pair(&mut self, address: u32, x: u32, y: u32) {
+        self.write_word(Space::X, address, x);
+        self.write_word(Space::Y, address, y);
+    }
+
+    /// Where the double is that an `L:` address means, if it is a P or a Q.
+    fn double(&self, address: u32) -> Option<u32> {
+        match self.layout.place(Space::X, address) {
+            Place::P(number) => Some(self.layout.p_offset(number)),
+            Place::Q(number) => Some(self.layout.q_offset(number)),
+            _ => None,
+        }
+    }
+
+    /// The definition of an M-variable as it is now.
+    pub fn definition(&self, number: u32) -> Definition {
+        let number = number & (self.layout.count - 1);
+        Definition::decode(read_u64(self.image, self.layout.mdef + 8 * number))
+    }
+
+    /// Defines an M-variable. `*` starts with the value 0.
+    pub fn define(&mut self, number: u32, definition: Definition) {
+        self.set_code(number & (self.layout.count - 1), definition.encode());
+    }
+
+    /// Changes a definition's code, with `moved` and `epoch`.
+    fn set_code(&mut self, number: u32, code: u64) {
+        let layout = self.layout;
+        let offset = layout.mdef + 8 * number;
+        let old = read_u64(self.image, offset);
+        if old == code {
+            return;
+        }
+        write_u64(self.image, offset, code);
+        // A `*` variable's low half is its value, not a place.
+        let place = |code: u64| {
+            if Definition::decode(code) == Definition::Star { 0 } else { code }
+        };
+        if place(old) == place(code) {
+            return;
+        }
+        let loaded = read_u64(self.image, layout.mload + 8 * number);
+        let moved = place(loaded) != place(code);
+        write_u8(self.image, layout.moved + number, u8::from(moved));
+        let epoch = read_u32(self.image, layout.epoch);
+        write_u32(self.image, layout.epoch, epoch.wrapping_add(1));
+    }
+
+    /// Whether an M-variable's definition differs from the one after load.
+    pub fn is_moved(&self, number: u32) -> bool {
+        read_u8(self.image, self.layout.moved + (number & (self.layout.count - 1))) != 0
+    }
+
+    /// Reads an M-variable; the number wraps.
+    pub fn read_m(&self, number: u32) -> f64 {
+        let number = number & (self.layout.count - 1);
+        match self.definition(number) {
+            Definition::Star => {
+                let value = read_u32(self.image, self.layout.mdef + 8 * number);
+                fixed::sign_extend(u64::from(value), 21) as f64
+            }
+            Definition::Tw { .. } => finite(read_f64(self.image, self.layout.tw + 8 * number)),
+            definition => self.read(definition),
+        }
+    }
+
+    /// Writes an M-variable; the number wraps.
+    pub fn write_m(&mut self, number: u32, value: f64) {
+        let number = number & (self.layout.count - 1);
+        match self.definition(number) {
+            Definition::Star => {
+                let value = fixed::bits(value) as u32 & 0x1F_FFFF;
+                write_u32(self.image, self.layout.mdef + 8 * number, value);
+            }
+            Definition::Tw { .. } => {
+                write_f64(self.image, self.layout.tw + 8 * number, finite(value));
+            }
+            definition => self.write(definition, value),
+        }
+    }
+
+    /// Reads through a definition; `*` and multiplexed ones, which belong to a number, give 0.
+    pub fn read(&self, definition: Definition) -> f64 {
+        match definition {
+            Definition::Star | Definition::Tw { .. } => 0.0,
+            Definition::X { address, field } => {
+                f64::from(self.read_field(Space::X, address, field))
+            }
+            Definition::Y { address, field } => {
+                f64::from(self.read_field(Space::Y, address, field))
+            }
+            Definition::D { address } => {
+                let (x, y) = self.pair(address);
+                fixed::sign_extend(u64::from(x) << 24 | u64::from(y), 48) as f64
+            }
+            Definition::Dp { address } => f64::from(self.dual_port(address) as i32),
+            Definition::L { address } => match self.double(address) {
+                Some(offset) => finite(read_f64(self.image, offset)),
+                None => {
+                    let (x, y) = self.pair(address);
+                    fixed::from_float48(x, y)
+                }
+            },
+            Definition::F { address } => fixed::from_single(self.dual_port(address)),
+        }
+    }
+
+    /// Writes through a definition; `*` and multiplexed ones, which belong to a number, take
+    /// nothing.
+    pub fn write(&mut self, definition: Definition, value: f64) {
+        match definition {
+            Definition::Star | Definition::Tw { .. } => {}
+            Definition::X { address, field } => {
+                self.write_field(Space::X, address, field, fixed::field_bits(value, field.format));
+            }
+            Definition::Y { address, field } => {
+                self.write_field(Space::Y, address, field, fixed::field_bits(value, field.format));
+            }
+            Definition::D { address } => {
+                let bits = fixed::bits(value);
+                self.set_pair(address, (bits >> 24) as u32, bits as u32);
+            }
+            Definition::Dp { address } => {
+                self.set_dual_port(address, fixed::bits(value) as u32);
+            }
+            Definition::L { address } => match self.double(address) {
+                Some(offset) => write_f64(self.image, offset, finite(value)),
+                None => {
+                    let (x, y) = fixed::to_float48(value);
+                    self.set_pair(address, x, y);
+                }
+            },
+            Definition::F { address } => self.set_dual_port(address, fixed::to_single(value)),
+        }
+    }
+
+    /// The low 16 bits of X over those of Y.
+    fn dual_port(&self, address: u32) -> u32 {
+        let (x, y) = self.pair(address);
+        (x & 0xFFFF) << 16 | y & 0xFFFF
+    }
+
+    fn set_dual_port(&mut self, address: u32, bits: u32) {
+        let (x, y) = self.pair(address);
+        self.set_pair(address, x & 0xFF_0000 | bits >> 16, y & 0xFF_0000 | bits & 0xFFFF);
+    }
+
+    /// Makes the definitions as they are now those after load.
+    pub fn seal(&mut self) {
+        let layout = self.layout;
+        for number in 0..layout.count {
+            let code = read_u64(self.image, layout.mdef + 8 * number);
+            write_u64(self.image, layout.mload + 8 * number, code);
+            write_u8(self.image, layout.moved + number, 0);
+        }
+        write_u32(self.image, layout.epoch, 0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use alloc::{vec, vec::Vec};
+
+    use super::super::definition::Format;
+    use super::*;
+
+    struct Machine {
+        layout: Layout,
+        image: Vec<u8>,
+        far: Far,
+    }
+
+    impl Machine {
+        fn new(turbo: bool) -> Self {
+            let layout = Layout::new(turbo);
+            Self { layout, image: vec![0; layout.size as usize], far: Far::default() }
+        }
+
+        fn memory(&mut self) -> Memory<'_> {
+            Memory { image: &mut self.image, layout: &self.layout, far: &mut self.far }
+        }
+    }
+
+    fn field(offset: u8, width: u8, format: Format) -> Field {
+        Field { offset, width, format }
+    }
+
+    const L_P1: Definition = Definition::L { address: 0x1001 };
+
+    #[test]
+    fn an_undefined_variable_holds_21_bits() {
+        let mut machine = Machine::new(false);
+        let mut memory = machine.memory();
+        memory.write_m(5, -3.4);
+        assert_eq!(memory.read_m(5), -3.0);
+        memory.write_m(5, 1_048_576.0);
+        assert_eq!(memory.read_m(5), -1_048_576.0);
+        memory.write_m(5, 1_048_575.0);
+        assert_eq!(memory.read_m(5), 1_048_575.0);
+        // The word of the definition shows the value's low 16 bits.
+        assert_eq!(memory.read_word(Space::Y, 0xBC05), 0xFFFF);
+        memory.write_word(Space::Y, 0xBC05, 0xFF_0001);
+        assert_eq!(memory.read_m(5), 983_041.0);
+        assert!(!memory.is_moved(5));
+    }
+
+    #[test]
+    fn the_guides_array_moves_a_definition() {
+        let mut machine = Machine::new(false);
+        let mut memory = machine.memory();
+        memory.define(34, L_P1);
+        memory.define(35, Definition::Y { address: 0xBC22, field: field(0, 16, Format::U) });
+        memory.seal();
+        assert!(!memory.is_moved(34));
+        for k in 0..10 {
+            memory.write_m(34, 31.0 + f64::from(k));
+            let next = memory.read_m(35) + 1.0;
+            memory.write_m(35, next);
+        }
+        assert!(memory.is_moved(34));
+        assert!(!memory.is_moved(35));
+        let epoch = read_u32(memory.image, memory.layout.epoch);
+        assert_eq!(epoch, 10);
+        memory.write_m(35, f64::from(0x1001));
+        assert!(!memory.is_moved(34));
+        let p: Vec<f64> = (0..12).map(|n| read_f64(&machine.image, 8 * n)).collect();
+        assert_eq!(p, [0., 31., 32., 33., 34., 35., 36., 37., 38., 39., 40., 0.]);
+    }
+
+    #[test]
+    fn a_definitions_high_bits_read_zero_and_stay() {
+        let mut machine = Machine::new(false);
+        let mut memory = machine.memory();
+        let definition = Definition::X { address: 0xC003, field: field(0, 24, Format::S) };
+        memory.define(3, definition);
+        assert_eq!(memory.read_word(Space::Y, 0xBC03), 0xC003);
+        memory.write_word(Space::Y, 0xBC03, 0xFF_1234);
+        assert_eq!(memory.read_word(Space::Y, 0xBC03), 0x1234);
+        assert_eq!(
+            memory.definition(3),
+            Definition::X { address: 0x1234, field: field(0, 24, Format::S) }
+        );
+        let mut turbo = Machine::new(true);
+        let mut memory = turbo.memory();
+        memory.define(3, definition);
+        memory.write_word(Space::Y, 0x4003, 0x12_3456);
+        assert_eq!(memory.read_word(Space::Y, 0x4003), 0x12_3456);
+    }
+
+    #[test]
+    fn a_p_variable_shows_its_words() {
+        let mut machine = Machine::new(false);
+        let mut memory = machine.memory();
+        memory.write(L_P1, 10.0);
+        assert_eq!(memory.read_word(Space::X, 0x1001), 0x50_0000);
+        assert_eq!(memory.read_word(Space::Y, 0x1001), 0x804);
+        memory.write_word(Space::Y, 0x1001, 0x805);
+        assert_eq!(memory.read(L_P1), 20.0);
+        memory.write_word(Space::X, 0x1001, 0xC0_0000);
+        assert_eq!(memory.read(L_P1), -16.0);
+        // 48 bits as an integer, and back.
+        let whole = Definition::D { address: 0x1001 };
+        let value = memory.read(whole);
+        memory.write(whole, value);
+        assert_eq!(memory.read(L_P1), -16.0);
+        // What is never looked at as words keeps all its digits.
+        memory.write(L_P1, 0.1);
+        assert_eq!(memory.read(L_P1), 0.1);
+    }
+
+    #[test]
+    fn double_words_have_x_high() {
+        let mut machine = Machine::new(false);
+        let mut memory = machine.memory();
+        let long = Definition::D { address: 0x28 };
+        memory.write(long, -1.0);
+        assert_eq!(memory.read_word(Space::X, 0x28), 0xFF_FFFF);
+        memory.write(long, 16_777_216.0 * 3.0 + 5.0);
+        assert_eq!(memory.read_word(Space::X, 0x28), 3);
+        assert_eq!(memory.read_word(Space::Y, 0x28), 5);
+        assert_eq!(memory.read(long), 50_331_653.0);
+        memory.write(long, 1e300);
+        assert_eq!(memory.read(long), 0.0);
+        let port = Definition::Dp { address: 0xD201 };
+        memory.write(port, -2.0);
+        assert_eq!(memory.read_word(Space::X, 0xD201), 0xFFFF);
+        assert_eq!(memory.read_word(Space::Y, 0xD201), 0xFFFE);
+        assert_eq!(memory.read(port), -2.0);
+        let float = Definition::F { address: 0xD7FF };
+        memory.write(float, 0.1);
+        assert_eq!(memory.read(float), f64::from(0.1_f32));
+        assert_eq!(memory.read_word(Space::X, 0xD7FF), 0x3DCC);
+        let far = Definition::L { address: 0x822 };
+        memory.write(far, -1.0);
+        assert_eq!(memory.read_word(Space::X, 0x822), 0xC0_0000);
+        assert_eq!(memory.read(far), -1.0);
+    }
+
+    #[test]
+    fn thumbwheels_keep_what_was_written() {
+        let mut machine = Machine::new(false);
+        let mut memory = machine.memory();
+        memory.define(100, Definition::Tw { address: 4 });
+        memory.write_m(100, 12.345);
+        assert_eq!(memory.read_m(100), 12.345);
+        assert_eq!(memory.read_m(101), 0.0);
+    }
+
+    #[test]
+    fn turbo_reaches_every_address() {
+        let mut machine = Machine::new(true);
+        let mut memory = machine.memory();
+        for address in [0_u32, 0xBC00, 0x5_0000, 0x6_0000, 0x7_8C00, 0xFF_FFFF] {
+            let x = Definition::X { address, field: Field::WORD };
+            let y = Definition::Y { address, field: Field::WORD };
+            memory.write(x, 5.0);
+            memory.write(y, 6.0);
+            assert_eq!((memory.read(x), memory.read(y)), (5.0, 6.0));
+        }
+        assert_eq!(machine.far.0.len(), 2);
+        machine.memory().write_word(Space::X, 0x5_0000, 0);
+        machine.memory().write_word(Space::Y, 0x5_0000, 0);
+        assert_eq!(machine.far.0.len(), 1);
+    }
+}

@@ -1,0 +1,18 @@
+//! What PMAC's executive knows of a program, and what all engines share: [where](layout) memory
+//! stands in the image, how [general access](memory) to it goes, its [formats](fixed) and its
+//! [arithmetic](math).
+
+pub mod definition;
+pub mod fixed;
+pub mod layout;
+pub mod math;
+pub mod memory;
+pub mod pure;
+pub mod range;
+pub mod tables;
+
+pub use definition::{Definition, Field, Format};
+pub use layout::{COMMAND_CONTEXT, Layout, Place, Run, Space, context};
+pub use memory::{Far, Memory};
+pub use range::Range;
+pub use tables::{Define, Kind, PlcOp, PmacTables, Program, Text, Variable};

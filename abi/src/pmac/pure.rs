@@ -1,0 +1,50 @@
+//! The host functions that depend on nothing but their arguments.
+
+use super::{fixed, math, range};
+use crate::HostFn;
+
+/// The result of a pure function of PMAC's, `None` for any other: for hosts, and for compilers
+/// that fold constants.
+pub fn call(function: HostFn, args: [u64; 4]) -> Option<u64> {
+    let [a, b, c, _] = args.map(f64::from_bits);
+    let rad = args[1] as u32 != 0;
+    let value = match function {
+        HostFn::PmacMod => math::modulo(a, b),
+        HostFn::PmacAnd => math::and(a, b),
+        HostFn::PmacOr => math::or(a, b),
+        HostFn::PmacXor => math::xor(a, b),
+        HostFn::PmacSin => math::sin(a, rad),
+        HostFn::PmacCos => math::cos(a, rad),
+        HostFn::PmacTan => math::tan(a, rad),
+        HostFn::PmacAsin => math::asin(a, rad),
+        HostFn::PmacAcos => math::acos(a, rad),
+        HostFn::PmacAtan => math::atan(a, rad),
+        HostFn::PmacAtan2 => math::atan2(a, b, args[2] as u32 != 0),
+        HostFn::PmacSqrt => math::sqrt(a),
+        HostFn::PmacLn => math::ln(a),
+        HostFn::PmacExp => math::exp(a),
+        HostFn::PmacRange => range::integer(a, b, c),
+        HostFn::PmacBits => return Some(fixed::bits(a)),
+        HostFn::PmacBcd => return Some(u64::from(fixed::to_bcd(a))),
+        _ => return None,
+    };
+    Some(value.to_bits())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pure_function_is_answered() {
+        let args = [3.5_f64.to_bits(), 0, 0, 0];
+        for function in HostFn::ALL {
+            let ours = function.name().starts_with("pmac_");
+            assert_eq!(call(*function, args).is_some(), ours && function.is_pure(), "{function:?}");
+        }
+        let half = call(HostFn::PmacSin, [30_f64.to_bits(), 0, 0, 0]);
+        assert_eq!(half, Some(0.5_f64.to_bits()));
+        let angle = call(HostFn::PmacAtan2, [1_f64.to_bits(), 1_f64.to_bits(), 0, 0]);
+        assert_eq!(angle, Some(45_f64.to_bits()));
+    }
+}

@@ -1,0 +1,151 @@
+//! The tables of a PMAC download.
+
+use alloc::{string::String, vec::Vec};
+
+use serde::{Deserialize, Serialize};
+
+use super::{definition::Definition, layout::Run, memory::Far, range::Range};
+
+/// What happens to PLCs (ENABLE to RESUME); the numbers are the host function's argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(u32)]
+pub enum PlcOp {
+    /// ENABLE: from the top.
+    Enable = 0,
+    /// DISABLE.
+    Disable = 1,
+    /// PAUSE: enabled ones only.
+    Pause = 2,
+    /// RESUME: paused ones only, where they were.
+    Resume = 3,
+}
+
+impl PlcOp {
+    /// The operation of a number.
+    pub fn from_number(number: u32) -> Option<Self> {
+        match number {
+            0 => Some(Self::Enable),
+            1 => Some(Self::Disable),
+            2 => Some(Self::Pause),
+            3 => Some(Self::Resume),
+            _ => None,
+        }
+    }
+}
+
+/// A PLC or PLCC with statements; empty ones are left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Program {
+    /// Its number, 0 to 31.
+    pub number: u32,
+    /// A PLCC.
+    pub compiled: bool,
+    /// Its index among the tasks.
+    pub task: u32,
+    /// Whether it is enabled after load.
+    pub enabled: bool,
+}
+
+/// Something that a statement says to the outside.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Text {
+    /// SEND; the port is `S` or `P` for SENDS and SENDP.
+    Send {
+        /// What is sent.
+        text: String,
+        /// Where, if not to the active port.
+        port: Option<String>,
+    },
+    /// DISPLAY of a text.
+    Show {
+        /// The text.
+        text: String,
+        /// The position of its first character.
+        position: u32,
+    },
+    /// DISPLAY of a value.
+    Value {
+        /// The position of the field's first character.
+        position: u32,
+        /// The field's characters, the point among them.
+        width: u32,
+        /// Digits behind the point.
+        decimals: u32,
+    },
+    /// COMMAND.
+    Command {
+        /// The command.
+        text: String,
+        /// Why it is not valid, if so: `ERR003`.
+        error: Option<String>,
+        /// The task that does it, where it concerns variables or PLCs.
+        task: Option<u32>,
+    },
+    /// A write to the MACRO ring.
+    Macro {
+        /// The statement.
+        text: String,
+    },
+}
+
+/// A definition that a COMMAND makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Define {
+    /// The first M-variable.
+    pub first: u32,
+    /// The last.
+    pub last: u32,
+    /// What they become.
+    pub definition: Definition,
+}
+
+/// A kind of variable, in the order of the alphabet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Kind {
+    /// Initialisation variables.
+    I,
+    /// Integer variables of PLCCs.
+    L,
+    /// Pointers into memory.
+    M,
+    /// Global variables.
+    P,
+    /// Variables of a coordinate system.
+    Q,
+}
+
+/// A variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct Variable {
+    /// Of what kind.
+    pub kind: Kind,
+    /// Its number, of a Q as written.
+    pub number: u32,
+    /// A Q's coordinate system, from 1; 1 for all others.
+    pub system: u32,
+}
+
+/// The tables of a PMAC download.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PmacTables {
+    /// Turbo PMAC.
+    pub turbo: bool,
+    /// The PLCs and PLCCs.
+    pub programs: Vec<Program>,
+    /// What `pmac_event` says, by its index.
+    pub texts: Vec<Text>,
+    /// What `pmac_define` does, by its index.
+    pub defines: Vec<Define>,
+    /// The ranges of I-variables, by rising number; others take any value.
+    pub ranges: Vec<(u32, Range)>,
+    /// The definitions of L-variables, by rising number: `X` and `Y` only.
+    pub l: Vec<(u32, Definition)>,
+    /// The variables that a dump has.
+    pub named: Vec<Variable>,
+    /// The image after load.
+    pub initial: Vec<Run>,
+    /// Memory outside the image after load.
+    pub far: Far,
+    /// Whether the text itself says SAVE.
+    pub save: bool,
+}
