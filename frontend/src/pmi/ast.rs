@@ -1,0 +1,196 @@
+//! The checked program: flat, typed, without errors.
+//!
+//! Expressions are operations in postfix order in one arena, so that a chain of any length is
+//! walked in a loop. Statements are steps with jump targets, one row for the whole scan.
+
+use std::ops::Range;
+
+use plcc_abi::pmi::{Lines, TimerKind, Type};
+use plcc_diag::Span;
+
+/// An index into [`Checked::symbols`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) struct SymbolId(pub(super) u32);
+
+/// What a name stands for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Meaning {
+    /// A variable that may be read and written; flip-flop data pins, faults and messages too.
+    Variable,
+    /// Digital inputs.
+    Input(Lines),
+    /// Digital outputs.
+    Output(Lines),
+    /// A constant, or an array of them, with its values.
+    Constant(Vec<i32>),
+    /// An executive variable that may be read.
+    ReadOnly,
+    /// An executive variable that an assignment can only clear.
+    ResetOnly,
+    /// A timer's control contact.
+    TimerControl(u32),
+    /// A timer's delayed contact, or a flip-flop's output.
+    Derived,
+    /// A flip-flop's clock.
+    Clock(u32),
+    /// A flip-flop's preset or clear.
+    Pin(u32),
+    /// A statement label: the step that it marks, where it is known.
+    Label(Option<u32>),
+    /// What a faulty declaration leaves: nothing about it is an error any more.
+    Unknown,
+}
+
+/// A name of the program.
+#[derive(Clone, Debug)]
+pub(super) struct Symbol {
+    pub(super) name: String,
+    pub(super) ty: Type,
+    pub(super) elements: Option<u32>,
+    pub(super) meaning: Meaning,
+    /// Where it is declared; nowhere for executive variables.
+    pub(super) declared: Option<Span>,
+    /// The program declares or names it.
+    pub(super) named: bool,
+    /// It is one of the executive's.
+    pub(super) executive: bool,
+}
+
+/// A timer by its contacts.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TimerDef {
+    pub(super) kind: TimerKind,
+    pub(super) control: SymbolId,
+    pub(super) delayed: SymbolId,
+    pub(super) preset: i32,
+}
+
+/// A flip-flop by its pins.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FlipFlopDef {
+    pub(super) q: SymbolId,
+    pub(super) d: SymbolId,
+    pub(super) clock: SymbolId,
+    pub(super) preset: SymbolId,
+    pub(super) clear: SymbolId,
+}
+
+/// A part of a fault's or message's text.
+#[derive(Clone, Debug)]
+pub(super) enum Item {
+    Text(String),
+    Value(SymbolId),
+}
+
+/// A fault or message.
+#[derive(Clone, Debug)]
+pub(super) struct Announcement {
+    pub(super) symbol: SymbolId,
+    pub(super) items: Vec<Item>,
+}
+
+/// A binary operation; all work on 32-bit values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Binary {
+    /// Sum, of 16 bits unless `long`.
+    Add {
+        long: bool,
+    },
+    /// Difference, of 16 bits unless `long`.
+    Sub {
+        long: bool,
+    },
+    /// Product; `wide` where a division takes all its 32 bits.
+    Mul {
+        wide: bool,
+    },
+    /// Quotient, 16 bits.
+    Div,
+    /// Remainder, 16 bits.
+    Rem,
+    Eq,
+    Ne,
+    Lt,
+    Le,
+    Gt,
+    Ge,
+    And,
+    Or,
+}
+
+/// An operation of an expression in postfix order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Op {
+    /// Pushes a value.
+    Const(i32),
+    /// Pushes a variable's value.
+    Load(SymbolId),
+    /// Pushes the value of an element whose index is known.
+    LoadAt(SymbolId, u32),
+    /// Pops an index and pushes that element, or stops the program.
+    Element(SymbolId),
+    /// Negates, in 16 bits unless `long`.
+    Neg { long: bool },
+    /// True for zero.
+    Not,
+    /// Pops the right operand, then the left, and pushes the result.
+    Binary(Binary),
+}
+
+/// A stretch of [`Checked::ops`].
+pub(super) type Ops = Range<u32>;
+
+/// Where an assignment goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Target {
+    /// A variable.
+    Scalar(SymbolId),
+    /// An element whose index is known.
+    At(SymbolId, u32),
+    /// An element; its index is computed before the value.
+    Element(SymbolId, Ops),
+}
+
+/// What a step does.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Action {
+    /// Assigns a value.
+    Assign { target: Target, value: Ops },
+    /// Goes on with the next step if the condition is true, else at `otherwise`.
+    If { condition: Ops, otherwise: u32 },
+    /// Goes on at a later step; `counted` for a GOTO, not for the end of an IF's body.
+    Jump { to: u32, counted: bool },
+}
+
+/// A step of the scan.
+#[derive(Clone, Debug)]
+pub(super) struct Step {
+    pub(super) action: Action,
+    pub(super) span: Span,
+}
+
+/// A checked program.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Checked {
+    pub(super) symbols: Vec<Symbol>,
+    pub(super) timers: Vec<TimerDef>,
+    pub(super) flipflops: Vec<FlipFlopDef>,
+    pub(super) faults: Vec<Announcement>,
+    pub(super) messages: Vec<Announcement>,
+    /// Texts of `$KEY`, in order.
+    pub(super) keys: Vec<(String, String)>,
+    /// `$AUXAXIS` lines: name and numbers.
+    pub(super) auxiliary: Vec<(String, Vec<i32>)>,
+    pub(super) ops: Vec<Op>,
+    pub(super) steps: Vec<Step>,
+}
+
+impl Checked {
+    pub(super) fn ops(&self, range: &Ops) -> &[Op] {
+        self.ops.get(range.start as usize..range.end as usize).unwrap_or(&[])
+    }
+
+    pub(super) fn symbol(&self, id: SymbolId) -> Option<&Symbol> {
+        self.symbols.get(id.0 as usize)
+    }
+}

@@ -1,0 +1,130 @@
+//! The names of a program.
+
+use std::collections::HashMap;
+
+use plcc_abi::pmi::Type;
+use plcc_diag::Span;
+
+use super::{
+    ast::{Meaning, Symbol, SymbolId},
+    executive::{Executive, Variable},
+};
+use crate::common::{VariableClass, closest};
+
+/// Names that no program may declare (PMI 2.2.3).
+pub(super) const RESERVED: [&str; 7] = ["IF", "ELSE", "ELSEIF", "ENDIF", "GOTO", "T", "F"];
+
+/// How many misspelt names a program gets suggestions for; each costs a walk over all names.
+const SUGGESTIONS: u32 = 500;
+
+/// All names: the executive's from the start, the program's as they are declared.
+pub(super) struct Names {
+    symbols: Vec<Symbol>,
+    index: HashMap<String, SymbolId>,
+    suggestions: u32,
+}
+
+impl Names {
+    /// The executive's names.
+    pub(super) fn new(executive: &Executive) -> Self {
+        let mut this = Self { symbols: vec![], index: HashMap::new(), suggestions: SUGGESTIONS };
+        for variable in executive.variables() {
+            let Variable { name, ty, class, elements } = variable.clone();
+            let meaning = match class {
+                VariableClass::ReadOnly => Meaning::ReadOnly,
+                VariableClass::ReadWrite => Meaning::Variable,
+                VariableClass::ResetOnly => Meaning::ResetOnly,
+            };
+            this.push(Symbol {
+                name,
+                ty,
+                elements,
+                meaning,
+                declared: None,
+                named: false,
+                executive: true,
+            });
+        }
+        this
+    }
+
+    fn push(&mut self, symbol: Symbol) -> SymbolId {
+        let id = SymbolId(self.symbols.len() as u32);
+        self.index.insert(symbol.name.clone(), id);
+        self.symbols.push(symbol);
+        id
+    }
+
+    /// Finds a name.
+    pub(super) fn find(&self, name: &str) -> Option<SymbolId> {
+        self.index.get(name).copied()
+    }
+
+    /// A symbol.
+    pub(super) fn get(&self, id: SymbolId) -> Option<&Symbol> {
+        self.symbols.get(id.0 as usize)
+    }
+
+    /// A symbol, to be changed.
+    pub(super) fn get_mut(&mut self, id: SymbolId) -> Option<&mut Symbol> {
+        self.symbols.get_mut(id.0 as usize)
+    }
+
+    /// Notes that the program names the symbol.
+    pub(super) fn name(&mut self, id: SymbolId) {
+        if let Some(symbol) = self.get_mut(id) {
+            symbol.named = true;
+        }
+    }
+
+    /// Declares a name of the program; one that exists is the error's other place.
+    pub(super) fn declare(
+        &mut self,
+        name: &str,
+        at: Span,
+        ty: Type,
+        elements: Option<u32>,
+        meaning: Meaning,
+    ) -> Result<SymbolId, Option<Span>> {
+        let symbol = Symbol {
+            name: name.to_owned(),
+            ty,
+            elements,
+            meaning,
+            declared: Some(at),
+            named: true,
+            executive: name.starts_with('@'),
+        };
+        let Some(known) = self.find(name) else { return Ok(self.push(symbol)) };
+        match self.get_mut(known) {
+            // What a faulty statement left may be declared properly.
+            Some(slot) if slot.meaning == Meaning::Unknown => {
+                *slot = symbol;
+                Ok(known)
+            }
+            slot => Err(slot.and_then(|slot| slot.declared)),
+        }
+    }
+
+    /// Declares a name about which nothing is known, so that its uses are no further errors.
+    pub(super) fn poison(&mut self, name: &str, at: Span) {
+        if !RESERVED.contains(&name) && self.find(name).is_none() {
+            let _ = self.declare(name, at, Type::Logical, None, Meaning::Unknown);
+        }
+    }
+
+    /// The name nearest to one that does not exist.
+    pub(super) fn suggest(&mut self, name: &str, labels: bool) -> Option<String> {
+        self.suggestions = self.suggestions.checked_sub(1)?;
+        let executive = name.starts_with('@');
+        let fitting = self.symbols.iter().filter(|symbol| {
+            symbol.executive == executive && matches!(symbol.meaning, Meaning::Label(_)) == labels
+        });
+        closest(name, fitting.map(|symbol| symbol.name.as_str())).map(str::to_owned)
+    }
+
+    /// All symbols.
+    pub(super) fn into_symbols(self) -> Vec<Symbol> {
+        self.symbols
+    }
+}
