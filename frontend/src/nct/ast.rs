@@ -1,0 +1,418 @@
+//! The checked program: flat statements in the order of the text.
+
+use std::fmt;
+
+use plcc_diag::{FileId, Span};
+
+/// Where bits and bytes are addressed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Space {
+    /// Inputs as latched for the module (NCT 2.1.1, 2.2.1).
+    I,
+    /// Changes of inputs (NCT 4.3 `V`).
+    V,
+    /// Physical input lines (NCT 4.3 `P`).
+    P,
+    /// Outputs in memory.
+    Y,
+    /// Physical output lines (NCT 4.1 `UO`).
+    O,
+    /// Local variables (NCT 2.3).
+    F,
+}
+
+impl Space {
+    /// The letter in the source.
+    pub fn letter(self) -> char {
+        match self {
+            Self::I => 'I',
+            Self::V => 'V',
+            Self::P => 'P',
+            Self::Y => 'Y',
+            Self::O => 'O',
+            Self::F => 'F',
+        }
+    }
+
+    /// How many bytes it has.
+    pub fn bytes(self) -> u16 {
+        match self {
+            Self::I | Self::V | Self::Y => 100,
+            Self::P | Self::O => 40,
+            Self::F => 1000,
+        }
+    }
+}
+
+/// A bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Bit {
+    /// Where.
+    pub space: Space,
+    /// The byte.
+    pub byte: u16,
+    /// 0 to 7.
+    pub bit: u8,
+}
+
+/// A 16-bit variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Word {
+    /// Two neighbouring bytes, the low one first.
+    Bytes {
+        /// Where.
+        space: Space,
+        /// The low byte.
+        byte: u16,
+    },
+    /// A register between NC and PLC, 0 to 199.
+    Rh(u8),
+    /// A counter.
+    Q(u8),
+    /// A 20 ms timer.
+    T(u8),
+    /// A second timer.
+    H(u8),
+    /// A minute timer.
+    M(u8),
+    /// A constant, 1 to 40.
+    Rp(u8),
+    /// The F word whose address, in BCD, the F word at this byte holds.
+    Indirect(u16),
+}
+
+/// What a load or store names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Place {
+    /// A bit.
+    Bit(Bit),
+    /// A word.
+    Word(Word),
+}
+
+impl fmt::Display for Bit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { space, byte, bit } = self;
+        let width = if *space == Space::F { 3 } else { 2 };
+        write!(f, "{}{byte:0width$}{bit}", space.letter())
+    }
+}
+
+impl fmt::Display for Word {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bytes { space: Space::F, byte } => write!(f, "F{byte:03}"),
+            Self::Bytes { space, byte } => write!(f, "{}{byte:02}", space.letter()),
+            Self::Rh(n) => write!(f, "RH{n:03}"),
+            Self::Q(n) => write!(f, "Q{n:02}"),
+            Self::T(n) => write!(f, "T{n:02}"),
+            Self::H(n) => write!(f, "H{n:02}"),
+            Self::M(n) => write!(f, "M{n}"),
+            Self::Rp(n) => write!(f, "RP{n:03}"),
+            Self::Indirect(n) => write!(f, "FI{n:03}"),
+        }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bit(bit) => bit.fmt(f),
+            Self::Word(word) => word.fmt(f),
+        }
+    }
+}
+
+/// A two-operand operation on OP (NCT 4.8, 4.9).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Arith {
+    /// `+`
+    Add,
+    /// `-`
+    Sub,
+    /// `*`
+    Mul,
+    /// `/`
+    Div,
+    /// `A`
+    And,
+    /// `O`
+    Or,
+    /// `X`
+    Xor,
+}
+
+/// How OP is compared, unsigned (NCT 4.10).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Relation {
+    /// `<`
+    Lt,
+    /// `>`
+    Gt,
+    /// `=`
+    Eq,
+    /// `<=`
+    Le,
+    /// `>=`
+    Ge,
+}
+
+/// What an operation takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Operand {
+    /// A number of the text.
+    Const(u16),
+    /// A variable or its complement.
+    Load {
+        /// With `N`.
+        negate: bool,
+        /// The variable.
+        place: Place,
+    },
+}
+
+/// One test of a condition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Test {
+    /// Of a bit.
+    Bit {
+        /// With `N`.
+        negate: bool,
+        /// Which.
+        bit: Bit,
+    },
+    /// Of a counter or timer: not 0.
+    Word {
+        /// With `N`: 0.
+        negate: bool,
+        /// Which.
+        word: Word,
+    },
+    /// Of OP.
+    Relation {
+        /// How.
+        relation: Relation,
+        /// With what.
+        operand: Operand,
+    },
+}
+
+/// A condition is a row of these, in postfix order: a gate takes the two results before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cond {
+    /// A result.
+    Test(Test),
+    /// `And`, `Or` or `Xor` of the last two.
+    Gate(Arith),
+}
+
+/// A statement with a register area in F (NCT 4.14 to 4.16).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AreaOp {
+    /// Search in a table.
+    Hf,
+    /// Search for a free pot.
+    Pf,
+    /// Read macro variable or parameter.
+    Mr,
+    /// Write macro variable or parameter.
+    Mw,
+    /// Sum.
+    Add,
+    /// Difference.
+    Sub,
+    /// Product.
+    Mul,
+    /// Quotient and remainder.
+    Div,
+    /// Comparison.
+    Cmp,
+}
+
+impl AreaOp {
+    /// The statement's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Hf => "HF",
+            Self::Pf => "PF",
+            Self::Mr => "MR",
+            Self::Mw => "MW",
+            Self::Add => "ADD",
+            Self::Sub => "SUB",
+            Self::Mul => "MUL",
+            Self::Div => "DIV",
+            Self::Cmp => "CMP",
+        }
+    }
+
+    /// Bytes of its register area.
+    pub fn area(self) -> u16 {
+        match self {
+            Self::Hf => 10,
+            Self::Pf | Self::Cmp => 6,
+            _ => 8,
+        }
+    }
+}
+
+/// What a statement does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Op {
+    /// `U`: the bit becomes 1.
+    Set(Bit),
+    /// `D`: the bit becomes 0.
+    Clear(Bit),
+    /// `UQ` and `DQ`.
+    Count {
+        /// The counter.
+        counter: u8,
+        /// Up or down.
+        up: bool,
+    },
+    /// OP becomes the operand.
+    Load(Operand),
+    /// The variable becomes OP or its complement.
+    Store {
+        /// With `N`.
+        negate: bool,
+        /// The variable.
+        place: Place,
+    },
+    /// OP and the operand, result in OP.
+    Arith {
+        /// How.
+        op: Arith,
+        /// With what.
+        operand: Operand,
+    },
+    /// The variable (or its complement) and OP, result in the variable.
+    Update {
+        /// How: `Add`, `Sub`, `And`, `Or` or `Xor`.
+        op: Arith,
+        /// With `N`: the variable is complemented first.
+        negate: bool,
+        /// The variable.
+        place: Place,
+    },
+    /// `<<` and `>>`.
+    Shift {
+        /// Direction.
+        left: bool,
+        /// 0 to 15.
+        by: u8,
+    },
+    /// BCD to binary.
+    Bin,
+    /// Binary to BCD.
+    Bcd,
+    /// A bracket as operand begins: OP is kept in this slot.
+    Push(u16),
+    /// It ends: OP is the operand, the kept one the other.
+    Apply {
+        /// How.
+        op: Arith,
+        /// The slot.
+        slot: u16,
+    },
+    /// A condition: a range of [`Program::conds`]. Where it does not hold, on behind the
+    /// statement `otherwise`, its `E` or `Z`.
+    If {
+        /// First of its parts.
+        first: u32,
+        /// Number of its parts.
+        count: u32,
+        /// The index of its `E` or else its `Z`.
+        otherwise: u32,
+    },
+    /// `E`: on behind the statement `end`, the `Z`.
+    Else {
+        /// The index of the `Z`.
+        end: u32,
+    },
+    /// `Z`.
+    EndIf,
+    /// `:nnn`
+    Label(u16),
+    /// `Gnnn`
+    Goto(u16),
+    /// `GFnnn`
+    GotoIndirect(u16),
+    /// `Cnnn`
+    Call(u16),
+    /// `CFnnn`
+    CallIndirect(u16),
+    /// `R`
+    Return,
+    /// `J0`, `J1`, `J2`
+    End(u8),
+    /// A statement with a register area.
+    Area {
+        /// Which.
+        op: AreaOp,
+        /// Where the area begins in F.
+        area: u16,
+    },
+    /// The body of a text module, up to its `$`.
+    Text,
+    /// A statement that has an error.
+    Bad {
+        /// Whether it began a condition.
+        opens: Opens,
+    },
+}
+
+/// Whether a statement that could not be read began a condition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Opens {
+    /// It did.
+    Yes,
+    /// It did not.
+    No,
+    /// Nobody knows.
+    Perhaps,
+}
+
+/// A statement.
+#[derive(Clone, Copy, Debug)]
+pub struct Stmt {
+    /// What it does.
+    pub op: Op,
+    /// Its text.
+    pub span: Span,
+}
+
+/// The texts of the modules :197 to :200 (NCT 3.4 to 3.7).
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Texts {
+    /// Captions of the softkeys.
+    pub softkeys: Vec<String>,
+    /// Messages with an index.
+    pub indexed: Vec<String>,
+    /// Error messages.
+    pub messages: Vec<String>,
+    /// About the program.
+    pub info: String,
+}
+
+/// A checked program.
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// Its source.
+    pub file: FileId,
+    /// The source's name and text, for comments and line tables.
+    pub name: String,
+    /// The decoded text.
+    pub text: String,
+    /// The line of each statement, from 1.
+    pub lines: Vec<u32>,
+    /// Statements in the order of the text.
+    pub stmts: Vec<Stmt>,
+    /// Parts of conditions.
+    pub conds: Vec<Cond>,
+    /// Where each label stands: the index of its statement.
+    pub labels: Vec<Option<u32>>,
+    /// The texts.
+    pub texts: Texts,
+    /// Slots that brackets need.
+    pub slots: u16,
+}
