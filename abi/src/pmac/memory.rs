@@ -36,17 +36,18 @@ impl Far {
     }
 }
 
-/// A PMAC's memory.
-pub struct Memory<'a> {
+/// A PMAC's memory, to look at.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
     /// The process image.
-    pub image: &'a mut [u8],
+    pub image: &'a [u8],
     /// Its layout.
     pub layout: &'a Layout,
     /// What is not in it.
-    pub far: &'a mut Far,
+    pub far: &'a Far,
 }
 
-impl Memory<'_> {
+impl View<'_> {
     /// Reads a word.
     pub fn read_word(&self, space: Space, address: u32) -> u32 {
         let address = address & self.layout.address_mask();
@@ -69,52 +70,13 @@ impl Memory<'_> {
         }
     }
 
-    /// Writes a word's 24 bits.
-    pub fn write_word(&mut self, space: Space, address: u32, word: u32) {
-        let address = address & self.layout.address_mask();
-        let word = word & 0xFF_FFFF;
-        match self.layout.place(space, address) {
-            Place::Word(offset) => write_u32(self.image, offset, word),
-            Place::P(number) => self.write_half(self.layout.p_offset(number), space, word),
-            Place::Q(number) => self.write_half(self.layout.q_offset(number), space, word),
-            Place::Definition(number) => {
-                let offset = self.layout.mdef + 8 * number;
-                let mask = u64::from(self.layout.address_mask());
-                let code = read_u64(self.image, offset);
-                self.set_code(number, (code & !mask) | (u64::from(word) & mask));
-            }
-            Place::Far => {
-                let (x, y) = self.far.get(address);
-                let words = if space == Space::X { (word, y) } else { (x, word) };
-                self.far.set(address, words);
-            }
-        }
-    }
-
-    fn write_half(&mut self, offset: u32, space: Space, word: u32) {
-        let (x, y) = fixed::to_float48(read_f64(self.image, offset));
-        let (x, y) = if space == Space::X { (word, y) } else { (x, word) };
-        write_f64(self.image, offset, fixed::from_float48(x, y));
-    }
-
     /// Reads a field of a word.
     pub fn read_field(&self, space: Space, address: u32, field: Field) -> i32 {
         fixed::read_field(self.read_word(space, address), field)
     }
 
-    /// Replaces a field of a word by the low bits of `bits`.
-    pub fn write_field(&mut self, space: Space, address: u32, field: Field, bits: u32) {
-        let word = self.read_word(space, address);
-        self.write_word(space, address, fixed::insert_field(word, field, bits));
-    }
-
     fn pair(&self, address: u32) -> (u32, u32) {
         (self.read_word(Space::X, address), self.read_word(Space::Y, address))
-    }
-
-    fn set_pair(&mut self, address: u32, x: u32, y: u32) {
-        self.write_word(Space::X, address, x);
-        self.write_word(Space::Y, address, y);
     }
 
     /// Where the double is that an `L:` address means, if it is a P or a Q.
@@ -132,34 +94,6 @@ impl Memory<'_> {
         Definition::decode(read_u64(self.image, self.layout.mdef + 8 * number))
     }
 
-    /// Defines an M-variable. `*` starts with the value 0.
-    pub fn define(&mut self, number: u32, definition: Definition) {
-        self.set_code(number & (self.layout.count - 1), definition.encode());
-    }
-
-    /// Changes a definition's code, with `moved` and `epoch`.
-    fn set_code(&mut self, number: u32, code: u64) {
-        let layout = self.layout;
-        let offset = layout.mdef + 8 * number;
-        let old = read_u64(self.image, offset);
-        if old == code {
-            return;
-        }
-        write_u64(self.image, offset, code);
-        // A `*` variable's low half is its value, not a place.
-        let place = |code: u64| {
-            if Definition::decode(code) == Definition::Star { 0 } else { code }
-        };
-        if place(old) == place(code) {
-            return;
-        }
-        let loaded = read_u64(self.image, layout.mload + 8 * number);
-        let moved = place(loaded) != place(code);
-        write_u8(self.image, layout.moved + number, u8::from(moved));
-        let epoch = read_u32(self.image, layout.epoch);
-        write_u32(self.image, layout.epoch, epoch.wrapping_add(1));
-    }
-
     /// Whether an M-variable's definition differs from the one after load.
     pub fn is_moved(&self, number: u32) -> bool {
         read_u8(self.image, self.layout.moved + (number & (self.layout.count - 1))) != 0
@@ -175,21 +109,6 @@ impl Memory<'_> {
             }
             Definition::Tw { .. } => finite(read_f64(self.image, self.layout.tw + 8 * number)),
             definition => self.read(definition),
-        }
-    }
-
-    /// Writes an M-variable; the number wraps.
-    pub fn write_m(&mut self, number: u32, value: f64) {
-        let number = number & (self.layout.count - 1);
-        match self.definition(number) {
-            Definition::Star => {
-                let value = fixed::bits(value) as u32 & 0x1F_FFFF;
-                write_u32(self.image, self.layout.mdef + 8 * number, value);
-            }
-            Definition::Tw { .. } => {
-                write_f64(self.image, self.layout.tw + 8 * number, finite(value));
-            }
-            definition => self.write(definition, value),
         }
     }
 
@@ -219,6 +138,137 @@ impl Memory<'_> {
         }
     }
 
+    /// The low 16 bits of X over those of Y.
+    fn dual_port(&self, address: u32) -> u32 {
+        let (x, y) = self.pair(address);
+        (x & 0xFFFF) << 16 | y & 0xFFFF
+    }
+}
+
+/// A PMAC's memory.
+pub struct Memory<'a> {
+    /// The process image.
+    pub image: &'a mut [u8],
+    /// Its layout.
+    pub layout: &'a Layout,
+    /// What is not in it.
+    pub far: &'a mut Far,
+}
+
+impl Memory<'_> {
+    /// The same, to look at.
+    pub fn view(&self) -> View<'_> {
+        View { image: self.image, layout: self.layout, far: self.far }
+    }
+
+    /// Reads a word.
+    pub fn read_word(&self, space: Space, address: u32) -> u32 {
+        self.view().read_word(space, address)
+    }
+
+    /// The definition of an M-variable as it is now.
+    pub fn definition(&self, number: u32) -> Definition {
+        self.view().definition(number)
+    }
+
+    /// Whether an M-variable's definition differs from the one after load.
+    pub fn is_moved(&self, number: u32) -> bool {
+        self.view().is_moved(number)
+    }
+
+    /// Reads an M-variable; the number wraps.
+    pub fn read_m(&self, number: u32) -> f64 {
+        self.view().read_m(number)
+    }
+
+    /// Reads through a definition; `*` and multiplexed ones, which belong to a number, give 0.
+    pub fn read(&self, definition: Definition) -> f64 {
+        self.view().read(definition)
+    }
+
+    /// Writes a word's 24 bits.
+    pub fn write_word(&mut self, space: Space, address: u32, word: u32) {
+        let address = address & self.layout.address_mask();
+        let word = word & 0xFF_FFFF;
+        match self.layout.place(space, address) {
+            Place::Word(offset) => write_u32(self.image, offset, word),
+            Place::P(number) => self.write_half(self.layout.p_offset(number), space, word),
+            Place::Q(number) => self.write_half(self.layout.q_offset(number), space, word),
+            Place::Definition(number) => {
+                let offset = self.layout.mdef + 8 * number;
+                let mask = u64::from(self.layout.address_mask());
+                let code = read_u64(self.image, offset);
+                self.define_code(number, (code & !mask) | (u64::from(word) & mask));
+            }
+            Place::Far => {
+                let (x, y) = self.far.get(address);
+                let words = if space == Space::X { (word, y) } else { (x, word) };
+                self.far.set(address, words);
+            }
+        }
+    }
+
+    fn write_half(&mut self, offset: u32, space: Space, word: u32) {
+        let (x, y) = fixed::to_float48(read_f64(self.image, offset));
+        let (x, y) = if space == Space::X { (word, y) } else { (x, word) };
+        write_f64(self.image, offset, fixed::from_float48(x, y));
+    }
+
+    /// Replaces a field of a word by the low bits of `bits`.
+    pub fn write_field(&mut self, space: Space, address: u32, field: Field, bits: u32) {
+        let word = self.read_word(space, address);
+        self.write_word(space, address, fixed::insert_field(word, field, bits));
+    }
+
+    fn set_pair(&mut self, address: u32, x: u32, y: u32) {
+        self.write_word(Space::X, address, x);
+        self.write_word(Space::Y, address, y);
+    }
+
+    /// Defines an M-variable. `*` starts with the value 0.
+    pub fn define(&mut self, number: u32, definition: Definition) {
+        self.define_code(number, definition.encode());
+    }
+
+    /// Sets a definition's [code](Definition::encode), with the value of a `*`.
+    pub fn define_code(&mut self, number: u32, code: u64) {
+        let layout = self.layout;
+        let number = number & (layout.count - 1);
+        let offset = layout.mdef + 8 * number;
+        let old = read_u64(self.image, offset);
+        if old == code {
+            return;
+        }
+        write_u64(self.image, offset, code);
+        // A `*` variable's low half is its value, not a place.
+        let place = |code: u64| {
+            if Definition::decode(code) == Definition::Star { 0 } else { code }
+        };
+        if place(old) == place(code) {
+            return;
+        }
+        let loaded = read_u64(self.image, layout.mload + 8 * number);
+        let moved = place(loaded) != place(code);
+        write_u8(self.image, layout.moved + number, u8::from(moved));
+        let epoch = read_u32(self.image, layout.epoch);
+        write_u32(self.image, layout.epoch, epoch.wrapping_add(1));
+    }
+
+    /// Writes an M-variable; the number wraps.
+    pub fn write_m(&mut self, number: u32, value: f64) {
+        let number = number & (self.layout.count - 1);
+        match self.definition(number) {
+            Definition::Star => {
+                let value = fixed::bits(value) as u32 & 0x1F_FFFF;
+                write_u32(self.image, self.layout.mdef + 8 * number, value);
+            }
+            Definition::Tw { .. } => {
+                write_f64(self.image, self.layout.tw + 8 * number, finite(value));
+            }
+            definition => self.write(definition, value),
+        }
+    }
+
     /// Writes through a definition; `*` and multiplexed ones, which belong to a number, take
     /// nothing.
     pub fn write(&mut self, definition: Definition, value: f64) {
@@ -237,7 +287,7 @@ impl Memory<'_> {
             Definition::Dp { address } => {
                 self.set_dual_port(address, fixed::bits(value) as u32);
             }
-            Definition::L { address } => match self.double(address) {
+            Definition::L { address } => match self.view().double(address) {
                 Some(offset) => write_f64(self.image, offset, finite(value)),
                 None => {
                     let (x, y) = fixed::to_float48(value);
@@ -248,14 +298,8 @@ impl Memory<'_> {
         }
     }
 
-    /// The low 16 bits of X over those of Y.
-    fn dual_port(&self, address: u32) -> u32 {
-        let (x, y) = self.pair(address);
-        (x & 0xFFFF) << 16 | y & 0xFFFF
-    }
-
     fn set_dual_port(&mut self, address: u32, bits: u32) {
-        let (x, y) = self.pair(address);
+        let (x, y) = self.view().pair(address);
         self.set_pair(address, x & 0xFF_0000 | bits >> 16, y & 0xFF_0000 | bits & 0xFFFF);
     }
 

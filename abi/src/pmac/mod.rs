@@ -13,6 +13,6 @@ pub mod tables;
 
 pub use definition::{Definition, Field, Format};
 pub use layout::{COMMAND_CONTEXT, Layout, Place, Run, Space, context};
-pub use memory::{Far, Memory};
+pub use memory::{Far, Memory, View};
 pub use range::Range;
 pub use tables::{Define, Kind, PlcOp, PmacTables, Program, Text, Variable};

@@ -1,1 +1,194 @@
-//! The executive of PMAC.
+//! The executive of PMAC: servo cycle, timers, real-time interrupt, background rotation, ENABLE
+//! to RESUME, the COMMAND queue, and general access to memory (guide, PMAC Tasks and PLC
+//! Programs; rulings, Time).
+//!
+//! A base tick is one servo cycle. [`schedule`] says in which order things happen in it,
+//! [`control`] what program code may ask for meanwhile, [`names`] what users call things.
+
+mod control;
+mod display;
+mod names;
+mod save;
+mod schedule;
+#[cfg(test)]
+mod tests;
+mod watchdog;
+
+use plcc_abi::{
+    Engine, Program, Tables,
+    image::{read_f64, write_f64},
+    pmac::{Kind, Layout, Memory, Run, Variable as Named, View, math::finite},
+};
+
+use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
+use control::Control;
+use names::Name;
+use watchdog::Watchdog;
+
+/// What can be chosen for a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PmacOptions {
+    /// Background steps a servo cycle.
+    pub background_steps: u32,
+    /// Whether ticks are paced by the clock, so that the watchdog watches.
+    pub realtime: bool,
+}
+
+impl Default for PmacOptions {
+    fn default() -> Self {
+        Self { background_steps: 1, realtime: false }
+    }
+}
+
+/// A PMAC, from power-up.
+pub struct PmacExecutive {
+    image: Vec<u8>,
+    control: Control,
+    options: PmacOptions,
+    watchdog: Option<Watchdog>,
+    /// Servo cycles until the next real-time interrupt.
+    until_interrupt: u32,
+    /// The interpreted PLC that ran last in background.
+    last_plc: u32,
+    /// What has been found by name, by the index of its [`Variable`].
+    found: Vec<Name>,
+}
+
+impl PmacExecutive {
+    /// An executive for a program; `None` when it is not for a PMAC.
+    pub fn new(program: &Program, options: PmacOptions) -> Option<Self> {
+        let Tables::Pmac(tables) = &program.tables else {
+            return None;
+        };
+        let layout = Layout::new(tables.turbo);
+        let mut image = vec![0; layout.size.max(program.image_size) as usize];
+        Run::unpack(&tables.initial, &mut image);
+        Some(Self {
+            image,
+            control: Control::new(tables.clone(), layout),
+            watchdog: options.realtime.then(Watchdog::default),
+            options,
+            until_interrupt: 0,
+            last_plc: 0,
+            found: Vec::new(),
+        })
+    }
+
+    /// The image and the host of program code, for a call of an engine outside of ticks.
+    pub fn parts(&mut self) -> (&mut [u8], &mut dyn plcc_abi::Host) {
+        (&mut self.image, &mut self.control)
+    }
+
+    fn view(&self) -> View<'_> {
+        View { image: &self.image, layout: &self.control.layout, far: &self.control.far }
+    }
+
+    fn memory(&mut self) -> Memory<'_> {
+        let Control { layout, far, .. } = &mut self.control;
+        Memory { image: &mut self.image, layout, far }
+    }
+
+    fn name(&self, variable: Variable) -> Name {
+        self.found.get(variable.0 as usize).copied().unwrap_or_default()
+    }
+
+    fn remember(&mut self, name: Name) -> Variable {
+        let index = self.found.iter().position(|known| *known == name).unwrap_or_else(|| {
+            self.found.push(name);
+            self.found.len() - 1
+        });
+        Variable(index as u32)
+    }
+}
+
+impl Executive for PmacExecutive {
+    fn tick_ns(&self) -> u64 {
+        // I10 is in 1/8388608 ms.
+        let units = read_f64(&self.image, self.control.layout.i_offset(10));
+        (units * 1_000_000.0 / 8_388_608.0).round().max(1.0) as u64
+    }
+
+    fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
+        let result = self.servo_cycle(engine);
+        events.append(&mut self.control.events);
+        self.control.tick += 1;
+        result
+    }
+
+    fn find(&mut self, name: &str, _purpose: Purpose) -> Result<Variable, NameError> {
+        let found = names::parse(name, &self.control.layout, &self.control.tables)?;
+        Ok(self.remember(found))
+    }
+
+    fn parse(&self, _variable: Variable, text: &str) -> Result<Setting, ValueError> {
+        names::number(text).map(Setting::Float)
+    }
+
+    fn set(&mut self, variable: Variable, value: Setting) {
+        let value = match value {
+            Setting::Int(value) => value as f64,
+            Setting::Float(value) => value,
+        };
+        match self.name(variable) {
+            Name::Place(definition) => self.memory().write(definition, value),
+            Name::Variable(Named { kind, number, system }) => {
+                let layout = self.control.layout;
+                match kind {
+                    Kind::I => self.control.write_i(&mut self.image, number, value),
+                    Kind::P => {
+                        write_f64(&mut self.image, layout.p_offset(number), finite(value));
+                    }
+                    Kind::Q => {
+                        let offset = layout.q_offset(layout.q_base_of(system) + number);
+                        write_f64(&mut self.image, offset, finite(value));
+                    }
+                    Kind::M => self.memory().write_m(number, value),
+                    Kind::L => {
+                        let definition = self.control.l_definition(number);
+                        self.memory().write(definition, value);
+                    }
+                }
+            }
+        }
+    }
+
+    fn get(&self, variable: Variable) -> Value {
+        let layout = self.control.layout;
+        Value::Float(match self.name(variable) {
+            Name::Place(definition) => self.view().read(definition),
+            Name::Variable(Named { kind, number, system }) => match kind {
+                Kind::I => read_f64(&self.image, layout.i_offset(number)),
+                Kind::P => read_f64(&self.image, layout.p_offset(number)),
+                Kind::Q => {
+                    read_f64(&self.image, layout.q_offset(layout.q_base_of(system) + number))
+                }
+                Kind::M => self.view().read_m(number),
+                Kind::L => self.control.read_l(self.view(), number),
+            },
+        })
+    }
+
+    fn declared(&mut self) -> Vec<(String, Variable)> {
+        let mut named: Vec<Name> =
+            self.control.tables.named.iter().map(|variable| Name::Variable(*variable)).collect();
+        named.sort_by_key(names::natural);
+        named.dedup();
+        named.into_iter().map(|name| (name.to_string(), self.remember(name))).collect()
+    }
+
+    fn canonical(&self, variable: Variable) -> String {
+        self.name(variable).to_string()
+    }
+
+    fn retained(&self) -> Option<Vec<u8>> {
+        self.control.saved.clone()
+    }
+
+    fn restore(&mut self, retained: &[u8]) -> Result<(), String> {
+        self.take_back(retained)
+    }
+
+    fn image(&self) -> &[u8] {
+        &self.image
+    }
+}

@@ -1,0 +1,228 @@
+//! What program code may ask of a PMAC while it runs.
+
+use std::collections::VecDeque;
+
+use plcc_abi::{
+    Host, HostFn,
+    image::{read_u32, write_f64},
+    pmac::{
+        Definition, Far, Layout, Memory, PlcOp, PmacTables, Space, Text, View, context,
+        math::{finite, wrap24},
+        pure,
+    },
+};
+
+use super::{display, save};
+use crate::{Event, EventBody};
+
+/// What becomes of a PLC when its turn comes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Status {
+    /// There is none, or it is empty.
+    #[default]
+    Absent,
+    /// It is passed over.
+    Disabled,
+    /// It runs.
+    Enabled,
+    /// It is passed over until RESUME.
+    Paused,
+}
+
+/// A PLC or PLCC.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Plc {
+    pub(super) status: Status,
+    /// ENABLE was said since its last scan began, so the next one begins at the top.
+    pub(super) restart: bool,
+    pub(super) task: usize,
+}
+
+/// A command that waits for its turn.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Queued {
+    pub(super) task: u32,
+    /// The Q-variables of the coordinate system that its PLC addressed.
+    pub(super) q_base: u32,
+}
+
+/// A PMAC but for its image.
+pub(super) struct Control {
+    pub(super) tables: PmacTables,
+    pub(super) layout: Layout,
+    pub(super) far: Far,
+    /// By [context]: PLC 0-31, PLCC 0-31.
+    pub(super) plcs: [Plc; 64],
+    pub(super) queue: VecDeque<Queued>,
+    /// The context of what is running.
+    pub(super) running: u32,
+    /// The tick's number.
+    pub(super) tick: u64,
+    pub(super) events: Vec<Event>,
+    /// What the last SAVE kept.
+    pub(super) saved: Option<Vec<u8>>,
+}
+
+impl Control {
+    pub(super) fn new(tables: PmacTables, layout: Layout) -> Self {
+        let mut plcs = [Plc::default(); 64];
+        for program in &tables.programs {
+            let status = if program.enabled { Status::Enabled } else { Status::Disabled };
+            let task = program.task as usize;
+            if let Some(plc) = plcs.get_mut(context(program.compiled, program.number) as usize) {
+                *plc = Plc { status, restart: false, task };
+            }
+        }
+        Self {
+            far: tables.far.clone(),
+            saved: tables.save.then(|| save::initial(&tables, &layout)),
+            tables,
+            layout,
+            plcs,
+            queue: VecDeque::with_capacity(64),
+            running: 0,
+            tick: 0,
+            events: Vec::with_capacity(64),
+        }
+    }
+
+    fn view<'a>(&'a self, image: &'a [u8]) -> View<'a> {
+        View { image, layout: &self.layout, far: &self.far }
+    }
+
+    fn memory<'a>(&'a mut self, image: &'a mut [u8]) -> Memory<'a> {
+        Memory { image, layout: &self.layout, far: &mut self.far }
+    }
+
+    /// Assigns to an I-variable.
+    pub(super) fn write_i(&self, image: &mut [u8], number: u32, value: f64) {
+        let number = number & (self.layout.count - 1);
+        let ranges = &self.tables.ranges;
+        let value = match ranges.binary_search_by_key(&number, |(number, _)| *number) {
+            Ok(index) => ranges.get(index).map_or(value, |(_, range)| range.convert(value)),
+            Err(_) => value,
+        };
+        write_f64(image, self.layout.i_offset(number), finite(value));
+    }
+
+    /// An L-variable's definition; `*` where it has none.
+    pub(super) fn l_definition(&self, number: u32) -> Definition {
+        let l = &self.tables.l;
+        match l.binary_search_by_key(&number, |(number, _)| *number) {
+            Ok(index) => l.get(index).map_or(Definition::Star, |(_, definition)| *definition),
+            Err(_) => Definition::Star,
+        }
+    }
+
+    /// An L-variable's value: 24 bits of two's complement.
+    pub(super) fn read_l(&self, view: View<'_>, number: u32) -> f64 {
+        f64::from(wrap24(view.read(self.l_definition(number)) as i64))
+    }
+
+    /// ENABLE to RESUME.
+    fn command_plcs(&mut self, op: PlcOp, compiled: bool, first: u32, last: u32) {
+        for number in first..=last.min(31) {
+            let Some(plc) = self.plcs.get_mut(context(compiled, number) as usize) else {
+                return;
+            };
+            match (op, plc.status) {
+                (_, Status::Absent) => {}
+                (PlcOp::Enable, _) => {
+                    plc.status = Status::Enabled;
+                    plc.restart = true;
+                }
+                (PlcOp::Disable, _) => plc.status = Status::Disabled,
+                (PlcOp::Pause, Status::Enabled) => plc.status = Status::Paused,
+                (PlcOp::Resume, Status::Paused) => plc.status = Status::Enabled,
+                (PlcOp::Pause | PlcOp::Resume, _) => {}
+            }
+        }
+    }
+
+    /// SEND, DISPLAY, COMMAND, or a write to the MACRO ring.
+    fn tell(&mut self, image: &[u8], index: u32, value: f64) {
+        let Some(text) = self.tables.texts.get(index as usize) else {
+            return;
+        };
+        let body = match text {
+            Text::Send { text, port } => EventBody::Send { text: text.clone(), port: port.clone() },
+            Text::Show { text, position } => {
+                EventBody::Display { text: text.clone(), position: Some(i64::from(*position)) }
+            }
+            Text::Value { position, width, decimals } => EventBody::Display {
+                text: display::field(value, *width, *decimals),
+                position: Some(i64::from(*position)),
+            },
+            Text::Command { text, error, task } => {
+                if let (None, Some(task)) = (error, task) {
+                    let offset = self.layout.q_base + 4 * self.running;
+                    let q_base = read_u32(image, offset);
+                    self.queue.push_back(Queued { task: *task, q_base });
+                }
+                EventBody::Command { text: text.clone(), error: error.clone() }
+            }
+            Text::Macro { text } => EventBody::Macro { text: text.clone() },
+        };
+        self.events.push(Event { tick: self.tick, body });
+    }
+
+    fn define(&mut self, image: &mut [u8], index: u32) {
+        let Some(define) = self.tables.defines.get(index as usize).copied() else {
+            return;
+        };
+        let last = define.last.min(self.layout.count - 1);
+        let mut memory = self.memory(image);
+        for number in define.first..=last {
+            memory.define(number, define.definition);
+        }
+    }
+}
+
+fn space(number: u64) -> Space {
+    if number as u32 == 0 { Space::X } else { Space::Y }
+}
+
+impl Host for Control {
+    fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64 {
+        let [a, b, c, d] = args;
+        match function {
+            HostFn::Fmod => {
+                let rest = libm::fmod(f64::from_bits(a), f64::from_bits(b));
+                if rest.is_nan() { 0 } else { rest.to_bits() }
+            }
+            HostFn::PmacMRead => self.view(image).read_m(a as u32).to_bits(),
+            HostFn::PmacMWrite => {
+                self.memory(image).write_m(a as u32, f64::from_bits(b));
+                0
+            }
+            HostFn::PmacWordRead => u64::from(self.view(image).read_word(space(a), b as u32)),
+            HostFn::PmacWordWrite => {
+                self.memory(image).write_word(space(a), b as u32, c as u32);
+                0
+            }
+            HostFn::PmacIWrite => {
+                self.write_i(image, a as u32, f64::from_bits(b));
+                0
+            }
+            HostFn::PmacPlc => {
+                if let Some(op) = PlcOp::from_number(a as u32) {
+                    self.command_plcs(op, b as u32 != 0, c as u32, d as u32);
+                }
+                0
+            }
+            HostFn::PmacEvent => {
+                self.tell(image, a as u32, f64::from_bits(b));
+                0
+            }
+            HostFn::PmacDefine => {
+                self.define(image, a as u32);
+                0
+            }
+            HostFn::PmacSave => {
+                self.saved = Some(save::now(image, &self.tables, &self.layout));
+                0
+            }
+            _ => pure::call(function, args).unwrap_or(0),
+        }
+    }
+}

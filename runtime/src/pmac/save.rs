@@ -1,0 +1,86 @@
+//! SAVE: what is copied to non-volatile memory (guide, I-Variables and M-Variables): I, P and Q
+//! with their values, and the definitions of M.
+
+use std::hash::{Hash, Hasher};
+
+use plcc_abi::{
+    image::{read_f64, read_u64, write_f64},
+    pmac::{Layout, Memory, PmacTables, Run, math::finite},
+};
+use serde::{Deserialize, Serialize};
+
+use super::PmacExecutive;
+
+/// What a retained file holds.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    /// Of the download that it belongs to.
+    fingerprint: u64,
+    /// The image's regions `p q i mdef`.
+    runs: Vec<Run>,
+}
+
+/// FNV-1a, the same on every machine and in every version.
+struct Fnv(u64);
+
+impl Hasher for Fnv {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x100_0000_01B3);
+        }
+    }
+}
+
+/// What tells one download from another: the controller and the state after load.
+fn fingerprint(tables: &PmacTables) -> u64 {
+    let mut hasher = Fnv(0xCBF2_9CE4_8422_2325);
+    hasher.write(&[u8::from(tables.turbo)]);
+    for run in &tables.initial {
+        hasher.write(&run.offset.to_le_bytes());
+        run.bytes.as_slice().hash(&mut hasher);
+    }
+    hasher.finish()
+}
+
+/// What SAVE keeps of the state as it is.
+pub(super) fn now(image: &[u8], tables: &PmacTables, layout: &Layout) -> Vec<u8> {
+    let kept = image.get(..layout.mload as usize).unwrap_or_default();
+    let saved = Saved { fingerprint: fingerprint(tables), runs: Run::pack(kept) };
+    // Writing to memory does not fail; an empty file is refused when it is read.
+    postcard::to_allocvec(&saved).unwrap_or_default()
+}
+
+/// What a SAVE in the download itself keeps.
+pub(super) fn initial(tables: &PmacTables, layout: &Layout) -> Vec<u8> {
+    let mut image = vec![0; layout.size as usize];
+    Run::unpack(&tables.initial, &mut image);
+    now(&image, tables, layout)
+}
+
+impl PmacExecutive {
+    /// Takes back what SAVE kept.
+    pub(super) fn take_back(&mut self, retained: &[u8]) -> Result<(), String> {
+        let saved: Saved =
+            postcard::from_bytes(retained).map_err(|_| "is not a file of SAVE".to_string())?;
+        if saved.fingerprint != fingerprint(&self.control.tables) {
+            return Err("belongs to another download".into());
+        }
+        let layout = self.control.layout;
+        let mut kept = vec![0; layout.mload as usize];
+        Run::unpack(&saved.runs, &mut kept);
+        for offset in (layout.p..layout.mdef).step_by(8) {
+            write_f64(&mut self.image, offset, finite(read_f64(&kept, offset)));
+        }
+        let mut memory =
+            Memory { image: &mut self.image, layout: &layout, far: &mut self.control.far };
+        for number in 0..layout.count {
+            memory.define_code(number, read_u64(&kept, layout.mdef + 8 * number));
+        }
+        self.control.saved = Some(retained.to_vec());
+        Ok(())
+    }
+}
