@@ -106,9 +106,8 @@ impl Parser<'_> {
     /// Something that may not stand inside parentheses or brackets.
     fn wrong_inside(&mut self, wanted: &str) -> Fail {
         let found = self.c.peek();
-        let lower = found.is_some_and(|c| {
-            !matches!(c, 'A'..='Z' | '0'..='9') && !":,.$()[]<>=+-*/".contains(c)
-        });
+        let lower = found
+            .is_some_and(|c| !matches!(c, 'A'..='Z' | '0'..='9') && !":,.$()[]<>=+-*/".contains(c));
         let number = if lower { 44 } else { 62 };
         let message = format!("{} can't stand here", shown(found));
         let span = self.c.span_here();

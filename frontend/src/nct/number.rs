@@ -64,13 +64,7 @@ fn not_octal(c: &Cursor<'_>, start: usize) -> super::fail::Fail {
     )
 }
 
-fn too_few(
-    c: &Cursor<'_>,
-    start: usize,
-    least: u8,
-    most: u8,
-    digits: Digits,
-) -> super::fail::Fail {
+fn too_few(c: &Cursor<'_>, start: usize, least: u8, most: u8, digits: Digits) -> super::fail::Fail {
     let count = if least == most { format!("{most}") } else { format!("{least} or {most}") };
     let s = if most == 1 { "" } else { "s" };
     let number = if digits == Digits::Octal { 9 } else { 19 };

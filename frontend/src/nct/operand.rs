@@ -158,14 +158,16 @@ fn register(c: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Word> {
     }))
 }
 
-/// Takes a character that may not stand here, with the digits behind it, unless it is one that
-/// holds the program's structure together, then makes the error.
+/// Takes a character that may not stand here, with the rest of the variable behind it, unless it
+/// is one that holds the program's structure together, then makes the error.
 pub(super) fn refuse(c: &mut Cursor<'_>, make: impl FnOnce(&Cursor<'_>) -> Fail) -> Fail {
     if !matches!(c.peek(), None | Some('Z' | 'E' | 'J' | ':' | '$' | '(' | ')' | '[' | ']')) {
         c.bump();
     }
     let fail = make(c);
-    while !c.gap() && c.peek().is_some_and(|d| d.is_ascii_digit()) {
+    while !c.gap()
+        && c.peek().is_some_and(|d| matches!(d, '0'..='9') || "IYVPFRQTHMLSN".contains(d))
+    {
         c.bump();
     }
     fail

@@ -8,9 +8,7 @@ use super::ast::{Texts, Word};
 use super::cursor::Cursor;
 use super::fail::{Fail, Read, error, shown};
 use super::number::{Digits, address, decimal, hexadecimal};
-use super::operand::{
-    Prefix, begins_constant, bit, constant, counter, load, place, refuse, whole,
-};
+use super::operand::{Prefix, begins_constant, bit, constant, counter, load, place, refuse, whole};
 use crate::common::Limits;
 
 /// The most characters of a program, white space and comments aside (NCT 5).
@@ -80,8 +78,8 @@ impl Parser<'_> {
                     if !quiet {
                         self.found.push(*fail);
                     }
+                    self.recover(start, quiet);
                     quiet = true;
-                    self.recover(start);
                 }
             }
             if self.c.taken() > MAX_TEXT && !too_long && self.limits == Limits::Original {
@@ -105,14 +103,17 @@ impl Parser<'_> {
         }
     }
 
-    fn recover(&mut self, start: usize) {
+    fn recover(&mut self, start: usize, again: bool) {
         if self.c.pos() == start {
             self.c.bump();
         }
         while !self.c.gap() && self.c.peek().is_some_and(|c| c.is_ascii_digit()) {
             self.c.bump();
         }
-        let opens = opens(self.text.get(start..self.c.end()).unwrap_or(""));
+        let opens = match opens(self.text.get(start..self.c.end()).unwrap_or("")) {
+            Opens::Yes if again => Opens::Perhaps,
+            other => other,
+        };
         self.emit(start, Op::Bad { opens });
     }
 
@@ -170,8 +171,10 @@ impl Parser<'_> {
             return error(44, span, format!("`{first}` is no character of the language"), help);
         }
         let help = match first {
-            '0'..='9' => "a number stands behind a letter, `,` or `.`; the letter may be missing, \
-                          or I and O written as 1 and 0",
+            '0'..='9' => {
+                "a number stands behind a letter, `,` or `.`; the letter may be missing, \
+                          or I and O written as 1 and 0"
+            }
             ')' | ']' => "no parenthesis or bracket is open here",
             '$' => "`$` ends the texts of :197 to :200 only",
             _ => "statements are listed in chapter 4 of the manual",

@@ -236,7 +236,8 @@ impl Checker<'_> {
         for (label, number) in [(0, 5), (1, 6)] {
             if !self.has(label) {
                 let message = format!("there is no module :{label:03}");
-                let help = format!("write :{label:03} and J{label}, with nothing between if need be");
+                let help =
+                    format!("write :{label:03} and J{label}, with nothing between if need be");
                 self.error(number, self.last, message, &help);
             }
         }
@@ -270,7 +271,8 @@ impl Checker<'_> {
                     Some(Op::If { .. } | Op::Bad { opens: Opens::Yes }) => depth += 1,
                     Some(Op::EndIf) => depth = depth.saturating_sub(1),
                     Some(Op::Return) if depth == 0 => {
-                        let message = format!("R stands in module :{module:03}, before its J{module}");
+                        let message =
+                            format!("R stands in module :{module:03}, before its J{module}");
                         let help = "R ends subroutines; put them behind the module's J";
                         self.error(71, self.span(at), message, help);
                     }
