@@ -2,12 +2,16 @@
 
 mod include;
 mod loader;
+mod lowered;
 mod machine;
+mod natural;
 mod options;
 mod suggest;
 
 pub use include::{Included, find_include};
 pub use loader::{FileLoader, MemoryLoader};
+pub use lowered::Lowered;
 pub use machine::{Machine, MachineError, MachineVariable, VariableClass, VariableType};
+pub use natural::natural_cmp;
 pub use options::{Controller, Limits, Options};
 pub use suggest::closest;

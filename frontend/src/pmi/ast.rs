@@ -167,6 +167,8 @@ pub(super) enum Action {
 pub(super) struct Step {
     pub(super) action: Action,
     pub(super) span: Span,
+    /// The line it starts at.
+    pub(super) line: u32,
 }
 
 /// A checked program.

@@ -64,6 +64,9 @@ pub(super) fn check(
     }
     exec.finish(&mut diagnostics);
     checked.symbols = names.into_symbols();
+    for step in &mut checked.steps {
+        step.line = sources.line_col(step.span.file, step.span.start).0;
+    }
     for diagnostic in diagnostics.iter_mut().filter(|d| d.is_error() && d.help.is_none()) {
         diagnostic.help = report::default_help(diagnostic.code).map(str::to_owned);
     }

@@ -78,7 +78,7 @@ impl<'a> Exec<'a> {
     }
 
     fn step(&mut self, action: Action, span: Span) -> usize {
-        self.checked.steps.push(Step { action, span });
+        self.checked.steps.push(Step { action, span, line: 0 });
         self.checked.steps.len() - 1
     }
 

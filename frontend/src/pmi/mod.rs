@@ -15,24 +15,35 @@ mod declare;
 mod exec;
 mod executive;
 mod expr;
+mod interp;
+mod layout;
 mod lex;
+mod lower;
 mod names;
 mod ports;
 mod reader;
 mod report;
 mod spec;
+mod tables;
 mod token;
 
+use std::sync::Arc;
+
+use plcc_abi::Engine;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{FileLoader, Options};
+use crate::common::{FileLoader, Lowered, Options};
 
 pub use executive::explain;
+pub use interp::Interpreter;
 
 /// A program without errors.
 #[derive(Clone, Debug)]
 pub struct Program {
     checked: ast::Checked,
+    layout: layout::Layout,
+    /// Names and texts of the files, by their ids.
+    files: Arc<[(String, String)]>,
 }
 
 /// Reads and checks the program in `file`; included files are asked of `loader` and added to
@@ -44,6 +55,31 @@ pub fn check(
     options: &Options,
 ) -> (Option<Program>, Vec<Diagnostic>) {
     let (checked, diagnostics) = check::check(sources, file, loader, options);
-    let good = !diagnostics.iter().any(Diagnostic::is_error);
-    (good.then_some(Program { checked }), diagnostics)
+    if diagnostics.iter().any(Diagnostic::is_error) {
+        return (None, diagnostics);
+    }
+    let layout = layout::Layout::new(&checked);
+    let ids = (0..sources.len() as u32).map(FileId);
+    let files = ids.map(|id| (sources.path(id).to_owned(), sources.text(id).to_owned())).collect();
+    (Some(Program { checked, layout, files }), diagnostics)
+}
+
+impl Program {
+    /// The program as IR, with the executive's tables.
+    pub fn lower(&self) -> Lowered {
+        let module = lower::lower(&self.checked, &self.layout, &self.files);
+        let names = self.files.iter().map(|(name, _)| name.clone()).collect();
+        let program = tables::program(&self.checked, &self.layout, names, module.tasks.clone());
+        Lowered { program, module }
+    }
+
+    /// The statement interpreter, as an engine like the others.
+    pub fn interpreter(&self) -> Box<dyn Engine> {
+        Box::new(self.counting_interpreter())
+    }
+
+    /// The statement interpreter, which counts how often each statement runs.
+    pub fn counting_interpreter(&self) -> Interpreter {
+        Interpreter::new(&self.checked, &self.layout)
+    }
 }

@@ -1,0 +1,10 @@
+//! What every front end hands on.
+
+/// A program as the code generator and the executive take it.
+#[derive(Clone, Debug)]
+pub struct Lowered {
+    /// For the executive: layout, tasks, tables.
+    pub program: plcc_abi::Program,
+    /// The code.
+    pub module: plcc_ir::Module,
+}
