@@ -1,0 +1,37 @@
+//! What an NCT program may call.
+
+use plcc_abi::nct::NctHome;
+use plcc_abi::{Host, HostFn};
+
+use super::arithmetic::{self, Arithmetic};
+use super::memory::NcMemory;
+use super::operand::Locals;
+use super::search;
+
+/// The host of an NCT program.
+#[derive(Clone, Debug)]
+pub(super) struct NctHost {
+    pub(super) flags: Vec<NctHome>,
+    pub(super) memory: NcMemory,
+}
+
+impl Host for NctHost {
+    fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64 {
+        let [area, op, ..] = args.map(|arg| arg as u16);
+        let locals = &mut Locals::new(image, &self.flags);
+        match function {
+            HostFn::NctHf => search::find_item(locals, area, op),
+            HostFn::NctPf => search::find_pot(locals, area, op, self.memory.magazine()),
+            HostFn::NctMr => self.memory.read(locals, area),
+            HostFn::NctMw => self.memory.write(locals, area),
+            HostFn::NctAdd => arithmetic::execute(locals, Arithmetic::Add, area),
+            HostFn::NctSub => arithmetic::execute(locals, Arithmetic::Sub, area),
+            HostFn::NctMul => arithmetic::execute(locals, Arithmetic::Mul, area),
+            HostFn::NctDiv => arithmetic::execute(locals, Arithmetic::Div, area),
+            HostFn::NctCmp => arithmetic::execute(locals, Arithmetic::Cmp, area),
+            // The functions of other dialects, which no NCT program calls.
+            _ => {}
+        }
+        0
+    }
+}

@@ -1,0 +1,222 @@
+//! The process image as the modules share it: which module's registers and input images are in
+//! it, and the others' that wait outside.
+
+use std::ops::Range;
+
+use plcc_abi::Program;
+use plcc_abi::image::{read_u16, write_u8, write_u16, write_u32};
+use plcc_abi::nct::{IMAGE_BYTES, LINE_BYTES, NctHome, NctTables, context};
+
+/// The places of what the executive touches.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Places {
+    pub(super) context: u32,
+    pub(super) lines_in: u32,
+    pub(super) lines_out: u32,
+    pub(super) rh: u32,
+    pub(super) q: u32,
+    pub(super) t: u32,
+    pub(super) h: u32,
+    pub(super) m: u32,
+    pub(super) rp: u32,
+    input: [Range<usize>; 2],
+    previous: [Range<usize>; 2],
+}
+
+impl Places {
+    /// Finds the regions; a missing or short one is named.
+    pub(super) fn of(program: &Program) -> Result<Self, String> {
+        let find = |name: &str, size: u32| {
+            program
+                .region(name)
+                .filter(|r| r.size >= size)
+                .filter(|r| r.offset.checked_add(r.size).is_some_and(|e| e <= program.image_size))
+                .ok_or_else(|| format!("the region `{name}` is missing or too short"))
+        };
+        let offset = |name: &str, size: u32| find(name, size).map(|region| region.offset);
+        let words = |name: &str, count: u16| offset(name, u32::from(count) * 2);
+        let range = |name: &str| {
+            find(name, 0).map(|r| r.offset as usize..r.offset as usize + r.size as usize)
+        };
+        let (rh, q, t, h) = {
+            use plcc_abi::nct::{H_COUNT, Q_COUNT, RH_COUNT, T_COUNT};
+            (
+                words("rh", RH_COUNT)?,
+                words("q", Q_COUNT)?,
+                words("t", T_COUNT)?,
+                words("h", H_COUNT)?,
+            )
+        };
+        let places = Self {
+            context: offset("context", context::SIZE)?,
+            lines_in: offset("lines_in", LINE_BYTES as u32)?,
+            lines_out: offset("lines_out", LINE_BYTES as u32)?,
+            rh,
+            q,
+            t,
+            h,
+            m: words("m", plcc_abi::nct::M_COUNT)?,
+            rp: words("rp", plcc_abi::nct::RP_COUNT)?,
+            input: [range("input_bytes")?, range("input_bits")?],
+            previous: [range("previous_bytes")?, range("previous_bits")?],
+        };
+        let same = places.input.iter().zip(&places.previous).all(|(a, b)| a.len() == b.len());
+        if same { Ok(places) } else { Err("the regions of I and V differ in size".into()) }
+    }
+}
+
+/// A module: 0, 1 or 2, and the number of its task.
+pub(super) type Module = usize;
+
+/// The input images of a module that is not running.
+#[derive(Clone, Debug, Default)]
+struct Parked {
+    input: [Vec<u8>; 2],
+    previous: [Vec<u8>; 2],
+}
+
+/// The process image.
+#[derive(Clone, Debug)]
+pub(super) struct Image {
+    pub(super) bytes: Vec<u8>,
+    pub(super) places: Places,
+    pub(super) inputs: Vec<NctHome>,
+    /// Whether the input images in it are those of :000; else they are :001's, which :002 shares.
+    level0: bool,
+    parked: Parked,
+    /// Registers of the modules while they don't run.
+    contexts: [[u8; context::SIZE as usize]; 3],
+}
+
+impl Image {
+    pub(super) fn new(program: &Program, tables: &NctTables) -> Result<Self, String> {
+        let places = Places::of(program)?;
+        let zeros = |ranges: &[Range<usize>; 2]| ranges.each_ref().map(|r| vec![0; r.len()]);
+        let parked = Parked { input: zeros(&places.input), previous: zeros(&places.previous) };
+        Ok(Self {
+            bytes: vec![0; program.image_size as usize],
+            places,
+            inputs: tables.inputs.clone(),
+            level0: false,
+            parked,
+            contexts: [[0; context::SIZE as usize]; 3],
+        })
+    }
+
+    /// Puts :000's input images in, or :001's.
+    pub(super) fn show(&mut self, level0: bool) {
+        if self.level0 == level0 {
+            return;
+        }
+        self.level0 = level0;
+        let Places { input, previous, .. } = &self.places;
+        let inside = input.iter().chain(previous);
+        let outside = self.parked.input.iter_mut().chain(&mut self.parked.previous);
+        for (range, waiting) in inside.zip(outside) {
+            if let Some(bytes) = self.bytes.get_mut(range.clone()) {
+                bytes.swap_with_slice(waiting);
+            }
+        }
+    }
+
+    /// Makes the shown input image the previous one, as a new one is about to be filled in.
+    pub(super) fn age_inputs(&mut self) {
+        for (from, to) in self.places.input.iter().zip(&self.places.previous) {
+            self.bytes.copy_within(from.clone(), to.start);
+        }
+    }
+
+    /// With :000's images shown: takes a new image from :001's.
+    pub(super) fn synchronise(&mut self) {
+        self.age_inputs();
+        for (range, from) in self.places.input.iter().zip(&self.parked.input) {
+            if let Some(bytes) = self.bytes.get_mut(range.clone()) {
+                bytes.copy_from_slice(from);
+            }
+        }
+    }
+
+    /// Fills the shown input image's byte.
+    pub(super) fn set_input(&mut self, byte: usize, value: u8) {
+        if let Some(home) = self.inputs.get(byte) {
+            home.write(&mut self.bytes, value);
+        }
+    }
+
+    /// Sets a bit of the shown input image.
+    pub(super) fn set_input_bit(&mut self, byte: usize, bit: u8, value: bool) {
+        if let Some(home) = self.inputs.get(byte) {
+            home.set_bit(&mut self.bytes, bit, value);
+        }
+    }
+
+    /// Puts a module's registers in, with fuel for its call.
+    pub(super) fn enter(&mut self, module: Module, fuel: u32, stops: bool) {
+        self.show(module == 0);
+        let context = self.places.context;
+        if let (Some(saved), Some(place)) = (
+            self.contexts.get(module),
+            self.bytes.get_mut(context as usize..).and_then(|tail| tail.first_chunk_mut()),
+        ) {
+            *place = *saved;
+        }
+        write_u32(&mut self.bytes, context + context::FUEL, fuel);
+        write_u8(&mut self.bytes, context + context::ON_EMPTY, u8::from(stops));
+    }
+
+    /// Takes a module's registers out.
+    pub(super) fn leave(&mut self, module: Module) {
+        let place = self.bytes.get(self.places.context as usize..);
+        if let (Some(saved), Some(place)) =
+            (self.contexts.get_mut(module), place.and_then(|tail| tail.first_chunk()))
+        {
+            *saved = *place;
+        }
+    }
+
+    /// A module's OP, while none runs.
+    pub(super) fn op(&self, module: Module) -> u16 {
+        self.contexts.get(module).map_or(0, |saved| read_u16(saved, context::OP))
+    }
+
+    /// Sets a module's OP, while none runs.
+    pub(super) fn set_op(&mut self, module: Module, value: u16) {
+        if let Some(saved) = self.contexts.get_mut(module) {
+            write_u16(saved, context::OP, value);
+        }
+    }
+
+    /// Counts the words at a place down, those that are above 0.
+    pub(super) fn count_down(&mut self, offset: u32, count: u16) {
+        for i in 0..u32::from(count) {
+            let at = offset + i * 2;
+            let value = read_u16(&self.bytes, at);
+            if value > 0 {
+                write_u16(&mut self.bytes, at, value - 1);
+            }
+        }
+    }
+}
+
+/// Checks what the tables say of the image.
+pub(super) fn check_tables(program: &Program, tables: &NctTables) -> Result<(), String> {
+    let homes = [
+        ("inputs", &tables.inputs, IMAGE_BYTES),
+        ("previous inputs", &tables.previous, IMAGE_BYTES),
+        ("outputs", &tables.outputs, IMAGE_BYTES),
+        ("local variables", &tables.flags, plcc_abi::nct::FLAG_BYTES),
+    ];
+    for (what, homes, count) in homes {
+        if homes.len() != count {
+            return Err(format!("the table of {what} has {} entries, not {count}", homes.len()));
+        }
+        let end = |home: &NctHome| u64::from(home.offset) + if home.unpacked { 8 } else { 1 };
+        if homes.iter().any(|home| end(home) > program.image_size.into()) {
+            return Err(format!("the table of {what} points outside the image"));
+        }
+    }
+    if program.tasks.len() < 2 {
+        return Err("module :000 or :001 is missing".into());
+    }
+    Ok(())
+}

@@ -1,0 +1,63 @@
+//! Message flags as events (NCT 3.5, 3.6).
+
+use plcc_abi::image::read_u16;
+use plcc_abi::nct::{NctHome, NctTables};
+
+use crate::{Event, EventBody};
+
+/// The bytes of the output image whose bits are messages: Y700 to Y707, indexed by RH090 to
+/// RH097, then Y710 to Y897.
+const BYTES: std::ops::Range<usize> = 70..90;
+/// The register that belongs to Y700.
+const FIRST_INDEX: u32 = 90;
+
+/// The messages of a program and which are on.
+#[derive(Clone, Debug)]
+pub(super) struct Messages {
+    indexed: Vec<String>,
+    plain: Vec<String>,
+    homes: Vec<NctHome>,
+    shown: Vec<u8>,
+}
+
+impl Messages {
+    pub(super) fn new(tables: &NctTables) -> Self {
+        let homes = tables.outputs.get(BYTES).unwrap_or_default().to_vec();
+        Self {
+            indexed: tables.texts198.clone(),
+            plain: tables.texts199.clone(),
+            shown: vec![0; homes.len()],
+            homes,
+        }
+    }
+
+    /// An event for each flag that is not as it was at the last call, in the order of the flags.
+    pub(super) fn update(&mut self, image: &[u8], rh: u32, tick: u64, events: &mut Vec<Event>) {
+        for (row, (home, shown)) in self.homes.iter().zip(&mut self.shown).enumerate() {
+            let now = home.read(image);
+            let changed = now ^ *shown;
+            if changed == 0 {
+                continue;
+            }
+            *shown = now;
+            for bit in (0..8).filter(|bit| changed >> bit & 1 != 0) {
+                let (texts, number) = match row.checked_sub(1) {
+                    None => (&self.indexed, bit),
+                    Some(row) => (&self.plain, row * 8 + bit),
+                };
+                let index =
+                    (row == 0).then(|| read_u16(image, rh + (FIRST_INDEX + bit as u32) * 2).into());
+                events.push(Event {
+                    tick,
+                    body: EventBody::Message {
+                        name: None,
+                        flag: Some(format!("Y{}{bit}", BYTES.start + row)),
+                        state: if now >> bit & 1 != 0 { "on" } else { "off" },
+                        text: texts.get(number).cloned().unwrap_or_default(),
+                        index,
+                    },
+                });
+            }
+        }
+    }
+}

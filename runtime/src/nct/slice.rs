@@ -1,0 +1,360 @@
+//! The 20 ms slice (NCT 1.2, 1.3).
+
+use std::time::{Duration, Instant};
+
+use plcc_abi::image::{read_u8, write_u8, write_u16};
+use plcc_abi::nct::{self, IMAGE_BYTES, LINE_BYTES, NctName, NctSettings, NctTables};
+use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TrapCode};
+use thiserror::Error;
+
+use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
+
+use super::host::NctHost;
+use super::image::{Image, Module, check_tables};
+use super::memory::NcMemory;
+use super::messages::Messages;
+use super::variables::{self, Names};
+
+/// Milliseconds of a slice.
+const SLICE_MS: u64 = 20;
+/// Slices in a second and in a minute.
+const SECOND: u64 = 50;
+const MINUTE: u64 = 3000;
+/// Safepoints that :001 and :002 may pass.
+const MAX_SAFEPOINTS: u32 = 1_000_000;
+/// Safepoints between two looks at the clock.
+const REAL_TIME_STEP: u32 = 1000;
+/// What :001 and :000 get of a slice in real time (NCT 1.2).
+const REAL_TIME_SLICE: Duration = Duration::from_millis(5);
+/// Y541 and Y546.
+const NO_SYNCHRONISATION: (usize, u8) = (54, 1);
+const LEVEL2_ENABLE: (usize, u8) = (54, 6);
+/// I510 and I543.
+const FIRST_CALL: (usize, u8) = (51, 0);
+const LEVEL0_START: (usize, u8) = (54, 3);
+
+/// What may be chosen when a program is run.
+#[derive(Clone, Debug, Default)]
+pub struct NctOptions {
+    /// The machine's settings. A program's own come from its [tables](NctTables::settings).
+    pub settings: NctSettings,
+    /// Safepoints after which :000 is suspended in a slice of simulated time; 10 000 where not
+    /// said.
+    pub level0_safepoints: Option<u32>,
+    /// Modules are suspended and stopped by the clock, not by counting.
+    pub realtime: bool,
+}
+
+/// Why a program can't be run.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum NctLoadError {
+    /// It is in another language.
+    #[error("this is no NCT program")]
+    OtherDialect,
+    /// Its tables don't fit together.
+    #[error("the program is damaged: {0}")]
+    Damaged(String),
+}
+
+/// The executive of an NCT program.
+#[derive(Debug)]
+pub struct NctExecutive {
+    pub(super) image: Image,
+    tables: NctTables,
+    host: NctHost,
+    messages: Messages,
+    names: Names,
+    /// NC flags I400 to I997, bytes 40 and on; those below are the physical lines.
+    nc_flags: [u8; IMAGE_BYTES],
+    /// What was latched last.
+    latched: [u8; IMAGE_BYTES],
+    tick: u64,
+    has_level2: bool,
+    period_ms: u64,
+    boards: usize,
+    level0_safepoints: u32,
+    realtime: bool,
+    /// Whether :000 starts from its beginning when it is next called.
+    level0_starts: bool,
+    synchronised: bool,
+}
+
+impl NctExecutive {
+    /// Makes a control at power-up.
+    ///
+    /// # Errors
+    /// When the program is of another dialect, or its tables don't fit its image.
+    pub fn new(program: &Program, options: NctOptions) -> Result<Self, NctLoadError> {
+        let Tables::Nct(tables) = &program.tables else { return Err(NctLoadError::OtherDialect) };
+        let NctOptions { settings, level0_safepoints, realtime } = options;
+        check_tables(program, tables).map_err(NctLoadError::Damaged)?;
+        let mut image = Image::new(program, tables).map_err(NctLoadError::Damaged)?;
+        for &(number, value) in &settings.constants {
+            if (1..nct::RP_COUNT).contains(&number) {
+                write_u16(&mut image.bytes, image.places.rp + u32::from(number) * 2, value);
+            }
+        }
+        for pot in &settings.tool_pots {
+            let row = nct::RETAINED_FROM + usize::from(pot.pot) * 2;
+            for (home, byte) in tables.flags.iter().skip(row).zip(pot.word().to_le_bytes()) {
+                home.write(&mut image.bytes, byte);
+            }
+        }
+        let memory = NcMemory::new(&settings);
+        Ok(Self {
+            image,
+            host: NctHost { flags: tables.flags.clone(), memory },
+            messages: Messages::new(tables),
+            names: Names::default(),
+            tables: tables.clone(),
+            nc_flags: [0; IMAGE_BYTES],
+            latched: [0; IMAGE_BYTES],
+            tick: 0,
+            has_level2: program.tasks.len() > 2,
+            period_ms: settings.control.period_ms(),
+            boards: settings.boards.unwrap_or(4).min(4).into(),
+            level0_safepoints: level0_safepoints.unwrap_or(10_000).max(1),
+            realtime,
+            level0_starts: true,
+            synchronised: true,
+        })
+    }
+
+    /// A flag of the output image.
+    fn output(&self, (byte, bit): (usize, u8)) -> bool {
+        self.tables.outputs.get(byte).is_some_and(|home| home.bit(&self.image.bytes, bit))
+    }
+
+    /// Timers go down (NCT 2.4).
+    fn count(&mut self) {
+        if self.tick == 0 {
+            return;
+        }
+        let (t, h, m) = (self.image.places.t, self.image.places.h, self.image.places.m);
+        self.image.count_down(t, nct::T_COUNT);
+        if self.tick.is_multiple_of(SECOND) {
+            self.image.count_down(h, nct::H_COUNT);
+        }
+        if self.tick.is_multiple_of(MINUTE) {
+            self.image.count_down(m, nct::M_COUNT);
+        }
+    }
+
+    /// Fills :001's input image.
+    fn latch(&mut self) {
+        self.image.show(false);
+        self.image.age_inputs();
+        for byte in 0..IMAGE_BYTES {
+            let value = if byte < LINE_BYTES {
+                read_u8(&self.image.bytes, self.image.places.lines_in + byte as u32)
+            } else {
+                self.nc_flags.get(byte).copied().unwrap_or(0)
+            };
+            if let Some(last) = self.latched.get_mut(byte).filter(|last| **last != value) {
+                *last = value;
+                self.image.set_input(byte, value);
+            }
+        }
+        self.image.set_input_bit(FIRST_CALL.0, FIRST_CALL.1, self.tick == 0);
+        self.image.set_input_bit(LEVEL0_START.0, LEVEL0_START.1, self.level0_starts);
+    }
+
+    /// The physical outputs take the output image.
+    fn drive_lines(&mut self) {
+        for (byte, home) in self.tables.outputs.iter().take(self.boards * 10).enumerate() {
+            let value = home.read(&self.image.bytes);
+            write_u8(&mut self.image.bytes, self.image.places.lines_out + byte as u32, value);
+        }
+    }
+
+    /// Calls a module once.
+    fn call(&mut self, engine: &mut dyn Engine, module: Module, fuel: u32, stops: bool) -> Outcome {
+        self.image.enter(module, fuel, stops);
+        let mut scan = Scan { image: &mut self.image.bytes, host: &mut self.host };
+        let outcome = engine.call(module, &mut scan);
+        self.image.leave(module);
+        outcome
+    }
+
+    /// Runs a module that must come to its end.
+    fn run(&mut self, engine: &mut dyn Engine, module: Module) -> Result<(), Stop> {
+        let outcome = if self.realtime {
+            let limit = match module {
+                2 => Duration::from_millis(self.period_ms),
+                _ => REAL_TIME_SLICE,
+            };
+            let start = Instant::now();
+            loop {
+                match self.call(engine, module, REAL_TIME_STEP, false) {
+                    Outcome::Suspended if start.elapsed() < limit => {}
+                    Outcome::Suspended => break Outcome::Trap(TrapCode::Timeout),
+                    outcome => break outcome,
+                }
+            }
+        } else {
+            self.call(engine, module, MAX_SAFEPOINTS, true)
+        };
+        match outcome {
+            Outcome::End | Outcome::Suspended => Ok(()),
+            Outcome::Trap(code) => Err(self.stop(module, code)),
+        }
+    }
+
+    /// Runs :000 for what is left of the slice that began at `start`.
+    fn run_level0(&mut self, engine: &mut dyn Engine, start: Instant) -> Result<(), Stop> {
+        self.image.show(true);
+        if self.level0_starts || !self.synchronised {
+            self.image.synchronise();
+        }
+        let outcome = loop {
+            let fuel = if self.realtime { REAL_TIME_STEP } else { self.level0_safepoints };
+            let outcome = self.call(engine, 0, fuel, false);
+            let time_left = self.realtime && start.elapsed() < REAL_TIME_SLICE;
+            if outcome != Outcome::Suspended || !time_left {
+                break outcome;
+            }
+        };
+        self.image.show(false);
+        match outcome {
+            Outcome::End => self.level0_starts = true,
+            Outcome::Suspended => self.level0_starts = false,
+            Outcome::Trap(code) => return Err(self.stop(0, code)),
+        }
+        Ok(())
+    }
+
+    fn stop(&self, module: Module, code: TrapCode) -> Stop {
+        let (code, message) = match code {
+            TrapCode::Timeout if self.realtime => (
+                format!("PLC TIMEOUT{module}"),
+                format!("module :00{module} did not reach its J{module} within its time"),
+            ),
+            TrapCode::Timeout => (
+                format!("PLC TIMEOUT{module}"),
+                format!(
+                    "module :00{module} passed {MAX_SAFEPOINTS} backward jumps and calls without \
+                     reaching its J{module}"
+                ),
+            ),
+            TrapCode::CallDepth => (
+                "CALL DEPTH".to_string(),
+                format!(
+                    "module :00{module} nested calls more than {} deep",
+                    nct::context::MAX_DEPTH
+                ),
+            ),
+            TrapCode::BadLabel | TrapCode::ArrayBounds => (
+                "PLC ERROR".to_string(),
+                format!("module :00{module} was left by a way that no NCT program has"),
+            ),
+        };
+        Stop { code, message }
+    }
+
+    /// All modules of a tick.
+    fn modules(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
+        if self.has_level2 && self.output(LEVEL2_ENABLE) {
+            self.run(engine, 2)?;
+        }
+        let start = Instant::now();
+        self.count();
+        self.latch();
+        self.run(engine, 1)?;
+        if self.tick == 0 {
+            self.synchronised = !self.output(NO_SYNCHRONISATION);
+        }
+        self.run_level0(engine, start)?;
+        self.drive_lines();
+        if self.has_level2 {
+            for _ in 1..SLICE_MS / self.period_ms {
+                if self.output(LEVEL2_ENABLE) {
+                    self.run(engine, 2)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn view(&self) -> variables::View<'_> {
+        variables::View { image: &self.image, tables: &self.tables }
+    }
+}
+
+impl Executive for NctExecutive {
+    fn tick_ns(&self) -> u64 {
+        SLICE_MS * 1_000_000
+    }
+
+    fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
+        let result = self.modules(engine);
+        if result.is_err() {
+            self.image.show(false);
+            let lines = self.image.places.lines_out;
+            (0..LINE_BYTES as u32).for_each(|i| write_u8(&mut self.image.bytes, lines + i, 0));
+        }
+        self.messages.update(&self.image.bytes, self.image.places.rh, self.tick, events);
+        self.tick += 1;
+        result
+    }
+
+    fn find(&mut self, name: &str, purpose: Purpose) -> Result<Variable, NameError> {
+        self.names.find(name, purpose, self.boards)
+    }
+
+    fn parse(&self, _: Variable, text: &str) -> Result<Setting, ValueError> {
+        variables::parse(text)
+    }
+
+    fn set(&mut self, variable: Variable, value: Setting) {
+        let Some(name) = self.names.get(variable) else { return };
+        // As an assignment would: the low 16 bits, or the lowest one.
+        let word = match value {
+            Setting::Int(value) => value as u16,
+            Setting::Float(value) => value as i64 as u16,
+        };
+        variables::Target {
+            image: &mut self.image,
+            tables: &self.tables,
+            nc_flags: &mut self.nc_flags,
+        }
+        .set(name, word);
+    }
+
+    fn get(&self, variable: Variable) -> Value {
+        let value = self.names.get(variable).map_or(0, |name| self.view().get(name));
+        Value::Int(value.into())
+    }
+
+    fn declared(&mut self) -> Vec<(String, Variable)> {
+        let named: Vec<NctName> = self.tables.named.clone();
+        named.into_iter().map(|name| (name.to_string(), self.names.add(name))).collect()
+    }
+
+    fn canonical(&self, variable: Variable) -> String {
+        self.names.get(variable).map_or_else(String::new, |name| name.to_string())
+    }
+
+    fn retained(&self) -> Option<Vec<u8>> {
+        let homes = self.tables.flags.iter().skip(nct::RETAINED_FROM);
+        Some(homes.map(|home| home.read(&self.image.bytes)).collect())
+    }
+
+    fn restore(&mut self, retained: &[u8]) -> Result<(), String> {
+        let homes = self.tables.flags.get(nct::RETAINED_FROM..).unwrap_or_default();
+        if retained.len() != homes.len() {
+            return Err(format!(
+                "it holds {} bytes, F500 to F999 are {}",
+                retained.len(),
+                homes.len()
+            ));
+        }
+        for (home, &byte) in homes.iter().zip(retained) {
+            home.write(&mut self.image.bytes, byte);
+        }
+        Ok(())
+    }
+
+    fn image(&self) -> &[u8] {
+        &self.image.bytes
+    }
+}

@@ -1,0 +1,267 @@
+//! The slice's order, the images, timers, stops and messages.
+
+use plcc_abi::image::{read_u16, read_u32, write_u16};
+use plcc_abi::nct::{NctControl, NctSettings, NctTables, ToolPot, context};
+use plcc_abi::{Outcome, Tables, TrapCode};
+
+use super::{Script, program};
+use crate::nct::{NctExecutive, NctOptions};
+use crate::{Executive, Purpose, Setting, Value};
+
+fn executive(tables: NctTables, tasks: usize) -> NctExecutive {
+    NctExecutive::new(&program(tables, tasks), NctOptions::default()).unwrap()
+}
+
+fn set(executive: &mut NctExecutive, name: &str, value: i64) {
+    let variable = executive.find(name, Purpose::Stimulus).unwrap();
+    executive.set(variable, Setting::Int(value));
+}
+
+fn get(executive: &mut NctExecutive, name: &str) -> i64 {
+    let variable = executive.find(name, Purpose::Watch).unwrap();
+    match executive.get(variable) {
+        Value::Int(value) => value,
+        other => panic!("{other}"),
+    }
+}
+
+/// Offsets of a byte's input image and previous image.
+fn tables_of(executive: &NctExecutive) -> &NctTables {
+    executive.view().tables
+}
+
+#[test]
+fn level_0_sees_the_inputs_of_its_start() {
+    let mut executive = executive(NctTables::default(), 2);
+    let input = tables_of(&executive).inputs[0];
+    let previous = tables_of(&executive).previous[0];
+    let seen = std::cell::RefCell::new(Vec::new());
+    let mut calls = 0;
+    let mut engine = Script(|module, scan: &mut plcc_abi::Scan<'_>| {
+        let now = input.read(scan.image);
+        seen.borrow_mut().push((module, now, now ^ previous.read(scan.image)));
+        calls += usize::from(module == 0);
+        // :000 takes two slices, from the first on.
+        if module == 0 && calls % 2 == 1 { Outcome::Suspended } else { Outcome::End }
+    });
+    for tick in 0..4 {
+        set(&mut executive, "I00", [1, 2, 3, 7][tick]);
+        executive.tick(&mut engine, &mut vec![]).unwrap();
+    }
+    let expected =
+        [(1, 1, 1), (0, 1, 1), (1, 2, 3), (0, 1, 1), (1, 3, 1), (0, 3, 2), (1, 7, 4), (0, 3, 2)];
+    assert_eq!(*seen.borrow(), expected);
+    assert_eq!(get(&mut executive, "I00"), 7);
+}
+
+#[test]
+fn without_synchronisation_level_0_follows() {
+    let mut executive = executive(NctTables::default(), 2);
+    let input = tables_of(&executive).inputs[0];
+    let output = tables_of(&executive).outputs[54];
+    let seen = std::cell::RefCell::new(Vec::new());
+    let mut engine = Script(|module, scan: &mut plcc_abi::Scan<'_>| {
+        if module == 1 {
+            output.set_bit(scan.image, 1, true);
+            return Outcome::End;
+        }
+        seen.borrow_mut().push(input.read(scan.image));
+        Outcome::Suspended
+    });
+    for value in 1..4 {
+        set(&mut executive, "P00", value);
+        executive.tick(&mut engine, &mut vec![]).unwrap();
+    }
+    assert_eq!(*seen.borrow(), [1, 2, 3]);
+}
+
+#[test]
+fn first_call_and_level_0_start_are_the_executives() {
+    let mut executive = executive(NctTables::default(), 2);
+    let mut trace = vec![];
+    for tick in 0..4 {
+        set(&mut executive, "I510", 1);
+        set(&mut executive, "I543", 0);
+        set(&mut executive, "I545", 1);
+        let mut engine =
+            Script(
+                |module, _: &mut plcc_abi::Scan<'_>| {
+                    if module == 0 && tick == 1 { Outcome::Suspended } else { Outcome::End }
+                },
+            );
+        executive.tick(&mut engine, &mut vec![]).unwrap();
+        trace.push(["I510", "I543", "I545"].map(|name| get(&mut executive, name)));
+    }
+    assert_eq!(trace, [[1, 1, 1], [0, 1, 1], [0, 0, 1], [0, 1, 1]]);
+}
+
+#[test]
+fn level_2_runs_every_period_while_enabled() {
+    let mut program = program(NctTables::default(), 3);
+    for (control, runs) in
+        [(NctControl::Nct98, 4), (NctControl::Nct990, 10), (NctControl::Nct104, 20)]
+    {
+        if let Tables::Nct(tables) = &mut program.tables {
+            tables.settings.control = control;
+        }
+        let settings = NctSettings { control, ..NctSettings::default() };
+        let options = NctOptions { settings, ..NctOptions::default() };
+        let mut executive = NctExecutive::new(&program, options).unwrap();
+        let mut order = String::new();
+        for enabled in [1, 1, 0] {
+            set(&mut executive, "Y546", enabled);
+            let mut engine = Script(|module: usize, _: &mut plcc_abi::Scan<'_>| {
+                order.push_str(&module.to_string());
+                Outcome::End
+            });
+            executive.tick(&mut engine, &mut vec![]).unwrap();
+        }
+        let slice = format!("210{}", "2".repeat(runs - 1));
+        assert_eq!(order, format!("{slice}{slice}10"));
+    }
+}
+
+#[test]
+fn timers_count_slices_seconds_and_minutes() {
+    let mut executive = executive(NctTables::default(), 2);
+    for name in ["T07", "H99", "M9"] {
+        set(&mut executive, name, 2);
+    }
+    let mut engine = Script(|_, _: &mut plcc_abi::Scan<'_>| Outcome::End);
+    let mut changes = vec![];
+    let mut last = [2, 2, 2];
+    for tick in 0..6001 {
+        executive.tick(&mut engine, &mut vec![]).unwrap();
+        let now = ["T07", "H99", "M9"].map(|name| get(&mut executive, name));
+        if now != last {
+            changes.push((tick, now));
+            last = now;
+        }
+    }
+    let expected = [
+        (1, [1, 2, 2]),
+        (2, [0, 2, 2]),
+        (50, [0, 1, 2]),
+        (100, [0, 0, 2]),
+        (3000, [0, 0, 1]),
+        (6000, [0, 0, 0]),
+    ];
+    assert_eq!(changes, expected);
+}
+
+#[test]
+fn each_module_keeps_its_registers() {
+    let mut executive = executive(NctTables::default(), 3);
+    let at = executive.image.places.context;
+    set(&mut executive, "Y546", 1);
+    set(&mut executive, "OP2", -1);
+    let fuel = std::cell::RefCell::new(Vec::new());
+    let mut engine = Script(|module, scan: &mut plcc_abi::Scan<'_>| {
+        let op = read_u16(scan.image, at + context::OP);
+        write_u16(scan.image, at + context::OP, op.wrapping_add(module as u16 + 1));
+        fuel.borrow_mut().push((
+            module,
+            read_u32(scan.image, at + context::FUEL),
+            scan.image[at as usize + 8],
+        ));
+        Outcome::End
+    });
+    executive.tick(&mut engine, &mut vec![]).unwrap();
+    let ops = ["OP0", "OP1", "OP2"].map(|name| get(&mut executive, name));
+    assert_eq!(ops, [1, 2, 59]);
+    assert_eq!(fuel.borrow()[..3], [(2, 1_000_000, 1), (1, 1_000_000, 1), (0, 10_000, 0)]);
+}
+
+#[test]
+fn a_stop_turns_the_lines_off() {
+    for (module, code, name) in [
+        (1, TrapCode::Timeout, "PLC TIMEOUT1"),
+        (2, TrapCode::Timeout, "PLC TIMEOUT2"),
+        (0, TrapCode::CallDepth, "CALL DEPTH"),
+    ] {
+        let mut executive = executive(NctTables::default(), 3);
+        let mut engine = Script(|_, _: &mut plcc_abi::Scan<'_>| Outcome::End);
+        set(&mut executive, "Y012", 1);
+        set(&mut executive, "Y546", 1);
+        executive.tick(&mut engine, &mut vec![]).unwrap();
+        assert_eq!(get(&mut executive, "O012"), 1);
+        let mut engine = Script(
+            |running, _: &mut plcc_abi::Scan<'_>| {
+                if running == module { Outcome::Trap(code) } else { Outcome::End }
+            },
+        );
+        let stop = executive.tick(&mut engine, &mut vec![]).unwrap_err();
+        assert_eq!(stop.code, name);
+        assert_eq!((get(&mut executive, "O012"), get(&mut executive, "Y012")), (0, 1));
+    }
+}
+
+#[test]
+fn messages_are_events() {
+    let texts198 = vec!["TOOL".to_string()];
+    let texts199 = vec!["A".to_string(), "B".to_string()];
+    let mut executive = executive(NctTables { texts198, texts199, ..NctTables::default() }, 2);
+    let mut engine = Script(|_, _: &mut plcc_abi::Scan<'_>| Outcome::End);
+    set(&mut executive, "Y711", 1);
+    set(&mut executive, "Y700", 1);
+    set(&mut executive, "RH090", 12);
+    let mut events = vec![];
+    executive.tick(&mut engine, &mut events).unwrap();
+    executive.tick(&mut engine, &mut events).unwrap();
+    set(&mut executive, "Y71", 0);
+    executive.tick(&mut engine, &mut events).unwrap();
+    let lines: Vec<_> = events.iter().map(|e| serde_json::to_string(e).unwrap()).collect();
+    assert_eq!(
+        lines,
+        [
+            r#"{"tick":0,"kind":"message","flag":"Y700","state":"on","text":"TOOL","index":12}"#,
+            r#"{"tick":0,"kind":"message","flag":"Y711","state":"on","text":"B"}"#,
+            r#"{"tick":2,"kind":"message","flag":"Y711","state":"off","text":"B"}"#,
+        ]
+    );
+}
+
+#[test]
+fn upper_local_variables_are_retained_and_pots_are_their_first_content() {
+    let settings = NctSettings {
+        constants: vec![(39, 24)],
+        tool_pots: vec![ToolPot { pot: 3, tool: 5, width: 7 }],
+        ..NctSettings::default()
+    };
+    let program = program(NctTables::default(), 2);
+    let options = NctOptions { settings, ..NctOptions::default() };
+    let mut first = NctExecutive::new(&program, options.clone()).unwrap();
+    assert_eq!(get(&mut first, "F506"), 0xC005);
+    assert_eq!(get(&mut first, "RP039"), 24);
+    set(&mut first, "F506", 1);
+    set(&mut first, "F998", -2);
+    set(&mut first, "F499", 0xFFFF);
+    let kept = first.retained().unwrap();
+    let mut second = NctExecutive::new(&program, options).unwrap();
+    assert!(second.restore(&kept[1..]).is_err());
+    second.restore(&kept).unwrap();
+    let after = ["F506", "F998", "F499", "F500"].map(|name| get(&mut second, name));
+    assert_eq!(after, [1, 0xFFFE, 0xFF00, 0xFF]);
+}
+
+#[test]
+fn names_cover_lines_and_words() {
+    let mut executive = executive(NctTables::default(), 2);
+    set(&mut executive, "I39", 0x1_2345);
+    set(&mut executive, "O39", -1);
+    assert_eq!(get(&mut executive, "P39"), 0x45);
+    assert_eq!(get(&mut executive, "O39"), 0xFF);
+    assert_eq!(get(&mut executive, "I39"), 0);
+    let mut engine = Script(|_, _: &mut plcc_abi::Scan<'_>| Outcome::End);
+    executive.tick(&mut engine, &mut vec![]).unwrap();
+    assert_eq!(get(&mut executive, "I39"), 0x2345);
+    set(&mut executive, "F999", 0x1234);
+    assert_eq!(get(&mut executive, "F999"), 0x34);
+    for wrong in ["V012", ":003", "X1", "I9", "RH200"] {
+        assert!(executive.find(wrong, Purpose::Watch).is_err(), "{wrong}");
+    }
+    let variable = executive.find("i002", Purpose::Stimulus).unwrap();
+    assert_eq!(executive.canonical(variable), "I002");
+    assert!(executive.parse(variable, "1.5").is_err());
+    assert_eq!(executive.parse(variable, "-3"), Ok(Setting::Int(-3)));
+}

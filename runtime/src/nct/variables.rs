@@ -1,0 +1,184 @@
+//! Variables by name: for the stimulus, traces and dumps.
+
+use std::collections::HashMap;
+
+use plcc_abi::image::{read_u8, read_u16, write_u8, write_u16};
+use plcc_abi::nct::{IMAGE_BYTES, LINE_BYTES, NctHome, NctName, NctTables};
+
+use crate::{NameError, Purpose, Setting, ValueError, Variable};
+
+use super::image::Image;
+
+/// The names that were asked for; a [`Variable`] is an index.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Names {
+    list: Vec<NctName>,
+    numbers: HashMap<NctName, u32>,
+}
+
+impl Names {
+    pub(super) fn add(&mut self, name: NctName) -> Variable {
+        let next = self.list.len() as u32;
+        let number = *self.numbers.entry(name).or_insert(next);
+        if number == next {
+            self.list.push(name);
+        }
+        Variable(number)
+    }
+
+    pub(super) fn get(&self, variable: Variable) -> Option<NctName> {
+        self.list.get(variable.0 as usize).copied()
+    }
+
+    pub(super) fn find(
+        &mut self,
+        text: &str,
+        purpose: Purpose,
+        boards: usize,
+    ) -> Result<Variable, NameError> {
+        let unfit = |reason: String| NameError::Unfit { name: text.into(), reason };
+        let name: NctName = text.trim().parse().map_err(|e| unfit(format!("{e}")))?;
+        let line = match name {
+            NctName::I { byte, .. } | NctName::P { byte, .. } | NctName::O { byte, .. } => byte,
+            _ => 0,
+        };
+        let board = usize::from(line / 10);
+        if purpose == Purpose::Stimulus && board < 4 && board >= boards {
+            return Err(unfit(format!(
+                "is on an interface board that the machine of {boards} lacks"
+            )));
+        }
+        Ok(self.add(name))
+    }
+}
+
+/// A stimulus's value: a signed decimal integer.
+pub(super) fn parse(text: &str) -> Result<Setting, ValueError> {
+    let unfit = |reason: &str| ValueError { value: text.into(), reason: reason.into() };
+    let text = text.trim();
+    let digits = text.strip_prefix(['-', '+']).unwrap_or(text);
+    if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit()) {
+        return Err(unfit("is no integer"));
+    }
+    text.parse().map(Setting::Int).map_err(|_| unfit("is beyond any variable's range"))
+}
+
+/// The variables, to be read.
+pub(super) struct View<'a> {
+    pub(super) image: &'a Image,
+    pub(super) tables: &'a NctTables,
+}
+
+/// A byte or bit among homes; a word's second byte is 0 where there is none.
+fn homed(image: &[u8], homes: &[NctHome], byte: usize, bit: Option<u8>) -> u16 {
+    let read = |n: usize| homes.get(n).map_or(0, |home| home.read(image));
+    pick(read, byte, bit)
+}
+
+/// Physical lines, a byte of the image each.
+fn lines(image: &[u8], offset: u32, byte: usize, bit: Option<u8>) -> u16 {
+    let read = |n: usize| if n < LINE_BYTES { read_u8(image, offset + n as u32) } else { 0 };
+    pick(read, byte, bit)
+}
+
+fn pick(read: impl Fn(usize) -> u8, byte: usize, bit: Option<u8>) -> u16 {
+    match bit {
+        Some(bit) => u16::from(read(byte) >> bit & 1),
+        None => u16::from_le_bytes([read(byte), read(byte + 1)]),
+    }
+}
+
+impl View<'_> {
+    pub(super) fn get(&self, name: NctName) -> u16 {
+        let image = &self.image.bytes;
+        let places = &self.image.places;
+        let word = |offset: u32, n: u32| read_u16(image, offset + n * 2);
+        match name {
+            NctName::I { byte, bit } => homed(image, &self.tables.inputs, byte.into(), bit),
+            NctName::Y { byte, bit } => homed(image, &self.tables.outputs, byte.into(), bit),
+            NctName::F { byte, bit } => homed(image, &self.tables.flags, byte.into(), bit),
+            NctName::P { byte, bit } => lines(image, places.lines_in, byte.into(), bit),
+            NctName::O { byte, bit } => lines(image, places.lines_out, byte.into(), bit),
+            NctName::Rh(n) => word(places.rh, n.into()),
+            NctName::Q(n) => word(places.q, n.into()),
+            NctName::T(n) => word(places.t, n.into()),
+            NctName::H(n) => word(places.h, n.into()),
+            NctName::M(n) => word(places.m, n.into()),
+            NctName::Rp(n) => word(places.rp, n.into()),
+            NctName::Op(n) => self.image.op(n.into()),
+        }
+    }
+}
+
+/// The variables, to be set by the machine or the operator.
+pub(super) struct Target<'a> {
+    pub(super) image: &'a mut Image,
+    pub(super) tables: &'a NctTables,
+    pub(super) nc_flags: &'a mut [u8; IMAGE_BYTES],
+}
+
+impl Target<'_> {
+    pub(super) fn set(&mut self, name: NctName, word: u16) {
+        let tables = self.tables;
+        let places = self.image.places.clone();
+        let image = &mut self.image.bytes;
+        let mut put = |offset: u32, n: u32| write_u16(image, offset + n * 2, word);
+        match name {
+            NctName::Rh(n) => put(places.rh, n.into()),
+            NctName::Q(n) => put(places.q, n.into()),
+            NctName::T(n) => put(places.t, n.into()),
+            NctName::H(n) => put(places.h, n.into()),
+            NctName::M(n) => put(places.m, n.into()),
+            NctName::Rp(n) => put(places.rp, n.into()),
+            NctName::Op(n) => self.image.set_op(n.into(), word),
+            NctName::Y { byte, bit } => self.homed(&tables.outputs, byte.into(), bit, word),
+            NctName::F { byte, bit } => self.homed(&tables.flags, byte.into(), bit, word),
+            NctName::O { byte, bit } => {
+                self.lines(places.lines_out, LINE_BYTES, byte.into(), bit, word);
+            }
+            NctName::P { byte, bit } => {
+                self.lines(places.lines_in, LINE_BYTES, byte.into(), bit, word);
+            }
+            NctName::I { byte, bit } => {
+                self.lines(places.lines_in, IMAGE_BYTES, byte.into(), bit, word);
+            }
+        }
+    }
+
+    fn homed(&mut self, homes: &[NctHome], byte: usize, bit: Option<u8>, word: u16) {
+        let Some(home) = homes.get(byte) else { return };
+        let image = &mut self.image.bytes;
+        match bit {
+            Some(bit) => home.set_bit(image, bit, word & 1 != 0),
+            None => {
+                let [low, high] = word.to_le_bytes();
+                home.write(image, low);
+                if let Some(home) = homes.get(byte + 1) {
+                    home.write(image, high);
+                }
+            }
+        }
+    }
+
+    /// Physical lines from `offset` on and, up to byte `end`, the NC's flags behind them.
+    fn lines(&mut self, offset: u32, end: usize, byte: usize, bit: Option<u8>, word: u16) {
+        let image = &mut self.image.bytes;
+        let mut change = |n: usize, mask: u8, value: u8| {
+            if n < LINE_BYTES {
+                let at = offset + n as u32;
+                let others = read_u8(image, at) & !mask;
+                write_u8(image, at, others | value & mask);
+            } else if let Some(flags) = self.nc_flags.get_mut(n).filter(|_| n < end) {
+                *flags = *flags & !mask | value & mask;
+            }
+        };
+        match bit {
+            Some(bit) => change(byte, 1 << bit, if word & 1 != 0 { 0xFF } else { 0 }),
+            None => {
+                let [low, high] = word.to_le_bytes();
+                change(byte, 0xFF, low);
+                change(byte + 1, 0xFF, high);
+            }
+        }
+    }
+}
