@@ -27,6 +27,8 @@ pub enum Place {
     P(u32),
     /// Half of the Q-variable of this number.
     Q(u32),
+    /// The I-variable of this number, an integer.
+    I(u32),
     /// The definition of the M-variable of this number.
     Definition(u32),
     /// A plain word that is not in the image.
@@ -183,6 +185,12 @@ impl Layout {
         if let Some(number) = within(self.q_address()) {
             return Place::Q(number);
         }
+        if !self.turbo
+            && space == Space::X
+            && let Some(number) = i_at(address)
+        {
+            return Place::I(number);
+        }
         if space == Space::Y
             && let Some(number) = within(self.m_address())
         {
@@ -207,6 +215,13 @@ impl Layout {
         }
         None
     }
+}
+
+/// The I-variables whose addresses the guide tells: Ix05 at X:$2A (under PMAC Position Registers)
+/// and $3C further for each motor.
+fn i_at(address: u32) -> Option<u32> {
+    let (motor, rest) = (address.checked_sub(0x2A)? / 0x3C, (address - 0x2A) % 0x3C);
+    (motor < 8 && rest == 0).then_some(105 + 100 * motor)
 }
 
 const fn windows(turbo: bool) -> &'static [(u32, u32)] {
@@ -292,6 +307,10 @@ mod tests {
         assert_eq!(pmac.place(Space::X, 0), Place::Word(pmac.words));
         assert_eq!(pmac.place(Space::Y, 0xFFFF), Place::Word(pmac.moved - 4));
         assert!(matches!(pmac.place(Space::X, 0xBC22), Place::Word(_)));
+        assert_eq!(pmac.place(Space::X, 0x2A), Place::I(105));
+        assert_eq!(pmac.place(Space::X, 0x1CE), Place::I(805));
+        assert!(matches!(pmac.place(Space::Y, 0x2A), Place::Word(_)));
+        assert!(matches!(pmac.place(Space::X, 0x20A), Place::Word(_)));
         let turbo = Layout::new(true);
         assert_eq!(turbo.place(Space::Y, 0x6001), Place::P(1));
         assert_eq!(turbo.place(Space::X, 0x9FFF), Place::Q(8191));

@@ -59,6 +59,10 @@ impl View<'_> {
             Place::Word(offset) => read_u32(self.image, offset) & 0xFF_FFFF,
             Place::P(number) => half(read_f64(self.image, self.layout.p_offset(number))),
             Place::Q(number) => half(read_f64(self.image, self.layout.q_offset(number))),
+            Place::I(number) => {
+                let value = read_f64(self.image, self.layout.i_offset(number));
+                fixed::bits(value) as u32 & 0xFF_FFFF
+            }
             Place::Definition(number) => {
                 let code = read_u32(self.image, self.layout.mdef + 8 * number);
                 code & self.layout.address_mask()
@@ -194,6 +198,9 @@ impl Memory<'_> {
             Place::Word(offset) => write_u32(self.image, offset, word),
             Place::P(number) => self.write_half(self.layout.p_offset(number), space, word),
             Place::Q(number) => self.write_half(self.layout.q_offset(number), space, word),
+            Place::I(number) => {
+                write_f64(self.image, self.layout.i_offset(number), f64::from(word));
+            }
             Place::Definition(number) => {
                 let offset = self.layout.mdef + 8 * number;
                 let mask = u64::from(self.layout.address_mask());
@@ -424,6 +431,18 @@ mod tests {
         // What is never looked at as words keeps all its digits.
         memory.write(L_P1, 0.1);
         assert_eq!(memory.read(L_P1), 0.1);
+    }
+
+    #[test]
+    fn the_guides_bit_of_an_i_variable_is_one() {
+        let mut machine = Machine::new(false);
+        let i105 = machine.layout.i_offset(105);
+        write_f64(&mut machine.image, i105, f64::from(0x1_073F));
+        let mut memory = machine.memory();
+        let bit = Definition::X { address: 0x2A, field: field(16, 1, Format::U) };
+        assert_eq!(memory.read(bit), 1.0);
+        memory.write(bit, 0.0);
+        assert_eq!(read_f64(&machine.image, i105), f64::from(0x73F));
     }
 
     #[test]

@@ -1,1 +1,3 @@
 //! The PMAC language.
+
+pub mod tables;

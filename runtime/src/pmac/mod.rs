@@ -2,8 +2,8 @@
 //! to RESUME, the COMMAND queue, and general access to memory (guide, PMAC Tasks and PLC
 //! Programs; rulings, Time).
 //!
-//! A base tick is one servo cycle. [`schedule`] says in which order things happen in it,
-//! [`control`] what program code may ask for meanwhile, [`names`] what users call things.
+//! A base tick is one servo cycle. `schedule` says in which order things happen in it,
+//! `control` what program code may ask for meanwhile, `names` what users call things.
 
 mod control;
 mod display;
