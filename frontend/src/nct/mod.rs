@@ -5,6 +5,7 @@ mod ast;
 mod cursor;
 mod fail;
 mod group;
+pub mod names;
 mod number;
 mod operand;
 mod parse;
