@@ -1,6 +1,166 @@
-//! The codes of PMAC.
+//! The codes of PMAC: ERRnnn of the guide's appendix A, and ours.
 
 use crate::CodeInfo;
 
+const fn code(
+    code: &'static str,
+    title: &'static str,
+    meaning: &'static str,
+    mend: &'static str,
+) -> CodeInfo {
+    CodeInfo { code, title, meaning, mend }
+}
+
 /// Every code of PMAC, in order.
-pub static CODES: &[CodeInfo] = &[];
+pub static CODES: &[CodeInfo] = &[
+    code(
+        "PMAC-1",
+        "not while a program runs (ERR001)",
+        "The controller refuses some commands while a motion program is being executed. A file that is compiled never meets this; a command at run time can.",
+        "Stop the program first:\n  &1A            ; abort\n  OPEN PROG 1 CLEAR",
+    ),
+    code(
+        "PMAC-2",
+        "wrong password (ERR002)",
+        "The controller's programs are locked by a password. Files are compiled without it, so this does not come up here.",
+        "Send the right one:\n  PASSWORD={Secret}",
+    ),
+    code(
+        "PMAC-3",
+        "wrong data or unknown command (ERR003)",
+        "The text is no statement and no command: a word that nothing defines, a condition without a comparator, a value that does not fit.",
+        "Wrong:\n  IF (M1) P1=1 ENDIF\nRight:\n  IF (M1=1) P1=1 ENDIF",
+    ),
+    code(
+        "PMAC-4",
+        "character that the language does not know (ERR004)",
+        "Outside comments and quoted texts only plain ASCII characters mean something.",
+        "Wrong:\n  P1=P2\u{d7}3\nRight:\n  P1=P2*3",
+    ),
+    code(
+        "PMAC-5",
+        "no buffer is open (ERR005)",
+        "A statement of a program stands where only on-line commands can: before an OPEN or behind a CLOSE.",
+        "Wrong:\n  IF (P1=1) P2=3 ENDIF\nRight:\n  OPEN PLC 1 CLEAR\n  IF (P1=1) P2=3 ENDIF\n  CLOSE",
+    ),
+    code(
+        "PMAC-6",
+        "no room (ERR006)",
+        "The text that definitions and includes produce grows beyond all bounds.",
+        "Wrong:\n  #define A B B\n  #define B C C     ; and so on, each twice the one before\nRight:\n  use a few definitions that do not name each other over and over",
+    ),
+    code(
+        "PMAC-7",
+        "another buffer is open (ERR007)",
+        "OPEN while the buffer before is not closed yet.",
+        "Wrong:\n  OPEN PLC 1 CLEAR\n  P1=1\n  OPEN PLC 2 CLEAR\nRight:\n  OPEN PLC 1 CLEAR\n  P1=1\n  CLOSE\n  OPEN PLC 2 CLEAR",
+    ),
+    code(
+        "PMAC-8",
+        "MACRO ring error (ERR008)",
+        "A transfer over the MACRO ring failed. There is no ring here: reads give 0, writes become events.",
+        "On the machine look at X:$0798, which holds the kind of error.",
+    ),
+    code(
+        "PMAC-9",
+        "structure of the program (ERR009)",
+        "IF and ENDIF, WHILE and ENDWHILE do not match. The controller finds it at CLOSE, and so is it reported; the guilty line is named. The other PLCs can run with --keep-going.",
+        "Wrong:\n  OPEN PLC 1 CLEAR\n  IF (P1=1)\n  P2=1\n  CLOSE\nRight:\n  OPEN PLC 1 CLEAR\n  IF (P1=1)\n  P2=1\n  ENDIF\n  CLOSE",
+    ),
+    code(
+        "PMAC-10",
+        "both limits set (ERR010)",
+        "A motor of the coordinate system has both overtravel limits tripped, so no motion program can start. Motion is not run here.",
+        "Look at the limit switches and their wiring, or switch their check off in Ix25.",
+    ),
+    code(
+        "PMAC-11",
+        "the move before is not over (ERR011)",
+        "A command for a motion program came while a move was under way. Motion is not run here.",
+        "Wait for the in-position bit, or abort with A.",
+    ),
+    code(
+        "PMAC-12",
+        "a motor is open-loop (ERR012)",
+        "A motor of the coordinate system is not under closed-loop control. Motion is not run here.",
+        "Close the loop first:\n  #1J/",
+    ),
+    code(
+        "PMAC-13",
+        "a motor is not activated (ERR013)",
+        "A motor of the coordinate system has Ix00 at 0. Motion is not run here.",
+        "Activate it, or take it out of the coordinate system:\n  I100=1",
+    ),
+    code(
+        "PMAC-14",
+        "no motors (ERR014)",
+        "The coordinate system has no motor. Motion is not run here.",
+        "Define an axis:\n  &1#1->1000X",
+    ),
+    code(
+        "PMAC-15",
+        "no program to run (ERR015)",
+        "R came while the coordinate system points to no valid motion program. Motion is not run here.",
+        "Point to one first:\n  &1B1R",
+    ),
+    code(
+        "PMAC-16",
+        "a program with wrong structure was run (ERR016)",
+        "A motion program that lacks an ENDWHILE or the like was started. Motion is not run here.",
+        "Mend the program and download it again.",
+    ),
+    code(
+        "PMAC-17",
+        "motors are not where they were stopped (ERR017)",
+        "A motion program was resumed though motors were moved after / or \\. Motion is not run here.",
+        "Bring them back first:\n  J=",
+    ),
+    code(
+        "PMAC-X1",
+        "number beyond the controller",
+        "PMAC has variables 0 to 1023, addresses to $FFFF, 8 motors and coordinate systems. Turbo PMAC has variables 0 to 8191, addresses to $FFFFFF, 32 motors, 16 coordinate systems.",
+        "A program for Turbo PMAC is compiled with\n  plcc check --controller turbo FILE",
+    ),
+    code(
+        "PMAC-X2",
+        "included file not found",
+        "The file that #include names is not there, or includes itself. It is looked for as written, beside the including file, by the shorter trailing parts of its path, and in the folders of -I.",
+        "  plcc check -I lib FILE",
+    ),
+    code(
+        "PMAC-X3",
+        "template without a value",
+        "The text holds a template $(NAME), and nothing says what it stands for.",
+        "  plcc check --define NAME=VALUE FILE",
+    ),
+    code(
+        "PMAC-W1",
+        "the last buffer is not closed",
+        "The text ends while a buffer is open. It is taken as closed.",
+        "Wrong:\n  OPEN PLC 1 CLEAR\n  P1=1\nRight:\n  OPEN PLC 1 CLEAR\n  P1=1\n  CLOSE",
+    ),
+    code(
+        "PMAC-W2",
+        "no PLC will run",
+        "I5 says which PLCs run, and it is 0 until something sets it.",
+        "  I5=2    ; PLC 1 to 31\n  I5=3    ; PLC0 and PLCC0 as well",
+    ),
+    code(
+        "PMAC-W3",
+        "on-line command in an open buffer",
+        "A definition or another on-line command stands between OPEN and CLOSE. It is done at load and does not become part of the program.",
+        "Wrong:\n  OPEN PLC 1 CLEAR\n  M1->Y:$FFC2,8,1\nRight:\n  M1->Y:$FFC2,8,1\n  OPEN PLC 1 CLEAR",
+    ),
+    code(
+        "PMAC-W4",
+        "a COMMAND that will be refused",
+        "The text of a COMMAND is no on-line command. When the statement runs, its event carries ERR003 and nothing happens.",
+        "Wrong:\n  CMD\"ENABLEPLC\"\nRight:\n  CMD\"ENABLE PLC 2\"",
+    ),
+    code(
+        "PMAC-N1",
+        "motion program skipped",
+        "OPEN PROG, OPEN ROTARY and their kind hold motion programs. They are no PLC code and are passed over up to their CLOSE.",
+        "Nothing is to be done.",
+    ),
+];

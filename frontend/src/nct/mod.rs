@@ -5,7 +5,6 @@ mod ast;
 mod cursor;
 mod fail;
 mod group;
-pub mod names;
 mod number;
 mod operand;
 mod parse;

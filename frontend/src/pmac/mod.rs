@@ -1,3 +1,62 @@
-//! The PMAC language.
+//! The PLC language of PMAC and Turbo PMAC (Delta Tau).
+//!
+//! Text goes through the download program's macros into one flat text that knows its way back to
+//! the sources; that is read into buffers and on-line commands; the on-line commands are done and
+//! give the state after load. Where the guide is silent, the rulings in the project's
+//! documentation decide.
+//!
+//! Architecture Invariant: trees are flat. Expressions are postfix rows in one arena, statements
+//! are steps with jump targets; nothing recurses on program size.
 
+mod assign;
+mod ast;
+mod cursor;
+mod define;
+mod download;
+mod eval;
+mod expr;
+mod load;
+mod online;
+mod origin;
+mod preprocess;
+mod statement;
 pub mod tables;
+#[cfg(test)]
+mod tests;
+
+use plcc_diag::{Diagnostic, FileId, SourceMap};
+
+use crate::common::{FileLoader, Options};
+
+/// A download that can run.
+#[derive(Clone, Debug)]
+pub struct Program {
+    download: ast::Download,
+    loaded: load::Loaded,
+    /// Names and texts of the files, by their ids.
+    files: std::sync::Arc<[(String, String)]>,
+}
+
+/// Reads and checks `files` as one download, in their order; included files are asked of `loader`
+/// and added to `sources`.
+///
+/// There is a program where no diagnostic is an error, and also where the only errors are broken
+/// structures (`PMAC-9`): the PLCs concerned are left empty in it (`run --keep-going`).
+pub fn check(
+    sources: &mut SourceMap,
+    files: &[FileId],
+    loader: &dyn FileLoader,
+    options: &Options,
+) -> (Option<Program>, Vec<Diagnostic>) {
+    let (flat, mut diagnostics) = preprocess::preprocess(sources, files, loader, options);
+    let (download, found) = download::read(&flat, options);
+    diagnostics.extend(found);
+    if diagnostics.iter().any(|d| d.is_error() && d.code != "PMAC-9") {
+        return (None, diagnostics);
+    }
+    let loaded = load::load(&download);
+    let ids = (0..sources.len() as u32).map(FileId);
+    let texts = ids.map(|id| (sources.path(id).to_owned(), sources.text(id).to_owned()));
+    let files = texts.collect();
+    (Some(Program { download, loaded, files }), diagnostics)
+}

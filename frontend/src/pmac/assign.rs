@@ -1,0 +1,241 @@
+//! What statements of buffers and on-line commands share: assignments and lists of PLCs.
+
+use plcc_abi::pmac::{Kind, PlcOp};
+
+use super::ast::{Bin, Expr, Op, Plcs, Target};
+use super::cursor::{Parsed, syntax, syntax_help};
+use super::expr::Reader;
+use super::origin::At;
+
+/// What begins with a variable.
+pub(crate) enum Variable {
+    /// An assignment.
+    Assign(Target, Expr),
+    /// `I…=*`: first, count, step.
+    Defaults(u16, u16, u16),
+    /// `M…->` and what follows is a definition: first, count.
+    Define(Kind, u16, u16),
+    /// Its value or definition is asked for.
+    Query,
+}
+
+impl Reader<'_> {
+    /// What begins with a variable of `kind` at the place.
+    pub(crate) fn variable(&mut self, kind: Kind) -> Parsed<Variable> {
+        self.cur.blanks();
+        let start = self.cur.pos;
+        self.cur.pos += 1;
+        let target = if self.cur.peek() == b'(' {
+            if kind == Kind::L {
+                return syntax(self.cur.since(start), "an L-variable's number is a constant");
+            }
+            Target::Indirect(kind, self.index()?)
+        } else {
+            self.numbered(kind)?
+        };
+        let at = self.cur.since(start);
+        let (first, count, step) = match target {
+            Target::Var(_, number) => (number, 1, 1),
+            Target::Range { first, count, step, .. } => (first, count, step),
+            Target::Indirect(..) => (0, 0, 1),
+        };
+        if self.cur.peek() == b'-' && self.cur.byte_at(1) == b'>' {
+            if !matches!(kind, Kind::M | Kind::L) || count == 0 || step != 1 {
+                return syntax(at, "only M- and L-variables are defined with `->`");
+            }
+            self.cur.pos += 2;
+            return match self.cur.peek() {
+                b'\n' | 0 => Ok(Variable::Query),
+                _ => Ok(Variable::Define(kind, first, count)),
+            };
+        }
+        let compound = match self.cur.peek() {
+            b'&' => Some(Bin::And),
+            b'|' => Some(Bin::Or),
+            b'^' => Some(Bin::Xor),
+            _ => None,
+        };
+        let from = self.ops.len();
+        match compound {
+            Some(_) if self.cur.byte_at(1) == b'=' => {
+                self.cur.pos += 1;
+                match target {
+                    Target::Var(kind, number) => self.ops.push(Op::Var(kind, number)),
+                    Target::Indirect(kind, index) => {
+                        let range = index.start as usize..(index.start + index.len) as usize;
+                        self.ops.extend_from_within(range);
+                        self.ops.push(Op::Indirect(kind));
+                    }
+                    Target::Range { .. } => {
+                        return syntax(at, "several variables take `=` only");
+                    }
+                }
+            }
+            _ if self.cur.byte() == b'=' => {}
+            _ => return Ok(Variable::Query),
+        }
+        let equals = self.cur.pos;
+        self.cur.pos += 1;
+        if self.cur.byte() == b'=' {
+            let at = At::new(equals, equals + 2);
+            let help = "`==` waits for a move of a motion program; write `=` here";
+            return syntax_help(at, "`==` is for motion programs", help);
+        }
+        if self.cur.peek() == b'*' {
+            if kind != Kind::I || count == 0 || compound.is_some_and(|_| self.ops.len() > from) {
+                return syntax(self.cur.here(), "only I-variables have defaults");
+            }
+            self.cur.pos += 1;
+            return Ok(Variable::Defaults(first, count, step));
+        }
+        if let (Target::Var(..) | Target::Range { .. }, Kind::L) = (target, kind) {
+            self.uses(kind, first, at)?;
+        }
+        self.expression()?;
+        if self.ops.get(from..).is_some_and(|_| compound.is_some())
+            && let Some(bin) = compound
+        {
+            self.ops.push(Op::Bin(bin));
+        }
+        Ok(Variable::Assign(target, self.since(from)))
+    }
+
+    /// A number, `first..last`, or `first,count,step`.
+    fn numbered(&mut self, kind: Kind) -> Parsed<Target> {
+        let first = self.variable_number()?;
+        if self.cur.peek() == b'.' && self.cur.byte_at(1) == b'.' {
+            self.cur.pos += 2;
+            let from = self.cur.pos;
+            // `M1..M8` is seen as well as `M1..8`.
+            let _ = self.variable_kind() == Some(kind)
+                && self.cur.eat(self.cur.byte().to_ascii_uppercase());
+            let last = self.variable_number()?;
+            if last < first {
+                let at = self.cur.since(from);
+                return syntax(at, format!("a range rises: {first}..{last} does not"));
+            }
+            return Ok(Target::Range { kind, first, count: last - first + 1, step: 1 });
+        }
+        let mut ahead = self.cur;
+        if !ahead.eat(b',') {
+            return Ok(Target::Var(kind, first));
+        }
+        let start = ahead.pos;
+        let (Some(count), true, Some(step)) = (ahead.integer(), ahead.eat(b','), ahead.integer())
+        else {
+            self.cur = ahead;
+            return self.cur.expected("a range: first,count,step");
+        };
+        self.cur = ahead;
+        let last = u64::from(first) + count.saturating_sub(1).saturating_mul(step);
+        let at = self.cur.since(start);
+        if count == 0 {
+            return syntax(at, "a range has one variable at least");
+        }
+        if last > u64::from(self.last_variable()) {
+            return Err(self.beyond(at, format!("the range ends at {last}")));
+        }
+        Ok(Target::Range { kind, first, count: count as u16, step: step as u16 })
+    }
+
+    /// `PLC` or `PLCC` and which: numbers and ranges with commas between.
+    pub(crate) fn plcs(&mut self) -> Parsed<Plcs> {
+        if !self.cur.word("PLC") {
+            return self.cur.expected("PLC or PLCC");
+        }
+        let compiled = matches!(self.cur.byte(), b'C' | b'c');
+        self.cur.pos += usize::from(compiled);
+        let mut set = 0;
+        loop {
+            let first = self.plc_number()?;
+            let mut last = first;
+            if self.cur.peek() == b'.' && self.cur.byte_at(1) == b'.' {
+                self.cur.pos += 2;
+                last = self.plc_number()?;
+            }
+            for number in first..=last {
+                set |= 1u32 << number;
+            }
+            let mut ahead = self.cur;
+            if !(ahead.eat(b',') && (ahead.peek().is_ascii_digit() || ahead.byte() == b'$')) {
+                return Ok(Plcs { compiled, set });
+            }
+            self.cur = ahead;
+        }
+    }
+
+    /// A PLC's number.
+    pub(crate) fn plc_number(&mut self) -> Parsed<u8> {
+        self.cur.blanks();
+        let start = self.cur.pos;
+        match self.cur.integer() {
+            Some(number @ 0..=31) => Ok(number as u8),
+            Some(number) => {
+                syntax(self.cur.since(start), format!("PLCs are numbered 0 to 31, not {number}"))
+            }
+            None => self.cur.expected("a PLC's number"),
+        }
+    }
+
+    /// ENABLE, DISABLE, PAUSE or RESUME with PLC behind it, in full or shortened.
+    pub(crate) fn plc_word(&mut self) -> Option<PlcOp> {
+        for (word, op) in [
+            ("ENABLE", PlcOp::Enable),
+            ("DISABLE", PlcOp::Disable),
+            ("PAUSE", PlcOp::Pause),
+            ("RESUME", PlcOp::Resume),
+        ] {
+            let mut ahead = self.cur;
+            if ahead.short(word, 3) {
+                ahead.blanks();
+                if ahead.starts_with("PLC") {
+                    self.cur = ahead;
+                    return Some(op);
+                }
+            }
+        }
+        None
+    }
+
+    /// The number of a motor or coordinate system.
+    pub(crate) fn addressed(&mut self, what: &str, pmac: u64, turbo: u64) -> Parsed<u8> {
+        self.cur.blanks();
+        let start = self.cur.pos;
+        let last = if self.turbo { turbo } else { pmac };
+        match self.cur.integer() {
+            Some(number) if (1..=last).contains(&number) => Ok(number as u8),
+            Some(0) if what == "motor" => Ok(0),
+            Some(number) => {
+                let at = self.cur.since(start);
+                Err(self.beyond(at, format!("there are {what}s 1 to {last}, not {number}")))
+            }
+            None => self.cur.expected(&format!("a {what}'s number")),
+        }
+    }
+
+    /// A text in quotes on one line, or `^` and a letter.
+    pub(crate) fn quoted(&mut self) -> Parsed<String> {
+        if self.cur.peek() == b'^' {
+            self.cur.pos += 1;
+            let letter = self.cur.byte().to_ascii_uppercase();
+            if !(b'@'..=b'_').contains(&letter) {
+                return self.cur.expected("a letter behind `^`");
+            }
+            self.cur.pos += 1;
+            return Ok(format!("^{}", letter as char));
+        }
+        let start = self.cur.pos;
+        if self.cur.byte() != b'"' {
+            return self.cur.expected("a text in quotes or `^` and a letter");
+        }
+        let tail = self.cur.rest().get(1..).unwrap_or("");
+        let line = tail.find('\n').map_or(tail, |end| tail.get(..end).unwrap_or(""));
+        let Some(length) = line.find('"') else {
+            self.cur.skip_line();
+            let at = self.cur.since(start);
+            return syntax_help(at, "this text does not end", "close it with a quote");
+        };
+        self.cur.pos += length + 2;
+        Ok(line.get(..length).unwrap_or("").to_owned())
+    }
+}

@@ -1,0 +1,236 @@
+//! Reading preprocessed text character by character.
+//!
+//! The controller glues statements and splits words as it likes (`P1=0P2=1`, `END IF`), so there
+//! are no tokens: each rule looks for the word that it can use at the place where it is.
+
+use super::origin::At;
+
+/// What is wrong, with its place: one error of one statement.
+#[derive(Clone, Debug)]
+pub(crate) struct Fault {
+    pub(crate) code: &'static str,
+    pub(crate) at: At,
+    pub(crate) message: String,
+    pub(crate) help: Option<String>,
+}
+
+pub(crate) type Parsed<T> = Result<T, Fault>;
+
+/// An error ERR003 at a place.
+pub(crate) fn syntax<T>(at: At, message: impl Into<String>) -> Parsed<T> {
+    Err(Fault { code: "PMAC-3", at, message: message.into(), help: None })
+}
+
+/// The same with what to do about it.
+pub(crate) fn syntax_help<T>(
+    at: At,
+    message: impl Into<String>,
+    help: impl Into<String>,
+) -> Parsed<T> {
+    Err(Fault { code: "PMAC-3", at, message: message.into(), help: Some(help.into()) })
+}
+
+/// A place in a text.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cursor<'a> {
+    text: &'a str,
+    pub(crate) pos: usize,
+    /// Whether blanks include line ends: true in buffers.
+    pub(crate) lines: bool,
+}
+
+impl<'a> Cursor<'a> {
+    pub(crate) fn new(text: &'a str) -> Self {
+        Self { text, pos: 0, lines: false }
+    }
+
+    /// The byte at the place, 0 at the end.
+    pub(crate) fn byte(&self) -> u8 {
+        self.byte_at(0)
+    }
+
+    pub(crate) fn byte_at(&self, ahead: usize) -> u8 {
+        self.text.as_bytes().get(self.pos + ahead).copied().unwrap_or(0)
+    }
+
+    pub(crate) fn at_end(&self) -> bool {
+        self.pos >= self.text.len()
+    }
+
+    pub(crate) fn rest(&self) -> &'a str {
+        self.text.get(self.pos..).unwrap_or("")
+    }
+
+    /// Whether blanks, and control characters, which count as such.
+    pub(crate) fn blanks(&mut self) {
+        while !self.at_end() {
+            match self.byte() {
+                b'\n' | b'\r' if !self.lines => return,
+                0..=b' ' | 0x7F => self.pos += 1,
+                0xC2 if self.byte_at(1) == 0xA0 => self.pos += 2,
+                0xEF if self.byte_at(1) == 0xBB && self.byte_at(2) == 0xBF => self.pos += 3,
+                _ => return,
+            }
+        }
+    }
+
+    /// The byte behind the blanks.
+    pub(crate) fn peek(&mut self) -> u8 {
+        self.blanks();
+        self.byte()
+    }
+
+    /// Takes a byte, in capitals, when it comes next behind the blanks.
+    pub(crate) fn eat(&mut self, byte: u8) -> bool {
+        let found = self.peek().to_ascii_uppercase() == byte && !self.at_end();
+        self.pos += usize::from(found);
+        found
+    }
+
+    /// Whether the text goes on with a word, in capitals, right here.
+    pub(crate) fn starts_with(&self, word: &str) -> bool {
+        self.text
+            .as_bytes()
+            .get(self.pos..self.pos + word.len())
+            .is_some_and(|b| b.eq_ignore_ascii_case(word.as_bytes()))
+    }
+
+    /// Takes a word, however it goes on.
+    pub(crate) fn word(&mut self, word: &str) -> bool {
+        self.blanks();
+        let found = self.starts_with(word);
+        if found {
+            self.pos += word.len();
+        }
+        found
+    }
+
+    /// Takes as much of `word` as stands here, at least its first `least` letters.
+    pub(crate) fn short(&mut self, word: &str, least: usize) -> bool {
+        self.blanks();
+        let bytes = self.text.as_bytes().get(self.pos..).unwrap_or(&[]);
+        let same =
+            bytes.iter().zip(word.bytes()).take_while(|(a, b)| a.eq_ignore_ascii_case(b)).count();
+        if same >= least {
+            self.pos += same;
+        }
+        same >= least
+    }
+
+    /// The place from an offset up to here.
+    pub(crate) fn since(&self, start: usize) -> At {
+        At::new(start, self.pos.max(start))
+    }
+
+    /// The next character or word behind the blanks, to point at it.
+    pub(crate) fn here(&mut self) -> At {
+        self.blanks();
+        let rest = self.rest();
+        let length = rest
+            .find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
+            .unwrap_or(rest.len())
+            .max(rest.chars().next().map_or(0, char::len_utf8))
+            .min(64);
+        let length = (length..rest.len()).find(|&l| rest.is_char_boundary(l)).unwrap_or(rest.len());
+        At::new(self.pos, self.pos + length)
+    }
+
+    /// What stands at the place, for messages.
+    pub(crate) fn what(&self, at: At) -> &'a str {
+        self.text.get(at.start as usize..at.end as usize).unwrap_or("").trim()
+    }
+
+    /// An error at the next word that says what was wanted. Where that stands on a later line the
+    /// error is at the end of the line before, and reading goes on there.
+    pub(crate) fn expected<T>(&mut self, wanted: &str) -> Parsed<T> {
+        self.blanks();
+        let before = self.text.get(..self.pos).unwrap_or("");
+        let blank = |c: char| c.is_whitespace() || c.is_control();
+        let solid = before.trim_end_matches(blank);
+        if let Some(line) = before.get(solid.len()..).and_then(|gap| gap.find('\n')) {
+            self.pos = solid.len() + line;
+            let last = solid.chars().next_back().map_or(0, char::len_utf8);
+            let at = At::new(solid.len() - last, solid.len());
+            return syntax(at, format!("{wanted} is missing behind this"));
+        }
+        self.expected_here(wanted)
+    }
+
+    /// An error at the next word, on whatever line it stands.
+    pub(crate) fn expected_here<T>(&mut self, wanted: &str) -> Parsed<T> {
+        let at = self.here();
+        if let Some(c) = self.rest().chars().next().filter(|c| !c.is_ascii()) {
+            return Err(Fault {
+                code: "PMAC-4",
+                at: At::new(self.pos, self.pos + c.len_utf8()),
+                message: format!("`{c}` is no character of this language"),
+                help: Some("only texts in quotes and comments may hold it".into()),
+            });
+        }
+        match self.text.get(at.start as usize..at.end as usize).unwrap_or("").trim() {
+            "" => syntax(at, format!("{wanted} is expected here, not the end of the line")),
+            what => syntax(at, format!("{wanted} is expected here, not `{what}`")),
+        }
+    }
+
+    /// Skips to the line's end.
+    pub(crate) fn skip_line(&mut self) {
+        let rest = self.rest();
+        self.pos += rest.find('\n').unwrap_or(rest.len());
+    }
+
+    /// Digits that make an unsigned integer, or `$` and hexadecimal ones; none leaves the place.
+    pub(crate) fn integer(&mut self) -> Option<u64> {
+        self.blanks();
+        let start = self.pos;
+        let (radix, digits) = match self.byte() {
+            b'$' => (16, 1),
+            _ => (10, 0),
+        };
+        self.pos += digits;
+        if radix == 16 {
+            self.blanks();
+        }
+        let from = self.pos;
+        let mut value = 0u64;
+        while let Some(digit) = (self.byte() as char).to_digit(radix) {
+            value = value.saturating_mul(u64::from(radix)).saturating_add(u64::from(digit));
+            self.pos += 1;
+        }
+        if self.pos == from {
+            self.pos = start;
+            return None;
+        }
+        Some(value)
+    }
+
+    /// A number: decimal with a fraction, or hexadecimal behind `$`.
+    pub(crate) fn number(&mut self) -> Option<f64> {
+        self.blanks();
+        if self.byte() == b'$' {
+            return self.integer().map(|v| v as f64);
+        }
+        let start = self.pos;
+        let mut digits = 0;
+        while self.byte().is_ascii_digit() {
+            self.pos += 1;
+            digits += 1;
+        }
+        // Two points are a range, not a fraction.
+        if self.byte() == b'.' && self.byte_at(1) != b'.' {
+            self.pos += 1;
+            while self.byte().is_ascii_digit() {
+                self.pos += 1;
+                digits += 1;
+            }
+        }
+        if digits == 0 {
+            self.pos = start;
+            return None;
+        }
+        let text = self.text.get(start..self.pos).unwrap_or("");
+        // Decimal digits with one point always parse; very many of them make an infinity.
+        let value: f64 = text.parse().unwrap_or(0.0);
+        Some(if value.is_finite() { value } else { f64::MAX })
+    }
+}

@@ -1,0 +1,134 @@
+//! Definitions of M- and L-variables, and addresses.
+
+use plcc_abi::pmac::{Definition, Field, Format, Space};
+
+use super::cursor::{Parsed, syntax, syntax_help};
+use super::expr::Reader;
+
+impl Reader<'_> {
+    /// An address: a colon or none, then a number within the controller's memory.
+    pub(crate) fn address(&mut self) -> Parsed<u32> {
+        let _ = self.cur.eat(b':');
+        self.cur.blanks();
+        let start = self.cur.pos;
+        let Some(value) = self.cur.integer() else {
+            return self.cur.expected("an address");
+        };
+        let last = if self.turbo { 0xFF_FFFF } else { 0xFFFF };
+        match u32::try_from(value) {
+            Ok(address) if address <= last => Ok(address),
+            _ => {
+                let message = format!("addresses end at ${last:X}, this is ${value:X}");
+                Err(self.beyond(self.cur.since(start), message))
+            }
+        }
+    }
+
+    /// A small number between `least` and `most`.
+    fn small(&mut self, what: &str, least: u64, most: u64) -> Parsed<u8> {
+        self.cur.blanks();
+        let start = self.cur.pos;
+        let Some(value) = self.cur.integer() else {
+            return self.cur.expected(what);
+        };
+        if (least..=most).contains(&value) {
+            return Ok(value as u8);
+        }
+        syntax(self.cur.since(start), format!("{what} is {least} to {most}, not {value}"))
+    }
+
+    fn format(&mut self) -> Parsed<Format> {
+        let format = match self.cur.peek().to_ascii_uppercase() {
+            b'U' => Format::U,
+            b'S' => Format::S,
+            b'D' => Format::D,
+            b'C' => Format::C,
+            _ => return self.cur.expected("a format: U, S, D or C"),
+        };
+        self.cur.pos += 1;
+        Ok(format)
+    }
+
+    /// What stands behind `->`.
+    pub(crate) fn definition(&mut self) -> Parsed<Definition> {
+        self.cur.blanks();
+        let start = self.cur.pos;
+        if self.cur.eat(b'*') {
+            return Ok(Definition::Star);
+        }
+        if ["TWD", "TWB", "TWS", "TWR"].iter().any(|word| self.cur.word(word)) {
+            return self.thumbwheel();
+        }
+        if self.cur.word("DP") {
+            return Ok(Definition::Dp { address: self.address()? });
+        }
+        let letter = self.cur.peek().to_ascii_uppercase();
+        let space = match letter {
+            b'D' | b'L' | b'F' => {
+                self.cur.pos += 1;
+                let address = self.address()?;
+                return Ok(match letter {
+                    b'D' => Definition::D { address },
+                    b'L' => Definition::L { address },
+                    _ => Definition::F { address },
+                });
+            }
+            b'X' => Space::X,
+            b'Y' => Space::Y,
+            _ => return self.cur.expected("X, Y, D, L, DP, F, TWD, TWB, TWS, TWR or *"),
+        };
+        self.cur.pos += 1;
+        let addr = self.address()?;
+        let (mut offset, mut width, mut format) = (0, 1, Format::U);
+        if !self.cur.eat(b',') {
+            let at = self.cur.since(start);
+            let help = "a bit's number: Y:$FFC2,8, or 24 for the whole word";
+            return syntax_help(at, "which bits of the word is missing", help);
+        }
+        offset += self.small("a bit's number", 0, 24)?;
+        let whole = offset == 24;
+        if whole {
+            (offset, width) = (0, 24);
+        }
+        if self.cur.eat(b',') {
+            if self.cur.peek().is_ascii_alphabetic() {
+                format = self.format()?;
+            } else {
+                let given = self.small("the number of bits", 0, 24)?;
+                // No bits at all are one; behind offset 24 the word is whole anyway.
+                if !whole {
+                    width = given.max(1);
+                }
+                if self.cur.eat(b',') {
+                    format = self.format()?;
+                }
+            }
+        }
+        if offset + width > 24 {
+            let at = self.cur.since(start);
+            let message = format!("a word has 24 bits: {width} from bit {offset} on do not fit");
+            return syntax_help(at, message, "offset and width together are 24 at most");
+        }
+        Ok(Definition::word(space, addr, Field { offset, width, format }))
+    }
+
+    /// A multiplexed definition; of what follows the address only the form matters.
+    fn thumbwheel(&mut self) -> Parsed<Definition> {
+        let _ = self.cur.eat(b':');
+        let Some(address) = self.cur.integer() else {
+            return self.cur.expected("an address on the multiplexer");
+        };
+        let address = u32::try_from(address).unwrap_or(u32::MAX) & 0xFFFF;
+        // TWD:4,0.8.3,U and TWD:4,0,8.3,U are both seen.
+        let mut parts = 0;
+        while parts < 4 && (self.cur.eat(b',') || self.cur.eat(b'.')) {
+            if self.cur.peek().is_ascii_alphabetic() {
+                self.format()?;
+                break;
+            }
+            self.small("a number", 0, 255)?;
+            parts += 1;
+        }
+        Ok(Definition::Tw { address })
+    }
+}

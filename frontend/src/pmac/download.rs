@@ -1,0 +1,462 @@
+//! Reading a whole download: buffers and on-line commands in their order.
+
+use plcc_abi::pmac::Kind;
+use plcc_diag::Diagnostic;
+
+use super::ast::{Action, Buffer, Download, Expr, Online, Op, Stmt, What};
+use super::cursor::{Fault, Parsed};
+use super::expr::Reader;
+use super::online::Flow;
+use super::origin::At;
+use super::preprocess::Flat;
+use crate::common::{Controller, Options};
+
+/// An IF or WHILE that is open.
+pub(crate) struct Frame {
+    pub(crate) at: At,
+    /// The statement whose target is not known yet.
+    pub(crate) patch: usize,
+    pub(crate) kind: FrameKind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FrameKind {
+    If,
+    Else,
+    While,
+}
+
+/// The buffer that is open.
+pub(crate) struct Open {
+    pub(crate) compiled: bool,
+    pub(crate) number: u8,
+    /// Its number was wrong: what follows belongs nowhere.
+    pub(crate) lost: bool,
+    pub(crate) frames: Vec<Frame>,
+    /// The first thing that is wrong with the structure.
+    pub(crate) fault: Option<(At, String)>,
+}
+
+/// Reads a preprocessed text.
+pub(crate) struct Checker<'a> {
+    pub(crate) reader: Reader<'a>,
+    pub(crate) flat: &'a Flat,
+    pub(crate) out: Download,
+    pub(crate) open: Option<Open>,
+    pub(crate) diagnostics: Vec<Diagnostic>,
+    /// Entries of a compensation table may follow.
+    table: bool,
+    /// Statement, number and place of L-variables in PLCCs.
+    l_uses: Vec<(u32, u16, At)>,
+    statements: u32,
+    assigns_i5: bool,
+    has_plc: Option<At>,
+}
+
+/// Reads a download. The structure of broken PLCs is reported, and they are left empty.
+pub(crate) fn read(flat: &Flat, options: &Options) -> (Download, Vec<Diagnostic>) {
+    let turbo = options.controller == Controller::Turbo;
+    let mut checker = Checker {
+        reader: Reader::new(&flat.text, turbo),
+        flat,
+        out: Download {
+            controller: options.controller,
+            ops: Vec::new(),
+            plcs: vec![Buffer::default(); 32],
+            plccs: vec![Buffer::default(); 32],
+            online: Vec::new(),
+            texts: Vec::new(),
+            commands: Vec::new(),
+            defines: Vec::new(),
+            l_defs: std::collections::BTreeMap::new(),
+            origins: flat.origins.clone(),
+        },
+        open: None,
+        diagnostics: Vec::new(),
+        table: false,
+        l_uses: Vec::new(),
+        statements: 0,
+        assigns_i5: false,
+        has_plc: None,
+    };
+    checker.run();
+    (checker.out, checker.diagnostics)
+}
+
+impl Checker<'_> {
+    fn run(&mut self) {
+        loop {
+            self.reader.cur.lines = true;
+            self.reader.cur.blanks();
+            if self.reader.cur.at_end() {
+                break;
+            }
+            if self.open.is_some() {
+                let start = self.reader.cur.pos;
+                if let Err(fault) = self.statement() {
+                    self.report(fault);
+                    self.recover(start);
+                }
+                self.note_l_uses();
+            } else {
+                self.reader.cur.lines = false;
+                self.online_line();
+            }
+        }
+        if self.open.is_some() {
+            let end = self.flat.text.trim_end().len();
+            let at = self.last_line(end);
+            let diagnostic = self.flat.origins.diagnose(at, |span| {
+                Diagnostic::warning("PMAC-W1", span, "the last buffer is not closed")
+                    .help("end it with CLOSE")
+            });
+            self.diagnostics.push(diagnostic);
+            self.close(at);
+        }
+        self.out.ops = std::mem::take(&mut self.reader.ops);
+        self.report_undefined_l();
+        self.warn_of_i5();
+    }
+
+    fn last_line(&self, end: usize) -> At {
+        let before = self.flat.text.get(..end).unwrap_or("");
+        let start = before.rfind('\n').map_or(0, |line| line + 1);
+        At::new(start.max(end.saturating_sub(64)), end)
+    }
+
+    /// On-line commands up to the line's end, or to an OPEN.
+    fn online_line(&mut self) {
+        loop {
+            self.reader.cur.blanks();
+            if matches!(self.reader.cur.byte(), b'\n' | 0) {
+                return;
+            }
+            let start = self.reader.cur.pos;
+            let mut actions = Vec::new();
+            match self.reader.online(&mut actions, &mut self.table) {
+                Ok(flow) => {
+                    let at = self.reader.cur.since(start);
+                    for action in actions {
+                        self.note_i5(&action);
+                        self.out.online.push(Online { action, at });
+                    }
+                    if self.flow(flow, at) {
+                        return;
+                    }
+                }
+                Err(fault) => {
+                    let open_plc = self.flat.text.get(start..).is_some_and(|t| {
+                        t.get(..4).is_some_and(|w| w.eq_ignore_ascii_case("OPEN"))
+                    });
+                    self.report(fault);
+                    self.reader.cur.skip_line();
+                    if open_plc {
+                        self.open = Some(Open {
+                            compiled: false,
+                            number: 0,
+                            lost: true,
+                            frames: Vec::new(),
+                            fault: None,
+                        });
+                    }
+                    return;
+                }
+            }
+            if self.reader.cur.pos == start {
+                // Nothing was read: never so, but a loop must end.
+                self.reader.cur.pos += 1;
+            }
+        }
+    }
+
+    /// Does what a command means for the reading; true when a buffer is open now.
+    pub(crate) fn flow(&mut self, flow: Flow, at: At) -> bool {
+        match flow {
+            Flow::Go | Flow::Close => false,
+            Flow::DefineL(first, count, definition) => {
+                for number in first..first + count {
+                    self.out.l_defs.insert(number, definition);
+                }
+                false
+            }
+            Flow::OpenMotion => {
+                self.skip_motion(at);
+                false
+            }
+            Flow::Open { compiled, number } => {
+                let number = number.unwrap_or(0);
+                self.has_plc.get_or_insert(at);
+                self.reader.l_used = compiled.then(Vec::new);
+                let buffers = if compiled { &mut self.out.plccs } else { &mut self.out.plcs };
+                if let Some(buffer) = buffers.get_mut(usize::from(number)) {
+                    buffer.opened = Some(at);
+                }
+                let (frames, fault) = (Vec::new(), None);
+                self.open = Some(Open { compiled, number, lost: false, frames, fault });
+                true
+            }
+        }
+    }
+
+    /// Skips the buffer of a motion program, with one note.
+    fn skip_motion(&mut self, at: At) {
+        let rest = self.reader.cur.rest();
+        let bytes = rest.as_bytes();
+        let mut quoted = false;
+        let mut end = rest.len();
+        for (i, &b) in bytes.iter().enumerate() {
+            match b {
+                b'"' => quoted = !quoted,
+                b'\n' => quoted = false,
+                b'C' | b'c' if !quoted => {
+                    let word = |word: &str| {
+                        bytes
+                            .get(i..i + word.len())
+                            .is_some_and(|w| w.eq_ignore_ascii_case(word.as_bytes()))
+                            && !bytes
+                                .get(i + word.len())
+                                .is_some_and(|b| b.is_ascii_alphanumeric() || *b == b'_')
+                    };
+                    let fresh = i == 0 || bytes.get(i - 1) != Some(&b'_');
+                    if fresh && (word("CLOSE") || word("CLS")) {
+                        end = i;
+                        break;
+                    }
+                }
+                _ => {}
+            }
+        }
+        self.reader.cur.pos += end;
+        let _ = self.reader.cur.short("CLOSE", 5) || self.reader.cur.word("CLS");
+        let diagnostic = self.flat.origins.diagnose(at, |span| {
+            Diagnostic::info("PMAC-N1", span, "this motion program is skipped")
+                .note("only PLC programs are compiled")
+        });
+        self.diagnostics.push(diagnostic);
+    }
+
+    pub(crate) fn buffer(&mut self) -> Option<&mut Buffer> {
+        let open = self.open.as_ref()?;
+        if open.lost {
+            return None;
+        }
+        let buffers = if open.compiled { &mut self.out.plccs } else { &mut self.out.plcs };
+        buffers.get_mut(usize::from(open.number))
+    }
+
+    /// The index of the next statement.
+    pub(crate) fn here(&mut self) -> u32 {
+        self.buffer().map_or(0, |buffer| buffer.code.len() as u32)
+    }
+
+    /// Appends a statement.
+    pub(crate) fn push(&mut self, what: What, start: usize) {
+        let at = self.reader.cur.since(start);
+        let integer = self.is_integer(&what);
+        if let What::Assign(super::ast::Target::Var(Kind::I, 5), _) = what {
+            self.assigns_i5 = true;
+        }
+        if let Some(buffer) = self.buffer() {
+            buffer.code.push(Stmt { what, at, integer });
+        }
+    }
+
+    /// Whether a statement is computed in integers: L-variables, integer constants, operators,
+    /// ABS and INT only, and at least one L-variable.
+    fn is_integer(&self, what: &What) -> bool {
+        use super::ast::{Func, Target};
+        if !self.open.as_ref().is_some_and(|open| open.compiled) {
+            return false;
+        }
+        let (expr, target): (Expr, bool) = match what {
+            What::Assign(Target::Var(Kind::L, _), expr) => (*expr, true),
+            What::If(expr, _) | What::While(expr, _) => (*expr, false),
+            _ => return false,
+        };
+        let start = expr.start as usize;
+        let ops = self.reader.ops.get(start..start + expr.len as usize).unwrap_or(&[]);
+        let mut any = target;
+        let all = ops.iter().all(|op| match op {
+            Op::Const(value) => value.fract() == 0.0 && *value <= 8_388_607.0,
+            Op::Var(kind, _) => {
+                any |= *kind == Kind::L;
+                *kind == Kind::L
+            }
+            Op::Indirect(_) => false,
+            Op::Call(func) => matches!(func, Func::Abs | Func::Int),
+            Op::Neg | Op::Bin(_) | Op::Cmp(_) | Op::Both | Op::Either => true,
+        });
+        all && any
+    }
+
+    fn note_l_uses(&mut self) {
+        self.statements += 1;
+        if let Some(used) = &mut self.reader.l_used {
+            for (number, at) in used.drain(..) {
+                self.l_uses.push((self.statements, number, at));
+            }
+        }
+    }
+
+    fn report_undefined_l(&mut self) {
+        let mut last = 0;
+        for (statement, number, at) in std::mem::take(&mut self.l_uses) {
+            if statement != last && !self.out.l_defs.contains_key(&number) {
+                last = statement;
+                self.report(Fault {
+                    code: "PMAC-3",
+                    at,
+                    message: format!("L{number} is not defined"),
+                    help: Some(format!("define it: L{number}->Y:$FFC2,8,1")),
+                });
+            }
+        }
+    }
+
+    pub(crate) fn note_i5(&mut self, action: &Action) {
+        use super::ast::Target;
+        self.assigns_i5 |= match action {
+            Action::Assign(Target::Var(Kind::I, number), _) => *number == 5,
+            Action::Assign(Target::Range { kind: Kind::I, first, count, step }, _) => {
+                let away = 5u32.checked_sub(u32::from(*first));
+                let step = u32::from(*step).max(1);
+                away.is_some_and(|a| a % step == 0 && a / step < u32::from(*count))
+            }
+            _ => false,
+        };
+    }
+
+    fn warn_of_i5(&mut self) {
+        if self.assigns_i5 || self.diagnostics.iter().any(Diagnostic::is_error) {
+            return;
+        }
+        if let Some(at) = self.has_plc {
+            let diagnostic = self.flat.origins.diagnose(at, |span| {
+                Diagnostic::warning("PMAC-W2", span, "no PLC will run: nothing sets I5")
+                    .note("I5 is 0 unless the text says otherwise")
+                    .help("add I5=2 for background PLCs, I5=3 for PLC0 as well")
+            });
+            self.diagnostics.push(diagnostic);
+        }
+    }
+
+    /// Closes the buffer at `at`: branches must be complete.
+    pub(crate) fn close(&mut self, at: At) {
+        let Some(mut open) = self.open.take() else { return };
+        if let Some(frame) = open.frames.last() {
+            let (what, end) = match frame.kind {
+                FrameKind::While => ("WHILE", "ENDWHILE"),
+                FrameKind::If | FrameKind::Else => ("IF", "ENDIF"),
+            };
+            let first = open.fault.take();
+            open.fault = first.or(Some((frame.at, format!("this {what} has no {end}"))));
+        }
+        let lost = open.lost;
+        let name = if open.compiled { "PLCC" } else { "PLC" };
+        let number = open.number;
+        let fault = open.fault.take();
+        self.open = Some(open);
+        if let (Some((guilty, message)), false) = (fault, lost) {
+            let (place, _) = self.flat.origins.place(guilty);
+            let diagnostic = self.flat.origins.diagnose(at, |span| {
+                Diagnostic::error("PMAC-9", span, format!("{name} {number} is not well built"))
+                    .label(place, message)
+                    .help("each IF needs its ENDIF, each WHILE its ENDWHILE")
+            });
+            self.diagnostics.push(diagnostic);
+            if let Some(buffer) = self.buffer() {
+                buffer.code.clear();
+                buffer.broken = true;
+            }
+        }
+        self.note_l_uses();
+        self.open = None;
+        self.reader.l_used = None;
+    }
+
+    /// Reports an error unless a template that nothing defines is to blame.
+    pub(crate) fn report(&mut self, fault: Fault) {
+        let at = fault.at;
+        let line = self.line_of(at);
+        let blamed = self.flat.poisoned.partition_point(|p| p.end <= line.start);
+        if self.flat.poisoned.get(blamed).is_some_and(|p| p.start < line.end) {
+            return;
+        }
+        let diagnostic = self.flat.origins.diagnose(at, |span| {
+            let diagnostic = Diagnostic::error(fault.code, span, fault.message);
+            match fault.help {
+                Some(help) => diagnostic.help(help),
+                None => diagnostic,
+            }
+        });
+        self.diagnostics.push(diagnostic);
+    }
+
+    /// The line around a place, as far as templates are concerned.
+    fn line_of(&self, at: At) -> At {
+        if self.flat.poisoned.is_empty() {
+            return at;
+        }
+        let start = at.start as usize;
+        let before = self.flat.text.get(..start).unwrap_or("");
+        let after = self.flat.text.get(start..).unwrap_or("");
+        let from = before.rfind('\n').map_or(0, |line| line + 1);
+        At::new(from, start + after.find('\n').unwrap_or(after.len()))
+    }
+
+    /// Behind an error: on to the next word that shapes the program, or the next line.
+    fn recover(&mut self, start: usize) {
+        const WORDS: &[&str] = &["ENDI", "ENDW", "END IF", "END W", "ELSE", "IF", "WHILE", "CLOSE"];
+        let cur = &mut self.reader.cur;
+        // Blanks that were skipped may have led into the next line.
+        let read = self.flat.text.get(start..cur.pos).unwrap_or("");
+        let solid = read.trim_end_matches(|c: char| c.is_whitespace() || c.is_control());
+        if read.get(solid.len()..).is_some_and(|gap| gap.contains('\n')) {
+            cur.pos = start + solid.len();
+        }
+        let mut quoted = false;
+        let mut letter = true;
+        if cur.pos == start {
+            while cur.byte().is_ascii_alphanumeric() {
+                cur.pos += 1;
+            }
+        }
+        while !cur.at_end() && cur.byte() != b'\n' {
+            let byte = cur.byte();
+            if !quoted && !letter && WORDS.iter().any(|word| cur.starts_with(word)) {
+                return;
+            }
+            quoted ^= byte == b'"';
+            letter = byte.is_ascii_alphabetic() || byte == b'_';
+            cur.pos += 1;
+        }
+    }
+
+    /// A condition with the AND and OR lines behind it.
+    pub(crate) fn whole_condition(&mut self) -> Parsed<Expr> {
+        let start = self.reader.ops.len();
+        self.reader.condition()?;
+        let mut pending = false;
+        loop {
+            let mut ahead = self.reader.cur;
+            let both = ahead.word("AND");
+            if !both && !ahead.word("OR") {
+                break;
+            }
+            self.reader.cur = ahead;
+            if !both && pending {
+                self.reader.ops.push(Op::Either);
+            }
+            self.reader.condition()?;
+            if both {
+                self.reader.ops.push(Op::Both);
+            } else {
+                pending = true;
+            }
+        }
+        if pending {
+            self.reader.ops.push(Op::Either);
+        }
+        Ok(self.reader.since(start))
+    }
+}

@@ -1,0 +1,94 @@
+//! Values of expressions, computed step by step in postfix order: what the load evaluator and the
+//! statement interpreter share.
+
+use plcc_abi::pmac::{Kind, math};
+
+use super::ast::{Bin, Cmp, Func};
+
+/// Applies an operator.
+pub(crate) fn binary(op: Bin, a: f64, b: f64) -> f64 {
+    match op {
+        Bin::Add => a + b,
+        Bin::Sub => a - b,
+        Bin::Mul => a * b,
+        Bin::Div => math::div(a, b),
+        Bin::Mod => math::modulo(a, b),
+        Bin::And => math::and(a, b),
+        Bin::Or => math::or(a, b),
+        Bin::Xor => math::xor(a, b),
+    }
+}
+
+/// Applies a function; `cosine` is Q0, `radians` is I15.
+pub(crate) fn function(func: Func, x: f64, cosine: f64, radians: bool) -> f64 {
+    match func {
+        Func::Sin => math::sin(x, radians),
+        Func::Cos => math::cos(x, radians),
+        Func::Tan => math::tan(x, radians),
+        Func::Asin => math::asin(x, radians),
+        Func::Acos => math::acos(x, radians),
+        Func::Atan => math::atan(x, radians),
+        Func::Atan2 => math::atan2(x, cosine, radians),
+        Func::Sqrt => math::sqrt(x),
+        Func::Ln => math::ln(x),
+        Func::Exp => math::exp(x),
+        Func::Abs => math::abs(x),
+        Func::Int => math::int(x),
+    }
+}
+
+/// Compares.
+pub(crate) fn compare(cmp: Cmp, a: f64, b: f64) -> bool {
+    match cmp {
+        Cmp::Eq => a == b,
+        Cmp::Ne => !matches!(a.partial_cmp(&b), Some(std::cmp::Ordering::Equal)),
+        Cmp::Gt => a > b,
+        Cmp::NotGt => !matches!(a.partial_cmp(&b), Some(std::cmp::Ordering::Greater)),
+        Cmp::Lt => a < b,
+        Cmp::NotLt => !matches!(a.partial_cmp(&b), Some(std::cmp::Ordering::Less)),
+        Cmp::Near => math::near(a, b),
+        Cmp::NotNear => !math::near(a, b),
+    }
+}
+
+/// The steps of an expression on plain numbers; truth values are 1 and 0.
+pub(crate) fn expression(
+    ops: &[super::ast::Op],
+    stack: &mut Vec<f64>,
+    radians: bool,
+    read: &mut dyn FnMut(Kind, u32) -> f64,
+) -> f64 {
+    use super::ast::Op;
+    stack.clear();
+    for op in ops {
+        let value = match *op {
+            Op::Const(value) => value,
+            Op::Var(kind, number) => read(kind, u32::from(number)),
+            Op::Indirect(kind) => {
+                let index = stack.pop().unwrap_or(0.0);
+                read(kind, plcc_abi::pmac::fixed::index(index, u32::MAX))
+            }
+            Op::Neg => -stack.pop().unwrap_or(0.0),
+            Op::Call(func) => {
+                let x = stack.pop().unwrap_or(0.0);
+                let cosine = if func == Func::Atan2 { read(Kind::Q, 0) } else { 0.0 };
+                function(func, x, cosine, radians)
+            }
+            Op::Bin(bin) => {
+                let b = stack.pop().unwrap_or(0.0);
+                binary(bin, stack.pop().unwrap_or(0.0), b)
+            }
+            Op::Cmp(cmp) => {
+                let b = stack.pop().unwrap_or(0.0);
+                f64::from(u8::from(compare(cmp, stack.pop().unwrap_or(0.0), b)))
+            }
+            Op::Both | Op::Either => {
+                let b = stack.pop().unwrap_or(0.0) != 0.0;
+                let a = stack.pop().unwrap_or(0.0) != 0.0;
+                f64::from(u8::from(if matches!(op, Op::Both) { a && b } else { a || b }))
+            }
+        };
+        stack.push(value);
+    }
+    stack.pop().unwrap_or(0.0)
+}

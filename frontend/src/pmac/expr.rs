@@ -1,0 +1,383 @@
+//! Expressions and conditions, read into postfix order without recursion.
+
+use plcc_abi::pmac::Kind;
+
+use super::ast::{Bin, Cmp, Expr, FUNCTIONS, Func, Op};
+use super::cursor::{Cursor, Fault, Parsed, syntax, syntax_help};
+use super::origin::At;
+
+/// Deepest nesting of parentheses.
+const MAX_NESTING: usize = 256;
+
+/// Reads what statements and commands have in common.
+#[derive(Debug)]
+pub(crate) struct Reader<'a> {
+    pub(crate) cur: Cursor<'a>,
+    pub(crate) ops: Vec<Op>,
+    pub(crate) turbo: bool,
+    /// L-variables that are used, with their places; none outside PLCCs.
+    pub(crate) l_used: Option<Vec<(u16, At)>>,
+}
+
+/// An operator that waits for what stands right of it, or an open parenthesis.
+#[derive(Clone, Copy, PartialEq)]
+enum Waiting {
+    Paren,
+    Func(Func),
+    Index(Kind),
+    Neg,
+    Bin(Bin),
+    Cmp(Cmp),
+    Both,
+    Either,
+}
+
+impl Waiting {
+    fn binds(self) -> u8 {
+        match self {
+            Self::Paren | Self::Func(_) | Self::Index(_) => 0,
+            Self::Either => 1,
+            Self::Both => 2,
+            Self::Cmp(_) => 3,
+            Self::Bin(Bin::Add | Bin::Sub | Bin::Or | Bin::Xor) => 4,
+            Self::Bin(Bin::Mul | Bin::Div | Bin::Mod | Bin::And) => 5,
+            Self::Neg => 6,
+        }
+    }
+}
+
+/// Operands and operators in the making.
+struct Stacks {
+    waiting: Vec<(Waiting, At)>,
+    /// For each value whether it is a truth value.
+    values: Vec<bool>,
+    depth: usize,
+}
+
+impl<'a> Reader<'a> {
+    pub(crate) fn new(text: &'a str, turbo: bool) -> Self {
+        Self { cur: Cursor::new(text), ops: Vec::new(), turbo, l_used: None }
+    }
+
+    /// The highest variable number.
+    pub(crate) fn last_variable(&self) -> u16 {
+        if self.turbo { 8191 } else { 1023 }
+    }
+
+    /// A constant variable number.
+    pub(crate) fn variable_number(&mut self) -> Parsed<u16> {
+        self.cur.blanks();
+        let start = self.cur.pos;
+        let Some(number) = self.cur.integer() else {
+            return self.cur.expected("a variable's number");
+        };
+        let at = self.cur.since(start);
+        let last = self.last_variable();
+        match u16::try_from(number) {
+            Ok(number) if number <= last => Ok(number),
+            _ => Err(self.beyond(at, format!("there are variables 0 to {last}, not {number}"))),
+        }
+    }
+
+    /// The error for a number beyond the controller.
+    pub(crate) fn beyond(&self, at: At, message: String) -> Fault {
+        let help = if self.turbo {
+            "Turbo PMAC has no more than that".to_owned()
+        } else {
+            "a program for Turbo PMAC needs --controller turbo".to_owned()
+        };
+        Fault { code: "PMAC-X1", at, message, help: Some(help) }
+    }
+
+    /// Which kind of variable begins here: a letter, then a number or a parenthesis.
+    pub(crate) fn variable_kind(&mut self) -> Option<Kind> {
+        let kind = match self.cur.peek().to_ascii_uppercase() {
+            b'I' => Kind::I,
+            b'P' => Kind::P,
+            b'Q' => Kind::Q,
+            b'M' => Kind::M,
+            b'L' => Kind::L,
+            _ => return None,
+        };
+        let mut ahead = self.cur;
+        ahead.pos += 1;
+        ahead.lines = false;
+        matches!(ahead.peek(), b'0'..=b'9' | b'(' | b'$').then_some(kind)
+    }
+
+    /// Notes the use of an L-variable, or refuses it outside PLCCs.
+    pub(crate) fn uses(&mut self, kind: Kind, number: u16, at: At) -> Parsed<()> {
+        if kind == Kind::L {
+            match &mut self.l_used {
+                Some(used) => used.push((number, at)),
+                None => {
+                    let help = "use an M-variable, or make the program a PLCC";
+                    return syntax_help(at, "L-variables are for PLCCs only", help);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// An expression; it ends in front of whatever cannot go on with it.
+    pub(crate) fn expression(&mut self) -> Parsed<Expr> {
+        let start = self.ops.len();
+        self.cur.blanks();
+        let from = self.cur.pos;
+        let value = self.shunt(false)?;
+        if value {
+            let at = self.cur.since(from);
+            return syntax(at, "a comparison has no value to be assigned");
+        }
+        Ok(self.since(start))
+    }
+
+    /// A condition in its parentheses.
+    pub(crate) fn condition(&mut self) -> Parsed<Expr> {
+        let start = self.ops.len();
+        if self.cur.peek() != b'(' {
+            return self.cur.expected("`(` and a condition");
+        }
+        let from = self.cur.pos;
+        let value = self.shunt(true)?;
+        if !value {
+            let at = self.cur.since(from);
+            let help = "compare it with something: (P1!=0)";
+            return syntax_help(at, "a condition needs a comparator", help);
+        }
+        Ok(self.since(start))
+    }
+
+    pub(crate) fn since(&self, start: usize) -> Expr {
+        let at = At::new(start, self.ops.len());
+        Expr { start: at.start, len: at.end - at.start }
+    }
+
+    /// An expression in parentheses: the number of an indirect variable.
+    pub(crate) fn index(&mut self) -> Parsed<Expr> {
+        let start = self.ops.len();
+        self.cur.blanks();
+        let from = self.cur.pos;
+        if self.shunt(true)? {
+            return syntax(self.cur.since(from), "a variable's number is no comparison");
+        }
+        Ok(self.since(start))
+    }
+
+    /// Reads operands and operators. With `closed` it ends behind the parenthesis that it begins
+    /// with. Gives whether the result is a truth value.
+    fn shunt(&mut self, closed: bool) -> Parsed<bool> {
+        let mut stacks = Stacks { waiting: Vec::new(), values: Vec::new(), depth: 0 };
+        loop {
+            while !self.operand(&mut stacks)? {}
+            // Closing parentheses, then an operator or the end.
+            loop {
+                if self.cur.peek() == b')' && stacks.depth > 0 {
+                    self.close(&mut stacks)?;
+                    if closed && stacks.depth == 0 {
+                        return Ok(stacks.values.pop().unwrap_or(false));
+                    }
+                    continue;
+                }
+                break;
+            }
+            self.cur.blanks();
+            let start = self.cur.pos;
+            match self.operator(stacks.depth > 0)? {
+                Some(operator) => {
+                    let at = self.cur.since(start);
+                    while let Some(&(top, at)) = stacks.waiting.last()
+                        && top.binds() >= operator.binds()
+                    {
+                        stacks.waiting.pop();
+                        self.apply(top, at, &mut stacks)?;
+                    }
+                    stacks.waiting.push((operator, at));
+                }
+                None if stacks.depth > 0 => return self.unclosed(&stacks),
+                None => {
+                    while let Some((top, at)) = stacks.waiting.pop() {
+                        self.apply(top, at, &mut stacks)?;
+                    }
+                    return Ok(stacks.values.pop().unwrap_or(false));
+                }
+            }
+        }
+    }
+
+    /// The error for a parenthesis that the line does not close.
+    fn unclosed<T>(&mut self, stacks: &Stacks) -> Parsed<T> {
+        let open = stacks.waiting.iter().rev().find(|(what, _)| what.binds() == 0);
+        let fault = self.cur.expected("an operator or `)`");
+        match (open, fault) {
+            (Some(&(_, at)), Err(fault)) if fault.message.contains("missing") => {
+                syntax_help(at, "this parenthesis is not closed", "add the `)`")
+            }
+            (_, fault) => fault,
+        }
+    }
+
+    /// Reads what can stand where a value is due; true when the value is complete.
+    fn operand(&mut self, stacks: &mut Stacks) -> Parsed<bool> {
+        let byte = self.cur.peek();
+        let start = self.cur.pos;
+        match byte {
+            b'(' => {
+                self.cur.pos += 1;
+                return self.open_paren(Waiting::Paren, start, stacks);
+            }
+            b'-' => {
+                self.cur.pos += 1;
+                stacks.waiting.push((Waiting::Neg, self.cur.since(start)));
+                return Ok(false);
+            }
+            b'+' => {
+                let at = At::new(start, start + 1);
+                return syntax_help(at, "there is no unary plus", "leave the `+` out");
+            }
+            b'0'..=b'9' | b'.' | b'$' => {
+                let Some(number) = self.cur.number() else {
+                    return self.cur.expected("a number");
+                };
+                self.ops.push(Op::Const(number));
+                stacks.values.push(false);
+                return Ok(true);
+            }
+            _ => {}
+        }
+        for &(name, func) in FUNCTIONS {
+            if self.cur.starts_with(name) {
+                let mut ahead = self.cur;
+                ahead.pos += name.len();
+                if ahead.eat(b'(') {
+                    self.cur = ahead;
+                    return self.open_paren(Waiting::Func(func), start, stacks);
+                }
+            }
+        }
+        let Some(kind) = self.variable_kind() else {
+            return self.cur.expected("a value");
+        };
+        self.cur.pos += 1;
+        if self.cur.eat(b'(') {
+            if kind == Kind::L {
+                return syntax(self.cur.since(start), "an L-variable's number is a constant");
+            }
+            return self.open_paren(Waiting::Index(kind), start, stacks);
+        }
+        let number = self.variable_number()?;
+        self.uses(kind, number, self.cur.since(start))?;
+        self.ops.push(Op::Var(kind, number));
+        stacks.values.push(false);
+        Ok(true)
+    }
+
+    fn open_paren(&mut self, what: Waiting, start: usize, stacks: &mut Stacks) -> Parsed<bool> {
+        stacks.depth += 1;
+        let at = self.cur.since(start);
+        if stacks.depth > MAX_NESTING {
+            return syntax(at, "parentheses nest too deep: 256 levels at most");
+        }
+        stacks.waiting.push((what, at));
+        Ok(false)
+    }
+
+    /// Takes `)` and everything that waits up to its `(`.
+    fn close(&mut self, stacks: &mut Stacks) -> Parsed<()> {
+        self.cur.pos += 1;
+        stacks.depth -= 1;
+        while let Some((top, at)) = stacks.waiting.pop() {
+            self.apply(top, at, stacks)?;
+            if top.binds() == 0 {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes an operator whose operands are complete.
+    fn apply(&mut self, what: Waiting, at: At, stacks: &mut Stacks) -> Parsed<()> {
+        let (op, operands, truth, wants) = match what {
+            Waiting::Paren => return Ok(()),
+            Waiting::Func(func) => (Op::Call(func), 1, false, false),
+            Waiting::Index(kind) => (Op::Indirect(kind), 1, false, false),
+            Waiting::Neg => (Op::Neg, 1, false, false),
+            Waiting::Bin(bin) => (Op::Bin(bin), 2, false, false),
+            Waiting::Cmp(cmp) => (Op::Cmp(cmp), 2, true, false),
+            Waiting::Both => (Op::Both, 2, true, true),
+            Waiting::Either => (Op::Either, 2, true, true),
+        };
+        for _ in 0..operands {
+            match stacks.values.pop() {
+                Some(truth) if truth == wants => {}
+                _ if wants => {
+                    let help = "compare both sides with something: (P1!=0)";
+                    return syntax_help(at, "AND and OR stand between conditions", help);
+                }
+                _ => {
+                    let help = "put each comparison on its own, joined with AND or OR";
+                    return syntax_help(at, "a comparison cannot be computed with", help);
+                }
+            }
+        }
+        stacks.values.push(truth);
+        self.ops.push(op);
+        Ok(())
+    }
+
+    /// The operator that comes next, if one does. AND, OR and comparators need parentheses.
+    fn operator(&mut self, inside: bool) -> Parsed<Option<Waiting>> {
+        let byte = self.cur.peek();
+        let start = self.cur.pos;
+        let next = self.cur.byte_at(1);
+        let arithmetic = match byte {
+            b'+' => Some(Bin::Add),
+            b'-' => Some(Bin::Sub),
+            b'*' => Some(Bin::Mul),
+            b'/' => Some(Bin::Div),
+            b'%' => Some(Bin::Mod),
+            b'&' => Some(Bin::And),
+            b'|' => Some(Bin::Or),
+            b'^' => Some(Bin::Xor),
+            _ => None,
+        };
+        if let Some(bin) = arithmetic {
+            self.cur.pos += 1;
+            return Ok(Some(Waiting::Bin(bin)));
+        }
+        if !inside {
+            return Ok(None);
+        }
+        let negated = byte == b'!';
+        if negated {
+            self.cur.pos += 1;
+            self.cur.blanks();
+        }
+        let cmp = match (self.cur.byte(), negated) {
+            (b'=', false) => Cmp::Eq,
+            (b'=', true) => Cmp::Ne,
+            (b'>', false) => Cmp::Gt,
+            (b'>', true) => Cmp::NotGt,
+            (b'<', false) => Cmp::Lt,
+            (b'<', true) => Cmp::NotLt,
+            (b'~', false) => Cmp::Near,
+            (b'~', true) => Cmp::NotNear,
+            (_, true) => return self.cur.expected("`=`, `>`, `<` or `~` behind `!`"),
+            _ if self.cur.word("AND") => return Ok(Some(Waiting::Both)),
+            _ if self.cur.word("OR") => return Ok(Some(Waiting::Either)),
+            _ => return Ok(None),
+        };
+        self.cur.pos += 1;
+        if matches!((byte, next), (b'<' | b'>' | b'=', b'=') | (b'<', b'>')) {
+            let at = At::new(start, start + 2);
+            let (message, help) = match (byte, next) {
+                (b'<', b'=') => ("`<=` is no comparator", "less or equal is `!>`"),
+                (b'>', b'=') => ("`>=` is no comparator", "greater or equal is `!<`"),
+                (b'<', _) => ("`<>` is no comparator", "not equal is `!=`"),
+                _ => ("`==` is no comparator", "equal is `=`"),
+            };
+            return syntax_help(at, message, help);
+        }
+        Ok(Some(Waiting::Cmp(cmp)))
+    }
+}

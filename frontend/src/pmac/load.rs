@@ -1,0 +1,196 @@
+//! The state after load: the text's on-line commands, done in their order.
+
+use plcc_abi::image::{read_f64, write_f64, write_u32};
+use plcc_abi::pmac::{
+    Far, Kind, Layout, Memory, PlcOp, Range, Space, Variable, fixed, layout::CONTEXTS, math,
+};
+
+use super::ast::{Action, Download, Op, Target, WriteKind};
+use super::{eval, tables};
+use crate::common::Controller;
+
+/// What a program starts with.
+#[derive(Clone, Debug)]
+pub(crate) struct Loaded {
+    pub(crate) layout: Layout,
+    /// The image after load.
+    pub(crate) image: Vec<u8>,
+    pub(crate) far: Far,
+    /// A bit for each enabled PLC.
+    pub(crate) plcs: u32,
+    /// A bit for each enabled PLCC.
+    pub(crate) plccs: u32,
+    /// PLCCs erased by DELETE stay empty.
+    pub(crate) erased: u32,
+    /// The text says SAVE.
+    pub(crate) save: bool,
+    /// Variables that on-line assignments name.
+    pub(crate) named: Vec<Variable>,
+    pub(crate) ranges: Vec<(u32, Range)>,
+}
+
+struct Loader {
+    out: Loaded,
+    /// The addressed coordinate system.
+    system: u32,
+    stack: Vec<f64>,
+}
+
+/// Does a download's on-line commands.
+pub(crate) fn load(download: &Download) -> Loaded {
+    let turbo = download.controller == Controller::Turbo;
+    let layout = Layout::new(turbo);
+    let mut image = vec![0; layout.size as usize];
+    for number in 0..layout.count {
+        let value = tables::i_default(download.controller, number);
+        write_f64(&mut image, layout.i_offset(number), value);
+    }
+    for context in 0..CONTEXTS {
+        write_u32(&mut image, layout.q_base + 4 * context, layout.q_base_of(1));
+    }
+    let mut loader = Loader {
+        out: Loaded {
+            layout,
+            image,
+            far: Far::default(),
+            plcs: u32::MAX,
+            plccs: u32::MAX,
+            erased: 0,
+            save: false,
+            named: Vec::new(),
+            ranges: tables::ranges(download.controller),
+        },
+        system: 1,
+        stack: Vec::new(),
+    };
+    for online in &download.online {
+        loader.act(download, &online.action);
+    }
+    let out = &mut loader.out;
+    Memory { image: &mut out.image, layout: &out.layout, far: &mut out.far }.seal();
+    loader.out
+}
+
+impl Loader {
+    fn act(&mut self, download: &Download, action: &Action) {
+        match *action {
+            Action::Assign(target, expr) => self.assign(download, target, expr),
+            Action::Defaults(first, count, step) => {
+                for k in 0..count {
+                    let number = first + k * step;
+                    let value = tables::i_default(download.controller, u32::from(number));
+                    self.write(Kind::I, u32::from(number), value);
+                }
+            }
+            Action::Define(first, count, definition) => {
+                for number in first..first + count {
+                    self.memory().define(u32::from(number), definition);
+                }
+            }
+            Action::Plc(op, plcs) => {
+                let enabled = if plcs.compiled { &mut self.out.plccs } else { &mut self.out.plcs };
+                match op {
+                    PlcOp::Enable => *enabled |= plcs.set,
+                    PlcOp::Disable | PlcOp::Pause => *enabled &= !plcs.set,
+                    PlcOp::Resume => {}
+                }
+            }
+            Action::System(system) => self.system = u32::from(system),
+            Action::Write(kind, address, ref values) => self.write_memory(kind, address, values),
+            Action::Save => self.out.save = true,
+            Action::DeletePlcc(number) => self.out.erased |= 1 << (number & 31),
+            Action::Reset | Action::Motion => {}
+        }
+    }
+
+    fn memory(&mut self) -> Memory<'_> {
+        let out = &mut self.out;
+        Memory { image: &mut out.image, layout: &out.layout, far: &mut out.far }
+    }
+
+    fn write_memory(&mut self, kind: WriteKind, address: u32, values: &[f64]) {
+        use plcc_abi::pmac::Definition;
+        for (k, &value) in values.iter().enumerate() {
+            let address = address.wrapping_add(k as u32) & self.out.layout.address_mask();
+            let word = fixed::bits(value) as u32;
+            match kind {
+                WriteKind::X => self.memory().write_word(Space::X, address, word),
+                WriteKind::Y => self.memory().write_word(Space::Y, address, word),
+                WriteKind::Long => self.memory().write(Definition::L { address }, value),
+                WriteKind::Double => self.memory().write(Definition::D { address }, value),
+            }
+        }
+    }
+
+    fn assign(&mut self, download: &Download, target: Target, expr: super::ast::Expr) {
+        let ops = download.ops(expr);
+        self.name(ops, target);
+        let value = math::finite(self.value(ops));
+        match target {
+            Target::Var(kind, number) => self.write(kind, u32::from(number), value),
+            Target::Indirect(kind, index) => {
+                let index = self.value(download.ops(index));
+                self.write(kind, fixed::index(index, self.out.layout.count - 1), value);
+            }
+            Target::Range { kind, first, count, step } => {
+                for k in 0..u32::from(count) {
+                    self.write(kind, u32::from(first) + k * u32::from(step), value);
+                }
+            }
+        }
+    }
+
+    fn name(&mut self, ops: &[Op], target: Target) {
+        let system = self.system;
+        let mut name = |kind, number: u16| {
+            let system = if kind == Kind::Q { system } else { 1 };
+            self.out.named.push(Variable { kind, number: u32::from(number), system });
+        };
+        if let Target::Var(kind, number) = target {
+            name(kind, number);
+        }
+        for op in ops {
+            if let Op::Var(kind, number) = *op {
+                name(kind, number);
+            }
+        }
+    }
+
+    fn value(&mut self, ops: &[Op]) -> f64 {
+        let layout = self.out.layout;
+        let base = layout.q_base_of(self.system);
+        let mut stack = std::mem::take(&mut self.stack);
+        let radians = read_f64(&self.out.image, layout.i_offset(15)) != 0.0;
+        let value = {
+            let out = &mut self.out;
+            let memory = Memory { image: &mut out.image, layout: &out.layout, far: &mut out.far };
+            eval::expression(ops, &mut stack, radians, &mut |kind, number| match kind {
+                Kind::P => read_f64(memory.image, layout.p_offset(number)),
+                Kind::Q => read_f64(memory.image, layout.q_offset(base.wrapping_add(number))),
+                Kind::I => read_f64(memory.image, layout.i_offset(number)),
+                Kind::M => memory.read_m(number),
+                Kind::L => 0.0,
+            })
+        };
+        self.stack = stack;
+        value
+    }
+
+    fn write(&mut self, kind: Kind, number: u32, value: f64) {
+        let layout = self.out.layout;
+        let offset = match kind {
+            Kind::P => layout.p_offset(number),
+            Kind::Q => layout.q_offset(layout.q_base_of(self.system).wrapping_add(number)),
+            Kind::I => {
+                let value = match self.out.ranges.binary_search_by_key(&number, |r| r.0) {
+                    Ok(index) => self.out.ranges.get(index).map_or(value, |r| r.1.convert(value)),
+                    Err(_) => value,
+                };
+                return write_f64(&mut self.out.image, layout.i_offset(number), value);
+            }
+            Kind::M => return self.memory().write_m(number, value),
+            Kind::L => return,
+        };
+        write_f64(&mut self.out.image, offset, value);
+    }
+}

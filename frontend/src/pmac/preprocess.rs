@@ -1,0 +1,579 @@
+//! The download program's macros: `#define` and its kind, `$(NAME)` templates, comments, includes.
+//!
+//! The result is one text, comments and directives gone, line ends `\n`, with the
+//! [way back](Origins) to the sources. Time and space are linear in what is read and written, and
+//! what is written is bounded, so that definitions that double again and again end in an error.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
+
+use super::origin::{At, Origins};
+use crate::common::{FileLoader, Options, find_include};
+
+/// Deepest nesting of includes, conditionals and replacements.
+const MAX_NESTING: usize = 256;
+
+/// Bytes that replacements and includes may produce besides the sources' own.
+const MAX_PRODUCED: usize = 16 << 20;
+
+/// A preprocessed download.
+#[derive(Debug, Default)]
+pub(crate) struct Flat {
+    /// The text.
+    pub(crate) text: String,
+    /// Where it comes from.
+    pub(crate) origins: Origins,
+    /// Stretches around a template that nothing defines: no further errors there.
+    pub(crate) poisoned: Vec<At>,
+}
+
+struct Macro {
+    body: std::rc::Rc<str>,
+    defined: Span,
+    busy: bool,
+}
+
+/// A file being read.
+struct Frame {
+    file: FileId,
+    pos: usize,
+    /// Conditionals open when the file was entered.
+    conditionals: usize,
+}
+
+struct Conditional {
+    at: Span,
+    /// This branch is read.
+    active: bool,
+    /// The conditional itself stands in text that is read.
+    outer: bool,
+    seen_else: bool,
+}
+
+struct Preprocessor<'a> {
+    map: &'a mut SourceMap,
+    loader: &'a dyn FileLoader,
+    options: &'a Options,
+    macros: HashMap<String, Macro>,
+    frames: Vec<Frame>,
+    conditionals: Vec<Conditional>,
+    flat: Flat,
+    diagnostics: Vec<Diagnostic>,
+    /// Bytes of replacements and includes that may still come.
+    budget: usize,
+    no_block_end: Option<FileId>,
+    in_block: bool,
+}
+
+/// Preprocesses files as one download, in their order. Definitions reach from one to the next.
+pub(crate) fn preprocess(
+    map: &mut SourceMap,
+    files: &[FileId],
+    loader: &dyn FileLoader,
+    options: &Options,
+) -> (Flat, Vec<Diagnostic>) {
+    let mut this = Preprocessor {
+        map,
+        loader,
+        options,
+        macros: HashMap::new(),
+        frames: Vec::new(),
+        conditionals: Vec::new(),
+        flat: Flat::default(),
+        diagnostics: Vec::new(),
+        budget: MAX_PRODUCED,
+        no_block_end: None,
+        in_block: false,
+    };
+    for &file in files {
+        this.file(file);
+    }
+    (this.flat, this.diagnostics)
+}
+
+/// Whether a character may stand in a name.
+pub(crate) fn is_word(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
+}
+
+fn word_at(text: &str, start: usize) -> &str {
+    let tail = text.get(start..).unwrap_or("");
+    tail.find(|c| !is_word(c)).map_or(tail, |end| tail.get(..end).unwrap_or(""))
+}
+
+impl Preprocessor<'_> {
+    fn file(&mut self, file: FileId) {
+        self.frames.push(Frame { file, pos: 0, conditionals: 0 });
+        while let Some(frame) = self.frames.last() {
+            let (file, pos) = (frame.file, frame.pos);
+            // The text is taken out of the map's reach by value, a line at a time.
+            let text = self.map.text(file);
+            if pos >= text.len() {
+                self.leave();
+                continue;
+            }
+            let tail = text.get(pos..).unwrap_or("");
+            let length = tail.find(['\n', '\r']).unwrap_or(tail.len());
+            let line = tail.get(..length).unwrap_or("").to_owned();
+            let next = pos + length + usize::from(length < tail.len());
+            if let Some(frame) = self.frames.last_mut() {
+                frame.pos = next;
+            }
+            self.line(file, pos, &line);
+        }
+    }
+
+    fn leave(&mut self) {
+        let Some(frame) = self.frames.pop() else { return };
+        self.in_block = false;
+        for open in self.conditionals.drain(frame.conditionals.min(self.conditionals.len())..) {
+            self.diagnostics.push(
+                Diagnostic::error("PMAC-9", open.at, "this conditional has no #endif")
+                    .help("end it with #endif in the same file"),
+            );
+        }
+    }
+
+    fn active(&self) -> bool {
+        self.conditionals.last().is_none_or(|c| c.active)
+    }
+
+    fn line(&mut self, file: FileId, start: usize, line: &str) {
+        let lead = line.len() - line.trim_start().len();
+        if !self.in_block
+            && let Some(rest) = line.get(lead..).and_then(|l| l.strip_prefix('#'))
+        {
+            let blank = rest.len() - rest.trim_start().len();
+            let word = word_at(rest, blank);
+            let after = start + lead + 1 + blank + word.len();
+            let tail = rest.get(blank + word.len()..).unwrap_or("");
+            let at = Span::new(file, start + lead, start + line.trim_end().len());
+            if self.directive(&word.to_ascii_lowercase(), at, after, tail) {
+                self.flat.text.push('\n');
+                return;
+            }
+        }
+        if self.active() {
+            self.text_line(file, start, line);
+        }
+        self.flat.text.push('\n');
+    }
+
+    /// Does what a directive says; false where the word is none.
+    fn directive(&mut self, word: &str, at: Span, after: usize, tail: &str) -> bool {
+        match word {
+            "define" | "undef" | "ifdef" | "ifndef" | "else" | "endif" | "include" => {}
+            _ => return false,
+        }
+        let trimmed = tail.trim_start();
+        let name_start = after + (tail.len() - trimmed.len());
+        let name = word_at(trimmed, 0);
+        match word {
+            "ifdef" | "ifndef" => {
+                let outer = self.active();
+                let active = outer && self.is_defined(name) == (word == "ifdef");
+                if self.conditionals.len() >= MAX_NESTING {
+                    self.error(at, "PMAC-9", "conditionals nest too deep: 256 levels at most");
+                } else {
+                    self.conditionals.push(Conditional { at, active, outer, seen_else: false });
+                }
+            }
+            "else" | "endif" => {
+                let floor = self.frames.last().map_or(0, |f| f.conditionals);
+                let open = self.conditionals.len() > floor;
+                match self.conditionals.last_mut().filter(|_| open) {
+                    Some(_) if word == "endif" => {
+                        self.conditionals.pop();
+                    }
+                    Some(open) if !open.seen_else => {
+                        open.seen_else = true;
+                        open.active = open.outer && !open.active;
+                    }
+                    _ => self.error(at, "PMAC-9", format!("#{word} without its #ifdef or #ifndef")),
+                }
+            }
+            _ if !self.active() => {}
+            "include" => self.include(at, trimmed),
+            "undef" => {
+                self.macros.remove(name);
+            }
+            _ if name.is_empty() => self.error(at, "PMAC-3", "#define needs a name"),
+            _ => {
+                let rest = trimmed.get(name.len()..).unwrap_or("");
+                let body = strip_comment(rest).trim();
+                let body_start = name_start + name.len() + (rest.len() - rest.trim_start().len());
+                let defined = if body.is_empty() {
+                    at
+                } else {
+                    Span::new(at.file, body_start, body_start + body.len())
+                };
+                let entry = Macro { body: body.into(), defined, busy: false };
+                self.macros.insert(name.to_owned(), entry);
+            }
+        }
+        true
+    }
+
+    /// Whether the text, or `--define`, defines a name.
+    fn is_defined(&self, name: &str) -> bool {
+        self.macros.contains_key(name) || self.options.defines.iter().any(|(n, _)| n == name)
+    }
+
+    fn error(&mut self, at: Span, code: &'static str, message: impl Into<String>) {
+        self.diagnostics.push(Diagnostic::error(code, at, message));
+    }
+
+    fn include(&mut self, at: Span, written: &str) {
+        let close = match written.chars().next() {
+            Some('"') => '"',
+            Some('<') => '>',
+            _ => {
+                let message = "#include needs a file name in quotes or angle brackets";
+                return self.error(at, "PMAC-3", message);
+            }
+        };
+        let tail = written.get(1..).unwrap_or("");
+        let name = tail.find(close).map_or(tail, |end| tail.get(..end).unwrap_or("")).trim();
+        if self.frames.len() >= MAX_NESTING {
+            return self.error(at, "PMAC-X2", "includes nest too deep: 256 levels at most");
+        }
+        let includer = Path::new(self.map.path(at.file)).to_owned();
+        match find_include(self.loader, &includer, name, &self.options.include_dirs) {
+            Some(found) => {
+                let path = found.path.to_string_lossy().into_owned();
+                if self.frames.iter().any(|f| Path::new(self.map.path(f.file)) == found.path) {
+                    return self.error(at, "PMAC-X2", format!("`{name}` includes itself"));
+                }
+                if !self.spend(found.bytes.len(), at) {
+                    return;
+                }
+                let file = self.map.add_included(path, &found.bytes, at);
+                self.frames.push(Frame { file, pos: 0, conditionals: self.conditionals.len() });
+            }
+            None => self.diagnostics.push(
+                Diagnostic::error("PMAC-X2", at, format!("the file `{name}` is not found")).help(
+                    "it is looked for beside this file, by its trailing parts, and in -I folders",
+                ),
+            ),
+        }
+    }
+
+    /// Takes `bytes` from the budget; false, with one error, when it is used up.
+    fn spend(&mut self, bytes: usize, at: Span) -> bool {
+        if self.budget == 0 {
+            return false;
+        }
+        self.budget = self.budget.saturating_sub(bytes.max(1));
+        if self.budget == 0 {
+            self.diagnostics.push(
+                Diagnostic::error("PMAC-6", at, "the text grows beyond all bounds here")
+                    .note("replacements and includes may produce 16 MiB")
+                    .help("look for definitions that name each other many times over"),
+            );
+            return false;
+        }
+        true
+    }
+
+    /// Copies a line without its comment, names replaced.
+    fn text_line(&mut self, file: FileId, start: usize, line: &str) {
+        let mut pos = 0;
+        let mut from = 0;
+        let mut quoted = false;
+        let bytes = line.as_bytes();
+        while let Some(&b) = bytes.get(pos) {
+            if self.in_block {
+                match line.get(pos..).and_then(|tail| tail.find("*/")) {
+                    Some(end) => {
+                        pos += end + 2;
+                        from = pos;
+                        self.in_block = false;
+                        self.flat.text.push(' ');
+                        continue;
+                    }
+                    None => return,
+                }
+            }
+            let c = match b {
+                0..0x80 => b as char,
+                _ => line.get(pos..).and_then(|t| t.chars().next()).unwrap_or(' '),
+            };
+            if c == '"' {
+                quoted = !quoted;
+                pos += 1;
+            } else if quoted {
+                pos += c.len_utf8();
+            } else if c == ';' || (c == '/' && bytes.get(pos + 1) == Some(&b'/')) {
+                break;
+            } else if c == '/' && bytes.get(pos + 1) == Some(&b'*') {
+                self.copy(file, start, line, from..pos);
+                if self.block_ends(file, start + pos + 2) {
+                    self.in_block = true;
+                    pos += 2;
+                    from = pos;
+                } else {
+                    return;
+                }
+            } else if c == '$' && bytes.get(pos + 1) == Some(&b'(') {
+                let name = word_at(line, pos + 2);
+                let end = pos + 2 + name.len();
+                if name.is_empty() || bytes.get(end) != Some(&b')') {
+                    pos += 1;
+                    continue;
+                }
+                self.copy(file, start, line, from..pos);
+                self.template(Span::new(file, start + pos, start + end + 1), name);
+                pos = end + 1;
+                from = pos;
+            } else if is_word(c) {
+                let word = word_at(line, pos);
+                if self.macros.contains_key(word) {
+                    self.copy(file, start, line, from..pos);
+                    self.expand(word, Span::new(file, start + pos, start + pos + word.len()));
+                    from = pos + word.len();
+                }
+                pos += word.len();
+            } else {
+                pos += c.len_utf8();
+            }
+        }
+        self.copy(file, start, line, from..pos.min(line.len()));
+    }
+
+    /// Whether `*/` comes behind an offset. Where it once did not, it never does further on.
+    fn block_ends(&mut self, file: FileId, from: usize) -> bool {
+        if self.no_block_end == Some(file) {
+            return false;
+        }
+        let found = self.map.text(file).get(from..).is_some_and(|tail| tail.contains("*/"));
+        if !found {
+            self.no_block_end = Some(file);
+        }
+        found
+    }
+
+    fn copy(&mut self, file: FileId, start: usize, line: &str, range: std::ops::Range<usize>) {
+        let Some(piece) = line.get(range.clone()) else { return };
+        if !piece.is_empty() {
+            let span = Span::new(file, start + range.start, start + range.end);
+            self.flat.origins.direct(self.flat.text.len(), span);
+            self.flat.text.push_str(piece);
+        }
+    }
+
+    fn template(&mut self, used: Span, name: &str) {
+        let value = self.options.defines.iter().rev().find(|(n, _)| n == name);
+        let start = self.flat.text.len();
+        match value.map(|(_, value)| value.clone()) {
+            Some(value) => self.replace(&value.into(), used, used, None),
+            None => {
+                self.diagnostics.push(
+                    Diagnostic::error("PMAC-X3", used, format!("nothing says what $({name}) is"))
+                        .help(format!("give its value: --define {name}=VALUE")),
+                );
+                self.flat.origins.expanded(start, used, used);
+                self.flat.text.push('0');
+                self.flat.poisoned.push(At::new(start, start + 1));
+            }
+        }
+    }
+
+    fn expand(&mut self, name: &str, used: Span) {
+        let Some(entry) = self.macros.get(name) else { return };
+        let (body, defined) = (entry.body.clone(), entry.defined);
+        self.replace(&body, used, defined, Some(name.to_owned()));
+    }
+
+    /// Writes a replacement, searched again for other names, without recursion.
+    fn replace(
+        &mut self,
+        body: &std::rc::Rc<str>,
+        used: Span,
+        defined: Span,
+        name: Option<String>,
+    ) {
+        struct Level {
+            body: std::rc::Rc<str>,
+            pos: usize,
+            quoted: bool,
+            defined: Span,
+            name: Option<String>,
+        }
+        let mut levels = Vec::new();
+        let mut next = Some((body.clone(), defined, name));
+        loop {
+            if let Some((body, defined, name)) = next.take() {
+                if let Some(entry) = name.as_ref().and_then(|n| self.macros.get_mut(n)) {
+                    entry.busy = true;
+                }
+                self.flat.origins.expanded(self.flat.text.len(), used, defined);
+                levels.push(Level { body, pos: 0, quoted: false, defined, name });
+            }
+            let Some(level) = levels.last_mut() else { return };
+            let Some(c) = level.body.get(level.pos..).and_then(|t| t.chars().next()) else {
+                if let Some(name) = &level.name
+                    && let Some(entry) = self.macros.get_mut(name)
+                {
+                    entry.busy = false;
+                }
+                levels.pop();
+                if let Some(outer) = levels.last() {
+                    let outer = outer.defined;
+                    self.flat.origins.expanded(self.flat.text.len(), used, outer);
+                }
+                continue;
+            };
+            let body = level.body.clone();
+            let length = if is_word(c) { word_at(&body, level.pos).len() } else { c.len_utf8() };
+            let piece = body.get(level.pos..level.pos + length).unwrap_or("");
+            level.quoted ^= c == '"';
+            let quoted = level.quoted;
+            level.pos += length;
+            let template = match (c, quoted) {
+                ('$', false) => template_name(&body, level.pos),
+                _ => None,
+            };
+            if let Some(name) = template {
+                level.pos += name.len() + 2;
+            }
+            if !self.spend(length, used) {
+                for level in levels {
+                    if let Some(entry) = level.name.and_then(|n| self.macros.get_mut(&n)) {
+                        entry.busy = false;
+                    }
+                }
+                return;
+            }
+            if let Some(name) = template {
+                let value = self.options.defines.iter().rev().find(|(n, _)| n == name);
+                match value.map(|(_, v)| v.clone()) {
+                    Some(value) => self.flat.text.push_str(&value),
+                    None => self.template(used, name),
+                }
+            } else if is_word(c)
+                && !quoted
+                && let Some(entry) = self.macros.get(piece)
+                && !entry.busy
+            {
+                if levels.len() >= MAX_NESTING {
+                    self.error(used, "PMAC-6", "definitions nest too deep: 256 levels at most");
+                } else {
+                    let (body, defined) = (entry.body.clone(), entry.defined);
+                    next = Some((body, defined, Some(piece.to_owned())));
+                }
+            } else {
+                self.flat.text.push_str(piece);
+            }
+        }
+    }
+}
+
+/// The name of a template whose `$` stands before `pos`.
+fn template_name(body: &str, pos: usize) -> Option<&str> {
+    let name = body.get(pos..)?.strip_prefix('(').map(|tail| word_at(tail, 0))?;
+    let closed = body.get(pos + 1 + name.len()..)?.starts_with(')');
+    (closed && !name.is_empty()).then_some(name)
+}
+
+/// A definition's text up to a comment outside quotes.
+fn strip_comment(text: &str) -> &str {
+    let mut quoted = false;
+    let bytes = text.as_bytes();
+    for (i, &b) in bytes.iter().enumerate() {
+        let next = bytes.get(i + 1);
+        match b {
+            b'"' => quoted = !quoted,
+            b';' if !quoted => return text.get(..i).unwrap_or(text),
+            b'/' if !quoted && matches!(next, Some(b'/' | b'*')) => {
+                return text.get(..i).unwrap_or(text);
+            }
+            _ => {}
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::MemoryLoader;
+
+    fn run(text: &str, options: &Options) -> (String, Vec<&'static str>) {
+        let mut map = SourceMap::new();
+        let file = map.add("m.pmc", text.as_bytes());
+        let loader = MemoryLoader::new().with("inc/a.pmc", "P9=FOO\n");
+        let (flat, diagnostics) = preprocess(&mut map, &[file], &loader, options);
+        (flat.text, diagnostics.iter().map(|d| d.code).collect())
+    }
+
+    fn plain(text: &str) -> String {
+        let (out, codes) = run(text, &Options::default());
+        assert!(codes.is_empty(), "{codes:?}");
+        out.split_whitespace().collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn whole_words_are_replaced_again_and_again() {
+        assert_eq!(plain("#define A B+1\n#define B P5 ; c\nA AA a $B\n"), "P5+1 AA a $P5");
+        assert_eq!(plain("#DEFINE 60_SEC 60*I10\nP1=60_SEC"), "P1=60*I10");
+    }
+
+    #[test]
+    fn a_name_is_not_replaced_in_its_own_replacement() {
+        assert_eq!(plain("#define A B A\n#define B A C\nA"), "A C A");
+    }
+
+    #[test]
+    fn quotes_and_comments_stay_apart() {
+        assert_eq!(plain("#define A 1\nCMD\"A;//A\" A // A\n"), "CMD\"A;//A\" 1");
+        assert_eq!(plain("#define S SEND\"A;\" ; c\n#define A 1\nS A"), "SEND\"A;\" 1");
+        assert_eq!(plain("P1 /* x\ny */ P2 /* open\nP3"), "P1 P2 P3");
+    }
+
+    #[test]
+    fn conditionals_choose() {
+        let text = "#define A\n#ifdef A\n1\n#ifndef A\n2\n#else\n3\n#endif\n#Else\n4\n#EndIf\n5";
+        assert_eq!(plain(text), "1 3 5");
+        assert_eq!(run("#endif\n", &Options::default()).1, ["PMAC-9"]);
+        assert_eq!(run("#ifdef X\n", &Options::default()).1, ["PMAC-9"]);
+    }
+
+    #[test]
+    fn includes_are_found_and_see_the_definitions() {
+        assert_eq!(plain("#define FOO 3\n#include \"c:\\x\\INC\\A.PMC\"\nP1"), "P9=3 P1");
+        assert_eq!(run("#include <none.pmc>\n", &Options::default()).1, ["PMAC-X2"]);
+    }
+
+    #[test]
+    fn templates_need_a_value() {
+        let mut options = Options::default();
+        assert_eq!(run("#$(M)J+", &options), ("#0J+\n".into(), vec!["PMAC-X3"]));
+        options.defines.push(("M".into(), "7".into()));
+        assert_eq!(run("#$(M)J+", &options), ("#7J+\n".into(), vec![]));
+    }
+
+    #[test]
+    fn bombs_end_in_one_error() {
+        let mut text = String::from("#define A0 xx\n");
+        for i in 1..60 {
+            text.push_str(&format!("#define A{i} A{} A{}\n", i - 1, i - 1));
+        }
+        text.push_str("A59\nA59\n");
+        assert_eq!(run(&text, &Options::default()).1, ["PMAC-6"]);
+    }
+
+    #[test]
+    fn places_know_use_and_definition() {
+        let mut map = SourceMap::new();
+        let file = map.add("m", b"#define A P1=\nP2=3 A4\nA");
+        let (flat, _) = preprocess(&mut map, &[file], &MemoryLoader::new(), &Options::default());
+        let start = flat.text.rfind("P1=").unwrap();
+        let (used, defined) = flat.origins.place(At::new(start, start + 3));
+        assert_eq!((used.start, used.end), (22, 23));
+        assert_eq!(defined.map(|d| (d.start, d.end)), Some((10, 13)));
+        let start = flat.text.find("A4").unwrap();
+        assert_eq!(flat.origins.place(At::new(start, start + 2)).0.start, 19);
+    }
+}
