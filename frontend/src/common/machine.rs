@@ -9,13 +9,18 @@
 
 use std::fmt;
 
+use plcc_abi::nct::NctSettings;
 use serde::Deserialize;
 
+use super::machine_nct::NctFile;
+
 /// What the machine file says.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Machine {
     /// PMI's executive variables, in the order of their names.
     pub variables: Vec<MachineVariable>,
+    /// An NCT control's settings.
+    pub nct: NctSettings,
 }
 
 /// An executive variable that the machine file adds or changes.
@@ -75,10 +80,11 @@ impl fmt::Display for MachineError {
 impl std::error::Error for MachineError {}
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
 struct File {
     #[serde(default)]
     variables: std::collections::BTreeMap<String, Entry>,
+    #[serde(flatten)]
+    nct: NctFile,
 }
 
 #[derive(Deserialize)]
@@ -95,13 +101,23 @@ struct Entry {
 const MAX_SIZE: u32 = 65_535;
 
 impl Machine {
+    fn refusal(error: &toml::de::Error) -> MachineError {
+        MachineError(error.to_string())
+    }
+
     /// Reads a machine file's text.
     ///
     /// # Errors
     /// Text that is not TOML, a key that nothing knows, a type, class or size that does not exist;
     /// the message names the place.
     pub fn parse(text: &str) -> Result<Self, MachineError> {
-        let file: File = toml::from_str(text).map_err(|e| MachineError(e.to_string()))?;
+        let table: toml::Table = text.parse().map_err(|e| Self::refusal(&e))?;
+        let known = |key: &&String| *key == "variables" || NctFile::KEYS.contains(&key.as_str());
+        if let Some(key) = table.keys().find(|key| !known(key)) {
+            return Err(MachineError(format!("`{key}` is nothing that a machine has")));
+        }
+        let file: File = toml::from_str(text).map_err(|e| Self::refusal(&e))?;
+        let nct = file.nct.settings().map_err(MachineError)?;
         let mut variables = Vec::with_capacity(file.variables.len());
         for (written, entry) in file.variables {
             let upper = written.to_ascii_uppercase();
@@ -122,7 +138,7 @@ impl Machine {
         if let Some([a, _]) = variables.array_windows().find(|[a, b]| a.name == b.name) {
             return Err(MachineError(format!("{} stands twice", a.name)));
         }
-        Ok(Self { variables })
+        Ok(Self { variables, nct })
     }
 }
 

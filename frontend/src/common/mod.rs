@@ -4,6 +4,7 @@ mod include;
 mod loader;
 mod lowered;
 mod machine;
+mod machine_nct;
 mod natural;
 mod options;
 mod suggest;
