@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-use plcc_diag::{FileId, Span};
+use plcc_diag::Span;
 
 /// Where bits and bytes are addressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Space {
+pub(super) enum Space {
     /// Inputs as latched for the module (NCT 2.1.1, 2.2.1).
     I,
     /// Changes of inputs (NCT 4.3 `V`).
@@ -23,7 +23,7 @@ pub enum Space {
 
 impl Space {
     /// The letter in the source.
-    pub fn letter(self) -> char {
+    pub(super) fn letter(self) -> char {
         match self {
             Self::I => 'I',
             Self::V => 'V',
@@ -35,7 +35,7 @@ impl Space {
     }
 
     /// How many bytes it has.
-    pub fn bytes(self) -> u16 {
+    pub(super) fn bytes(self) -> u16 {
         match self {
             Self::I | Self::V | Self::Y => 100,
             Self::P | Self::O => 40,
@@ -46,18 +46,18 @@ impl Space {
 
 /// A bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Bit {
+pub(super) struct Bit {
     /// Where.
-    pub space: Space,
+    pub(super) space: Space,
     /// The byte.
-    pub byte: u16,
+    pub(super) byte: u16,
     /// 0 to 7.
-    pub bit: u8,
+    pub(super) bit: u8,
 }
 
 /// A 16-bit variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Word {
+pub(super) enum Word {
     /// Two neighbouring bytes, the low one first.
     Bytes {
         /// Where.
@@ -83,7 +83,7 @@ pub enum Word {
 
 /// What a load or store names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Place {
+pub(super) enum Place {
     /// A bit.
     Bit(Bit),
     /// A word.
@@ -125,7 +125,7 @@ impl fmt::Display for Place {
 
 /// A two-operand operation on OP (NCT 4.8, 4.9).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Arith {
+pub(super) enum Arith {
     /// `+`
     Add,
     /// `-`
@@ -144,7 +144,7 @@ pub enum Arith {
 
 /// How OP is compared, unsigned (NCT 4.10).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Relation {
+pub(super) enum Relation {
     /// `<`
     Lt,
     /// `>`
@@ -159,7 +159,7 @@ pub enum Relation {
 
 /// What an operation takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Operand {
+pub(super) enum Operand {
     /// A number of the text.
     Const(u16),
     /// A variable or its complement.
@@ -173,7 +173,7 @@ pub enum Operand {
 
 /// One test of a condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Test {
+pub(super) enum Test {
     /// Of a bit.
     Bit {
         /// With `N`.
@@ -199,7 +199,7 @@ pub enum Test {
 
 /// A condition is a row of these, in postfix order: a gate takes the two results before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cond {
+pub(super) enum Cond {
     /// A result.
     Test(Test),
     /// `And`, `Or` or `Xor` of the last two.
@@ -208,7 +208,7 @@ pub enum Cond {
 
 /// A statement with a register area in F (NCT 4.14 to 4.16).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum AreaOp {
+pub(super) enum AreaOp {
     /// Search in a table.
     Hf,
     /// Search for a free pot.
@@ -231,7 +231,7 @@ pub enum AreaOp {
 
 impl AreaOp {
     /// The statement's name.
-    pub fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Hf => "HF",
             Self::Pf => "PF",
@@ -246,7 +246,7 @@ impl AreaOp {
     }
 
     /// Bytes of its register area.
-    pub fn area(self) -> u16 {
+    pub(super) fn area(self) -> u16 {
         match self {
             Self::Hf => 10,
             Self::Pf | Self::Cmp => 6,
@@ -257,7 +257,7 @@ impl AreaOp {
 
 /// What a statement does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Op {
+pub(super) enum Op {
     /// `U`: the bit becomes 1.
     Set(Bit),
     /// `D`: the bit becomes 0.
@@ -363,7 +363,7 @@ pub enum Op {
 
 /// Whether a statement that could not be read began a condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Opens {
+pub(super) enum Opens {
     /// It did.
     Yes,
     /// It did not.
@@ -374,45 +374,43 @@ pub enum Opens {
 
 /// A statement.
 #[derive(Clone, Copy, Debug)]
-pub struct Stmt {
+pub(super) struct Stmt {
     /// What it does.
-    pub op: Op,
+    pub(super) op: Op,
     /// Its text.
-    pub span: Span,
+    pub(super) span: Span,
 }
 
 /// The texts of the modules :197 to :200 (NCT 3.4 to 3.7).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Texts {
+pub(super) struct Texts {
     /// Captions of the softkeys.
-    pub softkeys: Vec<String>,
+    pub(super) softkeys: Vec<String>,
     /// Messages with an index.
-    pub indexed: Vec<String>,
+    pub(super) indexed: Vec<String>,
     /// Error messages.
-    pub messages: Vec<String>,
+    pub(super) messages: Vec<String>,
     /// About the program.
-    pub info: String,
+    pub(super) info: String,
 }
 
 /// A checked program.
 #[derive(Clone, Debug)]
-pub struct Program {
-    /// Its source.
-    pub file: FileId,
+pub(super) struct Program {
     /// The source's name and text, for comments and line tables.
-    pub name: String,
+    pub(super) name: String,
     /// The decoded text.
-    pub text: String,
+    pub(super) text: String,
     /// The line of each statement, from 1.
-    pub lines: Vec<u32>,
+    pub(super) lines: Vec<u32>,
     /// Statements in the order of the text.
-    pub stmts: Vec<Stmt>,
+    pub(super) stmts: Vec<Stmt>,
     /// Parts of conditions.
-    pub conds: Vec<Cond>,
+    pub(super) conds: Vec<Cond>,
     /// Where each label stands: the index of its statement.
-    pub labels: Vec<Option<u32>>,
+    pub(super) labels: Vec<Option<u32>>,
     /// The texts.
-    pub texts: Texts,
+    pub(super) texts: Texts,
     /// Slots that brackets need.
-    pub slots: u16,
+    pub(super) slots: u16,
 }

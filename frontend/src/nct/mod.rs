@@ -5,17 +5,32 @@ mod ast;
 mod cursor;
 mod fail;
 mod group;
+mod interp;
+mod layout;
+mod live;
+mod lower;
 mod number;
 mod operand;
 mod parse;
 mod structure;
+mod tables;
 mod text;
 
-pub use ast::Program;
+use std::sync::Arc;
 
+use plcc_abi::Engine;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{FileLoader, Options};
+use crate::common::{FileLoader, Lowered, Options};
+
+pub use interp::Interpreter;
+
+/// A program without errors.
+#[derive(Clone, Debug)]
+pub struct Program {
+    checked: Arc<ast::Program>,
+    layout: Arc<layout::Layout>,
+}
 
 /// Reads and checks a program. There is one unless a diagnostic is an error.
 pub fn check(
@@ -34,7 +49,39 @@ pub fn check(
     let parse::Parsed { stmts, conds, texts, slots } = parsed;
     let lines = stmts.iter().map(|s| sources.line_col(file, s.span.start).0).collect();
     let name = sources.path(file).to_owned();
-    let program =
-        Program { file, name, text: text.to_owned(), lines, stmts, conds, labels, texts, slots };
-    (Some(program), found)
+    let text = text.to_owned();
+    let checked = ast::Program { name, text, lines, stmts, conds, labels, texts, slots };
+    let layout = layout::Layout::new(&checked);
+    (Some(Program { checked: Arc::new(checked), layout: Arc::new(layout) }), found)
+}
+
+impl Program {
+    /// The program as IR, with the executive's tables.
+    pub fn lower(&self) -> Lowered {
+        let module = lower::lower(&self.checked, &self.layout);
+        self.with_tables(module)
+    }
+
+    /// The same, cut into functions of another length, for tests.
+    pub fn lower_with_limit(&self, limit: usize) -> Lowered {
+        let module = lower::lower_with(&self.checked, &self.layout, limit);
+        self.with_tables(module)
+    }
+
+    fn with_tables(&self, module: plcc_ir::Module) -> Lowered {
+        let settings = plcc_abi::nct::NctSettings::default();
+        let tasks = module.tasks.clone();
+        let program = tables::program(&self.checked, &self.layout, settings, tasks);
+        Lowered { program, module }
+    }
+
+    /// The statement interpreter, as an engine like the others.
+    pub fn interpreter(&self) -> Box<dyn Engine> {
+        Box::new(self.counting_interpreter())
+    }
+
+    /// The statement interpreter, which counts how often each statement runs.
+    pub fn counting_interpreter(&self) -> Interpreter {
+        Interpreter::new(Arc::clone(&self.checked), Arc::clone(&self.layout))
+    }
 }

@@ -1,0 +1,278 @@
+//! Where a program's state lies in the process image.
+//!
+//! A byte of flags that the program uses by bits alone is kept as eight bytes of 0 or 1, so that a
+//! bit is one plain access; a byte that any word, division, search or indirect access can reach
+//! stays a byte.
+
+use plcc_abi::{
+    Region,
+    nct::{
+        FLAG_BYTES, H_COUNT, IMAGE_BYTES, LINE_BYTES, M_COUNT, NctHome, Q_COUNT, RH_COUNT,
+        RP_COUNT, T_COUNT, context,
+    },
+};
+
+use super::ast::{Arith, Cond, Op, Operand, Place, Program, Space, Test, Word};
+
+/// Bits of a condition that wait for their gate, at most.
+pub(super) const WAITING: u32 = 264;
+
+/// The layout of one program.
+#[derive(Clone, Debug)]
+pub(super) struct Layout {
+    /// All of the image's parts.
+    pub(super) regions: Vec<Region>,
+    /// Its length.
+    pub(super) size: u32,
+    pub(super) inputs: Vec<NctHome>,
+    pub(super) previous: Vec<NctHome>,
+    pub(super) outputs: Vec<NctHome>,
+    pub(super) flags: Vec<NctHome>,
+    pub(super) context: u32,
+    pub(super) lines_in: u32,
+    pub(super) lines_out: u32,
+    pub(super) rh: u32,
+    pub(super) q: u32,
+    pub(super) t: u32,
+    pub(super) h: u32,
+    pub(super) m: u32,
+    pub(super) rp: u32,
+    /// Kept values of OP in brackets.
+    pub(super) scratch: u32,
+}
+
+/// How the bytes of a kind of flags are used.
+struct Use {
+    bits: Vec<bool>,
+    bytes: Vec<bool>,
+}
+
+impl Use {
+    fn new(count: usize) -> Self {
+        Self { bits: vec![false; count], bytes: vec![false; count] }
+    }
+
+    fn bit(&mut self, byte: u16) {
+        if let Some(slot) = self.bits.get_mut(byte as usize) {
+            *slot = true;
+        }
+    }
+
+    fn word(&mut self, byte: u16) {
+        for byte in [byte as usize, byte as usize + 1] {
+            if let Some(slot) = self.bytes.get_mut(byte) {
+                *slot = true;
+            }
+        }
+    }
+
+    fn all(&mut self) {
+        self.bytes.fill(true);
+    }
+
+    /// The bytes that are kept as eight.
+    fn unpacked(&self) -> Vec<bool> {
+        self.bits.iter().zip(&self.bytes).map(|(bit, byte)| *bit && !*byte).collect()
+    }
+}
+
+struct Uses {
+    inputs: Use,
+    outputs: Use,
+    flags: Use,
+}
+
+impl Uses {
+    fn of(program: &Program) -> Self {
+        let mut uses = Self {
+            inputs: Use::new(IMAGE_BYTES),
+            outputs: Use::new(IMAGE_BYTES),
+            flags: Use::new(FLAG_BYTES),
+        };
+        // Statements set these whether the program names them or not.
+        [4, 5, 8].into_iter().for_each(|byte| uses.flags.bit(byte));
+        for stmt in &program.stmts {
+            uses.stmt(&stmt.op);
+        }
+        for cond in &program.conds {
+            match cond {
+                Cond::Test(Test::Bit { bit, .. }) => uses.place(Place::Bit(*bit)),
+                Cond::Test(Test::Relation { operand, .. }) => uses.operand(*operand),
+                Cond::Test(Test::Word { .. }) | Cond::Gate(_) => {}
+            }
+        }
+        uses
+    }
+
+    fn stmt(&mut self, op: &Op) {
+        match *op {
+            Op::Set(bit) | Op::Clear(bit) => self.place(Place::Bit(bit)),
+            Op::Load(operand) => self.operand(operand),
+            Op::Store { place, .. } | Op::Update { place, .. } => self.place(place),
+            Op::Arith { op, operand } => {
+                self.high_word(op);
+                self.operand(operand);
+            }
+            Op::Apply { op, .. } => self.high_word(op),
+            Op::Area { .. } => self.flags.all(),
+            Op::GotoIndirect(byte) | Op::CallIndirect(byte) => self.flags.word(byte),
+            Op::Bin => self.flags.bit(8),
+            Op::Count { .. }
+            | Op::Shift { .. }
+            | Op::Bcd
+            | Op::Push(_)
+            | Op::If { .. }
+            | Op::Else { .. }
+            | Op::EndIf
+            | Op::Label(_)
+            | Op::Goto(_)
+            | Op::Call(_)
+            | Op::Return
+            | Op::End(_)
+            | Op::Text
+            | Op::Bad { .. } => {}
+        }
+    }
+
+    fn high_word(&mut self, op: Arith) {
+        if matches!(op, Arith::Mul | Arith::Div) {
+            self.flags.word(0);
+        }
+    }
+
+    fn operand(&mut self, operand: Operand) {
+        if let Operand::Load { place, .. } = operand {
+            self.place(place);
+        }
+    }
+
+    fn place(&mut self, place: Place) {
+        match place {
+            Place::Bit(bit) => {
+                if let Some(used) = self.of_space(bit.space) {
+                    used.bit(bit.byte);
+                }
+            }
+            Place::Word(Word::Bytes { space, byte }) => {
+                if let Some(used) = self.of_space(space) {
+                    used.word(byte);
+                }
+            }
+            Place::Word(Word::Indirect(_)) => self.flags.all(),
+            Place::Word(_) => {}
+        }
+    }
+
+    fn of_space(&mut self, space: Space) -> Option<&mut Use> {
+        match space {
+            Space::I | Space::V => Some(&mut self.inputs),
+            Space::Y => Some(&mut self.outputs),
+            Space::F => Some(&mut self.flags),
+            Space::P | Space::O => None,
+        }
+    }
+}
+
+/// Puts regions one behind the other.
+#[derive(Default)]
+struct Regions {
+    all: Vec<Region>,
+    end: u32,
+}
+
+impl Regions {
+    fn add(&mut self, name: &str, size: u32, bits: bool) -> u32 {
+        let offset = self.end.next_multiple_of(8);
+        // An empty region would be none.
+        let size = size.max(1);
+        self.end = offset + size;
+        self.all.push(Region { name: name.into(), offset, size, bits });
+        offset
+    }
+
+    /// The regions of a kind of flags and where each byte lies. The bytes have one more behind
+    /// them, always 0, so that the word of the last one can be read as a whole.
+    fn homes(&mut self, name: &str, unpacked: &[bool]) -> Vec<NctHome> {
+        let bytes = self.add(&format!("{name}_bytes"), unpacked.len() as u32 + 1, false);
+        let count = unpacked.iter().filter(|u| **u).count() as u32;
+        let mut next = self.add(&format!("{name}_bits"), count * 8, true);
+        let mut home = |(byte, &unpacked): (usize, &bool)| {
+            if !unpacked {
+                return NctHome { offset: bytes + byte as u32, unpacked };
+            }
+            next += 8;
+            NctHome { offset: next - 8, unpacked }
+        };
+        unpacked.iter().enumerate().map(&mut home).collect()
+    }
+}
+
+impl Layout {
+    /// Lays out a program.
+    pub(super) fn new(program: &Program) -> Self {
+        let uses = Uses::of(program);
+        let mut regions = Regions::default();
+        let words = |count: u16| u32::from(count) * 2;
+        let context = regions.add("context", context::SIZE, false);
+        let inputs = regions.homes("input", &uses.inputs.unpacked());
+        let previous = regions.homes("previous", &uses.inputs.unpacked());
+        let outputs = regions.homes("output", &uses.outputs.unpacked());
+        let flags = regions.homes("flag", &uses.flags.unpacked());
+        let lines_in = regions.add("lines_in", LINE_BYTES as u32 + 1, false);
+        let lines_out = regions.add("lines_out", LINE_BYTES as u32 + 1, false);
+        let rh = regions.add("rh", words(RH_COUNT), false);
+        let q = regions.add("q", words(Q_COUNT), false);
+        let t = regions.add("t", words(T_COUNT), false);
+        let h = regions.add("h", words(H_COUNT), false);
+        let m = regions.add("m", words(M_COUNT), false);
+        let rp = regions.add("rp", words(RP_COUNT), false);
+        let scratch = regions.add("scratch", u32::from(program.slots) * 2 + 4, false);
+        regions.add("waiting", WAITING, true);
+        let size = regions.end.next_multiple_of(8);
+        Self {
+            regions: regions.all,
+            size,
+            inputs,
+            previous,
+            outputs,
+            flags,
+            context,
+            lines_in,
+            lines_out,
+            rh,
+            q,
+            t,
+            h,
+            m,
+            rp,
+            scratch,
+        }
+    }
+
+    /// Where a byte of a kind of flags lies; V's are those of the inputs.
+    pub(super) fn home(&self, space: Space, byte: u16) -> Option<NctHome> {
+        let byte = byte as usize;
+        match space {
+            Space::I | Space::V => self.inputs.get(byte).copied(),
+            Space::Y => self.outputs.get(byte).copied(),
+            Space::F => self.flags.get(byte).copied(),
+            Space::P | Space::O if byte >= LINE_BYTES => None,
+            Space::P => Some(NctHome { offset: self.lines_in + byte as u32, unpacked: false }),
+            Space::O => Some(NctHome { offset: self.lines_out + byte as u32, unpacked: false }),
+        }
+    }
+
+    /// Where a register, counter, timer or constant lies.
+    pub(super) fn register(&self, word: Word) -> Option<u32> {
+        let (base, n) = match word {
+            Word::Rh(n) => (self.rh, n),
+            Word::Q(n) => (self.q, n),
+            Word::T(n) => (self.t, n),
+            Word::H(n) => (self.h, n),
+            Word::M(n) => (self.m, n),
+            Word::Rp(n) => (self.rp, n),
+            Word::Bytes { .. } | Word::Indirect(_) => return None,
+        };
+        Some(base + u32::from(n) * 2)
+    }
+}

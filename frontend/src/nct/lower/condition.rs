@@ -1,0 +1,172 @@
+//! Conditions (NCT 4.2 to 4.4, 4.10): expressions without branches, and statements that depend on
+//! them without branches where that is cheap.
+
+use plcc_ir::{Address, BinaryOp, IntCond, Type, Value};
+
+use super::Lowerer;
+use crate::nct::ast::{Arith, Bit, Cond, Op, Relation, Space, Test};
+
+/// So many switched flags are computed rather than jumped over.
+const MAX_SWITCHED: usize = 6;
+/// The code of a condition may be cut after so many parts.
+const STRETCH: u32 = 256;
+
+/// A result that waits for its gate.
+#[derive(Clone, Copy)]
+enum Waiting {
+    Value(Value),
+    Kept,
+}
+
+/// A statement that switches a bit.
+#[derive(Clone, Copy)]
+struct Switch {
+    bit: Bit,
+    on: bool,
+}
+
+impl Lowerer<'_> {
+    /// A condition and what depends on it; gives the statement to go on with.
+    pub(super) fn conditional(
+        &mut self,
+        at: usize,
+        first: u32,
+        count: u32,
+        otherwise: usize,
+    ) -> usize {
+        let holds = self.condition(at, first, count);
+        if let Some((then, other, next)) = self.switches(at, otherwise) {
+            self.switch_all(holds, &then, &other);
+            return next;
+        }
+        let live = self.live_at(at);
+        self.leave(live);
+        let then = self.builder.place();
+        let to = self.place(otherwise + 1);
+        self.builder.brif(holds, then, to);
+        self.bind(then);
+        at + 1
+    }
+
+    /// The flags that both parts of a condition switch, if they do nothing else, and the
+    /// statement behind its `Z`.
+    fn switches(&self, at: usize, otherwise: usize) -> Option<(Vec<Switch>, Vec<Switch>, usize)> {
+        let then = self.switches_in(at + 1, otherwise)?;
+        let end = match self.program.stmts.get(otherwise)?.op {
+            Op::Else { end } => end as usize,
+            _ => otherwise,
+        };
+        let other = if end == otherwise { vec![] } else { self.switches_in(otherwise + 1, end)? };
+        let free = (at + 1..=end).all(|at| self.places.get(at).is_none_or(Option::is_none));
+        (free && then.len() + other.len() <= MAX_SWITCHED).then_some((then, other, end + 1))
+    }
+
+    fn switches_in(&self, from: usize, to: usize) -> Option<Vec<Switch>> {
+        if to - from > MAX_SWITCHED {
+            return None;
+        }
+        let switch = |op: &Op| match *op {
+            Op::Set(bit) if bit.space != Space::O => Some(Switch { bit, on: true }),
+            Op::Clear(bit) if bit.space != Space::O => Some(Switch { bit, on: false }),
+            _ => None,
+        };
+        self.program.stmts.get(from..to)?.iter().map(|stmt| switch(&stmt.op)).collect()
+    }
+
+    fn switch_all(&mut self, holds: Value, then: &[Switch], other: &[Switch]) {
+        let fails = self.not(holds);
+        if let ([a], [b]) = (then, other)
+            && a.bit == b.bit
+            && a.on != b.on
+        {
+            return self.store_bit(a.bit, if a.on { holds } else { fails });
+        }
+        let then = then.iter().map(|switch| (switch, holds, fails));
+        let other = other.iter().map(|switch| (switch, fails, holds));
+        for (switch, when, unless) in then.chain(other) {
+            let old = self.bit(switch.bit);
+            let (op, with) = if switch.on { (BinaryOp::Or, when) } else { (BinaryOp::And, unless) };
+            let value = self.builder.ins().binary(op, old, with);
+            self.store_bit(switch.bit, value);
+        }
+    }
+
+    /// A condition's result, an i1.
+    fn condition(&mut self, at: usize, first: u32, count: u32) -> Value {
+        let mut waiting: Vec<Waiting> = vec![];
+        for part in 0..count {
+            if part % STRETCH == STRETCH - 1 {
+                self.keep(&mut waiting);
+                self.begin(at);
+            }
+            let value = match self.program.conds.get((first + part) as usize) {
+                Some(Cond::Test(test)) => self.test(*test),
+                Some(Cond::Gate(gate)) => {
+                    let b = self.take(&mut waiting);
+                    let a = self.take(&mut waiting);
+                    let op = match gate {
+                        Arith::And => BinaryOp::And,
+                        Arith::Or => BinaryOp::Or,
+                        _ => BinaryOp::Xor,
+                    };
+                    self.builder.ins().binary(op, a, b)
+                }
+                None => continue,
+            };
+            waiting.push(Waiting::Value(value));
+        }
+        self.take(&mut waiting)
+    }
+
+    /// Puts what waits into the image, so that the code can be cut.
+    fn keep(&mut self, waiting: &mut [Waiting]) {
+        for (slot, part) in waiting.iter_mut().enumerate() {
+            if let Waiting::Value(value) = *part {
+                let at = Address::fixed(self.regions.waiting, slot as u32);
+                self.builder.ins().store(at, value);
+                *part = Waiting::Kept;
+            }
+        }
+    }
+
+    fn take(&mut self, waiting: &mut Vec<Waiting>) -> Value {
+        match waiting.pop() {
+            Some(Waiting::Value(value)) => value,
+            Some(Waiting::Kept) => {
+                let at = Address::fixed(self.regions.waiting, waiting.len() as u32);
+                self.builder.ins().load(Type::I1, at)
+            }
+            None => self.builder.ins().iconst(Type::I1, 0),
+        }
+    }
+
+    fn test(&mut self, test: Test) -> Value {
+        match test {
+            Test::Bit { negate, bit } => {
+                let value = self.bit(bit);
+                if negate { self.not(value) } else { value }
+            }
+            Test::Word { negate, word } => {
+                let value = self.word(word);
+                let how = if negate { IntCond::Eq } else { IntCond::Ne };
+                self.builder.ins().icmp_imm(how, value, 0)
+            }
+            Test::Relation { relation, operand } => {
+                let (with, guard) = self.operand(operand);
+                let op = self.op();
+                let how = match relation {
+                    Relation::Lt => IntCond::Ult,
+                    Relation::Gt => IntCond::Ugt,
+                    Relation::Eq => IntCond::Eq,
+                    Relation::Le => IntCond::Ule,
+                    Relation::Ge => IntCond::Uge,
+                };
+                let holds = self.builder.ins().icmp(how, op, with);
+                match guard {
+                    Some(guard) => self.both(holds, guard),
+                    None => holds,
+                }
+            }
+        }
+    }
+}

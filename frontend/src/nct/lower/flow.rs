@@ -1,0 +1,258 @@
+//! Jumps, calls and returns (NCT 4.11), safepoints, and where modules begin.
+
+use plcc_abi::{TrapCode, nct::context};
+use plcc_ir::{Address, BinaryOp, IntCond, Place, Type, Value};
+
+use super::Lowerer;
+use super::place::Bcd;
+use crate::nct::ast::{Op, Space, Word};
+use crate::nct::live::Set;
+use crate::nct::tables::modules;
+
+/// The end of an indirect jump back, or of an indirect call, to one statement.
+pub(super) struct Stub {
+    to: usize,
+    call: bool,
+    place: Place,
+}
+
+/// Where the number of a call's return comes from.
+enum Site {
+    Number(i64),
+    /// From where an indirect call left it.
+    Pending,
+}
+
+/// Labels that an indirect jump or call can name.
+const NAMED: std::ops::RangeInclusive<u16> = 3..=196;
+
+impl Lowerer<'_> {
+    /// Makes places for labels and returns. Returns come first, so that the number of a return is
+    /// its label's.
+    pub(super) fn find_places(&mut self) {
+        let stmts = &self.program.stmts;
+        let calls = |op: &Op| matches!(op, Op::Call(_) | Op::CallIndirect(_));
+        self.sites =
+            (0..stmts.len()).filter(|at| stmts.get(*at).is_some_and(|s| calls(&s.op))).collect();
+        for site in self.sites.clone() {
+            let place = self.place(site + 1);
+            self.builder.label(place);
+        }
+        let indirect = |op: &Op| matches!(op, Op::GotoIndirect(_) | Op::CallIndirect(_));
+        if stmts.iter().any(|s| indirect(&s.op)) {
+            let stands = |label: u16| Some((label, self.target(label)?));
+            self.labels = NAMED.filter_map(stands).collect();
+        }
+        for (_, at) in self.labels.clone() {
+            self.place(at);
+        }
+        for stmt in stmts {
+            if let Op::Goto(label) | Op::Call(label) = stmt.op
+                && let Some(to) = self.target(label)
+            {
+                self.place(to);
+            }
+        }
+    }
+
+    fn target(&self, label: u16) -> Option<usize> {
+        Some(self.program.labels.get(label as usize).copied().flatten()? as usize)
+    }
+
+    /// Where the tasks begin: no call is open there.
+    pub(super) fn entries(&mut self) {
+        for (module, at) in modules(self.program) {
+            let entry = self.builder.place();
+            self.builder.task(format!(":{module:03}"), entry);
+            self.bind(entry);
+            let none = self.builder.ins().iconst(Type::I16, 0);
+            self.set_context(context::DEPTH, none);
+            let start = self.place(at);
+            self.builder.jump(start);
+        }
+    }
+
+    fn context(&mut self, ty: Type, offset: u32) -> Value {
+        self.builder.ins().load(ty, Address::fixed(self.regions.context, offset))
+    }
+
+    fn set_context(&mut self, offset: u32, value: Value) {
+        self.builder.ins().store(Address::fixed(self.regions.context, offset), value);
+    }
+
+    /// Passes a safepoint on the way to a statement.
+    fn safepoint(&mut self, to: usize) {
+        let target = self.place(to);
+        let fuel = self.context(Type::I32, context::FUEL);
+        let fuel = self.builder.ins().binary_imm(BinaryOp::Sub, fuel, 1);
+        self.set_context(context::FUEL, fuel);
+        let empty = self.is_zero(fuel);
+        let emptied = match self.emptied.iter().find(|(place, _)| *place == target) {
+            Some((_, emptied)) => *emptied,
+            None => {
+                let emptied = self.builder.place();
+                self.emptied.push((target, emptied));
+                emptied
+            }
+        };
+        self.builder.brif(empty, emptied, target);
+    }
+
+    pub(super) fn goto(&mut self, at: usize, label: u16) {
+        let Some(to) = self.target(label) else { return };
+        self.leave(Set::ALL);
+        if to <= at {
+            self.safepoint(to);
+        } else {
+            let place = self.place(to);
+            self.builder.jump(place);
+        }
+    }
+
+    pub(super) fn call(&mut self, at: usize, label: u16) {
+        let (Some(to), Ok(site)) = (self.target(label), self.sites.binary_search(&at)) else {
+            return;
+        };
+        self.leave(Set::ALL);
+        self.enter(Site::Number(site as i64), to);
+    }
+
+    /// Keeps the number of the return and goes to a statement.
+    fn enter(&mut self, site: Site, to: usize) {
+        let depth = self.context(Type::I16, context::DEPTH);
+        let max = context::MAX_DEPTH;
+        let full = self.builder.ins().icmp_imm(IntCond::Uge, depth, max.into());
+        let too_deep = match self.too_deep {
+            Some(place) => place,
+            None => {
+                let place = self.builder.place();
+                self.too_deep = Some(place);
+                place
+            }
+        };
+        let go_on = self.builder.place();
+        self.builder.brif(full, too_deep, go_on);
+        self.bind(go_on);
+        let depth = self.context(Type::I16, context::DEPTH);
+        let site = match site {
+            Site::Number(number) => self.builder.ins().iconst(Type::I32, number),
+            Site::Pending => {
+                let pending = self.pending();
+                self.builder.ins().load(Type::I32, pending)
+            }
+        };
+        let slot = self.builder.ins().zextend_or_trunc(Type::I32, depth);
+        let sites = Address::indexed(self.regions.context, context::SITES, slot, 4, u32::from(max));
+        self.builder.ins().store(sites, site);
+        let depth = self.builder.ins().binary_imm(BinaryOp::Add, depth, 1);
+        self.set_context(context::DEPTH, depth);
+        self.safepoint(to);
+    }
+
+    pub(super) fn ret(&mut self) {
+        self.leave(Set::ALL);
+        let depth = self.context(Type::I16, context::DEPTH);
+        let outside = self.is_zero(depth);
+        let (end, back) = (self.builder.place(), self.builder.place());
+        self.builder.brif(outside, end, back);
+        self.bind(end);
+        self.builder.ret();
+        self.bind(back);
+        let depth = self.context(Type::I16, context::DEPTH);
+        let depth = self.builder.ins().binary_imm(BinaryOp::Sub, depth, 1);
+        self.set_context(context::DEPTH, depth);
+        let slot = self.builder.ins().zextend_or_trunc(Type::I32, depth);
+        let max = u32::from(context::MAX_DEPTH);
+        let at = Address::indexed(self.regions.context, context::SITES, slot, 4, max);
+        let site = self.builder.ins().load(Type::I32, at);
+        self.builder.goto_indirect(site);
+    }
+
+    /// `GF` and `CF`: on to the label that the BCD word at a byte of F names.
+    pub(super) fn jump_indirect(&mut self, at: usize, word: u16, call: bool) {
+        self.leave(Set::ALL);
+        let word = self.word(Word::Bytes { space: Space::F, byte: word });
+        let word = self.builder.ins().zextend_or_trunc(Type::I32, word);
+        let Bcd { number, wrong } = self.from_bcd(word);
+        let none = self.builder.ins().iconst(Type::I32, i64::from(u16::MAX));
+        let number = self.builder.ins().select(wrong, none, number);
+        let zero = self.builder.ins().iconst(Type::I1, 0);
+        self.store_bits(Space::F, 8, &[(0, zero), (2, wrong)]);
+        if call && let Ok(site) = self.sites.binary_search(&at) {
+            let site = self.builder.ins().iconst(Type::I32, site as i64);
+            let pending = self.pending();
+            self.builder.ins().store(pending, site);
+        }
+        let refused = self.builder.place();
+        let mut targets = vec![refused; usize::from(*NAMED.end()) + 1];
+        for (label, to) in self.labels.clone() {
+            let place = if call || to <= at { self.stub(to, call) } else { self.place(to) };
+            if let Some(slot) = targets.get_mut(usize::from(label)) {
+                *slot = place;
+            }
+        }
+        self.builder.switch(number, targets, refused);
+        self.bind(refused);
+        // A digit that is none is told already; otherwise there is no such label.
+        let wrong = self.bit(crate::nct::ast::Bit { space: Space::F, byte: 8, bit: 2 });
+        let missing = self.not(wrong);
+        self.store_bits(Space::F, 8, &[(0, missing)]);
+    }
+
+    /// Where the number of an indirect call's return waits.
+    fn pending(&self) -> Address {
+        Address::fixed(
+            self.regions.scratch,
+            (u32::from(self.program.slots) * 2).next_multiple_of(4),
+        )
+    }
+
+    fn stub(&mut self, to: usize, call: bool) -> Place {
+        if let Some(stub) = self.stubs.iter().find(|s| s.to == to && s.call == call) {
+            return stub.place;
+        }
+        let place = self.builder.place();
+        self.stubs.push(Stub { to, call, place });
+        place
+    }
+
+    /// What the program's branches share, behind its end.
+    pub(super) fn tails(&mut self) {
+        for Stub { to, call, place } in std::mem::take(&mut self.stubs) {
+            self.bind(place);
+            if call {
+                self.enter(Site::Pending, to);
+            } else {
+                self.safepoint(to);
+            }
+        }
+        for (target, emptied) in std::mem::take(&mut self.emptied) {
+            self.bind(emptied);
+            let stop = self.context(Type::I8, context::ON_EMPTY);
+            let go_on = self.is_zero(stop);
+            let (suspended, timeout) = (self.builder.place(), self.timeout());
+            self.builder.brif(go_on, suspended, timeout);
+            self.bind(suspended);
+            self.builder.suspend(target);
+        }
+        if let Some(place) = self.timeout {
+            self.bind(place);
+            self.builder.trap(TrapCode::Timeout);
+        }
+        if let Some(place) = self.too_deep {
+            self.bind(place);
+            self.builder.trap(TrapCode::CallDepth);
+        }
+    }
+
+    fn timeout(&mut self) -> Place {
+        match self.timeout {
+            Some(place) => place,
+            None => {
+                let place = self.builder.place();
+                self.timeout = Some(place);
+                place
+            }
+        }
+    }
+}

@@ -1,0 +1,275 @@
+//! Checked program to IR.
+//!
+//! Logic is branch-free and a condition that only switches a few flags becomes plain bit
+//! operations. OP is kept in a value between branches and written back where somebody may look at
+//! it; so are the status flags (`live`). Calls keep the number of their place of return in the
+//! image, so that :000 can be suspended anywhere.
+
+mod arith;
+mod condition;
+mod flow;
+mod place;
+
+use plcc_abi::nct::context;
+use plcc_ir::chunk::DEFAULT_LIMIT;
+use plcc_ir::{
+    Address, BinaryOp, ChunkBuilder, IntCond, Module, Place, Region, Statement, Type, UnaryOp,
+    Value,
+};
+
+use super::ast::{Op, Program};
+use super::interp::area_function;
+use super::layout::Layout;
+use super::live::{Set, live};
+
+/// Lowers a program; its tasks are the modules in their order.
+pub(super) fn lower(program: &Program, layout: &Layout) -> Module {
+    lower_with(program, layout, DEFAULT_LIMIT)
+}
+
+/// Lowers with another length of functions, for tests.
+pub(super) fn lower_with(program: &Program, layout: &Layout, limit: usize) -> Module {
+    let builder = ChunkBuilder::new(layout.size, layout.regions.clone()).with_limit(limit);
+    let region = |name: &str| builder.region(name).unwrap_or(Region(0));
+    let regions = Regions {
+        context: region("context"),
+        scratch: region("scratch"),
+        waiting: region("waiting"),
+        flag_bytes: region("flag_bytes"),
+    };
+    let mut lowerer = Lowerer {
+        program,
+        layout,
+        live: live(program),
+        limit,
+        regions,
+        places: vec![None; program.stmts.len() + 1],
+        labels: vec![],
+        sites: vec![],
+        emptied: vec![],
+        stubs: vec![],
+        timeout: None,
+        too_deep: None,
+        op: None,
+        dirty: false,
+        builder,
+    };
+    lowerer.program();
+    lowerer.builder.finish()
+}
+
+/// The regions that are reached by more than a home.
+struct Regions {
+    context: Region,
+    scratch: Region,
+    waiting: Region,
+    flag_bytes: Region,
+}
+
+struct Lowerer<'a> {
+    program: &'a Program,
+    layout: &'a Layout,
+    live: Vec<Set>,
+    limit: usize,
+    regions: Regions,
+    /// The place before each statement, where something leads there.
+    places: Vec<Option<Place>>,
+    /// Labels that indirect jumps can name, with their statements.
+    labels: Vec<(u16, usize)>,
+    /// The statements that call, in order; the index is the return's number.
+    sites: Vec<usize>,
+    /// Where a safepoint on the way to a place goes when the fuel is used up.
+    emptied: Vec<(Place, Place)>,
+    /// Shared ends of indirect jumps and calls, by statement.
+    stubs: Vec<flow::Stub>,
+    timeout: Option<Place>,
+    too_deep: Option<Place>,
+    /// OP, where it is known in this block.
+    op: Option<Value>,
+    /// Whether the image has an older OP.
+    dirty: bool,
+    builder: ChunkBuilder,
+}
+
+impl Lowerer<'_> {
+    fn program(&mut self) {
+        self.builder.add_file(self.program.name.clone(), self.program.text.clone());
+        self.find_places();
+        self.entries();
+        let mut at = 0;
+        while at < self.program.stmts.len() {
+            at = self.stmt(at);
+        }
+        self.go_on_at(at);
+        self.leave(Set::ALL);
+        self.builder.ret();
+        self.tails();
+    }
+
+    /// Begins a statement; the code may be cut here.
+    fn begin(&mut self, at: usize) {
+        let span = self.program.stmts.get(at).map(|s| s.span);
+        let (start, end) = span.map_or((0, 0), |span| (span.start, span.end));
+        let line = self.program.lines.get(at).copied().unwrap_or(1);
+        let func = self.builder.ins().func();
+        if func.inst_count() >= self.limit || func.block_count() >= self.limit {
+            self.leave(self.live_at(at));
+            self.op = None;
+        }
+        self.builder.statement(Statement { file: 0, line, start, end });
+    }
+
+    fn live_at(&self, at: usize) -> Set {
+        self.live.get(at).copied().unwrap_or(Set::ALL)
+    }
+
+    /// Binds the place before a statement, if something leads there.
+    fn go_on_at(&mut self, at: usize) {
+        if let Some(place) = self.places.get(at).copied().flatten() {
+            self.leave(self.live_at(at));
+            self.bind(place);
+        }
+    }
+
+    fn bind(&mut self, place: Place) {
+        self.builder.bind(place);
+        self.op = None;
+        self.dirty = false;
+    }
+
+    /// Writes OP back before control leaves the block, if it may be looked at.
+    fn leave(&mut self, live: Set) {
+        if let (true, Some(op)) = (self.dirty, self.op)
+            && live.has(Set::OP)
+        {
+            let at = Address::fixed(self.regions.context, context::OP);
+            self.builder.ins().store(at, op);
+        }
+        self.dirty = false;
+    }
+
+    /// OP.
+    fn op(&mut self) -> Value {
+        if let Some(op) = self.op {
+            return op;
+        }
+        let at = Address::fixed(self.regions.context, context::OP);
+        let op = self.builder.ins().load(Type::I16, at);
+        self.op = Some(op);
+        op
+    }
+
+    fn set_op(&mut self, value: Value) {
+        self.op = Some(value);
+        self.dirty = true;
+    }
+
+    /// The place before a statement, for a branch.
+    fn place(&mut self, at: usize) -> Place {
+        let at = at.min(self.program.stmts.len());
+        match self.places.get(at).copied().flatten() {
+            Some(place) => place,
+            None => {
+                let place = self.builder.place();
+                if let Some(slot) = self.places.get_mut(at) {
+                    *slot = Some(place);
+                }
+                place
+            }
+        }
+    }
+
+    /// Lowers a statement; gives the next one.
+    fn stmt(&mut self, at: usize) -> usize {
+        self.go_on_at(at);
+        let Some(stmt) = self.program.stmts.get(at) else { return at + 1 };
+        let after = self.live_at(at + 1);
+        if !matches!(stmt.op, Op::EndIf | Op::Label(_) | Op::Text) {
+            self.begin(at);
+        }
+        match stmt.op {
+            Op::Set(bit) | Op::Clear(bit) => {
+                let on = matches!(stmt.op, Op::Set(_));
+                let value = self.builder.ins().iconst(Type::I1, on.into());
+                self.store_bit(bit, value);
+            }
+            Op::Count { counter, up } => self.count(counter, up),
+            Op::Load(operand) => self.load(operand),
+            Op::Store { negate, place } => self.store(negate, place),
+            Op::Arith { op, operand } => self.arith(op, operand, after),
+            Op::Update { op, negate, place } => self.update(op, negate, place, after),
+            Op::Shift { left, by } => {
+                let op = self.op();
+                let how = if left { BinaryOp::Shl } else { BinaryOp::Lshr };
+                let value = self.builder.ins().binary_imm(how, op, by.into());
+                self.set_op(value);
+            }
+            Op::Bin => self.bin(after),
+            Op::Bcd => self.bcd(after),
+            Op::Push(slot) => {
+                let op = self.op();
+                let at = Address::fixed(self.regions.scratch, u32::from(slot) * 2);
+                self.builder.ins().store(at, op);
+            }
+            Op::Apply { op, slot } => {
+                let with = self.op();
+                let at = Address::fixed(self.regions.scratch, u32::from(slot) * 2);
+                let kept = self.builder.ins().load(Type::I16, at);
+                self.combine(op, kept, with, None, after);
+            }
+            Op::If { first, count, otherwise } => {
+                return self.conditional(at, first, count, otherwise as usize);
+            }
+            Op::Else { end } => {
+                self.leave(self.live_at(end as usize + 1));
+                let place = self.place(end as usize + 1);
+                self.builder.jump(place);
+            }
+            Op::Goto(label) => self.goto(at, label),
+            Op::GotoIndirect(word) => self.jump_indirect(at, word, false),
+            Op::Call(label) => self.call(at, label),
+            Op::CallIndirect(word) => self.jump_indirect(at, word, true),
+            Op::Return => self.ret(),
+            Op::End(_) => {
+                self.leave(Set::ALL);
+                self.builder.ret();
+            }
+            Op::Area { op, area } => {
+                let with = self.op();
+                let ins = self.builder.ins();
+                let with = ins.zextend_or_trunc(Type::I32, with);
+                let area = ins.iconst(Type::I32, area.into());
+                ins.host_call(area_function(op), &[area, with]);
+            }
+            Op::EndIf | Op::Label(_) | Op::Text | Op::Bad { .. } => {}
+        }
+        at + 1
+    }
+
+    fn count(&mut self, counter: u8, up: bool) {
+        let at = self.register(super::ast::Word::Q(counter));
+        let old = self.builder.ins().load(Type::I16, at);
+        let value = self.builder.ins().binary_imm(BinaryOp::Add, old, if up { 1 } else { -1 });
+        self.builder.ins().store(at, value);
+    }
+
+    fn not(&mut self, value: Value) -> Value {
+        self.builder.ins().unary(UnaryOp::Not, value)
+    }
+
+    fn both(&mut self, a: Value, b: Value) -> Value {
+        self.builder.ins().binary(BinaryOp::And, a, b)
+    }
+
+    fn is_zero(&mut self, value: Value) -> Value {
+        self.builder.ins().icmp_imm(IntCond::Eq, value, 0)
+    }
+
+    /// `new` where the guard holds or there is none.
+    fn guarded(&mut self, guard: Option<Value>, new: Value, old: Value) -> Value {
+        match guard {
+            Some(guard) => self.builder.ins().select(guard, new, old),
+            None => new,
+        }
+    }
+}
