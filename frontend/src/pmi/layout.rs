@@ -2,14 +2,22 @@
 //!
 //! One region a type, so that two accesses of different types never touch the same byte:
 //! `logical` (bits: one byte a LOGICAL), `integer`, `long` (timers' counters too) and `port`, the
-//! physical lines, one byte a port.
+//! physical lines, one byte a port. Programs with very long expressions have `scratch` too, where
+//! compiled code keeps what it has computed of one.
 
 use plcc_abi::{Region, pmi::Type};
 
-use super::ast::{Checked, Meaning, SymbolId};
+use super::ast::{Action, Checked, Meaning, Op, Ops, SymbolId, Target};
 
 /// The number of ports: 16 MAX boards of 128.
 const PORTS: u32 = 2048;
+
+/// Expressions with more operations than this may be cut into several functions, and then keep
+/// what waits for them in the image.
+pub(super) const LONG_EXPRESSION: u32 = 1000;
+
+/// The name of the region for that.
+pub(super) const SCRATCH: &str = "scratch";
 
 /// The image's layout.
 #[derive(Clone, Debug, Default)]
@@ -59,6 +67,12 @@ impl Layout {
         this.ports = this.size;
         this.size += PORTS;
         this.region("port", this.ports, false);
+        let depth = scratch_depth(checked);
+        if depth > 0 {
+            let start = this.size;
+            this.size += depth * 4;
+            this.region(SCRATCH, start, false);
+        }
         this
     }
 
@@ -89,4 +103,40 @@ impl Layout {
         };
         self.regions.get(index).map_or(0, |region: &Region| region.offset)
     }
+}
+
+/// How many values wait at once in the long expressions.
+fn scratch_depth(checked: &Checked) -> u32 {
+    let expressions = checked.steps.iter().map(|step| match &step.action {
+        Action::Assign { target: Target::Element(_, index), value } => (value, Some(index)),
+        Action::Assign { value, .. } => (value, None),
+        Action::If { condition, .. } => (condition, None),
+        Action::Jump { .. } => (&(0..0), None),
+    });
+    expressions
+        .filter(|(value, index)| is_long(value) || index.is_some_and(is_long))
+        .map(|(value, index)| {
+            let behind = index.map_or(0, |index| depth(checked, index) + 1);
+            depth(checked, value).max(behind)
+        })
+        .max()
+        .unwrap_or(0)
+}
+
+/// Whether an expression may be cut.
+pub(super) fn is_long(ops: &Ops) -> bool {
+    ops.end - ops.start > LONG_EXPRESSION
+}
+
+fn depth(checked: &Checked, ops: &Ops) -> u32 {
+    let (mut now, mut most) = (0u32, 0);
+    for op in checked.ops(ops) {
+        match op {
+            Op::Const(_) | Op::Load(_) | Op::LoadAt(..) => now += 1,
+            Op::Element(_) | Op::Neg { .. } | Op::Not => {}
+            Op::Binary(_) => now = now.saturating_sub(1),
+        }
+        most = most.max(now);
+    }
+    most
 }

@@ -16,7 +16,7 @@ use super::{
     ast::{
         Action, Binary, Checked, FlipFlopDef, Meaning, Op, Ops, Step, SymbolId, Target, TimerDef,
     },
-    layout::{Layout, region_name},
+    layout::{LONG_EXPRESSION, Layout, SCRATCH, is_long, region_name},
 };
 
 /// Lowers a program; its scan is the module's one task.
@@ -24,7 +24,8 @@ pub(super) fn lower(checked: &Checked, layout: &Layout, files: &[(String, String
     let builder = ChunkBuilder::new(layout.size, layout.regions.clone());
     let regions = [PmiType::Logical, PmiType::Integer, PmiType::Long]
         .map(|ty| builder.region(region_name(ty)).unwrap_or(Region(0)));
-    let mut lowerer = Lowerer { checked, layout, builder, regions, stack: vec![] };
+    let scratch = builder.region(SCRATCH);
+    let mut lowerer = Lowerer { checked, layout, builder, regions, scratch, stack: vec![] };
     lowerer.program(files);
     lowerer.builder.finish()
 }
@@ -42,6 +43,8 @@ struct Lowerer<'a> {
     builder: ChunkBuilder,
     /// Of LOGICALs, INTEGERs and LONGs.
     regions: [Region; 3],
+    /// Where long expressions keep what waits.
+    scratch: Option<Region>,
     stack: Vec<Operand>,
 }
 
@@ -107,7 +110,8 @@ impl Lowerer<'_> {
         match &step.action {
             Action::Assign { target, value } => self.assign(target, value),
             Action::If { condition, otherwise } => {
-                let condition = self.expression(condition);
+                self.expression(condition);
+                let condition = self.pop();
                 let condition = self.logical(condition);
                 let next = self.builder.place();
                 let otherwise = target(*otherwise).unwrap_or(next);
@@ -154,13 +158,43 @@ impl Lowerer<'_> {
         self.builder.ins().store(at, value);
     }
 
-    fn expression(&mut self, ops: &Ops) -> Operand {
-        self.stack.clear();
-        for &op in self.checked.ops(ops) {
+    /// An expression's value, on top of the stack.
+    fn expression(&mut self, ops: &Ops) {
+        let long = is_long(ops);
+        for (row, &op) in (1..).zip(self.checked.ops(ops)) {
             let operand = self.op(op);
             self.stack.push(operand);
+            if long && row % LONG_EXPRESSION == 0 {
+                self.cut();
+            }
         }
-        self.pop()
+    }
+
+    /// Lets the builder begin another function inside an expression: what waits on the stack goes
+    /// through the image.
+    fn cut(&mut self) {
+        let Some(scratch) = self.scratch else { return };
+        let stack = std::mem::take(&mut self.stack);
+        let slot = |depth: usize| Address::fixed(scratch, depth as u32 * 4);
+        for (depth, &operand) in stack.iter().enumerate() {
+            if let Operand::Value(..) = operand {
+                let value = self.as_type(operand, Type::I32);
+                self.builder.ins().store(slot(depth), value);
+            }
+        }
+        let next = self.builder.place();
+        self.builder.bind(next);
+        for (depth, operand) in stack.into_iter().enumerate() {
+            let operand = match operand {
+                Operand::Const(_) => operand,
+                Operand::Value(_, ty) => {
+                    let ins = self.builder.ins();
+                    let kept = ins.load(Type::I32, slot(depth));
+                    Operand::Value(ins.sextend_or_trunc(ty, kept), ty)
+                }
+            };
+            self.stack.push(operand);
+        }
     }
 
     fn pop(&mut self) -> Operand {
@@ -308,15 +342,18 @@ impl Lowerer<'_> {
     }
 
     fn assign(&mut self, target: &Target, value: &Ops) {
+        // Nothing but a stop comes of either side, so it does not matter which goes first.
+        self.expression(value);
         let (id, at) = match target {
             Target::Scalar(id) => (*id, self.scalar(*id, 0)),
             Target::At(id, index) => (*id, self.scalar(*id, *index)),
             Target::Element(id, index) => {
-                let index = self.expression(index);
+                self.expression(index);
+                let index = self.pop();
                 (*id, self.element(*id, index))
             }
         };
-        let operand = self.expression(value);
+        let operand = self.pop();
         let ty = self.type_of(id);
         let mut value = match ty {
             PmiType::Logical => self.logical(operand),
