@@ -57,13 +57,21 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
 /// How far an excerpt reaches around what it shows.
 const LINE_CUT: usize = 240;
 
+/// The drawing library numbers the lines of what it is given from 1, so an excerpt gets as many
+/// empty lines in front. Beyond this many that would cost too much, and only the heading has the
+/// right number.
+const LEAD: usize = 100_000;
+
 type Place = (FileId, Range<usize>);
 
 /// The excerpt of one file: some whole lines, or a piece of a very long one.
 struct Excerpt {
     id: FileId,
     name: String,
+    /// Where it starts in the file.
     start: usize,
+    /// Empty lines in front of it, which make the drawn line numbers the file's.
+    lead: usize,
     source: Source<String>,
 }
 
@@ -88,20 +96,24 @@ impl Excerpts {
             let end = cut_behind(text, end.clamp(start, text.len()));
             let (line, column) = map.line_col(id, start as u32);
             let piece = text.get(start..end).unwrap_or("").replace('\t', " ");
-            let source = Source::from(piece).with_display_line_offset(line as usize - 1);
+            let lines = (line as usize).saturating_sub(1);
+            let lead = if lines <= LEAD { lines } else { 0 };
+            let source =
+                Source::from("\n".repeat(lead) + &piece).with_display_line_offset(lines - lead);
             let mut name = map.path(id).to_owned();
             if column > 1 {
                 name.push_str(&format!(" (from column {column})"));
             }
-            files.push(Excerpt { id, name, start, source });
+            files.push(Excerpt { id, name, start, lead, source });
         }
         Self { files }
     }
 
     fn place(&self, id: FileId, range: Range<usize>) -> Place {
-        let base = self.files.iter().find(|f| f.id == id).map_or(0, |f| f.start);
-        let start = range.start.saturating_sub(base);
-        (id, start..range.end.saturating_sub(base).max(start))
+        let (base, lead) =
+            self.files.iter().find(|f| f.id == id).map_or((0, 0), |f| (f.start, f.lead));
+        let start = range.start.saturating_sub(base) + lead;
+        (id, start..(range.end.saturating_sub(base) + lead).max(start))
     }
 }
 
@@ -150,7 +162,7 @@ mod tests {
         let diagnostic = Diagnostic::error("PMI-31", Span::new(id, 10, 11), "nothing is named C")
             .help("declare it");
         let drawn = super::draw(&map, &diagnostic, false);
-        for part in ["[PMI-31]", "nothing is named C", "m.pmi:2:5", "B = C", "declare it"] {
+        for part in ["[PMI-31]", "nothing is named C", "m.pmi:2:5", " 2 │ B = C", "declare it"] {
             assert!(drawn.contains(part), "{part} is missing in\n{drawn}");
         }
     }
