@@ -250,6 +250,7 @@ fn limits_none() {
     let none: [String; 0] = [];
     assert_eq!(free("$INTEGER\nLONGNAME,A[1000],B[1]\n$END\nX=((((((((1))))))))\n"), none);
     assert_eq!(free("$END\nX=2147483647\nX=2147483648\n"), ["30@3"]);
+    assert_eq!(free("$LONG\nA[16000000]\nB[1000000]\nC[2147483647]\n$END\n"), ["40@3", "40@4"]);
     let deep = |n: usize| format!("$END\nX={}1{}\n", "(".repeat(n), ")".repeat(n));
     assert_eq!(free(&deep(256)), none);
     assert_eq!(free(&deep(257)), ["32@2"]);

@@ -110,10 +110,13 @@ impl<'a> Cursor<'a> {
         let span = self.here();
         let text = self.token().map_or("", |token| self.slice(token));
         let short: String = text.chars().take(20).collect();
+        let before = self.text.get(..span.start as usize).unwrap_or("");
+        let word = before.trim_end_matches(|c: char| c.is_ascii_alphanumeric()).len();
+        let word = before.get(word..).unwrap_or("");
         match fault {
             Fault::Extraneous if text.starts_with(|c: char| c.is_ascii_lowercase()) => {
                 error(5, span, "small letters have no place in a PMI program")
-                    .help(format!("write it in capitals: {}", short.to_ascii_uppercase()))
+                    .help(format!("write it in capitals: {word}{}", short.to_ascii_uppercase()))
             }
             Fault::Extraneous if text.starts_with(|c: char| c.is_ascii_uppercase()) => {
                 error(5, span, format!("`{short}` stands right behind a number"))

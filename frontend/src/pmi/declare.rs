@@ -17,6 +17,8 @@ use crate::common::Limits;
 const ELEMENTS: std::ops::RangeInclusive<u32> = 2..=255;
 /// Arrays that it allows.
 const ARRAYS: u32 = 256;
+/// Bytes that all arrays together may take, whatever the limits.
+const BYTES: u64 = 64 << 20;
 
 impl Spec<'_> {
     /// `NAME`, `NAME = constant`, `NAME[n]`, `NAME[n] = [constants]`, with commas between them.
@@ -24,7 +26,7 @@ impl Spec<'_> {
         loop {
             let name = self.new_name(cursor)?;
             let elements = match cursor.kind() {
-                Some(Kind::LBracket) => Some(self.elements(cursor, name)?),
+                Some(Kind::LBracket) => Some(self.elements(cursor, name, ty)?),
                 _ => None,
             };
             let mut meaning = Meaning::Variable;
@@ -49,7 +51,7 @@ impl Spec<'_> {
     }
 
     /// `[n]` of a declaration.
-    fn elements(&mut self, cursor: &mut Cursor<'_>, name: (&str, Span)) -> Result<u32> {
+    fn elements(&mut self, cursor: &mut Cursor<'_>, name: (&str, Span), ty: Type) -> Result<u32> {
         cursor.at += 1;
         let (count, span) = self.number(cursor)?;
         let allowed = match self.limits {
@@ -70,6 +72,13 @@ impl Spec<'_> {
             return fail(
                 error(18, name.1, format!("{} is one array too many", name.0))
                     .help("256 arrays are the most, or compile with `--limits none`"),
+            );
+        }
+        self.bytes += u64::from(count) * u64::from(ty.size());
+        if self.bytes > BYTES {
+            return fail(
+                error(40, name.1, format!("there is no room for {}", name.0))
+                    .help("all arrays together may take 64 MiB; make them smaller"),
             );
         }
         Ok(count)

@@ -416,14 +416,15 @@ impl<'p, 'c> Parser<'p, 'c> {
 
     fn apply(&mut self, pending: Pending) {
         match pending {
-            Pending::Unary { not, .. } => self.unary(not),
+            Pending::Unary { not, at } => self.unary(not, at),
             Pending::Binary { symbol, at } => self.binary(symbol, at),
             Pending::Paren { .. } | Pending::Bracket { .. } => {}
         }
     }
 
-    fn unary(&mut self, not: bool) {
+    fn unary(&mut self, not: bool, at: Token) {
         let Some(operand) = self.operands.last_mut() else { return };
+        operand.at = at;
         operand.product = None;
         let long = operand.ty == Some(Type::Long);
         if not {

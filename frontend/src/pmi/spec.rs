@@ -78,6 +78,8 @@ pub(super) struct Spec<'a> {
     lost: bool,
     seen: Vec<(Section, Span)>,
     pub(super) arrays: u32,
+    /// What the arrays take.
+    pub(super) bytes: u64,
     /// Bits of each port that inputs, and that outputs, have.
     pub(super) ports: super::ports::Ports,
 }
@@ -94,6 +96,7 @@ impl<'a> Spec<'a> {
             lost: false,
             seen: vec![],
             arrays: 0,
+            bytes: 0,
             ports: super::ports::Ports::default(),
         }
     }

@@ -1,0 +1,38 @@
+//! Every error of PMI's list that can be provoked (PMI 4.5), and our own codes: a file each, named
+//! for its code, and what is drawn for it.
+
+use std::path::Path;
+
+use plcc_diag::{Diagnostic, SourceMap, render::draw};
+use plcc_frontend::{
+    common::{MemoryLoader, Options},
+    pmi,
+};
+
+fn drawn(name: &str, folder: &Path) -> (Vec<Diagnostic>, String) {
+    let bytes = std::fs::read(folder.join(name)).unwrap();
+    let nested = std::fs::read(folder.join("nested.inc")).unwrap();
+    let loader = MemoryLoader::new().with("nested.inc", nested);
+    let mut sources = SourceMap::new();
+    let file = sources.add(name, &bytes);
+    let (_, all) = pmi::check(&mut sources, file, &loader, &Options::default());
+    let text: String = all.iter().map(|d| draw(&sources, d, false)).collect();
+    (all, text)
+}
+
+#[test]
+fn each_code_has_a_file_and_a_picture() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("errors/pmi");
+    // 40 needs `--limits none`, 45 is never reported.
+    for info in plcc_diag::codes::pmi::CODES {
+        let number = info.code.trim_start_matches("PMI-");
+        if matches!(number, "40" | "45") {
+            continue;
+        }
+        let stem = format!("{number:0>2}");
+        let (all, text) = drawn(&format!("{stem}.pmi"), &folder);
+        assert!(all.iter().any(|d| d.code == info.code), "{}: {all:#?}", info.code);
+        assert!(all.iter().all(|d| d.help.is_some() || !d.is_error()), "{text}");
+        insta::assert_snapshot!(format!("pmi_{stem}"), text);
+    }
+}
