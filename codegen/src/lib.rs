@@ -1,1 +1,17 @@
-//! IR to machine code.
+//! Verified IR to machine code, by Cranelift.
+//!
+//! There is one lowering. What comes out is a [`Code`](plcc_abi::Code): position-independent,
+//! without relocations, calling nothing but the host through its context, so it can be mapped at
+//! once (the JIT) or put into an artifact (ahead of time); only the [`Target`] differs.
+//!
+//! Nothing in it can fault: divisors are guarded, conversions saturate, indices are clamped, and
+//! a program that is stopped returns its trap code.
+
+mod compile;
+mod error;
+mod lower;
+mod target;
+
+pub use compile::{compile, compile_function};
+pub use error::CodegenError;
+pub use target::{OptLevel, Target};

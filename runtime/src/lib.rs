@@ -6,6 +6,7 @@
 
 pub mod event;
 pub mod executive;
+pub mod native;
 pub mod nct;
 pub mod pmac;
 pub mod pmi;
@@ -13,4 +14,5 @@ pub mod value;
 
 pub use event::{Event, EventBody};
 pub use executive::{Executive, NameError, Purpose, Setting, Stop, ValueError, Variable};
+pub use native::NativeEngine;
 pub use value::Value;

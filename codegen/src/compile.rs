@@ -1,0 +1,148 @@
+//! Compiles a module's functions, side by side, into one blob.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use cranelift_codegen::Context;
+use cranelift_codegen::control::ControlPlane;
+use cranelift_frontend::FunctionBuilderContext;
+use plcc_abi::{Code, CodeLine, FunctionRange};
+use plcc_ir::{FuncData, Module};
+
+use crate::{CodegenError, Target, lower};
+
+/// Functions begin at multiples of this.
+const ALIGNMENT: usize = 16;
+
+/// Under this many instructions a second thread costs more than it saves.
+const WORTH_A_THREAD: usize = 4000;
+
+/// A function's code and, by rising offset, the statements that stretches of it belong to.
+struct Compiled {
+    bytes: Vec<u8>,
+    locs: Vec<(u32, u32)>,
+}
+
+/// Compiles a verified module.
+///
+/// # Errors
+/// When Cranelift refuses a function.
+pub fn compile(module: &Module, target: &Target) -> Result<Code, CodegenError> {
+    let count = module.funcs().len();
+    let size: usize = module.funcs().map(|(_, func)| func.inst_count()).sum();
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = cores.min(count).min(1 + size / WORTH_A_THREAD).max(1);
+    let next = AtomicUsize::new(0);
+    let worker = || {
+        let mut done = Vec::new();
+        let mut context = Context::new();
+        let mut builder_context = FunctionBuilderContext::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some((_, func)) = module.funcs().nth(index) else { break };
+            let result = one(module, func, target, &mut context, &mut builder_context);
+            let failed = result.is_err();
+            done.push((index, result));
+            if failed {
+                break;
+            }
+        }
+        done
+    };
+    let mut results: Vec<_> = std::thread::scope(|scope| {
+        let helpers: Vec<_> = (1..threads).map(|_| scope.spawn(worker)).collect();
+        let mut all = worker();
+        for helper in helpers {
+            // A thread that panicked leaves functions out, which is found below.
+            all.extend(helper.join().unwrap_or_default());
+        }
+        all
+    });
+    results.sort_unstable_by_key(|&(index, _)| index);
+    let mut compiled = Vec::with_capacity(count);
+    for (_, result) in results {
+        compiled.push(result?);
+    }
+    if compiled.len() != count {
+        return Err(CodegenError::Function {
+            function: "?".into(),
+            reason: "a thread of the compiler was lost".into(),
+        });
+    }
+    assemble(module, &compiled)
+}
+
+fn one(
+    module: &Module,
+    func: &FuncData,
+    target: &Target,
+    context: &mut Context,
+    builder_context: &mut FunctionBuilderContext,
+) -> Result<Compiled, CodegenError> {
+    compile_function(module, func, target, context, builder_context)?;
+    let fail = |reason: &str| CodegenError::Function {
+        function: func.name().into(),
+        reason: reason.into(),
+    };
+    let code = context.compiled_code().ok_or_else(|| fail("there is no code"))?;
+    if !code.buffer.relocs().is_empty() {
+        return Err(fail("its code refers to something outside"));
+    }
+    let mut locs: Vec<(u32, u32)> = Vec::new();
+    for range in code.buffer.get_srclocs_sorted() {
+        if !range.loc.is_default() && locs.last().is_none_or(|&(_, loc)| loc != range.loc.bits()) {
+            locs.push((range.start, range.loc.bits()));
+        }
+    }
+    Ok(Compiled { bytes: code.code_buffer().to_vec(), locs })
+}
+
+/// Compiles one function of a module; its code is then in the context.
+///
+/// # Errors
+/// When Cranelift refuses the function.
+pub fn compile_function(
+    module: &Module,
+    func: &FuncData,
+    target: &Target,
+    context: &mut Context,
+    builder_context: &mut FunctionBuilderContext,
+) -> Result<(), CodegenError> {
+    context.clear();
+    lower::function(module, func, &*target.isa, &mut context.func, builder_context);
+    context.compile(&*target.isa, &mut ControlPlane::default()).map(|_| ()).map_err(|error| {
+        CodegenError::Function {
+            function: func.name().into(),
+            reason: format!("{:?}", error.inner),
+        }
+    })
+}
+
+fn assemble(module: &Module, compiled: &[Compiled]) -> Result<Code, CodegenError> {
+    let offset_of = |n: usize| u32::try_from(n).map_err(|_| CodegenError::TooLong);
+    let mut code = Code::default();
+    for ((_, func), piece) in module.funcs().zip(compiled) {
+        code.bytes.resize(code.bytes.len().next_multiple_of(ALIGNMENT), 0);
+        let offset = offset_of(code.bytes.len())?;
+        code.bytes.extend(&piece.bytes);
+        let len = offset_of(piece.bytes.len())?;
+        code.functions.push(FunctionRange { name: func.name().into(), offset, len });
+        for &(start, loc) in &piece.locs {
+            if let Some(statement) = module.statements.get(loc as usize) {
+                let (file, line) = (statement.file, statement.line);
+                code.lines.push(CodeLine { offset: offset + start, file, line });
+            }
+        }
+    }
+    if code.bytes.len() > i32::MAX as usize {
+        return Err(CodegenError::TooLong);
+    }
+    code.labels = module
+        .label_targets()
+        .iter()
+        .map(|target| {
+            let function = target.and_then(|(func, _)| code.functions.get(func.index()));
+            function.map_or(0, |function| function.offset)
+        })
+        .collect();
+    Ok(code)
+}

@@ -1,0 +1,204 @@
+//! Arithmetic. What CLIF leaves to the machine, or lets trap, is guarded here.
+
+use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
+use cranelift_codegen::ir::{InstBuilder, MemFlagsData, Value as ClifValue};
+use plcc_ir::{BinaryOp, ConvertOp, FloatCond, InstData, IntCond, Type, UnaryOp, Value};
+
+use super::{Lowering, clif_type};
+
+impl Lowering<'_> {
+    pub(super) fn unary(&mut self, op: UnaryOp, arg: Value) -> ClifValue {
+        let ty = self.func.ty(arg);
+        let x = self.value(arg);
+        match op {
+            UnaryOp::Not if ty == Type::I1 => self.builder.ins().bxor_imm_u(x, 1),
+            UnaryOp::Not => self.builder.ins().bnot(x),
+            UnaryOp::Neg => self.builder.ins().ineg(x),
+            UnaryOp::Fneg => self.builder.ins().fneg(x),
+            UnaryOp::Fabs => self.builder.ins().fabs(x),
+            UnaryOp::Fsqrt => self.builder.ins().sqrt(x),
+            UnaryOp::Ffloor => self.builder.ins().floor(x),
+            UnaryOp::Fceil => self.builder.ins().ceil(x),
+            UnaryOp::Ftrunc => self.builder.ins().trunc(x),
+        }
+    }
+
+    pub(super) fn binary(&mut self, op: BinaryOp, args: [Value; 2]) -> ClifValue {
+        let ty = self.func.ty(args[0]);
+        let (a, b) = (self.value(args[0]), self.value(args[1]));
+        match op {
+            BinaryOp::Add => self.builder.ins().iadd(a, b),
+            BinaryOp::Sub => self.builder.ins().isub(a, b),
+            BinaryOp::Mul => self.builder.ins().imul(a, b),
+            BinaryOp::And => self.builder.ins().band(a, b),
+            BinaryOp::Or => self.builder.ins().bor(a, b),
+            BinaryOp::Xor => self.builder.ins().bxor(a, b),
+            BinaryOp::Smin => self.builder.ins().smin(a, b),
+            BinaryOp::Smax => self.builder.ins().smax(a, b),
+            BinaryOp::Umin => self.builder.ins().umin(a, b),
+            BinaryOp::Umax => self.builder.ins().umax(a, b),
+            BinaryOp::Fadd => self.builder.ins().fadd(a, b),
+            BinaryOp::Fsub => self.builder.ins().fsub(a, b),
+            BinaryOp::Fmul => self.builder.ins().fmul(a, b),
+            BinaryOp::Fdiv => self.builder.ins().fdiv(a, b),
+            BinaryOp::Shl | BinaryOp::Lshr | BinaryOp::Ashr => self.shift(op, ty, a, b, args[1]),
+            BinaryOp::Sdiv | BinaryOp::Srem => self.signed_division(op, ty, a, b, args[1]),
+            BinaryOp::Udiv | BinaryOp::Urem => self.unsigned_division(op, ty, a, b, args[1]),
+        }
+    }
+
+    /// The constant that a value is.
+    pub(super) fn constant(&self, value: Value) -> Option<i64> {
+        match self.func.def_inst(value) {
+            Some(InstData::Iconst { ty: _, value }) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// Distances at or over the width are taken as the machine would not.
+    fn shift(
+        &mut self,
+        op: BinaryOp,
+        ty: Type,
+        a: ClifValue,
+        b: ClifValue,
+        by: Value,
+    ) -> ClifValue {
+        let width = i64::from(ty.bits());
+        let plain = |this: &mut Self, distance| match op {
+            BinaryOp::Shl => this.builder.ins().ishl(a, distance),
+            BinaryOp::Lshr => this.builder.ins().ushr(a, distance),
+            _ => this.builder.ins().sshr(a, distance),
+        };
+        if self.constant(by).is_some_and(|n| (0..width).contains(&n)) {
+            return plain(self, b);
+        }
+        if op == BinaryOp::Ashr {
+            let most = self.iconst(ty, width - 1);
+            let distance = self.builder.ins().umin(b, most);
+            return plain(self, distance);
+        }
+        let shifted = plain(self, b);
+        let limit = self.iconst(ty, width);
+        let fits = self.builder.ins().icmp(IntCC::UnsignedLessThan, b, limit);
+        let zero = self.iconst(ty, 0);
+        self.builder.ins().select(fits, shifted, zero)
+    }
+
+    /// Dividing by 0 or -1 is done as dividing by 1, and the result put right after.
+    fn signed_division(
+        &mut self,
+        op: BinaryOp,
+        ty: Type,
+        a: ClifValue,
+        b: ClifValue,
+        by: Value,
+    ) -> ClifValue {
+        let divide = |this: &mut Self, divisor| match op {
+            BinaryOp::Sdiv => this.builder.ins().sdiv(a, divisor),
+            _ => this.builder.ins().srem(a, divisor),
+        };
+        if self.constant(by).is_some_and(|n| n != 0 && n != -1) {
+            return divide(self, b);
+        }
+        let (zero, one) = (self.iconst(ty, 0), self.iconst(ty, 1));
+        let minus_one = self.iconst(ty, -1);
+        let is_zero = self.builder.ins().icmp(IntCC::Equal, b, zero);
+        let is_minus_one = self.builder.ins().icmp(IntCC::Equal, b, minus_one);
+        let odd = self.builder.ins().bor(is_zero, is_minus_one);
+        let safe = self.builder.ins().select(odd, one, b);
+        let plain = divide(self, safe);
+        if op == BinaryOp::Srem {
+            // The remainder by 1 is 0, as it is to be by 0 and -1.
+            return plain;
+        }
+        let negated = self.builder.ins().ineg(a);
+        let by_minus_one = self.builder.ins().select(is_minus_one, negated, plain);
+        self.builder.ins().select(is_zero, zero, by_minus_one)
+    }
+
+    fn unsigned_division(
+        &mut self,
+        op: BinaryOp,
+        ty: Type,
+        a: ClifValue,
+        b: ClifValue,
+        by: Value,
+    ) -> ClifValue {
+        let divide = |this: &mut Self, divisor| match op {
+            BinaryOp::Udiv => this.builder.ins().udiv(a, divisor),
+            _ => this.builder.ins().urem(a, divisor),
+        };
+        if self.constant(by).is_some_and(|n| n != 0) {
+            return divide(self, b);
+        }
+        let (zero, one) = (self.iconst(ty, 0), self.iconst(ty, 1));
+        let is_zero = self.builder.ins().icmp(IntCC::Equal, b, zero);
+        let safe = self.builder.ins().select(is_zero, one, b);
+        let plain = divide(self, safe);
+        if op == BinaryOp::Urem {
+            return plain;
+        }
+        self.builder.ins().select(is_zero, zero, plain)
+    }
+
+    pub(super) fn icmp(&mut self, cond: IntCond, args: [Value; 2]) -> ClifValue {
+        let (a, b) = (self.value(args[0]), self.value(args[1]));
+        let cond = match cond {
+            IntCond::Eq => IntCC::Equal,
+            IntCond::Ne => IntCC::NotEqual,
+            IntCond::Slt => IntCC::SignedLessThan,
+            IntCond::Sle => IntCC::SignedLessThanOrEqual,
+            IntCond::Sgt => IntCC::SignedGreaterThan,
+            IntCond::Sge => IntCC::SignedGreaterThanOrEqual,
+            IntCond::Ult => IntCC::UnsignedLessThan,
+            IntCond::Ule => IntCC::UnsignedLessThanOrEqual,
+            IntCond::Ugt => IntCC::UnsignedGreaterThan,
+            IntCond::Uge => IntCC::UnsignedGreaterThanOrEqual,
+        };
+        self.builder.ins().icmp(cond, a, b)
+    }
+
+    pub(super) fn fcmp(&mut self, cond: FloatCond, args: [Value; 2]) -> ClifValue {
+        let (a, b) = (self.value(args[0]), self.value(args[1]));
+        let cond = match cond {
+            FloatCond::Eq => FloatCC::Equal,
+            FloatCond::Ne => FloatCC::NotEqual,
+            FloatCond::Lt => FloatCC::LessThan,
+            FloatCond::Le => FloatCC::LessThanOrEqual,
+            FloatCond::Gt => FloatCC::GreaterThan,
+            FloatCond::Ge => FloatCC::GreaterThanOrEqual,
+        };
+        self.builder.ins().fcmp(cond, a, b)
+    }
+
+    pub(super) fn convert(&mut self, op: ConvertOp, to: Type, arg: Value) -> ClifValue {
+        let from = self.func.ty(arg);
+        let x = self.value(arg);
+        let wide = clif_type(to);
+        match op {
+            // A truth value is held in 8 bits already.
+            ConvertOp::Zext if from == Type::I1 && to == Type::I8 => x,
+            ConvertOp::Zext => self.builder.ins().uextend(wide, x),
+            ConvertOp::Sext if from == Type::I1 => {
+                let narrow = self.builder.ins().ineg(x);
+                match to {
+                    Type::I8 => narrow,
+                    _ => self.builder.ins().sextend(wide, narrow),
+                }
+            }
+            ConvertOp::Sext => self.builder.ins().sextend(wide, x),
+            ConvertOp::Trunc if to == Type::I1 => {
+                let narrow = match from {
+                    Type::I8 => x,
+                    _ => self.builder.ins().ireduce(wide, x),
+                };
+                self.builder.ins().band_imm_u(narrow, 1)
+            }
+            ConvertOp::Trunc => self.builder.ins().ireduce(wide, x),
+            ConvertOp::IntToFloat => self.builder.ins().fcvt_from_sint(wide, x),
+            ConvertOp::FloatToInt => self.builder.ins().fcvt_to_sint_sat(wide, x),
+            ConvertOp::Bitcast => self.builder.ins().bitcast(wide, MemFlagsData::new(), x),
+        }
+    }
+}

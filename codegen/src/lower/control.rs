@@ -1,0 +1,129 @@
+//! How functions are entered and blocks end.
+
+use cranelift_codegen::ir::{BlockArg, InstBuilder, JumpTableData, Value as ClifValue, types};
+use plcc_abi::{RawOutcome, TrapCode};
+use plcc_ir::{Block, BlockCall, Label, Terminator};
+
+use super::Lowering;
+
+/// A table may have this many empty places for each filled one.
+const SPARSE: u32 = 8;
+
+impl Lowering<'_> {
+    /// Goes to the entry block of the label.
+    pub(super) fn enter(&mut self, label: ClifValue) {
+        let entries = self.func.entries();
+        match entries {
+            [] => self.outcome(RawOutcome::trap(TrapCode::BadLabel)),
+            [(_, only)] => {
+                let block = self.blocks[only.index()];
+                self.builder.ins().jump(block, &[]);
+            }
+            [(first, _), .., (last, _)] => {
+                let span = last.0 - first.0;
+                if span / SPARSE <= entries.len() as u32 {
+                    self.enter_by_table(label, *first, span);
+                } else {
+                    self.enter_by_search(label);
+                }
+            }
+        }
+    }
+
+    fn enter_by_table(&mut self, label: ClifValue, first: Label, span: u32) {
+        let bad = self.builder.create_block();
+        let mut targets = vec![bad; span as usize + 1];
+        for &(label, block) in self.func.entries() {
+            targets[(label.0 - first.0) as usize] = self.blocks[block.index()];
+        }
+        let first = self.builder.ins().iconst(types::I32, i64::from(first.0));
+        let number = self.builder.ins().isub(label, first);
+        self.table(number, &targets, bad);
+        self.builder.switch_to_block(bad);
+        self.outcome(RawOutcome::trap(TrapCode::BadLabel));
+    }
+
+    /// Entries far apart: halves them until one is left.
+    fn enter_by_search(&mut self, label: ClifValue) {
+        use cranelift_codegen::ir::condcodes::IntCC;
+        let entries = self.func.entries();
+        let mut pending = vec![(None, entries)];
+        while let Some((block, range)) = pending.pop() {
+            if let Some(block) = block {
+                self.builder.switch_to_block(block);
+            }
+            if let [(_, only)] = range {
+                let block = self.blocks[only.index()];
+                self.builder.ins().jump(block, &[]);
+                continue;
+            }
+            let (low, high) = range.split_at(range.len() / 2);
+            let pivot = high.first().map_or(0, |(label, _)| label.0);
+            let pivot = self.builder.ins().iconst(types::I32, i64::from(pivot));
+            let below = self.builder.ins().icmp(IntCC::UnsignedLessThan, label, pivot);
+            let (left, right) = (self.builder.create_block(), self.builder.create_block());
+            self.builder.ins().brif(below, left, &[], right, &[]);
+            pending.extend([(Some(left), low), (Some(right), high)]);
+        }
+    }
+
+    fn table(
+        &mut self,
+        number: ClifValue,
+        targets: &[cranelift_codegen::ir::Block],
+        default: cranelift_codegen::ir::Block,
+    ) {
+        let pool = &mut self.builder.func.dfg.value_lists;
+        let default = cranelift_codegen::ir::BlockCall::new(default, [], pool);
+        let calls: Vec<_> = targets
+            .iter()
+            .map(|&block| cranelift_codegen::ir::BlockCall::new(block, [], pool))
+            .collect();
+        let table = self.builder.create_jump_table(JumpTableData::new(default, &calls));
+        self.builder.ins().br_table(number, table);
+    }
+
+    pub(super) fn terminator(&mut self, terminator: &Terminator) {
+        match terminator {
+            Terminator::Jump(call) => {
+                let (block, args) = self.call(call);
+                self.builder.ins().jump(block, &args);
+            }
+            Terminator::Brif { cond, then, otherwise } => {
+                let cond = self.value(*cond);
+                let (then, then_args) = self.call(then);
+                let (otherwise, other_args) = self.call(otherwise);
+                self.builder.ins().brif(cond, then, &then_args, otherwise, &other_args);
+            }
+            Terminator::Switch { arg, targets, default } => {
+                let number = self.value(*arg);
+                let block = |this: &Self, block: &Block| this.blocks[block.index()];
+                let targets: Vec<_> = targets.iter().map(|target| block(self, target)).collect();
+                let default = block(self, default);
+                self.table(number, &targets, default);
+            }
+            Terminator::Goto(label) => self.outcome(RawOutcome::new(RawOutcome::GOTO, label.0)),
+            Terminator::GotoIndirect(label) => {
+                // The kind of a goto is 0, so the number alone is the outcome.
+                let label = self.value(*label);
+                let outcome = self.builder.ins().uextend(types::I64, label);
+                self.builder.ins().return_(&[outcome]);
+            }
+            Terminator::Suspend(label) => {
+                self.outcome(RawOutcome::new(RawOutcome::SUSPEND, label.0));
+            }
+            Terminator::Return => self.outcome(RawOutcome::new(RawOutcome::END, 0)),
+            Terminator::Trap(code) => self.outcome(RawOutcome::trap(*code)),
+        }
+    }
+
+    fn outcome(&mut self, outcome: RawOutcome) {
+        let value = self.builder.ins().iconst(types::I64, outcome.0 as i64);
+        self.builder.ins().return_(&[value]);
+    }
+
+    fn call(&mut self, call: &BlockCall) -> (cranelift_codegen::ir::Block, Vec<BlockArg>) {
+        let args = call.args.iter().map(|&arg| BlockArg::Value(self.value(arg))).collect();
+        (self.blocks[call.block.index()], args)
+    }
+}

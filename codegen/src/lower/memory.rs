@@ -1,0 +1,80 @@
+//! Loads and stores in the process image.
+
+use cranelift_codegen::ir::condcodes::IntCC;
+use cranelift_codegen::ir::{Endianness, InstBuilder, MemFlagsData, Value as ClifValue, types};
+use plcc_ir::{Address, BinaryOp, ConvertOp, Index, InstData, Type, Value};
+
+use super::{Lowering, clif_type};
+
+impl Lowering<'_> {
+    pub(super) fn load(&mut self, ty: Type, at: Address) -> ClifValue {
+        let (base, offset) = self.address(at);
+        self.builder.ins().load(clif_type(ty), flags(), base, offset)
+    }
+
+    pub(super) fn store(&mut self, at: Address, value: Value) {
+        let (base, offset) = self.address(at);
+        let value = self.value(value);
+        self.builder.ins().store(flags(), value, base, offset);
+    }
+
+    /// A base and an offset from it. The verifier has seen that the extent lies in the region.
+    fn address(&mut self, at: Address) -> (ClifValue, i32) {
+        let region = self.module.region(at.region).map_or(0, |region| region.offset);
+        let offset = i64::from(region) + i64::from(at.offset);
+        let base = match at.index {
+            Some(index) => {
+                let moved = self.index(index);
+                self.builder.ins().iadd(self.image, moved)
+            }
+            None => self.image,
+        };
+        match i32::try_from(offset) {
+            Ok(offset) => (base, offset),
+            Err(_) => (self.builder.ins().iadd_imm_s(base, offset), 0),
+        }
+    }
+
+    /// The bytes that an index adds; one that reaches the count adds none.
+    fn index(&mut self, index: Index) -> ClifValue {
+        let mut value = self.value(index.value);
+        if !self.stays_below(index.value, index.count) {
+            let count = self.builder.ins().iconst(types::I32, i64::from(index.count));
+            let fits = self.builder.ins().icmp(IntCC::UnsignedLessThan, value, count);
+            let zero = self.builder.ins().iconst(types::I32, 0);
+            value = self.builder.ins().select(fits, value, zero);
+        }
+        let wide = self.builder.ins().uextend(types::I64, value);
+        match index.scale {
+            1 => wide,
+            scale if scale.is_power_of_two() => {
+                self.builder.ins().ishl_imm_u(wide, i64::from(scale.trailing_zeros()))
+            }
+            scale => self.builder.ins().imul_imm_u(wide, i64::from(scale)),
+        }
+    }
+
+    /// Whether what a value is made by keeps it under the count.
+    fn stays_below(&self, value: Value, count: u32) -> bool {
+        let count = i64::from(count);
+        match self.func.def_inst(value) {
+            Some(&InstData::Iconst { ty: _, value }) => (0..count).contains(&value),
+            Some(&InstData::Convert { op: ConvertOp::Zext, to: _, arg }) => {
+                let bits = self.func.ty(arg).bits();
+                bits < 32 && 1i64 << bits <= count
+            }
+            Some(&InstData::Binary { op: BinaryOp::And, args }) => {
+                args.iter().any(|&arg| self.constant(arg).is_some_and(|n| (0..count).contains(&n)))
+            }
+            Some(&InstData::Binary { op: BinaryOp::Urem | BinaryOp::Umin, args: [_, limit] }) => {
+                self.constant(limit).is_some_and(|n| (1..count).contains(&n))
+            }
+            _ => false,
+        }
+    }
+}
+
+/// The image is always there, and little endian whatever the machine.
+fn flags() -> MemFlagsData {
+    MemFlagsData::new().with_notrap().with_endianness(Endianness::Little)
+}

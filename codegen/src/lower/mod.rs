@@ -1,0 +1,220 @@
+//! IR to CLIF, function by function.
+
+mod arith;
+mod control;
+mod memory;
+
+use cranelift_codegen::ir::{
+    AbiParam, Block as ClifBlock, Function, InstBuilder, MemFlagsData, Signature, SourceLoc,
+    UserFuncName, Value as ClifValue, types,
+};
+use cranelift_codegen::isa::{CallConv, TargetIsa};
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use plcc_abi::{HostFn, HostType, ScanContext};
+use plcc_ir::{Block, FuncData, Inst, InstData, Module, Type, Value};
+
+/// Writes one function's CLIF.
+pub(crate) fn function(
+    module: &Module,
+    func: &FuncData,
+    isa: &dyn TargetIsa,
+    out: &mut Function,
+    context: &mut FunctionBuilderContext,
+) {
+    out.name = UserFuncName::testcase(func.name().as_bytes());
+    out.signature = Signature::new(CallConv::SystemV);
+    let pointer = isa.pointer_type();
+    out.signature.params.extend([AbiParam::new(pointer), AbiParam::new(types::I32)]);
+    out.signature.returns.push(AbiParam::new(types::I64));
+    let mut builder = FunctionBuilder::new(out, context);
+    let start = builder.create_block();
+    builder.append_block_params_for_function_params(start);
+    builder.switch_to_block(start);
+    let context_value = builder.block_params(start)[0];
+    let label = builder.block_params(start)[1];
+    let flags = MemFlagsData::trusted().with_readonly();
+    let offset = std::mem::offset_of!(ScanContext, image) as i32;
+    let image = builder.ins().load(pointer, flags, context_value, offset);
+    let blocks: Vec<ClifBlock> = func.blocks().map(|_| builder.create_block()).collect();
+    let mut lowering = Lowering {
+        module,
+        func,
+        builder,
+        blocks,
+        values: vec![None; func.value_count()],
+        context: context_value,
+        image,
+        call: None,
+    };
+    lowering.enter(label);
+    for (block, _) in func.blocks() {
+        lowering.params(block);
+    }
+    for block in order(func) {
+        lowering.block(block);
+    }
+    lowering.builder.seal_all_blocks();
+    lowering.builder.finalize(isa.frontend_config());
+}
+
+/// The blocks in an order in which definitions come before uses: reverse postorder from the
+/// entries. Blocks that nothing reaches are left out.
+fn order(func: &FuncData) -> Vec<Block> {
+    let mut state = vec![false; func.block_count()];
+    let mut postorder = Vec::with_capacity(func.block_count());
+    let mut stack: Vec<(Block, Vec<Block>)> = Vec::new();
+    for &(_, entry) in func.entries().iter().rev() {
+        if std::mem::replace(&mut state[entry.index()], true) {
+            continue;
+        }
+        stack.push((entry, successors(func, entry)));
+        while let Some((block, rest)) = stack.last_mut() {
+            match rest.pop() {
+                Some(next) => {
+                    if !std::mem::replace(&mut state[next.index()], true) {
+                        stack.push((next, successors(func, next)));
+                    }
+                }
+                None => {
+                    postorder.push(*block);
+                    stack.pop();
+                }
+            }
+        }
+    }
+    postorder.reverse();
+    postorder
+}
+
+fn successors(func: &FuncData, block: Block) -> Vec<Block> {
+    let mut next = Vec::new();
+    if let Some(terminator) = &func.block(block).terminator {
+        terminator.for_each_block(|block, _| next.push(block));
+    }
+    next
+}
+
+/// A function being lowered.
+struct Lowering<'a> {
+    module: &'a Module,
+    func: &'a FuncData,
+    builder: FunctionBuilder<'a>,
+    blocks: Vec<ClifBlock>,
+    values: Vec<Option<ClifValue>>,
+    context: ClifValue,
+    image: ClifValue,
+    /// The host call's signature, once one is needed.
+    call: Option<cranelift_codegen::ir::SigRef>,
+}
+
+/// The CLIF type of a value.
+fn clif_type(ty: Type) -> types::Type {
+    match ty {
+        Type::I1 | Type::I8 => types::I8,
+        Type::I16 => types::I16,
+        Type::I32 => types::I32,
+        Type::I64 => types::I64,
+        Type::F64 => types::F64,
+    }
+}
+
+impl Lowering<'_> {
+    fn params(&mut self, block: Block) {
+        let clif = self.blocks[block.index()];
+        for &param in &self.func.block(block).params {
+            let value = self.builder.append_block_param(clif, clif_type(self.func.ty(param)));
+            self.values[param.index()] = Some(value);
+        }
+    }
+
+    fn block(&mut self, block: Block) {
+        self.builder.switch_to_block(self.blocks[block.index()]);
+        let data = self.func.block(block);
+        for &inst in &data.insts {
+            self.inst(inst);
+        }
+        if let Some(terminator) = &data.terminator {
+            self.terminator(terminator);
+        }
+    }
+
+    /// The CLIF value of an IR value. The verifier has seen that definitions dominate uses, so
+    /// there is one; a zero stands in where there is not.
+    fn value(&mut self, value: Value) -> ClifValue {
+        match self.values.get(value.index()).copied().flatten() {
+            Some(clif) => clif,
+            None => match self.func.ty(value) {
+                Type::F64 => self.builder.ins().f64const(0.0),
+                ty => self.builder.ins().iconst(clif_type(ty), 0),
+            },
+        }
+    }
+
+    fn inst(&mut self, inst: Inst) {
+        let loc = self.func.loc(inst);
+        self.builder.set_srcloc(SourceLoc::new(loc.0));
+        let data = *self.func.inst(inst);
+        let result = match data {
+            InstData::Iconst { ty, value } => Some(self.iconst(ty, value)),
+            InstData::Fconst { bits } => Some(self.builder.ins().f64const(f64::from_bits(bits))),
+            InstData::Unary { op, arg } => Some(self.unary(op, arg)),
+            InstData::Binary { op, args } => Some(self.binary(op, args)),
+            InstData::Icmp { cond, args } => Some(self.icmp(cond, args)),
+            InstData::Fcmp { cond, args } => Some(self.fcmp(cond, args)),
+            InstData::Select { cond, args } => {
+                let (cond, a, b) = (self.value(cond), self.value(args[0]), self.value(args[1]));
+                Some(self.builder.ins().select(cond, a, b))
+            }
+            InstData::Convert { op, to, arg } => Some(self.convert(op, to, arg)),
+            InstData::Load { ty, at } => Some(self.load(ty, at)),
+            InstData::Store { at, value } => {
+                self.store(at, value);
+                None
+            }
+            InstData::HostCall { function, args } => self.host_call(function, args.as_slice()),
+        };
+        if let (Some(value), Some(clif)) = (self.func.result(inst), result) {
+            self.values[value.index()] = Some(clif);
+        }
+    }
+
+    fn iconst(&mut self, ty: Type, value: i64) -> ClifValue {
+        // CLIF wants a narrow constant's high bits clear.
+        let mask = if ty.bits() == 64 { -1 } else { (1 << ty.bits()) - 1 };
+        self.builder.ins().iconst(clif_type(ty), value & mask)
+    }
+
+    fn host_call(&mut self, function: HostFn, args: &[Value]) -> Option<ClifValue> {
+        let pointer = self.builder.func.dfg.value_type(self.context);
+        let signature = *self.call.get_or_insert_with(|| {
+            let mut signature = Signature::new(CallConv::SystemV);
+            signature.params.extend([AbiParam::new(pointer), AbiParam::new(types::I32)]);
+            signature.params.extend([AbiParam::new(types::I64); 4]);
+            signature.returns.push(AbiParam::new(types::I64));
+            self.builder.import_signature(signature)
+        });
+        let offset = std::mem::offset_of!(ScanContext, host) as i32;
+        let flags = MemFlagsData::trusted().with_readonly();
+        let callee = self.builder.ins().load(pointer, flags, self.context, offset);
+        let number = self.builder.ins().iconst(types::I32, i64::from(function as u32));
+        let mut operands = vec![self.context, number];
+        for &arg in args {
+            let value = self.value(arg);
+            operands.push(match self.func.ty(arg) {
+                Type::F64 => self.builder.ins().bitcast(types::I64, MemFlagsData::new(), value),
+                Type::I64 => value,
+                _ => self.builder.ins().uextend(types::I64, value),
+            });
+        }
+        while operands.len() < 6 {
+            operands.push(self.builder.ins().iconst(types::I64, 0));
+        }
+        let call = self.builder.ins().call_indirect(signature, callee, &operands);
+        let result = self.builder.inst_results(call)[0];
+        function.signature().1.map(|ty| match ty {
+            HostType::I32 => self.builder.ins().ireduce(types::I32, result),
+            HostType::I64 => result,
+            HostType::F64 => self.builder.ins().bitcast(types::F64, MemFlagsData::new(), result),
+        })
+    }
+}

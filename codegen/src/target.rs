@@ -1,0 +1,121 @@
+//! What machine code is made for.
+
+use std::str::FromStr;
+use std::sync::Arc;
+
+use cranelift_codegen::isa::{self, TargetIsa};
+use cranelift_codegen::settings::{self, Configurable, SetError};
+use target_lexicon::{Architecture, BinaryFormat, Triple};
+
+use crate::CodegenError;
+
+/// How hard to try.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OptLevel {
+    /// Not at all.
+    None,
+    /// For fast scans.
+    #[default]
+    Speed,
+}
+
+/// A machine to make code for.
+#[derive(Clone)]
+pub struct Target {
+    pub(crate) isa: Arc<dyn TargetIsa>,
+    features: Vec<&'static str>,
+}
+
+/// What x86-64-v2 adds to x86-64, by the names that Rust's feature detection uses.
+const X86_64_V2: &[&str] = &["sse3", "ssse3", "sse4.1", "sse4.2", "popcnt", "cmpxchg16b"];
+
+impl Target {
+    /// This very machine, with all it can do: for code that is run at once.
+    ///
+    /// # Errors
+    /// When Cranelift does not know the machine.
+    pub fn host(opt: OptLevel) -> Result<Self, CodegenError> {
+        let triple = Triple::host();
+        let fail = |reason: String| target_error(&triple, reason);
+        let builder = cranelift_native::builder().map_err(|reason| fail(reason.into()))?;
+        Self::finish(&triple, builder, opt, vec![])
+    }
+
+    /// A machine by its triple, with what every such machine of the last ten years can do: for
+    /// code that is kept. On x86-64 that is x86-64-v2.
+    ///
+    /// # Errors
+    /// When the triple means nothing, or code for it can't be made.
+    pub fn baseline(triple: &str, opt: OptLevel) -> Result<Self, CodegenError> {
+        let parsed = Triple::from_str(triple).map_err(|error| CodegenError::Target {
+            triple: triple.into(),
+            reason: format!("{error}; a triple looks like `x86_64-unknown-linux-gnu`"),
+        })?;
+        let fail = |reason: String| target_error(&parsed, reason);
+        let mut builder = isa::lookup(parsed.clone())
+            .map_err(|error| fail(format!("{error}; x86_64 and aarch64 are supported")))?;
+        let mut features = vec![];
+        if matches!(parsed.architecture, Architecture::X86_64) {
+            builder.enable("x86-64-v2").map_err(|error| fail(error.to_string()))?;
+            features.extend(X86_64_V2);
+        }
+        Self::finish(&parsed, builder, opt, features)
+    }
+
+    /// This kind of machine, with what every such machine of the last ten years can do.
+    ///
+    /// # Errors
+    /// When code for it can't be made.
+    pub fn host_baseline(opt: OptLevel) -> Result<Self, CodegenError> {
+        let mut triple = Triple::host();
+        // Objects are ELF wherever they are made.
+        triple.binary_format = BinaryFormat::Elf;
+        Self::baseline(&triple.to_string(), opt)
+    }
+
+    fn finish(
+        triple: &Triple,
+        builder: isa::Builder,
+        opt: OptLevel,
+        features: Vec<&'static str>,
+    ) -> Result<Self, CodegenError> {
+        let flags = flags(opt).map_err(|error| target_error(triple, error.to_string()))?;
+        let isa = builder.finish(flags).map_err(|error| target_error(triple, error.to_string()))?;
+        Ok(Self { isa, features })
+    }
+
+    /// The target's name.
+    pub fn triple(&self) -> String {
+        self.isa.triple().to_string()
+    }
+
+    /// The architecture's name, as `std::env::consts::ARCH` has it.
+    pub fn architecture(&self) -> String {
+        self.isa.triple().architecture.to_string()
+    }
+
+    /// What a machine must have beyond its architecture to run the code, by the names that
+    /// Rust's feature detection uses. Empty for [`host`](Self::host).
+    pub fn features(&self) -> &[&'static str] {
+        &self.features
+    }
+}
+
+fn target_error(triple: &Triple, reason: String) -> CodegenError {
+    CodegenError::Target { triple: triple.to_string(), reason }
+}
+
+fn flags(opt: OptLevel) -> Result<settings::Flags, SetError> {
+    let mut builder = settings::builder();
+    builder.set("is_pic", "true")?;
+    builder.set("opt_level", if opt == OptLevel::Speed { "speed" } else { "none" })?;
+    builder.set("regalloc_algorithm", "backtracking")?;
+    // Loads are forwarded by our own pass, within a bound: without one values live so long that
+    // they are spilled, which costs more than loading them again.
+    builder.set("enable_alias_analysis", "false")?;
+    builder.set("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" })?;
+    builder.set("unwind_info", "false")?;
+    builder.set("enable_probestack", "false")?;
+    builder.set("enable_jump_tables", "true")?;
+    Ok(settings::Flags::new(builder))
+}

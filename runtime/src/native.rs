@@ -1,0 +1,179 @@
+//! Runs compiled code. The only file of the project with `unsafe` in it.
+//!
+//! What makes it sound, together: the code was written by this project's compiler (an artifact
+//! carries a checksum and is refused when anything about it is off); all it reaches is the image,
+//! whose length is checked against the program's before each call, and the host through one
+//! function of the context; and it leaves by returning, always.
+#![allow(unsafe_code)]
+
+use std::ffi::c_void;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use memmap2::{Mmap, MmapMut};
+use plcc_abi::context::ChunkFn;
+use plcc_abi::{
+    Code, Engine, Host, HostFn, Outcome, Program, RawOutcome, Scan, ScanContext, TrapCode,
+};
+use thiserror::Error;
+
+/// Why code can't be run.
+#[derive(Debug, Error)]
+pub enum NativeError {
+    /// The system gives no memory to execute.
+    #[error("no executable memory: {0}")]
+    Map(#[from] std::io::Error),
+    /// A label lies outside the code, or a task outside the labels.
+    #[error("the code's tables do not fit its code")]
+    Tables,
+}
+
+/// Compiled code, mapped, with where each task was suspended.
+pub struct NativeEngine {
+    /// Keeps the code mapped; the entries point into it.
+    _map: Mmap,
+    /// For each label the function to call with it.
+    entries: Vec<ChunkFn>,
+    /// For each task its first label.
+    tasks: Vec<u32>,
+    /// For each task the label to go on with.
+    resume: Vec<Option<u32>>,
+    image_size: usize,
+}
+
+impl NativeEngine {
+    /// Maps a program's code.
+    ///
+    /// # Errors
+    /// When there is no memory for it, or its tables do not fit.
+    pub fn new(code: &Code, program: &Program) -> Result<Self, NativeError> {
+        let starts: Vec<u32> = code.functions.iter().map(|function| function.offset).collect();
+        let fits = |function: &plcc_abi::FunctionRange| {
+            let end = u64::from(function.offset) + u64::from(function.len);
+            function.len > 0 && end <= code.bytes.len() as u64
+        };
+        if !code.functions.iter().all(fits)
+            || !code.labels.iter().all(|label| starts.binary_search(label).is_ok())
+            || !program.tasks.iter().all(|task| (task.entry as usize) < code.labels.len())
+        {
+            return Err(NativeError::Tables);
+        }
+        let mut map = MmapMut::map_anon(code.bytes.len().max(1))?;
+        if let Some(room) = map.get_mut(..code.bytes.len()) {
+            room.copy_from_slice(&code.bytes);
+        }
+        let map = map.make_exec()?;
+        let entry = |&offset: &u32| {
+            // SAFETY: the offset is that of a function inside the mapping (checked above), which
+            // lives as long as the pointer: both are owned by the engine. The compiler gives
+            // every function this signature.
+            unsafe { std::mem::transmute::<*const u8, ChunkFn>(map.as_ptr().add(offset as usize)) }
+        };
+        let entries = code.labels.iter().map(entry).collect();
+        let tasks: Vec<u32> = program.tasks.iter().map(|task| task.entry).collect();
+        if std::env::var_os("PLCC_PERF_MAP").is_some() {
+            perf_map(code, map.as_ptr() as usize);
+        }
+        Ok(Self {
+            _map: map,
+            entries,
+            resume: vec![None; tasks.len()],
+            tasks,
+            image_size: program.image_size as usize,
+        })
+    }
+}
+
+/// What the host callback finds behind the context.
+struct Call<'a> {
+    image: *mut u8,
+    image_len: usize,
+    host: &'a mut dyn Host,
+    panicked: bool,
+}
+
+impl Engine for NativeEngine {
+    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
+        let Some(&first) = self.tasks.get(task) else { return Outcome::End };
+        if scan.image.len() < self.image_size {
+            return Outcome::Trap(TrapCode::BadLabel);
+        }
+        let mut label = self.resume.get_mut(task).and_then(Option::take).unwrap_or(first);
+        let image = scan.image.as_mut_ptr();
+        let image_len = scan.image.len();
+        let mut call = Call { image, image_len, host: &mut *scan.host, panicked: false };
+        let context = ScanContext {
+            image,
+            host: host_call,
+            host_data: std::ptr::from_mut(&mut call).cast::<c_void>(),
+        };
+        let context = std::ptr::from_ref(&context);
+        loop {
+            let Some(entry) = self.entries.get(label as usize) else {
+                return Outcome::Trap(TrapCode::BadLabel);
+            };
+            let raw = RawOutcome(entry(context, label));
+            match raw.kind() {
+                RawOutcome::GOTO => label = raw.payload(),
+                RawOutcome::END => return Outcome::End,
+                RawOutcome::SUSPEND => {
+                    if let Some(slot) = self.resume.get_mut(task) {
+                        *slot = Some(raw.payload());
+                    }
+                    return Outcome::Suspended;
+                }
+                _ => {
+                    let code = TrapCode::from_number(raw.payload());
+                    return Outcome::Trap(code.unwrap_or(TrapCode::BadLabel));
+                }
+            }
+        }
+    }
+
+    fn reset(&mut self, task: usize) {
+        if let Some(slot) = self.resume.get_mut(task) {
+            *slot = None;
+        }
+    }
+}
+
+/// What compiled code calls. A host that panics is not called again, and every call gives 0: a
+/// panic must not cross compiled code.
+extern "C" fn host_call(
+    context: *const ScanContext,
+    function: u32,
+    a: u64,
+    b: u64,
+    c: u64,
+    d: u64,
+) -> u64 {
+    // SAFETY: compiled code passes on the context it was given, which `Engine::call` made and
+    // which outlives the call; its data is the `Call` beside it. `Engine::call` does not touch
+    // either while compiled code runs, and this function, the only other, is not entered twice:
+    // a host gets the image as a slice and has no way back into the code.
+    let call = unsafe { &mut *(*context).host_data.cast::<Call<'_>>() };
+    let Some(function) = HostFn::from_number(function) else { return 0 };
+    if call.panicked {
+        return 0;
+    }
+    // SAFETY: pointer and length come from the `&mut [u8]` that `Engine::call` borrows for the
+    // whole call and does not use meanwhile; compiled code is waiting for this function.
+    let image = unsafe { std::slice::from_raw_parts_mut(call.image, call.image_len) };
+    let host = &mut *call.host;
+    // The host is not called again after a panic, so nobody sees what it left half done.
+    let result = catch_unwind(AssertUnwindSafe(move || host.call(image, function, [a, b, c, d])));
+    call.panicked |= result.is_err();
+    result.unwrap_or(0)
+}
+
+/// Tells `perf` the functions' names, where `PLCC_PERF_MAP` asks for it. A profile without names
+/// is all that is lost when the file can't be written.
+fn perf_map(code: &Code, base: usize) {
+    use std::fmt::Write as _;
+    let mut text = String::new();
+    for function in &code.functions {
+        let start = base + function.offset as usize;
+        let _ = writeln!(text, "{start:x} {:x} plcc:{}", function.len, function.name);
+    }
+    let path = std::env::temp_dir().join(format!("perf-{}.map", std::process::id()));
+    let _ = std::fs::write(path, text);
+}
