@@ -9,6 +9,7 @@ mod interp;
 mod layout;
 mod live;
 mod lower;
+pub mod names;
 mod number;
 mod operand;
 mod parse;
@@ -30,6 +31,7 @@ pub use interp::Interpreter;
 pub struct Program {
     checked: Arc<ast::Program>,
     layout: Arc<layout::Layout>,
+    settings: plcc_abi::nct::NctSettings,
 }
 
 /// Reads and checks a program. There is one unless a diagnostic is an error.
@@ -52,7 +54,8 @@ pub fn check(
     let text = text.to_owned();
     let checked = ast::Program { name, text, lines, stmts, conds, labels, texts, slots };
     let layout = layout::Layout::new(&checked);
-    (Some(Program { checked: Arc::new(checked), layout: Arc::new(layout) }), found)
+    let settings = options.machine.nct.clone();
+    (Some(Program { checked: Arc::new(checked), layout: Arc::new(layout), settings }), found)
 }
 
 impl Program {
@@ -69,7 +72,7 @@ impl Program {
     }
 
     fn with_tables(&self, module: plcc_ir::Module) -> Lowered {
-        let settings = plcc_abi::nct::NctSettings::default();
+        let settings = self.settings.clone();
         let tasks = module.tasks.clone();
         let program = tables::program(&self.checked, &self.layout, settings, tasks);
         Lowered { program, module }

@@ -1,0 +1,213 @@
+//! The names that the control gives a meaning: flags, registers, lines (NCT 2).
+
+use std::sync::LazyLock;
+
+use plcc_abi::nct::{NctName, RETAINED_FROM};
+
+const TABLE: &str = include_str!("names.tsv");
+
+/// A name with a meaning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Name {
+    /// As programs are listed: `I510`, `F0040`, `RH060`.
+    pub name: &'static str,
+    /// What it is: `input flag`, `output register`, `timer`.
+    pub kind: &'static str,
+    /// What it says, in one line.
+    pub meaning: &'static str,
+    /// Where the manual has it.
+    pub section: &'static str,
+}
+
+static NAMES: LazyLock<Vec<Name>> =
+    LazyLock::new(|| TABLE.lines().filter(|line| !line.starts_with('#')).filter_map(row).collect());
+
+fn row(line: &'static str) -> Option<Name> {
+    let mut cells = line.split('\t');
+    let mut cell = || cells.next();
+    let (name, kind, meaning, section) = (cell()?, cell()?, cell()?, cell()?);
+    cell().is_none().then_some(Name { name, kind, meaning, section })
+}
+
+/// Every name, sorted.
+pub fn all() -> &'static [Name] {
+    &NAMES
+}
+
+/// Finds a name as programs are listed.
+pub fn find(name: &str) -> Option<&'static Name> {
+    let names = all();
+    names.binary_search_by(|row| row.name.cmp(name)).ok().and_then(|at| names.get(at))
+}
+
+/// The meaning of a variable, where the control gives it one.
+pub fn meaning(name: NctName) -> Option<&'static str> {
+    find(&name.to_string()).map(|name| name.meaning)
+}
+
+/// A name as listed, from one written with spaces, small letters, O for 0 or too few zeros:
+/// `i51O` is I510, `RH 60` is RH060. V and the letters of statements in front of one stay.
+fn canonical(text: &str) -> Option<(char, NctName)> {
+    let upper: String =
+        text.chars().filter(|c| !c.is_whitespace()).map(|c| c.to_ascii_uppercase()).collect();
+    // A leading O is the letter of output lines; behind the letters it can only be a zero.
+    let letters = ["RH", "RP", "OP"].into_iter().find(|l| upper.starts_with(l)).map_or(1, str::len);
+    let (letters, digits) = upper.split_at_checked(letters)?;
+    let digits = digits.replace('O', "0");
+    if letters == "V" {
+        return format!("I{digits}").parse().ok().map(|name| ('V', name));
+    }
+    let name: NctName = format!("{letters}{digits}").parse().ok()?;
+    letters.chars().next().map(|first| (first, name))
+}
+
+/// What `plcc explain I510` prints, or nothing where that is no variable.
+pub fn explain(text: &str) -> Option<String> {
+    let (letter, name) = canonical(text)?;
+    let shown = if letter == 'V' {
+        format!("V{}", name.to_string().trim_start_matches('I'))
+    } else {
+        name.to_string()
+    };
+    let (kind, section) = kind(letter, name);
+    let mut out = format!("{shown}\n  {kind}\n");
+    // Change tests and direct accesses mean what the line's own name says.
+    let named = match name {
+        NctName::P { byte, bit } => NctName::I { byte, bit },
+        NctName::O { byte, bit } => NctName::Y { byte, bit },
+        other => other,
+    };
+    if let Some(row) = find(&named.to_string()) {
+        out.push_str(&format!("  {}\n", row.meaning));
+    } else if let Some(bits) = bits(named) {
+        for (bit, meaning) in bits {
+            out.push_str(&format!("  {bit}: {meaning}\n"));
+        }
+    }
+    out.push_str(&format!("  NCT manual {section}\n"));
+    Some(out)
+}
+
+/// The bits of a word that have a meaning, with their names.
+fn bits(name: NctName) -> Option<Vec<(String, &'static str)>> {
+    let bit_of = |byte: u16, bit: u8| match name {
+        NctName::I { bit: None, .. } => {
+            Some(NctName::I { byte: byte.try_into().ok()?, bit: Some(bit) })
+        }
+        NctName::Y { bit: None, .. } => {
+            Some(NctName::Y { byte: byte.try_into().ok()?, bit: Some(bit) })
+        }
+        NctName::F { bit: None, .. } => Some(NctName::F { byte, bit: Some(bit) }),
+        _ => None,
+    };
+    let first = match name {
+        NctName::I { byte, bit: None } | NctName::Y { byte, bit: None } => byte.into(),
+        NctName::F { byte, bit: None } => byte,
+        _ => return None,
+    };
+    let places = (first..first + 2).flat_map(|byte| (0..8).map(move |bit| (byte, bit)));
+    let named = places.filter_map(|(byte, bit)| {
+        let name = bit_of(byte, bit)?;
+        meaning(name).map(|meaning| (name.to_string(), meaning))
+    });
+    Some(named.collect())
+}
+
+/// What kind of variable a name is, and the manual's section.
+fn kind(letter: char, name: NctName) -> (String, &'static str) {
+    let line = |byte: u8| if byte < 40 { "line" } else { "flag" };
+    let size = if name.is_bit() { "bit" } else { "word of 16 bits" };
+    match name {
+        NctName::I { byte, .. } => {
+            let section = if byte < 40 { "2.1.1" } else { "2.2.1" };
+            match letter {
+                'V' => (format!("change test of an input {}, {size}", line(byte)), section),
+                _ => (format!("input {}, {size}", line(byte)), section),
+            }
+        }
+        NctName::Y { byte, .. } => {
+            let section = if byte < 40 { "2.1.2" } else { "2.2.2" };
+            (format!("output {}, {size}", line(byte)), section)
+        }
+        NctName::P { .. } => (format!("physical input line read directly, {size}"), "2.1.1"),
+        NctName::O { .. } => (format!("physical output line written directly, {size}"), "2.1.2"),
+        NctName::F { byte, .. } => {
+            let section = match byte {
+                0..=9 => "2.3.1",
+                500 => "2.3.2",
+                _ => "2.3",
+            };
+            let kept = if usize::from(byte) < RETAINED_FROM {
+                "0 at power-up"
+            } else {
+                "survives power-off"
+            };
+            (format!("local variable, {size}, {kept}"), section)
+        }
+        NctName::Rh(n) if n % 100 < 50 => ("register from the NC, 16 bits".into(), "2.2.3"),
+        NctName::Rh(_) => ("register to the NC, 16 bits".into(), "2.2.4"),
+        NctName::Q(_) => ("up/down counter, 16 bits".into(), "2.4.1"),
+        NctName::T(_) => ("20 ms timer, 16 bits".into(), "2.4.2"),
+        NctName::H(_) => ("second timer, 16 bits".into(), "2.4.3"),
+        NctName::M(_) => ("minute timer, 16 bits".into(), "2.4.4"),
+        NctName::Rp(_) => ("PLC constant, 16 bits".into(), "2.4.5"),
+        NctName::Op(_) => ("register OP of a module, 16 bits".into(), "2.3.1"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_line_of_the_table_is_well_formed_sorted_and_unique() {
+        let lines: Vec<_> = TABLE.lines().filter(|line| !line.starts_with('#')).collect();
+        assert_eq!(all().len(), lines.len(), "a line does not parse");
+        assert!(all().is_sorted_by(|a, b| a.name < b.name));
+        assert_eq!(all().len(), 1534);
+        for row in all() {
+            let name: NctName = row.name.parse().unwrap();
+            assert_eq!(name.to_string(), row.name);
+            assert!((3..=100).contains(&row.meaning.len()), "{}", row.name);
+            assert_eq!(row.section, kind('I', name).1, "{}", row.name);
+        }
+    }
+
+    #[test]
+    fn registers_and_flags_are_all_there() {
+        let count = |letter: &str| {
+            all()
+                .iter()
+                .filter(|row| row.name.trim_end_matches(|c: char| c.is_ascii_digit()) == letter)
+                .count()
+        };
+        let counts = ["Q", "T", "H", "M", "RP"].map(count);
+        assert_eq!(counts, [32, 50, 100, 10, 40]);
+        for n in 0..152 {
+            let name = format!("Y{}{}", 71 + n / 8, n % 8);
+            assert!(find(&name).unwrap().meaning.contains(":199"), "{name}");
+        }
+    }
+
+    #[test]
+    fn explains_however_it_is_written() {
+        let first = explain("I510").unwrap();
+        assert!(first.starts_with("I510\n  input flag, bit\n  first run"), "{first}");
+        for other in ["i510", " I 5 1 0", "I51O"] {
+            assert_eq!(explain(other).as_deref(), Some(first.as_str()), "{other}");
+        }
+        assert!(explain("rh60").unwrap().starts_with("RH060\n"));
+        assert!(
+            explain("V000")
+                .unwrap()
+                .starts_with("V000\n  change test of an input line, bit\n  input line")
+        );
+        assert!(explain("O012").unwrap().contains("connector O1, pin 21"));
+        assert!(explain("Y40").unwrap().contains("  Y407: edit mode"));
+        assert!(explain("F0100").unwrap().contains("0 at power-up"));
+        assert!(explain("F600").unwrap().contains("survives power-off"));
+        for none in ["", "I", "é", "W1", ":003", "NCT-7", "I999", "@FRO"] {
+            assert_eq!(explain(none), None, "{none}");
+        }
+    }
+}
