@@ -1,1 +1,4 @@
 //! End-to-end tests.
+
+pub mod gen_pmi;
+pub mod rng;

@@ -1,5 +1,6 @@
 //! Every error of PMI's list that can be provoked (PMI 4.5), and our own codes: a file each, named
 //! for its code, and what is drawn for it.
+#![allow(clippy::unwrap_used)]
 
 use std::path::Path;
 
