@@ -150,7 +150,7 @@ fn from_bcd(word: u16) -> Option<u16> {
 
 /// Up to 9999 as four BCD digits.
 fn to_bcd(n: u16) -> u16 {
-    n / 1000 << 12 | n / 100 % 10 << 8 | n / 10 % 10 << 4 | n % 10
+    (n / 1000) << 12 | (n / 100 % 10) << 8 | (n / 10 % 10) << 4 | (n % 10)
 }
 
 impl Run<'_> {

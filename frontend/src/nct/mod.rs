@@ -16,6 +16,7 @@ mod parse;
 mod structure;
 mod tables;
 mod text;
+mod xref;
 
 use std::sync::Arc;
 
@@ -25,6 +26,7 @@ use plcc_diag::{Diagnostic, FileId, SourceMap};
 use crate::common::{FileLoader, Lowered, Options};
 
 pub use interp::Interpreter;
+pub use xref::{Xref, XrefRow};
 
 /// A program without errors.
 #[derive(Clone, Debug)]
@@ -76,6 +78,11 @@ impl Program {
         let tasks = module.tasks.clone();
         let program = tables::program(&self.checked, &self.layout, settings, tasks);
         Lowered { program, module }
+    }
+
+    /// Where each variable is read, written and tested.
+    pub fn xref(&self) -> Xref {
+        xref::xref(&self.checked)
     }
 
     /// The statement interpreter, as an engine like the others.

@@ -165,9 +165,7 @@ pub(super) fn refuse(c: &mut Cursor<'_>, make: impl FnOnce(&Cursor<'_>) -> Fail)
         c.bump();
     }
     let fail = make(c);
-    while !c.gap()
-        && c.peek().is_some_and(|d| matches!(d, '0'..='9') || "IYVPFRQTHMLSN".contains(d))
-    {
+    while !c.gap() && c.peek().is_some_and(|d| d.is_ascii_digit() || "IYVPFRQTHMLSN".contains(d)) {
         c.bump();
     }
     fail

@@ -15,7 +15,7 @@ pub(super) fn modules(program: &Program) -> impl Iterator<Item = (u16, usize)> {
 
 /// The name under which a variable is watched and dumped. V and what an indirect access leads to
 /// have none.
-fn name(place: Place) -> Option<NctName> {
+pub(super) fn name(place: Place) -> Option<NctName> {
     let (space, byte, bit) = match place {
         Place::Bit(Bit { space, byte, bit }) => (space, byte, Some(bit)),
         Place::Word(Word::Bytes { space, byte }) => (space, byte, None),

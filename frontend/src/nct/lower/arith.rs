@@ -262,7 +262,7 @@ impl Lowerer<'_> {
     pub(super) fn bin(&mut self, after: Set) {
         let op = self.op();
         let word = self.wide(op);
-        let Bcd { number, wrong } = self.from_bcd(word);
+        let Bcd { number, wrong } = self.take_bcd(word);
         let sign = self.bit(crate::nct::ast::Bit { space: Space::F, byte: 8, bit: 7 });
         let ins = self.builder.ins();
         let value = ins.zextend_or_trunc(Type::I16, number);

@@ -173,7 +173,7 @@ impl Lowerer<'_> {
         self.leave(Set::ALL);
         let word = self.word(Word::Bytes { space: Space::F, byte: word });
         let word = self.builder.ins().zextend_or_trunc(Type::I32, word);
-        let Bcd { number, wrong } = self.from_bcd(word);
+        let Bcd { number, wrong } = self.take_bcd(word);
         let none = self.builder.ins().iconst(Type::I32, i64::from(u16::MAX));
         let number = self.builder.ins().select(wrong, none, number);
         let zero = self.builder.ins().iconst(Type::I1, 0);

@@ -149,7 +149,7 @@ impl Lowerer<'_> {
     }
 
     /// Takes a word, as an i32, as BCD.
-    pub(super) fn from_bcd(&mut self, word: Value) -> Bcd {
+    pub(super) fn take_bcd(&mut self, word: Value) -> Bcd {
         let ins = self.builder.ins();
         // A digit is wrong where bit 3 is set and bit 1 or 2 too.
         let once = ins.binary_imm(BinaryOp::Shl, word, 1);
@@ -172,7 +172,7 @@ impl Lowerer<'_> {
     pub(super) fn indirect(&mut self, at: u16) -> Indirect {
         let word = self.bytes(Space::F, at);
         let word = self.builder.ins().zextend_or_trunc(Type::I32, word);
-        let Bcd { number, wrong: not_bcd } = self.from_bcd(word);
+        let Bcd { number, wrong: not_bcd } = self.take_bcd(word);
         let out = self.builder.ins().icmp_imm(IntCond::Ugt, number, 999);
         let bcd = self.not(not_bcd);
         let syntax = self.both(out, bcd);
