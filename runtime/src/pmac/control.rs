@@ -6,7 +6,7 @@ use plcc_abi::{
     Host, HostFn,
     image::{read_u32, write_f64},
     pmac::{
-        Definition, Far, Layout, Memory, PlcOp, PmacTables, Space, Text, View, context,
+        Definition, Far, Layout, Memory, PlcOp, PmacTables, Space, Text, View,
         math::{finite, wrap24},
         pure,
     },
@@ -38,6 +38,59 @@ pub(super) struct Plc {
     pub(super) task: usize,
 }
 
+/// What becomes of all PLCs, or all PLCCs, by number. `enabled` says the same as the states, so
+/// that the next in turn is found at once.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Plcs {
+    plcs: [Plc; 32],
+    enabled: u32,
+}
+
+impl Plcs {
+    /// The first that runs, from a number on.
+    pub(super) fn next(&self, from: u32) -> Option<u32> {
+        let bits = self.enabled.checked_shr(from)?;
+        (bits != 0).then(|| from + bits.trailing_zeros())
+    }
+
+    pub(super) fn get_mut(&mut self, number: u32) -> Option<&mut Plc> {
+        self.plcs.get_mut(number as usize)
+    }
+
+    /// Puts a PLC in its place.
+    fn put(&mut self, number: u32, plc: Plc) {
+        if let Some(slot) = self.plcs.get_mut(number as usize) {
+            *slot = plc;
+            self.note(number);
+        }
+    }
+
+    fn note(&mut self, number: u32) {
+        let runs = self.plcs.get(number as usize).is_some_and(|p| p.status == Status::Enabled);
+        let bit = 1_u32.checked_shl(number).unwrap_or(0);
+        self.enabled = if runs { self.enabled | bit } else { self.enabled & !bit };
+    }
+
+    /// ENABLE to RESUME of one.
+    fn apply(&mut self, op: PlcOp, number: u32) {
+        let Some(plc) = self.plcs.get_mut(number as usize) else {
+            return;
+        };
+        match (op, plc.status) {
+            (_, Status::Absent) => {}
+            (PlcOp::Enable, _) => {
+                plc.status = Status::Enabled;
+                plc.restart = true;
+            }
+            (PlcOp::Disable, _) => plc.status = Status::Disabled,
+            (PlcOp::Pause, Status::Enabled) => plc.status = Status::Paused,
+            (PlcOp::Resume, Status::Paused) => plc.status = Status::Enabled,
+            (PlcOp::Pause | PlcOp::Resume, _) => {}
+        }
+        self.note(number);
+    }
+}
+
 /// A command that waits for its turn.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Queued {
@@ -51,8 +104,8 @@ pub(super) struct Control {
     pub(super) tables: PmacTables,
     pub(super) layout: Layout,
     pub(super) far: Far,
-    /// By [context]: PLC 0-31, PLCC 0-31.
-    pub(super) plcs: [Plc; 64],
+    pub(super) plcs: Plcs,
+    pub(super) plccs: Plcs,
     pub(super) queue: VecDeque<Queued>,
     /// The context of what is running.
     pub(super) running: u32,
@@ -65,13 +118,11 @@ pub(super) struct Control {
 
 impl Control {
     pub(super) fn new(tables: PmacTables, layout: Layout) -> Self {
-        let mut plcs = [Plc::default(); 64];
+        let (mut plcs, mut plccs) = (Plcs::default(), Plcs::default());
         for program in &tables.programs {
             let status = if program.enabled { Status::Enabled } else { Status::Disabled };
-            let task = program.task as usize;
-            if let Some(plc) = plcs.get_mut(context(program.compiled, program.number) as usize) {
-                *plc = Plc { status, restart: false, task };
-            }
+            let plc = Plc { status, restart: false, task: program.task as usize };
+            if program.compiled { &mut plccs } else { &mut plcs }.put(program.number, plc);
         }
         Self {
             far: tables.far.clone(),
@@ -79,6 +130,7 @@ impl Control {
             tables,
             layout,
             plcs,
+            plccs,
             queue: VecDeque::with_capacity(64),
             running: 0,
             tick: 0,
@@ -121,21 +173,9 @@ impl Control {
 
     /// ENABLE to RESUME.
     fn command_plcs(&mut self, op: PlcOp, compiled: bool, first: u32, last: u32) {
+        let plcs = if compiled { &mut self.plccs } else { &mut self.plcs };
         for number in first..=last.min(31) {
-            let Some(plc) = self.plcs.get_mut(context(compiled, number) as usize) else {
-                return;
-            };
-            match (op, plc.status) {
-                (_, Status::Absent) => {}
-                (PlcOp::Enable, _) => {
-                    plc.status = Status::Enabled;
-                    plc.restart = true;
-                }
-                (PlcOp::Disable, _) => plc.status = Status::Disabled,
-                (PlcOp::Pause, Status::Enabled) => plc.status = Status::Paused,
-                (PlcOp::Resume, Status::Paused) => plc.status = Status::Enabled,
-                (PlcOp::Pause | PlcOp::Resume, _) => {}
-            }
+            plcs.apply(op, number);
         }
     }
 

@@ -23,6 +23,7 @@ use plcc_abi::{
 use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
 use control::Control;
 use names::Name;
+use schedule::Clocks;
 use watchdog::Watchdog;
 
 /// What can be chosen for a run.
@@ -50,6 +51,7 @@ pub struct PmacExecutive {
     until_interrupt: u32,
     /// The interpreted PLC that ran last in background.
     last_plc: u32,
+    clocks: Clocks,
     /// What has been found by name, by the index of its [`Variable`].
     found: Vec<Name>,
 }
@@ -70,6 +72,7 @@ impl PmacExecutive {
             options,
             until_interrupt: 0,
             last_plc: 0,
+            clocks: Clocks::new(&layout),
             found: Vec::new(),
         })
     }

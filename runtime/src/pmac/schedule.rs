@@ -3,18 +3,55 @@
 use plcc_abi::{
     Engine, Outcome, Scan,
     image::{read_f64, read_u32, write_f64, write_u32},
-    pmac::{COMMAND_CONTEXT, Place, Space, context, fixed::sign_extend},
+    pmac::{COMMAND_CONTEXT, Layout, Place, Space, context, fixed::sign_extend},
 };
 
 use super::{PmacExecutive, control::Status};
 use crate::Stop;
 
-/// The watchdog's register, Y:$1F of a PMAC, and what housekeeping sets it to.
-const WATCHDOG_REGISTER: u32 = 0x1F;
+/// What housekeeping sets the watchdog's register to.
 const WATCHDOG_START: u32 = 4095;
+
+/// The bit of the global status that says that an interrupt took longer than until the next.
+const REENTRY: u32 = 1 << 22;
 
 /// The most negative value of a signed 24-bit timer, where it stops.
 const TIMER_END: i64 = -0x80_0000;
+
+/// Offsets of the words that the executive itself counts in.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Clocks {
+    /// The servo cycle counter X:0.
+    cycles: u32,
+    /// The timers X and Y:$700 and $701.
+    timers: [u32; 4],
+    /// The watchdog's register, Y:$1F of a PMAC.
+    watchdog: u32,
+    /// The first word of the global status, X:$3; X:$6 of a Turbo PMAC.
+    status: u32,
+}
+
+impl Clocks {
+    pub(super) fn new(layout: &Layout) -> Self {
+        let word = |space, address| match layout.place(space, address) {
+            Place::Word(offset) => offset,
+            // None of these addresses is anything else.
+            _ => u32::MAX,
+        };
+        Self {
+            cycles: word(Space::X, 0),
+            timers: [
+                word(Space::X, 0x700),
+                word(Space::Y, 0x700),
+                word(Space::X, 0x701),
+                word(Space::Y, 0x701),
+            ],
+            // The guide tells it for PMAC only; an offset outside the image is never anything.
+            watchdog: if layout.turbo { u32::MAX } else { word(Space::Y, 0x1F) },
+            status: word(Space::X, if layout.turbo { 6 } else { 3 }),
+        }
+    }
+}
 
 impl PmacExecutive {
     /// One servo cycle.
@@ -40,18 +77,13 @@ impl PmacExecutive {
     /// The servo cycle counter X:0 goes up, the timers go down.
     fn count_time(&mut self) {
         let layout = self.control.layout;
-        if let Place::Word(offset) = layout.place(Space::X, 0) {
-            let count = read_u32(&self.image, offset).wrapping_add(1) & 0xFF_FFFF;
-            write_u32(&mut self.image, offset, count);
-        }
-        for address in [0x700, 0x701] {
-            for space in [Space::X, Space::Y] {
-                if let Place::Word(offset) = layout.place(space, address) {
-                    let time = sign_extend(u64::from(read_u32(&self.image, offset)), 24);
-                    let time = (time - 1).max(TIMER_END) as u32 & 0xFF_FFFF;
-                    write_u32(&mut self.image, offset, time);
-                }
-            }
+        let words = self.clocks;
+        let count = read_u32(&self.image, words.cycles).wrapping_add(1) & 0xFF_FFFF;
+        write_u32(&mut self.image, words.cycles, count);
+        for offset in words.timers {
+            let time = sign_extend(u64::from(read_u32(&self.image, offset)), 24);
+            let time = (time - 1).max(TIMER_END) as u32 & 0xFF_FFFF;
+            write_u32(&mut self.image, offset, time);
         }
         if !layout.turbo {
             return;
@@ -68,18 +100,27 @@ impl PmacExecutive {
 
     /// The real-time interrupt: PLC0, then PLCC0.
     fn interrupt(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
-        if !self.control.layout.turbo {
-            let left = self.watchdog_register().saturating_sub(8);
-            self.set_watchdog_register(left);
-        }
+        let left = read_u32(&self.image, self.clocks.watchdog).saturating_sub(8);
+        write_u32(&mut self.image, self.clocks.watchdog, left);
         if let Some(watchdog) = &mut self.watchdog {
             watchdog.interrupt()?;
         }
         if matches!(self.i(5), 1 | 3) {
-            self.run_if_enabled(context(false, 0), engine)?;
-            self.run_if_enabled(context(true, 0), engine)?;
+            self.run_if_enabled(false, 0, engine)?;
+            self.run_if_enabled(true, 0, engine)?;
+        }
+        let interval = self.interrupt_interval();
+        if self.watchdog.as_ref().is_some_and(|watchdog| watchdog.is_overdue(interval)) {
+            let status = read_u32(&self.image, self.clocks.status) | REENTRY;
+            write_u32(&mut self.image, self.clocks.status, status);
         }
         Ok(())
+    }
+
+    /// The time between interrupts in seconds.
+    fn interrupt_interval(&self) -> f64 {
+        let cycle = read_f64(&self.image, self.control.layout.i_offset(10)) / 8_388_608e3;
+        cycle * (read_f64(&self.image, self.control.layout.i_offset(8)) + 1.0)
     }
 
     /// The next interpreted PLC, all PLCCs, housekeeping, commands.
@@ -88,12 +129,14 @@ impl PmacExecutive {
             && let Some(number) = self.next_plc()
         {
             self.last_plc = number;
-            self.run_if_enabled(context(false, number), engine)?;
+            self.run_if_enabled(false, number, engine)?;
         }
-        for number in 1..32 {
-            if self.background_on() {
-                self.run_if_enabled(context(true, number), engine)?;
-            }
+        let mut from = 1;
+        while let Some(number) = self.control.plccs.next(from)
+            && self.background_on()
+        {
+            self.run_if_enabled(true, number, engine)?;
+            from = number + 1;
         }
         self.housekeeping()?;
         self.do_commands(engine)
@@ -105,17 +148,18 @@ impl PmacExecutive {
 
     /// The enabled interpreted PLC after the last one, around from 31 to 1.
     fn next_plc(&self) -> Option<u32> {
-        let last = self.last_plc;
-        (last + 1..32).chain(1..=last).find(|number| self.is_enabled(context(false, *number)))
+        let plcs = &self.control.plcs;
+        plcs.next(self.last_plc + 1).or_else(|| plcs.next(1))
     }
 
-    fn is_enabled(&self, context: u32) -> bool {
-        let plc = self.control.plcs.get(context as usize);
-        plc.is_some_and(|plc| plc.status == Status::Enabled)
-    }
-
-    fn run_if_enabled(&mut self, context: u32, engine: &mut dyn Engine) -> Result<(), Stop> {
-        let Some(plc) = self.control.plcs.get_mut(context as usize) else {
+    fn run_if_enabled(
+        &mut self,
+        compiled: bool,
+        number: u32,
+        engine: &mut dyn Engine,
+    ) -> Result<(), Stop> {
+        let plcs = if compiled { &mut self.control.plccs } else { &mut self.control.plcs };
+        let Some(plc) = plcs.get_mut(number) else {
             return Ok(());
         };
         if plc.status != Status::Enabled {
@@ -125,7 +169,7 @@ impl PmacExecutive {
         if core::mem::take(&mut plc.restart) {
             engine.reset(task);
         }
-        self.run(context, task, engine)
+        self.run(context(compiled, number), task, engine)
     }
 
     /// One scan of a task.
@@ -142,25 +186,12 @@ impl PmacExecutive {
     }
 
     fn housekeeping(&mut self) -> Result<(), Stop> {
-        if !self.control.layout.turbo {
-            self.set_watchdog_register(WATCHDOG_START);
-        }
+        write_u32(&mut self.image, self.clocks.watchdog, WATCHDOG_START);
+        let interval = self.interrupt_interval();
         match &mut self.watchdog {
-            Some(watchdog) => {
-                let cycle = read_f64(&self.image, self.control.layout.i_offset(10)) / 8_388_608e3;
-                let interval = read_f64(&self.image, self.control.layout.i_offset(8)) + 1.0;
-                watchdog.background(cycle * interval)
-            }
+            Some(watchdog) => watchdog.background(interval),
             None => Ok(()),
         }
-    }
-
-    fn watchdog_register(&self) -> u32 {
-        self.view().read_word(Space::Y, WATCHDOG_REGISTER)
-    }
-
-    fn set_watchdog_register(&mut self, value: u32) {
-        self.memory().write_word(Space::Y, WATCHDOG_REGISTER, value);
     }
 
     /// The commands that were queued.

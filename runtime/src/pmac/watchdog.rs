@@ -32,6 +32,11 @@ impl Watchdog {
         self.background_at(Instant::now(), interval)
     }
 
+    /// Whether an interval has passed since the interrupt came.
+    pub(super) fn is_overdue(&self, interval: f64) -> bool {
+        self.interrupt.is_some_and(|last| last.elapsed().as_secs_f64() > interval)
+    }
+
     fn interrupt_at(&mut self, now: Instant) -> Result<(), Stop> {
         let last = self.interrupt.replace(now);
         let is_late = last.is_some_and(|last| now.saturating_duration_since(last) > SLOWEST);
