@@ -116,6 +116,5 @@ fn flags(opt: OptLevel) -> Result<settings::Flags, SetError> {
     builder.set("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" })?;
     builder.set("unwind_info", "false")?;
     builder.set("enable_probestack", "false")?;
-    builder.set("enable_jump_tables", "true")?;
     Ok(settings::Flags::new(builder))
 }
