@@ -1,5 +1,1 @@
-//! Programs to measure with, and what measuring them has in common.
-
-pub mod compiled;
-pub mod equations;
-pub mod random;
+//! Benchmarks.
