@@ -1,1 +1,5 @@
-//! Benchmarks.
+//! Programs to measure with, and what measuring them has in common.
+
+pub mod compiled;
+pub mod equations;
+pub mod random;

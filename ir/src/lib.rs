@@ -20,8 +20,10 @@
 pub mod builder;
 pub mod chunk;
 pub mod entities;
+pub mod eval;
 pub mod func;
 pub mod inst;
+pub mod interp;
 pub mod module;
 pub mod types;
 
@@ -30,5 +32,6 @@ pub use chunk::{ChunkBuilder, Place};
 pub use entities::{Block, Func, Inst, Label, Region, SourceLoc, Value};
 pub use func::{BlockCall, BlockData, FuncData, Terminator, ValueDef};
 pub use inst::{Address, Args, BinaryOp, ConvertOp, FloatCond, Index, InstData, IntCond, UnaryOp};
+pub use interp::Interpreter;
 pub use module::{Module, SourceFile, Statement};
 pub use types::Type;

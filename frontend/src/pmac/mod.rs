@@ -13,20 +13,30 @@ mod ast;
 mod cursor;
 mod define;
 mod download;
+mod emit;
 mod eval;
 mod expr;
+mod integer;
+mod interp;
 mod load;
+mod lower;
 mod online;
 mod origin;
 mod preprocess;
+mod program;
+mod rangeanalysis;
 mod statement;
 pub mod tables;
 #[cfg(test)]
 mod tests;
+mod variables;
 
+use plcc_abi::Engine;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{FileLoader, Options};
+use crate::common::{FileLoader, Lowered, Options};
+
+pub use interp::Interpreter;
 
 /// A download that can run.
 #[derive(Clone, Debug)]
@@ -59,4 +69,25 @@ pub fn check(
     let texts = ids.map(|id| (sources.path(id).to_owned(), sources.text(id).to_owned()));
     let files = texts.collect();
     (Some(Program { download, loaded, files }), diagnostics)
+}
+
+impl Program {
+    /// The program as IR, with the executive's tables.
+    pub fn lower(&self) -> Lowered {
+        let module = lower::lower(&self.download, &self.loaded, &self.files);
+        let names = self.files.iter().map(|(name, _)| name.clone()).collect();
+        let tasks = module.tasks.clone();
+        let program = program::program(&self.download, &self.loaded, names, tasks);
+        Lowered { program, module }
+    }
+
+    /// The statement interpreter, as an engine like the others.
+    pub fn interpreter(&self) -> Box<dyn Engine> {
+        Box::new(Interpreter::new(&self.download, &self.loaded))
+    }
+
+    /// The names of the files that the text includes.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        self.files.iter().map(|(name, _)| name.as_str())
+    }
 }

@@ -1,0 +1,83 @@
+//! From source text to engines, as the command line does it, with the time each step takes.
+
+use std::time::{Duration, Instant};
+
+use plcc_abi::{Engine, Program};
+use plcc_codegen::{OptLevel, Target};
+use plcc_diag::SourceMap;
+use plcc_frontend::common::{MemoryLoader, Options};
+use plcc_frontend::pmi;
+use plcc_ir::Module;
+use plcc_runtime::NativeEngine;
+
+/// How long each step from text to native code took.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Times {
+    /// Reading and checking.
+    pub check: Duration,
+    /// Lowering to IR.
+    pub lower: Duration,
+    /// The passes over the IR.
+    pub optimize: Duration,
+    /// Machine code and mapping.
+    pub codegen: Duration,
+}
+
+impl Times {
+    /// All of it.
+    pub fn total(&self) -> Duration {
+        self.check + self.lower + self.optimize + self.codegen
+    }
+}
+
+/// A compiled program.
+pub struct Compiled {
+    /// Its tables.
+    pub program: Program,
+    /// Its IR after the passes.
+    pub module: Module,
+    /// Native code.
+    pub native: NativeEngine,
+    /// The statement interpreter.
+    pub interpreter: Box<dyn Engine>,
+    /// Bytes of native code.
+    pub code_bytes: usize,
+    /// What it took.
+    pub times: Times,
+}
+
+/// Compiles a PMI program for this machine.
+///
+/// # Errors
+/// When the program has errors, or no code can be made; with what was said about it.
+pub fn pmi(source: &str) -> Result<Compiled, String> {
+    let mut times = Times::default();
+    let start = Instant::now();
+    let mut sources = SourceMap::new();
+    let file = sources.add("bench.pmi", source.as_bytes());
+    let loader = MemoryLoader::new();
+    let (program, diagnostics) = pmi::check(&mut sources, file, &loader, &Options::default());
+    times.check = start.elapsed();
+    let Some(program) = program else {
+        return Err(diagnostics.first().map_or_else(String::new, |first| first.message.clone()));
+    };
+    let start = Instant::now();
+    let lowered = program.lower();
+    times.lower = start.elapsed();
+    let start = Instant::now();
+    let module = lowered.module;
+    times.optimize = start.elapsed();
+    let start = Instant::now();
+    let target = Target::host(OptLevel::Speed).map_err(|error| error.to_string())?;
+    let code = plcc_codegen::compile(&module, &target).map_err(|error| error.to_string())?;
+    let native = NativeEngine::new(&code, &lowered.program).map_err(|error| error.to_string())?;
+    times.codegen = start.elapsed();
+    Ok(Compiled {
+        program: lowered.program,
+        module,
+        native,
+        interpreter: program.interpreter(),
+        code_bytes: code.bytes.len(),
+        times,
+    })
+}

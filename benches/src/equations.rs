@@ -1,0 +1,188 @@
+//! Boolean equations as relay logic has them, in PMI and in C.
+//!
+//! An equation sets a relay from two to nine contacts, most of them set not far above it, some of
+//! them inputs, some from the scan before. The C says the same with one byte a bit.
+
+use std::fmt::Write as _;
+
+use crate::random::Random;
+
+/// Inputs, eight to a port from port 0.
+pub const INPUTS: usize = 256;
+/// Patterns of the inputs; scan `n` sees pattern `n % PATTERNS`.
+pub const PATTERNS: usize = 64;
+
+/// A program of equations.
+pub struct Equations {
+    equations: Vec<Vec<Group>>,
+}
+
+/// Contacts side by side; the groups of an equation stand in a row.
+type Group = Vec<Contact>;
+
+#[derive(Clone, Copy)]
+struct Contact {
+    source: Source,
+    inverted: bool,
+}
+
+#[derive(Clone, Copy)]
+enum Source {
+    Input(usize),
+    Relay(usize),
+}
+
+impl Equations {
+    /// `count` equations, the same for the same seed.
+    pub fn new(count: usize, seed: u64) -> Self {
+        let mut random = Random::new(seed);
+        let equations = (0..count).map(|i| equation(&mut random, i, count)).collect();
+        Self { equations }
+    }
+
+    /// The number of equations.
+    pub fn len(&self) -> usize {
+        self.equations.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.equations.is_empty()
+    }
+
+    /// The program in PMI.
+    pub fn pmi(&self) -> String {
+        let mut out = String::from("$INPUT\n");
+        for i in 0..INPUTS {
+            let _ = writeln!(out, "{} = {}/{}", name(Source::Input(i)), i / 8, i % 8);
+        }
+        out.push_str("$END\n");
+        for (i, groups) in self.equations.iter().enumerate() {
+            let _ = write!(out, "{} = ", name(Source::Relay(i)));
+            write_groups(&mut out, groups, [" & ", " ! "], "/", name);
+            out.push('\n');
+        }
+        out
+    }
+
+    /// The program in C: `scan` over `in` and `r`, one byte a bit.
+    pub fn c(&self) -> String {
+        let mut out = format!(
+            "static unsigned char in[{INPUTS}];\nstatic unsigned char r[{}];\n\
+             __attribute__((noinline)) void scan(void) {{\n",
+            self.len()
+        );
+        for (i, groups) in self.equations.iter().enumerate() {
+            let _ = write!(out, "    r[{i}] = ");
+            write_groups(&mut out, groups, [" & ", " | "], "!", c_name);
+            out.push_str(";\n");
+        }
+        out.push_str("}\n");
+        out
+    }
+
+    /// The C with a `main` that takes a number of scans, runs them with changing inputs, and
+    /// prints nanoseconds a scan and the relays' final states.
+    pub fn c_program(&self) -> String {
+        let mut out = String::from(
+            "#include <stdio.h>\n#include <stdlib.h>\n#include <string.h>\n#include <time.h>\n",
+        );
+        out.push_str(&self.c());
+        let _ = write!(
+            out,
+            r#"
+static unsigned char patterns[{PATTERNS}][{INPUTS}];
+int main(int argc, char **argv) {{
+    long scans = argc > 1 ? atol(argv[1]) : 1000;
+    unsigned long long x = {SEED}ull;
+    for (int p = 0; p < {PATTERNS}; p++)
+        for (int i = 0; i < {INPUTS}; i++) {{
+            x ^= x << 13; x ^= x >> 7; x ^= x << 17;
+            patterns[p][i] = (x >> 16) & 1;
+        }}
+    struct timespec a, b;
+    clock_gettime(CLOCK_MONOTONIC, &a);
+    for (long n = 0; n < scans; n++) {{
+        memcpy(in, patterns[n % {PATTERNS}], {INPUTS});
+        scan();
+    }}
+    clock_gettime(CLOCK_MONOTONIC, &b);
+    printf("%.3f\n", ((b.tv_sec - a.tv_sec) * 1e9 + (b.tv_nsec - a.tv_nsec)) / scans);
+    for (unsigned i = 0; i < sizeof r; i++) putchar('0' + r[i]);
+    putchar('\n');
+    return 0;
+}}
+"#
+        );
+        out
+    }
+}
+
+const SEED: u64 = 88_172_645_463_325_252;
+
+/// The patterns of the inputs, one byte an input.
+pub fn patterns() -> Vec<[u8; INPUTS]> {
+    let mut random = Random::new(SEED);
+    (0..PATTERNS).map(|_| std::array::from_fn(|_| (random.next() >> 16) as u8 & 1)).collect()
+}
+
+fn equation(random: &mut Random, index: usize, count: usize) -> Vec<Group> {
+    let groups = 2 + random.below(3);
+    (0..groups)
+        .map(|_| (0..1 + random.below(3)).map(|_| contact(random, index, count)).collect())
+        .collect()
+}
+
+fn contact(random: &mut Random, index: usize, count: usize) -> Contact {
+    let source = match random.below(10) {
+        0..3 => Source::Input(random.below(INPUTS)),
+        3..8 => Source::Relay(index.saturating_sub(1 + random.below(40)) % count),
+        _ => Source::Relay(random.below(count)),
+    };
+    Contact { source, inverted: random.below(3) == 0 }
+}
+
+fn name(source: Source) -> String {
+    match source {
+        Source::Input(i) => format!("L{i}"),
+        Source::Relay(i) => format!("R{i}"),
+    }
+}
+
+fn c_name(source: Source) -> String {
+    match source {
+        Source::Input(i) => format!("in[{i}]"),
+        Source::Relay(i) => format!("r[{i}]"),
+    }
+}
+
+fn write_groups(
+    out: &mut String,
+    groups: &[Group],
+    [row, side]: [&str; 2],
+    not: &str,
+    name: impl Fn(Source) -> String,
+) {
+    for (g, group) in groups.iter().enumerate() {
+        out.push_str(if g > 0 { row } else { "" });
+        let many = group.len() > 1;
+        out.push_str(if many { "(" } else { "" });
+        for (c, contact) in group.iter().enumerate() {
+            out.push_str(if c > 0 { side } else { "" });
+            out.push_str(if contact.inverted { not } else { "" });
+            out.push_str(&name(contact.source));
+        }
+        out.push_str(if many { ")" } else { "" });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Equations;
+
+    #[test]
+    fn the_same_seed_gives_the_same_program() {
+        assert_eq!(Equations::new(50, 7).pmi(), Equations::new(50, 7).pmi());
+        assert_ne!(Equations::new(50, 7).pmi(), Equations::new(50, 8).pmi());
+    }
+}

@@ -1,0 +1,128 @@
+//! Statements of L-variables in IR: 24-bit two's complement, wrapping.
+//!
+//! Values are `i32`s of which the low 24 bits count; they are brought to their sign only where
+//! more than the low bits is looked at.
+
+use plcc_ir::{BinaryOp, FuncBuilder, IntCond, Type, UnaryOp, Value};
+
+use super::ast::{Bin, Expr, Func, Op};
+use super::emit;
+use super::lower::Lowerer;
+
+/// A value, and whether it is sign-extended from 24 bits. Truth values are `i1`s.
+type Integer = (Value, bool);
+
+/// The value sign-extended from its low 24 bits.
+fn whole(b: &mut FuncBuilder, (value, clean): Integer) -> Value {
+    if clean {
+        return value;
+    }
+    let left = b.binary_imm(BinaryOp::Shl, value, 8);
+    b.binary_imm(BinaryOp::Ashr, left, 8)
+}
+
+impl Lowerer<'_> {
+    pub(crate) fn assign_integer(&mut self, number: u16, expr: Expr) {
+        let number = u32::from(number);
+        let value = self.integer(expr);
+        use plcc_abi::pmac::Format;
+        let bits = match self.l_format(number) {
+            Some(Format::D | Format::C) => {
+                let whole = whole(self.builder.ins(), value);
+                let value = self.widened(whole);
+                self.bcd(number, value)
+            }
+            _ => value.0,
+        };
+        self.write_l(number, bits);
+    }
+
+    pub(crate) fn condition_integer(&mut self, expr: Expr) -> Value {
+        self.integer(expr).0
+    }
+
+    fn integer(&mut self, expr: Expr) -> Integer {
+        let download = self.download;
+        let zero = self.builder.ins().iconst(Type::I32, 0);
+        let mut stack: Vec<Integer> = Vec::new();
+        for op in download.ops(expr) {
+            let mut pop = || stack.pop().unwrap_or((zero, true));
+            let value = match *op {
+                Op::Const(value) => (self.builder.ins().iconst(Type::I32, value as i64), true),
+                Op::Var(_, number) => {
+                    let number = u32::from(number);
+                    let narrow = self.l_field(number).is_some_and(|(_, _, field)| {
+                        use plcc_abi::pmac::Format;
+                        field.width < 24 || field.format != Format::U
+                    });
+                    (self.read_l(number), narrow)
+                }
+                Op::Neg => (self.builder.ins().unary(UnaryOp::Neg, pop().0), false),
+                Op::Bin(op) => {
+                    let (right, left) = (pop(), pop());
+                    self.integer_binary(op, left, right)
+                }
+                Op::Cmp(cmp) => {
+                    let (right, left) = (pop(), pop());
+                    let b = self.builder.ins();
+                    let (left, right) = (whole(b, left), whole(b, right));
+                    (emit::compare_ints(b, cmp, left, right), true)
+                }
+                Op::Both | Op::Either => {
+                    let (right, left) = (pop(), pop());
+                    let op = if *op == Op::Both { BinaryOp::And } else { BinaryOp::Or };
+                    (self.builder.ins().binary(op, left.0, right.0), true)
+                }
+                Op::Call(Func::Abs) => {
+                    let b = self.builder.ins();
+                    let value = whole(b, pop());
+                    let negative = b.unary(UnaryOp::Neg, value);
+                    (b.binary(BinaryOp::Smax, value, negative), false)
+                }
+                // INT of an integer; nothing else comes here.
+                Op::Call(_) | Op::Indirect(_) => pop(),
+            };
+            stack.push(value);
+        }
+        stack.pop().unwrap_or((zero, true))
+    }
+
+    fn integer_binary(&mut self, op: Bin, left: Integer, right: Integer) -> Integer {
+        let b = self.builder.ins();
+        let plain = match op {
+            Bin::Add => BinaryOp::Add,
+            Bin::Sub => BinaryOp::Sub,
+            Bin::Mul => BinaryOp::Mul,
+            Bin::And => BinaryOp::And,
+            Bin::Or => BinaryOp::Or,
+            Bin::Xor => BinaryOp::Xor,
+            Bin::Div => {
+                let (left, right) = (whole(b, left), whole(b, right));
+                return (b.binary(BinaryOp::Sdiv, left, right), false);
+            }
+            Bin::Mod => {
+                let (left, right) = (whole(b, left), whole(b, right));
+                return (modulo(b, left, right), true);
+            }
+        };
+        let clean = left.1 && right.1 && matches!(op, Bin::And | Bin::Or | Bin::Xor);
+        (b.binary(plain, left.0, right.0), clean)
+    }
+}
+
+/// `a % x` for sign-extended values.
+fn modulo(b: &mut FuncBuilder, a: Value, x: Value) -> Value {
+    let minus = b.unary(UnaryOp::Neg, x);
+    let size = b.binary(BinaryOp::Smax, x, minus);
+    let positive = b.icmp_imm(IntCond::Sgt, x, 0);
+    // For x < 0: as for -2x, of a - x, then back.
+    let zero = b.iconst(Type::I32, 0);
+    let shift = b.select(positive, zero, size);
+    let twice = b.binary(BinaryOp::Add, size, shift);
+    let from = b.binary(BinaryOp::Add, a, shift);
+    let rest = b.binary(BinaryOp::Srem, from, twice);
+    let negative = b.icmp_imm(IntCond::Slt, rest, 0);
+    let up = b.binary(BinaryOp::Add, rest, twice);
+    let rest = b.select(negative, up, rest);
+    b.binary(BinaryOp::Sub, rest, shift)
+}

@@ -1,0 +1,483 @@
+//! Checked download to IR.
+//!
+//! Each PLC is written twice where it relies on the definitions of M-variables: once for the
+//! definitions as they are after load, without any check, and once with a check at each access.
+//! The entry, every WHILE at which a scan may go on, and every statement that may move a
+//! definition choose between the two.
+
+use plcc_abi::pmac::{Kind, Layout, Range, layout};
+use plcc_abi::{HostFn, pmac};
+use plcc_diag::SourceMap;
+use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
+
+use super::ast::{Download, Expr, Func, Op, Plcs, Stmt, Target, What};
+use super::emit::{self, Operand};
+use super::load::Loaded;
+use super::rangeanalysis::Shape;
+use super::variables::{Direct, Regions};
+
+/// What a task does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Runs {
+    /// A PLC or PLCC.
+    Plc {
+        /// A PLCC.
+        compiled: bool,
+        /// Its number.
+        number: u32,
+    },
+    /// What a COMMAND does: its index.
+    Command(u32),
+}
+
+impl Runs {
+    /// The name of the task.
+    pub(crate) fn name(self) -> String {
+        match self {
+            Self::Plc { compiled: false, number } => format!("PLC{number}"),
+            Self::Plc { compiled: true, number } => format!("PLCC{number}"),
+            Self::Command(index) => format!("COMMAND{index}"),
+        }
+    }
+
+    /// Whose coordinate system is addressed.
+    pub(crate) fn context(self) -> u32 {
+        match self {
+            Self::Plc { compiled, number } => layout::context(compiled, number),
+            Self::Command(_) => pmac::COMMAND_CONTEXT,
+        }
+    }
+}
+
+/// Every task with its statements, in the order of their numbers. Empty PLCs have none.
+pub(crate) fn tasks<'a>(download: &'a Download, loaded: &Loaded) -> Vec<(Runs, &'a [Stmt])> {
+    let mut tasks = Vec::new();
+    for (compiled, buffers) in [(false, &download.plcs), (true, &download.plccs)] {
+        for (number, buffer) in (0u32..).zip(buffers) {
+            let erased = compiled && loaded.erased & (1 << number) != 0;
+            if !buffer.code.is_empty() && !erased {
+                tasks.push((Runs::Plc { compiled, number }, buffer.code.as_slice()));
+            }
+        }
+    }
+    for (index, code) in (0u32..).zip(&download.commands) {
+        tasks.push((Runs::Command(index), code.as_slice()));
+    }
+    tasks
+}
+
+/// Whether a task's statements address a coordinate system, or its context is set from outside.
+pub(crate) fn addresses(runs: Runs, code: &[Stmt]) -> bool {
+    matches!(runs, Runs::Command(_))
+        || code.iter().any(|stmt| matches!(stmt.what, What::Address(_, Some(_))))
+}
+
+/// Lowers a download.
+pub(crate) fn lower(download: &Download, loaded: &Loaded, files: &[(String, String)]) -> Module {
+    let layout = loaded.layout;
+    let builder = ChunkBuilder::new(layout.size, layout.regions());
+    let region = |name: &str| builder.region(name).unwrap_or(plcc_ir::Region(0));
+    let regions = Regions {
+        p: region("p"),
+        q: region("q"),
+        i: region("i"),
+        mdef: region("mdef"),
+        words: region("words"),
+        moved: region("moved"),
+        exec: region("exec"),
+    };
+    let mut sources = SourceMap::new();
+    for (name, text) in files {
+        sources.add(name.clone(), text.as_bytes());
+    }
+    let mut lowerer = Lowerer {
+        download,
+        layout,
+        builder,
+        regions,
+        sources,
+        ranges: &loaded.ranges,
+        places_of_m: Lowerer::places_after_load(loaded),
+        context: 0,
+        addresses: false,
+        fast: false,
+        may_move_definitions: false,
+        stack: Vec::new(),
+    };
+    for (name, text) in files {
+        lowerer.builder.add_file(name, text);
+    }
+    for (runs, code) in tasks(download, loaded) {
+        lowerer.task(runs, code);
+    }
+    lowerer.builder.finish()
+}
+
+pub(crate) struct Lowerer<'a> {
+    pub(crate) download: &'a Download,
+    pub(crate) layout: Layout,
+    pub(crate) builder: ChunkBuilder,
+    pub(crate) regions: Regions,
+    sources: SourceMap,
+    pub(crate) ranges: &'a [(u32, Range)],
+    pub(crate) places_of_m: Vec<Direct>,
+    /// Of the task at hand: its context, and whether it addresses coordinate systems.
+    pub(crate) context: u32,
+    pub(crate) addresses: bool,
+    /// Definitions are as after load.
+    pub(crate) fast: bool,
+    /// The statement at hand may have moved a definition.
+    pub(crate) may_move_definitions: bool,
+    pub(crate) stack: Vec<Operand>,
+}
+
+/// The places of one of the two versions: one for each statement, one for the end.
+struct Version {
+    places: Vec<Place>,
+}
+
+impl Lowerer<'_> {
+    fn task(&mut self, runs: Runs, code: &[Stmt]) {
+        self.context = runs.context();
+        self.addresses = addresses(runs, code);
+        let entry = self.builder.place();
+        self.builder.bind(entry);
+        self.builder.task(runs.name(), entry);
+        let versions = [(); 2]
+            .map(|()| Version { places: (0..=code.len()).map(|_| self.builder.place()).collect() });
+        // A suspended loop goes on at a place of its own, which chooses the version.
+        let resumes: Vec<Option<Place>> = code
+            .iter()
+            .map(|stmt| matches!(stmt.what, What::While(..)).then(|| self.builder.place()))
+            .collect();
+        let [fast, guarded] = &versions;
+        let both = !matches!(runs, Runs::Command(_)) && self.relies_on_definitions(code);
+        if both {
+            self.choose(0, fast, guarded);
+            self.version(code, fast, Some(guarded), &resumes);
+        }
+        self.version(code, guarded, None, &resumes);
+        for (index, resume) in resumes.iter().enumerate() {
+            let (Some(resume), Some(&place)) = (resume, guarded.places.get(index)) else {
+                continue;
+            };
+            self.builder.bind(*resume);
+            if both {
+                self.choose(index, fast, guarded);
+            } else {
+                self.builder.jump(place);
+            }
+        }
+    }
+
+    /// On to a statement of the version that fits.
+    fn choose(&mut self, index: usize, fast: &Version, guarded: &Version) {
+        let (Some(&fast), Some(&guarded)) = (fast.places.get(index), guarded.places.get(index))
+        else {
+            return;
+        };
+        let unmoved = self.unmoved();
+        self.builder.brif(unmoved, fast, guarded);
+    }
+
+    fn version(
+        &mut self,
+        code: &[Stmt],
+        version: &Version,
+        other: Option<&Version>,
+        resumes: &[Option<Place>],
+    ) {
+        let fast = other.is_some();
+        self.fast = fast;
+        // The fast version can come over at any statement, where there is one.
+        let entered = !fast && self.relies_on_definitions(code);
+        let targets = targets(code);
+        for (index, stmt) in code.iter().enumerate() {
+            let bind = index == 0 || entered || targets.get(index).copied().unwrap_or(false);
+            if bind && let Some(&place) = version.places.get(index) {
+                self.builder.bind(place);
+            }
+            self.statement(stmt);
+            self.may_move_definitions = false;
+            self.step(stmt, version, resumes);
+            if self.may_move_definitions
+                && let Some(other) = other
+                && let Some(&elsewhere) = other.places.get(index + 1)
+            {
+                let unmoved = self.unmoved();
+                let next = self.builder.place();
+                self.builder.brif(unmoved, next, elsewhere);
+                self.builder.bind(next);
+            }
+        }
+        if let Some(&end) = version.places.last() {
+            self.builder.bind(end);
+        }
+        self.builder.ret();
+    }
+
+    fn statement(&mut self, stmt: &Stmt) {
+        let (span, _) = self.download.origins.place(stmt.at);
+        let (line, _) = self.sources.line_col(span.file, span.start);
+        let (start, end) = (span.start, span.end);
+        self.builder.statement(Statement { file: span.file.0, line, start, end });
+    }
+
+    fn step(&mut self, stmt: &Stmt, version: &Version, resumes: &[Option<Place>]) {
+        let at = |index: u32| {
+            let last = version.places.len().saturating_sub(1);
+            version.places.get((index as usize).min(last)).copied()
+        };
+        match stmt.what {
+            What::Assign(Target::Var(Kind::L, number), expr) if stmt.integer => {
+                self.assign_integer(number, expr);
+            }
+            What::Assign(target, expr) => {
+                let index = match target {
+                    Target::Indirect(_, index) => Some(self.value(index)),
+                    _ => None,
+                };
+                let value = self.value(expr);
+                self.assign(target, value, index);
+            }
+            What::If(expr, target) | What::While(expr, target) => {
+                let truth = self.condition(expr, stmt.integer);
+                let next = self.builder.place();
+                self.builder.brif(truth, next, at(target).unwrap_or(next));
+                self.builder.bind(next);
+            }
+            What::Jump(target) => {
+                if let Some(place) = at(target) {
+                    self.builder.jump(place);
+                }
+            }
+            What::EndWhile(head) => match resumes.get(head as usize).copied().flatten() {
+                Some(place) => self.builder.suspend(place),
+                None => self.builder.ret(),
+            },
+            What::Plc(op, plcs) => self.plc(op as i64, plcs),
+            What::Address(_, Some(system)) => {
+                let at = Address::fixed(self.regions.exec, 8 + 4 * self.context);
+                let base = self.layout.q_base_of(u32::from(system));
+                let b = self.builder.ins();
+                let base = b.iconst(Type::I32, i64::from(base));
+                b.store(at, base);
+            }
+            What::Address(_, None) => {}
+            What::Text(index, value) => {
+                let value = value.map_or(Operand::Const(0.0), |expr| self.value(expr));
+                let b = self.builder.ins();
+                let value = value.stored(b);
+                let index = b.iconst(Type::I32, i64::from(index));
+                b.host_call(HostFn::PmacEvent, &[index, value]);
+            }
+            What::Define(index) => {
+                let b = self.builder.ins();
+                let index = b.iconst(Type::I32, i64::from(index));
+                b.host_call(HostFn::PmacDefine, &[index]);
+            }
+            What::Word(space, address, expr) => {
+                let value = self.value(expr);
+                let b = self.builder.ins();
+                let bits = value.bits(b);
+                let word = b.sextend_or_trunc(Type::I32, bits);
+                self.write_far_word(space, address, word);
+            }
+            What::Save => {
+                self.builder.ins().host_call(HostFn::PmacSave, &[]);
+            }
+        }
+    }
+
+    /// Calls the host for each row of neighbours.
+    fn plc(&mut self, op: i64, plcs: Plcs) {
+        for (first, last) in runs_of(plcs.set) {
+            let b = self.builder.ins();
+            let args = [op, i64::from(plcs.compiled), i64::from(first), i64::from(last)]
+                .map(|arg| b.iconst(Type::I32, arg));
+            b.host_call(HostFn::PmacPlc, &args);
+        }
+    }
+
+    fn condition(&mut self, expr: Expr, integer: bool) -> Value {
+        if integer {
+            return self.condition_integer(expr);
+        }
+        let value = self.value(expr);
+        value.truth(self.builder.ins())
+    }
+
+    /// An expression's or condition's value.
+    pub(crate) fn value(&mut self, expr: Expr) -> Operand {
+        let download = self.download;
+        let mut stack = std::mem::take(&mut self.stack);
+        stack.clear();
+        for op in download.ops(expr) {
+            let mut pop = || stack.pop().unwrap_or(Operand::Const(0.0));
+            let value = match *op {
+                Op::Const(value) => Operand::Const(value),
+                Op::Var(kind, number) => self.read(kind, u32::from(number)),
+                Op::Indirect(kind) => {
+                    let number = pop();
+                    self.read_indirect(kind, number)
+                }
+                Op::Neg => emit::negate(self.builder.ins(), pop()),
+                Op::Bin(bin) => {
+                    let right = pop();
+                    let left = pop();
+                    emit::binary(self.builder.ins(), bin, left, right)
+                }
+                Op::Cmp(cmp) => {
+                    let right = pop();
+                    let left = pop();
+                    emit::compare(self.builder.ins(), cmp, left, right)
+                }
+                Op::Call(func) => {
+                    let x = pop();
+                    self.call(func, x)
+                }
+                Op::Both | Op::Either => {
+                    let b = self.builder.ins();
+                    let right = pop().truth(b);
+                    let left = pop().truth(b);
+                    let op = match op {
+                        Op::Both => plcc_ir::BinaryOp::And,
+                        _ => plcc_ir::BinaryOp::Or,
+                    };
+                    Operand::Value(b.binary(op, left, right), Shape::Truth)
+                }
+            };
+            stack.push(value);
+        }
+        let value = stack.pop().unwrap_or(Operand::Const(0.0));
+        self.stack = stack;
+        value
+    }
+
+    fn call(&mut self, func: Func, x: Operand) -> Operand {
+        use plcc_ir::UnaryOp;
+        if let (Operand::Const(value), Func::Sqrt | Func::Ln | Func::Exp | Func::Abs | Func::Int) =
+            (x, func)
+        {
+            return Operand::Const(super::eval::function(func, value, 0.0, false));
+        }
+        let trigonometric = match func {
+            Func::Sin => Some(HostFn::PmacSin),
+            Func::Cos => Some(HostFn::PmacCos),
+            Func::Tan => Some(HostFn::PmacTan),
+            Func::Asin => Some(HostFn::PmacAsin),
+            Func::Acos => Some(HostFn::PmacAcos),
+            Func::Atan => Some(HostFn::PmacAtan),
+            _ => None,
+        };
+        if let Some(function) = trigonometric {
+            let radians = self.radians();
+            let b = self.builder.ins();
+            let x = x.float(b);
+            let value = b.host_call(function, &[x, radians]).unwrap_or(x);
+            return Operand::Value(value, Shape::FUNCTION);
+        }
+        let simple = match func {
+            Func::Atan2 => {
+                let cosine = self.read(Kind::Q, 0);
+                let radians = self.radians();
+                let b = self.builder.ins();
+                let (x, cosine) = (x.float(b), cosine.float(b));
+                let value = b.host_call(HostFn::PmacAtan2, &[x, cosine, radians]).unwrap_or(x);
+                return Operand::Value(value, Shape::FUNCTION);
+            }
+            Func::Abs => return self.abs(x),
+            Func::Int if x.shape().is_int() => return x,
+            Func::Int => UnaryOp::Ffloor,
+            Func::Sqrt => UnaryOp::Fsqrt,
+            _ => {
+                let function = if func == Func::Ln { HostFn::PmacLn } else { HostFn::PmacExp };
+                let b = self.builder.ins();
+                let x = x.float(b);
+                let value = b.host_call(function, &[x]).unwrap_or(x);
+                return Operand::Value(value, Shape::FUNCTION);
+            }
+        };
+        let (most, nan, _) = x.shape().real();
+        let b = self.builder.ins();
+        let x = x.float(b);
+        let value = b.unary(simple, x);
+        // Both grow no larger than their argument, but for INT below 0 and SQRT below 1.
+        let most = if most < f64::MAX { most + 1.0 } else { most };
+        let nan = nan || func == Func::Sqrt;
+        let rough = Operand::Value(value, Shape::Real { most, nan, minus_zero: true });
+        Operand::Value(rough.stored(b), Shape::FINITE)
+    }
+
+    fn abs(&mut self, x: Operand) -> Operand {
+        use plcc_ir::{BinaryOp, UnaryOp};
+        let b = self.builder.ins();
+        match (x, x.shape()) {
+            (Operand::Value(value, _), Shape::Int(low, high)) => {
+                let negative = b.unary(UnaryOp::Neg, value);
+                let value = b.binary(BinaryOp::Smax, value, negative);
+                let most = low.abs().max(high.abs());
+                let least = if low <= 0 && high >= 0 { 0 } else { low.abs().min(high.abs()) };
+                Operand::Value(value, Shape::Int(least, most))
+            }
+            (_, shape) => {
+                let (most, nan, _) = shape.real();
+                let value = x.float(b);
+                let value = b.unary(UnaryOp::Fabs, value);
+                let rough = Operand::Value(value, Shape::Real { most, nan, minus_zero: false });
+                Operand::Value(
+                    rough.stored(b),
+                    Shape::Real { most: most.min(f64::MAX), nan: false, minus_zero: false },
+                )
+            }
+        }
+    }
+}
+
+/// Which statements are branched to.
+fn targets(code: &[Stmt]) -> Vec<bool> {
+    let mut targets = vec![false; code.len() + 1];
+    let mut mark = |index: u32| {
+        if let Some(slot) = targets.get_mut(index as usize) {
+            *slot = true;
+        }
+    };
+    for (index, stmt) in (0u32..).zip(code) {
+        match stmt.what {
+            What::If(_, target) | What::Jump(target) => mark(target),
+            What::While(_, target) => {
+                mark(target);
+                mark(index);
+            }
+            _ => {}
+        }
+    }
+    targets
+}
+
+/// First and last of each row of neighbouring bits.
+pub(crate) fn runs_of(set: u32) -> impl Iterator<Item = (u32, u32)> {
+    let mut at = 0;
+    std::iter::from_fn(move || {
+        let rest = u64::from(set) >> at;
+        if rest == 0 {
+            return None;
+        }
+        let first = at + rest.trailing_zeros();
+        let length = (u64::from(set) >> first).trailing_ones();
+        at = first + length;
+        Some((first, at - 1))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::runs_of;
+
+    #[test]
+    fn neighbours_go_together() {
+        assert_eq!(runs_of(0b1011_0111).collect::<Vec<_>>(), [(0, 2), (4, 5), (7, 7)]);
+        assert_eq!(runs_of(u32::MAX).collect::<Vec<_>>(), [(0, 31)]);
+        assert_eq!(runs_of(0).count(), 0);
+    }
+}

@@ -1,0 +1,92 @@
+//! The executive's tables of a download.
+
+use plcc_abi::pmac::{Kind, PmacTables, Program as PlcProgram, Run, Text, Variable};
+use plcc_abi::{Program, Tables, Task};
+
+use super::ast::{Download, Expr, Op, Stmt, Target, What};
+use super::load::Loaded;
+use super::lower::{Runs, tasks};
+
+/// Puts a program together; `module_tasks` are those of its code.
+pub(crate) fn program(
+    download: &Download,
+    loaded: &Loaded,
+    files: Vec<String>,
+    module_tasks: Vec<Task>,
+) -> Program {
+    let tasks = tasks(download, loaded);
+    let mut programs = Vec::new();
+    let mut named = loaded.named.clone();
+    let mut first_command = 0;
+    for (task, (runs, code)) in (0u32..).zip(&tasks) {
+        if let Runs::Plc { compiled, number } = *runs {
+            let enabled = if compiled { loaded.plccs } else { loaded.plcs };
+            let enabled = enabled & (1 << number) != 0;
+            programs.push(PlcProgram { number, compiled, task, enabled });
+            names(download, code, &mut named);
+            first_command = task + 1;
+        }
+    }
+    named.sort_unstable();
+    named.dedup();
+    let mut texts = download.texts.clone();
+    for text in &mut texts {
+        if let Text::Command { task: Some(task), .. } = text {
+            *task += first_command;
+        }
+    }
+    let tables = PmacTables {
+        turbo: loaded.layout.turbo,
+        programs,
+        texts,
+        defines: download.defines.clone(),
+        ranges: loaded.ranges.clone(),
+        l: download.l_defs.iter().map(|(&number, &def)| (u32::from(number), def)).collect(),
+        named,
+        initial: Run::pack(&loaded.image),
+        far: loaded.far.clone(),
+        save: loaded.save,
+    };
+    Program {
+        files,
+        image_size: loaded.layout.size,
+        regions: loaded.layout.regions(),
+        tasks: module_tasks,
+        tables: Tables::Pmac(tables),
+    }
+}
+
+/// The variables that statements name. A Q belongs to the coordinate system that was addressed
+/// last above it.
+fn names(download: &Download, code: &[Stmt], named: &mut Vec<Variable>) {
+    let mut system = 1;
+    for stmt in code {
+        let mut name = |kind: Kind, number: u16| {
+            let system = if kind == Kind::Q { system } else { 1 };
+            named.push(Variable { kind, number: u32::from(number), system });
+        };
+        // ATAN2 reads Q0, which the text does not name.
+        let reads = |expr: Expr, name: &mut dyn FnMut(Kind, u16)| {
+            for op in download.ops(expr) {
+                if let Op::Var(kind, number) = *op {
+                    name(kind, number);
+                }
+            }
+        };
+        match stmt.what {
+            What::Assign(target, expr) => {
+                match target {
+                    Target::Var(kind, number) => name(kind, number),
+                    Target::Indirect(_, index) => reads(index, &mut name),
+                    Target::Range { .. } => {}
+                }
+                reads(expr, &mut name);
+            }
+            What::If(expr, _) | What::While(expr, _) | What::Text(_, Some(expr)) => {
+                reads(expr, &mut name);
+            }
+            What::Address(_, Some(number)) => system = u32::from(number),
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! What can be known of a value before the program runs.
+//!
+//! A value is an integer within bounds, or a double about which it is known how large it can get
+//! and whether it can be NaN or -0. Integers stay within 2^53, where doubles hold them exactly; so
+//! whatever is computed in integers is exactly what doubles would give. The sign of a zero never
+//! shows: stores drop it, comparators and functions do not see it.
+
+use plcc_abi::pmac::{Field, Format};
+
+use super::ast::Bin;
+
+/// What is known of a value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Shape {
+    /// An integer from the first to the second.
+    Int(i64, i64),
+    /// A double: its magnitude's bound, whether it may be NaN, and whether it may be -0.
+    Real { most: f64, nan: bool, minus_zero: bool },
+    /// A truth value.
+    Truth,
+}
+
+/// The largest integer up to which every one is a double.
+const EXACT: i64 = 1 << 53;
+
+/// Integers below this have all their bits in the fixed-point form of the bit operators.
+const FIXED: i64 = 1 << 39;
+
+impl Shape {
+    /// Any value that a variable can hold.
+    pub(crate) const FINITE: Self = Self::Real { most: f64::MAX, nan: false, minus_zero: false };
+
+    /// The result of a function.
+    pub(crate) const FUNCTION: Self = Self::Real { most: f64::MAX, nan: false, minus_zero: true };
+
+    /// A literal.
+    pub(crate) fn constant(value: f64) -> Self {
+        if value.fract() == 0.0 && value.abs() <= EXACT as f64 {
+            Self::Int(value as i64, value as i64)
+        } else {
+            Self::Real { most: value.abs(), nan: value.is_nan(), minus_zero: false }
+        }
+    }
+
+    /// A field of a word.
+    pub(crate) fn field(field: Field) -> Self {
+        let width = u32::from(field.width.clamp(1, 24));
+        match field.format {
+            Format::U => Self::Int(0, (1 << width) - 1),
+            Format::S => Self::Int(-(1 << (width - 1)), (1 << (width - 1)) - 1),
+            // Six digits of up to 15 each.
+            Format::D | Format::C => Self::Int(0, 1_666_665),
+        }
+    }
+
+    /// Whether it is an integer.
+    pub(crate) fn is_int(self) -> bool {
+        matches!(self, Self::Int(..))
+    }
+
+    /// How large it can get, whether it may be NaN, whether it may be -0.
+    pub(crate) fn real(self) -> (f64, bool, bool) {
+        match self {
+            Self::Int(low, high) => {
+                (low.unsigned_abs().max(high.unsigned_abs()) as f64, false, false)
+            }
+            Self::Real { most, nan, minus_zero } => (most, nan, minus_zero),
+            Self::Truth => (1.0, false, false),
+        }
+    }
+
+    /// The result of unary minus.
+    pub(crate) fn negated(self) -> Self {
+        match self {
+            Self::Int(low, high) => Self::Int(-high, -low),
+            Self::Real { most, nan, .. } => Self::Real { most, nan, minus_zero: true },
+            Self::Truth => Self::Truth,
+        }
+    }
+
+    /// The result of an operator: an integer only where integers compute it.
+    pub(crate) fn binary(op: Bin, a: Self, b: Self) -> Self {
+        if let (Self::Int(a_low, a_high), Self::Int(b_low, b_high)) = (a, b)
+            && let Some(result) = integer(op, (a_low, a_high), (b_low, b_high))
+        {
+            return result;
+        }
+        let (a_most, a_nan, a_zero) = a.real();
+        let (b_most, b_nan, b_zero) = b.real();
+        let open = |most: f64| most == f64::INFINITY;
+        let nan = a_nan || b_nan;
+        match op {
+            Bin::Add | Bin::Sub => Self::Real {
+                most: a_most + b_most,
+                nan: nan || (open(a_most) && open(b_most)),
+                minus_zero: a_zero && (op == Bin::Sub || b_zero),
+            },
+            Bin::Mul => Self::Real {
+                most: if a_most == 0.0 || b_most == 0.0 { f64::INFINITY } else { a_most * b_most },
+                nan: nan || open(a_most) || open(b_most),
+                minus_zero: true,
+            },
+            Bin::Div => {
+                let least = match b {
+                    Self::Int(low, high) if low > 0 || high < 0 => 1.0,
+                    _ => 0.0,
+                };
+                let most = if least > 0.0 { a_most } else { f64::INFINITY };
+                Self::Real { most, nan: nan || (open(a_most) && open(b_most)), minus_zero: true }
+            }
+            Bin::Mod => Self::Real { most: b_most, nan: false, minus_zero: true },
+            Bin::And | Bin::Or | Bin::Xor => {
+                Self::Real { most: 549_755_813_888.0, nan: false, minus_zero: false }
+            }
+        }
+    }
+}
+
+/// The bounds of an integer operation, where integers compute it exactly.
+fn integer(op: Bin, a: (i64, i64), b: (i64, i64)) -> Option<Shape> {
+    let (low, high) = match op {
+        Bin::Add => (a.0 + b.0, a.1 + b.1),
+        Bin::Sub => (a.0 - b.1, a.1 - b.0),
+        Bin::Mul => {
+            let corners = [(a.0, b.0), (a.0, b.1), (a.1, b.0), (a.1, b.1)];
+            let products = corners.map(|(x, y)| i128::from(x) * i128::from(y));
+            let low = products.iter().copied().min()?;
+            let high = products.iter().copied().max()?;
+            (i64::try_from(low).ok()?, i64::try_from(high).ok()?)
+        }
+        Bin::Mod => {
+            // By a constant only.
+            let x = b.0;
+            if b.0 != b.1 || x == 0 {
+                return None;
+            }
+            if x > 0 { (0, x - 1) } else { (x, -x - 1) }
+        }
+        Bin::And | Bin::Or | Bin::Xor => {
+            if [a.0, a.1, b.0, b.1].iter().any(|v| v.abs() >= FIXED) {
+                return None;
+            }
+            let bits = |(low, high): (i64, i64)| {
+                64 - (low ^ (low >> 63)).max(high ^ (high >> 63)).leading_zeros()
+            };
+            let all = (1i64 << bits(a).max(bits(b))) - 1;
+            match (op, a.0 >= 0, b.0 >= 0) {
+                (Bin::And, true, true) => (0, a.1.min(b.1)),
+                (Bin::And, true, false) => (0, a.1),
+                (Bin::And, false, true) => (0, b.1),
+                (_, true, true) => (0, all),
+                _ => (-all - 1, all),
+            }
+        }
+        Bin::Div => return None,
+    };
+    (low >= -EXACT && high <= EXACT).then_some(Shape::Int(low, high))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pmac::eval;
+
+    /// Every pair of integers at the edges of some bounds: the integer result is the double's.
+    #[test]
+    fn integers_give_what_doubles_give() {
+        let edges: Vec<i64> = [0, 1, 2, 7, 8, 255, 8_388_607, 16_777_215, 1 << 38, 1 << 52, EXACT]
+            .iter()
+            .flat_map(|&v| [v - 1, v, v + 1, -v])
+            .filter(|v| v.abs() <= EXACT)
+            .collect();
+        let ops = [Bin::Add, Bin::Sub, Bin::Mul, Bin::Mod, Bin::And, Bin::Or, Bin::Xor];
+        for op in ops {
+            for &a in &edges {
+                for &b in &edges {
+                    let Shape::Int(low, high) =
+                        Shape::binary(op, Shape::Int(a, a), Shape::Int(b, b))
+                    else {
+                        continue;
+                    };
+                    let exact = match op {
+                        Bin::Add => a + b,
+                        Bin::Sub => a - b,
+                        Bin::Mul => a * b,
+                        Bin::Mod if b > 0 => a.rem_euclid(b),
+                        Bin::Mod => (a - b).rem_euclid(-2 * b) + b,
+                        Bin::And => a & b,
+                        Bin::Or => a | b,
+                        _ => a ^ b,
+                    };
+                    assert_eq!(
+                        eval::binary(op, a as f64, b as f64) + 0.0,
+                        exact as f64,
+                        "{a} {op:?} {b}"
+                    );
+                    assert!((low..=high).contains(&exact), "{a} {op:?} {b}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn bounds_hold_for_what_lies_within() {
+        let ranges = [(0, 1), (0, 255), (-128, 127), (-5, 3), (3, 9), (-9, -2)];
+        for op in [Bin::Add, Bin::Sub, Bin::Mul, Bin::And, Bin::Or, Bin::Xor] {
+            for a in ranges {
+                for b in ranges {
+                    let shape = Shape::binary(op, Shape::Int(a.0, a.1), Shape::Int(b.0, b.1));
+                    let Shape::Int(low, high) = shape else { panic!("{op:?}") };
+                    for x in a.0..=a.1 {
+                        for y in b.0..=b.1 {
+                            let value = eval::binary(op, x as f64, y as f64) as i64;
+                            assert!((low..=high).contains(&value), "{x} {op:?} {y}: {value}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn doubles_know_what_they_can_become() {
+        let sum = Shape::binary(Bin::Add, Shape::FINITE, Shape::constant(1.0));
+        assert_eq!(sum.real(), (f64::MAX, false, false));
+        assert_eq!(Shape::binary(Bin::Add, Shape::FINITE, Shape::FINITE).real().0, f64::INFINITY);
+        assert!(Shape::binary(Bin::Mul, Shape::FINITE, Shape::FINITE).real().2);
+        let wide = Shape::binary(Bin::Mul, Shape::FINITE, Shape::FINITE);
+        assert!(Shape::binary(Bin::Sub, wide, wide).real().1);
+    }
+}

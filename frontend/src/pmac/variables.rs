@@ -1,0 +1,490 @@
+//! Access to variables in IR: direct where the definition after load says where a variable is.
+
+use plcc_abi::HostFn;
+use plcc_abi::pmac::{Definition, Field, Format, Kind, Layout, Memory, Place, Range, Space};
+use plcc_ir::{Address, BinaryOp, ConvertOp, IntCond, Region, Type, Value};
+
+use super::ast::Target;
+use super::emit::{self, Operand};
+use super::lower::Lowerer;
+use super::rangeanalysis::Shape;
+
+/// Regions of the image, as IR refers to them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Regions {
+    pub(crate) p: Region,
+    pub(crate) q: Region,
+    pub(crate) i: Region,
+    pub(crate) mdef: Region,
+    pub(crate) words: Region,
+    pub(crate) moved: Region,
+    pub(crate) exec: Region,
+}
+
+/// Where an M-variable is after load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Direct {
+    /// A field of a word of the image: offset among the words, address.
+    Word(u32, u32, Field),
+    /// A P-variable.
+    P(u32),
+    /// A Q-variable, counted from &1Q0.
+    Q(u32),
+    /// The 21 bits of an undefined one.
+    Star,
+    /// Through the host.
+    General,
+}
+
+/// Where a definition leads.
+pub(crate) fn direct(layout: &Layout, definition: Definition) -> Direct {
+    let word = |space, address, field: Field| match layout.place(space, address) {
+        Place::Word(offset) if matches!(field.format, Format::U | Format::S) => {
+            Direct::Word(offset - layout.words, address, field)
+        }
+        _ => Direct::General,
+    };
+    match definition {
+        Definition::Star => Direct::Star,
+        Definition::X { address, field } => word(Space::X, address, field),
+        Definition::Y { address, field } => word(Space::Y, address, field),
+        Definition::L { address } => match layout.place(Space::X, address) {
+            Place::P(number) => Direct::P(number),
+            Place::Q(number) => Direct::Q(number),
+            _ => Direct::General,
+        },
+        _ => Direct::General,
+    }
+}
+
+/// Whether a word is a register of the hardware, not memory.
+fn is_hardware(layout: &Layout, address: u32) -> bool {
+    let address = address & layout.address_mask();
+    if layout.turbo { address >= 0x7_8000 } else { address >= 0xC000 }
+}
+
+impl Lowerer<'_> {
+    fn double(&self, region: Region, number: u32) -> Address {
+        Address::fixed(region, 8 * (number & (self.layout.count - 1)))
+    }
+
+    fn word_address(&self, offset: u32, address: u32) -> Address {
+        let at = Address::fixed(self.regions.words, offset);
+        if is_hardware(&self.layout, address) { at.volatile() } else { at }
+    }
+
+    /// The number of a Q-variable among all of them, an `i32`: its own plus the addressed
+    /// coordinate system's first.
+    fn q_index(&mut self, number: Value) -> Value {
+        let at = Address::fixed(self.regions.exec, 8 + 4 * self.context);
+        let b = self.builder.ins();
+        let base = b.load(Type::I32, at);
+        let sum = b.binary(BinaryOp::Add, base, number);
+        b.binary_imm(BinaryOp::And, sum, i64::from(self.layout.count - 1))
+    }
+
+    fn indexed(&self, region: Region, index: Value) -> Address {
+        Address::indexed(region, 0, index, 8, self.layout.count)
+    }
+
+    fn q_address(&mut self, number: u32) -> Address {
+        if !self.addresses {
+            return self.double(self.regions.q, number);
+        }
+        let number = self.builder.ins().iconst(Type::I32, i64::from(number));
+        let index = self.q_index(number);
+        self.indexed(self.regions.q, index)
+    }
+
+    /// A variable's value.
+    pub(crate) fn read(&mut self, kind: Kind, number: u32) -> Operand {
+        let at = match kind {
+            Kind::P => self.double(self.regions.p, number),
+            Kind::I => self.double(self.regions.i, number),
+            Kind::Q => self.q_address(number),
+            Kind::M => return self.read_m(number),
+            Kind::L => {
+                let shape = match self.l_field(number) {
+                    Some((_, _, field)) => Shape::field(field),
+                    None => return Operand::Const(0.0),
+                };
+                let value = self.read_l(number);
+                let wide = self.builder.ins().sextend_or_trunc(Type::I64, value);
+                return Operand::Value(wide, shape);
+            }
+        };
+        Operand::Value(self.builder.ins().load(Type::F64, at), Shape::FINITE)
+    }
+
+    fn read_m(&mut self, number: u32) -> Operand {
+        let number = number & (self.layout.count - 1);
+        let place = self.places_of_m.get(number as usize).copied().unwrap_or(Direct::General);
+        if place == Direct::General {
+            return self.read_m_general(number);
+        }
+        if self.fast {
+            return self.read_m_direct(number, place);
+        }
+        // The definition may have moved: ask before each access.
+        let at = Address::fixed(self.regions.moved, number);
+        let b = self.builder.ins();
+        let moved = b.load(Type::I1, at);
+        let (there, here, join) = (b.create_block(), b.create_block(), b.create_block());
+        let result = b.block_param(join, Type::F64);
+        b.brif(moved, there, here);
+        b.switch_to(there);
+        let general = self.read_m_general(number);
+        let b = self.builder.ins();
+        let value = general.float(b);
+        b.jump(join, &[value]);
+        b.switch_to(here);
+        let direct = self.read_m_direct(number, place);
+        let b = self.builder.ins();
+        let value = direct.float(b);
+        b.jump(join, &[value]);
+        b.switch_to(join);
+        Operand::Value(result, Shape::FINITE)
+    }
+
+    fn read_m_general(&mut self, number: u32) -> Operand {
+        let b = self.builder.ins();
+        let number = b.iconst(Type::I32, i64::from(number));
+        match b.host_call(HostFn::PmacMRead, &[number]) {
+            Some(value) => Operand::Value(value, Shape::FINITE),
+            None => Operand::Const(0.0),
+        }
+    }
+
+    fn read_m_direct(&mut self, number: u32, place: Direct) -> Operand {
+        let at = match place {
+            Direct::Word(offset, address, field) => {
+                let at = self.word_address(offset, address);
+                let b = self.builder.ins();
+                let value = emit::read_field(b, at, field);
+                let wide = match field.format {
+                    Format::S => b.sextend_or_trunc(Type::I64, value),
+                    _ => b.zextend_or_trunc(Type::I64, value),
+                };
+                return Operand::Value(wide, Shape::field(field));
+            }
+            Direct::Star | Direct::General => {
+                let at = Address::fixed(self.regions.mdef, 8 * number);
+                let b = self.builder.ins();
+                let word = b.load(Type::I32, at);
+                let left = b.binary_imm(BinaryOp::Shl, word, 11);
+                let value = b.binary_imm(BinaryOp::Ashr, left, 11);
+                let wide = b.sextend_or_trunc(Type::I64, value);
+                return Operand::Value(wide, Shape::Int(-(1 << 20), (1 << 20) - 1));
+            }
+            Direct::P(number) => self.double(self.regions.p, number),
+            Direct::Q(number) => self.double(self.regions.q, number),
+        };
+        Operand::Value(self.builder.ins().load(Type::F64, at), Shape::FINITE)
+    }
+
+    /// The variable whose number is a value.
+    pub(crate) fn read_indirect(&mut self, kind: Kind, number: Operand) -> Operand {
+        let index = self.index(number);
+        let region = match kind {
+            Kind::P => self.regions.p,
+            Kind::I => self.regions.i,
+            Kind::Q => {
+                let index = self.q_index(index);
+                let at = self.indexed(self.regions.q, index);
+                return Operand::Value(self.builder.ins().load(Type::F64, at), Shape::FINITE);
+            }
+            Kind::M | Kind::L => {
+                let value = self.builder.ins().host_call(HostFn::PmacMRead, &[index]);
+                return value.map_or(Operand::Const(0.0), |v| Operand::Value(v, Shape::FINITE));
+            }
+        };
+        let at = self.indexed(region, index);
+        Operand::Value(self.builder.ins().load(Type::F64, at), Shape::FINITE)
+    }
+
+    /// A variable's number, an `i32`: rounded, and its low bits.
+    fn index(&mut self, number: Operand) -> Value {
+        let mask = i64::from(self.layout.count - 1);
+        let b = self.builder.ins();
+        let bits = number.bits(b);
+        let low = b.sextend_or_trunc(Type::I32, bits);
+        b.binary_imm(BinaryOp::And, low, mask)
+    }
+
+    /// Assigns to what a statement names.
+    pub(crate) fn assign(&mut self, target: Target, value: Operand, index: Option<Operand>) {
+        match target {
+            Target::Var(kind, number) => self.write(kind, u32::from(number), value),
+            Target::Indirect(kind, _) => {
+                let index = index.unwrap_or(Operand::Const(0.0));
+                self.write_indirect(kind, index, value);
+            }
+            Target::Range { kind, first, count, step } => {
+                for k in 0..u32::from(count) {
+                    self.write(kind, u32::from(first) + k * u32::from(step), value);
+                }
+            }
+        }
+    }
+
+    fn write(&mut self, kind: Kind, number: u32, value: Operand) {
+        let at = match kind {
+            Kind::P => self.double(self.regions.p, number),
+            Kind::Q => self.q_address(number),
+            Kind::I => return self.write_i(number, value),
+            Kind::M => return self.write_m(number, value),
+            Kind::L => {
+                let bits = match self.l_format(number) {
+                    Some(Format::D | Format::C) => self.bcd(number, value),
+                    _ => {
+                        let b = self.builder.ins();
+                        let bits = value.bits(b);
+                        b.sextend_or_trunc(Type::I32, bits)
+                    }
+                };
+                return self.write_l(number, bits);
+            }
+        };
+        let b = self.builder.ins();
+        let value = value.stored(b);
+        b.store(at, value);
+    }
+
+    fn write_i(&mut self, number: u32, value: Operand) {
+        let at = self.double(self.regions.i, number);
+        let range = self.ranges.binary_search_by_key(&number, |r| r.0).ok();
+        let range = range.and_then(|index| self.ranges.get(index)).map(|r| r.1);
+        let b = self.builder.ins();
+        match (range, value.shape()) {
+            (None, _) => {
+                let value = value.stored(b);
+                b.store(at, value);
+            }
+            (Some(Range::Integer(low, high)), Shape::Int(least, most))
+                if least >= low && most <= high =>
+            {
+                let value = value.stored(b);
+                b.store(at, value);
+            }
+            _ => {
+                let value = value.stored(b);
+                let number = b.iconst(Type::I32, i64::from(number));
+                b.host_call(HostFn::PmacIWrite, &[number, value]);
+            }
+        }
+    }
+
+    fn write_m(&mut self, number: u32, value: Operand) {
+        let number = number & (self.layout.count - 1);
+        let place = self.places_of_m.get(number as usize).copied().unwrap_or(Direct::General);
+        if place == Direct::General {
+            return self.write_m_general(number, value);
+        }
+        if self.fast {
+            return self.write_m_direct(number, place, value);
+        }
+        let at = Address::fixed(self.regions.moved, number);
+        let b = self.builder.ins();
+        let stored = value.stored(b);
+        let moved = b.load(Type::I1, at);
+        let (there, here, join) = (b.create_block(), b.create_block(), b.create_block());
+        b.brif(moved, there, here);
+        b.switch_to(there);
+        self.write_m_general(number, Operand::Value(stored, Shape::FINITE));
+        let b = self.builder.ins();
+        b.jump(join, &[]);
+        b.switch_to(here);
+        self.write_m_direct(number, place, value);
+        let b = self.builder.ins();
+        b.jump(join, &[]);
+        b.switch_to(join);
+    }
+
+    fn write_m_general(&mut self, number: u32, value: Operand) {
+        let b = self.builder.ins();
+        let value = value.stored(b);
+        let number = b.iconst(Type::I32, i64::from(number));
+        b.host_call(HostFn::PmacMWrite, &[number, value]);
+        self.may_move_definitions = true;
+    }
+
+    fn write_m_direct(&mut self, number: u32, place: Direct, value: Operand) {
+        let at = match place {
+            Direct::Word(offset, address, field) => {
+                let at = self.word_address(offset, address);
+                let b = self.builder.ins();
+                let bits = value.bits(b);
+                let bits = b.sextend_or_trunc(Type::I32, bits);
+                return emit::write_field(b, at, field, bits);
+            }
+            Direct::Star | Direct::General => {
+                let at = Address::fixed(self.regions.mdef, 8 * number);
+                let b = self.builder.ins();
+                let bits = value.bits(b);
+                let bits = b.sextend_or_trunc(Type::I32, bits);
+                let bits = b.binary_imm(BinaryOp::And, bits, 0x1F_FFFF);
+                return b.store(at, bits);
+            }
+            Direct::P(number) => self.double(self.regions.p, number),
+            Direct::Q(number) => self.double(self.regions.q, number),
+        };
+        let b = self.builder.ins();
+        let value = value.stored(b);
+        b.store(at, value);
+    }
+
+    fn write_indirect(&mut self, kind: Kind, index: Operand, value: Operand) {
+        let index = self.index(index);
+        let function = match kind {
+            Kind::P | Kind::Q => {
+                let at = match kind {
+                    Kind::P => self.indexed(self.regions.p, index),
+                    _ => {
+                        let index = self.q_index(index);
+                        self.indexed(self.regions.q, index)
+                    }
+                };
+                let b = self.builder.ins();
+                let value = value.stored(b);
+                return b.store(at, value);
+            }
+            Kind::I => HostFn::PmacIWrite,
+            Kind::M | Kind::L => {
+                self.may_move_definitions = true;
+                HostFn::PmacMWrite
+            }
+        };
+        let b = self.builder.ins();
+        let value = value.stored(b);
+        b.host_call(function, &[index, value]);
+    }
+
+    /// An L-variable's word and field.
+    pub(crate) fn l_field(&self, number: u32) -> Option<(Space, u32, Field)> {
+        match self.download.l_defs.get(&(number as u16))? {
+            Definition::X { address, field } => Some((Space::X, *address, *field)),
+            Definition::Y { address, field } => Some((Space::Y, *address, *field)),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn l_format(&self, number: u32) -> Option<Format> {
+        self.l_field(number).map(|(_, _, field)| field.format)
+    }
+
+    /// An L-variable's value, an `i32`.
+    pub(crate) fn read_l(&mut self, number: u32) -> Value {
+        let Some((space, address, field)) = self.l_field(number) else {
+            return self.builder.ins().iconst(Type::I32, 0);
+        };
+        match self.layout.place(space, address) {
+            Place::Word(offset) => {
+                let at = self.word_address(offset - self.layout.words, address);
+                emit::read_field(self.builder.ins(), at, field)
+            }
+            _ => {
+                let word = self.far_word(space, address);
+                emit::field_of(self.builder.ins(), word, field)
+            }
+        }
+    }
+
+    fn far_word(&mut self, space: Space, address: u32) -> Value {
+        let b = self.builder.ins();
+        let space = b.iconst(Type::I32, i64::from(space == Space::Y));
+        let address = b.iconst(Type::I32, i64::from(address));
+        let word = b.host_call(HostFn::PmacWordRead, &[space, address]);
+        word.unwrap_or(space)
+    }
+
+    /// Writes the low bits of an `i32` to an L-variable.
+    pub(crate) fn write_l(&mut self, number: u32, bits: Value) {
+        let Some((space, address, field)) = self.l_field(number) else { return };
+        if let Place::Word(offset) = self.layout.place(space, address) {
+            let at = self.word_address(offset - self.layout.words, address);
+            return emit::write_field(self.builder.ins(), at, field, bits);
+        }
+        let old = self.far_word(space, address);
+        let b = self.builder.ins();
+        let word = emit::insert_field(b, old, field, bits);
+        self.write_far_word(space, address, word);
+    }
+
+    /// Writes a word through the host.
+    pub(crate) fn write_far_word(&mut self, space: Space, address: u32, word: Value) {
+        let b = self.builder.ins();
+        let space = b.iconst(Type::I32, i64::from(space == Space::Y));
+        let address = b.iconst(Type::I32, i64::from(address));
+        b.host_call(HostFn::PmacWordWrite, &[space, address, word]);
+        self.may_move_definitions = true;
+    }
+
+    /// The digits of a value in an L-variable's format, an `i32`.
+    pub(crate) fn bcd(&mut self, number: u32, value: Operand) -> Value {
+        let complemented = self.l_format(number) == Some(Format::C);
+        let b = self.builder.ins();
+        let value = value.float(b);
+        let Some(bits) = b.host_call(HostFn::PmacBcd, &[value]) else { return value };
+        if complemented { b.binary_imm(BinaryOp::Xor, bits, -1) } else { bits }
+    }
+
+    /// Whether statements name M-variables that are accessed directly.
+    pub(crate) fn relies_on_definitions(&self, code: &[super::ast::Stmt]) -> bool {
+        use super::ast::{Op, What};
+        let is_direct = |kind: Kind, number: u16| {
+            let place = self.places_of_m.get(usize::from(number));
+            kind == Kind::M && place.is_some_and(|place| *place != Direct::General)
+        };
+        let reads = |expr| {
+            let ops = self.download.ops(expr);
+            ops.iter().any(|op| matches!(*op, Op::Var(kind, number) if is_direct(kind, number)))
+        };
+        code.iter().any(|stmt| match stmt.what {
+            What::Assign(target, expr) => {
+                reads(expr)
+                    || match target {
+                        Target::Var(kind, number) => is_direct(kind, number),
+                        Target::Indirect(_, index) => reads(index),
+                        Target::Range { kind, first, count, step } => {
+                            (0..count).any(|k| is_direct(kind, first + k * step))
+                        }
+                    }
+            }
+            What::If(expr, _) | What::While(expr, _) | What::Text(_, Some(expr)) => reads(expr),
+            _ => false,
+        })
+    }
+
+    /// Where every M-variable is after load.
+    pub(crate) fn places_after_load(loaded: &super::load::Loaded) -> Vec<Direct> {
+        let layout = loaded.layout;
+        let (mut image, mut far) = (loaded.image.clone(), loaded.far.clone());
+        let memory = Memory { image: &mut image, layout: &layout, far: &mut far };
+        (0..layout.count).map(|number| direct(&layout, memory.definition(number))).collect()
+    }
+
+    /// I15: whether angles are in radians, an `i32`.
+    pub(crate) fn radians(&mut self) -> Value {
+        let at = self.double(self.regions.i, 15);
+        let b = self.builder.ins();
+        let value = b.load(Type::F64, at);
+        let zero = b.fconst(0.0);
+        let truth = b.fcmp(plcc_ir::FloatCond::Ne, value, zero);
+        b.zextend_or_trunc(Type::I32, truth)
+    }
+
+    /// Whether definitions are as after load, an `i1`.
+    pub(crate) fn unmoved(&mut self) -> Value {
+        let at = Address::fixed(self.regions.exec, 0);
+        let b = self.builder.ins();
+        let epoch = b.load(Type::I32, at);
+        b.icmp_imm(IntCond::Eq, epoch, 0)
+    }
+
+    /// An integer as a double.
+    pub(crate) fn widened(&mut self, value: Value) -> Operand {
+        let b = self.builder.ins();
+        let wide = b.sextend_or_trunc(Type::I64, value);
+        Operand::Value(b.convert(ConvertOp::IntToFloat, Type::F64, wide), Shape::FINITE)
+    }
+}

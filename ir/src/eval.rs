@@ -1,0 +1,185 @@
+//! What each operation gives for given operands, in one place: the interpreter and constant
+//! folding both ask here, and machine code is tested against it.
+//!
+//! Values are 64 bits: integers in the form of [`Type::wrap`], doubles as their bits.
+
+use crate::{BinaryOp, ConvertOp, FloatCond, IntCond, Type, UnaryOp};
+
+fn float(bits: i64) -> f64 {
+    f64::from_bits(bits as u64)
+}
+
+fn bits(value: f64) -> i64 {
+    value.to_bits() as i64
+}
+
+/// An integer's bits without its sign: what it is as unsigned.
+fn unsigned(ty: Type, value: i64) -> u64 {
+    match ty.bits() {
+        64 => value as u64,
+        width => value as u64 & ((1 << width) - 1),
+    }
+}
+
+/// The result of one operand.
+pub fn unary(op: UnaryOp, ty: Type, x: i64) -> i64 {
+    match op {
+        UnaryOp::Not => ty.wrap(!x),
+        UnaryOp::Neg => ty.wrap(x.wrapping_neg()),
+        UnaryOp::Fneg => bits(-float(x)),
+        UnaryOp::Fabs => bits(float(x).abs()),
+        UnaryOp::Fsqrt => bits(float(x).sqrt()),
+        UnaryOp::Ffloor => bits(float(x).floor()),
+        UnaryOp::Fceil => bits(float(x).ceil()),
+        UnaryOp::Ftrunc => bits(float(x).trunc()),
+    }
+}
+
+/// The result of two operands of type `ty`.
+pub fn binary(op: BinaryOp, ty: Type, a: i64, b: i64) -> i64 {
+    let (ua, ub) = (unsigned(ty, a), unsigned(ty, b));
+    let width = u64::from(ty.bits());
+    let result = match op {
+        BinaryOp::Add => a.wrapping_add(b),
+        BinaryOp::Sub => a.wrapping_sub(b),
+        BinaryOp::Mul => a.wrapping_mul(b),
+        BinaryOp::Sdiv => {
+            if b == 0 {
+                0
+            } else {
+                a.wrapping_div(b)
+            }
+        }
+        BinaryOp::Srem => {
+            if b == 0 {
+                0
+            } else {
+                a.wrapping_rem(b)
+            }
+        }
+        BinaryOp::Udiv => ua.checked_div(ub).unwrap_or(0) as i64,
+        BinaryOp::Urem => ua.checked_rem(ub).unwrap_or(0) as i64,
+        BinaryOp::And => a & b,
+        BinaryOp::Or => a | b,
+        BinaryOp::Xor => a ^ b,
+        BinaryOp::Shl => {
+            if ub < width {
+                a << ub
+            } else {
+                0
+            }
+        }
+        BinaryOp::Lshr => {
+            if ub < width {
+                (ua >> ub) as i64
+            } else {
+                0
+            }
+        }
+        BinaryOp::Ashr => a >> ub.min(width - 1),
+        BinaryOp::Smin => a.min(b),
+        BinaryOp::Smax => a.max(b),
+        BinaryOp::Umin => {
+            if ua < ub {
+                a
+            } else {
+                b
+            }
+        }
+        BinaryOp::Umax => {
+            if ua > ub {
+                a
+            } else {
+                b
+            }
+        }
+        BinaryOp::Fadd => return bits(float(a) + float(b)),
+        BinaryOp::Fsub => return bits(float(a) - float(b)),
+        BinaryOp::Fmul => return bits(float(a) * float(b)),
+        BinaryOp::Fdiv => return bits(float(a) / float(b)),
+    };
+    ty.wrap(result)
+}
+
+/// Whether two integers of type `ty` compare so.
+pub fn icmp(cond: IntCond, ty: Type, a: i64, b: i64) -> bool {
+    let (ua, ub) = (unsigned(ty, a), unsigned(ty, b));
+    match cond {
+        IntCond::Eq => a == b,
+        IntCond::Ne => a != b,
+        IntCond::Slt => a < b,
+        IntCond::Sle => a <= b,
+        IntCond::Sgt => a > b,
+        IntCond::Sge => a >= b,
+        IntCond::Ult => ua < ub,
+        IntCond::Ule => ua <= ub,
+        IntCond::Ugt => ua > ub,
+        IntCond::Uge => ua >= ub,
+    }
+}
+
+/// Whether two doubles, given as bits, compare so.
+pub fn fcmp(cond: FloatCond, a: i64, b: i64) -> bool {
+    let (a, b) = (float(a), float(b));
+    match cond {
+        FloatCond::Eq => a == b,
+        FloatCond::Ne => a != b,
+        FloatCond::Lt => a < b,
+        FloatCond::Le => a <= b,
+        FloatCond::Gt => a > b,
+        FloatCond::Ge => a >= b,
+    }
+}
+
+/// A value of type `from` as one of type `to`.
+pub fn convert(op: ConvertOp, from: Type, to: Type, x: i64) -> i64 {
+    match op {
+        ConvertOp::Sext if from == Type::I1 => to.wrap(-x),
+        ConvertOp::Sext => x,
+        ConvertOp::Zext => to.wrap(unsigned(from, x) as i64),
+        ConvertOp::Trunc => to.wrap(x),
+        ConvertOp::IntToFloat => bits(x as f64),
+        ConvertOp::FloatToInt if to == Type::I32 => i64::from(float(x) as i32),
+        ConvertOp::FloatToInt => float(x) as i64,
+        ConvertOp::Bitcast => x,
+    }
+}
+
+/// A NaN has many forms, and which one an operation gives is the machine's affair; so a constant
+/// that is a NaN is not folded.
+pub fn is_foldable(ty: Type, value: i64) -> bool {
+    ty != Type::F64 || !float(value).is_nan()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_are_as_documented() {
+        let min = i64::from(i16::MIN);
+        for (op, a, b, result) in [
+            (BinaryOp::Sdiv, min, -1, min),
+            (BinaryOp::Sdiv, 7, 0, 0),
+            (BinaryOp::Srem, min, -1, 0),
+            (BinaryOp::Srem, -7, 2, -1),
+            (BinaryOp::Udiv, -1, 2, 0x7FFF),
+            (BinaryOp::Shl, 1, 16, 0),
+            (BinaryOp::Shl, 1, 15, min),
+            (BinaryOp::Lshr, -1, 15, 1),
+            (BinaryOp::Ashr, min, 99, -1),
+            (BinaryOp::Umax, -1, 1, -1),
+            (BinaryOp::Add, 0x7FFF, 1, min),
+        ] {
+            assert_eq!(binary(op, Type::I16, a, b), result, "{} {a} {b}", op.name());
+        }
+        assert_eq!(binary(BinaryOp::Sdiv, Type::I64, i64::MIN, -1), i64::MIN);
+        assert_eq!(convert(ConvertOp::Sext, Type::I1, Type::I32, 1), -1);
+        assert_eq!(convert(ConvertOp::Zext, Type::I8, Type::I32, -1), 255);
+        let to_i32 = |x: f64| convert(ConvertOp::FloatToInt, Type::F64, Type::I32, bits(x));
+        assert_eq!(to_i32(1e300), i64::from(i32::MAX));
+        assert_eq!(to_i32(f64::NAN), 0);
+        assert!(fcmp(FloatCond::Ne, bits(f64::NAN), bits(f64::NAN)));
+        assert_eq!(unary(UnaryOp::Not, Type::I1, 1), 0);
+    }
+}

@@ -1,0 +1,221 @@
+//! Executes IR, one instruction after the other.
+
+use std::sync::Arc;
+
+use plcc_abi::{Engine, HostType, Outcome, Scan, TrapCode, image};
+
+use crate::{Address, Block, Func, FuncData, InstData, Module, Terminator, Type, Value, eval};
+
+/// A module as an engine.
+pub struct Interpreter {
+    module: Arc<Module>,
+    labels: Vec<Option<(Func, Block)>>,
+    resume: Vec<Option<u32>>,
+    /// Values of the function that runs.
+    values: Vec<i64>,
+}
+
+/// Where control goes when a function is left.
+enum Exit {
+    Goto(u32),
+    Done(Outcome),
+}
+
+impl Interpreter {
+    /// An engine over a verified module.
+    pub fn new(module: impl Into<Arc<Module>>) -> Self {
+        let module = module.into();
+        let labels = module.label_targets();
+        let resume = vec![None; module.tasks.len()];
+        Self { module, labels, resume, values: vec![] }
+    }
+
+    fn run(&mut self, func: &FuncData, mut block: Block, task: usize, scan: &mut Scan<'_>) -> Exit {
+        self.values.clear();
+        self.values.resize(func.value_count(), 0);
+        loop {
+            let data = func.block(block);
+            for &inst in &data.insts {
+                let result = self.inst(func, func.inst(inst), scan);
+                if let Some(value) = func.result(inst) {
+                    self.values[value.index()] = result;
+                }
+            }
+            let call = match &data.terminator {
+                Some(Terminator::Jump(call)) => call,
+                Some(Terminator::Brif { cond, then, otherwise }) => {
+                    if self.get(*cond) != 0 {
+                        then
+                    } else {
+                        otherwise
+                    }
+                }
+                Some(Terminator::Switch { arg, targets, default }) => {
+                    let number = self.get(*arg) as u32 as usize;
+                    block = targets.get(number).copied().unwrap_or(*default);
+                    continue;
+                }
+                Some(Terminator::Goto(label)) => return Exit::Goto(label.0),
+                Some(Terminator::GotoIndirect(label)) => return Exit::Goto(self.get(*label) as u32),
+                Some(Terminator::Suspend(label)) => {
+                    if let Some(slot) = self.resume.get_mut(task) {
+                        *slot = Some(label.0);
+                    }
+                    return Exit::Done(Outcome::Suspended);
+                }
+                Some(Terminator::Return) | None => return Exit::Done(Outcome::End),
+                Some(Terminator::Trap(code)) => return Exit::Done(Outcome::Trap(*code)),
+            };
+            let args: Vec<i64> = call.args.iter().map(|&arg| self.get(arg)).collect();
+            for (&param, arg) in func.block(call.block).params.iter().zip(args) {
+                self.values[param.index()] = arg;
+            }
+            block = call.block;
+        }
+    }
+
+    fn get(&self, value: Value) -> i64 {
+        self.values.get(value.index()).copied().unwrap_or(0)
+    }
+
+    fn inst(&self, func: &FuncData, data: &InstData, scan: &mut Scan<'_>) -> i64 {
+        match *data {
+            InstData::Iconst { ty: _, value } => value,
+            InstData::Fconst { bits } => bits as i64,
+            InstData::Unary { op, arg } => eval::unary(op, func.ty(arg), self.get(arg)),
+            InstData::Binary { op, args: [a, b] } => {
+                eval::binary(op, func.ty(a), self.get(a), self.get(b))
+            }
+            InstData::Icmp { cond, args: [a, b] } => {
+                i64::from(eval::icmp(cond, func.ty(a), self.get(a), self.get(b)))
+            }
+            InstData::Fcmp { cond, args: [a, b] } => {
+                i64::from(eval::fcmp(cond, self.get(a), self.get(b)))
+            }
+            InstData::Select { cond, args: [a, b] } => {
+                if self.get(cond) != 0 {
+                    self.get(a)
+                } else {
+                    self.get(b)
+                }
+            }
+            InstData::Convert { op, to, arg } => eval::convert(op, func.ty(arg), to, self.get(arg)),
+            InstData::Load { ty, at } => read(scan.image, self.offset(at), ty),
+            InstData::Store { at, value } => {
+                write(scan.image, self.offset(at), func.ty(value), self.get(value));
+                0
+            }
+            InstData::HostCall { function, args } => {
+                let mut words = [0; 4];
+                for (word, &arg) in words.iter_mut().zip(args.as_slice()) {
+                    let value = self.get(arg);
+                    *word = match func.ty(arg) {
+                        Type::I64 | Type::F64 => value as u64,
+                        _ => u64::from(value as u32),
+                    };
+                }
+                let result = scan.host.call(scan.image, function, words);
+                match function.signature().1 {
+                    Some(HostType::I32) => i64::from(result as i32),
+                    _ => result as i64,
+                }
+            }
+        }
+    }
+
+    fn offset(&self, at: Address) -> u32 {
+        let region = self.module.region(at.region).map_or(0, |region| region.offset);
+        let moved = at.index.map_or(0, |index| {
+            let number = self.get(index.value) as u32;
+            if number < index.count { number.wrapping_mul(index.scale) } else { 0 }
+        });
+        region.wrapping_add(at.offset).wrapping_add(moved)
+    }
+}
+
+fn read(image: &[u8], offset: u32, ty: Type) -> i64 {
+    match ty {
+        Type::I1 => i64::from(image::read_u8(image, offset) & 1),
+        Type::I8 => i64::from(image::read_u8(image, offset) as i8),
+        Type::I16 => i64::from(image::read_i16(image, offset)),
+        Type::I32 => i64::from(image::read_i32(image, offset)),
+        Type::I64 | Type::F64 => image::read_i64(image, offset),
+    }
+}
+
+fn write(image: &mut [u8], offset: u32, ty: Type, value: i64) {
+    match ty {
+        Type::I1 => image::write_u8(image, offset, value as u8 & 1),
+        Type::I8 => image::write_u8(image, offset, value as u8),
+        Type::I16 => image::write_i16(image, offset, value as i16),
+        Type::I32 => image::write_i32(image, offset, value as i32),
+        Type::I64 | Type::F64 => image::write_i64(image, offset, value),
+    }
+}
+
+impl Engine for Interpreter {
+    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
+        let module = Arc::clone(&self.module);
+        let Some(start) = module.tasks.get(task) else { return Outcome::End };
+        let mut label = self.resume.get_mut(task).and_then(Option::take).unwrap_or(start.entry);
+        loop {
+            let Some((func, block)) = self.labels.get(label as usize).copied().flatten() else {
+                return Outcome::Trap(TrapCode::BadLabel);
+            };
+            let Some(func) = module.funcs.get(func.index()) else {
+                return Outcome::Trap(TrapCode::BadLabel);
+            };
+            match self.run(func, block, task, scan) {
+                Exit::Goto(next) => label = next,
+                Exit::Done(outcome) => return outcome,
+            }
+        }
+    }
+
+    fn reset(&mut self, task: usize) {
+        if let Some(slot) = self.resume.get_mut(task) {
+            *slot = None;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use plcc_abi::engine::NoHost;
+    use plcc_abi::{Engine, Outcome, Region, Scan};
+
+    use super::Interpreter;
+    use crate::{Address, BinaryOp, ChunkBuilder, Type};
+
+    #[test]
+    fn a_suspended_task_goes_on_where_it_was() {
+        let regions = vec![Region { name: "vars".into(), offset: 0, size: 8, bits: false }];
+        let mut b = ChunkBuilder::new(8, regions);
+        let at = Address::fixed(b.region("vars").unwrap(), 0);
+        let (start, middle) = (b.place(), b.place());
+        b.bind(start);
+        b.task("scan", start);
+        let v = b.ins().load(Type::I16, at);
+        let v = b.ins().binary_imm(BinaryOp::Add, v, 1);
+        b.ins().store(at, v);
+        b.suspend(middle);
+        b.bind(middle);
+        let v = b.ins().load(Type::I16, at);
+        let v = b.ins().binary_imm(BinaryOp::Mul, v, 10);
+        b.ins().store(at, v);
+        b.ret();
+        let mut engine = Interpreter::new(b.finish());
+        let mut image = [0; 8];
+        let mut call = |engine: &mut Interpreter, image: &mut [u8]| {
+            engine.call(0, &mut Scan { image, host: &mut NoHost })
+        };
+        assert_eq!(call(&mut engine, &mut image), Outcome::Suspended);
+        assert_eq!(image[0], 1);
+        assert_eq!(call(&mut engine, &mut image), Outcome::End);
+        assert_eq!(image[0], 10);
+        assert_eq!(call(&mut engine, &mut image), Outcome::Suspended);
+        engine.reset(0);
+        assert_eq!(call(&mut engine, &mut image), Outcome::Suspended);
+        assert_eq!(image[0], 12);
+    }
+}
