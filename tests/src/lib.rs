@@ -1,4 +1,5 @@
 //! End-to-end tests.
 
+pub mod gen_pmac;
 pub mod gen_pmi;
 pub mod rng;
