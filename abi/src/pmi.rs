@@ -141,21 +141,8 @@ pub enum TextItem {
     Value {
         /// Its type.
         ty: Type,
-        /// Where it, or an array's first element, is.
+        /// Where it is.
         offset: u32,
-    },
-    /// An array's element, chosen by a variable when the text is made; out of bounds gives 0.
-    Element {
-        /// The elements' type.
-        ty: Type,
-        /// Where the first is.
-        offset: u32,
-        /// How many there are.
-        elements: u32,
-        /// The index's type.
-        index_ty: Type,
-        /// Where the index is.
-        index: u32,
     },
 }
 

@@ -1,0 +1,113 @@
+//! Faults and messages (PMI 3.1.6, 3.1.7).
+
+use plcc_abi::image::{read_i16, read_i32, read_u8};
+use plcc_abi::pmi::{Announcement, TextItem, Type};
+
+use crate::{Event, EventBody};
+
+/// Characters that a fault's line on the screen has.
+const WIDTH: usize = 40;
+
+/// The faults and messages of a program, and which of them were on.
+#[derive(Clone, Debug)]
+pub(super) struct Announcements {
+    faults: Vec<Announcement>,
+    messages: Vec<Announcement>,
+    were_on: Vec<bool>,
+}
+
+impl Announcements {
+    pub(super) fn new(faults: &[Announcement], messages: &[Announcement]) -> Self {
+        Self {
+            faults: faults.to_vec(),
+            messages: messages.to_vec(),
+            were_on: vec![false; faults.len() + messages.len()],
+        }
+    }
+
+    /// Tells what has changed since the scan before.
+    pub(super) fn update(&mut self, image: &[u8], tick: u64, events: &mut Vec<Event>) {
+        let faults = self.faults.iter().map(|fault| (fault, true));
+        let all = faults.chain(self.messages.iter().map(|message| (message, false)));
+        for ((announcement, is_fault), was_on) in all.zip(&mut self.were_on) {
+            let on = read_u8(image, announcement.offset) != 0;
+            if on == *was_on {
+                continue;
+            }
+            *was_on = on;
+            let name = announcement.name.clone();
+            let state = if on { "on" } else { "off" };
+            let text = text(&announcement.text, image);
+            let body = if is_fault {
+                EventBody::Fault { name, state, text }
+            } else {
+                EventBody::Message { name: Some(name), flag: None, state, text, index: None }
+            };
+            events.push(Event { tick, body });
+        }
+    }
+}
+
+/// A variable's value.
+pub(super) fn value(image: &[u8], ty: Type, offset: u32) -> i32 {
+    match ty {
+        Type::Logical => read_u8(image, offset).into(),
+        Type::Integer => read_i16(image, offset).into(),
+        Type::Long => read_i32(image, offset),
+    }
+}
+
+/// A text with its values. Between words and a value stands one blank.
+fn text(items: &[TextItem], image: &[u8]) -> String {
+    let mut line = String::new();
+    let mut behind_words = false;
+    for item in items {
+        match item {
+            TextItem::Text(words) => line.push_str(words),
+            TextItem::Value { ty, offset } => {
+                if behind_words && !line.ends_with(' ') {
+                    line.push(' ');
+                }
+                line.push_str(&value(image, *ty, *offset).to_string());
+            }
+        }
+        behind_words = matches!(item, TextItem::Text(_));
+    }
+    match line.char_indices().nth(WIDTH) {
+        Some((end, _)) => line.get(..end).unwrap_or_default().to_owned(),
+        None => line,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn made(items: &[TextItem]) -> String {
+        text(items, &[1, 5, 0, 0xFE, 0xFF, 0xFF, 0xFF])
+    }
+
+    fn words(words: &str) -> TextItem {
+        TextItem::Text(words.into())
+    }
+
+    #[test]
+    fn one_blank_stands_between_words_and_value() {
+        let five = || TextItem::Value { ty: Type::Integer, offset: 1 };
+        assert_eq!(made(&[words("ERROR CHANGING TOOL"), five()]), "ERROR CHANGING TOOL 5");
+        assert_eq!(made(&[words("AREA "), five(), words("%")]), "AREA 5%");
+        assert_eq!(made(&[five(), five()]), "55");
+        let on = TextItem::Value { ty: Type::Logical, offset: 0 };
+        let low = TextItem::Value { ty: Type::Long, offset: 3 };
+        assert_eq!(made(&[words("A"), on, words(" B"), low]), "A 1 B -2");
+    }
+
+    #[test]
+    fn a_text_ends_at_forty_characters() {
+        let long = "Ä".repeat(39);
+        let number = || TextItem::Value { ty: Type::Long, offset: 3 };
+        assert_eq!(made(&[words(&long), number()]), format!("{long} "));
+        assert_eq!(made(&[words(&"x".repeat(100))]), "x".repeat(40));
+        assert_eq!(made(&[words(&"x".repeat(40))]), "x".repeat(40));
+    }
+}

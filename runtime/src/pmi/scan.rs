@@ -1,0 +1,363 @@
+//! The scan (rulings, Scan): time, inputs, program, outputs, faults and messages.
+
+use plcc_abi::engine::NoHost;
+use plcc_abi::image::{read_u8, write_i16, write_i32, write_u8};
+use plcc_abi::pmi::{FlipFlop, Lines, Role, Special, Timer, Type};
+use plcc_abi::{Engine, Outcome, Program, Scan, TrapCode};
+use serde::{Deserialize, Serialize};
+
+use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
+
+use super::announce::{Announcements, value};
+use super::load::{self, PORTS, PmiLoadError};
+use super::names::{Name, Names};
+use super::{lines, macros};
+
+/// The unit of timers in nanoseconds.
+const TIMER_UNIT: u64 = 20_000_000;
+
+/// What can be chosen for a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PmiOptions {
+    /// Time between two scans in nanoseconds, 20 ms on the control.
+    pub period_ns: u64,
+}
+
+impl Default for PmiOptions {
+    fn default() -> Self {
+        Self { period_ns: TIMER_UNIT }
+    }
+}
+
+/// The executive of a PMI program.
+#[derive(Clone, Debug)]
+pub struct PmiExecutive {
+    image: Vec<u8>,
+    names: Names,
+    timers: Vec<Timer>,
+    flipflops: Vec<FlipFlop>,
+    inputs: Vec<(Lines, u32)>,
+    outputs: Vec<(Lines, u32)>,
+    announcements: Announcements,
+    special: Special,
+    ports: u32,
+    period_ns: u64,
+    /// Time that has passed and is not yet a whole unit of the timers.
+    left_over: u64,
+    tick: u64,
+    /// Whether the tick has begun, by a stimulus or the scan itself.
+    begun: bool,
+}
+
+/// A retained variable's values.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    name: String,
+    ty: Type,
+    values: Vec<i32>,
+}
+
+impl PmiExecutive {
+    /// Makes a control at power-up.
+    ///
+    /// # Errors
+    /// When the program is of another dialect, or its tables don't fit its image.
+    pub fn new(program: &Program, options: PmiOptions) -> Result<Self, PmiLoadError> {
+        let tables = load::tables(program)?;
+        let mut image = vec![0; program.image_size as usize];
+        for &(offset, ty, value) in &tables.initial {
+            write(&mut image, ty, offset, value.into());
+        }
+        let lines = |output: bool| {
+            let of_symbol = move |role: Role| match role {
+                Role::Input(lines) if !output => Some(lines),
+                Role::Output(lines) if output => Some(lines),
+                _ => None,
+            };
+            let symbols = tables.symbols.iter();
+            symbols.filter_map(|s| Some((of_symbol(s.role)?, s.offset))).collect()
+        };
+        Ok(Self {
+            inputs: lines(false),
+            outputs: lines(true),
+            names: Names::new(tables),
+            timers: tables.timers.clone(),
+            flipflops: tables.flipflops.clone(),
+            announcements: Announcements::new(&tables.faults, &tables.messages),
+            special: tables.special,
+            ports: tables.ports,
+            image,
+            period_ns: options.period_ns.max(1),
+            left_over: 0,
+            tick: 0,
+            begun: false,
+        })
+    }
+
+    /// What is over when a tick begins: the pulse of @CRSET.
+    fn begin(&mut self) {
+        if !self.begun {
+            self.begun = true;
+            write_u8(&mut self.image, self.special.crset, 0);
+        }
+    }
+
+    /// The timers go down, but not before the first scan: no time has passed then.
+    fn count_down(&mut self) {
+        if self.tick == 0 {
+            return;
+        }
+        self.left_over = self.left_over.saturating_add(self.period_ns);
+        let units = self.left_over / TIMER_UNIT;
+        self.left_over %= TIMER_UNIT;
+        let units = i32::try_from(units).unwrap_or(i32::MAX);
+        for timer in &self.timers {
+            macros::count_down(&mut self.image, timer, units);
+        }
+    }
+
+    fn latch(&mut self) {
+        for &(lines, offset) in &self.inputs {
+            let port = read_u8(&self.image, self.ports + u32::from(lines.port));
+            let value = lines::decode(lines, port);
+            let ty = lines_type(lines);
+            write(&mut self.image, ty, offset, value.into());
+        }
+    }
+
+    fn drive(&mut self) {
+        for &(lines, offset) in &self.outputs {
+            let value = value(&self.image, lines_type(lines), offset) as i16;
+            lines::drive(&mut self.image, self.ports, lines, value);
+        }
+    }
+
+    /// E-stop: the lines of outputs are off, variables keep their values.
+    fn emergency_stop(&mut self) {
+        write_u8(&mut self.image, self.special.estop, 1);
+        for &(lines, _) in &self.outputs {
+            lines::drive(&mut self.image, self.ports, lines, 0);
+        }
+    }
+
+    /// Assigns from outside, with what an assignment sets off.
+    fn assign(&mut self, index: u32, element: u32, number: i64) {
+        let Some(symbol) = self.names.symbol(index) else { return };
+        let (ty, role) = (symbol.ty, symbol.role);
+        let offset = symbol.offset + element * ty.size();
+        if let Role::Input(lines) = role {
+            let number = if lines_type(lines) == Type::Logical {
+                i16::from(number != 0)
+            } else {
+                number as i16
+            };
+            return lines::drive(&mut self.image, self.ports, lines, number);
+        }
+        write(&mut self.image, ty, offset, number);
+        match role {
+            Role::TimerControl(timer) => {
+                if let Some(timer) = self.timers.get(timer as usize) {
+                    macros::control(&mut self.image, timer);
+                }
+            }
+            Role::FlipFlopPin(flipflop) => {
+                if let Some(flipflop) = self.flipflops.get(flipflop as usize) {
+                    macros::pin(&mut self.image, flipflop, offset);
+                }
+            }
+            Role::Variable | Role::Input(_) | Role::Output(_) | Role::Constant => {}
+        }
+    }
+
+    fn element(&self, index: u32, element: u32) -> Value {
+        let read =
+            |s: &plcc_abi::pmi::Symbol| value(&self.image, s.ty, s.offset + element * s.ty.size());
+        Value::Int(self.names.symbol(index).map_or(0, read).into())
+    }
+}
+
+/// The type of the variable of some lines.
+fn lines_type(lines: Lines) -> Type {
+    match lines.format {
+        plcc_abi::pmi::Format::Bit => Type::Logical,
+        _ => Type::Integer,
+    }
+}
+
+/// Writes a variable, converted as an assignment converts.
+fn write(image: &mut [u8], ty: Type, offset: u32, value: i64) {
+    match ty {
+        Type::Logical => write_u8(image, offset, u8::from(value != 0)),
+        Type::Integer => write_i16(image, offset, value as i16),
+        Type::Long => write_i32(image, offset, value as i32),
+    }
+}
+
+fn stop(code: TrapCode) -> Stop {
+    match code {
+        TrapCode::ArrayBounds => Stop {
+            code: "NO PMI DATA".into(),
+            message: "an array was accessed outside its bounds; the control is in emergency stop \
+                      and does not scan again"
+                .into(),
+        },
+        TrapCode::BadLabel | TrapCode::Timeout | TrapCode::CallDepth => Stop {
+            code: "PMI ERROR".into(),
+            message: "the scan was left by a way that no PMI program has".into(),
+        },
+    }
+}
+
+impl Executive for PmiExecutive {
+    fn tick_ns(&self) -> u64 {
+        self.period_ns
+    }
+
+    fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
+        self.begin();
+        self.count_down();
+        self.latch();
+        write_u8(&mut self.image, self.special.ipl, u8::from(self.tick == 0));
+        let mut scan = Scan { image: &mut self.image, host: &mut NoHost };
+        let result = match engine.call(0, &mut scan) {
+            Outcome::End | Outcome::Suspended => {
+                self.drive();
+                Ok(())
+            }
+            Outcome::Trap(code) => {
+                self.emergency_stop();
+                Err(stop(code))
+            }
+        };
+        self.announcements.update(&self.image, self.tick, events);
+        self.tick += 1;
+        self.begun = false;
+        result
+    }
+
+    fn find(&mut self, name: &str, purpose: Purpose) -> Result<Variable, NameError> {
+        self.names.find(name, purpose)
+    }
+
+    fn parse(&self, variable: Variable, text: &str) -> Result<Setting, ValueError> {
+        let unfit = |reason: &str| ValueError { value: text.into(), reason: reason.into() };
+        let trimmed = text.trim();
+        let digits = trimmed.strip_prefix(['-', '+']).unwrap_or(trimmed);
+        if digits.is_empty() || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
+            return Err(unfit("is no integer: an optional sign and decimal digits are expected"));
+        }
+        let number: i64 = trimmed.parse().map_err(|_| unfit("is beyond any variable's range"))?;
+        if let Some(Name::Symbol(index)) = self.names.get(variable)
+            && let Some(Role::Input(lines)) = self.names.symbol(index).map(|symbol| symbol.role)
+            && !lines::fits(lines, number)
+        {
+            let lines = lines.count;
+            return Err(unfit(&format!("is no number that {lines} lines can carry in BCD")));
+        }
+        Ok(Setting::Int(number))
+    }
+
+    fn set(&mut self, variable: Variable, value: Setting) {
+        self.begin();
+        let number = match value {
+            Setting::Int(number) => number,
+            Setting::Float(number) => number as i64,
+        };
+        match self.names.get(variable) {
+            Some(Name::Symbol(index)) => self.assign(index, 0, number),
+            Some(Name::Element(index, element)) => self.assign(index, element, number),
+            Some(Name::Counter(timer)) => {
+                if let Some(timer) = self.timers.get(timer as usize) {
+                    write_i32(&mut self.image, timer.counter, number as i32);
+                }
+            }
+            Some(Name::Line(port, bit)) => {
+                let at = self.ports + u32::from(port);
+                let others = read_u8(&self.image, at) & !(1 << bit);
+                write_u8(&mut self.image, at, others | u8::from(number != 0) << bit);
+            }
+            None => {}
+        }
+    }
+
+    fn get(&self, variable: Variable) -> Value {
+        match self.names.get(variable) {
+            Some(Name::Symbol(index)) => {
+                match self.names.symbol(index).and_then(|symbol| symbol.elements) {
+                    Some(count) => {
+                        Value::Array((0..count).map(|i| self.element(index, i)).collect())
+                    }
+                    None => self.element(index, 0),
+                }
+            }
+            Some(Name::Element(index, element)) => self.element(index, element),
+            Some(Name::Counter(timer)) => {
+                let timer = self.timers.get(timer as usize);
+                let count = timer.map_or(0, |t| value(&self.image, Type::Long, t.counter));
+                Value::Int(count.into())
+            }
+            Some(Name::Line(port, bit)) if u32::from(port) < PORTS => {
+                let port = read_u8(&self.image, self.ports + u32::from(port));
+                Value::Int((port >> bit & 1).into())
+            }
+            Some(Name::Line(..)) | None => Value::Int(0),
+        }
+    }
+
+    fn declared(&mut self) -> Vec<(String, Variable)> {
+        let dumped = self.names.symbols.iter().zip(0..).filter(|(symbol, _)| symbol.dumped);
+        let named: Vec<(String, u32)> = dumped.map(|(s, i)| (s.name.clone(), i)).collect();
+        let found = named.into_iter();
+        found.map(|(name, index)| (name, self.names.remember(Name::Symbol(index)))).collect()
+    }
+
+    fn canonical(&self, variable: Variable) -> String {
+        self.names.get(variable).map_or_else(String::new, |name| self.names.canonical(name))
+    }
+
+    fn retained(&self) -> Option<Vec<u8>> {
+        let kept: Vec<Kept> = self
+            .names
+            .symbols
+            .iter()
+            .filter(|symbol| symbol.retained)
+            .map(|symbol| {
+                let places = (0..symbol.elements.unwrap_or(1)).map(|i| i * symbol.ty.size());
+                let values = places.map(|at| value(&self.image, symbol.ty, symbol.offset + at));
+                Kept { name: symbol.name.clone(), ty: symbol.ty, values: values.collect() }
+            })
+            .collect();
+        // Writing to memory does not fail.
+        postcard::to_allocvec(&kept).ok()
+    }
+
+    fn restore(&mut self, retained: &[u8]) -> Result<(), String> {
+        let (kept, rest): (Vec<Kept>, _) = postcard::take_from_bytes(retained)
+            .map_err(|_| "it does not hold non-volatile variables".to_owned())?;
+        if !rest.is_empty() {
+            return Err("it does not hold non-volatile variables".to_owned());
+        }
+        let find = |kept: &Kept| {
+            let same = |symbol: &&plcc_abi::pmi::Symbol| {
+                symbol.retained
+                    && symbol.name == kept.name
+                    && symbol.ty == kept.ty
+                    && symbol.elements.unwrap_or(1) as usize == kept.values.len()
+            };
+            let other = || format!("its {} is another than the program's", kept.name);
+            self.names.symbols.iter().find(same).map(|s| s.offset).ok_or_else(other)
+        };
+        let places = kept.iter().map(find).collect::<Result<Vec<u32>, String>>()?;
+        for (kept, mut offset) in kept.iter().zip(places) {
+            for &value in &kept.values {
+                write(&mut self.image, kept.ty, offset, value.into());
+                offset += kept.ty.size();
+            }
+        }
+        Ok(())
+    }
+
+    fn image(&self) -> &[u8] {
+        &self.image
+    }
+}
