@@ -15,6 +15,11 @@ pub struct Code {
     pub functions: Vec<FunctionRange>,
     /// Which source line the code from an offset on belongs to, by rising offset.
     pub lines: Vec<CodeLine>,
+    /// The architecture it is for, as `std::env::consts::ARCH` has it.
+    pub architecture: String,
+    /// What a processor must have beyond its architecture to run it, by the names that Rust's
+    /// feature detection uses.
+    pub features: Vec<String>,
 }
 
 /// One compiled function.
@@ -37,4 +42,46 @@ pub struct CodeLine {
     pub file: u32,
     /// The line, from 1.
     pub line: u32,
+}
+
+impl Code {
+    /// The source line that the code at an offset belongs to.
+    pub fn line_at(&self, offset: u32) -> Option<CodeLine> {
+        let function = self.function_at(offset)?;
+        let behind = self.lines.partition_point(|line| line.offset <= offset);
+        // A line's code does not reach into the next function.
+        let line = self.lines.get(behind.checked_sub(1)?)?;
+        (line.offset >= function.offset).then_some(*line)
+    }
+
+    /// The function that the code at an offset belongs to.
+    pub fn function_at(&self, offset: u32) -> Option<&FunctionRange> {
+        let behind = self.functions.partition_point(|function| function.offset <= offset);
+        let function = self.functions.get(behind.checked_sub(1)?)?;
+        (offset - function.offset < function.len).then_some(function)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use alloc::vec;
+
+    use super::*;
+
+    #[test]
+    fn offsets_are_found_where_there_is_code() {
+        let function = |offset, len| FunctionRange { name: String::new(), offset, len };
+        let line = |offset, line| CodeLine { offset, file: 0, line };
+        let code = Code {
+            functions: vec![function(0, 10), function(16, 8)],
+            lines: vec![line(2, 1), line(5, 2), line(18, 3)],
+            ..Code::default()
+        };
+        let cases = [(0, None), (2, Some(1)), (4, Some(1)), (9, Some(2)), (10, None), (16, None)];
+        for (offset, expected) in cases.into_iter().chain([(23, Some(3)), (24, None)]) {
+            assert_eq!(code.line_at(offset).map(|line| line.line), expected, "{offset}");
+        }
+        assert_eq!(code.function_at(23).map(|function| function.offset), Some(16));
+        assert!(code.function_at(15).is_none());
+    }
 }

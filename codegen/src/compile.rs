@@ -68,7 +68,10 @@ pub fn compile(module: &Module, target: &Target) -> Result<Code, CodegenError> {
             reason: "a thread of the compiler was lost".into(),
         });
     }
-    assemble(module, &compiled)
+    let mut code = assemble(module, &compiled)?;
+    code.architecture = target.architecture();
+    code.features = target.features().iter().map(ToString::to_string).collect();
+    Ok(code)
 }
 
 fn one(

@@ -4,15 +4,19 @@
 //! [`Executive`](executive::Executive) does for one dialect what its control did around the
 //! program: scans, slices, ticks, latching, timers, events.
 
+pub mod artifact;
+pub mod cpu;
 pub mod event;
 pub mod executive;
 pub mod native;
 pub mod nct;
 mod nearest;
+pub mod perf;
 pub mod pmac;
 pub mod pmi;
 pub mod value;
 
+pub use artifact::{Artifact, ArtifactError};
 pub use event::{Event, EventBody};
 pub use executive::{Executive, NameError, Purpose, Setting, Stop, ValueError, Variable};
 pub use native::NativeEngine;

@@ -16,6 +16,8 @@ use plcc_abi::{
 };
 use thiserror::Error;
 
+use crate::perf;
+
 /// Why code can't be run.
 #[derive(Debug, Error)]
 pub enum NativeError {
@@ -25,12 +27,15 @@ pub enum NativeError {
     /// A label lies outside the code, or a task outside the labels.
     #[error("the code's tables do not fit its code")]
     Tables,
+    /// The code is for another machine, or a processor with more features.
+    #[error("the code is for {0}, not for this machine")]
+    Machine(String),
 }
 
 /// Compiled code, mapped, with where each task was suspended.
 pub struct NativeEngine {
     /// Keeps the code mapped; the entries point into it.
-    _map: Mmap,
+    map: Mmap,
     /// For each label the function to call with it.
     entries: Vec<ChunkFn>,
     /// For each task its first label.
@@ -46,6 +51,12 @@ impl NativeEngine {
     /// # Errors
     /// When there is no memory for it, or its tables do not fit.
     pub fn new(code: &Code, program: &Program) -> Result<Self, NativeError> {
+        let missing = crate::cpu::missing(&code.features);
+        if code.architecture != std::env::consts::ARCH || !missing.is_empty() {
+            let needed = std::iter::once(&code.architecture).chain(&missing);
+            let needed: Vec<&str> = needed.map(String::as_str).collect();
+            return Err(NativeError::Machine(needed.join(" with ")));
+        }
         let starts: Vec<u32> = code.functions.iter().map(|function| function.offset).collect();
         let fits = |function: &plcc_abi::FunctionRange| {
             let end = u64::from(function.offset) + u64::from(function.len);
@@ -70,16 +81,30 @@ impl NativeEngine {
         };
         let entries = code.labels.iter().map(entry).collect();
         let tasks: Vec<u32> = program.tasks.iter().map(|task| task.entry).collect();
-        if std::env::var_os("PLCC_PERF_MAP").is_some() {
-            perf_map(code, map.as_ptr() as usize);
+        if std::env::var_os(perf::VARIABLE).is_some_and(|value| value == "1") {
+            perf::write_map(code, &program.files, map.as_ptr() as usize);
         }
         Ok(Self {
-            _map: map,
+            map,
             entries,
             resume: vec![None; tasks.len()],
             tasks,
             image_size: program.image_size as usize,
         })
+    }
+}
+
+impl NativeEngine {
+    /// The offset in the code of an address of this process: what
+    /// [`Code::line_at`] and [`Code::function_at`] understand.
+    pub fn offset_of(&self, address: usize) -> Option<u32> {
+        let offset = address.checked_sub(self.map.as_ptr() as usize)?;
+        u32::try_from(offset).ok().filter(|_| offset < self.map.len())
+    }
+
+    /// Where the code is in this process.
+    pub fn address(&self) -> usize {
+        self.map.as_ptr() as usize
     }
 }
 
@@ -163,17 +188,4 @@ extern "C" fn host_call(
     let result = catch_unwind(AssertUnwindSafe(move || host.call(image, function, [a, b, c, d])));
     call.panicked |= result.is_err();
     result.unwrap_or(0)
-}
-
-/// Tells `perf` the functions' names, where `PLCC_PERF_MAP` asks for it. A profile without names
-/// is all that is lost when the file can't be written.
-fn perf_map(code: &Code, base: usize) {
-    use std::fmt::Write as _;
-    let mut text = String::new();
-    for function in &code.functions {
-        let start = base + function.offset as usize;
-        let _ = writeln!(text, "{start:x} {:x} plcc:{}", function.len, function.name);
-    }
-    let path = std::env::temp_dir().join(format!("perf-{}.map", std::process::id()));
-    let _ = std::fs::write(path, text);
 }

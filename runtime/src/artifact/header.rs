@@ -1,0 +1,193 @@
+//! The first bytes of an artifact.
+//!
+//! | offset | bytes | holds |
+//! | --- | --- | --- |
+//! | 0 | 8 | [`MAGIC`] |
+//! | 8 | 4 | [`ABI_VERSION`](plcc_abi::ABI_VERSION) |
+//! | 12 | 4 | CRC-32 of everything behind the header |
+//! | 16 | 8 | length of the whole file |
+//! | 24 | 4 | length of the tables |
+//! | 28 | 4 | number of labels |
+//! | 32 | 4 | number of lines |
+//! | 36 | 4 | length of the code |
+//! | 40 | 24 | the architecture's name, padded with zeros |
+//! | 64 | 124 | what the processor must have besides, names with commas between, padded |
+//! | 188 | 4 | CRC-32 of the bytes before |
+//!
+//! Magic, version, and the last checksum stay where they are in all versions to come.
+
+use plcc_abi::ABI_VERSION;
+
+use super::error::{ArtifactError, inconsistent};
+
+/// How an artifact begins. The bytes above 7 bits and the line ends show what a transfer as text
+/// would have spoilt.
+pub const MAGIC: [u8; 8] = *b"\x8FPLCX\r\n\x1A";
+/// Length of the header in bytes.
+pub const LENGTH: usize = 192;
+
+const VERSION: usize = 8;
+const PAYLOAD_CRC: usize = 12;
+const FILE_LENGTH: usize = 16;
+const PARTS: usize = 24;
+const ARCHITECTURE: std::ops::Range<usize> = 40..64;
+const FEATURES: std::ops::Range<usize> = 64..CRC;
+const CRC: usize = 188;
+
+/// How long the parts behind the header are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Parts {
+    /// Bytes of the tables.
+    pub tables: u32,
+    /// Number of labels.
+    pub labels: u32,
+    /// Number of entries of the line table.
+    pub lines: u32,
+    /// Bytes of code.
+    pub code: u32,
+}
+
+/// What the header says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Header {
+    /// The version of the format.
+    pub version: u32,
+    /// The payload's checksum.
+    pub checksum: u32,
+    /// Length of the whole file.
+    pub length: u64,
+    /// The parts' lengths.
+    pub parts: Parts,
+    /// The architecture's name, as `std::env::consts::ARCH` has it.
+    pub architecture: String,
+    /// What the processor must have besides, by the names of Rust's feature detection.
+    pub features: Vec<String>,
+}
+
+/// The checksum that artifacts use.
+pub fn checksum(bytes: &[u8]) -> u32 {
+    crc32fast::hash(bytes)
+}
+
+/// Makes header and payload agree again after bytes were changed, for tests that want to get
+/// past the checksums. Shorter than a header it does nothing.
+pub fn reseal(bytes: &mut [u8]) {
+    let length = bytes.len() as u64;
+    if let Some((head, payload)) = bytes.split_at_mut_checked(LENGTH) {
+        head[PAYLOAD_CRC..PAYLOAD_CRC + 4].copy_from_slice(&checksum(payload).to_le_bytes());
+        head[FILE_LENGTH..FILE_LENGTH + 8].copy_from_slice(&length.to_le_bytes());
+        let crc = checksum(&head[..CRC]);
+        head[CRC..].copy_from_slice(&crc.to_le_bytes());
+    }
+}
+
+impl Header {
+    /// The header's bytes.
+    ///
+    /// # Errors
+    /// When a name is too long.
+    pub fn encode(&self) -> Result<[u8; LENGTH], ArtifactError> {
+        let mut bytes = [0; LENGTH];
+        bytes[..MAGIC.len()].copy_from_slice(&MAGIC);
+        let Parts { tables, labels, lines, code } = self.parts;
+        let words = [(VERSION, self.version), (PAYLOAD_CRC, self.checksum)];
+        let parts = [tables, labels, lines, code];
+        let parts = parts.into_iter().enumerate().map(|(i, part)| (PARTS + 4 * i, part));
+        for (at, word) in words.into_iter().chain(parts) {
+            bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
+        }
+        bytes[FILE_LENGTH..FILE_LENGTH + 8].copy_from_slice(&self.length.to_le_bytes());
+        let features = self.features.join(",");
+        for (range, text) in [(ARCHITECTURE, &self.architecture), (FEATURES, &features)] {
+            let room = bytes[range].get_mut(..text.len());
+            room.ok_or_else(|| inconsistent("the target's name is too long"))?
+                .copy_from_slice(text.as_bytes());
+        }
+        let crc = checksum(&bytes[..CRC]);
+        bytes[CRC..].copy_from_slice(&crc.to_le_bytes());
+        Ok(bytes)
+    }
+
+    /// Takes a file apart into its header and the rest, which has the right length and checksum.
+    ///
+    /// # Errors
+    /// When it is not an artifact, truncated, corrupt, or of another version.
+    pub fn decode(bytes: &[u8]) -> Result<(Self, &[u8]), ArtifactError> {
+        if !bytes.starts_with(&MAGIC) {
+            return Err(match MAGIC.starts_with(bytes) && !bytes.is_empty() {
+                true => truncated(bytes, LENGTH as u64),
+                false => ArtifactError::NotAnArtifact,
+            });
+        }
+        let Some((head, payload)) = bytes.split_first_chunk::<LENGTH>() else {
+            return Err(truncated(bytes, LENGTH as u64));
+        };
+        if word(head, CRC) != checksum(&head[..CRC]) {
+            return Err(ArtifactError::Corrupt { what: "the checksum of its header is wrong" });
+        }
+        let version = word(head, VERSION);
+        if version < ABI_VERSION {
+            return Err(ArtifactError::Older { version });
+        }
+        if version > ABI_VERSION {
+            return Err(ArtifactError::Newer { version });
+        }
+        let long = u64::from(word(head, FILE_LENGTH + 4)) << 32;
+        let features = text(&head[FEATURES])?;
+        let header = Self {
+            version,
+            checksum: word(head, PAYLOAD_CRC),
+            length: long | u64::from(word(head, FILE_LENGTH)),
+            parts: Parts {
+                tables: word(head, PARTS),
+                labels: word(head, PARTS + 4),
+                lines: word(head, PARTS + 8),
+                code: word(head, PARTS + 12),
+            },
+            architecture: text(&head[ARCHITECTURE])?,
+            features: features.split(',').filter(|s| !s.is_empty()).map(str::to_owned).collect(),
+        };
+        match header.length.cmp(&(bytes.len() as u64)) {
+            std::cmp::Ordering::Greater => return Err(truncated(bytes, header.length)),
+            std::cmp::Ordering::Less => {
+                return Err(ArtifactError::Corrupt { what: "something stands behind its end" });
+            }
+            std::cmp::Ordering::Equal => {}
+        }
+        if header.checksum != checksum(payload) {
+            return Err(ArtifactError::Corrupt { what: "its checksum is wrong" });
+        }
+        Ok((header, payload))
+    }
+
+    /// Whether this machine can run the code.
+    ///
+    /// # Errors
+    /// When it is of another architecture, or the processor lacks something.
+    pub fn check_machine(&self) -> Result<(), ArtifactError> {
+        let machine = std::env::consts::ARCH;
+        if self.architecture != machine {
+            let artifact = self.architecture.clone();
+            return Err(ArtifactError::Architecture { artifact, machine });
+        }
+        let missing = crate::cpu::missing(&self.features);
+        if missing.is_empty() { Ok(()) } else { Err(ArtifactError::Features { missing }) }
+    }
+}
+
+fn truncated(bytes: &[u8], expected: u64) -> ArtifactError {
+    ArtifactError::Truncated { found: bytes.len() as u64, expected }
+}
+
+fn word(head: &[u8; LENGTH], at: usize) -> u32 {
+    plcc_abi::image::read_u32(head, at as u32)
+}
+
+/// A text padded with zeros.
+fn text(bytes: &[u8]) -> Result<String, ArtifactError> {
+    let end = bytes.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
+    match bytes[..end].is_ascii() {
+        true => Ok(bytes[..end].iter().map(|&byte| char::from(byte)).collect()),
+        false => Err(inconsistent("its target has no name")),
+    }
+}

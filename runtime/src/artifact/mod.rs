@@ -1,0 +1,117 @@
+//! Programs compiled ahead of time: what `plcc build` writes and the loader reads.
+//!
+//! An artifact is flat, little endian, and knows its own length:
+//!
+//! | part | holds |
+//! | --- | --- |
+//! | header, 192 bytes | see [`header`]; it ends with a checksum of itself |
+//! | tables | the [`Program`] and the functions' names and places, by postcard |
+//! | labels | for each label the offset of its function in the code, 32 bits each |
+//! | lines | the line table, three times 32 bits an entry: offset, file, line |
+//! | code | position-independent machine code without relocations |
+//!
+//! The header also has a checksum of all that follows it, so no byte of a file can be wrong
+//! unnoticed. A checksum is against accidents; whoever can write artifacts can run code, as with
+//! any executable.
+//!
+//! The file is read, not mapped: what has been checked must be what is executed, whatever happens
+//! to the file meanwhile. Its code is copied into memory of its own that is executable and no
+//! longer writable, by [`NativeEngine`](crate::NativeEngine), and only when everything has been
+//! found right: nothing of an artifact that is refused is ever executed.
+
+mod error;
+pub mod header;
+mod payload;
+#[cfg(test)]
+mod tests;
+mod validate;
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use plcc_abi::{ABI_VERSION, Code, Program};
+
+pub use error::ArtifactError;
+use header::Header;
+
+/// The longest artifact that is read, in bytes.
+pub const MAX_FILE: u64 = 512 << 20;
+/// The longest tables, in bytes of the file. They unfold to some times that in memory.
+pub const MAX_TABLES: u32 = 64 << 20;
+/// The largest process image, in bytes.
+pub const MAX_IMAGE: u32 = 256 << 20;
+
+/// A program that was compiled ahead of time, read and found right.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Artifact {
+    /// What an executive needs.
+    pub program: Program,
+    /// The machine code, for the machine that is running.
+    pub code: Code,
+}
+
+/// Writes an artifact.
+///
+/// # Errors
+/// When the program exceeds what the loader accepts, or program and code do not fit each other.
+pub fn encode(program: &Program, code: &Code) -> Result<Vec<u8>, ArtifactError> {
+    validate::program(program)?;
+    validate::code(program, code)?;
+    let payload = payload::encode(program, code)?;
+    let header = Header {
+        version: ABI_VERSION,
+        checksum: header::checksum(&payload.bytes),
+        length: (header::LENGTH + payload.bytes.len()) as u64,
+        parts: payload.parts,
+        architecture: code.architecture.clone(),
+        features: code.features.clone(),
+    };
+    if header.length > MAX_FILE {
+        return Err(ArtifactError::TooLarge {
+            what: "artifact",
+            size: header.length,
+            limit: MAX_FILE,
+        });
+    }
+    let mut bytes = header.encode()?.to_vec();
+    bytes.extend(payload.bytes);
+    Ok(bytes)
+}
+
+impl Artifact {
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// When it can't be read or is refused.
+    pub fn open(path: &Path) -> Result<Self, ArtifactError> {
+        let fail = |source| ArtifactError::Read { path: path.to_owned(), source };
+        let file = File::open(path).map_err(fail)?;
+        let mut bytes = Vec::new();
+        // One byte more than allowed tells a file that is too long, also one that never ends.
+        file.take(MAX_FILE + 1).read_to_end(&mut bytes).map_err(fail)?;
+        Self::parse(&bytes)
+    }
+
+    /// Checks an artifact's bytes.
+    ///
+    /// # Errors
+    /// When anything about it is off; see [`ArtifactError`].
+    pub fn parse(bytes: &[u8]) -> Result<Self, ArtifactError> {
+        if bytes.len() as u64 > MAX_FILE {
+            let size = bytes.len() as u64;
+            return Err(ArtifactError::TooLarge { what: "file", size, limit: MAX_FILE });
+        }
+        let (header, payload) = Header::decode(bytes)?;
+        header.check_machine()?;
+        let (program, code) = payload::decode(&header, payload)?;
+        validate::program(&program)?;
+        validate::code(&program, &code)?;
+        Ok(Self { program, code })
+    }
+
+    /// Whether a file begins as an artifact does, whatever else is wrong with it.
+    pub fn is_artifact(bytes: &[u8]) -> bool {
+        bytes.starts_with(&header::MAGIC)
+    }
+}

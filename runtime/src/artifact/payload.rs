@@ -1,0 +1,106 @@
+//! What stands behind the header: tables, labels, lines, code.
+
+use plcc_abi::{Code, CodeLine, FunctionRange, Program};
+use serde::{Deserialize, Serialize};
+
+use super::error::{ArtifactError, inconsistent};
+use super::header::{Header, Parts};
+use super::{MAX_FILE, MAX_TABLES};
+
+const LABEL: usize = 4;
+const LINE: usize = 12;
+
+/// The part that is written by postcard.
+#[derive(Serialize, Deserialize)]
+struct Tables<P, F> {
+    program: P,
+    functions: F,
+}
+
+/// The bytes and how they are divided.
+pub(super) struct Payload {
+    pub(super) bytes: Vec<u8>,
+    pub(super) parts: Parts,
+}
+
+pub(super) fn encode(program: &Program, code: &Code) -> Result<Payload, ArtifactError> {
+    // Architecture and features stand in the header.
+    let Code { bytes: machine_code, labels, functions, lines, architecture: _, features: _ } = code;
+    let tables = Tables { program, functions };
+    let mut bytes = postcard::to_allocvec(&tables)
+        .map_err(|error| inconsistent(format!("its tables can't be written: {error}")))?;
+    check_tables(bytes.len() as u64)?;
+    let parts = Parts {
+        tables: length(bytes.len())?,
+        labels: length(labels.len())?,
+        lines: length(lines.len())?,
+        code: length(machine_code.len())?,
+    };
+    for label in labels {
+        bytes.extend(label.to_le_bytes());
+    }
+    for &CodeLine { offset, file, line } in lines {
+        for word in [offset, file, line] {
+            bytes.extend(word.to_le_bytes());
+        }
+    }
+    bytes.extend(machine_code);
+    Ok(Payload { bytes, parts })
+}
+
+fn length(n: usize) -> Result<u32, ArtifactError> {
+    let size = n as u64;
+    let too_large = |_| ArtifactError::TooLarge { what: "artifact", size, limit: MAX_FILE };
+    u32::try_from(n).map_err(too_large)
+}
+
+fn check_tables(size: u64) -> Result<(), ArtifactError> {
+    let limit = u64::from(MAX_TABLES);
+    if size <= limit {
+        Ok(())
+    } else {
+        Err(ArtifactError::TooLarge { what: "tables", size, limit })
+    }
+}
+
+/// Takes the payload apart. Nothing is allocated that the bytes at hand do not bear out.
+pub(super) fn decode(header: &Header, payload: &[u8]) -> Result<(Program, Code), ArtifactError> {
+    let Parts { tables, labels, lines, code } = header.parts;
+    check_tables(u64::from(tables))?;
+    let (tables, rest) = split(payload, 1, tables)?;
+    let (labels, rest) = split(rest, LABEL, labels)?;
+    let (lines, rest) = split(rest, LINE, lines)?;
+    let (machine_code, rest) = split(rest, 1, code)?;
+    if !rest.is_empty() {
+        return Err(inconsistent("its parts are shorter than the whole"));
+    }
+    let (tables, rest): (Tables<Program, Vec<FunctionRange>>, &[u8]) =
+        postcard::take_from_bytes(tables).map_err(|_| inconsistent("its tables make no sense"))?;
+    if !rest.is_empty() {
+        return Err(inconsistent("its tables end too early"));
+    }
+    let (words, _) = labels.as_chunks::<LABEL>();
+    let labels = words.iter().map(|&word| u32::from_le_bytes(word)).collect();
+    let (words, _) = lines.as_chunks::<4>();
+    let (entries, _) = words.as_chunks::<3>();
+    let lines = entries.iter().map(|entry| {
+        let [offset, file, line] = entry.map(u32::from_le_bytes);
+        CodeLine { offset, file, line }
+    });
+    let code = Code {
+        bytes: machine_code.to_vec(),
+        labels,
+        functions: tables.functions,
+        lines: lines.collect(),
+        architecture: header.architecture.clone(),
+        features: header.features.clone(),
+    };
+    Ok((tables.program, code))
+}
+
+fn split(bytes: &[u8], size: usize, count: u32) -> Result<(&[u8], &[u8]), ArtifactError> {
+    let length = size.checked_mul(count as usize);
+    length
+        .and_then(|length| bytes.split_at_checked(length))
+        .ok_or_else(|| inconsistent("its parts are longer than the whole"))
+}

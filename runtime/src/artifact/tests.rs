@@ -1,0 +1,219 @@
+//! Round trips, and a refusal of each kind.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use plcc_abi::pmi::{PmiTables, Role, Symbol, Type};
+use plcc_abi::{Code, CodeLine, FunctionRange, Program, Region, Tables, Task};
+
+use super::header::{self, Header};
+use super::{Artifact, ArtifactError, encode};
+
+fn program() -> Program {
+    let symbol = Symbol {
+        name: "A".into(),
+        ty: Type::Integer,
+        offset: 2,
+        elements: Some(3),
+        role: Role::Variable,
+        dumped: true,
+        retained: false,
+    };
+    let tables = PmiTables { symbols: vec![symbol], ports: 8, ..PmiTables::default() };
+    Program {
+        files: vec!["lathe.pmi".into()],
+        image_size: 8 + 2048,
+        regions: vec![
+            Region { name: "integer".into(), offset: 0, size: 8, bits: false },
+            Region { name: "port".into(), offset: 8, size: 2048, bits: false },
+        ],
+        tasks: vec![Task { name: "scan".into(), entry: 1 }],
+        tables: Tables::Pmi(tables),
+    }
+}
+
+fn code() -> Code {
+    Code {
+        // Traps at once, in case a refused artifact is ever entered.
+        bytes: vec![0xCC; 48],
+        labels: vec![32, 0, 32],
+        functions: vec![
+            FunctionRange { name: "chunk0".into(), offset: 0, len: 20 },
+            FunctionRange { name: "chunk1".into(), offset: 32, len: 16 },
+        ],
+        lines: vec![
+            CodeLine { offset: 0, file: 0, line: 3 },
+            CodeLine { offset: 7, file: 0, line: 4 },
+        ],
+        architecture: std::env::consts::ARCH.into(),
+        features: vec![],
+    }
+}
+
+/// What `encode` itself would refuse, written all the same.
+fn forged(program: &Program, code: &Code) -> Vec<u8> {
+    let payload = super::payload::encode(program, code).unwrap();
+    let header = Header {
+        version: plcc_abi::ABI_VERSION,
+        checksum: header::checksum(&payload.bytes),
+        length: (header::LENGTH + payload.bytes.len()) as u64,
+        parts: payload.parts,
+        architecture: code.architecture.clone(),
+        features: code.features.clone(),
+    };
+    [&header.encode().unwrap()[..], &payload.bytes].concat()
+}
+
+#[test]
+fn what_was_written_is_read() {
+    let (program, code) = (program(), code());
+    let bytes = encode(&program, &code).unwrap();
+    assert!(Artifact::is_artifact(&bytes));
+    assert_eq!(Artifact::parse(&bytes).unwrap(), Artifact { program, code });
+}
+
+#[test]
+fn every_shorter_file_is_refused() {
+    let bytes = encode(&program(), &code()).unwrap();
+    for length in 0..bytes.len() {
+        match Artifact::parse(&bytes[..length]) {
+            Err(ArtifactError::NotAnArtifact) => assert_eq!(length, 0),
+            Err(ArtifactError::Truncated { found, expected }) => {
+                assert!(found == length as u64 && expected > found);
+            }
+            other => panic!("{length}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn every_changed_bit_is_refused() {
+    let bytes = encode(&program(), &code()).unwrap();
+    for at in 0..bytes.len() {
+        for mask in (0..8).map(|bit| 1 << bit).chain([0xFF]) {
+            let mut copy = bytes.clone();
+            copy[at] ^= mask;
+            let refused = Artifact::parse(&copy).unwrap_err();
+            let expected = match at {
+                0..8 => matches!(refused, ArtifactError::NotAnArtifact),
+                _ => matches!(refused, ArtifactError::Corrupt { .. }),
+            };
+            assert!(expected, "byte {at}: {refused}");
+        }
+    }
+    let longer = [&bytes[..], &[0]].concat();
+    assert!(matches!(Artifact::parse(&longer), Err(ArtifactError::Corrupt { .. })));
+}
+
+/// With the checksums made right again a change may mean something, but nothing panics.
+#[test]
+fn changes_with_right_checksums_are_judged() {
+    let bytes = encode(&program(), &code()).unwrap();
+    let mut refused = 0;
+    for at in header::LENGTH..bytes.len() {
+        for value in [0, 1, 0x7F, 0x80, 0xFF] {
+            let mut copy = bytes.clone();
+            copy[at] = value;
+            header::reseal(&mut copy);
+            refused += u32::from(Artifact::parse(&copy).is_err());
+        }
+    }
+    assert!(refused > 100);
+}
+
+#[test]
+fn others_versions_and_machines_are_refused() {
+    let bytes = encode(&program(), &code()).unwrap();
+    let with = |at: usize, value: &[u8]| {
+        let mut copy = bytes.clone();
+        copy[at..at + value.len()].copy_from_slice(value);
+        header::reseal(&mut copy);
+        Artifact::parse(&copy).unwrap_err()
+    };
+    assert!(matches!(with(8, &[0, 0, 0, 0]), ArtifactError::Older { version: 0 }));
+    assert!(matches!(with(8, &[0xFF; 4]), ArtifactError::Newer { version: u32::MAX }));
+    let error = with(40, b"pdp11\0\0\0");
+    assert!(matches!(&error, ArtifactError::Architecture { artifact, .. } if artifact == "pdp11"));
+    assert!(error.to_string().contains("pdp11"), "{error}");
+    let error = with(64, b"warp9,sse99");
+    assert!(
+        matches!(&error, ArtifactError::Features { missing } if *missing == ["warp9", "sse99"])
+    );
+    assert!(matches!(with(40, b"\xFF"), ArtifactError::Inconsistent { .. }));
+    assert!(matches!(Artifact::parse(b""), Err(ArtifactError::NotAnArtifact)));
+    assert!(matches!(Artifact::parse(b"\x7FELF"), Err(ArtifactError::NotAnArtifact)));
+}
+
+#[test]
+fn lengths_that_were_forged_allocate_nothing() {
+    let bytes = encode(&program(), &code()).unwrap();
+    for at in [24, 28, 32, 36] {
+        for value in [0_u32, 1, 0x1000_0000, u32::MAX] {
+            let mut copy = bytes.clone();
+            copy[at..at + 4].copy_from_slice(&value.to_le_bytes());
+            header::reseal(&mut copy);
+            let refused = Artifact::parse(&copy).unwrap_err();
+            let expected = matches!(
+                refused,
+                ArtifactError::Inconsistent { .. } | ArtifactError::TooLarge { .. }
+            );
+            assert!(expected, "{refused}");
+        }
+    }
+}
+
+/// Refused by the compiler's side and by the loader's.
+fn inconsistent(change: impl Fn(&mut Program, &mut Code)) {
+    let (mut program, mut code) = (program(), code());
+    change(&mut program, &mut code);
+    let wrote = encode(&program, &code).unwrap_err();
+    let read = Artifact::parse(&forged(&program, &code)).unwrap_err();
+    for error in [wrote, read] {
+        let expected =
+            matches!(error, ArtifactError::Inconsistent { .. } | ArtifactError::TooLarge { .. });
+        assert!(expected, "{error}");
+    }
+}
+
+fn pmi(program: &mut Program) -> &mut PmiTables {
+    match &mut program.tables {
+        Tables::Pmi(tables) => tables,
+        _ => unreachable!(),
+    }
+}
+
+#[test]
+fn tables_that_point_outside_are_refused() {
+    inconsistent(|_, code| code.labels[0] = 16);
+    inconsistent(|_, code| code.labels[0] = 4000);
+    inconsistent(|_, code| code.functions[1].len = 17);
+    inconsistent(|_, code| code.functions[0].len = 33);
+    inconsistent(|_, code| code.functions[0].len = 0);
+    inconsistent(|_, code| code.functions.swap(0, 1));
+    inconsistent(|_, code| code.functions[1].offset = u32::MAX);
+    inconsistent(|_, code| code.lines[1].offset = 48);
+    inconsistent(|_, code| code.lines[1].file = 1);
+    inconsistent(|_, code| code.lines[1].line = 0);
+    inconsistent(|_, code| code.lines.swap(0, 1));
+    inconsistent(|program, _| program.tasks[0].entry = 3);
+    inconsistent(|program, _| program.image_size = u32::MAX);
+    inconsistent(|program, _| program.image_size -= 1);
+    inconsistent(|program, _| program.files.clear());
+    inconsistent(|program, _| program.regions[1].offset = 4);
+    inconsistent(|program, _| program.regions[0].size = 9);
+    inconsistent(|program, _| program.regions[1].size = u32::MAX);
+    inconsistent(|program, _| pmi(program).symbols[0].elements = Some(u32::MAX));
+    inconsistent(|program, _| pmi(program).symbols[0].offset = 2055);
+    inconsistent(|program, _| pmi(program).symbols[0].role = Role::TimerControl(0));
+    inconsistent(|program, _| pmi(program).ports = 9);
+    inconsistent(|program, _| pmi(program).special.ipl = 2056);
+    inconsistent(|program, _| pmi(program).initial.push((2053, Type::Long, 1)));
+}
+
+#[test]
+fn a_file_is_read_or_its_name_is_told() {
+    let path = std::env::temp_dir().join(format!("plcc-artifact-{}.plcx", std::process::id()));
+    std::fs::write(&path, encode(&program(), &code()).unwrap()).unwrap();
+    assert_eq!(Artifact::open(&path).unwrap().program, program());
+    std::fs::remove_file(&path).unwrap();
+    let error = Artifact::open(&path).unwrap_err();
+    assert!(error.to_string().contains(&*path.to_string_lossy()), "{error}");
+}
