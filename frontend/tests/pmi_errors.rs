@@ -9,6 +9,7 @@ use plcc_frontend::{
 fn run(text: &str, limits: Limits) -> Vec<(String, u32)> {
     let loader = MemoryLoader::new()
         .with("inner.pmi", "X1 = T\n")
+        .with("main.pmi", text)
         .with("nested.pmi", "? one\n$INCLUDE inner.pmi\n")
         .with("bad.pmi", "? one\nX2 = NONE\n");
     let mut sources = SourceMap::new();
@@ -80,7 +81,12 @@ fn names_and_characters() {
 #[test]
 fn includes() {
     expect("$END\n$INCLUDE nested.pmi\n", &[("6", 2)]);
+    expect("$END\nY=T\n$INCLUDE main.pmi\n", &[("6", 3)]);
     expect("$END\n$INCLUDE\n", &[("7", 2)]);
+    expect("$END\n$INCLUDE # the name follows\n inner.pmi ? so\nX=X1\n", &[]);
+    expect("$END\n$INCLUDE #\n? no\nX=T\n", &[("7", 2)]);
+    expect("$END\nX=T\n$INCLUDE #", &[("7", 3)]);
+    expect("$INPUT\nA=0/0\n$INCLUD X.PMI\nB=0/1\n$END\nX=B\n", &[("1", 3)]);
     expect("$END\n$INCLUDE a*b.pmi\n", &[("7", 2)]);
     expect("$END\n$INCLUDE none.pmi\n", &[("8", 2)]);
     expect("$END\n$INCLUDE C:\\OEM\\INNER.PMI ? fine\nX=X1\n", &[]);
@@ -166,13 +172,13 @@ fn expressions() {
     logic("IF (((((((1)))))))\nENDIF\n", &[("32", 1)]);
     logic("IF ((((((1))))))\nENDIF\n", &[]);
     logic("X=(1+2\n", &[("32", 1)]);
-    logic("X=1+2)\n", &[("32", 1)]);
+    logic("X=1+2)\nIF(IN1))\nENDIF\n", &[("32", 1), ("32", 2)]);
     logic(
         "X=\nX=1+\nX=--I\nX=//I\nX=-/I\nX=/-I\nX=+I\nX=I++J\nX=I!&J\nX=()\n",
         &(1..=10).map(|n| ("34", n)).collect::<Vec<_>>(),
     );
     logic("X=I--J\nX=I*-J\nX=I/-J\nX=I//J\nX=I!/J\nX=I&/J\nX=-(-I)\n", &[]);
-    logic("X=I[1]\nI[1]=1\n", &[("35", 1), ("35", 2)]);
+    logic("X=I[1]\nI[1]=1\nX=T[1]\n", &[("35", 1), ("35", 2), ("35", 3)]);
     logic("X=AI\nAI=1\n", &[("36", 1), ("36", 2)]);
     logic("X=I J\nX=I(J)\nX=(I)J\n", &[("37", 1), ("37", 2), ("37", 3)]);
     logic(
@@ -240,6 +246,8 @@ fn the_first_error_of_a_statement_is_told() {
     logic("X=NONE+L*I\n", &[("31", 1)]);
     logic("X=L*I+)\n", &[("42", 1)]);
     logic("IN1=NONE+\n", &[("41", 1)]);
+    logic("AI[NONE]=L*I\n", &[("31", 1)]);
+    expect("$INPUT\nA=0/0\nA=9999/0\n$INTEGER\nA[999],B\n$END\n", &[("10", 3), ("10", 5)]);
 }
 
 #[test]

@@ -25,6 +25,7 @@ impl Spec<'_> {
     pub(super) fn variables(&mut self, cursor: &mut Cursor<'_>, ty: Type) -> Result {
         loop {
             let name = self.new_name(cursor)?;
+            self.check_new(name)?;
             let elements = match cursor.kind() {
                 Some(Kind::LBracket) => Some(self.elements(cursor, name, ty)?),
                 _ => None,

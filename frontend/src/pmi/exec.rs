@@ -250,6 +250,12 @@ impl<'a> Exec<'a> {
             return fail(cursor.fail(11, what).help_if_none(&format!("write {word}(condition)")));
         }
         let parsed = self.parser(cursor).parse(Until::Condition)?;
+        if cursor.kind() == Some(Kind::RParen) {
+            return fail(
+                error(32, cursor.here(), "`)` has no `(`")
+                    .help("remove it, or open it further left"),
+            );
+        }
         if cursor.kind().is_some() {
             let what = format!("{} stands behind the condition", cursor.found());
             return fail(cursor.fail(5, what).help_if_none(

@@ -289,7 +289,13 @@ impl<'p, 'c> Parser<'p, 'c> {
             self.cursor.at += 1;
             return Ok(false);
         }
-        let array = match resolve(self.names, name, span, indexed) {
+        let resolved = if matches!(name, "T" | "F") {
+            let what = format!("{name} is a constant, no array");
+            Err(Box::new(error(35, span, what).help("remove the brackets")))
+        } else {
+            resolve(self.names, name, span, indexed)
+        };
+        let array = match resolved {
             Ok(array) => array,
             Err(problem) => {
                 self.note(*problem);

@@ -34,6 +34,7 @@ impl Spec<'_> {
     /// `v = port/bit` or `v = port/bit1-bit2/type`.
     pub(super) fn line(&mut self, cursor: &mut Cursor<'_>, section: Section) -> Result {
         let name = self.new_name(cursor)?;
+        self.check_new(name)?;
         self.expect(cursor, Kind::Eq, "=")?;
         let (port, port_span) = self.number(cursor)?;
         if port > LAST_PORT {

@@ -118,6 +118,8 @@ impl Reader<'_> {
         let mut last = Span::new(file, 0, 0);
         let mut odd = None;
         let mut open: Option<Statement> = None;
+        // The start of an `$INCLUDE` whose name follows on the next line.
+        let mut unnamed: Option<usize> = None;
         for (from, to) in lines(&text) {
             let line = scan(&text, from, to);
             let raw = text.get(from..to).unwrap_or("");
@@ -127,9 +129,19 @@ impl Reader<'_> {
             }
             odd = odd.or(line.odd);
             self.check_length(file, raw, from);
+            if let Some(start) = unnamed.take() {
+                let name = file_name(text.get(line.start..to).unwrap_or(""));
+                let line = Line { start, ..line };
+                self.include(file, &text, &line, name, included);
+                continue;
+            }
             let Some(mut statement) = open.take() else {
                 if let Some(written) = include_name(&text, &line, to) {
-                    self.include(file, &text, &line, written, included);
+                    if written.is_empty() && line.hash.is_some() {
+                        unnamed = Some(line.start);
+                    } else {
+                        self.include(file, &text, &line, written, included);
+                    }
                 } else if !line.is_blank() {
                     let start = line.start as u32;
                     let end = line.end.max(line.start) as u32;
@@ -151,6 +163,10 @@ impl Reader<'_> {
         }
         if let Some(statement) = open {
             self.statements.push(statement);
+        }
+        if let Some(start) = unnamed {
+            let span = Span::new(file, start, start + "$INCLUDE".len());
+            self.diagnostics.push(no_name(span));
         }
         if let Some((start, end)) = odd {
             let span = Span::new(file, start, end);
@@ -187,15 +203,14 @@ impl Reader<'_> {
     fn include(&mut self, file: FileId, text: &str, line: &Line, written: &str, nested: bool) {
         let start = line.start as u32;
         let all = Span::new(file, line.start, line.end);
-        let name_at = text.get(line.start..).and_then(|t| t.find(written)).unwrap_or(0);
-        let named = line.start + name_at;
+        let behind = text.get(line.start..line.end).unwrap_or("");
+        let named = line.start + behind.rfind(written).unwrap_or(0);
         let name = Span::new(file, named, named + written.len());
         let problem = if nested {
             error(6, all, "an included file includes a file itself")
                 .help("include both files from the main program")
         } else if written.is_empty() {
-            error(7, all, "the name of the file to include is missing")
-                .help("write it behind $INCLUDE: $INCLUDE MESSAGES.PMI")
+            no_name(all)
         } else if written.contains(['"', '<', '>', '|', '*']) {
             error(7, name, format!("`{written}` is no file name"))
                 .help("a file name has no quotes and none of < > | *")
@@ -203,6 +218,9 @@ impl Reader<'_> {
             let home = self.sources.path(file).to_owned();
             let dirs = &self.options.include_dirs;
             match find_include(self.loader, Path::new(&home), written, dirs) {
+                Some(found) if found.path == Path::new(&home) => {
+                    error(6, all, "a file includes itself").help("include another file")
+                }
                 Some(found) => {
                     let path = found.path.to_string_lossy().into_owned();
                     let at = Span { file, start, end: line.end as u32 };
@@ -224,6 +242,16 @@ fn include_name<'a>(text: &'a str, line: &Line, to: usize) -> Option<&'a str> {
     if rest.starts_with(|c: char| c.is_ascii_alphanumeric()) {
         return None;
     }
+    Some(file_name(rest))
+}
+
+/// What stands before a comment or continuation.
+fn file_name(rest: &str) -> &str {
     let end = rest.find(['?', '#']).unwrap_or(rest.len());
-    Some(rest.get(..end).unwrap_or("").trim())
+    rest.get(..end).unwrap_or("").trim()
+}
+
+fn no_name(span: Span) -> Diagnostic {
+    error(7, span, "the name of the file to include is missing")
+        .help("write it behind $INCLUDE: $INCLUDE MESSAGES.PMI")
 }

@@ -144,12 +144,15 @@ impl<'a> Spec<'a> {
         let span = cursor.span_of(token);
         let known = DIRECTIVES.iter().find(|(name, _)| *name == word);
         let Some(&(_, section)) = known else {
-            let near = closest(word, DIRECTIVES.iter().map(|(name, _)| *name));
+            let known = DIRECTIVES.iter().map(|(name, _)| *name);
+            let near = closest(word, known.chain(["$INCLUDE"]));
             // What follows is read as what was most likely meant.
-            self.section = near
-                .and_then(|near| DIRECTIVES.iter().find(|(name, _)| *name == near))
-                .map(|&(_, section)| section);
-            self.lost = self.section.is_none();
+            if near != Some("$INCLUDE") {
+                self.section = near
+                    .and_then(|near| DIRECTIVES.iter().find(|(name, _)| *name == near))
+                    .map(|&(_, section)| section);
+                self.lost = self.section.is_none();
+            }
             let help = match near {
                 Some(near) => format!("did you mean {near}?"),
                 None => {
@@ -241,14 +244,19 @@ impl<'a> Spec<'a> {
         elements: Option<u32>,
         meaning: Meaning,
     ) -> Result<SymbolId> {
-        self.names.declare(name, span, ty, elements, meaning).map_err(|earlier| {
-            let problem = error(10, span, format!("{name} is declared a second time"));
-            let problem = match earlier {
-                Some(at) => problem.label(at, "it is declared here already"),
-                None => problem.note("it belongs to the executive"),
-            };
-            Box::new(problem.help("give one of the two another name"))
-        })
+        self.names
+            .declare(name, span, ty, elements, meaning)
+            .map_err(|earlier| duplicate(name, span, earlier))
+    }
+
+    /// Refuses a name that exists before anything behind it is looked at: the first error of a
+    /// statement is the one to be told.
+    pub(super) fn check_new(&self, (name, span): (&str, Span)) -> Result {
+        let known = self.names.find(name).and_then(|id| self.names.get(id));
+        match known.filter(|symbol| symbol.meaning != Meaning::Unknown) {
+            Some(symbol) => Err(duplicate(name, span, symbol.declared)),
+            None => Ok(()),
+        }
     }
 
     /// A delimiter of a declaration.
@@ -381,6 +389,16 @@ impl<'a> Spec<'a> {
             self.expect(cursor, Kind::Comma, ",")?;
         }
     }
+}
+
+/// A name that exists already.
+fn duplicate(name: &str, span: Span, earlier: Option<Span>) -> Box<Diagnostic> {
+    let problem = error(10, span, format!("{name} is declared a second time"));
+    let problem = match earlier {
+        Some(at) => problem.label(at, "it is declared here already"),
+        None => problem.note("it belongs to the executive"),
+    };
+    Box::new(problem.help("give one of the two another name"))
 }
 
 /// An array, or an element of one, in a text.
