@@ -75,11 +75,11 @@ impl Program {
 
     /// The statement interpreter, as an engine like the others.
     pub fn interpreter(&self) -> Box<dyn Engine> {
-        Box::new(self.counting_interpreter())
+        Box::new(Interpreter::new(&self.checked, &self.layout))
     }
 
     /// The statement interpreter, which counts how often each statement runs.
     pub fn counting_interpreter(&self) -> Interpreter {
-        Interpreter::new(&self.checked, &self.layout)
+        Interpreter::new(&self.checked, &self.layout).counting()
     }
 }
