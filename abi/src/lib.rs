@@ -13,6 +13,7 @@ pub mod context;
 pub mod engine;
 pub mod host;
 pub mod image;
+mod natural;
 pub mod nct;
 pub mod outcome;
 pub mod pmac;
@@ -23,6 +24,7 @@ pub use code::{Code, CodeLine, FunctionRange};
 pub use context::{RawOutcome, ScanContext};
 pub use engine::{Engine, Host, Scan};
 pub use host::{HostFn, HostType};
+pub use natural::natural_cmp;
 pub use outcome::{Outcome, TrapCode};
 pub use program::{Dialect, Program, Region, Tables, Task};
 

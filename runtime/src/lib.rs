@@ -4,6 +4,8 @@
 //! [`Executive`](executive::Executive) does for one dialect what its control did around the
 //! program: scans, slices, ticks, latching, timers, events.
 
+#[cfg(feature = "args")]
+pub mod args;
 pub mod artifact;
 pub mod cpu;
 pub mod event;
@@ -14,6 +16,10 @@ mod nearest;
 pub mod perf;
 pub mod pmac;
 pub mod pmi;
+pub mod retain;
+pub mod run;
+#[cfg(feature = "args")]
+pub mod session;
 pub mod value;
 
 pub use artifact::{Artifact, ArtifactError};

@@ -5,7 +5,6 @@ mod loader;
 mod lowered;
 mod machine;
 mod machine_nct;
-mod natural;
 mod options;
 mod suggest;
 
@@ -13,6 +12,6 @@ pub use include::{Included, find_include};
 pub use loader::{FileLoader, MemoryLoader};
 pub use lowered::Lowered;
 pub use machine::{Machine, MachineError, MachineVariable, VariableClass, VariableType};
-pub use natural::natural_cmp;
 pub use options::{Controller, Limits, Options};
+pub use plcc_abi::natural_cmp;
 pub use suggest::closest;

@@ -31,7 +31,7 @@ fn encode(lines: Lines, value: i16) -> u8 {
         Format::Binary | Format::TwosComplement => value as u8,
         Format::Bcd => {
             let digits = value.rem_euclid(100) as u8;
-            (digits / 10) << 4 | digits % 10
+            ((digits / 10) << 4) | (digits % 10)
         }
     }
 }
@@ -43,7 +43,7 @@ pub(super) fn fits(lines: Lines, value: i64) -> bool {
     }
     let all = u16::from(mask(Lines { low: 0, ..lines }));
     u16::try_from(value).is_ok_and(|value| {
-        let bits = (value / 10) << 4 | (value % 10);
+        let bits = ((value / 10) << 4) | (value % 10);
         value <= 99 && bits & !all == 0
     })
 }

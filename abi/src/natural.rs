@@ -1,6 +1,6 @@
 //! The order in which people expect names.
 
-use std::cmp::Ordering;
+use core::cmp::Ordering;
 
 /// Compares names so that runs of digits count as numbers: `P2` comes before `P10`.
 pub fn natural_cmp(a: &str, b: &str) -> Ordering {
@@ -38,7 +38,7 @@ mod tests {
 
     #[test]
     fn numbers_count_as_numbers() {
-        let mut names = vec!["P10", "P2", "P02", "A", "P", "P2B", "@CP100", "P2A10", "P2A9"];
+        let mut names = alloc::vec!["P10", "P2", "P02", "A", "P", "P2B", "@CP100", "P2A10", "P2A9"];
         names.sort_by(|a, b| natural_cmp(a, b));
         assert_eq!(names, ["@CP100", "A", "P", "P02", "P2", "P2A9", "P2A10", "P2B", "P10"]);
     }

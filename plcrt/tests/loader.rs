@@ -1,0 +1,55 @@
+//! What the loader is made of, and what it says to files that are no artifacts.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::collections::BTreeSet;
+use std::process::{Command, Output};
+
+/// Packages of a compiler.
+const COMPILER: [&str; 4] = ["plcc-ir", "plcc-frontend", "plcc-codegen", "plcc-diag"];
+
+fn plcrt(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_plcrt")).args(args).output().unwrap()
+}
+
+/// Everything that the package needs to be built and run, tests aside.
+fn needed() -> BTreeSet<String> {
+    let output = Command::new(env!("CARGO"))
+        .args(["tree", "--offline", "--locked", "--edges", "normal,build", "--prefix", "none"])
+        .args(["--package", "plcrt", "--format", "{p}"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    text.lines().filter_map(|line| line.split(' ').next()).map(str::to_owned).collect()
+}
+
+#[test]
+fn no_compiler_is_in_it() {
+    let needed = needed();
+    assert!(needed.contains("plcc-runtime") && needed.contains("plcc-abi"), "{needed:?}");
+    for name in &needed {
+        let compiles = COMPILER.contains(&name.as_str()) || name.starts_with("cranelift");
+        assert!(!compiles, "plcrt depends on {name}");
+    }
+}
+
+#[test]
+fn what_is_no_artifact_is_refused() {
+    let here = env!("CARGO_MANIFEST_DIR");
+    for (file, part) in [("Cargo.toml", "Cargo.toml"), ("missing.plcx", "missing.plcx")] {
+        let output = plcrt(&[&format!("{here}/{file}"), "--ticks", "1"]);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.starts_with("error: ") && message.contains(part), "{message}");
+        assert!(output.stdout.is_empty());
+    }
+}
+
+#[test]
+fn wrong_usage_is_exit_2() {
+    for args in [&[][..], &["x.plcx", "--ticks"], &["x.plcx", "--ticks", "1", "--for", "1s"]] {
+        assert_eq!(plcrt(args).status.code(), Some(2), "{args:?}");
+    }
+    assert_eq!(plcrt(&["--help"]).status.code(), Some(0));
+}

@@ -1,0 +1,148 @@
+//! What survives power-off, in a file.
+//!
+//! The file is never half written: its successor is written beside it, brought to the disk and
+//! put in its place. A second copy, `FILE.bak`, written the same way, stands in where the file is
+//! damaged. Both carry a checksum.
+
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use plcc_abi::Dialect;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// The first bytes of every such file.
+const MAGIC: [u8; 8] = *b"PLCCRET1";
+/// Magic and checksum.
+const HEADER: usize = 12;
+
+#[derive(Serialize, Deserialize)]
+struct Content {
+    dialect: Dialect,
+    payload: Vec<u8>,
+}
+
+/// What is found in a retained file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Retained {
+    /// What the executive gave.
+    pub payload: Vec<u8>,
+    /// Why the second copy had to stand in, if it did.
+    pub damaged: Option<String>,
+}
+
+/// Why a retained file can't be used.
+#[derive(Debug, Error)]
+pub enum RetainError {
+    /// Neither it nor its copy is whole.
+    #[error(
+        "the retained file {0} is damaged ({1}), and its copy {2} is no better ({3}); put back a \
+         saved copy, or remove both to begin with nothing retained"
+    )]
+    Damaged(PathBuf, String, PathBuf, String),
+    /// It is of another language.
+    #[error("the retained file {0} belongs to a program in another language ({1})")]
+    Foreign(PathBuf, &'static str),
+    /// It can't be read or written.
+    #[error("the retained file {0} can't be {1}: {2}")]
+    Io(PathBuf, &'static str, io::Error),
+}
+
+/// Where the second copy is.
+fn copy_of(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".bak");
+    name.into()
+}
+
+/// Checks a file's bytes.
+fn open(bytes: &[u8]) -> Result<Content, String> {
+    let (magic, rest) = bytes.split_at_checked(MAGIC.len()).ok_or("it is cut short")?;
+    if magic != MAGIC {
+        return Err("it is no retained file".into());
+    }
+    let (sum, body) = rest.split_first_chunk().ok_or("it is cut short")?;
+    if u32::from_le_bytes(*sum) != crc32fast::hash(body) {
+        return Err("its checksum is wrong".into());
+    }
+    postcard::from_bytes(body).map_err(|_| "its content is of another version".into())
+}
+
+/// Reads the retained file of a program, or its copy; nothing where there is neither.
+///
+/// # Errors
+/// When it can't be read, is of another dialect, or neither it nor its copy is whole.
+pub fn load(path: &Path, dialect: Dialect) -> Result<Option<Retained>, RetainError> {
+    let copy = copy_of(path);
+    let read = |path: &Path| match fs::read(path) {
+        Ok(bytes) => Ok(Some(bytes)),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(RetainError::Io(path.to_owned(), "read", error)),
+    };
+    let first = match read(path)? {
+        Some(bytes) => open(&bytes),
+        None => Err("it is missing".into()),
+    };
+    let (content, damaged) = match first {
+        Ok(content) => (content, None),
+        Err(why) => match read(&copy)?.map(|bytes| open(&bytes)) {
+            Some(Ok(content)) => (content, Some(why)),
+            Some(Err(worse)) => {
+                return Err(RetainError::Damaged(path.to_owned(), why, copy, worse));
+            }
+            None if !path.exists() => return Ok(None),
+            None => {
+                let missing = "it is missing".to_owned();
+                return Err(RetainError::Damaged(path.to_owned(), why, copy, missing));
+            }
+        },
+    };
+    if content.dialect != dialect {
+        return Err(RetainError::Foreign(path.to_owned(), content.dialect.name()));
+    }
+    Ok(Some(Retained { payload: content.payload, damaged }))
+}
+
+/// Writes the retained file and its copy.
+///
+/// # Errors
+/// When one can't be written; the old ones then are whole still.
+pub fn store(path: &Path, dialect: Dialect, payload: Vec<u8>) -> Result<(), RetainError> {
+    let io = |error| RetainError::Io(path.to_owned(), "written", error);
+    let body = postcard::to_allocvec(&Content { dialect, payload })
+        .map_err(|error| io(io::Error::other(error)))?;
+    let mut bytes = Vec::with_capacity(HEADER + body.len());
+    bytes.extend(MAGIC);
+    bytes.extend(crc32fast::hash(&body).to_le_bytes());
+    bytes.extend(body);
+    replace(path, &bytes).map_err(io)?;
+    replace(&copy_of(path), &bytes).map_err(io)
+}
+
+/// Puts a file in another's place: either the old one is there, or the new one, whole.
+pub(crate) fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut name = path.as_os_str().to_owned();
+    name.push(format!(".{}.tmp", std::process::id()));
+    let temporary = PathBuf::from(name);
+    let result = write_and_rename(&temporary, path, bytes);
+    if result.is_err() {
+        // It is of no use to anybody; that it can't be removed changes nothing.
+        let _ = fs::remove_file(&temporary);
+    }
+    result
+}
+
+fn write_and_rename(temporary: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = File::create(temporary)?;
+    file.write_all(bytes)?;
+    file.sync_all()?;
+    drop(file);
+    fs::rename(temporary, path)?;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    // The rename is to be on the disk too. Not every system lets a folder be opened for that.
+    if let Ok(folder) = File::open(folder.unwrap_or(Path::new("."))) {
+        folder.sync_all()?;
+    }
+    Ok(())
+}

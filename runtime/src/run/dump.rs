@@ -1,0 +1,47 @@
+//! The state at the end of a run, as JSON.
+
+use std::io::{self, Write};
+
+use plcc_abi::{Dialect, natural_cmp};
+
+use crate::Executive;
+
+use super::{End, Watch};
+
+/// A string as JSON.
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+/// Writes the dump: compact, keys in their order, a line feed at its end.
+///
+/// # Errors
+/// When nothing can be written.
+pub fn dump(
+    out: &mut dyn Write,
+    dialect: Dialect,
+    executive: &mut dyn Executive,
+    watch: &Watch,
+    end: &End,
+) -> io::Result<()> {
+    write!(out, "{{\"dialect\":\"{}\",\"ticks\":{},", dialect.name(), end.ticks)?;
+    match &end.stop {
+        None => write!(out, "\"state\":\"running\",\"stop\":null,")?,
+        Some(stop) => {
+            let tick = end.ticks.saturating_sub(1);
+            let (code, message) = (quoted(&stop.code), quoted(&stop.message));
+            write!(out, "\"state\":\"stopped\",\"stop\":{{\"tick\":{tick},\"code\":{code},")?;
+            write!(out, "\"message\":{message}}},")?;
+        }
+    }
+    let mut variables = executive.declared();
+    variables.extend(watch.variables().map(|watched| (executive.canonical(watched), watched)));
+    variables.sort_by(|a, b| natural_cmp(&a.0, &b.0));
+    variables.dedup_by(|a, b| a.0 == b.0);
+    out.write_all(b"\"variables\":{")?;
+    for (i, (name, variable)) in variables.into_iter().enumerate() {
+        let comma = if i > 0 { "," } else { "" };
+        write!(out, "{comma}{}:{}", quoted(&name), executive.get(variable))?;
+    }
+    out.write_all(b"}}\n")
+}

@@ -1,0 +1,160 @@
+//! Runs a program tick by tick: stimulus in, trace and events out.
+//!
+//! [`Run`] is what the command line does, in process and with any [`Write`] for a file.
+
+mod dump;
+mod pace;
+mod stimulus;
+mod watch;
+
+#[cfg(test)]
+mod tests;
+
+use std::io::{self, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use plcc_abi::Engine;
+use thiserror::Error;
+
+use crate::{Event, EventBody, Executive, Stop};
+
+pub use dump::dump;
+pub use pace::{Pacer, Punctuality};
+pub use stimulus::{LineError, Player, Stimulus, StimulusError};
+pub use watch::{Trace, Watch};
+
+/// A run to be.
+pub struct Run<'a> {
+    /// The control.
+    pub executive: &'a mut dyn Executive,
+    /// The program.
+    pub engine: &'a mut dyn Engine,
+    /// What is played to it.
+    pub player: Player,
+    /// What is watched.
+    pub watch: Watch,
+    /// Where the trace goes.
+    pub trace: Option<&'a mut dyn Write>,
+    /// Where the events go.
+    pub events: Option<&'a mut dyn Write>,
+    /// How many ticks there are; without a number they go on until the flag is up.
+    pub ticks: Option<u64>,
+    /// Whether the clock paces the ticks.
+    pub realtime: bool,
+    /// A flag that ends the run before its next tick.
+    pub interrupt: Option<&'a AtomicBool>,
+    /// Called after each tick with how many there were.
+    pub progress: Option<&'a mut dyn FnMut(u64)>,
+}
+
+/// How a run ended.
+#[derive(Debug, Default)]
+pub struct End {
+    /// Ticks begun.
+    pub ticks: u64,
+    /// Why the program was stopped in the last of them.
+    pub stop: Option<Stop>,
+    /// Whether the flag ended it.
+    pub interrupted: bool,
+    /// How well the clock was kept, where there was one.
+    pub punctuality: Punctuality,
+    /// An output that could not be written, which ended it too.
+    pub failure: Option<RunError>,
+}
+
+/// Why a run could not go on.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// The trace can't be written.
+    #[error("the trace can't be written: {0}")]
+    Trace(io::Error),
+    /// The events can't be written.
+    #[error("the events can't be written: {0}")]
+    Events(io::Error),
+}
+
+impl Run<'_> {
+    /// Runs until the ticks are over, the program is stopped, the flag is up or an output fails.
+    pub fn go(mut self) -> End {
+        let mut end = End::default();
+        end.failure = self.ticks(&mut end).and_then(|()| self.flush()).err();
+        end
+    }
+
+    fn ticks(&mut self, end: &mut End) -> Result<(), RunError> {
+        if let Some(out) = &mut self.trace {
+            Trace::header(out).map_err(RunError::Trace)?;
+        }
+        let mut trace = Trace::new(std::mem::take(&mut self.watch));
+        let mut happened: Vec<Event> = Vec::with_capacity(64);
+        let mut pacer = self.realtime.then(Pacer::start);
+        while self.ticks.is_none_or(|ticks| end.ticks < ticks) {
+            if let Some(pacer) = &mut pacer {
+                let tick = Duration::from_nanos(self.executive.tick_ns());
+                pacer.wait(tick, self.interrupt);
+                end.punctuality = pacer.punctuality();
+            }
+            if self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+                end.interrupted = true;
+                break;
+            }
+            let tick = end.ticks;
+            end.ticks += 1;
+            self.player.apply(tick, self.executive);
+            let result = self.executive.tick(self.engine, &mut happened);
+            if let Err(stop) = result {
+                let body = EventBody::Stop { code: stop.code.clone() };
+                happened.push(Event { tick, body });
+                end.stop = Some(stop);
+            }
+            self.tell(tick, &mut happened, &mut trace)?;
+            if let Some(progress) = &mut self.progress {
+                progress(end.ticks);
+            }
+            if end.stop.is_some() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes what a tick has brought.
+    fn tell(
+        &mut self,
+        tick: u64,
+        happened: &mut Vec<Event>,
+        trace: &mut Trace,
+    ) -> Result<(), RunError> {
+        if let Some(out) = &mut self.events {
+            let any = !happened.is_empty();
+            for event in happened.iter() {
+                serde_json::to_writer(&mut *out, event)
+                    .map_err(io::Error::from)
+                    .and_then(|()| out.write_all(b"\n"))
+                    .map_err(RunError::Events)?;
+            }
+            if any && self.realtime {
+                out.flush().map_err(RunError::Events)?;
+            }
+        }
+        happened.clear();
+        if let Some(out) = &mut self.trace {
+            let any = trace.rows(tick, self.executive, out).map_err(RunError::Trace)?;
+            if any && self.realtime {
+                out.flush().map_err(RunError::Trace)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Result<(), RunError> {
+        if let Some(out) = &mut self.trace {
+            out.flush().map_err(RunError::Trace)?;
+        }
+        match &mut self.events {
+            Some(out) => out.flush().map_err(RunError::Events),
+            None => Ok(()),
+        }
+    }
+}

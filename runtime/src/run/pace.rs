@@ -1,0 +1,99 @@
+//! Pacing by the clock: every tick has its time, counted from the start, so that lateness does
+//! not add up.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Longest sleep, so that Ctrl-C is seen.
+const NAP: Duration = Duration::from_millis(50);
+/// Later than this is not made up for: the machine slept, or was stopped in a debugger.
+const HOPELESS: Duration = Duration::from_secs(1);
+
+/// How well the clock was kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Punctuality {
+    /// Ticks that began when the next one was due already.
+    pub overruns: u64,
+    /// The most that a tick began late.
+    pub latest: Duration,
+}
+
+/// Says when ticks begin.
+#[derive(Clone, Debug)]
+pub struct Pacer {
+    due: Instant,
+    punctuality: Punctuality,
+}
+
+impl Pacer {
+    /// The first tick is due now.
+    pub fn start() -> Self {
+        Self { due: Instant::now(), punctuality: Punctuality::default() }
+    }
+
+    /// Waits until the next tick is due, or the flag is up. `tick` is the time until the one
+    /// after it.
+    pub fn wait(&mut self, tick: Duration, interrupt: Option<&AtomicBool>) {
+        loop {
+            let now = Instant::now();
+            let left = self.due.saturating_duration_since(now);
+            if left.is_zero() {
+                self.begin(now, tick);
+                return;
+            }
+            if interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+                return;
+            }
+            thread::sleep(left.min(NAP));
+        }
+    }
+
+    /// A tick begins.
+    fn begin(&mut self, now: Instant, tick: Duration) {
+        let late = now.saturating_duration_since(self.due);
+        self.punctuality.latest = self.punctuality.latest.max(late);
+        self.punctuality.overruns += u64::from(late >= tick);
+        let base = if late > HOPELESS { now } else { self.due };
+        self.due = base.checked_add(tick).unwrap_or(base);
+    }
+
+    /// How well the clock was kept.
+    pub fn punctuality(&self) -> Punctuality {
+        self.punctuality
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lateness_is_counted_and_does_not_add_up() {
+        let mut pacer = Pacer::start();
+        let start = pacer.due;
+        let tick = Duration::from_millis(20);
+        let at = |ms| start + Duration::from_millis(ms);
+        pacer.begin(at(0), tick);
+        pacer.begin(at(25), tick);
+        assert_eq!(pacer.punctuality.overruns, 0, "late, but within its time");
+        pacer.begin(at(70), tick);
+        pacer.begin(at(71), tick);
+        assert_eq!(pacer.due, at(80), "made up for");
+        assert_eq!(pacer.punctuality.overruns, 1);
+        assert_eq!(pacer.punctuality.latest, Duration::from_millis(30));
+        pacer.begin(at(5000), tick);
+        assert_eq!(pacer.due, at(5020), "not made up for");
+    }
+
+    #[test]
+    fn the_flag_ends_the_waiting() {
+        let mut pacer = Pacer::start();
+        let hour = Duration::from_secs(3600);
+        pacer.wait(hour, None);
+        let flag = AtomicBool::new(true);
+        let start = Instant::now();
+        pacer.wait(hour, Some(&flag));
+        assert!(start.elapsed() < Duration::from_secs(60));
+    }
+}

@@ -1,0 +1,200 @@
+//! The stimulus: what the machine and the operator do, as a table of `tick,name,value`.
+
+use std::collections::HashMap;
+
+use crate::{Executive, Purpose, Setting, Variable};
+
+/// So many mistakes of a stimulus are told, the rest is counted.
+const TOLD: usize = 20;
+
+/// A row, its name found and its value checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Row {
+    tick: u64,
+    variable: Variable,
+    value: Setting,
+}
+
+/// A stimulus for one executive, whose variables it holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stimulus {
+    /// By rising tick; rows of one tick in the order in which they were written.
+    rows: Vec<Row>,
+}
+
+/// What is wrong with a line of a stimulus.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LineError {
+    /// The line, from 1.
+    pub line: u64,
+    /// What is wrong.
+    pub message: String,
+}
+
+/// Everything that is wrong with a stimulus, as far as it is told.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StimulusError {
+    /// The first lines with a mistake.
+    pub lines: Vec<LineError>,
+    /// How many there are beyond those.
+    pub more: usize,
+}
+
+impl Stimulus {
+    /// Reads a stimulus: UTF-8 with or without a byte order mark, lines that end in LF, CR LF or
+    /// CR, empty lines anywhere, fields plain or in double quotes.
+    ///
+    /// # Errors
+    /// A missing header, a row that has no three fields, a tick that is no number, a name that
+    /// the executive does not know or cannot set, a value that does not fit.
+    pub fn parse(bytes: &[u8], executive: &mut dyn Executive) -> Result<Self, StimulusError> {
+        let text = String::from_utf8_lossy(bytes);
+        let text = text.strip_prefix('\u{FEFF}').unwrap_or(&text);
+        let mut reader = Reader { executive, names: HashMap::new() };
+        let mut rows: Vec<Row> = vec![];
+        let mut errors = StimulusError { lines: vec![], more: 0 };
+        let mut header = false;
+        for (line, number) in lines(text).zip(1u64..) {
+            if line.trim().is_empty() {
+                continue;
+            }
+            let row = if header { reader.row(line) } else { self::header(line).map(|()| None) };
+            header = true;
+            match row {
+                Ok(row) => rows.extend(row),
+                Err(message) if errors.lines.len() < TOLD => {
+                    errors.lines.push(LineError { line: number, message });
+                }
+                Err(_) => errors.more += 1,
+            }
+        }
+        if !header {
+            let message = "the header `tick,name,value` is missing".to_owned();
+            errors.lines.push(LineError { line: 1, message });
+        }
+        if !errors.lines.is_empty() {
+            return Err(errors);
+        }
+        if !rows.is_sorted_by_key(|row| row.tick) {
+            rows.sort_by_key(|row| row.tick);
+        }
+        Ok(Self { rows })
+    }
+
+    /// The last tick of it, and one: after so many it can begin again. 0 where there are no rows.
+    pub fn period(&self) -> u64 {
+        self.rows.last().map_or(0, |row| row.tick.saturating_add(1))
+    }
+}
+
+/// Plays a stimulus tick by tick.
+#[derive(Clone, Debug)]
+pub struct Player {
+    stimulus: Stimulus,
+    next: usize,
+    /// When the stimulus began, and after how many ticks it begins again.
+    start: u64,
+    period: Option<u64>,
+}
+
+impl Player {
+    /// Plays a stimulus from tick 0 on, once or, where `repeat` says so, again and again.
+    pub fn new(stimulus: Stimulus, repeat: bool) -> Self {
+        let period = Some(stimulus.period()).filter(|&period| repeat && period > 0);
+        Self { stimulus, next: 0, start: 0, period }
+    }
+
+    /// Sets what the tick's rows say. Ticks come in order.
+    #[inline]
+    pub fn apply(&mut self, tick: u64, executive: &mut dyn Executive) {
+        if let Some(period) = self.period
+            && tick - self.start >= period
+        {
+            self.start = tick;
+            self.next = 0;
+        }
+        while let Some(row) = self.stimulus.rows.get(self.next)
+            && row.tick <= tick - self.start
+        {
+            executive.set(row.variable, row.value);
+            self.next += 1;
+        }
+    }
+}
+
+/// Lines without their ends.
+fn lines(text: &str) -> impl Iterator<Item = &str> {
+    let mut rest = Some(text);
+    std::iter::from_fn(move || {
+        let text = rest?;
+        let Some(end) = text.find(['\n', '\r']) else {
+            rest = None;
+            return Some(text);
+        };
+        let (line, tail) = text.split_at(end);
+        rest = tail.strip_prefix("\r\n").or_else(|| tail.get(1..));
+        Some(line)
+    })
+}
+
+/// The three fields of a line.
+fn fields(line: &str) -> Option<[&str; 3]> {
+    let mut parts = line.split(',').map(|part| {
+        let part = part.trim();
+        part.strip_prefix('"').and_then(|part| part.strip_suffix('"')).unwrap_or(part).trim()
+    });
+    let fields = [parts.next()?, parts.next()?, parts.next()?];
+    parts.next().is_none().then_some(fields)
+}
+
+fn header(line: &str) -> Result<(), String> {
+    match fields(line) {
+        Some([tick, name, value])
+            if [tick, name, value]
+                .iter()
+                .zip(["tick", "name", "value"])
+                .all(|(field, word)| field.eq_ignore_ascii_case(word)) =>
+        {
+            Ok(())
+        }
+        _ => Err(format!("the header `tick,name,value` is expected, not `{}`", shown(line))),
+    }
+}
+
+/// A line, cut where it is long.
+fn shown(line: &str) -> String {
+    const LONGEST: usize = 60;
+    match line.trim().char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", line.trim().get(..end).unwrap_or_default()),
+        None => line.trim().to_owned(),
+    }
+}
+
+struct Reader<'a, 't> {
+    executive: &'a mut dyn Executive,
+    names: HashMap<&'t str, Variable>,
+}
+
+impl<'t> Reader<'_, 't> {
+    fn row(&mut self, line: &'t str) -> Result<Option<Row>, String> {
+        let Some([tick, name, value]) = fields(line) else {
+            return Err(format!("`{}` is no row: tick,name,value are expected", shown(line)));
+        };
+        if tick.is_empty() || !tick.bytes().all(|byte| byte.is_ascii_digit()) {
+            return Err(format!("`{}` is no tick: they are counted from 0", shown(tick)));
+        }
+        let tick = tick.parse().map_err(|_| format!("tick {} never comes", shown(tick)))?;
+        let variable = match self.names.get(name) {
+            Some(variable) => *variable,
+            None => {
+                let found = self.executive.find(name, Purpose::Stimulus);
+                let variable = found.map_err(|error| error.to_string())?;
+                self.names.insert(name, variable);
+                variable
+            }
+        };
+        let value = self.executive.parse(variable, value);
+        let value = value.map_err(|error| format!("{name}: {error}"))?;
+        Ok(Some(Row { tick, variable, value }))
+    }
+}

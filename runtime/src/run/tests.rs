@@ -1,0 +1,267 @@
+//! The driver with a control that has three variables.
+
+use std::cell::RefCell;
+use std::io::{self, Write};
+use std::rc::Rc;
+
+use plcc_abi::engine::NoHost;
+use plcc_abi::{Dialect, Engine, Outcome, Scan};
+
+use super::*;
+use crate::{NameError, Purpose, Setting, Value, ValueError, Variable};
+
+struct Idle;
+
+impl Engine for Idle {
+    fn call(&mut self, _: usize, _: &mut Scan<'_>) -> Outcome {
+        Outcome::End
+    }
+
+    fn reset(&mut self, _: usize) {}
+}
+
+/// `A`, `P10` and `ARR`, an array of both; stops in a tick.
+#[derive(Default)]
+struct Control {
+    values: [i64; 2],
+    log: Rc<RefCell<Vec<(u64, i64)>>>,
+    tick: u64,
+    stops: Option<u64>,
+}
+
+const NAMES: [&str; 3] = ["A", "P10", "ARR"];
+
+impl Executive for Control {
+    fn tick_ns(&self) -> u64 {
+        1_000_000
+    }
+
+    fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
+        let _ = engine.call(0, &mut Scan { image: &mut [], host: &mut NoHost });
+        let tick = self.tick;
+        self.tick += 1;
+        self.log.borrow_mut().push((tick, self.values[0]));
+        if self.values[0] == 3 {
+            let body = EventBody::Send { text: "drei \u{B}".into(), port: None };
+            events.push(Event { tick, body });
+        }
+        let stop = Stop { code: "HALT".into(), message: "it \"halts\"".into() };
+        if self.stops == Some(tick) { Err(stop) } else { Ok(()) }
+    }
+
+    fn find(&mut self, name: &str, _: Purpose) -> Result<Variable, NameError> {
+        let found = NAMES.iter().position(|known| known.eq_ignore_ascii_case(name));
+        found
+            .map(|index| Variable(index as u32))
+            .ok_or_else(|| NameError::Unknown { name: name.into(), suggestion: Some("A".into()) })
+    }
+
+    fn parse(&self, _: Variable, text: &str) -> Result<Setting, ValueError> {
+        let error = |_| ValueError { value: text.into(), reason: "is no integer".into() };
+        text.parse().map(Setting::Int).map_err(error)
+    }
+
+    fn set(&mut self, variable: Variable, value: Setting) {
+        if let (Some(slot), Setting::Int(value)) = (self.values.get_mut(variable.0 as usize), value)
+        {
+            *slot = value;
+        }
+    }
+
+    fn get(&self, variable: Variable) -> Value {
+        match self.values.get(variable.0 as usize) {
+            Some(value) => Value::Int(*value),
+            None => Value::Array(self.values.map(Value::Int).to_vec()),
+        }
+    }
+
+    fn declared(&mut self) -> Vec<(String, Variable)> {
+        vec![("A".into(), Variable(0)), ("P10".into(), Variable(1))]
+    }
+
+    fn canonical(&self, variable: Variable) -> String {
+        NAMES.get(variable.0 as usize).map_or_else(String::new, |name| (*name).into())
+    }
+
+    fn retained(&self) -> Option<Vec<u8>> {
+        None
+    }
+
+    fn restore(&mut self, _: &[u8]) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn image(&self) -> &[u8] {
+        &[]
+    }
+}
+
+fn stimulus(text: &[u8]) -> Result<Stimulus, Vec<String>> {
+    Stimulus::parse(text, &mut Control::default()).map_err(|errors| {
+        errors.lines.iter().map(|error| format!("{}: {}", error.line, error.message)).collect()
+    })
+}
+
+struct Told {
+    trace: String,
+    events: String,
+    dump: String,
+    end: End,
+    log: Vec<(u64, i64)>,
+}
+
+fn run(control: &mut Control, table: &str, watch: &[&str], ticks: u64, repeat: bool) -> Told {
+    let stimulus = Stimulus::parse(table.as_bytes(), control).unwrap();
+    let watch = Watch::parse(watch, control).unwrap();
+    let (mut trace, mut events, mut text) = (vec![], vec![], vec![]);
+    let end = Run {
+        executive: control,
+        engine: &mut Idle,
+        player: Player::new(stimulus, repeat),
+        watch: watch.clone(),
+        trace: Some(&mut trace),
+        events: Some(&mut events),
+        ticks: Some(ticks),
+        realtime: false,
+        interrupt: None,
+        progress: None,
+    }
+    .go();
+    dump(&mut text, Dialect::Nct, control, &watch, &end).unwrap();
+    let [trace, events, dump] = [trace, events, text].map(|t| String::from_utf8(t).unwrap());
+    let log = control.log.borrow().clone();
+    Told { trace, events, dump, end, log }
+}
+
+#[test]
+fn a_trace_shows_changes() {
+    let table = "tick,name,value\n2,A,3\n1,P10,9\n1,A,7\n1,A,8\n";
+    let told = run(&mut Control::default(), table, &["P10,A", "arr"], 4, false);
+    assert_eq!(
+        told.trace,
+        "tick,name,value\n0,P10,0\n0,A,0\n0,arr,\"[0,0]\"\n1,P10,9\n1,A,8\n1,arr,\"[8,9]\"\n\
+         2,A,3\n2,arr,\"[3,9]\"\n"
+    );
+    assert_eq!(
+        told.events,
+        "{\"tick\":2,\"kind\":\"send\",\"text\":\"drei \\u000b\"}\n\
+         {\"tick\":3,\"kind\":\"send\",\"text\":\"drei \\u000b\"}\n"
+    );
+    assert_eq!(
+        told.dump,
+        "{\"dialect\":\"nct\",\"ticks\":4,\"state\":\"running\",\"stop\":null,\
+         \"variables\":{\"A\":3,\"ARR\":[3,9],\"P10\":9}}\n"
+    );
+}
+
+#[test]
+fn the_tick_of_a_stop_is_the_last() {
+    let mut control = Control { stops: Some(1), ..Control::default() };
+    let told = run(&mut control, "tick,name,value\n1,A,3\n", &["A"], 10, false);
+    assert_eq!(told.trace, "tick,name,value\n0,A,0\n1,A,3\n");
+    assert!(told.events.ends_with("{\"tick\":1,\"kind\":\"stop\",\"code\":\"HALT\"}\n"));
+    assert_eq!(told.end.ticks, 2);
+    assert!(told.dump.contains(
+        "\"ticks\":2,\"state\":\"stopped\",\"stop\":{\"tick\":1,\"code\":\"HALT\",\"message\":\"it \\\"halts\\\"\"},"
+    ));
+}
+
+#[test]
+fn a_stimulus_can_begin_again() {
+    let table = "tick,name,value\n0,A,1\n2,A,2\n";
+    let told = run(&mut Control::default(), table, &[], 7, true);
+    let values: Vec<i64> = told.log.iter().map(|&(_, value)| value).collect();
+    assert_eq!(values, [1, 1, 2, 1, 1, 2, 1]);
+    assert_eq!(told.trace, "tick,name,value\n");
+}
+
+#[test]
+fn tables_come_in_many_forms() {
+    let plain = stimulus(b"tick,name,value\n1,A,2\n0,P10,3\n").unwrap();
+    for other in [
+        &b"\xEF\xBB\xBFtick,name,value\r\n1,A,2\r\n\r\n0,P10,3"[..],
+        b"Tick, Name ,Value\r1,\"A\",2\r0,P10,3\r",
+        b"tick,name,value\n 1 , A , 2 \n\n0,\"P10\",\"3\"\n",
+    ] {
+        assert_eq!(stimulus(other), Ok(plain.clone()));
+    }
+    assert_eq!(plain.period(), 2);
+    assert_eq!(stimulus(b"tick,name,value\n").unwrap().period(), 0);
+}
+
+#[test]
+fn every_wrong_line_is_named() {
+    let errors = stimulus(
+        b"tick,name,value\n0,A,1\n-1,A,1\n1,B,1\n\n1,A,x\n1,A\n1,A,1,1\n99999999999999999999,A,1\n",
+    )
+    .unwrap_err();
+    let numbers: Vec<&str> = errors.iter().filter_map(|e| e.split(':').next()).collect();
+    assert_eq!(numbers, ["3", "4", "6", "7", "8", "9"], "{errors:?}");
+    assert!(errors[1].contains("did you mean `A`?"), "{errors:?}");
+    assert!(errors[2].contains("`x` is no integer"), "{errors:?}");
+    for text in ["", "\n\n", "0,A,1\n", "tick;name;value\n"] {
+        assert!(stimulus(text.as_bytes()).unwrap_err()[0].contains("header"), "{text}");
+    }
+    assert!(stimulus(b"tick,name,value\n0,\xFF,1\n").is_err());
+}
+
+#[test]
+fn a_huge_stimulus_with_mistakes_everywhere_is_cut_short() {
+    let mut text = b"tick,name,value\n".to_vec();
+    text.extend(b"0,B,1\n".repeat(1000));
+    let errors = Stimulus::parse(&text, &mut Control::default()).unwrap_err();
+    assert_eq!((errors.lines.len(), errors.more), (20, 980));
+}
+
+struct Full;
+
+impl Write for Full {
+    fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+        Err(io::ErrorKind::StorageFull.into())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_full_disk_ends_the_run() {
+    let mut control = Control::default();
+    let watch = Watch::parse(&["A"], &mut control).unwrap();
+    let end = Run {
+        executive: &mut control,
+        engine: &mut Idle,
+        player: Player::new(Stimulus::default(), false),
+        watch,
+        trace: Some(&mut Full),
+        events: None,
+        ticks: Some(5),
+        realtime: false,
+        interrupt: None,
+        progress: None,
+    }
+    .go();
+    assert!(matches!(end.failure, Some(RunError::Trace(_))));
+}
+
+#[test]
+fn the_flag_ends_the_run() {
+    let mut control = Control::default();
+    let flag = AtomicBool::new(true);
+    let end = Run {
+        executive: &mut control,
+        engine: &mut Idle,
+        player: Player::new(Stimulus::default(), false),
+        watch: Watch::default(),
+        trace: None,
+        events: None,
+        ticks: None,
+        realtime: true,
+        interrupt: Some(&flag),
+        progress: None,
+    }
+    .go();
+    assert!(end.interrupted);
+    assert_eq!(end.ticks, 0);
+}

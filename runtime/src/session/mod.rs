@@ -1,0 +1,229 @@
+//! Everything that `plcc run` and `plcrt` do once a program is compiled: the control, its files,
+//! Ctrl-C, progress, and the exit status.
+
+mod control;
+mod output;
+mod progress;
+
+use std::fmt::Display;
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use plcc_abi::nct::NctSettings;
+use plcc_abi::{Dialect, Engine, Program};
+use thiserror::Error;
+
+use crate::args::RunArgs;
+use crate::run::{End, Player, Run, Stimulus, Watch, dump};
+use crate::{Executive, retain};
+
+pub use control::executive;
+use output::{Output, check_paths};
+use progress::Progress;
+
+/// Exit status: done.
+pub const DONE: u8 = 0;
+/// Exit status: wrong usage, an input that is not valid, an output that can't be written.
+pub const USAGE: u8 = 2;
+/// Exit status: the program was stopped by a run-time fault.
+pub const STOPPED: u8 = 3;
+/// Exit status: Ctrl-C.
+pub const INTERRUPTED: u8 = 130;
+
+/// Why a run did not come about, or not to its end: exit status 2. The message is complete.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct SessionError(pub String);
+
+/// Runs a program as the options say, messages on standard error. The result is the exit status.
+///
+/// `machine` is what a machine file says of an NCT control, where one is given; else the
+/// program's own settings hold.
+pub fn run(
+    program: &Program,
+    engine: &mut dyn Engine,
+    args: &RunArgs,
+    machine: Option<&NctSettings>,
+) -> u8 {
+    match session(program, engine, args, machine) {
+        Ok(status) => status,
+        Err(error) => {
+            tell("error", error);
+            USAGE
+        }
+    }
+}
+
+/// A message for people. That it can't be written changes nothing.
+fn tell(kind: &str, message: impl Display) {
+    let _ = writeln!(std::io::stderr(), "{kind}: {message}");
+}
+
+fn session(
+    program: &Program,
+    engine: &mut dyn Engine,
+    args: &RunArgs,
+    machine: Option<&NctSettings>,
+) -> Result<u8, SessionError> {
+    if args.ticks.is_none() && args.duration.is_none() && !args.realtime {
+        let message = "how long is it to run? Give --ticks N or --for 5s; with --realtime it runs \
+                       until Ctrl-C";
+        return Err(SessionError(message.into()));
+    }
+    check_paths(program, args)?;
+    let mut executive = executive(program, &args.control, args.realtime, machine)?;
+    let executive = executive.as_mut();
+    if let Some(path) = &args.retain {
+        restore(path, program.dialect(), executive)?;
+    }
+    let stimulus = match &args.stimulus {
+        Some(path) => stimulus(path, executive)?,
+        None => Stimulus::default(),
+    };
+    if args.trace.is_some() && args.watch.is_empty() {
+        tell("warning", "the trace will be empty: --watch NAME,NAME… says what it shows");
+    }
+    let watch = Watch::parse(&args.watch, executive).map_err(|errors| {
+        let errors: Vec<String> = errors.iter().map(|e| format!("--watch: {e}")).collect();
+        SessionError(errors.join("\nerror: "))
+    })?;
+    let ticks = match args.duration {
+        Some(time) => Some(ticks_in(time, executive.tick_ns())),
+        None => args.ticks,
+    };
+    let interrupt = Arc::new(AtomicBool::new(false));
+    listen(&interrupt)?;
+
+    let mut trace = args.trace.as_deref().map(Output::create).transpose()?;
+    let mut events = args.events.as_deref().map(Output::create).transpose()?;
+    let mut progress = Progress::new(ticks);
+    let mut show = |ticks: u64| progress.show(ticks);
+    let end = Run {
+        executive,
+        engine,
+        player: Player::new(stimulus, args.repeat),
+        watch: watch.clone(),
+        trace: trace.as_mut().map(|out| out as &mut dyn Write),
+        events: events.as_mut().map(|out| out as &mut dyn Write),
+        ticks,
+        realtime: args.realtime,
+        interrupt: Some(&interrupt),
+        progress: Some(&mut show),
+    }
+    .go();
+    progress.clear();
+
+    let mut status = status(&end);
+    let mut also = |result: Result<(), SessionError>| {
+        if let Err(error) = result {
+            tell("error", error);
+            status = USAGE;
+        }
+    };
+    if let Some(path) = &args.dump {
+        also(write_dump(path, program.dialect(), executive, &watch, &end));
+    }
+    if let Some(path) = &args.retain {
+        also(keep(path, program.dialect(), executive));
+    }
+    Ok(status)
+}
+
+/// What the end means, told to people.
+fn status(end: &End) -> u8 {
+    if end.punctuality.overruns > 0 {
+        let late = end.punctuality.latest.as_secs_f64() * 1000.0;
+        let (overruns, ticks) = (end.punctuality.overruns, end.ticks);
+        tell(
+            "warning",
+            format!(
+                "{overruns} of {ticks} ticks began when the next was due, up to {late:.1} ms late"
+            ),
+        );
+    }
+    if let Some(stop) = &end.stop {
+        let tick = end.ticks.saturating_sub(1);
+        tell("stopped", format!("{} in tick {tick}: {}", stop.code, stop.message));
+    }
+    if let Some(failure) = &end.failure {
+        tell("error", failure);
+        return USAGE;
+    }
+    match (&end.stop, end.interrupted) {
+        (Some(_), _) => STOPPED,
+        (None, true) => INTERRUPTED,
+        (None, false) => DONE,
+    }
+}
+
+/// The ticks that begin before the time is up.
+fn ticks_in(time: Duration, tick_ns: u64) -> u64 {
+    let ticks = time.as_nanos().div_ceil(u128::from(tick_ns.max(1)));
+    u64::try_from(ticks).unwrap_or(u64::MAX)
+}
+
+/// Ctrl-C and a request to end raise the flag; a second one ends the process at once.
+fn listen(flag: &Arc<AtomicBool>) -> Result<(), SessionError> {
+    use signal_hook::{consts, flag};
+    for signal in [consts::SIGINT, consts::SIGTERM] {
+        flag::register_conditional_shutdown(signal, INTERRUPTED.into(), Arc::clone(flag))
+            .and_then(|_| flag::register(signal, Arc::clone(flag)))
+            .map_err(|error| SessionError(format!("Ctrl-C can't be listened for: {error}")))?;
+    }
+    Ok(())
+}
+
+fn stimulus(path: &Path, executive: &mut dyn Executive) -> Result<Stimulus, SessionError> {
+    let shown = path.display();
+    let bytes = fs::read(path).map_err(|e| SessionError(format!("{shown} can't be read: {e}")))?;
+    Stimulus::parse(&bytes, executive).map_err(|errors| {
+        let mut lines: Vec<String> =
+            errors.lines.iter().map(|e| format!("{shown}:{}: {}", e.line, e.message)).collect();
+        if errors.more > 0 {
+            lines.push(format!("{shown}: and {} more", errors.more));
+        }
+        SessionError(lines.join("\nerror: "))
+    })
+}
+
+fn restore(
+    path: &Path,
+    dialect: Dialect,
+    executive: &mut dyn Executive,
+) -> Result<(), SessionError> {
+    let found = retain::load(path, dialect).map_err(|e| SessionError(e.to_string()))?;
+    let Some(retained) = found else { return Ok(()) };
+    if let Some(why) = retained.damaged {
+        let shown = path.display();
+        tell("warning", format!("the retained file {shown} is not used: {why}; its copy is"));
+    }
+    executive.restore(&retained.payload).map_err(|why| {
+        SessionError(format!("the retained file {} belongs elsewhere: {why}", path.display()))
+    })
+}
+
+fn keep(path: &Path, dialect: Dialect, executive: &dyn Executive) -> Result<(), SessionError> {
+    match executive.retained() {
+        Some(payload) => {
+            retain::store(path, dialect, payload).map_err(|e| SessionError(e.to_string()))
+        }
+        None => Ok(()),
+    }
+}
+
+fn write_dump(
+    path: &Path,
+    dialect: Dialect,
+    executive: &mut dyn Executive,
+    watch: &Watch,
+    end: &End,
+) -> Result<(), SessionError> {
+    let mut text = vec![];
+    dump(&mut text, dialect, executive, watch, end)
+        .and_then(|()| output::write_whole(path, &text))
+        .map_err(|error| SessionError(format!("the dump can't be written: {error}")))
+}

@@ -1,0 +1,128 @@
+//! Files that a run writes.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Stdout, Write};
+use std::path::{Path, PathBuf};
+
+use plcc_abi::Program;
+
+use crate::args::RunArgs;
+use crate::retain::replace;
+
+use super::SessionError;
+
+/// A file that grows during the run, or standard output for `-`.
+#[derive(Debug)]
+pub(super) struct Output {
+    to: BufWriter<Sink>,
+}
+
+#[derive(Debug)]
+enum Sink {
+    File(File),
+    Stdout(Stdout),
+}
+
+/// Whether a path means standard output.
+fn is_stdout(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+impl Output {
+    /// Creates the file, empty.
+    pub(super) fn create(path: &Path) -> Result<Self, SessionError> {
+        let sink = if is_stdout(path) {
+            Sink::Stdout(io::stdout())
+        } else {
+            let file = File::create(path).map_err(|error| {
+                SessionError(format!("{} can't be written: {error}", path.display()))
+            })?;
+            Sink::File(file)
+        };
+        Ok(Self { to: BufWriter::with_capacity(1 << 16, sink) })
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.to.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.to.flush()
+    }
+}
+
+impl Write for Sink {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Self::File(file) => file.write(bytes),
+            Self::Stdout(stdout) => stdout.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Self::File(file) => file.flush(),
+            Self::Stdout(stdout) => stdout.flush(),
+        }
+    }
+}
+
+/// Writes a whole file at once: either the old one is there afterwards, or the new one. What is
+/// no ordinary file (a pipe, a terminal) is written as it is.
+pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let name =
+        |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
+    if is_stdout(path) {
+        let mut stdout = io::stdout();
+        return stdout.write_all(bytes).and_then(|()| stdout.flush());
+    }
+    match fs::metadata(path) {
+        Ok(about) if !about.is_file() => File::options()
+            .write(true)
+            .open(path)
+            .and_then(|mut f| f.write_all(bytes))
+            .map_err(name),
+        _ => replace(path, bytes).map_err(name),
+    }
+}
+
+/// Refuses what would overwrite a file that is read, or mix two outputs.
+pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), SessionError> {
+    let option = |name: &'static str, path: &Option<PathBuf>| Some((name, path.clone()?));
+    let outputs = [
+        option("--trace", &args.trace),
+        option("--events", &args.events),
+        option("--dump", &args.dump),
+        option("--retain", &args.retain),
+    ];
+    let source = program.files.iter().map(|file| ("the program", PathBuf::from(file)));
+    let mut seen: Vec<(&str, PathBuf)> =
+        option("--stimulus", &args.stimulus).into_iter().chain(source).collect();
+    for (name, path) in outputs.into_iter().flatten() {
+        if let Some((other, _)) = seen.iter().find(|(_, other)| same(other, &path)) {
+            let shown = if is_stdout(&path) {
+                "standard output".into()
+            } else {
+                path.display().to_string()
+            };
+            return Err(SessionError(format!("{name} would overwrite {other}: both are {shown}")));
+        }
+        seen.push((name, path));
+    }
+    Ok(())
+}
+
+/// Whether two paths are the same file. Devices (`/dev/null`) may be shared.
+fn same(a: &Path, b: &Path) -> bool {
+    if is_stdout(a) || is_stdout(b) {
+        return is_stdout(a) && is_stdout(b);
+    }
+    let place = |path: &Path| {
+        let whole = fs::canonicalize(path);
+        whole.or_else(|_| std::path::absolute(path)).unwrap_or_else(|_| path.to_owned())
+    };
+    let is_device = fs::metadata(a).is_ok_and(|about| !about.is_file());
+    !is_device && place(a) == place(b)
+}
