@@ -1,0 +1,2 @@
+#define SECOND P20
+P20=0
