@@ -1,0 +1,163 @@
+//! Checks what can be checked of ARCHITECTURE.md's invariants.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Which crate may depend on which of ours, tests and benches aside. ARCHITECTURE.md draws it.
+const MAY_DEPEND: &[(&str, &[&str])] = &[
+    ("plcc-abi", &[]),
+    ("plcc-diag", &[]),
+    ("plcc-ir", &["plcc-abi"]),
+    ("plcc-frontend", &["plcc-abi", "plcc-diag", "plcc-ir"]),
+    ("plcc-codegen", &["plcc-abi", "plcc-ir"]),
+    ("plcc-runtime", &["plcc-abi"]),
+    ("plcrt", &["plcc-abi", "plcc-runtime"]),
+    (
+        "plcc",
+        &["plcc-abi", "plcc-codegen", "plcc-diag", "plcc-frontend", "plcc-ir", "plcc-runtime"],
+    ),
+];
+
+/// The only files that may hold `unsafe`.
+const UNSAFE: &[&str] = &["runtime/src/native.rs"];
+
+/// The longest that a source file may get.
+const LINES: usize = 800;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn manifests() -> BTreeMap<String, toml::Table> {
+    let workspace: toml::Table =
+        fs::read_to_string(root().join("Cargo.toml")).unwrap().parse().unwrap();
+    workspace["workspace"]["members"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|member| {
+            let path = root().join(member.as_str().unwrap()).join("Cargo.toml");
+            let manifest: toml::Table = fs::read_to_string(path).unwrap().parse().unwrap();
+            (manifest["package"]["name"].as_str().unwrap().to_owned(), manifest)
+        })
+        .collect()
+}
+
+fn dependencies(manifest: &toml::Table) -> BTreeSet<&str> {
+    manifest
+        .get("dependencies")
+        .and_then(toml::Value::as_table)
+        .into_iter()
+        .flat_map(|table| table.keys().map(String::as_str))
+        .collect()
+}
+
+/// Every Rust file of the workspace, by its path from the root.
+fn sources() -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    let mut open = vec![root()];
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            if path.is_dir() {
+                if !name.starts_with('.') && name != "target" {
+                    open.push(path);
+                }
+            } else if name.ends_with(".rs") {
+                let shown = path.strip_prefix(root()).unwrap().to_string_lossy().into_owned();
+                found.push((shown, fs::read_to_string(&path).unwrap()));
+            }
+        }
+    }
+    assert!(found.len() > 100, "looked in the wrong place");
+    found
+}
+
+#[test]
+fn crates_depend_only_on_what_the_map_allows() {
+    let manifests = manifests();
+    let ours: BTreeSet<&str> = manifests.keys().map(String::as_str).collect();
+    for (name, allowed) in MAY_DEPEND {
+        let manifest = manifests.get(*name).unwrap_or_else(|| panic!("{name} is gone"));
+        for dependency in dependencies(manifest).intersection(&ours) {
+            assert!(allowed.contains(dependency), "{name} must not depend on {dependency}");
+        }
+    }
+    for name in ours {
+        let known = MAY_DEPEND.iter().any(|(known, _)| *known == name);
+        assert!(known || name == "plcc-tests" || name == "plcc-benches", "{name} is not on the map");
+    }
+}
+
+#[test]
+fn only_codegen_knows_cranelift() {
+    for (name, manifest) in manifests() {
+        for dependency in dependencies(&manifest) {
+            assert!(
+                name == "plcc-codegen" || !dependency.starts_with("cranelift"),
+                "{name} must not depend on {dependency}"
+            );
+        }
+    }
+}
+
+#[test]
+fn every_crate_takes_the_lints() {
+    for (name, manifest) in manifests() {
+        let lints = &manifest["lints"];
+        if name == "plcc-runtime" {
+            assert_eq!(lints["rust"]["unsafe_code"].as_str(), Some("deny"), "{name}");
+        } else {
+            assert_eq!(lints["workspace"].as_bool(), Some(true), "{name}");
+        }
+    }
+}
+
+#[test]
+fn unsafe_stands_only_where_it_may() {
+    for (path, text) in sources() {
+        if UNSAFE.contains(&path.as_str()) || path.ends_with("architecture.rs") {
+            continue;
+        }
+        for (number, line) in text.lines().enumerate() {
+            let code = line.split("//").next().unwrap_or("");
+            let found = ["unsafe {", "unsafe fn", "unsafe impl", "unsafe extern", "(unsafe_code)"]
+                .iter()
+                .any(|word| code.contains(word));
+            assert!(!found, "{path}:{}: {line}", number + 1);
+        }
+    }
+}
+
+#[test]
+fn every_unsafe_block_says_why() {
+    for path in UNSAFE {
+        let text = fs::read_to_string(root().join(path)).unwrap();
+        let blocks = text.matches("unsafe {").count() + text.matches("unsafe impl").count();
+        let reasons = text.matches("SAFETY:").count();
+        assert!(blocks > 0, "{path} holds none: take it off the list");
+        assert!(reasons >= blocks, "{path}: {blocks} blocks, {reasons} reasons");
+    }
+}
+
+#[test]
+fn files_stay_short() {
+    for (path, text) in sources() {
+        let lines = text.lines().count();
+        assert!(lines <= LINES, "{path} has {lines} lines: find the second thing it holds");
+    }
+}
+
+#[test]
+fn nothing_is_left_unfinished() {
+    for (path, text) in sources() {
+        if path.ends_with("architecture.rs") {
+            continue;
+        }
+        for word in ["todo!(", "unimplemented!(", "dbg!("] {
+            assert!(!text.contains(word), "{path} holds {word}…)");
+        }
+    }
+}
