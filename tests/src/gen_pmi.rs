@@ -117,7 +117,9 @@ impl Gen {
     fn declarations(&mut self) {
         self.line("$INPUT");
         for i in 0..6 {
-            self.line(&format!("IN{i} = 0/{i}"));
+            // Two inputs may share a line.
+            let bit = if self.rng.chance(10) { 0 } else { i };
+            self.line(&format!("IN{i} = 0/{bit}"));
             self.var(format!("IN{i}"), Ty::Logical, None, false);
         }
         for (i, format) in ["B", "BCD", "TWOC"].into_iter().enumerate() {
@@ -454,6 +456,15 @@ impl Gen {
         let mut text = "tick,name,value\n".to_owned();
         let vars: Vec<Var> = self.vars.iter().filter(|var| var.stimulated).cloned().collect();
         for tick in 0..ticks {
+            for _ in 0..self.rng.below(2) {
+                // Lines of inputs, of outputs and of no variable; a timer's counter.
+                let port = self.rng.below(11);
+                let (bit, on) = (self.rng.below(8), self.rng.below(2));
+                let _ = match self.rng.below(4) {
+                    0 => writeln!(text, "{tick},TC{}#COUNT,{}", bit % 4, self.rng.below(5)),
+                    _ => writeln!(text, "{tick},PORT{port}.{bit},{on}"),
+                };
+            }
             for _ in 0..self.rng.below(6) {
                 let var = self.rng.pick(&vars).clone();
                 let any = self.rng.bits() as i32;

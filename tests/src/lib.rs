@@ -3,3 +3,4 @@
 pub mod gen_pmac;
 pub mod gen_pmi;
 pub mod rng;
+pub mod shrink;

@@ -1,147 +1,49 @@
-//! PMI programs in the statement interpreter and in native code: the same image after every scan.
-#![allow(clippy::unwrap_used, clippy::panic)]
+//! PMI programs in the statement interpreter, the IR interpreter, the JIT and as artifacts: the
+//! same variables and lines after every scan, the same events, the same stop.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::expect_used, clippy::indexing_slicing)]
 
-use plcc_abi::{
-    Engine, Outcome, Program, Scan, Tables,
-    engine::NoHost,
-    image,
-    pmi::{PmiTables, Role, TimerKind, Type},
-};
-use plcc_codegen::{OptLevel, Target, compile};
-use plcc_diag::SourceMap;
-use plcc_frontend::{
-    common::{Limits, MemoryLoader, Options},
-    pmi,
-};
-use plcc_runtime::native::NativeEngine;
-use plcc_tests::gen_pmi::generate;
+mod pmi_harness;
 
-/// An engine with its image.
-struct Machine {
-    name: &'static str,
-    engine: Box<dyn Engine>,
-    image: Vec<u8>,
-}
+use plcc_frontend::common::Options;
+use plcc_tests::{gen_pmi::generate, shrink};
+use pmi_harness::{Ended, run};
 
-fn write(image: &mut [u8], ty: Type, offset: u32, value: i32) {
-    match ty {
-        Type::Logical => image::write_u8(image, offset, u8::from(value != 0)),
-        Type::Integer => image::write_i16(image, offset, value as i16),
-        Type::Long => image::write_i32(image, offset, value),
-    }
-}
-
-fn tables(program: &Program) -> &PmiTables {
-    let Tables::Pmi(tables) = &program.tables else { panic!("PMI's tables") };
-    tables
-}
-
-/// What the executive does with timers before a scan.
-fn count_down(image: &mut [u8], tables: &PmiTables) {
-    for timer in &tables.timers {
-        let count = image::read_i32(image, timer.counter);
-        if count > 0 {
-            image::write_i32(image, timer.counter, count - 1);
-        }
-        if count == 1 {
-            image::write_u8(image, timer.delayed, u8::from(timer.kind == TimerKind::E));
-        }
-    }
-}
-
-fn machines(source: &str, limits: Limits) -> (Program, Vec<Machine>) {
-    let mut sources = SourceMap::new();
-    let file = sources.add("generated.pmi", source.as_bytes());
-    let options = Options { limits, ..Options::default() };
-    let (program, all) = pmi::check(&mut sources, file, &MemoryLoader::new(), &options);
-    let checked = program.unwrap_or_else(|| panic!("{source}\n{all:?}"));
-    let lowered = checked.lower();
-    let program = lowered.program;
-    let mut image = vec![0; program.image_size as usize];
-    for &(offset, ty, value) in &tables(&program).initial {
-        write(&mut image, ty, offset, value);
-    }
-    let native = |opt| {
-        let target = Target::host(opt).unwrap();
-        let code = compile(&lowered.module, &target).unwrap();
-        Box::new(NativeEngine::new(&code, &program).unwrap())
-    };
-    let machines = vec![
-        Machine { name: "interp", engine: checked.interpreter(), image: image.clone() },
-        Machine { name: "none", engine: native(OptLevel::None), image: image.clone() },
-        Machine { name: "speed", engine: native(OptLevel::Speed), image },
-    ];
-    (program, machines)
-}
-
-/// Runs a program with a stimulus in all engines; how the last scan ended.
-fn compare(source: &str, stimulus: &str, ticks: u32, limits: Limits) -> Outcome {
-    let (program, mut machines) = machines(source, limits);
-    let tables = tables(&program).clone();
-    let scratch = program.region("scratch").map(|r| r.offset..r.offset + r.size);
-    let rows: Vec<(u32, &str, i32)> = stimulus
-        .lines()
-        .skip(1)
-        .map(|row| {
-            let [tick, name, value] = row.split(',').collect::<Vec<_>>().try_into().unwrap();
-            (tick.parse().unwrap(), name, value.parse().unwrap())
-        })
-        .collect();
-    let mut last = Outcome::End;
-    for tick in 0..ticks {
-        let mut outcomes = vec![];
-        for machine in &mut machines {
-            for (_, name, value) in rows.iter().filter(|row| row.0 == tick) {
-                let (name, index) = name.split_once('[').unwrap_or((name, "0]"));
-                let symbol = tables.symbols.iter().find(|s| s.name == name).unwrap();
-                if symbol.role == Role::Constant {
-                    continue;
-                }
-                let index: u32 = index.trim_end_matches(']').parse().unwrap();
-                let offset = symbol.offset + index * symbol.ty.size();
-                write(&mut machine.image, symbol.ty, offset, *value);
-            }
-            count_down(&mut machine.image, &tables);
-            let mut scan = Scan { image: &mut machine.image, host: &mut NoHost };
-            outcomes.push(machine.engine.call(0, &mut scan));
-            if let Some(range) = &scratch {
-                machine.image[range.start as usize..range.end as usize].fill(0);
-            }
-        }
-        let (first, others) = machines.split_first().unwrap();
-        for (machine, outcome) in others.iter().zip(&outcomes[1..]) {
-            assert_eq!(*outcome, outcomes[0], "tick {tick} {}\n{source}", machine.name);
-            let symbol = |at: usize| {
-                let at = at as u32;
-                tables.symbols.iter().find(|s| {
-                    let size = s.elements.unwrap_or(1) * s.ty.size();
-                    (s.offset..s.offset + size).contains(&at)
-                })
+/// Runs a case; a difference is shown in the smallest program and stimulus that still has it.
+fn agree(source: &str, stimulus: &str, ticks: u32) -> Ended {
+    let options = Options::default();
+    match run(source, stimulus, ticks, &options) {
+        Ok(ended) => ended,
+        Err(first) => {
+            let differs = |source: &str, stimulus: &str| {
+                run(source, stimulus, ticks, &options).is_err_and(|e| e.starts_with("tick"))
             };
-            let differs = first.image.iter().zip(&machine.image).position(|(a, b)| a != b);
-            if let Some(at) = differs {
-                let name = symbol(at).map_or("?", |s| &s.name);
-                panic!("tick {tick} {}: {name} differs at {at}\n{source}", machine.name);
-            }
-        }
-        last = outcomes[0];
-        if last != Outcome::End {
-            break;
+            let source = shrink::lines(source, |source| differs(source, stimulus));
+            let stimulus =
+                shrink::lines(stimulus, |rows| rows.starts_with("tick") && differs(&source, rows));
+            let still = run(&source, &stimulus, ticks, &options).err().unwrap_or(first);
+            panic!("{still}\n--- program\n{source}--- stimulus\n{stimulus}");
         }
     }
-    last
+}
+
+fn seeds(most: u64) -> u64 {
+    std::env::var("PLCC_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(most)
 }
 
 #[test]
 fn generated_programs_agree() {
-    let seeds = std::env::var("PLCC_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(60);
-    let mut stopped = 0;
-    for seed in 0..seeds {
+    let (mut stopped, mut said) = (0, 0);
+    for seed in 0..seeds(40) {
         let case = generate(seed, 20 + seed as usize % 50);
-        let outcome = compare(&case.source, &case.stimulus, case.ticks, Limits::Original);
-        stopped += u32::from(outcome != Outcome::End);
+        let ended = agree(&case.source, &case.stimulus, case.ticks);
+        if let Some(stop) = &ended.stop {
+            assert_eq!(stop.code, "NO PMI DATA");
+            stopped += 1;
+        }
+        said += ended.events.len();
     }
     assert!(stopped > 0, "no program was stopped");
+    assert!(said > 0, "nothing was ever said");
 }
 
 /// A statement that is cut into many functions, with values that wait, of every type.
@@ -158,5 +60,38 @@ fn long_statements_agree() {
     }
     source.push_str(")+2]=B\n");
     let stimulus = "tick,name,value\n0,A,3\n1,L,70000\n2,A,-9\n3,C[1],5\n";
-    assert_eq!(compare(&source, stimulus, 10, Limits::Original), Outcome::End);
+    assert_eq!(run(&source, stimulus, 10, &Options::default()).unwrap().stop, None);
+}
+
+/// Where a scan stops in the middle: before it, at it and behind it, in every place an index has.
+#[test]
+fn stops_agree() {
+    for statement in [
+        "A[I]=1",
+        "A[3]=A[I]",
+        "A[A[I]]=1",
+        "X=T!A[I]",
+        "IF(A[I])",
+        "A[0]=L/A[I]",
+        "B[I]=T",
+        "TC=B[I]",
+        "CK=B[I]",
+        "OUT=B[I]",
+        "@M03=B[I]",
+        "G=A[-I]",
+    ] {
+        let close = if statement.starts_with("IF") { "ENDIF\n" } else { "" };
+        let source = format!(
+            "$OUTPUT\nOUT=1/0\nGO=2/0-7/BCD\n$INTEGER\nI,A[5],G\n$LOGICAL\nB[5]\n$LONG\nL\n\
+             $TIMER\nE/TC/DC=2\n$FLIPFLOP\nQ/D/CK/PR/CL\n$MCODE\n@M03/P\n$FAULT\nF1=\"I IS\",I\n\
+             $END\nOUT=T\nGO=I+40\nF1=I>3\nX=F\n{statement}\n{close}X=T\nGO=12\n"
+        );
+        let stimulus = "tick,name,value\n0,A[0],1\n0,@M03,1\n1,I,4\n2,I,5\n2,PORT9.0,1\n";
+        let ended = agree(&source, stimulus, 9);
+        // -I is outside from tick 1 on.
+        let last = if statement.ends_with("[-I]") { 1 } else { 2 };
+        assert_eq!(ended.ticks, last + 1, "{statement}");
+        assert_eq!(ended.stop.unwrap().code, "NO PMI DATA", "{statement}");
+        assert_eq!(ended.events.len(), 1, "{statement}");
+    }
 }

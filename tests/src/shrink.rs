@@ -1,0 +1,61 @@
+//! Makes failing cases small enough to read.
+
+/// The fewest lines of a text for which something still holds, found by leaving out ever smaller
+/// stretches: halves first, single lines and pairs of lines last.
+pub fn lines(text: &str, holds: impl Fn(&str) -> bool) -> String {
+    let mut kept: Vec<&str> = text.lines().collect();
+    let mut size = kept.len().div_ceil(2);
+    while size > 0 {
+        let mut at = 0;
+        let mut removed = false;
+        while at < kept.len() {
+            let mut fewer = kept.clone();
+            fewer.drain(at..(at + size).min(kept.len()));
+            if holds(&joined(&fewer)) {
+                kept = fewer;
+                removed = true;
+            } else {
+                at += size;
+            }
+        }
+        if size == 1 && (removed || pairs(&mut kept, &holds)) {
+            continue;
+        }
+        size /= 2;
+    }
+    joined(&kept)
+}
+
+/// Leaves out two lines that only go together, as IF and ENDIF do.
+fn pairs(kept: &mut Vec<&str>, holds: &impl Fn(&str) -> bool) -> bool {
+    for first in 0..kept.len() {
+        for second in first + 1..kept.len() {
+            let mut fewer = kept.clone();
+            fewer.remove(second);
+            fewer.remove(first);
+            if holds(&joined(&fewer)) {
+                *kept = fewer;
+                return true;
+            }
+        }
+    }
+    false
+}
+
+fn joined(lines: &[&str]) -> String {
+    lines.iter().flat_map(|line| [line, "\n"]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn what_matters_is_left() {
+        let text: String = (0..100).map(|i| format!("{i}\n")).collect();
+        let holds = |text: &str| {
+            let has = |line| text.lines().any(|l| l == line);
+            // 17 matters; 30 and 40 stand or fall together.
+            has("17") && has("30") == has("40")
+        };
+        assert_eq!(super::lines(&text, holds), "17\n");
+    }
+}
