@@ -8,6 +8,7 @@
 //! a program that is stopped returns its trap code.
 
 mod compile;
+pub mod emit;
 mod error;
 mod lower;
 mod target;

@@ -116,5 +116,7 @@ fn flags(opt: OptLevel) -> Result<settings::Flags, SetError> {
     builder.set("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" })?;
     builder.set("unwind_info", "false")?;
     builder.set("enable_probestack", "false")?;
+    // Where blocks begin tells a listing jump tables from code.
+    builder.set("machine_code_cfg_info", "true")?;
     Ok(settings::Flags::new(builder))
 }

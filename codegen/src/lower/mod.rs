@@ -23,6 +23,9 @@ pub(crate) fn function(
 ) {
     out.name = UserFuncName::testcase(func.name().as_bytes());
     out.signature = Signature::new(CallConv::SystemV);
+    // Statements are kept relative to this; relative to any other, one of them would be taken for
+    // none.
+    out.params.ensure_base_srcloc(SourceLoc::new(0));
     let pointer = isa.pointer_type();
     out.signature.params.extend([AbiParam::new(pointer), AbiParam::new(types::I32)]);
     out.signature.returns.push(AbiParam::new(types::I64));

@@ -1,0 +1,134 @@
+//! Line tables for debuggers.
+
+use gimli::write::{
+    Address, AttributeValue, DwarfUnit, EndianVec, FileId, LineProgram, LineString, RelocateWriter,
+    Relocation, RelocationTarget, Sections,
+};
+use gimli::{
+    DW_AT_comp_dir, DW_AT_decl_file, DW_AT_decl_line, DW_AT_external, DW_AT_high_pc,
+    DW_AT_language, DW_AT_low_pc, DW_AT_name, DW_AT_producer, DW_AT_stmt_list, DW_LANG_C99,
+    DW_TAG_subprogram, Encoding, Format, LineEncoding, RunTimeEndian, SectionId,
+};
+use plcc_abi::{Code, CodeLine, Program};
+
+/// A section's bytes with what the linker has to put in.
+#[derive(Clone)]
+pub(super) struct Section {
+    pub(super) bytes: EndianVec<RunTimeEndian>,
+    pub(super) relocations: Vec<Relocation>,
+}
+
+impl RelocateWriter for Section {
+    type Writer = EndianVec<RunTimeEndian>;
+
+    fn writer(&self) -> &Self::Writer {
+        &self.bytes
+    }
+
+    fn writer_mut(&mut self) -> &mut Self::Writer {
+        &mut self.bytes
+    }
+
+    fn relocate(&mut self, relocation: Relocation) {
+        self.relocations.push(relocation);
+    }
+}
+
+/// The debug sections of a program's code. Addresses refer to functions by their index, in
+/// [`RelocationTarget::Symbol`].
+pub(super) fn sections(
+    program: &Program,
+    code: &Code,
+) -> gimli::write::Result<Vec<(SectionId, Section)>> {
+    let encoding = Encoding { format: Format::Dwarf32, version: 5, address_size: 8 };
+    let mut dwarf = DwarfUnit::new(encoding);
+    let string = |dwarf: &mut DwarfUnit, text: &str| {
+        // DWARF has no name that is empty or holds a zero.
+        let text = if text.is_empty() { "?".to_owned() } else { text.replace('\0', "?") };
+        LineString::new(text, encoding, &mut dwarf.line_strings)
+    };
+    let first = program.files.first().map_or("", String::as_str);
+    let (folder, name) = (string(&mut dwarf, "."), string(&mut dwarf, first));
+    let line_encoding = LineEncoding::default();
+    let mut lines = LineProgram::new(encoding, line_encoding, folder, None, name, None);
+    let directory = lines.default_directory();
+    let files: Vec<FileId> = program
+        .files
+        .iter()
+        .map(|name| lines.add_file(string(&mut dwarf, name), directory, None))
+        .collect();
+    let root = dwarf.unit.root();
+    let mut attributes = vec![
+        (DW_AT_producer, text("plcc")),
+        (DW_AT_language, AttributeValue::Language(DW_LANG_C99)),
+        (DW_AT_name, text(first)),
+        (DW_AT_comp_dir, text(".")),
+        (DW_AT_stmt_list, AttributeValue::LineProgramRef),
+    ];
+    if let (Some(start), Some(last)) = (code.functions.first(), code.functions.last()) {
+        let length = u64::from(last.offset - start.offset) + u64::from(last.len);
+        attributes.push((DW_AT_low_pc, address(0)));
+        attributes.push((DW_AT_high_pc, AttributeValue::Udata(length)));
+    }
+    for (name, value) in attributes {
+        dwarf.unit.get_mut(root).set(name, value);
+    }
+    for (index, function) in code.functions.iter().enumerate() {
+        let from = code.lines.partition_point(|line| line.offset < function.offset);
+        let to = code.lines.partition_point(|line| line.offset < function.offset + function.len);
+        let rows = code.lines.get(from..to).unwrap_or_default();
+        let entry = dwarf.unit.add(root, DW_TAG_subprogram);
+        let entry = dwarf.unit.get_mut(entry);
+        entry.set(DW_AT_name, text(&function.name));
+        entry.set(DW_AT_external, AttributeValue::Flag(true));
+        entry.set(DW_AT_low_pc, address(index));
+        entry.set(DW_AT_high_pc, AttributeValue::Udata(function.len.into()));
+        let Some(&first) = rows.first() else { continue };
+        entry.set(
+            DW_AT_decl_file,
+            AttributeValue::FileIndex(files.get(first.file as usize).copied()),
+        );
+        entry.set(DW_AT_decl_line, AttributeValue::Udata(first.line.into()));
+        lines.begin_sequence(Some(Address::Symbol { symbol: index, addend: 0 }));
+        // What comes before a function's first statement is counted to it.
+        let prologue = CodeLine { offset: function.offset, ..first };
+        let behind = rows.iter().skip(usize::from(first.offset == function.offset));
+        for line in std::iter::once(&prologue).chain(behind) {
+            let Some(&file) = files.get(line.file as usize) else { continue };
+            let row = lines.row();
+            row.address_offset = u64::from(line.offset - function.offset);
+            row.file = file;
+            row.line = line.line.into();
+            lines.generate_row();
+        }
+        lines.end_sequence(function.len.into());
+    }
+    dwarf.unit.line_program = lines;
+    let empty = Section { bytes: EndianVec::new(RunTimeEndian::Little), relocations: vec![] };
+    let mut sections = Sections::new(empty);
+    dwarf.write(&mut sections)?;
+    let mut written = vec![];
+    sections.for_each(|id, section| {
+        if !section.bytes.slice().is_empty() {
+            written.push((id, section.clone()));
+        }
+        Ok::<_, gimli::write::Error>(())
+    })?;
+    Ok(written)
+}
+
+fn text(text: &str) -> AttributeValue {
+    AttributeValue::String(text.replace('\0', "?").into_bytes())
+}
+
+fn address(function: usize) -> AttributeValue {
+    AttributeValue::Address(Address::Symbol { symbol: function, addend: 0 })
+}
+
+/// The section that a relocation is against, if it is not a function.
+pub(super) fn target(relocation: &Relocation) -> Result<SectionId, usize> {
+    match relocation.target {
+        RelocationTarget::Section(id) => Ok(id),
+        RelocationTarget::Symbol(function) => Err(function),
+    }
+}

@@ -1,0 +1,16 @@
+//! What becomes of a program, to look at and to link.
+//!
+//! [`clif`] and [`asm`] are text with the source's statements as comments in between; [`object`]
+//! is a relocatable object for linkers and debuggers.
+
+mod asm;
+mod clif;
+mod dwarf;
+mod layout;
+mod object;
+mod source;
+
+pub use asm::asm;
+pub use clif::clif;
+pub use layout::layout;
+pub use object::object;

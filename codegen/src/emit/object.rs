@@ -1,0 +1,147 @@
+//! A relocatable object: ELF, for linkers and debuggers.
+//!
+//! `codegen/include/plcc.h` declares what it exports, and holds the loop that calls it:
+//!
+//! | symbol | is |
+//! | --- | --- |
+//! | `plcc_code` | where the code begins; each chunk has a symbol of its own, `plcc_chunk0`… |
+//! | `plcc_abi_version` | 32 bits: [`ABI_VERSION`](plcc_abi::ABI_VERSION) |
+//! | `plcc_image_size` | 32 bits: bytes of the process image, which starts as zeros |
+//! | `plcc_label_count`, `plcc_labels` | for each label the offset in `plcc_code` of its function, 32 bits |
+//! | `plcc_task_count`, `plcc_tasks` | for each task its first label, 32 bits |
+//! | `plcc_layout` | the [layout](super::layout()) as a text that ends with a zero |
+//!
+//! The code has no relocations; those of the object are in its debug sections, DWARF 5.
+
+use std::collections::HashMap;
+
+use gimli::SectionId;
+use object::write::{
+    Object, Relocation, SectionId as ObjectSection, Symbol, SymbolId, SymbolSection,
+};
+use object::{
+    Architecture as ObjectArchitecture, BinaryFormat, Endianness, RelocationEncoding,
+    RelocationFlags, RelocationKind, SectionKind, SymbolFlags, SymbolKind, SymbolScope,
+};
+use plcc_abi::{ABI_VERSION, Code, Program};
+use target_lexicon::Architecture;
+
+use super::{dwarf, layout};
+use crate::{CodegenError, Target};
+
+/// Alignment of the code in bytes.
+const CODE_ALIGNMENT: u64 = 16;
+
+/// A relocatable object of code that was made for the target.
+///
+/// # Errors
+/// When objects can't be made for it.
+pub fn object(program: &Program, code: &Code, target: &Target) -> Result<Vec<u8>, CodegenError> {
+    let fail = |reason: String| CodegenError::Target { triple: target.triple(), reason };
+    let architecture = match target.isa.triple().architecture {
+        Architecture::X86_64 => ObjectArchitecture::X86_64,
+        Architecture::Aarch64(_) => ObjectArchitecture::Aarch64,
+        other => return Err(fail(format!("there are no objects for {other}"))),
+    };
+    let mut object = Object::new(BinaryFormat::Elf, architecture, Endianness::Little);
+    let first = program.files.first().map_or("", String::as_str);
+    object.add_file_symbol(first.replace('\0', "?").into_bytes());
+    let text = object.add_section(vec![], b".text".to_vec(), SectionKind::Text);
+    object.append_section_data(text, &code.bytes, CODE_ALIGNMENT);
+    let whole = Place { section: text, offset: 0, size: 0, kind: SymbolKind::Label };
+    whole.export(&mut object, "plcc_code");
+    let functions: Vec<SymbolId> = code
+        .functions
+        .iter()
+        .map(|function| {
+            let (offset, size) = (function.offset.into(), function.len.into());
+            let place = Place { section: text, offset, size, kind: SymbolKind::Text };
+            place.export(&mut object, &format!("plcc_{}", function.name))
+        })
+        .collect();
+    tables(&mut object, program, code);
+    // Without this note linkers take the object to need a stack that can be executed.
+    object.add_section(vec![], b".note.GNU-stack".to_vec(), SectionKind::Other);
+    let debug = dwarf::sections(program, code).map_err(|error| fail(error.to_string()))?;
+    add_debug(&mut object, &debug, &functions).map_err(|error| fail(error.to_string()))?;
+    object.write().map_err(|error| fail(error.to_string()))
+}
+
+/// Where a symbol is.
+struct Place {
+    section: ObjectSection,
+    offset: u64,
+    size: u64,
+    kind: SymbolKind,
+}
+
+impl Place {
+    fn export(self, object: &mut Object<'_>, name: &str) -> SymbolId {
+        object.add_symbol(Symbol {
+            name: name.as_bytes().to_vec(),
+            value: self.offset,
+            size: self.size,
+            kind: self.kind,
+            scope: SymbolScope::Linkage,
+            weak: false,
+            section: SymbolSection::Section(self.section),
+            flags: SymbolFlags::None,
+        })
+    }
+}
+
+fn tables(object: &mut Object<'_>, program: &Program, code: &Code) {
+    let section = object.add_section(vec![], b".rodata".to_vec(), SectionKind::ReadOnlyData);
+    let mut add = |name: &str, bytes: &[u8], align: u64| {
+        let offset = object.append_section_data(section, bytes, align);
+        let place = Place { section, offset, size: bytes.len() as u64, kind: SymbolKind::Data };
+        place.export(object, name);
+    };
+    let words = |words: &mut dyn Iterator<Item = u32>| -> Vec<u8> {
+        words.flat_map(u32::to_le_bytes).collect()
+    };
+    let mut number = |name: &str, value: u32| add(name, &value.to_le_bytes(), 4);
+    number("plcc_abi_version", ABI_VERSION);
+    number("plcc_image_size", program.image_size);
+    number("plcc_label_count", code.labels.len() as u32);
+    number("plcc_task_count", program.tasks.len() as u32);
+    add("plcc_labels", &words(&mut code.labels.iter().copied()), 4);
+    add("plcc_tasks", &words(&mut program.tasks.iter().map(|task| task.entry)), 4);
+    let text = layout(program).replace('\0', "?") + "\0";
+    add("plcc_layout", text.as_bytes(), 1);
+}
+
+fn add_debug(
+    object: &mut Object<'_>,
+    debug: &[(SectionId, dwarf::Section)],
+    functions: &[SymbolId],
+) -> object::write::Result<()> {
+    let mut ids = HashMap::new();
+    for (id, section) in debug {
+        let kind = match id.is_string() {
+            true => SectionKind::DebugString,
+            false => SectionKind::Debug,
+        };
+        let added = object.add_section(vec![], id.name().as_bytes().to_vec(), kind);
+        object.append_section_data(added, section.bytes.slice(), 1);
+        ids.insert(*id, (added, object.section_symbol(added)));
+    }
+    for (id, section) in debug {
+        let Some(&(own, _)) = ids.get(id) else { continue };
+        for relocation in &section.relocations {
+            let symbol = match dwarf::target(relocation) {
+                Ok(section) => ids.get(&section).map(|&(_, symbol)| symbol),
+                Err(function) => functions.get(function).copied(),
+            };
+            let Some(symbol) = symbol else { continue };
+            let flags = RelocationFlags::Generic {
+                kind: RelocationKind::Absolute,
+                encoding: RelocationEncoding::Generic,
+                size: relocation.size * 8,
+            };
+            let (offset, addend) = (relocation.offset as u64, relocation.addend);
+            object.add_relocation(own, Relocation { offset, symbol, addend, flags })?;
+        }
+    }
+    Ok(())
+}
