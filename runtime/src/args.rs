@@ -59,7 +59,7 @@ pub struct RunArgs {
     pub stimulus: Option<PathBuf>,
 
     /// Begins the stimulus again after its last tick
-    #[arg(long, requires = "stimulus")]
+    #[arg(long)]
     pub repeat: bool,
 
     /// Variables for the trace and the dump: LS27,A[3],@FRO or I002,F020 or P1,&2Q5,X:$0700

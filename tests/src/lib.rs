@@ -1,5 +1,6 @@
 //! End-to-end tests.
 
+pub mod compile;
 pub mod gen_pmac;
 pub mod gen_pmi;
 pub mod rng;

@@ -1,0 +1,224 @@
+//! Every case of `tests/conformance/` and every scenario of `examples/`, in every engine: what
+//! they write is what is expected, byte for byte, and the same in all.
+//!
+//! A case is a folder with `args` (the options of `plcc run`, no paths), the program as
+//! `program.*` or its path in a file `program`, and of `stimulus.csv`, `machine.toml`,
+//! `expected.csv` (trace), `expected.jsonl` (events) and `expected.json` (dump) those that it
+//! needs. A scenario of `examples/DIALECT/NAME.*` is a folder `examples/DIALECT/NAME/SCENARIO`.
+//!
+//! `BLESS=1` writes the expected files that are there anew, if all engines agree.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use plcc_abi::Dialect;
+use plcc_frontend::common::{Controller, Limits, Machine, Options};
+use plcc_runtime::args::RunArgs;
+use plcc_runtime::run::{Player, Run, Stimulus, Watch, dump};
+use plcc_runtime::session::executive;
+use plcc_tests::compile::{Compiled, Way, compile};
+
+/// What may stand in `args`.
+#[derive(Parser)]
+struct Args {
+    #[command(flatten)]
+    run: RunArgs,
+    #[arg(long, default_value = "pmac", value_parser = ["pmac", "turbo"])]
+    controller: String,
+    #[arg(long, default_value = "original", value_parser = ["original", "none"])]
+    limits: String,
+    #[arg(long)]
+    define: Vec<String>,
+}
+
+/// What a run writes, by the names of the files with what is expected.
+type Written = [(&'static str, String); 3];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
+}
+
+fn folders(path: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(path).into_iter().flatten().map(|entry| entry.unwrap().path());
+    let mut folders: Vec<PathBuf> = entries.filter(|path| path.is_dir()).collect();
+    folders.sort();
+    folders
+}
+
+/// The file `STEM.*` of a folder that is the dialect's.
+fn source(folder: &Path, stem: &str) -> Option<PathBuf> {
+    let endings = ["pmi", "nct", "plc", "pmc", "pmac"];
+    let mut files = endings.iter().map(|ending| folder.join(format!("{stem}.{ending}")));
+    files.find(|file| file.is_file())
+}
+
+/// All cases and scenarios of a dialect, with their programs.
+fn cases(dialect: Dialect) -> Vec<(PathBuf, PathBuf)> {
+    let root = root();
+    let mut cases = vec![];
+    for case in folders(&root.join("tests/conformance").join(dialect.name())) {
+        let named = fs::read_to_string(case.join("program")).ok();
+        let program = named.map(|path| root.join(path.trim())).or_else(|| source(&case, "program"));
+        cases.push((case.clone(), program.unwrap_or_else(|| panic!("{case:?} has no program"))));
+    }
+    let examples = root.join("examples").join(dialect.name());
+    for example in folders(&examples) {
+        let name = example.file_name().unwrap().to_string_lossy().into_owned();
+        let Some(program) = source(&examples, &name) else { continue };
+        let scenarios = folders(&example).into_iter().filter(|case| case.join("args").is_file());
+        cases.extend(scenarios.map(|scenario| (scenario, program.clone())));
+    }
+    cases
+}
+
+fn run(compiled: &Compiled, way: Way, dialect: Dialect, args: &Args, case: &Path) -> Written {
+    let (program, mut engine) = compiled.engine(way).unwrap_or_else(|e| panic!("{way:?}: {e}"));
+    let mut executive = executive(&program, &args.run.control, false, None).unwrap();
+    let executive = executive.as_mut();
+    let table = fs::read(case.join("stimulus.csv")).unwrap_or_else(|_| b"tick,name,value\n".into());
+    let stimulus = Stimulus::parse(&table, executive).unwrap_or_else(|e| panic!("{case:?}: {e:?}"));
+    let watch = Watch::parse(&args.run.watch, executive);
+    let watch = watch.unwrap_or_else(|e| panic!("{case:?}: {e:?}"));
+    let (mut trace, mut events, mut state) = (vec![], vec![], vec![]);
+    let end = Run {
+        executive,
+        engine: &mut engine,
+        player: Player::new(stimulus, args.run.repeat),
+        watch: watch.clone(),
+        trace: Some(&mut trace),
+        events: Some(&mut events),
+        ticks: args.run.ticks,
+        realtime: false,
+        interrupt: None,
+        progress: None,
+    }
+    .go();
+    assert!(end.failure.is_none(), "{:?}", end.failure);
+    dump(&mut state, dialect, executive, &watch, &end).unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    [
+        ("expected.csv", text(trace)),
+        ("expected.jsonl", text(events)),
+        ("expected.json", text(state)),
+    ]
+}
+
+/// The first lines that differ, in their context.
+fn difference(expected: &str, found: &str) -> String {
+    const CONTEXT: usize = 3;
+    const SHOWN: usize = 12;
+    let (old, new): (Vec<&str>, Vec<&str>) = (expected.lines().collect(), found.lines().collect());
+    let same = old.iter().zip(&new).take_while(|(a, b)| a == b).count();
+    let cut = |line: &str| line.chars().take(300).collect::<String>();
+    let mut text = String::new();
+    for (number, line) in old.iter().enumerate().take(same).skip(same.saturating_sub(CONTEXT)) {
+        writeln!(text, "  {:5}   {}", number + 1, cut(line)).unwrap();
+    }
+    for (mark, lines) in [('-', &old), ('+', &new)] {
+        for (number, line) in lines.iter().enumerate().skip(same).take(SHOWN) {
+            writeln!(text, "  {:5} {mark} {}", number + 1, cut(line)).unwrap();
+        }
+        if lines.len() > same + SHOWN {
+            writeln!(text, "        {mark} … {} more", lines.len() - same - SHOWN).unwrap();
+        }
+    }
+    text
+}
+
+/// What is wrong with a case; nothing where all is well.
+fn check(dialect: Dialect, case: &Path, program: &Path) -> Result<(), String> {
+    let words = fs::read_to_string(case.join("args")).map_err(|e| format!("args: {e}"))?;
+    let args = Args::try_parse_from(std::iter::once("run").chain(words.split_whitespace()))
+        .map_err(|error| error.to_string())?;
+    let machine = match fs::read_to_string(case.join("machine.toml")) {
+        Ok(text) => Machine::parse(&text).map_err(|error| error.to_string())?,
+        Err(_) => Machine::default(),
+    };
+    let define = |text: &String| text.split_once('=').map(|(n, v)| (n.to_owned(), v.to_owned()));
+    let options = Options {
+        limits: if args.limits == "none" { Limits::None } else { Limits::Original },
+        controller: if args.controller == "turbo" { Controller::Turbo } else { Controller::Pmac },
+        defines: args.define.iter().filter_map(define).collect(),
+        machine,
+        ..Options::default()
+    };
+    let compiled = compile(program, dialect, &options)?;
+    let [oracle, others @ ..] = Way::ALL;
+    let first = run(&compiled, oracle, dialect, &args, case);
+    for way in others {
+        for ((file, expected), (_, found)) in
+            first.iter().zip(run(&compiled, way, dialect, &args, case))
+        {
+            if *expected != found {
+                let what = file.replace("expected", &format!("{way:?} against {oracle:?}"));
+                return Err(format!("{what}\n{}", difference(expected, &found)));
+            }
+        }
+    }
+    let bless = std::env::var_os("BLESS").is_some_and(|value| value == "1");
+    let mut expects = false;
+    for (file, found) in &first {
+        let path = case.join(file);
+        let Ok(expected) = fs::read_to_string(&path) else { continue };
+        expects = true;
+        if expected == *found {
+            continue;
+        }
+        if !bless {
+            return Err(format!("{file}\n{}", difference(&expected, found)));
+        }
+        fs::write(&path, found).map_err(|error| error.to_string())?;
+    }
+    if expects { Ok(()) } else { Err("nothing is expected of it".into()) }
+}
+
+fn conform(dialect: Dialect, at_least: usize) {
+    let cases = cases(dialect);
+    assert!(cases.len() >= at_least, "only {} cases are found", cases.len());
+    let mut failed = String::new();
+    for (case, program) in &cases {
+        if let Err(why) = check(dialect, case, program) {
+            let name = case.strip_prefix(root()).unwrap_or(case);
+            writeln!(failed, "{}: {why}", name.display()).unwrap();
+        }
+    }
+    assert!(failed.is_empty(), "\n{failed}");
+}
+
+#[test]
+fn pmi() {
+    conform(Dialect::Pmi, 0);
+}
+
+#[test]
+fn nct() {
+    conform(Dialect::Nct, 10);
+}
+
+#[test]
+fn pmac() {
+    conform(Dialect::Pmac, 20);
+}
+
+/// The lathe of PMI's manual under its operator, longer than any case and dumped.
+#[test]
+fn lathe() {
+    let folder = root().join("examples/pmi");
+    let compiled = compile(&folder.join("lathe.pmi"), Dialect::Pmi, &Options::default()).unwrap();
+    let words = ["run", "--ticks", "3000", "--repeat", "--watch", "@CL115,@MODRQ,@SPDAC"];
+    let args = Args::parse_from(words);
+    let case = std::env::temp_dir().join(format!("plcc-lathe-{}", std::process::id()));
+    fs::create_dir_all(&case).unwrap();
+    fs::copy(folder.join("lathe.csv"), case.join("stimulus.csv")).unwrap();
+    let all = Way::ALL.map(|way| run(&compiled, way, Dialect::Pmi, &args, &case));
+    fs::remove_dir_all(&case).unwrap();
+    let [first, others @ ..] = all;
+    for other in others {
+        assert_eq!(first, other);
+    }
+    let [(_, trace), ..] = first;
+    assert!(trace.lines().count() > 20, "{trace}");
+}
