@@ -206,7 +206,7 @@ mod tests {
         b.ret();
         let mut engine = Interpreter::new(b.finish());
         let mut image = [0; 8];
-        let mut call = |engine: &mut Interpreter, image: &mut [u8]| {
+        let call = |engine: &mut Interpreter, image: &mut [u8]| {
             engine.call(0, &mut Scan { image, host: &mut NoHost })
         };
         assert_eq!(call(&mut engine, &mut image), Outcome::Suspended);
