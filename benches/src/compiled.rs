@@ -65,7 +65,8 @@ pub fn pmi(source: &str) -> Result<Compiled, String> {
     let lowered = program.lower();
     times.lower = start.elapsed();
     let start = Instant::now();
-    let module = lowered.module;
+    let mut module = lowered.module;
+    plcc_ir::passes::optimize(&mut module, OptLevel::Speed);
     times.optimize = start.elapsed();
     let start = Instant::now();
     let target = Target::host(OptLevel::Speed).map_err(|error| error.to_string())?;

@@ -15,4 +15,5 @@ mod target;
 
 pub use compile::{compile, compile_function};
 pub use error::CodegenError;
-pub use target::{OptLevel, Target};
+pub use plcc_ir::passes::OptLevel;
+pub use target::Target;

@@ -7,17 +7,7 @@ use cranelift_codegen::isa::{self, TargetIsa};
 use cranelift_codegen::settings::{self, Configurable, SetError};
 use target_lexicon::{Architecture, BinaryFormat, Triple};
 
-use crate::CodegenError;
-
-/// How hard to try.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum OptLevel {
-    /// Not at all.
-    None,
-    /// For fast scans.
-    #[default]
-    Speed,
-}
+use crate::{CodegenError, OptLevel};
 
 /// A machine to make code for.
 #[derive(Clone)]

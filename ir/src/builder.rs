@@ -4,8 +4,8 @@ use plcc_abi::{HostFn, TrapCode};
 
 use crate::func::ValueData;
 use crate::{
-    Address, Args, BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, Inst,
-    InstData, IntCond, Label, SourceLoc, Terminator, Type, UnaryOp, Value, ValueDef,
+    Address, Args, BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, InstData,
+    IntCond, Label, SourceLoc, Terminator, Type, UnaryOp, Value, ValueDef,
 };
 
 /// A function under construction and the block that instructions are appended to.
@@ -99,14 +99,9 @@ impl FuncBuilder {
         if self.is_terminated() {
             self.block = self.create_block();
         }
-        let inst = Inst(self.func.insts.len() as u32);
-        let ty = self.func.result_type(&data);
-        let result = ty.map(|ty| self.value(ty, ValueDef::Result(inst)));
-        self.func.insts.push(data);
-        self.func.locs.push(self.loc);
-        self.func.results.push(result);
+        let inst = self.func.append(data, self.loc);
         self.func.blocks[self.block.index()].insts.push(inst);
-        result
+        self.func.result(inst)
     }
 
     fn push_valued(&mut self, data: InstData) -> Value {

@@ -74,6 +74,20 @@ pub enum Terminator {
 }
 
 impl Terminator {
+    /// The block that it may go to by a number, from 0; `None` behind the last.
+    pub fn successor(&self, number: usize) -> Option<Block> {
+        match (self, number) {
+            (Self::Jump(call), 0) => Some(call.block),
+            (Self::Brif { then, .. }, 0) => Some(then.block),
+            (Self::Brif { otherwise, .. }, 1) => Some(otherwise.block),
+            (Self::Switch { arg: _, targets, default }, _) => match targets.get(number) {
+                Some(target) => Some(*target),
+                None => (number == targets.len()).then_some(*default),
+            },
+            _ => None,
+        }
+    }
+
     /// The blocks it may go to, with their arguments where they have some.
     pub fn for_each_block(&self, mut f: impl FnMut(Block, &[Value])) {
         match self {
@@ -244,6 +258,28 @@ impl FuncData {
             ValueDef::Result(inst) => self.insts.get(inst.index()),
             ValueDef::Param(..) => None,
         }
+    }
+
+    /// The number, or a double's bits, that a value is known to be.
+    pub fn constant(&self, value: Value) -> Option<i64> {
+        match self.def_inst(value)? {
+            InstData::Iconst { ty: _, value } => Some(*value),
+            InstData::Fconst { bits } => Some(*bits as i64),
+            _ => None,
+        }
+    }
+
+    /// A new instruction that stands in no block yet.
+    pub(crate) fn append(&mut self, data: InstData, loc: SourceLoc) -> Inst {
+        let inst = Inst(self.insts.len() as u32);
+        let result = self.result_type(&data).map(|ty| {
+            self.values.push(ValueData { ty, def: ValueDef::Result(inst) });
+            Value(self.values.len() as u32 - 1)
+        });
+        self.insts.push(data);
+        self.locs.push(loc);
+        self.results.push(result);
+        inst
     }
 
     /// The type of an instruction's result, from its operands' types.

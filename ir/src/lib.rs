@@ -25,7 +25,9 @@ pub mod func;
 pub mod inst;
 pub mod interp;
 pub mod module;
+pub mod passes;
 pub mod types;
+pub mod verify;
 
 pub use builder::FuncBuilder;
 pub use chunk::{ChunkBuilder, Place};

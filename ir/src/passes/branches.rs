@@ -1,0 +1,153 @@
+//! Decides branches whose way is known, leads jumps past empty blocks, joins blocks that follow
+//! one another, and empties those that nothing reaches any more.
+
+use super::graph::Graph;
+use super::substitution::Substitution;
+use crate::{Block, BlockCall, BlockData, FuncData, InstData, Terminator, UnaryOp, Value};
+
+/// Runs the pass.
+pub(super) fn run(func: &mut FuncData) {
+    for index in 0..func.blocks.len() {
+        decide(func, index);
+    }
+    thread(func);
+    let graph = Graph::new(func);
+    for (index, data) in func.blocks.iter_mut().enumerate() {
+        if !graph.is_reachable(Block(index as u32)) {
+            *data = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
+        }
+    }
+    join(func, &graph);
+}
+
+/// Makes a jump of a branch that goes one way.
+fn decide(func: &mut FuncData, index: usize) {
+    let Some(mut terminator) = func.blocks[index].terminator.take() else { return };
+    terminator = match terminator {
+        Terminator::Brif { cond, then, otherwise } => decide_brif(func, cond, then, otherwise),
+        Terminator::Switch { arg, targets, default } => {
+            let known = func
+                .constant(arg)
+                .map(|number| targets.get(number as u32 as usize).copied().unwrap_or(default));
+            if let Some(block) = known {
+                Terminator::Jump(BlockCall::plain(block))
+            } else if targets.iter().all(|&target| target == default) {
+                Terminator::Jump(BlockCall::plain(default))
+            } else {
+                Terminator::Switch { arg, targets, default }
+            }
+        }
+        other => other,
+    };
+    func.blocks[index].terminator = Some(terminator);
+}
+
+fn decide_brif(
+    func: &FuncData,
+    mut cond: Value,
+    mut then: BlockCall,
+    mut otherwise: BlockCall,
+) -> Terminator {
+    while let Some(&InstData::Unary { op: UnaryOp::Not, arg }) = func.def_inst(cond) {
+        cond = arg;
+        std::mem::swap(&mut then, &mut otherwise);
+    }
+    match func.constant(cond) {
+        Some(0) => Terminator::Jump(otherwise),
+        Some(_) => Terminator::Jump(then),
+        None if then == otherwise => Terminator::Jump(then),
+        None => Terminator::Brif { cond, then, otherwise },
+    }
+}
+
+/// Leads every branch to an empty block that only jumps on straight to where that goes.
+fn thread(func: &mut FuncData) {
+    let count = func.blocks.len();
+    let mut ends: Vec<Option<Block>> = vec![None; count];
+    let mut path = vec![];
+    for start in 0..count {
+        let mut at = Block(start as u32);
+        // Jumps in a circle lead back to a block of the path, which then is where it ends.
+        let end = loop {
+            if let Some(end) = ends[at.index()] {
+                break end;
+            }
+            match next(func, at) {
+                Some(next) => {
+                    ends[at.index()] = Some(at);
+                    path.push(at);
+                    at = next;
+                }
+                None => break at,
+            }
+        };
+        for block in path.drain(..) {
+            ends[block.index()] = Some(end);
+        }
+    }
+    for block in &mut func.blocks {
+        if let Some(terminator) = &mut block.terminator {
+            terminator.for_each_block_mut(|block| {
+                if let Some(end) = ends[block.index()] {
+                    *block = end;
+                }
+            });
+        }
+    }
+}
+
+/// Where a block without instructions and parameters jumps.
+fn next(func: &FuncData, block: Block) -> Option<Block> {
+    match &func.blocks[block.index()] {
+        BlockData { params, insts, terminator: Some(Terminator::Jump(call)) }
+            if params.is_empty() && insts.is_empty() && call.args.is_empty() =>
+        {
+            Some(call.block)
+        }
+        _ => None,
+    }
+}
+
+/// Appends to a block the one that it alone jumps to.
+fn join(func: &mut FuncData, graph: &Graph) {
+    let mut values = Substitution::new(func);
+    let mut replaced = false;
+    let mut gone = vec![false; func.blocks.len()];
+    for &block in &graph.order {
+        if gone[block.index()] {
+            continue;
+        }
+        let mut data = std::mem::take(&mut func.blocks[block.index()]);
+        while let Some(Terminator::Jump(call)) = &data.terminator {
+            let next = call.block;
+            // A block has one edge, or is its own beginning.
+            if graph.before[next.index()].is_none() || next == block || gone[next.index()] {
+                break;
+            }
+            let follower = std::mem::take(&mut func.blocks[next.index()]);
+            for (&param, &arg) in follower.params.iter().zip(&call.args) {
+                values.replace(param, arg);
+                replaced = true;
+            }
+            gone[next.index()] = true;
+            data.insts.extend(follower.insts);
+            data.terminator = follower.terminator;
+        }
+        func.blocks[block.index()] = data;
+    }
+    for (data, gone) in func.blocks.iter_mut().zip(&gone) {
+        if *gone {
+            data.terminator = Some(Terminator::Return);
+        }
+    }
+    if replaced {
+        for data in &mut func.blocks {
+            for &inst in &data.insts {
+                values.inst(&mut func.insts[inst.index()]);
+            }
+            if let Some(terminator) = &mut data.terminator {
+                values.terminator(terminator);
+            }
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! Computes what is known and simplifies the rest: constants, identities, conversions that lead
+//! back, chains of truth values. Each operation's meaning is that of [`eval`](crate::eval);
+//! doubles are folded where the result is a number, and have no identities, since those would
+//! lose the sign of 0.
+
+use super::graph::Graph;
+use super::known::Known;
+use super::substitution::Substitution;
+use crate::{
+    BinaryOp, ConvertOp, FuncData, InstData, IntCond, SourceLoc, Type, UnaryOp, Value, eval,
+};
+
+/// An instruction is simplified so often in a row.
+const ROUNDS: usize = 8;
+
+/// What an instruction comes down to.
+pub(super) enum Simpler {
+    /// To a value that is there already.
+    Same(Value),
+    /// To a number, or a double's bits.
+    Const(i64),
+    /// To another instruction.
+    Inst(InstData),
+}
+
+impl Simpler {
+    pub(super) fn unary(op: UnaryOp, arg: Value) -> Self {
+        Self::Inst(InstData::Unary { op, arg })
+    }
+
+    pub(super) fn not(arg: Value) -> Self {
+        Self::unary(UnaryOp::Not, arg)
+    }
+
+    pub(super) fn binary(op: BinaryOp, a: Value, b: Value) -> Self {
+        Self::Inst(InstData::Binary { op, args: [a, b] })
+    }
+
+    pub(super) fn icmp(cond: IntCond, a: Value, b: Value) -> Self {
+        Self::Inst(InstData::Icmp { cond, args: [a, b] })
+    }
+
+    pub(super) fn convert(op: ConvertOp, to: Type, arg: Value) -> Self {
+        Self::Inst(InstData::Convert { op, to, arg })
+    }
+
+    pub(super) fn truth(truth: bool) -> Self {
+        Self::Const(i64::from(truth))
+    }
+}
+
+/// A function being simplified.
+pub(super) struct Fold<'a> {
+    pub(super) func: &'a mut FuncData,
+    pub(super) known: Known,
+    /// How often each value was used at the beginning.
+    uses: Vec<u32>,
+    /// The block's instructions so far.
+    out: Vec<crate::Inst>,
+    loc: SourceLoc,
+}
+
+/// Runs the pass.
+pub(super) fn run(func: &mut FuncData) {
+    let graph = Graph::new(func);
+    let mut values = Substitution::new(func);
+    let known = Known::new(func);
+    let uses = uses(func);
+    let mut fold = Fold { func, known, uses, out: vec![], loc: SourceLoc::NONE };
+    for &block in &graph.order {
+        let insts = std::mem::take(&mut fold.func.blocks[block.index()].insts);
+        fold.out.reserve(insts.len());
+        for inst in insts {
+            fold.loc = fold.func.loc(inst);
+            let mut data = *fold.func.inst(inst);
+            values.inst(&mut data);
+            let Some(result) = fold.func.result(inst) else {
+                fold.fix_index(&mut data);
+                fold.func.insts[inst.index()] = data;
+                fold.out.push(inst);
+                continue;
+            };
+            let ty = fold.func.ty(result);
+            let mut same = None;
+            for _ in 0..ROUNDS {
+                match fold.simplify(&data, ty) {
+                    None => break,
+                    Some(Simpler::Inst(next)) => data = next,
+                    Some(Simpler::Const(value)) => {
+                        data = constant(ty, value);
+                        break;
+                    }
+                    Some(Simpler::Same(value)) => {
+                        same = Some(value);
+                        break;
+                    }
+                }
+            }
+            if let Some(value) = same {
+                values.replace(result, value);
+                continue;
+            }
+            fold.known.note(fold.func, result, &data);
+            fold.func.insts[inst.index()] = data;
+            fold.out.push(inst);
+        }
+        let data = &mut fold.func.blocks[block.index()];
+        data.insts = std::mem::take(&mut fold.out);
+        if let Some(terminator) = &mut data.terminator {
+            values.terminator(terminator);
+        }
+    }
+}
+
+/// How often each value is used.
+fn uses(func: &FuncData) -> Vec<u32> {
+    let mut uses = vec![0; func.value_count()];
+    for block in &func.blocks {
+        for &inst in &block.insts {
+            func.inst(inst).for_each_arg(|value| uses[value.index()] += 1);
+        }
+        if let Some(terminator) = &block.terminator {
+            terminator.for_each_arg(|value| uses[value.index()] += 1);
+        }
+    }
+    uses
+}
+
+fn constant(ty: Type, value: i64) -> InstData {
+    match ty {
+        Type::F64 => InstData::Fconst { bits: value as u64 },
+        ty => InstData::Iconst { ty, value: ty.wrap(value) },
+    }
+}
+
+impl Fold<'_> {
+    fn simplify(&mut self, data: &InstData, ty: Type) -> Option<Simpler> {
+        match *data {
+            InstData::Iconst { .. } | InstData::Fconst { .. } => None,
+            InstData::Unary { op, arg } => self.unary(op, ty, arg),
+            InstData::Binary { op, args } => self.binary(op, ty, args),
+            InstData::Icmp { cond, args } => self.icmp(cond, args),
+            InstData::Fcmp { cond, args: [a, b] } => {
+                let (a, b) = (self.func.constant(a)?, self.func.constant(b)?);
+                Some(Simpler::truth(eval::fcmp(cond, a, b)))
+            }
+            InstData::Select { cond, args } => self.select(cond, ty, args),
+            InstData::Convert { op, to, arg } => self.convert(op, to, arg),
+            InstData::Load { .. } => {
+                let mut fixed = *data;
+                self.fix_index(&mut fixed).then_some(Simpler::Inst(fixed))
+            }
+            InstData::Store { .. } | InstData::HostCall { .. } => None,
+        }
+    }
+
+    /// Makes a fixed address of one with a known index; says whether it did.
+    fn fix_index(&self, data: &mut InstData) -> bool {
+        let (InstData::Load { ty: _, at } | InstData::Store { at, value: _ }) = data else {
+            return false;
+        };
+        let Some(index) = at.index else { return false };
+        let Some(number) = self.func.constant(index.value) else { return false };
+        let number = number as u32;
+        if number < index.count {
+            at.offset = at.offset.wrapping_add(number.wrapping_mul(index.scale));
+        }
+        at.index = None;
+        true
+    }
+
+    /// A new instruction before the one at hand.
+    pub(super) fn insert(&mut self, data: InstData) -> Option<Value> {
+        let inst = self.func.append(data, self.loc);
+        self.out.push(inst);
+        let value = self.func.result(inst)?;
+        self.known.note(self.func, value, &data);
+        Some(value)
+    }
+
+    /// A constant before the instruction at hand.
+    pub(super) fn insert_const(&mut self, ty: Type, value: i64) -> Option<Value> {
+        self.insert(constant(ty, value))
+    }
+
+    /// Whether a value is used once at most, so that it goes when its use does.
+    pub(super) fn is_single(&self, value: Value) -> bool {
+        self.uses.get(value.index()).is_none_or(|&uses| uses < 2)
+    }
+
+    /// What a value is the opposite of.
+    pub(super) fn not_of(&self, value: Value) -> Option<Value> {
+        match self.func.def_inst(value) {
+            Some(&InstData::Unary { op: UnaryOp::Not, arg }) => Some(arg),
+            _ => None,
+        }
+    }
+
+    /// The operands of the operation that makes a value.
+    pub(super) fn operands(&self, value: Value, wanted: BinaryOp) -> Option<[Value; 2]> {
+        match self.func.def_inst(value) {
+            Some(&InstData::Binary { op, args }) if op == wanted => Some(args),
+            _ => None,
+        }
+    }
+
+    fn unary(&mut self, op: UnaryOp, ty: Type, arg: Value) -> Option<Simpler> {
+        if let Some(x) = self.func.constant(arg) {
+            let result = eval::unary(op, ty, x);
+            return eval::is_foldable(ty, result).then_some(Simpler::Const(result));
+        }
+        let inner = *self.func.def_inst(arg)?;
+        match (op, inner) {
+            (UnaryOp::Not | UnaryOp::Neg | UnaryOp::Fneg, InstData::Unary { op: same, arg })
+                if op == same =>
+            {
+                Some(Simpler::Same(arg))
+            }
+            (UnaryOp::Fabs, InstData::Unary { op: UnaryOp::Fabs, arg: _ }) => {
+                Some(Simpler::Same(arg))
+            }
+            (UnaryOp::Fabs, InstData::Unary { op: UnaryOp::Fneg, arg }) => {
+                Some(Simpler::unary(op, arg))
+            }
+            (UnaryOp::Not, InstData::Icmp { cond, args: [a, b] }) => {
+                Some(Simpler::icmp(cond.inverted(), a, b))
+            }
+            _ => None,
+        }
+    }
+
+    fn select(&mut self, cond: Value, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
+        if let Some(cond) = self.func.constant(cond) {
+            return Some(Simpler::Same(if cond != 0 { a } else { b }));
+        }
+        let known = (self.func.constant(a), self.func.constant(b));
+        if a == b || known.0.is_some() && known.0 == known.1 {
+            return Some(Simpler::Same(a));
+        }
+        let chosen = |cond, a, b| Some(Simpler::Inst(InstData::Select { cond, args: [a, b] }));
+        if let Some(opposite) = self.not_of(cond) {
+            return chosen(opposite, b, a);
+        }
+        if let Some(&InstData::Select { cond: inner, args: [first, _] }) = self.func.def_inst(a)
+            && inner == cond
+        {
+            return chosen(cond, first, b);
+        }
+        if let Some(&InstData::Select { cond: inner, args: [_, second] }) = self.func.def_inst(b)
+            && inner == cond
+        {
+            return chosen(cond, a, second);
+        }
+        if ty == Type::I1 {
+            return self.select_truth(cond, [a, b], known);
+        }
+        if !ty.is_int() {
+            return None;
+        }
+        match known {
+            (Some(1), Some(0)) => Some(Simpler::convert(ConvertOp::Zext, ty, cond)),
+            (Some(-1), Some(0)) => Some(Simpler::convert(ConvertOp::Sext, ty, cond)),
+            _ => None,
+        }
+    }
+
+    /// A choice between truth values is a gate.
+    fn select_truth(
+        &mut self,
+        cond: Value,
+        [a, b]: [Value; 2],
+        known: (Option<i64>, Option<i64>),
+    ) -> Option<Simpler> {
+        match known {
+            (Some(0), Some(_)) => Some(Simpler::not(cond)),
+            (Some(_), Some(_)) => Some(Simpler::Same(cond)),
+            (Some(0), None) => {
+                let fails = self.insert(InstData::Unary { op: UnaryOp::Not, arg: cond })?;
+                Some(Simpler::binary(BinaryOp::And, fails, b))
+            }
+            (Some(_), None) => Some(Simpler::binary(BinaryOp::Or, cond, b)),
+            (None, Some(0)) => Some(Simpler::binary(BinaryOp::And, cond, a)),
+            (None, Some(_)) => {
+                let fails = self.insert(InstData::Unary { op: UnaryOp::Not, arg: cond })?;
+                Some(Simpler::binary(BinaryOp::Or, fails, a))
+            }
+            (None, None) if a == cond => Some(Simpler::binary(BinaryOp::Or, cond, b)),
+            (None, None) if b == cond => Some(Simpler::binary(BinaryOp::And, cond, a)),
+            (None, None) => None,
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! Simplifies comparisons of integers.
+
+use super::fold::{Fold, Simpler};
+use super::known::mask;
+use crate::{BinaryOp, ConvertOp, InstData, IntCond, Type, Value, eval};
+
+impl Fold<'_> {
+    pub(super) fn icmp(&mut self, cond: IntCond, [a, b]: [Value; 2]) -> Option<Simpler> {
+        let ty = self.func.ty(a);
+        match (self.func.constant(a), self.func.constant(b)) {
+            (Some(x), Some(y)) => Some(Simpler::truth(eval::icmp(cond, ty, x, y))),
+            (Some(_), None) => Some(Simpler::icmp(cond.swapped(), b, a)),
+            (None, Some(c)) => self.compare_const(cond, ty, a, c),
+            (None, None) if a == b => Some(Simpler::truth(matches!(
+                cond,
+                IntCond::Eq | IntCond::Sle | IntCond::Sge | IntCond::Ule | IntCond::Uge
+            ))),
+            (None, None) if ty == Type::I1 => match cond {
+                IntCond::Ne => Some(Simpler::binary(BinaryOp::Xor, a, b)),
+                _ => None,
+            },
+            (None, None) => self.compare_narrow(cond, a, b),
+        }
+    }
+
+    fn compare_const(&mut self, cond: IntCond, ty: Type, a: Value, c: i64) -> Option<Simpler> {
+        if ty == Type::I1 {
+            let same = (cond == IntCond::Eq) == (c != 0);
+            return Some(if same { Simpler::Same(a) } else { Simpler::not(a) });
+        }
+        let ones = self.known.ones(a);
+        if let Some(truth) = by_range(cond, ones, c, ty) {
+            return Some(Simpler::truth(truth));
+        }
+        let equality = matches!(cond, IntCond::Eq | IntCond::Ne);
+        if ones == 1 && equality {
+            let bit =
+                self.insert(InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: a })?;
+            return Some(if (cond == IntCond::Eq) == (c != 0) {
+                Simpler::Same(bit)
+            } else {
+                Simpler::not(bit)
+            });
+        }
+        match *self.func.def_inst(a)? {
+            InstData::Convert { op: op @ (ConvertOp::Zext | ConvertOp::Sext), to: _, arg } => {
+                self.compare_extended(cond, op, ty, arg, c)
+            }
+            InstData::Binary { op: BinaryOp::Xor | BinaryOp::Sub, args: [x, y] }
+                if equality && c == 0 =>
+            {
+                Some(Simpler::icmp(cond, x, y))
+            }
+            _ => None,
+        }
+    }
+
+    /// A widened value with a constant: compared before it is widened.
+    fn compare_extended(
+        &mut self,
+        cond: IntCond,
+        op: ConvertOp,
+        ty: Type,
+        arg: Value,
+        c: i64,
+    ) -> Option<Simpler> {
+        let from = self.func.ty(arg);
+        if from == Type::I1 {
+            let high = eval::convert(op, Type::I1, ty, 1);
+            return Some(match (eval::icmp(cond, ty, 0, c), eval::icmp(cond, ty, high, c)) {
+                (false, true) => Simpler::Same(arg),
+                (true, false) => Simpler::not(arg),
+                (truth, _) => Simpler::truth(truth),
+            });
+        }
+        let narrow = from.wrap(c);
+        let fits = eval::convert(op, from, ty, narrow) == c;
+        let cond = narrowed(cond, op).filter(|_| fits)?;
+        let narrow = self.insert_const(from, narrow)?;
+        Some(Simpler::icmp(cond, arg, narrow))
+    }
+
+    /// Two values widened alike: compared before that.
+    fn compare_narrow(&mut self, cond: IntCond, a: Value, b: Value) -> Option<Simpler> {
+        let (Some(&InstData::Convert { op, to: _, arg: x }), Some(second)) =
+            (self.func.def_inst(a), self.func.def_inst(b))
+        else {
+            return None;
+        };
+        let &InstData::Convert { op: other, to: _, arg: y } = second else { return None };
+        let from = self.func.ty(x);
+        if op != other || from != self.func.ty(y) {
+            return None;
+        }
+        let cond = narrowed(cond, op)?;
+        if from == Type::I1 && !matches!(cond, IntCond::Eq | IntCond::Ne) {
+            return None;
+        }
+        Some(Simpler::icmp(cond, x, y))
+    }
+}
+
+/// How values compare before they are widened.
+fn narrowed(cond: IntCond, op: ConvertOp) -> Option<IntCond> {
+    match (op, cond) {
+        (ConvertOp::Zext | ConvertOp::Sext, IntCond::Eq | IntCond::Ne) => Some(cond),
+        (ConvertOp::Zext, IntCond::Slt | IntCond::Ult) => Some(IntCond::Ult),
+        (ConvertOp::Zext, IntCond::Sle | IntCond::Ule) => Some(IntCond::Ule),
+        (ConvertOp::Zext, IntCond::Sgt | IntCond::Ugt) => Some(IntCond::Ugt),
+        (ConvertOp::Zext, IntCond::Sge | IntCond::Uge) => Some(IntCond::Uge),
+        (ConvertOp::Sext, IntCond::Slt | IntCond::Sle | IntCond::Sgt | IntCond::Sge) => Some(cond),
+        _ => None,
+    }
+}
+
+/// What a comparison with a constant gives whatever the bits that may be 1 are.
+fn by_range(cond: IntCond, ones: u64, c: i64, ty: Type) -> Option<bool> {
+    let all = mask(ty);
+    let bound = c as u64 & all;
+    let sign = 1u64 << (ty.bits() - 1);
+    match cond {
+        IntCond::Eq if bound & !ones != 0 => Some(false),
+        IntCond::Ne if bound & !ones != 0 => Some(true),
+        IntCond::Ult if bound == 0 => Some(false),
+        IntCond::Uge if bound == 0 => Some(true),
+        IntCond::Ult if ones < bound => Some(true),
+        IntCond::Uge if ones < bound => Some(false),
+        IntCond::Ule if ones <= bound => Some(true),
+        IntCond::Ugt if ones <= bound => Some(false),
+        // Not negative: it compares as an unsigned number does.
+        IntCond::Slt if ones & sign == 0 && (c <= 0 || ones < bound) => Some(c > 0),
+        IntCond::Sge if ones & sign == 0 && (c <= 0 || ones < bound) => Some(c <= 0),
+        IntCond::Sle if ones & sign == 0 && (c < 0 || ones <= bound) => Some(c >= 0),
+        IntCond::Sgt if ones & sign == 0 && (c < 0 || ones <= bound) => Some(c < 0),
+        _ => None,
+    }
+}

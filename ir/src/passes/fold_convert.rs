@@ -1,0 +1,138 @@
+//! Simplifies conversions.
+
+use super::fold::{Fold, Simpler};
+use super::known::mask;
+use crate::{BinaryOp, ConvertOp, InstData, Type, Value, eval};
+
+/// How far back the origin of a bit is looked for.
+const DEPTH: usize = 8;
+
+/// Where a bit comes from.
+enum Bit {
+    /// It is 0.
+    Zero,
+    /// It is this bit of a value.
+    Of(Value, u32),
+}
+
+impl Fold<'_> {
+    pub(super) fn convert(&mut self, op: ConvertOp, to: Type, arg: Value) -> Option<Simpler> {
+        let from = self.func.ty(arg);
+        if let Some(x) = self.func.constant(arg) {
+            let result = eval::convert(op, from, to, x);
+            return eval::is_foldable(to, result).then_some(Simpler::Const(result));
+        }
+        if op == ConvertOp::Trunc && to == Type::I1 {
+            return self.truncate_to_bit(arg);
+        }
+        if op == ConvertOp::Trunc
+            && let Some(&InstData::Binary { op: BinaryOp::And, args: [x, by] }) =
+                self.func.def_inst(arg)
+            && self.func.constant(by).is_some_and(|by| !by as u64 & mask(to) == 0)
+        {
+            return Some(Simpler::convert(op, to, x));
+        }
+        let &InstData::Convert { op: inner, to: _, arg: x } = self.func.def_inst(arg)? else {
+            return None;
+        };
+        let first = self.func.ty(x);
+        match (op, inner) {
+            (ConvertOp::Zext, ConvertOp::Zext) | (ConvertOp::Sext, ConvertOp::Sext) => {
+                Some(Simpler::convert(op, to, x))
+            }
+            (ConvertOp::Sext, ConvertOp::Zext) => Some(Simpler::convert(inner, to, x)),
+            (ConvertOp::Trunc, ConvertOp::Trunc) => Some(Simpler::convert(op, to, x)),
+            (ConvertOp::Trunc, ConvertOp::Zext | ConvertOp::Sext) => {
+                Some(match to.bits().cmp(&first.bits()) {
+                    std::cmp::Ordering::Less => Simpler::convert(op, to, x),
+                    std::cmp::Ordering::Equal => Simpler::Same(x),
+                    std::cmp::Ordering::Greater => Simpler::convert(inner, to, x),
+                })
+            }
+            (ConvertOp::Bitcast, ConvertOp::Bitcast) => Some(Simpler::Same(x)),
+            (ConvertOp::FloatToInt, ConvertOp::IntToFloat) if first == Type::I32 => {
+                Some(match to {
+                    Type::I32 => Simpler::Same(x),
+                    _ => Simpler::convert(ConvertOp::Sext, to, x),
+                })
+            }
+            _ => None,
+        }
+    }
+
+    /// The lowest bit of a value, taken from where it was put in.
+    fn truncate_to_bit(&mut self, arg: Value) -> Option<Simpler> {
+        match self.origin(arg, 0) {
+            Bit::Zero => Some(Simpler::Const(0)),
+            Bit::Of(value, _) if value == arg => None,
+            Bit::Of(value, _) if self.func.ty(value) == Type::I1 => Some(Simpler::Same(value)),
+            Bit::Of(value, bit) => {
+                // A shift right by as much is no nearer to the origin.
+                if let Some([x, by]) = self.operands(arg, BinaryOp::Lshr)
+                    && x == value
+                    && self.func.constant(by) == Some(i64::from(bit))
+                {
+                    return None;
+                }
+                let ty = self.func.ty(value);
+                let by = self.insert_const(ty, i64::from(bit))?;
+                let args = [value, by];
+                let low = match bit {
+                    0 => value,
+                    _ => self.insert(InstData::Binary { op: BinaryOp::Lshr, args })?,
+                };
+                Some(Simpler::convert(ConvertOp::Trunc, Type::I1, low))
+            }
+        }
+    }
+
+    fn origin(&self, value: Value, bit: u32) -> Bit {
+        let (mut value, mut bit) = (value, bit);
+        for _ in 0..DEPTH {
+            if self.known.ones(value) >> bit & 1 == 0 {
+                return Bit::Zero;
+            }
+            if self.func.ty(value) == Type::I1 {
+                break;
+            }
+            let Some(data) = self.func.def_inst(value) else { break };
+            match *data {
+                InstData::Convert { op: ConvertOp::Zext | ConvertOp::Sext, to: _, arg } => {
+                    bit = bit.min(self.func.ty(arg).bits() - 1);
+                    value = arg;
+                }
+                InstData::Convert { op: ConvertOp::Trunc, to: _, arg } => value = arg,
+                InstData::Binary { op: op @ (BinaryOp::Shl | BinaryOp::Lshr), args: [x, by] } => {
+                    let Some(by) = self.func.constant(by).and_then(|by| u32::try_from(by).ok())
+                    else {
+                        break;
+                    };
+                    let moved = match op {
+                        BinaryOp::Shl => bit.checked_sub(by),
+                        _ => bit.checked_add(by),
+                    };
+                    let Some(moved) = moved.filter(|&b| b < self.func.ty(x).bits()) else { break };
+                    bit = moved;
+                    value = x;
+                }
+                InstData::Binary { op: BinaryOp::And, args: [x, by] } => {
+                    if self.func.constant(by).is_none() {
+                        break;
+                    }
+                    value = x;
+                }
+                InstData::Binary { op: BinaryOp::Or, args: [x, y] } => {
+                    if self.known.ones(y) >> bit & 1 == 0 {
+                        value = x;
+                    } else if self.known.ones(x) >> bit & 1 == 0 {
+                        value = y;
+                    } else {
+                        break;
+                    }
+                }
+                _ => break,
+            }
+        }
+        Bit::Of(value, bit)
+    }
+}

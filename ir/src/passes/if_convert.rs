@@ -1,0 +1,165 @@
+//! Turns short branches into choices.
+//!
+//! Where both ways of a branch meet again and what stands between is short and only computes,
+//! loads and stores, everything is done and the results are chosen: `if c {store x, v}` becomes
+//! `store x, select(c, v, load x)`. All operations are total, so doing them for nothing does no
+//! harm; a store that writes back what it found does none either. Volatile accesses, calls and
+//! whatever may take long stay behind their branch. Stores keep their order.
+
+use super::graph::Graph;
+use crate::{
+    BinaryOp, Block, BlockCall, BlockData, ConvertOp, FuncData, Inst, InstData, Terminator,
+    UnaryOp, Value,
+};
+
+/// What may be done for nothing, in rough cycles: about half of what a branch that is guessed
+/// wrongly costs.
+const LIMIT: u32 = 8;
+
+/// One way of a branch: a block of its own, or straight to where the ways meet.
+struct Arm {
+    block: Option<Block>,
+    to: BlockCall,
+}
+
+/// Runs the pass; says whether it changed anything.
+pub(super) fn run(func: &mut FuncData) -> bool {
+    let Graph { order, mut edges, before: _ } = Graph::new(func);
+    let mut changed = false;
+    // Inner branches first.
+    for &block in order.iter().rev() {
+        if edges[block.index()] > 0 {
+            changed |= convert(func, block, &mut edges);
+        }
+    }
+    changed
+}
+
+fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
+    let Some(Terminator::Brif { cond, then, otherwise }) = &func.block(block).terminator else {
+        return false;
+    };
+    let cond = *cond;
+    let long = |call: &BlockCall| arm(func, call, edges);
+    let short = |call: &BlockCall| Some(Arm { block: None, to: call.clone() });
+    let ways = [
+        (short(then), long(otherwise)),
+        (long(then), short(otherwise)),
+        (long(then), long(otherwise)),
+    ];
+    let meets = |(a, b): (Option<Arm>, Option<Arm>)| {
+        let (a, b) = (a?, b?);
+        let own = [a.block, b.block, Some(block)];
+        (a.to.block == b.to.block && !own.contains(&Some(a.to.block))).then_some((a, b))
+    };
+    let Some((then, otherwise)) = ways.into_iter().find_map(meets) else { return false };
+    let cost = |arm: &Arm| arm.block.map_or(Some(0), |block| cost(func, block));
+    let (Some(a), Some(b)) = (cost(&then), cost(&otherwise)) else { return false };
+    if a + b > LIMIT {
+        return false;
+    }
+    let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
+    for (arm, wanted) in [(&then, true), (&otherwise, false)] {
+        let Some(block) = arm.block else { continue };
+        let dropped = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
+        let data = std::mem::replace(&mut func.blocks[block.index()], dropped);
+        edges[block.index()] = 0;
+        for inst in data.insts {
+            choose_store(func, &mut insts, inst, cond, wanted);
+        }
+    }
+    let to = then.to.block;
+    let loc = insts.last().map_or(crate::SourceLoc::NONE, |&inst| func.loc(inst));
+    let mut args = vec![];
+    for (&a, &b) in then.to.args.iter().zip(&otherwise.to.args) {
+        let chosen = if a == b {
+            None
+        } else {
+            let inst = func.append(InstData::Select { cond, args: [a, b] }, loc);
+            insts.push(inst);
+            func.result(inst)
+        };
+        args.push(chosen.unwrap_or(a));
+    }
+    edges[to.index()] -= 1;
+    let data = &mut func.blocks[block.index()];
+    data.insts = insts;
+    data.terminator = Some(Terminator::Jump(BlockCall { block: to, args }));
+    // What follows belongs to the block now, so that a branch around all this can go too.
+    if edges[to.index()] == 1 && func.block(to).params.is_empty() {
+        let dropped = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
+        let next = std::mem::replace(&mut func.blocks[to.index()], dropped);
+        edges[to.index()] = 0;
+        let data = &mut func.blocks[block.index()];
+        data.insts.extend(next.insts);
+        data.terminator = next.terminator;
+    }
+    true
+}
+
+/// A way through a block that is reached from here only and jumps on.
+fn arm(func: &FuncData, call: &BlockCall, edges: &[u32]) -> Option<Arm> {
+    let data = func.block(call.block);
+    match &data.terminator {
+        Some(Terminator::Jump(to)) if edges[call.block.index()] == 1 && data.params.is_empty() => {
+            Some(Arm { block: Some(call.block), to: to.clone() })
+        }
+        _ => None,
+    }
+}
+
+/// What a block's instructions cost; `None` if they must not be done for nothing.
+fn cost(func: &FuncData, block: Block) -> Option<u32> {
+    let mut sum = 0;
+    for &inst in &func.block(block).insts {
+        sum += inst_cost(func.inst(inst))?;
+        if sum > LIMIT {
+            return None;
+        }
+    }
+    Some(sum)
+}
+
+fn inst_cost(data: &InstData) -> Option<u32> {
+    match *data {
+        InstData::Iconst { .. } | InstData::Fconst { .. } => Some(0),
+        InstData::Unary { op: UnaryOp::Fsqrt, arg: _ } => None,
+        InstData::Unary { op: UnaryOp::Not | UnaryOp::Neg, arg: _ } => Some(1),
+        InstData::Unary { .. } => Some(3),
+        InstData::Binary { op, args: _ } => match op {
+            BinaryOp::Sdiv | BinaryOp::Srem | BinaryOp::Udiv | BinaryOp::Urem | BinaryOp::Fdiv => {
+                None
+            }
+            BinaryOp::Mul => Some(2),
+            BinaryOp::Fadd | BinaryOp::Fsub | BinaryOp::Fmul => Some(3),
+            _ => Some(1),
+        },
+        InstData::Icmp { .. } | InstData::Fcmp { .. } | InstData::Select { .. } => Some(1),
+        InstData::Convert { op: ConvertOp::IntToFloat | ConvertOp::FloatToInt, .. } => Some(3),
+        InstData::Convert { .. } => Some(1),
+        InstData::Load { ty: _, at } if !at.volatile => {
+            Some(if at.index.is_some() { 3 } else { 1 })
+        }
+        InstData::Store { at, value: _ } if !at.volatile && at.index.is_none() => Some(3),
+        InstData::Load { .. } | InstData::Store { .. } | InstData::HostCall { .. } => None,
+    }
+}
+
+/// Appends an instruction of an arm; a store writes back what it finds where the other way is
+/// taken.
+fn choose_store(func: &mut FuncData, insts: &mut Vec<Inst>, inst: Inst, cond: Value, wanted: bool) {
+    if let InstData::Store { at, value } = *func.inst(inst) {
+        let loc = func.loc(inst);
+        let load = func.append(InstData::Load { ty: func.ty(value), at }, loc);
+        insts.push(load);
+        if let Some(old) = func.result(load) {
+            let args = if wanted { [value, old] } else { [old, value] };
+            let select = func.append(InstData::Select { cond, args }, loc);
+            insts.push(select);
+            if let Some(value) = func.result(select) {
+                func.insts[inst.index()] = InstData::Store { at, value };
+            }
+        }
+    }
+    insts.push(inst);
+}

@@ -1,0 +1,165 @@
+//! Makes programs faster: one pass a file, ordered here.
+//!
+//! What holds before a pass holds behind it: the [verifier](crate::verify) passes (debug builds
+//! look after each), and every task leaves the same image and outcome, whatever it began with.
+//! Volatile accesses are neither moved, merged nor dropped, and a store is there when a trap, a
+//! suspension, a call of the host or a volatile access comes. Each pass takes time in
+//! proportion to the function's length.
+
+mod branches;
+mod compact;
+mod cse;
+mod dce;
+mod dead_stores;
+mod fold;
+mod fold_binary;
+mod fold_compare;
+mod fold_convert;
+mod forward;
+mod graph;
+mod if_convert;
+mod known;
+mod places;
+mod substitution;
+
+pub(crate) use graph::Graph;
+use places::Places;
+
+use crate::{FuncData, Module, verify};
+
+/// How hard to try.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OptLevel {
+    /// Not at all.
+    None,
+    /// For fast scans.
+    #[default]
+    Speed,
+}
+
+/// A pass over one function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pass {
+    /// Branches that are decided, empty blocks, blocks in a row.
+    Branches,
+    /// Stores to loads.
+    Forward,
+    /// Constants, identities, conversions, truth values.
+    Fold,
+    /// Short branches into choices.
+    IfConvert,
+    /// The same thing once.
+    Cse,
+    /// Stores that are overwritten unseen.
+    DeadStores,
+    /// What nobody uses.
+    Dce,
+    /// New numbers.
+    Compact,
+}
+
+impl Pass {
+    /// Every pass.
+    pub const ALL: [Self; 8] = [
+        Self::Branches,
+        Self::Forward,
+        Self::Fold,
+        Self::IfConvert,
+        Self::Cse,
+        Self::DeadStores,
+        Self::Dce,
+        Self::Compact,
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Branches => "branches",
+            Self::Forward => "forward",
+            Self::Fold => "fold",
+            Self::IfConvert => "if-convert",
+            Self::Cse => "cse",
+            Self::DeadStores => "dead-stores",
+            Self::Dce => "dce",
+            Self::Compact => "compact",
+        }
+    }
+
+    /// Finds a pass by its name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|pass| pass.name() == name)
+    }
+
+    /// Runs over a function; says whether it may have changed something that others work on.
+    fn run(self, func: &mut FuncData, places: &mut Places) -> bool {
+        match self {
+            Self::Branches => branches::run(func),
+            Self::Forward => return forward::run(func, places),
+            Self::Fold => fold::run(func),
+            Self::IfConvert => return if_convert::run(func),
+            Self::Cse => cse::run(func),
+            Self::DeadStores => dead_stores::run(func, places),
+            Self::Dce => dce::run(func),
+            Self::Compact => compact::run(func),
+        }
+        true
+    }
+}
+
+/// Optimises a verified module.
+pub fn optimize(module: &mut Module, level: OptLevel) {
+    match level {
+        OptLevel::None => {}
+        OptLevel::Speed => each(module, |stage| {
+            stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold, Pass::Branches]);
+            if stage.pass(Pass::IfConvert) {
+                stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
+            }
+            stage.all(&[Pass::Cse, Pass::DeadStores, Pass::Dce, Pass::Compact]);
+        }),
+    }
+}
+
+/// Runs some passes in the order given over every function of a verified module.
+pub fn run(module: &mut Module, passes: &[Pass]) {
+    each(module, |stage| stage.all(passes));
+}
+
+/// A function on its way through the passes.
+struct Stage<'a> {
+    module: &'a Module,
+    func: FuncData,
+    places: &'a mut Places,
+}
+
+impl Stage<'_> {
+    fn all(&mut self, passes: &[Pass]) {
+        for &pass in passes {
+            self.pass(pass);
+        }
+    }
+
+    /// Whether the pass changed something that others work on.
+    fn pass(&mut self, pass: Pass) -> bool {
+        let changed = pass.run(&mut self.func, self.places);
+        debug_assert_eq!(
+            verify::function(self.module, &self.func).first().map(ToString::to_string),
+            None,
+            "{} behind {}",
+            self.func.name(),
+            pass.name()
+        );
+        changed
+    }
+}
+
+/// Lets `order` run passes over each function.
+fn each(module: &mut Module, order: impl Fn(&mut Stage<'_>)) {
+    let mut places = Places::new(module);
+    for index in 0..module.funcs.len() {
+        let func = std::mem::take(&mut module.funcs[index]);
+        let mut stage = Stage { module, func, places: &mut places };
+        order(&mut stage);
+        module.funcs[index] = stage.func;
+    }
+}

@@ -1,0 +1,61 @@
+//! Whether a program has no loops.
+
+use crate::{Block, Func, Label, Module, Terminator};
+
+/// Whether every scan ends whatever the image holds: no block and no label can be come back to
+/// before the scan returns, is suspended or stopped. A goto by number can lead anywhere, so
+/// with one nothing is proven.
+pub fn ends_provably(module: &Module) -> bool {
+    let labels = module.label_targets();
+    let target = |label: Label| labels.get(label.index()).copied().flatten();
+    let mut first = vec![];
+    let mut count = 0;
+    for (_, func) in module.funcs() {
+        first.push(count);
+        count += func.block_count();
+    }
+    let number = |(func, block): (Func, Block)| {
+        first.get(func.index()).map(|&first| first + block.index()).filter(|&at| at < count)
+    };
+    let next = |(func, block): (Func, Block), which: usize| {
+        let data = module.funcs.get(func.index())?.blocks.get(block.index())?;
+        match data.terminator.as_ref()? {
+            Terminator::Goto(label) => target(*label).filter(|_| which == 0),
+            other => other.successor(which).map(|block| (func, block)),
+        }
+    };
+    // On the path at hand, or done.
+    let (mut open, mut done) = (vec![false; count], vec![false; count]);
+    let mut stack = vec![];
+    for (func, data) in module.funcs() {
+        for (block, data) in data.blocks() {
+            if matches!(data.terminator, Some(Terminator::GotoIndirect(_))) {
+                return false;
+            }
+            let Some(at) = number((func, block)).filter(|&at| !done[at]) else { continue };
+            open[at] = true;
+            stack.push(((func, block), at, 0));
+            while let Some((place, at, which)) = stack.last_mut() {
+                match next(*place, *which) {
+                    Some(to) => {
+                        *which += 1;
+                        let Some(to_at) = number(to) else { continue };
+                        if open[to_at] {
+                            return false;
+                        }
+                        if !done[to_at] {
+                            open[to_at] = true;
+                            stack.push((to, to_at, 0));
+                        }
+                    }
+                    None => {
+                        open[*at] = false;
+                        done[*at] = true;
+                        stack.pop();
+                    }
+                }
+            }
+        }
+    }
+    true
+}

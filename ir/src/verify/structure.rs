@@ -1,0 +1,118 @@
+//! Rules 1 to 5: what names what.
+
+use super::Errors;
+use crate::{FuncData, Module};
+
+pub(super) fn module(module: &Module, errors: &mut Errors) {
+    regions(module, errors);
+    labels(module, errors);
+    let files = module.files.len();
+    for (index, statement) in module.statements.iter().enumerate() {
+        if statement.file as usize >= files && files > 0 {
+            errors.push(format!("statement @{index} names file {} of {files}", statement.file));
+        }
+    }
+}
+
+fn regions(module: &Module, errors: &mut Errors) {
+    let mut spans = vec![];
+    for region in &module.regions {
+        let (start, end) =
+            (u64::from(region.offset), u64::from(region.offset) + u64::from(region.size));
+        if end > u64::from(module.image_size) {
+            errors.push(format!(
+                "region {} ends at {end}, the image at {}",
+                region.name, module.image_size
+            ));
+        }
+        if start < end {
+            spans.push((start, end, &region.name));
+        }
+    }
+    spans.sort_unstable();
+    for pair in spans.windows(2) {
+        if let [(_, end, first), (start, _, second)] = pair
+            && start < end
+        {
+            errors.push(format!("regions {first} and {second} overlap"));
+        }
+    }
+}
+
+fn labels(module: &Module, errors: &mut Errors) {
+    let mut seen = vec![0u32; module.label_count as usize];
+    for (_, func) in module.funcs() {
+        for (label, _) in func.entries() {
+            match seen.get_mut(label.index()) {
+                Some(count) => *count += 1,
+                None => errors.push(format!("{label} of {}", module.label_count)),
+            }
+        }
+    }
+    for (label, count) in seen.iter().enumerate() {
+        if *count != 1 {
+            errors.push(format!("L{label} stands at {count} places"));
+        }
+    }
+    for task in &module.tasks {
+        if task.entry >= module.label_count {
+            errors.push(format!("task {} starts at L{}", task.name, task.entry));
+        }
+    }
+}
+
+/// Whether references inside a function lead somewhere, so that the rest can be looked at.
+pub(super) fn function(func: &FuncData, errors: &mut Errors) -> bool {
+    let before = errors.list.len();
+    for (label, block) in func.entries() {
+        match func.blocks.get(block.index()) {
+            None => errors.push(format!("{label} stands at {block}, which is not there")),
+            Some(data) if !data.params.is_empty() => {
+                errors.push(format!("{label} stands at {block}, which has parameters"));
+            }
+            Some(_) => {}
+        }
+    }
+    let mut placed = vec![false; func.insts.len()];
+    let values = func.values.len();
+    for (block, data) in func.blocks() {
+        errors.block = Some(block);
+        for param in data.params.iter().filter(|param| param.index() >= values) {
+            errors.push(format!("parameter {param} is not there"));
+        }
+        for &inst in &data.insts {
+            errors.inst = Some(inst);
+            let (Some(slot), Some(instruction)) =
+                (placed.get_mut(inst.index()), func.insts.get(inst.index()))
+            else {
+                errors.push("is not there");
+                continue;
+            };
+            if std::mem::replace(slot, true) {
+                errors.push("stands in two places");
+            }
+            instruction.for_each_arg(|value| {
+                if value.index() >= values {
+                    errors.push(format!("operand {value} is not there"));
+                }
+            });
+        }
+        errors.inst = None;
+        let Some(terminator) = &data.terminator else {
+            errors.push("has no terminator");
+            continue;
+        };
+        terminator.for_each_arg(|value| {
+            if value.index() >= values {
+                errors.push(format!("operand {value} is not there"));
+            }
+        });
+        terminator.for_each_block(|target, _| {
+            if target.index() >= func.blocks.len() {
+                errors.push(format!("goes to {target}, which is not there"));
+            }
+        });
+    }
+    errors.block = None;
+    errors.list.len() == before
+}
