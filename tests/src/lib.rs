@@ -1,6 +1,7 @@
 //! End-to-end tests.
 
 pub mod compile;
+pub mod gen_ir;
 pub mod gen_pmac;
 pub mod gen_pmi;
 pub mod rng;

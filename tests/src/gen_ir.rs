@@ -1,0 +1,373 @@
+//! Random valid IR: every operation, every kind of access and terminator, loops with a counter
+//! in the image, values that are passed to blocks.
+
+use plcc_abi::{Host, HostFn, Region as RegionData, TrapCode};
+use plcc_ir::{
+    Address, BinaryOp, ChunkBuilder, ConvertOp, FloatCond, IntCond, Module, Place, Region,
+    SourceFile, Statement, Type, UnaryOp, Value,
+};
+
+use crate::rng::Rng;
+
+/// Bytes of the image.
+pub const IMAGE: usize = 192;
+
+/// Where the counter that bounds loops stands.
+const FUEL: u32 = 160;
+
+/// The bytes that hold truth values.
+pub const BITS: std::ops::Range<usize> = 0..24;
+
+fn region(name: &str, offset: u32, size: u32, bits: bool) -> RegionData {
+    RegionData { name: name.into(), offset, size, bits }
+}
+
+struct Gen {
+    rng: Rng,
+    b: ChunkBuilder,
+    /// What can be used here.
+    pool: Vec<(Value, Type)>,
+}
+
+/// A module with one task; the same for the same seed.
+pub fn generate(seed: u64) -> Module {
+    let mut rng = Rng::new(seed);
+    let regions = vec![
+        region("bits", 0, 24, true),
+        region("data", 24, 104, false),
+        region("lines", 128, 16, false),
+        region("line_bits", 144, 16, true),
+        region("fuel", FUEL, 8, false),
+    ];
+    let limit = 20 + rng.below(200);
+    let b = ChunkBuilder::new(IMAGE as u32, regions).with_limit(limit);
+    let mut this = Gen { rng, b, pool: vec![] };
+    this.program();
+    let mut module = this.b.finish();
+    let text = "a statement ;; of it\n".repeat(module.statements.len());
+    module.files.push(SourceFile { name: "generated.pmi".into(), text });
+    module
+}
+
+/// A host whose calls read and write the image.
+#[derive(Clone, Debug, Default)]
+pub struct Mixer(pub u64);
+
+impl Host for Mixer {
+    fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64 {
+        let mut sum = args.iter().fold(function as u64, |sum, arg| {
+            sum.rotate_left(7).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ arg
+        });
+        if !function.is_pure() {
+            sum = image.iter().fold(sum, |sum, &byte| sum.rotate_left(3) ^ u64::from(byte));
+            if let Some(byte) = image.get_mut(24 + (sum % 136) as usize) {
+                *byte = byte.wrapping_add(1) & 1;
+            }
+            self.0 = self.0.rotate_left(9) ^ sum;
+        }
+        match function.signature().1 {
+            Some(plcc_abi::HostType::F64) => ((sum as i32) as f64 / 8.0).to_bits(),
+            _ => sum,
+        }
+    }
+}
+
+impl Gen {
+    fn program(&mut self) {
+        let count = 4 + self.rng.below(24);
+        let places: Vec<Place> = (0..=count).map(|_| self.b.place()).collect();
+        let start = self.b.place();
+        self.b.bind(start);
+        self.b.task("scan", start);
+        for at in 0..count {
+            if self.rng.chance(40) {
+                self.b.bind(places[at]);
+                self.pool.clear();
+            }
+            let line = at as u32 + 1;
+            let start = at as u32 * 21;
+            if self.b.ins().is_terminated() {
+                self.pool.clear();
+            }
+            let place = |b: &mut ChunkBuilder| {
+                let func = b.ins().func();
+                (func.name().to_owned(), func.block_count())
+            };
+            let before = place(&mut self.b);
+            self.b.statement(Statement { file: 0, line, start, end: start + 20 });
+            if place(&mut self.b) != before {
+                self.pool.clear();
+            }
+            for _ in 0..1 + self.rng.below(5) {
+                self.action();
+            }
+            if self.rng.chance(45) {
+                self.branch(&places, at);
+            }
+        }
+        // Places that are still unbound lead here.
+        self.b.ret();
+    }
+
+    fn branch(&mut self, places: &[Place], at: usize) {
+        let ahead = |rng: &mut Rng| places[at + 1 + rng.below(places.len() - at - 1)];
+        match self.rng.below(12) {
+            0..5 => {
+                let cond = self.value(Type::I1);
+                let to = ahead(&mut self.rng);
+                let next = self.b.place();
+                if self.rng.chance(50) {
+                    self.b.brif(cond, next, to);
+                } else {
+                    self.b.brif(cond, to, next);
+                }
+                self.b.bind(next);
+            }
+            5 => {
+                let to = ahead(&mut self.rng);
+                self.b.jump(to);
+            }
+            6 => {
+                let arg = self.value(Type::I32);
+                let arg = self.b.ins().binary_imm(BinaryOp::And, arg, 3);
+                let targets = (0..3).map(|_| ahead(&mut self.rng)).collect();
+                let default = ahead(&mut self.rng);
+                self.b.switch(arg, targets, default);
+            }
+            7 => {
+                let to = ahead(&mut self.rng);
+                self.b.suspend(to);
+            }
+            8 => {
+                let cond = self.value(Type::I1);
+                let (stop, next) = (self.b.place(), self.b.place());
+                self.b.brif(cond, stop, next);
+                self.b.bind(stop);
+                self.b.trap(TrapCode::ArrayBounds);
+                self.b.bind(next);
+            }
+            9 => {
+                let label = self.b.label(places[at + 1]);
+                let number = self.b.ins().iconst(Type::I32, label.0.into());
+                self.b.goto_indirect(number);
+            }
+            _ => {
+                // Back, as long as the counter lasts.
+                let at_fuel = Address::fixed(Region(4), 0);
+                let fuel = self.b.ins().load(Type::I32, at_fuel);
+                let less = self.b.ins().binary_imm(BinaryOp::Sub, fuel, 1);
+                self.b.ins().store(at_fuel, less);
+                let empty = self.b.ins().icmp_imm(IntCond::Sle, less, 0);
+                let (next, back) = (self.b.place(), self.rng.below(at + 1));
+                self.b.brif(empty, next, places[back]);
+                self.b.bind(next);
+            }
+        }
+        self.pool.clear();
+    }
+
+    fn action(&mut self) {
+        match self.rng.below(20) {
+            0..8 => self.store(),
+            8 => self.host_call(),
+            9 | 10 => self.diamond(),
+            11 => {
+                let f = *self.rng.pick(&[HostFn::PmacMod, HostFn::Fmod]);
+                let (x, y) = (self.number(), self.number());
+                if let Some(value) = self.b.ins().host_call(f, &[x, y]) {
+                    self.pool.push((value, Type::F64));
+                }
+            }
+            _ => {
+                let ty = *self.rng.pick(&Type::ALL);
+                self.op(ty, 2);
+            }
+        }
+    }
+
+    fn store(&mut self) {
+        let ty = *self.rng.pick(&Type::ALL);
+        let value = if ty == Type::F64 { self.number() } else { self.value(ty) };
+        let at = self.address(ty);
+        self.b.ins().store(at, value);
+    }
+
+    fn host_call(&mut self) {
+        let (a, b) = (self.value(Type::I32), self.value(Type::I32));
+        if self.rng.chance(50) {
+            self.b.ins().host_call(HostFn::NctHf, &[a, b]);
+        } else if let Some(value) = self.b.ins().host_call(HostFn::PmacMRead, &[a]) {
+            self.pool.push((value, Type::F64));
+        }
+    }
+
+    /// A short branch that meets again, with a value or without.
+    fn diamond(&mut self) {
+        let cond = self.value(Type::I1);
+        let ty = *self.rng.pick(&Type::ALL);
+        let valued = self.rng.chance(50);
+        let before = self.value(ty);
+        let ins = self.b.ins();
+        let (then, other, join) = (ins.create_block(), ins.create_block(), ins.create_block());
+        let param = valued.then(|| ins.block_param(join, ty));
+        ins.brif(cond, then, other);
+        let kept = self.pool.len();
+        for block in [then, other] {
+            self.b.ins().switch_to(block);
+            for _ in 0..self.rng.below(3) {
+                match self.rng.below(3) {
+                    0 => self.store(),
+                    _ => drop(self.op(ty, 1)),
+                }
+            }
+            let value = if self.rng.chance(20) { before } else { self.value(ty) };
+            let args: &[Value] = if valued { &[value] } else { &[] };
+            self.b.ins().jump(join, args);
+            self.pool.truncate(kept);
+        }
+        self.b.ins().switch_to(join);
+        self.pool.extend(param.map(|param| (param, ty)));
+    }
+
+    /// A double that is a number, so that its bits are the same everywhere.
+    fn number(&mut self) -> Value {
+        let value = self.value(Type::F64);
+        let b = self.b.ins();
+        let is_number = b.fcmp(FloatCond::Eq, value, value);
+        let zero = b.fconst(0.0);
+        b.select(is_number, value, zero)
+    }
+
+    fn address(&mut self, ty: Type) -> Address {
+        let line = self.rng.chance(15);
+        let (region, size) = match (ty, line) {
+            (Type::I1, false) => (Region(0), 24),
+            (Type::I1, true) => (Region(3), 16),
+            (_, false) => (Region(1), 104),
+            (_, true) => (Region(2), 16),
+        };
+        // Few places, so that accesses meet.
+        let span = (size - ty.bytes()).min(12) + 1;
+        let offset = self.rng.below(span as usize) as u32;
+        if line {
+            return Address::fixed(region, offset).volatile();
+        }
+        if self.rng.chance(85) {
+            return Address::fixed(region, offset);
+        }
+        let scale = 1 + self.rng.below(3) as u32;
+        let count = 1 + self.rng.below(((size - offset - ty.bytes()) / scale) as usize) as u32;
+        let index = self.value(Type::I32);
+        let index = match self.rng.chance(70) {
+            true => self.b.ins().binary_imm(BinaryOp::And, index, 7),
+            false => index,
+        };
+        Address::indexed(region, offset, index, scale, count)
+    }
+
+    fn value(&mut self, ty: Type) -> Value {
+        let fitting: Vec<Value> =
+            self.pool.iter().rev().filter(|(_, of)| *of == ty).map(|(v, _)| *v).take(6).collect();
+        if !fitting.is_empty() && self.rng.chance(65) {
+            return *self.rng.pick(&fitting);
+        }
+        self.op(ty, 1)
+    }
+
+    fn constant(&mut self, ty: Type) -> Value {
+        let few = [0, 1, -1, 2, 3, 7, 8, 15, 16, 31, 127, 128, 255, 256, 32767, i64::MIN];
+        if ty == Type::F64 {
+            let few = [0.0, -0.0, 1.0, -1.5, 0.5, 1e300, 3.0e9, f64::INFINITY, 2.5];
+            let value = *self.rng.pick(&few);
+            return self.b.ins().fconst(value);
+        }
+        let value = match self.rng.chance(80) {
+            true => *self.rng.pick(&few),
+            false => self.rng.bits() as i64,
+        };
+        self.b.ins().iconst(ty, value)
+    }
+
+    /// A new value of a type, from operands that are `depth` operations away at most.
+    fn op(&mut self, ty: Type, depth: usize) -> Value {
+        let operand = |this: &mut Self, ty: Type| match depth {
+            0 => this.constant(ty),
+            _ if this.rng.chance(25) => this.constant(ty),
+            _ if this.rng.chance(50) => this.op(ty, depth - 1),
+            _ => {
+                let found = this.pool.iter().rev().find(|(_, of)| *of == ty).copied();
+                found.map_or_else(|| this.constant(ty), |(value, _)| value)
+            }
+        };
+        let value = match self.rng.below(10) {
+            0..3 => {
+                let at = self.address(ty);
+                self.b.ins().load(ty, at)
+            }
+            3 => {
+                let cond = operand(self, Type::I1);
+                let (a, b) = (operand(self, ty), operand(self, ty));
+                self.b.ins().select(cond, a, b)
+            }
+            4 if ty == Type::I1 => {
+                let of = *self.rng.pick(&[Type::I8, Type::I16, Type::I32, Type::I64]);
+                let cond = *self.rng.pick(IntCond::ALL);
+                let (a, b) = (operand(self, of), operand(self, of));
+                self.b.ins().icmp(cond, a, b)
+            }
+            5 if ty == Type::I1 => {
+                let cond = *self.rng.pick(FloatCond::ALL);
+                let (a, b) = (operand(self, Type::F64), operand(self, Type::F64));
+                self.b.ins().fcmp(cond, a, b)
+            }
+            4 | 5 => self.conversion(ty, operand),
+            6 => {
+                let ops: &[UnaryOp] = match ty {
+                    Type::F64 => &[UnaryOp::Fneg, UnaryOp::Fabs, UnaryOp::Fsqrt, UnaryOp::Ffloor],
+                    Type::I1 => &[UnaryOp::Not],
+                    _ => &[UnaryOp::Not, UnaryOp::Neg],
+                };
+                let op = *self.rng.pick(ops);
+                let arg = operand(self, ty);
+                self.b.ins().unary(op, arg)
+            }
+            _ => {
+                let all: Vec<BinaryOp> = BinaryOp::ALL
+                    .iter()
+                    .copied()
+                    .filter(|op| match ty {
+                        Type::F64 => op.is_float(),
+                        Type::I1 => matches!(op, BinaryOp::And | BinaryOp::Or | BinaryOp::Xor),
+                        _ => !op.is_float(),
+                    })
+                    .collect();
+                let op = *self.rng.pick(&all);
+                let (a, b) = (operand(self, ty), operand(self, ty));
+                self.b.ins().binary(op, a, b)
+            }
+        };
+        self.pool.push((value, ty));
+        value
+    }
+
+    fn conversion(&mut self, to: Type, operand: impl Fn(&mut Self, Type) -> Value) -> Value {
+        let ints = [Type::I1, Type::I8, Type::I16, Type::I32, Type::I64];
+        if to == Type::F64 {
+            let from = *self.rng.pick(&[Type::I32, Type::I64]);
+            let arg = operand(self, from);
+            return self.b.ins().convert(ConvertOp::IntToFloat, to, arg);
+        }
+        if matches!(to, Type::I32 | Type::I64) && self.rng.chance(30) {
+            let arg = operand(self, Type::F64);
+            return self.b.ins().convert(ConvertOp::FloatToInt, to, arg);
+        }
+        let from = *self.rng.pick(&ints);
+        let arg = operand(self, from);
+        let signed = self.rng.chance(50);
+        let ins = self.b.ins();
+        match signed {
+            true => ins.sextend_or_trunc(to, arg),
+            false => ins.zextend_or_trunc(to, arg),
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Random IR before and after each pass, interpreted and native: the same image, the same
+//! outcomes, the same calls of the host.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use plcc_abi::{Engine, Outcome, Program, Scan, Tables};
+use plcc_codegen::{Target, compile};
+use plcc_ir::interp::Interpreter;
+use plcc_ir::passes::{self, OptLevel, Pass};
+use plcc_ir::{Module, verify};
+use plcc_runtime::native::NativeEngine;
+use plcc_tests::gen_ir::{BITS, IMAGE, Mixer, generate};
+use plcc_tests::rng::Rng;
+
+/// What some scans leave: after each the image, the outcome and what the host was asked.
+fn trace(engine: &mut dyn Engine, seed: u64) -> Vec<(Vec<u8>, Outcome, u64)> {
+    let mut rng = Rng::new(seed);
+    let mut image: Vec<u8> = (0..IMAGE).map(|_| rng.bits() as u8).collect();
+    let mut host = Mixer::default();
+    let mut rows = vec![];
+    for _ in 0..6 {
+        for byte in &mut image[BITS] {
+            *byte &= 1;
+        }
+        for byte in &mut image[144..160] {
+            *byte &= 1;
+        }
+        image[160..168].copy_from_slice(&20u64.to_le_bytes());
+        let outcome = engine.call(0, &mut Scan { image: &mut image, host: &mut host });
+        rows.push((image.clone(), outcome, host.0));
+        for _ in 0..4 {
+            let at = rng.below(IMAGE);
+            image[at] = rng.bits() as u8;
+        }
+    }
+    rows
+}
+
+fn interpreted(module: &Module, seed: u64) -> Vec<(Vec<u8>, Outcome, u64)> {
+    trace(&mut Interpreter::new(module.clone()), seed)
+}
+
+fn assert_sound(module: &Module, what: &str) {
+    let errors: Vec<String> = verify::verify(module).iter().map(ToString::to_string).collect();
+    assert!(errors.is_empty(), "{what}: {errors:#?}");
+}
+
+/// How many modules; more with `PLCC_CASES`.
+fn cases(usual: u64) -> u64 {
+    std::env::var("PLCC_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(usual)
+}
+
+#[test]
+fn each_pass_keeps_what_a_program_does() {
+    for seed in 0..cases(300) {
+        let module = generate(seed);
+        assert_sound(&module, &format!("seed {seed}"));
+        let wanted = interpreted(&module, seed);
+        for pass in Pass::ALL {
+            let mut changed = module.clone();
+            passes::run(&mut changed, &[pass]);
+            assert_eq!(interpreted(&changed, seed), wanted, "seed {seed}, {}", pass.name());
+        }
+        let mut rng = Rng::new(seed);
+        let row: Vec<Pass> = (0..10).map(|_| *rng.pick(&Pass::ALL)).collect();
+        let mut changed = module.clone();
+        passes::run(&mut changed, &row);
+        assert_eq!(interpreted(&changed, seed), wanted, "seed {seed}, {row:?}");
+        let mut best = module.clone();
+        passes::optimize(&mut best, OptLevel::Speed);
+        assert_sound(&best, &format!("seed {seed}, optimised"));
+        assert_eq!(interpreted(&best, seed), wanted, "seed {seed}, optimised");
+    }
+}
+
+fn program(module: &Module) -> Program {
+    Program {
+        image_size: module.image_size,
+        regions: module.regions.clone(),
+        tasks: module.tasks.clone(),
+        tables: Tables::Pmi(Default::default()),
+        files: vec![],
+    }
+}
+
+#[test]
+fn native_code_does_what_the_interpreter_does() {
+    for seed in 0..cases(120) {
+        let module = generate(seed);
+        let wanted = interpreted(&module, seed);
+        let mut best = module.clone();
+        passes::optimize(&mut best, OptLevel::Speed);
+        for (module, level) in [(&module, OptLevel::None), (&best, OptLevel::Speed)] {
+            let target = Target::host(level).unwrap();
+            let code = compile(module, &target).unwrap();
+            let mut native = NativeEngine::new(&code, &program(module)).unwrap();
+            assert_eq!(trace(&mut native, seed), wanted, "seed {seed}, {level:?}");
+        }
+    }
+}
