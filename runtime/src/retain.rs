@@ -116,16 +116,32 @@ pub fn store(path: &Path, dialect: Dialect, payload: Vec<u8>) -> Result<(), Reta
     bytes.extend(MAGIC);
     bytes.extend(crc32fast::hash(&body).to_le_bytes());
     bytes.extend(body);
-    replace(path, &bytes).map_err(io)?;
-    replace(&copy_of(path), &bytes).map_err(io)
+    replace(path, &bytes, Durable::Yes).map_err(io)?;
+    replace(&copy_of(path), &bytes, Durable::Yes).map_err(io)
+}
+
+/// Whether a file is to be on the disk, or the system may take its time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Durable {
+    /// It must outlive a power cut.
+    Yes,
+    /// It need not.
+    No,
+}
+
+/// The file that is written before it takes another's place. Where that is a link, the place is
+/// what it points to.
+fn places(path: &Path) -> (PathBuf, PathBuf) {
+    let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let mut name = place.as_os_str().to_owned();
+    name.push(format!(".{}.tmp", std::process::id()));
+    (place, name.into())
 }
 
 /// Puts a file in another's place: either the old one is there, or the new one, whole.
-pub(crate) fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut name = path.as_os_str().to_owned();
-    name.push(format!(".{}.tmp", std::process::id()));
-    let temporary = PathBuf::from(name);
-    let result = write_and_rename(&temporary, path, bytes);
+pub(crate) fn replace(path: &Path, bytes: &[u8], durable: Durable) -> io::Result<()> {
+    let (place, temporary) = places(path);
+    let result = write_and_rename(&temporary, &place, bytes, durable);
     if result.is_err() {
         // It is of no use to anybody; that it can't be removed changes nothing.
         let _ = fs::remove_file(&temporary);
@@ -133,16 +149,116 @@ pub(crate) fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     result
 }
 
-fn write_and_rename(temporary: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
+/// Whether [`replace`] will be able to write, as far as can be told before.
+pub(crate) fn can_replace(path: &Path) -> io::Result<()> {
+    let (place, temporary) = places(path);
+    if place.is_dir() {
+        return Err(ErrorKind::IsADirectory.into());
+    }
+    File::create(&temporary)?;
+    fs::remove_file(&temporary)
+}
+
+fn write_and_rename(
+    temporary: &Path,
+    place: &Path,
+    bytes: &[u8],
+    durable: Durable,
+) -> io::Result<()> {
     let mut file = File::create(temporary)?;
     file.write_all(bytes)?;
-    file.sync_all()?;
+    if durable == Durable::Yes {
+        file.sync_all()?;
+    }
     drop(file);
-    fs::rename(temporary, path)?;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    fs::rename(temporary, place)?;
+    let folder = place.parent().filter(|folder| !folder.as_os_str().is_empty());
     // The rename is to be on the disk too. Not every system lets a folder be opened for that.
-    if let Ok(folder) = File::open(folder.unwrap_or(Path::new("."))) {
+    if durable == Durable::Yes
+        && let Ok(folder) = File::open(folder.unwrap_or(Path::new(".")))
+    {
         folder.sync_all()?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A folder that goes away with the test.
+    struct Folder(PathBuf);
+
+    impl Folder {
+        fn new(name: &str) -> Self {
+            let path = std::env::temp_dir().join(format!("plcc-{name}-{}", std::process::id()));
+            fs::create_dir_all(&path).unwrap();
+            Self(path)
+        }
+    }
+
+    impl Drop for Folder {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
+
+    fn load(path: &Path) -> Result<Option<Retained>, RetainError> {
+        super::load(path, Dialect::Nct)
+    }
+
+    #[test]
+    fn what_is_stored_is_found() {
+        let folder = Folder::new("stored");
+        let file = folder.0.join("kept");
+        assert!(load(&file).unwrap().is_none());
+        store(&file, Dialect::Nct, vec![1, 2, 3]).unwrap();
+        store(&file, Dialect::Nct, vec![4; 5000]).unwrap();
+        let whole = Retained { payload: vec![4; 5000], damaged: None };
+        assert_eq!(load(&file).unwrap(), Some(whole));
+        assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 2, "nothing is left over");
+    }
+
+    #[test]
+    fn the_copy_stands_in_for_a_damaged_file() {
+        let folder = Folder::new("damaged");
+        let file = folder.0.join("kept");
+        store(&file, Dialect::Nct, vec![7; 40]).unwrap();
+        let good = fs::read(&file).unwrap();
+        for at in 0..good.len() {
+            let mut bad = good.clone();
+            bad[at] ^= 0x10;
+            fs::write(&file, &bad).unwrap();
+            let found = load(&file).unwrap().unwrap();
+            assert_eq!(found.payload, [7; 40]);
+            assert!(found.damaged.is_some(), "byte {at}");
+            fs::write(&file, &good[..at]).unwrap();
+            assert!(load(&file).unwrap().unwrap().damaged.is_some(), "cut at {at}");
+        }
+        fs::remove_file(&file).unwrap();
+        let found = load(&file).unwrap().unwrap();
+        assert_eq!(found.damaged.as_deref(), Some("it is missing"));
+        fs::write(&file, "").unwrap();
+        fs::write(copy_of(&file), "nonsense").unwrap();
+        assert!(matches!(load(&file), Err(RetainError::Damaged(..))));
+        fs::remove_file(copy_of(&file)).unwrap();
+        assert!(matches!(load(&file), Err(RetainError::Damaged(..))));
+    }
+
+    #[test]
+    fn other_languages_are_refused() {
+        let folder = Folder::new("foreign");
+        let file = folder.0.join("kept");
+        store(&file, Dialect::Pmac, vec![]).unwrap();
+        assert!(matches!(load(&file), Err(RetainError::Foreign(_, "pmac"))));
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_known_before() {
+        let folder = Folder::new("unwritable");
+        assert!(can_replace(&folder.0).is_err());
+        assert!(can_replace(&folder.0.join("no/such/folder")).is_err());
+        assert!(can_replace(&folder.0.join("file")).is_ok());
+        assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 0);
+    }
 }

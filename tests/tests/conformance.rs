@@ -93,7 +93,7 @@ fn run(compiled: &Compiled, way: Way, dialect: Dialect, args: &Args, case: &Path
         ticks: args.run.ticks,
         realtime: false,
         interrupt: None,
-        progress: None,
+        after: None,
     }
     .go();
     assert!(end.failure.is_none(), "{:?}", end.failure);

@@ -24,6 +24,9 @@ pub use pace::{Pacer, Punctuality};
 pub use stimulus::{LineError, Player, Stimulus, StimulusError};
 pub use watch::{Trace, Watch};
 
+/// What is called after a tick, with how many there were and the control.
+pub type After<'a> = dyn FnMut(u64, &dyn Executive) + 'a;
+
 /// A run to be.
 pub struct Run<'a> {
     /// The control.
@@ -45,7 +48,7 @@ pub struct Run<'a> {
     /// A flag that ends the run before its next tick.
     pub interrupt: Option<&'a AtomicBool>,
     /// Called after each tick with how many there were.
-    pub progress: Option<&'a mut dyn FnMut(u64)>,
+    pub after: Option<&'a mut After<'a>>,
 }
 
 /// How a run ended.
@@ -109,8 +112,8 @@ impl Run<'_> {
                 end.stop = Some(stop);
             }
             self.tell(tick, &mut happened, &mut trace)?;
-            if let Some(progress) = &mut self.progress {
-                progress(end.ticks);
+            if let Some(after) = &mut self.after {
+                after(end.ticks, self.executive);
             }
             if end.stop.is_some() {
                 break;

@@ -124,7 +124,7 @@ fn run(control: &mut Control, table: &str, watch: &[&str], ticks: u64, repeat: b
         ticks: Some(ticks),
         realtime: false,
         interrupt: None,
-        progress: None,
+        after: None,
     }
     .go();
     dump(&mut text, Dialect::Nct, control, &watch, &end).unwrap();
@@ -239,7 +239,7 @@ fn a_full_disk_ends_the_run() {
         ticks: Some(5),
         realtime: false,
         interrupt: None,
-        progress: None,
+        after: None,
     }
     .go();
     assert!(matches!(end.failure, Some(RunError::Trace(_))));
@@ -259,7 +259,7 @@ fn the_flag_ends_the_run() {
         ticks: None,
         realtime: true,
         interrupt: Some(&flag),
-        progress: None,
+        after: None,
     }
     .go();
     assert!(end.interrupted);

@@ -2,6 +2,7 @@
 //! Ctrl-C, progress, and the exit status.
 
 mod control;
+mod keeper;
 mod output;
 mod progress;
 
@@ -22,7 +23,8 @@ use crate::run::{End, Player, Run, Stimulus, Watch, dump};
 use crate::{Executive, retain};
 
 pub use control::executive;
-use output::{Output, check_paths};
+use keeper::Keeper;
+use output::{Output, check_paths, check_writable};
 use progress::Progress;
 
 /// Exit status: done.
@@ -75,6 +77,9 @@ fn session(
         return Err(SessionError(message.into()));
     }
     check_paths(program, args)?;
+    for path in args.dump.iter().chain(&args.retain) {
+        check_writable(path)?;
+    }
     let mut executive = executive(program, &args.control, args.realtime, machine)?;
     let executive = executive.as_mut();
     if let Some(path) = &args.retain {
@@ -101,7 +106,16 @@ fn session(
     let mut trace = args.trace.as_deref().map(Output::create).transpose()?;
     let mut events = args.events.as_deref().map(Output::create).transpose()?;
     let mut progress = Progress::new(ticks);
-    let mut show = |ticks: u64| progress.show(ticks);
+    let mut keeper = match &args.retain {
+        Some(path) if args.realtime => Some(Keeper::new(path, program.dialect())?),
+        _ => None,
+    };
+    let mut after = |ticks: u64, executive: &dyn Executive| {
+        progress.show(ticks);
+        if let Some(keeper) = &mut keeper {
+            keeper.look(executive);
+        }
+    };
     let end = Run {
         executive,
         engine,
@@ -112,7 +126,7 @@ fn session(
         ticks,
         realtime: args.realtime,
         interrupt: Some(&interrupt),
-        progress: Some(&mut show),
+        after: Some(&mut after),
     }
     .go();
     progress.clear();
@@ -126,6 +140,9 @@ fn session(
     };
     if let Some(path) = &args.dump {
         also(write_dump(path, program.dialect(), executive, &watch, &end));
+    }
+    if let Some(keeper) = keeper {
+        also(keeper.finish());
     }
     if let Some(path) = &args.retain {
         also(keep(path, program.dialect(), executive));

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use plcc_abi::Program;
 
 use crate::args::RunArgs;
-use crate::retain::replace;
+use crate::retain::{Durable, can_replace, replace};
 
 use super::SessionError;
 
@@ -84,8 +84,18 @@ pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
             .open(path)
             .and_then(|mut f| f.write_all(bytes))
             .map_err(name),
-        _ => replace(path, bytes).map_err(name),
+        _ => replace(path, bytes, Durable::No).map_err(name),
     }
+}
+
+/// Finds out before the first tick what could only be told after the last one.
+pub(super) fn check_writable(path: &Path) -> Result<(), SessionError> {
+    let is_device = fs::metadata(path).is_ok_and(|about| !about.is_file() && !about.is_dir());
+    if is_stdout(path) || is_device {
+        return Ok(());
+    }
+    can_replace(path)
+        .map_err(|error| SessionError(format!("{} can't be written: {error}", path.display())))
 }
 
 /// Refuses what would overwrite a file that is read, or mix two outputs.

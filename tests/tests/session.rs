@@ -1,0 +1,241 @@
+//! What `plcc run` and `plcrt` do around a program: files, exit status, what is kept.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use clap::Parser;
+use plcc_abi::Dialect;
+use plcc_frontend::common::Options;
+use plcc_runtime::args::RunArgs;
+use plcc_runtime::session;
+use plcc_tests::compile::{Way, compile};
+
+#[derive(Parser)]
+struct Args {
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+const PMI: &str = "\
+$INPUT
+GO = 0/0
+$OUTPUT
+LAMP = 1/0
+$INTEGER
+N, LIST[3], FIVE = 5
+$FAULT
+HOT = \"TOO HOT\", N
+$END
+N = N + GO
+LAMP = GO
+HOT = N > 2
+@NVINT[0] = @NVINT[0] + GO
+LIST[N] = 7
+";
+
+const NCT: &str = ":001\nLF500 +1 SF500\nJ1\n:000\nJ0\n";
+
+const PMAC: &str = "I5=2\nOPEN PLC 1 CLEAR\nP1=P1+0.5\nSEND\"tick\"\nCLOSE\nENABLE PLC 1\n";
+
+/// A folder with programs, which goes away with the test.
+struct Shop(PathBuf);
+
+impl Shop {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("plcc-{name}-{}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        let shop = Self(path);
+        for (file, text) in [("p.pmi", PMI), ("n.nct", NCT), ("c.pmc", PMAC)] {
+            fs::write(shop.path(file), text).unwrap();
+        }
+        shop
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    /// Runs a program; words that begin with `%` are files of the folder.
+    fn run(&self, program: &str, args: &str) -> u8 {
+        let dialect = match program {
+            "p.pmi" => Dialect::Pmi,
+            "n.nct" => Dialect::Nct,
+            _ => Dialect::Pmac,
+        };
+        let compiled = compile(&self.path(program), dialect, &Options::default());
+        let (program, mut engine) =
+            compiled.unwrap_or_else(|e| panic!("{e}")).engine(Way::Statements).unwrap();
+        let words = args.split_whitespace().map(|word| match word.strip_prefix('%') {
+            Some(file) => self.path(file).to_string_lossy().into_owned(),
+            None => word.to_owned(),
+        });
+        let args = Args::try_parse_from(std::iter::once("run".to_owned()).chain(words)).unwrap();
+        session::run(&program, &mut engine, &args.run, None)
+    }
+}
+
+impl Drop for Shop {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn all_outputs_of_a_stopped_run_are_complete() {
+    let shop = Shop::new("stopped");
+    fs::write(shop.path("go.csv"), "tick,name,value\n1,GO,1\n").unwrap();
+    let args = "--ticks 100 --stimulus %go.csv --watch N,LAMP,LIST,PORT1.0,@ESTOP \
+                --trace %t.csv --events %e.jsonl --dump %d.json";
+    assert_eq!(shop.run("p.pmi", args), 3);
+    assert_eq!(
+        shop.read("t.csv"),
+        "tick,name,value\n0,N,0\n0,LAMP,0\n0,LIST,\"[7,0,0]\"\n0,PORT1.0,0\n0,@ESTOP,0\n\
+         1,N,1\n1,LAMP,1\n1,LIST,\"[7,7,0]\"\n1,PORT1.0,1\n2,N,2\n2,LIST,\"[7,7,7]\"\n\
+         3,N,3\n3,PORT1.0,0\n3,@ESTOP,1\n"
+    );
+    assert_eq!(
+        shop.read("e.jsonl"),
+        "{\"tick\":3,\"kind\":\"fault\",\"name\":\"HOT\",\"state\":\"on\",\"text\":\"TOO HOT 3\"}\n\
+         {\"tick\":3,\"kind\":\"stop\",\"code\":\"NO PMI DATA\"}\n"
+    );
+    let dump = shop.read("d.json");
+    assert!(
+        dump.starts_with(
+            "{\"dialect\":\"pmi\",\"ticks\":4,\"state\":\"stopped\",\"stop\":{\"tick\":3,\
+             \"code\":\"NO PMI DATA\",\"message\":\""
+        ),
+        "{dump}"
+    );
+    let variables = dump.split_once("\"variables\":").unwrap().1;
+    assert!(variables.starts_with("{\"@ESTOP\":1,\"@NVINT\":[3,0,"), "{variables}");
+    assert!(
+        variables.ends_with(
+            "\"FIVE\":5,\"GO\":1,\"HOT\":1,\"LAMP\":1,\"LIST\":[7,7,7],\"N\":3,\"PORT1.0\":0}}\n"
+        ),
+        "{variables}"
+    );
+}
+
+#[test]
+fn wrong_usage_is_exit_2_and_touches_nothing() {
+    let shop = Shop::new("usage");
+    fs::write(shop.path("good.csv"), "tick,name,value\n0,GO,1\n").unwrap();
+    fs::write(shop.path("bad.csv"), "tick,name,value\n0,GO,1\n0,FIVE,1\n").unwrap();
+    fs::write(shop.path("kept.csv"), "precious").unwrap();
+    for args in [
+        "",
+        "--dump %kept.csv",
+        "--ticks 1 --stimulus %missing.csv --trace %kept.csv",
+        "--ticks 1 --stimulus %bad.csv --trace %kept.csv",
+        "--ticks 1 --watch NOPE --trace %kept.csv",
+        "--ticks 1 --watch FIVE --trace %kept.csv",
+        "--ticks 1 --watch N, --trace %kept.csv",
+        "--ticks 1 --background-steps 2 --trace %kept.csv",
+        "--ticks 1 --param 61=2 --trace %kept.csv",
+        "--ticks 1 --stimulus %good.csv --trace %good.csv",
+        "--ticks 1 --dump %p.pmi",
+        "--ticks 1 --trace %a --events %a",
+        "--ticks 1 --trace - --dump -",
+        "--ticks 1 --dump %no/folder",
+        "--ticks 1 --trace %no/folder",
+        "--ticks 1 --retain %no/folder",
+    ] {
+        assert_eq!(shop.run("p.pmi", args), 2, "{args}");
+    }
+    assert_eq!(shop.read("kept.csv"), "precious");
+    assert_eq!(shop.read("p.pmi"), PMI);
+    assert_eq!(shop.read("good.csv"), "tick,name,value\n0,GO,1\n");
+    assert_eq!(shop.run("n.nct", "--ticks 1 --period 20"), 2);
+    assert_eq!(shop.run("c.pmc", "--ticks 1 --const 1=1"), 2);
+}
+
+#[test]
+fn time_is_the_machines() {
+    let shop = Shop::new("time");
+    for (program, args, ticks) in [
+        ("p.pmi", "--for 1s", 50),
+        ("p.pmi", "--for 50ms", 3),
+        ("p.pmi", "--for 1s --period 2.5", 400),
+        ("n.nct", "--for 2m", 6000),
+        ("p.pmi", "--ticks 0", 0),
+        ("c.pmc", "--ticks 7 --background-steps 3", 7),
+    ] {
+        assert_eq!(shop.run(program, &format!("{args} --dump %d.json")), 0, "{args}");
+        assert!(shop.read("d.json").contains(&format!("\"ticks\":{ticks},")), "{args}");
+    }
+    assert_eq!(shop.run("c.pmc", "--ticks 7 --background-steps 3 --dump %d.json"), 0);
+    assert!(shop.read("d.json").contains("\"P1\":10.5"));
+}
+
+#[test]
+fn the_clock_paces() {
+    let shop = Shop::new("clock");
+    let start = Instant::now();
+    assert_eq!(shop.run("p.pmi", "--ticks 6 --realtime --dump %d.json --retain %kept"), 0);
+    assert!(start.elapsed() >= Duration::from_millis(100), "{:?}", start.elapsed());
+    assert!(shop.read("d.json").contains("\"ticks\":6,"));
+    assert!(shop.path("kept").is_file());
+}
+
+#[test]
+fn what_survives_power_off_is_kept() {
+    let shop = Shop::new("kept");
+    let run = || shop.run("n.nct", "--ticks 5 --retain %kept --watch F500 --dump %d.json");
+    let holds = |value: u16| assert!(shop.read("d.json").contains(&format!("\"F500\":{value}")));
+    assert_eq!(run(), 0);
+    holds(5);
+    assert_eq!(run(), 0);
+    holds(10);
+    fs::write(shop.path("kept"), "damaged").unwrap();
+    assert_eq!(run(), 0);
+    holds(15);
+    for file in ["kept", "kept.bak"] {
+        fs::write(shop.path(file), "damaged").unwrap();
+    }
+    assert_eq!(run(), 2);
+    assert_eq!(shop.read("kept"), "damaged", "left for who repairs it");
+    fs::remove_file(shop.path("kept")).unwrap();
+    fs::remove_file(shop.path("kept.bak")).unwrap();
+    assert_eq!(shop.run("p.pmi", "--ticks 1 --retain %kept"), 0);
+    assert_eq!(run(), 2, "it is PMI's");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_exit_2() {
+    if !Path::new("/dev/full").exists() {
+        return;
+    }
+    let shop = Shop::new("full");
+    for output in ["trace", "events", "dump"] {
+        let args = format!("--ticks 20000 --watch P1 --{output} /dev/full");
+        assert_eq!(shop.run("c.pmc", &args), 2, "{output}");
+    }
+}
+
+/// A million rows are read in a moment, a million ticks leave nothing behind.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_million_rows_and_ticks() {
+    fn resident() -> u64 {
+        let status = fs::read_to_string("/proc/self/statm").unwrap();
+        status.split(' ').nth(1).unwrap().parse::<u64>().unwrap() * 4096
+    }
+    let shop = Shop::new("million");
+    let rows: String = (0..1_000_000).rev().map(|tick| format!("{tick},GO,0\n")).collect();
+    fs::write(shop.path("go.csv"), format!("tick,name,value\n{rows}")).unwrap();
+    let start = Instant::now();
+    assert_eq!(shop.run("p.pmi", "--ticks 10 --stimulus %go.csv"), 0);
+    assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
+    assert_eq!(shop.run("p.pmi", "--ticks 1000"), 0);
+    let before = resident();
+    assert_eq!(shop.run("p.pmi", "--ticks 1000000"), 0);
+    let grown = resident().saturating_sub(before);
+    assert!(grown < 16 << 20, "{grown} bytes");
+}
