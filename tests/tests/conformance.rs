@@ -190,7 +190,7 @@ fn conform(dialect: Dialect, at_least: usize) {
 
 #[test]
 fn pmi() {
-    conform(Dialect::Pmi, 0);
+    conform(Dialect::Pmi, 25);
 }
 
 #[test]
