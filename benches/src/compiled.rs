@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use plcc_abi::{Engine, Program};
 use plcc_codegen::{OptLevel, Target};
 use plcc_diag::SourceMap;
-use plcc_frontend::common::{MemoryLoader, Options};
-use plcc_frontend::pmi;
+use plcc_frontend::common::{Lowered, MemoryLoader, Options};
+use plcc_frontend::{pmac, pmi};
 use plcc_ir::Module;
 use plcc_runtime::NativeEngine;
 
@@ -64,6 +64,36 @@ pub fn pmi(source: &str) -> Result<Compiled, String> {
     let start = Instant::now();
     let lowered = program.lower();
     times.lower = start.elapsed();
+    finish(lowered, program.interpreter(), times)
+}
+
+/// Compiles a PMAC download for this machine.
+///
+/// # Errors
+/// When the program has errors, or no code can be made; with what was said about it.
+pub fn pmac(source: &str) -> Result<Compiled, String> {
+    let mut times = Times::default();
+    let start = Instant::now();
+    let mut sources = SourceMap::new();
+    let file = sources.add("bench.pmc", source.as_bytes());
+    let loader = MemoryLoader::new();
+    let (program, all) = pmac::check(&mut sources, &[file], &loader, &Options::default());
+    times.check = start.elapsed();
+    if let Some(error) = all.iter().find(|d| d.is_error()) {
+        return Err(error.message.clone());
+    }
+    let program = program.ok_or("no program")?;
+    let start = Instant::now();
+    let lowered = program.lower();
+    times.lower = start.elapsed();
+    finish(lowered, program.interpreter(), times)
+}
+
+fn finish(
+    lowered: Lowered,
+    interpreter: Box<dyn Engine>,
+    mut times: Times,
+) -> Result<Compiled, String> {
     let start = Instant::now();
     let mut module = lowered.module;
     plcc_ir::passes::optimize(&mut module, OptLevel::Speed);
@@ -77,7 +107,7 @@ pub fn pmi(source: &str) -> Result<Compiled, String> {
         program: lowered.program,
         module,
         native,
-        interpreter: program.interpreter(),
+        interpreter,
         code_bytes: code.bytes.len(),
         times,
     })

@@ -2,4 +2,5 @@
 
 pub mod compiled;
 pub mod equations;
+pub mod pmac;
 pub mod random;
