@@ -9,7 +9,7 @@ use plcc_codegen::{CodegenError, OptLevel, Target};
 use plcc_diag::{Diagnostic, SourceMap, render};
 use plcc_frontend::common::{FileLoader, Lowered, Options};
 use plcc_frontend::{nct, pmac, pmi};
-use plcc_ir::{Module, interp};
+use plcc_ir::{Module, interp, passes};
 use plcc_runtime::{Artifact, NativeEngine, artifact};
 
 /// Files of the disk.
@@ -54,6 +54,8 @@ pub struct Compiled {
     checked: Checked,
     program: Program,
     module: Arc<Module>,
+    /// The same, optimised.
+    best: Arc<Module>,
 }
 
 enum Checked {
@@ -89,7 +91,12 @@ pub fn compile(path: &Path, dialect: Dialect, options: &Options) -> Result<Compi
     match found.0 {
         Some((checked, lowered)) if errors.is_empty() => {
             let Lowered { program, module } = lowered;
-            Ok(Compiled { checked, program, module: Arc::new(module) })
+            if let Some(error) = plcc_ir::verify::verify(&module).first() {
+                return Err(format!("the IR breaks a rule: {error}"));
+            }
+            let mut best = module.clone();
+            passes::optimize(&mut best, OptLevel::Speed);
+            Ok(Compiled { checked, program, module: Arc::new(module), best: Arc::new(best) })
         }
         _ => Err(errors.join("\n")),
     }
@@ -101,9 +108,9 @@ impl Compiled {
     /// # Errors
     /// The code can't be made, written, read back or mapped.
     pub fn engine(&self, way: Way) -> Result<(Program, Box<dyn Engine>), String> {
-        let native = |target: Result<Target, CodegenError>| -> Result<_, String> {
+        let native = |module: &Module, target: Result<Target, CodegenError>| -> Result<_, String> {
             let target = target.map_err(|error| error.to_string())?;
-            plcc_codegen::compile(&self.module, &target).map_err(|error| error.to_string())
+            plcc_codegen::compile(module, &target).map_err(|error| error.to_string())
         };
         let map = |program: Program, code| -> Result<(Program, Box<dyn Engine>), String> {
             let engine = NativeEngine::new(&code, &program).map_err(|error| error.to_string())?;
@@ -122,10 +129,14 @@ impl Compiled {
                 let engine = interp::Interpreter::new(Arc::clone(&self.module));
                 Ok((self.program.clone(), Box::new(engine)))
             }
-            Way::JitNone => map(self.program.clone(), native(Target::host(OptLevel::None))?),
-            Way::JitSpeed => map(self.program.clone(), native(Target::host(OptLevel::Speed))?),
+            Way::JitNone => {
+                map(self.program.clone(), native(&self.module, Target::host(OptLevel::None))?)
+            }
+            Way::JitSpeed => {
+                map(self.program.clone(), native(&self.best, Target::host(OptLevel::Speed))?)
+            }
             Way::Artifact => {
-                let code = native(Target::host_baseline(OptLevel::Speed))?;
+                let code = native(&self.best, Target::host_baseline(OptLevel::Speed))?;
                 let bytes = artifact::encode(&self.program, &code).map_err(|e| e.to_string())?;
                 let read = Artifact::parse(&bytes).map_err(|error| error.to_string())?;
                 map(read.program, read.code)

@@ -36,7 +36,10 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
     let program = lowered.program;
     let native = |opt| -> Box<dyn Engine> {
         let target = Target::host(opt).unwrap();
-        let code = compile(&lowered.module, &target).unwrap();
+        assert_eq!(plcc_ir::verify::verify(&lowered.module), []);
+        let mut module = lowered.module.clone();
+        plcc_ir::passes::optimize(&mut module, opt);
+        let code = compile(&module, &target).unwrap();
         Box::new(NativeEngine::new(&code, &program).unwrap())
     };
     let engines = [

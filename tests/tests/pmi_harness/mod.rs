@@ -80,12 +80,15 @@ impl Machines {
     pub(crate) fn new(program: &pmi::Program, interpreter: Box<dyn Engine>) -> Self {
         let lowered = program.lower();
         let (module, program) = (lowered.module, lowered.program);
+        assert_eq!(plcc_ir::verify::verify(&module), []);
+        let mut best = module.clone();
+        plcc_ir::passes::optimize(&mut best, OptLevel::Speed);
         let engines: Vec<(&'static str, Box<dyn Engine>)> = vec![
             ("interp", interpreter),
             ("jit none", native(&module, &program, OptLevel::None)),
-            ("jit speed", native(&module, &program, OptLevel::Speed)),
+            ("jit speed", native(&best, &program, OptLevel::Speed)),
             ("aot none", ahead(&module, &program, OptLevel::None)),
-            ("aot speed", ahead(&module, &program, OptLevel::Speed)),
+            ("aot speed", ahead(&best, &program, OptLevel::Speed)),
             ("ir", Box::new(plcc_ir::Interpreter::new(module))),
         ];
         let machine = |(name, engine)| {
