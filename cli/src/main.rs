@@ -1,3 +1,7 @@
-//! Native code for the PLC programs of machine tools.
+//! The `plcc` binary.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    plcc::main()
+}

@@ -24,6 +24,7 @@ use crate::{Executive, retain};
 
 pub use control::executive;
 use keeper::Keeper;
+pub use output::write_whole;
 use output::{Output, check_paths, check_writable};
 use progress::Progress;
 
@@ -194,7 +195,11 @@ fn listen(flag: &Arc<AtomicBool>) -> Result<(), SessionError> {
     Ok(())
 }
 
-fn stimulus(path: &Path, executive: &mut dyn Executive) -> Result<Stimulus, SessionError> {
+/// Reads a stimulus for a control.
+///
+/// # Errors
+/// With each line that is wrong.
+pub fn stimulus(path: &Path, executive: &mut dyn Executive) -> Result<Stimulus, SessionError> {
     let shown = path.display();
     let bytes = fs::read(path).map_err(|e| SessionError(format!("{shown} can't be read: {e}")))?;
     Stimulus::parse(&bytes, executive).map_err(|errors| {
@@ -241,6 +246,6 @@ fn write_dump(
 ) -> Result<(), SessionError> {
     let mut text = vec![];
     dump(&mut text, dialect, executive, watch, end)
-        .and_then(|()| output::write_whole(path, &text))
+        .and_then(|()| write_whole(path, &text))
         .map_err(|error| SessionError(format!("the dump can't be written: {error}")))
 }

@@ -71,7 +71,7 @@ impl Write for Sink {
 
 /// Writes a whole file at once: either the old one is there afterwards, or the new one. What is
 /// no ordinary file (a pipe, a terminal) is written as it is.
-pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let name =
         |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
     if is_stdout(path) {

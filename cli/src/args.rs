@@ -1,0 +1,380 @@
+//! What stands on the command line.
+
+use std::path::PathBuf;
+
+use clap::builder::styling::{AnsiColor, Styles};
+use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum};
+use plcc_abi::Dialect;
+use plcc_codegen::OptLevel;
+use plcc_frontend::common::{Controller, Limits};
+use plcc_runtime::args::{ControlArgs, RunArgs};
+
+const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default());
+
+const STATUS: &str = "Exit status: 0 done (warnings too); 1 the source has errors; 2 wrong usage, or \
+a file that can't be read or is not valid; 3 the program was stopped by a run-time fault; 130 Ctrl-C.";
+
+/// Native code for the PLC programs of machine tools: PMI, NCT and PMAC.
+#[derive(Parser)]
+#[command(name = "plcc", version, styles = STYLES, after_help = STATUS, max_term_width = 100)]
+pub(crate) struct Cli {
+    /// When to use colours
+    #[arg(
+        long,
+        global = true,
+        value_name = "WHEN",
+        default_value = "auto",
+        hide_possible_values = true
+    )]
+    pub(crate) color: ColorChoice,
+
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Finds every mistake in sources
+    #[command(after_help = "\
+Folders are searched for .pmi, .nct, .pmc, .pmac and .plc files, in any case; files that others \
+include are checked with those.
+
+Examples:
+  plcc check lathe.pmi
+  plcc check machine/ --controller turbo
+  plcc check --message-format json sample.plc | jq .code")]
+    Check(CheckArgs),
+
+    /// Compiles ahead of time
+    #[command(after_help = "\
+Examples:
+  plcc build lathe.pmi                         lathe.plcx, which plcrt and `plcc run` take
+  plcc build lathe.pmi --emit obj -o lathe.o   an object file for a linker
+  plcc build sample.plc --emit asm             machine code, to read
+  plcc build mill.pmc --target aarch64-unknown-linux-gnu")]
+    Build(BuildArgs),
+
+    /// Runs a program: a source or an artifact
+    #[command(after_help = "\
+Examples:
+  plcc run lathe.pmi --ticks 500 --stimulus lathe.csv --watch @SMF,LS27 --trace -
+  plcc run sample.plc --for 10s --events - --dump end.json
+  plcc run mill.pmc io.pmc --realtime --retain mill.retained
+  plcc run lathe.plcx --ticks 100 --dump - | jq .variables
+
+Exit status: 0 done; 1 the source has errors; 2 wrong usage; 3 stopped by a fault; 130 Ctrl-C.")]
+    Run(RunCommand),
+
+    /// Times a scan in each engine, side by side
+    #[command(after_help = "\
+Examples:
+  plcc bench lathe.pmi --stimulus lathe.csv
+  plcc bench sample.plc --scans 20000 --json | jq .engines.jit")]
+    Bench(BenchArgs),
+
+    /// Says what a code or a variable of a control means
+    #[command(after_help = "\
+Examples:
+  plcc explain PMI-31
+  plcc explain @FRO
+  plcc explain I510      the flag of NCT and the I-variable of PMAC
+  plcc explain M145 --dialect pmac")]
+    Explain(ExplainArgs),
+
+    /// Lists where an NCT program reads, writes and tests each variable
+    #[command(after_help = "Example:\n  plcc xref sample.plc")]
+    Xref(XrefArgs),
+
+    /// Prints completions for a shell
+    #[command(
+        after_help = "Example:\n  plcc completions bash > ~/.local/share/bash-completion/completions/plcc"
+    )]
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DialectArg {
+    /// Sieb & Meyer SERIES 8
+    Pmi,
+    /// NCT
+    Nct,
+    /// Delta Tau PMAC and Turbo PMAC
+    Pmac,
+}
+
+impl From<DialectArg> for Dialect {
+    fn from(arg: DialectArg) -> Self {
+        match arg {
+            DialectArg::Pmi => Self::Pmi,
+            DialectArg::Nct => Self::Nct,
+            DialectArg::Pmac => Self::Pmac,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LimitsArg {
+    /// The original compiler's limits are errors
+    #[default]
+    Original,
+    /// They are lifted
+    None,
+}
+
+impl From<LimitsArg> for Limits {
+    fn from(arg: LimitsArg) -> Self {
+        match arg {
+            LimitsArg::Original => Self::Original,
+            LimitsArg::None => Self::None,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ControllerArg {
+    /// PMAC (1)
+    #[default]
+    Pmac,
+    /// Turbo PMAC
+    Turbo,
+}
+
+impl From<ControllerArg> for Controller {
+    fn from(arg: ControllerArg) -> Self {
+        match arg {
+            ControllerArg::Pmac => Self::Pmac,
+            ControllerArg::Turbo => Self::Turbo,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum OptArg {
+    /// Quick to compile
+    None,
+    /// Quick to run
+    #[default]
+    Speed,
+}
+
+impl From<OptArg> for OptLevel {
+    fn from(arg: OptArg) -> Self {
+        match arg {
+            OptArg::None => Self::None,
+            OptArg::Speed => Self::Speed,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum EngineArg {
+    /// Walks the source's statements
+    Interp,
+    /// Compiles for this machine
+    #[default]
+    Jit,
+    /// Compiles as `plcc build` does, in memory
+    Aot,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FormatArg {
+    /// Drawn excerpts on standard error
+    #[default]
+    Human,
+    /// An object a line on standard output
+    Json,
+}
+
+/// How a source is read.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Source")]
+pub(crate) struct SourceArgs {
+    /// The language; without it the file's ending or its text decides
+    #[arg(long, value_name = "DIALECT")]
+    pub(crate) dialect: Option<DialectArg>,
+
+    /// Whether the original compiler's limits hold [default: original]
+    #[arg(long, value_name = "LIMITS")]
+    pub(crate) limits: Option<LimitsArg>,
+
+    /// PMAC: what $(NAME) stands for (repeatable)
+    #[arg(long, value_name = "NAME=VALUE", value_parser = define)]
+    pub(crate) define: Vec<(String, String)>,
+
+    /// PMAC: the controller that the program is for [default: pmac]
+    #[arg(long, value_name = "CONTROLLER")]
+    pub(crate) controller: Option<ControllerArg>,
+
+    /// What is particular to the machine: executive variables, NCT's parameters and tables
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) machine: Option<PathBuf>,
+
+    /// Where included files are looked up too (repeatable)
+    #[arg(short = 'I', value_name = "DIR")]
+    pub(crate) include: Vec<PathBuf>,
+}
+
+#[derive(Args)]
+pub(crate) struct CheckArgs {
+    /// Sources and folders
+    #[arg(required = true, value_name = "FILE|DIR")]
+    pub(crate) paths: Vec<PathBuf>,
+
+    /// For people or for programs
+    #[arg(long, value_name = "FORMAT", default_value = "human")]
+    pub(crate) message_format: FormatArg,
+
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Emit {
+    /// What plcrt and `plcc run` take
+    #[default]
+    Artifact,
+    /// A native relocatable object with line information
+    Obj,
+    /// Cranelift's form
+    Clif,
+    /// Machine code, to read
+    Asm,
+}
+
+#[derive(Args)]
+pub(crate) struct BuildArgs {
+    /// The source; several are one PMAC download, in their order
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+
+    /// Where to [default: STEM.plcx or STEM.o in the current folder; text to standard output]
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// What to make
+    #[arg(long, value_name = "FORM", default_value = "artifact")]
+    pub(crate) emit: Emit,
+
+    /// The machine to make it for [default: machines like this one]
+    #[arg(long, value_name = "TRIPLE")]
+    pub(crate) target: Option<String>,
+
+    /// How hard to try
+    #[arg(long, value_name = "LEVEL", default_value = "speed")]
+    pub(crate) opt: OptArg,
+
+    /// For people or for programs
+    #[arg(long, value_name = "FORMAT", default_value = "human")]
+    pub(crate) message_format: FormatArg,
+
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct RunCommand {
+    /// A source (several are one PMAC download) or an artifact
+    #[arg(required = true, value_name = "FILE|ARTIFACT")]
+    pub(crate) files: Vec<PathBuf>,
+
+    /// What runs the program [default: jit; an artifact is always aot]
+    #[arg(long, value_name = "ENGINE")]
+    pub(crate) engine: Option<EngineArg>,
+
+    /// How hard the compiler tries [default: speed]
+    #[arg(long, value_name = "LEVEL")]
+    pub(crate) opt: Option<OptArg>,
+
+    /// PMAC: runs without the PLCs whose IFs or WHILEs do not match
+    #[arg(long)]
+    pub(crate) keep_going: bool,
+
+    /// For people or for programs
+    #[arg(long, value_name = "FORMAT", default_value = "human")]
+    pub(crate) message_format: FormatArg,
+
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct BenchArgs {
+    /// The source; several are one PMAC download
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+
+    /// A table `tick,name,value`, repeated from its end on
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) stimulus: Option<PathBuf>,
+
+    /// How many ticks in each engine
+    #[arg(long, value_name = "N", default_value_t = 100_000,
+          value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    pub(crate) scans: u64,
+
+    /// Prints one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+
+    /// How hard the compiler tries
+    #[arg(long, value_name = "LEVEL", default_value = "speed")]
+    pub(crate) opt: OptArg,
+
+    #[command(flatten)]
+    pub(crate) control: ControlArgs,
+
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct ExplainArgs {
+    /// A code as in a diagnostic, or a variable of a control
+    #[arg(value_name = "CODE|NAME", allow_hyphen_values = true)]
+    pub(crate) what: String,
+
+    /// Only what it means there
+    #[arg(long, value_name = "DIALECT")]
+    pub(crate) dialect: Option<DialectArg>,
+}
+
+#[derive(Args)]
+pub(crate) struct XrefArgs {
+    /// The NCT source
+    pub(crate) file: PathBuf,
+
+    /// For people or for programs
+    #[arg(long, value_name = "FORMAT", default_value = "human")]
+    pub(crate) message_format: FormatArg,
+
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+}
+
+fn define(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.trim().is_empty() => Ok((name.trim().into(), value.into())),
+        _ => Err("NAME=VALUE is expected".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_options_fit_together() {
+        super::Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,249 @@
+//! `plcc bench`
+
+mod engine;
+mod figures;
+
+use std::time::{Duration, Instant};
+
+use plcc_abi::{Engine, Program};
+use plcc_codegen::OptLevel;
+use plcc_frontend::common::Options;
+use plcc_runtime::run::{Player, Stimulus};
+use plcc_runtime::{Executive, session};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use crate::args::BenchArgs;
+use crate::compile;
+use crate::failure::{DONE, ERRORS, Failure, STOPPED};
+use crate::input::{self, Input};
+use crate::output;
+use crate::report::{Count, Report};
+use engine::Timed;
+use figures::{Figures, Samples};
+
+/// The engines take turns in rounds of so many ticks.
+const ROUND: u64 = 1000;
+/// Compile times are the least of so many.
+const COMPILES: usize = 3;
+
+/// One engine with a control of its own.
+struct Contestant {
+    name: &'static str,
+    executive: Box<dyn Executive>,
+    engine: Timed,
+    player: Player,
+    tick: u64,
+    ticks: Samples,
+    scans: Samples,
+}
+
+#[derive(Serialize)]
+struct EngineFigures {
+    ns_per_scan: Figures,
+    ns_per_tick: Figures,
+}
+
+/// Everything that is printed.
+struct Results {
+    entries: Vec<(String, Vec<(&'static str, Figures)>)>,
+    engines: Vec<(&'static str, EngineFigures)>,
+    compile_ms: [(&'static str, f64); 2],
+    code_bytes: [(&'static str, usize); 2],
+}
+
+pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
+    let options = input::options(&args.source)?;
+    let program = Input::read(&args.files, &args.source)?.check(&options);
+    let errors = Count::of(&program.diagnostics).errors;
+    let Some(checked) = program.checked.filter(|_| errors == 0) else {
+        let count = report.show(&program.sources, &program.diagnostics, Default::default())?;
+        report.tell(&format!("{count}: the program is not timed"));
+        return Ok(ERRORS);
+    };
+    let opt: OptLevel = args.opt.into();
+    let jit_ms = compile_ms(args, &options, |lowered| compile::jit(lowered, opt).map(drop))?;
+    let aot_ms = compile_ms(args, &options, |lowered| compile::aot(lowered, opt).map(drop))?;
+
+    let lowered = checked.optimized(opt);
+    let fail = |error| Failure::Usage(format!("the program can't be compiled: {error}"));
+    let (jit, jit_bytes) = compile::jit(&lowered, opt).map_err(fail)?;
+    let (aot, aot_bytes) = compile::aot(&lowered, opt).map_err(fail)?;
+    let engines: [(&'static str, Box<dyn Engine>); 3] =
+        [("interp", checked.interpreter()), ("jit", Box::new(jit)), ("aot", Box::new(aot))];
+    let mut contestants = Vec::new();
+    for (name, engine) in engines {
+        contestants.push(contestant(name, engine, &lowered.program, args, &options)?);
+    }
+    if let Some(stop) = race(&mut contestants, args.scans) {
+        report.tell(&format!("{stop}: the program was stopped"));
+        return Ok(STOPPED);
+    }
+    let results = Results {
+        entries: entries(&contestants, &lowered.program),
+        engines: contestants
+            .iter()
+            .map(|c| {
+                let (ns_per_scan, ns_per_tick) = (c.scans.figures(), c.ticks.figures());
+                (c.name, EngineFigures { ns_per_scan, ns_per_tick })
+            })
+            .collect(),
+        compile_ms: [("jit", jit_ms), ("aot", aot_ms)],
+        code_bytes: [("jit", jit_bytes), ("aot", aot_bytes)],
+    };
+    let file = args.files.first().map_or_else(String::new, |file| file.to_string_lossy().into());
+    let text = if args.json {
+        format!("{}\n", results.json(&file, program.dialect.name(), args.scans))
+    } else {
+        results.table(&file, args.scans)
+    };
+    output::print(text.as_bytes())?;
+    Ok(DONE)
+}
+
+/// Milliseconds from source text to something that can be called.
+fn compile_ms(
+    args: &BenchArgs,
+    options: &Options,
+    make: impl Fn(&plcc_frontend::common::Lowered) -> Result<(), compile::CompileError>,
+) -> Result<f64, Failure> {
+    let opt: OptLevel = args.opt.into();
+    let mut least = Duration::MAX;
+    for _ in 0..COMPILES {
+        let input = Input::read(&args.files, &args.source)?;
+        let start = Instant::now();
+        let program = input.check(options);
+        if let Some(checked) = &program.checked {
+            let result = make(&checked.optimized(opt));
+            result.map_err(|error| format!("the program can't be compiled: {error}"))?;
+        }
+        least = least.min(start.elapsed());
+    }
+    Ok((least.as_secs_f64() * 1e6).round() / 1e3)
+}
+
+fn contestant(
+    name: &'static str,
+    engine: Box<dyn Engine>,
+    program: &Program,
+    args: &BenchArgs,
+    options: &Options,
+) -> Result<Contestant, Failure> {
+    let machine = args.source.machine.as_ref().map(|_| &options.machine.nct);
+    let executive = session::executive(program, &args.control, false, machine);
+    let mut executive = executive.map_err(|error| Failure::Usage(error.to_string()))?;
+    let stimulus = match &args.stimulus {
+        Some(path) => session::stimulus(path, executive.as_mut())
+            .map_err(|error| Failure::Usage(error.to_string()))?,
+        None => Stimulus::default(),
+    };
+    Ok(Contestant {
+        name,
+        executive,
+        engine: Timed::new(engine, program.tasks.len()),
+        player: Player::new(stimulus, true),
+        tick: 0,
+        ticks: Samples::default(),
+        scans: Samples::default(),
+    })
+}
+
+/// Lets the engines take turns until each has done its ticks; the code of a stop ends it.
+fn race(contestants: &mut [Contestant], ticks: u64) -> Option<String> {
+    let mut done = 0;
+    while done < ticks {
+        let round = ROUND.min(ticks - done);
+        for contestant in &mut *contestants {
+            for _ in 0..round {
+                if let Some(stop) = contestant.step() {
+                    return Some(stop);
+                }
+            }
+        }
+        done += round;
+    }
+    None
+}
+
+impl Contestant {
+    /// One tick, timed.
+    fn step(&mut self) -> Option<String> {
+        self.player.apply(self.tick, self.executive.as_mut());
+        self.tick += 1;
+        let mut events = Vec::new();
+        self.engine.begin();
+        let start = Instant::now();
+        let result = self.executive.tick(&mut self.engine, &mut events);
+        let elapsed = start.elapsed().as_nanos() as u64;
+        let (scan, overhead) = self.engine.finish();
+        self.scans.push(scan);
+        self.ticks.push(elapsed.saturating_sub(overhead));
+        result.err().map(|stop| stop.code)
+    }
+}
+
+fn entries(
+    contestants: &[Contestant],
+    program: &Program,
+) -> Vec<(String, Vec<(&'static str, Figures)>)> {
+    let of = |task| {
+        let called = contestants.iter().filter_map(move |c| {
+            let samples = c.engine.samples(task).filter(|samples| !samples.is_empty())?;
+            Some((c.name, samples.figures()))
+        });
+        called.collect::<Vec<_>>()
+    };
+    program
+        .tasks
+        .iter()
+        .enumerate()
+        .map(|(task, entry)| (entry.name.clone(), of(task)))
+        .filter(|(_, figures)| !figures.is_empty())
+        .collect()
+}
+
+fn object<T: Serialize>(pairs: &[(&'static str, T)]) -> Value {
+    Value::Object(pairs.iter().map(|(name, value)| ((*name).into(), json!(value))).collect())
+}
+
+impl Results {
+    fn json(&self, file: &str, dialect: &str, scans: u64) -> Value {
+        let entries: Map<String, Value> =
+            self.entries.iter().map(|(name, of)| (name.clone(), object(of))).collect();
+        json!({
+            "file": file, "dialect": dialect, "scans": scans, "entries": entries,
+            "engines": object(&self.engines),
+            "compile_ms": object(&self.compile_ms), "code_bytes": object(&self.code_bytes),
+        })
+    }
+
+    fn table(&self, file: &str, scans: u64) -> String {
+        let mut text = format!("{file}, {scans} ticks in each engine; nanoseconds\n\n");
+        let mut row = |cells: [&str; 5]| {
+            let [what, engine, min, median, p99] = cells;
+            text += &format!("{what:<12} {engine:<7} {min:>10} {median:>10} {p99:>10}\n");
+        };
+        row(["", "engine", "min", "median", "p99"]);
+        let mut figures = |what: &str, engine: &str, f: &Figures| {
+            let cells = [f.min, f.median, f.p99].map(|ns| ns.to_string());
+            let [min, median, p99] = &cells;
+            row([what, engine, min, median, p99]);
+        };
+        for (name, of) in &self.entries {
+            for (engine, f) in of {
+                figures(name, engine, f);
+            }
+        }
+        for (engine, f) in &self.engines {
+            figures("all together", engine, &f.ns_per_scan);
+        }
+        for (engine, f) in &self.engines {
+            figures("whole tick", engine, &f.ns_per_tick);
+        }
+        text.push('\n');
+        for ((engine, ms), (_, bytes)) in self.compile_ms.iter().zip(&self.code_bytes) {
+            text += &format!("{engine}: {ms} ms from source to callable, {bytes} bytes of code\n");
+        }
+        text
+    }
+}

@@ -1,0 +1,65 @@
+//! `plcc build`
+
+use std::path::{Path, PathBuf};
+
+use plcc_codegen::{OptLevel, Target, emit};
+use plcc_frontend::common::Lowered;
+
+use crate::args::{BuildArgs, Emit};
+use crate::compile;
+use crate::failure::{DONE, ERRORS, Failure};
+use crate::input::{self, Input};
+use crate::output;
+use crate::report::Report;
+
+pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
+    let options = input::options(&args.source)?;
+    let opt: OptLevel = args.opt.into();
+    let target = match &args.target {
+        Some(triple) => Target::baseline(triple, opt),
+        None => Target::host_baseline(opt),
+    };
+    let target = target.map_err(|error| format!("--target: {error}"))?;
+    let program = Input::read(&args.files, &args.source)?.check(&options);
+    let count = report.show(&program.sources, &program.diagnostics, args.message_format)?;
+    let Some(checked) = program.checked.filter(|_| count.errors == 0) else {
+        report.tell(&count.to_string());
+        return Ok(ERRORS);
+    };
+    let lowered = checked.optimized(opt);
+    let bytes = make(&lowered, &target, args.emit)?;
+    let stem = args.files.first().and_then(|file| file.file_stem());
+    let stem = Path::new(stem.unwrap_or(std::ffi::OsStr::new("program")));
+    let path = match (&args.output, args.emit) {
+        (Some(path), _) => path.clone(),
+        (None, Emit::Artifact) => named(stem, "plcx"),
+        (None, Emit::Obj) => named(stem, "o"),
+        (None, Emit::Clif | Emit::Asm) => PathBuf::from("-"),
+    };
+    output::write(&path, &bytes, &program.sources)?;
+    Ok(DONE)
+}
+
+fn named(stem: &Path, ending: &str) -> PathBuf {
+    let mut name = stem.as_os_str().to_owned();
+    name.push(".");
+    name.push(ending);
+    name.into()
+}
+
+/// What was asked for, as bytes.
+fn make(lowered: &Lowered, target: &Target, form: Emit) -> Result<Vec<u8>, String> {
+    let fail = |error: &dyn std::fmt::Display| format!("the program can't be compiled: {error}");
+    Ok(match form {
+        Emit::Artifact => {
+            let code = compile::code(lowered, target).map_err(|error| fail(&error))?;
+            compile::artifact(&lowered.program, &code).map_err(|error| fail(&error))?
+        }
+        Emit::Obj => {
+            let code = compile::code(lowered, target).map_err(|error| fail(&error))?;
+            emit::object(&lowered.program, &code, target).map_err(|error| fail(&error))?
+        }
+        Emit::Clif => emit::clif(&lowered.module, target).into_bytes(),
+        Emit::Asm => emit::asm(&lowered.module, target).map_err(|error| fail(&error))?.into_bytes(),
+    })
+}

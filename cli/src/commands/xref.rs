@@ -1,0 +1,45 @@
+//! `plcc xref`
+
+use std::slice;
+
+use serde_json::json;
+
+use crate::args::{FormatArg, XrefArgs};
+use crate::compile::Checked;
+use crate::failure::{DONE, ERRORS, Failure};
+use crate::input::{self, Input};
+use crate::output;
+use crate::report::Report;
+
+pub(crate) fn xref(args: &XrefArgs, report: &Report) -> Result<u8, Failure> {
+    let options = input::options(&args.source)?;
+    let program = Input::read(slice::from_ref(&args.file), &args.source)?.check(&options);
+    let count = report.show(&program.sources, &program.diagnostics, args.message_format)?;
+    let checked = match program.checked {
+        Some(Checked::Nct(checked)) => checked,
+        Some(_) => {
+            let what =
+                format!("it is {}; a cross-reference is made of NCT", program.dialect.name());
+            return Err(Failure::file(&args.file, what));
+        }
+        None => {
+            report.tell(&count.to_string());
+            return Ok(ERRORS);
+        }
+    };
+    let xref = checked.xref();
+    match args.message_format {
+        FormatArg::Human => output::print(xref.to_string().as_bytes())?,
+        FormatArg::Json => {
+            for row in &xref.rows {
+                let line = json!({
+                    "name": row.name, "meaning": row.meaning,
+                    "read": row.read, "written": row.written, "tested": row.tested,
+                });
+                output::print(format!("{line}\n").as_bytes())?;
+            }
+        }
+    }
+    report.show(&program.sources, &xref.warnings, args.message_format)?;
+    Ok(DONE)
+}

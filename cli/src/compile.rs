@@ -1,0 +1,125 @@
+//! From source text to engines. The one place that tells the languages apart.
+
+use plcc_abi::{Code, Dialect, Engine, Program};
+use plcc_codegen::{CodegenError, OptLevel, Target};
+use plcc_diag::{Diagnostic, FileId, SourceMap};
+use plcc_frontend::common::{FileLoader, Lowered, Options};
+use plcc_frontend::{nct, pmac, pmi};
+use plcc_runtime::NativeEngine;
+use plcc_runtime::artifact::{self, Artifact, ArtifactError};
+use plcc_runtime::native::NativeError;
+use thiserror::Error;
+
+/// A program without errors, or one whose broken parts may be left out.
+#[derive(Clone, Debug)]
+pub enum Checked {
+    /// PMI's.
+    Pmi(pmi::Program),
+    /// NCT's.
+    Nct(nct::Program),
+    /// PMAC's.
+    Pmac(pmac::Program),
+}
+
+/// Reads and checks a program: one file, or for PMAC several as one download. Included files are
+/// added to `sources`.
+///
+/// There is a program where there is no error, and for PMAC also where all errors are broken
+/// structures: the caller decides whether it runs without those PLCs (`--keep-going`).
+pub fn check(
+    sources: &mut SourceMap,
+    files: &[FileId],
+    dialect: Dialect,
+    loader: &dyn FileLoader,
+    options: &Options,
+) -> (Option<Checked>, Vec<Diagnostic>) {
+    fn wrap<P>(
+        (program, diagnostics): (Option<P>, Vec<Diagnostic>),
+        checked: fn(P) -> Checked,
+    ) -> (Option<Checked>, Vec<Diagnostic>) {
+        (program.map(checked), diagnostics)
+    }
+    let first = files.first().copied().unwrap_or(FileId(0));
+    match dialect {
+        Dialect::Pmi => wrap(pmi::check(sources, first, loader, options), Checked::Pmi),
+        Dialect::Nct => wrap(nct::check(sources, first, loader, options), Checked::Nct),
+        Dialect::Pmac => wrap(pmac::check(sources, files, loader, options), Checked::Pmac),
+    }
+}
+
+impl Checked {
+    /// The statement interpreter.
+    pub fn interpreter(&self) -> Box<dyn Engine> {
+        match self {
+            Self::Pmi(program) => program.interpreter(),
+            Self::Nct(program) => program.interpreter(),
+            Self::Pmac(program) => program.interpreter(),
+        }
+    }
+
+    /// Tables for the executive, and IR as the front end makes it.
+    pub fn lower(&self) -> Lowered {
+        match self {
+            Self::Pmi(program) => program.lower(),
+            Self::Nct(program) => program.lower(),
+            Self::Pmac(program) => program.lower(),
+        }
+    }
+
+    /// The same after the passes.
+    pub fn optimized(&self, opt: OptLevel) -> Lowered {
+        let mut lowered = self.lower();
+        plcc_ir::passes::optimize(&mut lowered.module, opt);
+        lowered
+    }
+}
+
+/// Why a checked program is not compiled: a defect of plcc, or a program beyond all measure.
+#[derive(Debug, Error)]
+pub enum CompileError {
+    /// No machine code could be made.
+    #[error(transparent)]
+    Codegen(#[from] CodegenError),
+    /// The code can't be run here.
+    #[error(transparent)]
+    Native(#[from] NativeError),
+    /// The artifact can't be made.
+    #[error(transparent)]
+    Artifact(#[from] ArtifactError),
+}
+
+/// Code for this very machine, mapped, and its size in bytes.
+///
+/// # Errors
+/// When the code can't be made or mapped.
+pub fn jit(lowered: &Lowered, opt: OptLevel) -> Result<(NativeEngine, usize), CompileError> {
+    let code = plcc_codegen::compile(&lowered.module, &Target::host(opt)?)?;
+    Ok((NativeEngine::new(&code, &lowered.program)?, code.bytes.len()))
+}
+
+/// Code for a target.
+///
+/// # Errors
+/// When it can't be made.
+pub fn code(lowered: &Lowered, target: &Target) -> Result<Code, CompileError> {
+    Ok(plcc_codegen::compile(&lowered.module, target)?)
+}
+
+/// An artifact's bytes.
+///
+/// # Errors
+/// When the code can't be made or the loader would not take it.
+pub fn artifact(program: &Program, code: &Code) -> Result<Vec<u8>, CompileError> {
+    Ok(artifact::encode(program, code)?)
+}
+
+/// Compiles ahead of time for machines like this one and loads the result, in memory; with the
+/// size of its code in bytes.
+///
+/// # Errors
+/// When any step fails.
+pub fn aot(lowered: &Lowered, opt: OptLevel) -> Result<(NativeEngine, usize), CompileError> {
+    let code = code(lowered, &Target::host_baseline(opt)?)?;
+    let loaded = Artifact::parse(&artifact(&lowered.program, &code)?)?;
+    Ok((NativeEngine::new(&loaded.code, &loaded.program)?, loaded.code.bytes.len()))
+}

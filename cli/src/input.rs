@@ -1,0 +1,132 @@
+//! Sources from the command line.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use plcc_abi::Dialect;
+use plcc_diag::{Diagnostic, FileId, SourceMap};
+use plcc_frontend::common::{FileLoader, Machine, Options};
+
+use crate::args::SourceArgs;
+use crate::compile::{self, Checked};
+use crate::detect;
+use crate::disk::Disk;
+use crate::failure::Failure;
+
+/// What is fixed when a program is compiled.
+pub(crate) fn options(args: &SourceArgs) -> Result<Options, Failure> {
+    Ok(Options {
+        limits: args.limits.unwrap_or_default().into(),
+        defines: args.define.clone(),
+        controller: args.controller.unwrap_or_default().into(),
+        machine: args.machine.as_deref().map(machine).transpose()?.unwrap_or_default(),
+        include_dirs: args.include.clone(),
+    })
+}
+
+/// Reads a machine file.
+pub(crate) fn machine(path: &Path) -> Result<Machine, Failure> {
+    let bytes = fs::read(path).map_err(|error| Failure::file(path, reason(&error)))?;
+    let text = String::from_utf8_lossy(&bytes);
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    Machine::parse(text).map_err(|error| Failure::file(path, error))
+}
+
+/// Why a file can't be read, in plain words.
+pub(crate) fn reason(error: &std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".into(),
+        std::io::ErrorKind::PermissionDenied => "it may not be read".into(),
+        std::io::ErrorKind::IsADirectory => "it is a folder".into(),
+        _ => error.to_string(),
+    }
+}
+
+/// A program's sources, read.
+pub(crate) struct Input {
+    pub(crate) sources: SourceMap,
+    pub(crate) files: Vec<FileId>,
+    pub(crate) dialect: Dialect,
+}
+
+/// A program's sources, checked.
+pub(crate) struct Program {
+    pub(crate) sources: SourceMap,
+    pub(crate) dialect: Dialect,
+    pub(crate) checked: Option<Checked>,
+    pub(crate) diagnostics: Vec<Diagnostic>,
+}
+
+impl Input {
+    /// Reads files that are one program.
+    pub(crate) fn read(paths: &[PathBuf], args: &SourceArgs) -> Result<Self, Failure> {
+        let mut sources = SourceMap::new();
+        let mut files = Vec::new();
+        for path in paths {
+            let bytes = Disk.read(path).map_err(|error| Failure::file(path, reason(&error)))?;
+            files.push(sources.add(path.to_string_lossy(), &bytes));
+        }
+        let dialect = match args.dialect {
+            Some(dialect) => dialect.into(),
+            None => detect_all(&sources, &files, paths)?,
+        };
+        if files.len() > 1 && dialect != Dialect::Pmac {
+            let name = dialect.name();
+            let message = format!(
+                "a {name} program is one file; {} were given (several are a PMAC download)",
+                files.len()
+            );
+            return Err(Failure::Usage(message));
+        }
+        Ok(Self { sources, files, dialect })
+    }
+
+    /// Checks the program.
+    pub(crate) fn check(self, options: &Options) -> Program {
+        let Self { mut sources, files, dialect } = self;
+        let (checked, diagnostics) = compile::check(&mut sources, &files, dialect, &Disk, options);
+        Program { sources, dialect, checked, diagnostics }
+    }
+}
+
+/// The dialect of files that are one program: what those say that say anything.
+fn detect_all(
+    sources: &SourceMap,
+    files: &[FileId],
+    paths: &[PathBuf],
+) -> Result<Dialect, Failure> {
+    let mut found: Option<(Dialect, &Path)> = None;
+    let mut doubt: Option<(&Path, Vec<Dialect>)> = None;
+    for (path, &file) in paths.iter().zip(files) {
+        match detect::dialect(path, sources.text(file)) {
+            Ok(dialect) => match found {
+                Some((other, first)) if other != dialect => {
+                    let (a, b) = (first.display(), path.display());
+                    let (x, y) = (other.name(), dialect.name());
+                    let message =
+                        format!("{a} is {x} and {b} is {y}; --dialect says what both are");
+                    return Err(Failure::Usage(message));
+                }
+                _ => found = Some((dialect, path)),
+            },
+            Err(like) => doubt = doubt.or(Some((path, like))),
+        }
+    }
+    match (found, doubt) {
+        (Some((dialect, _)), None) => Ok(dialect),
+        // One file of a download may be definitions alone.
+        (Some((Dialect::Pmac, _)), Some((_, like))) if like.is_empty() => Ok(Dialect::Pmac),
+        (_, Some((path, like))) => Err(Failure::file(path, undecided(&like))),
+        (None, None) => Err(Failure::Usage("no file was given".into())),
+    }
+}
+
+fn undecided(like: &[Dialect]) -> String {
+    let names: Vec<&str> = like.iter().map(|dialect| dialect.name()).collect();
+    if names.is_empty() {
+        "neither its name nor its text says which language it is; use --dialect pmi, nct or pmac"
+            .into()
+    } else {
+        format!("its text looks like {}; use --dialect", names.join(" and like "))
+    }
+}
