@@ -1,0 +1,348 @@
+//! Control flow between and within functions: goto, switch, suspend and resume, reset, trap, host
+//! calls; the same in the interpreter and in native code however the program is cut.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use plcc_abi::engine::NoHost;
+use plcc_abi::pmi::PmiTables;
+use plcc_abi::{
+    Code, Engine, FunctionRange, Host, HostFn, Outcome, Program, Region, Scan, Tables, TrapCode,
+    image,
+};
+use plcc_codegen::{OptLevel, Target, compile};
+use plcc_ir::interp::Interpreter;
+use plcc_ir::{Address, BinaryOp, ChunkBuilder, IntCond, Module, Statement, Type};
+use plcc_runtime::NativeEngine;
+
+const IMAGE: u32 = 64;
+
+fn builder(limit: usize) -> ChunkBuilder {
+    let vars = Region { name: "vars".into(), offset: 0, size: IMAGE, bits: false };
+    ChunkBuilder::new(IMAGE, vec![vars]).with_limit(limit)
+}
+
+fn at(offset: u32) -> Address {
+    Address::fixed(plcc_ir::Region(0), offset)
+}
+
+fn program(module: &Module) -> Program {
+    Program {
+        files: vec!["test".into()],
+        image_size: IMAGE,
+        regions: module.regions.clone(),
+        tasks: module.tasks.clone(),
+        tables: Tables::Pmi(PmiTables::default()),
+    }
+}
+
+/// All engines for what `make` writes, cut in small and in large functions.
+fn engines(make: impl Fn(&mut ChunkBuilder)) -> Vec<(String, Box<dyn Engine>)> {
+    let mut engines: Vec<(String, Box<dyn Engine>)> = vec![];
+    for limit in [1, 10, 1000] {
+        let mut b = builder(limit);
+        make(&mut b);
+        let module = b.finish();
+        for opt in [OptLevel::None, OptLevel::Speed] {
+            let code = compile(&module, &Target::host(opt).unwrap()).unwrap();
+            let engine = NativeEngine::new(&code, &program(&module)).unwrap();
+            engines.push((format!("{opt:?} {limit}"), Box::new(engine)));
+        }
+        engines.push((format!("interpreter {limit}"), Box::new(Interpreter::new(module))));
+    }
+    engines
+}
+
+fn statement(b: &mut ChunkBuilder, line: u32) {
+    b.statement(Statement { file: 0, line, start: 0, end: 0 });
+}
+
+fn add(b: &mut ChunkBuilder, offset: u32, n: i64) {
+    let v = b.ins().load(Type::I32, at(offset));
+    let v = b.ins().binary_imm(BinaryOp::Add, v, n);
+    b.ins().store(at(offset), v);
+}
+
+/// A loop over many statements that pauses twice in each round, and a second task that jumps into
+/// the middle of it.
+#[test]
+fn loops_pause_and_go_on() {
+    let make = |b: &mut ChunkBuilder| {
+        let (start, middle, top, out) = (b.place(), b.place(), b.place(), b.place());
+        b.bind(start);
+        b.task("first", start);
+        add(b, 0, 1);
+        b.bind(top);
+        for line in 1..=20 {
+            statement(b, line);
+            add(b, 4, line.into());
+        }
+        b.suspend(middle);
+        b.bind(middle);
+        statement(b, 21);
+        add(b, 8, 1);
+        let count = b.ins().load(Type::I32, at(8));
+        let more = b.ins().icmp_imm(IntCond::Ult, count, 4);
+        let again = b.place();
+        b.brif(more, again, out);
+        b.bind(again);
+        b.suspend(top);
+        b.bind(out);
+        statement(b, 22);
+        add(b, 12, 1);
+        b.ret();
+        let second = b.place();
+        b.bind(second);
+        b.task("second", second);
+        b.jump(middle);
+    };
+    for (name, mut engine) in engines(make) {
+        let mut image = [0; IMAGE as usize];
+        let mut call =
+            |task, image: &mut [u8]| engine.call(task, &mut Scan { image, host: &mut NoHost });
+        let words = |image: &[u8]| [0, 4, 8, 12].map(|offset| image::read_u32(image, offset));
+        let outcomes: Vec<_> = (0..7).map(|_| call(0, &mut image)).collect();
+        assert_eq!(outcomes, [Outcome::Suspended; 7], "{name}");
+        assert_eq!(words(&image), [1, 4 * 210, 3, 0], "{name}");
+        assert_eq!(call(1, &mut image), Outcome::End, "{name}");
+        assert_eq!(words(&image), [1, 4 * 210, 4, 1], "{name}");
+        assert_eq!(call(0, &mut image), Outcome::End, "{name}");
+        assert_eq!(words(&image), [1, 4 * 210, 5, 2], "{name}");
+        assert_eq!(call(0, &mut image), Outcome::Suspended, "{name}");
+        assert_eq!(words(&image), [2, 5 * 210, 5, 2], "{name}: starts at the top again");
+        engine.reset(0);
+        engine.reset(9);
+        let mut scan = Scan { image: &mut image, host: &mut NoHost };
+        assert_eq!(engine.call(0, &mut scan), Outcome::Suspended, "{name}");
+        assert_eq!(words(&image), [3, 6 * 210, 5, 2], "{name}: reset");
+        let mut scan = Scan { image: &mut image, host: &mut NoHost };
+        assert_eq!(engine.call(7, &mut scan), Outcome::End, "{name}: no such task");
+    }
+}
+
+/// `goto_indirect` and `switch` by every number, in range and out.
+#[test]
+fn numbers_choose() {
+    let make = |b: &mut ChunkBuilder| {
+        let targets: Vec<_> = (0..30).map(|_| b.place()).collect();
+        let (switch, indirect, default) = (b.place(), b.place(), b.place());
+        // Labels first, so that their numbers are those of the targets.
+        for &target in &targets {
+            b.label(target);
+        }
+        b.bind(switch);
+        b.task("switch", switch);
+        let v = b.ins().load(Type::I32, at(0));
+        b.switch(v, targets.clone(), default);
+        b.bind(indirect);
+        b.task("indirect", indirect);
+        let v = b.ins().load(Type::I32, at(0));
+        b.goto_indirect(v);
+        for (number, &target) in targets.iter().enumerate() {
+            b.bind(target);
+            statement(b, 1);
+            let v = b.ins().iconst(Type::I32, 100 + number as i64);
+            b.ins().store(at(4), v);
+            b.ret();
+        }
+        b.bind(default);
+        b.trap(TrapCode::Timeout);
+    };
+    for (name, mut engine) in engines(make) {
+        for number in (0..40).chain([i32::MAX, -1, i32::MIN]) {
+            // The tasks have labels too, 30 and 31; the second leads to itself.
+            let tasks = if (30..32).contains(&number) { 0..1 } else { 0..2 };
+            for task in tasks {
+                let mut image = [0; IMAGE as usize];
+                image::write_i32(&mut image, 0, number);
+                let mut scan = Scan { image: &mut image, host: &mut NoHost };
+                let outcome = engine.call(task, &mut scan);
+                let result = image::read_i32(&image, 4);
+                match (number, task) {
+                    (0..30, _) => {
+                        assert_eq!((outcome, result), (Outcome::End, 100 + number), "{name}");
+                    }
+                    (_, 0) => assert_eq!(outcome, Outcome::Trap(TrapCode::Timeout), "{name}"),
+                    // The default's label, where it is in a function of its own.
+                    (32, _) => assert!(matches!(outcome, Outcome::Trap(_)), "{name}"),
+                    (_, _) => assert_eq!(outcome, Outcome::Trap(TrapCode::BadLabel), "{name}"),
+                }
+            }
+        }
+    }
+}
+
+/// What stands before a trap has happened, what stands behind has not.
+#[test]
+fn traps_stop_at_once() {
+    for &code in TrapCode::ALL {
+        let make = |b: &mut ChunkBuilder| {
+            let (start, stop, go) = (b.place(), b.place(), b.place());
+            b.bind(start);
+            b.task("t", start);
+            statement(b, 1);
+            add(b, 0, 1);
+            let v = b.ins().load(Type::I32, at(0));
+            let late = b.ins().icmp_imm(IntCond::Sge, v, 3);
+            b.brif(late, stop, go);
+            b.bind(stop);
+            b.trap(code);
+            b.bind(go);
+            statement(b, 2);
+            add(b, 4, 1);
+            b.ret();
+        };
+        for (name, mut engine) in engines(make) {
+            let mut image = [0; IMAGE as usize];
+            let outcomes: Vec<_> = (0..3)
+                .map(|_| engine.call(0, &mut Scan { image: &mut image, host: &mut NoHost }))
+                .collect();
+            assert_eq!(outcomes, [Outcome::End, Outcome::End, Outcome::Trap(code)], "{name}");
+            assert_eq!((image[0], image[4]), (3, 2), "{name}");
+        }
+    }
+}
+
+/// Remembers its calls, and changes the image.
+#[derive(Default)]
+struct Recorder {
+    calls: Vec<(HostFn, [u64; 4])>,
+    panics: bool,
+}
+
+impl Host for Recorder {
+    fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64 {
+        self.calls.push((function, args));
+        assert!(!self.panics, "a host that panics");
+        image[40] += 1;
+        match function {
+            HostFn::PmacWordRead => 0xFFFF_FFFF_8000_0001,
+            HostFn::PmacBits => 0x8000_0000_0000_0001,
+            _ => (-2.5_f64).to_bits(),
+        }
+    }
+}
+
+fn calls(b: &mut ChunkBuilder) {
+    let start = b.place();
+    b.bind(start);
+    b.task("t", start);
+    let minus = b.ins().iconst(Type::I32, -1);
+    let two = b.ins().iconst(Type::I32, 2);
+    let half = b.ins().fconst(0.5);
+    let word = b.ins().host_call(HostFn::PmacWordRead, &[minus, two]).unwrap();
+    b.ins().store(at(0), word);
+    let bits = b.ins().host_call(HostFn::PmacBits, &[half]).unwrap();
+    b.ins().store(at(8), bits);
+    statement(b, 2);
+    let minus = b.ins().iconst(Type::I32, -1);
+    let half = b.ins().fconst(0.5);
+    let double = b.ins().host_call(HostFn::PmacSin, &[half, minus]).unwrap();
+    b.ins().store(at(16), double);
+    b.ins().host_call(HostFn::PmacPlc, &[minus, minus, minus, minus]);
+    b.ins().host_call(HostFn::PmacSave, &[]);
+    let seen = b.ins().load(Type::I8, at(40));
+    b.ins().store(at(41), seen);
+    b.ret();
+}
+
+#[test]
+fn hosts_get_and_give_every_type() {
+    for (name, mut engine) in engines(calls) {
+        let mut image = [0; IMAGE as usize];
+        let mut host = Recorder::default();
+        let outcome = engine.call(0, &mut Scan { image: &mut image, host: &mut host });
+        assert_eq!(outcome, Outcome::End);
+        let (minus, half) = (0xFFFF_FFFF, 0.5_f64.to_bits());
+        let expected = [
+            (HostFn::PmacWordRead, [minus, 2, 0, 0]),
+            (HostFn::PmacBits, [half, 0, 0, 0]),
+            (HostFn::PmacSin, [half, minus, 0, 0]),
+            (HostFn::PmacPlc, [minus; 4]),
+            (HostFn::PmacSave, [0; 4]),
+        ];
+        assert_eq!(host.calls, expected, "{name}");
+        assert_eq!(image::read_u64(&image, 0), 0x8000_0001, "{name}");
+        assert_eq!(image::read_u64(&image, 8), 0x8000_0000_0000_0001, "{name}");
+        assert_eq!(image::read_f64(&image, 16), -2.5, "{name}");
+        assert_eq!(image[41], 5, "{name}: what the host changed is seen");
+    }
+}
+
+/// A panic does not cross compiled code: the scan ends, and the host is not called again in it.
+#[test]
+fn a_panic_of_the_host_stays_there() {
+    for (name, mut engine) in engines(calls) {
+        if name.starts_with("interpreter") {
+            continue;
+        }
+        let mut image = [0; IMAGE as usize];
+        let mut host = Recorder { panics: true, ..Recorder::default() };
+        let outcome = engine.call(0, &mut Scan { image: &mut image, host: &mut host });
+        assert_eq!((outcome, host.calls.len()), (Outcome::End, 1), "{name}");
+    }
+}
+
+/// Labels far apart, in one function.
+#[test]
+fn labels_far_apart_are_found() {
+    let mut b = builder(1000);
+    let places: Vec<_> = (0..200).map(|_| b.place()).collect();
+    for &place in &places {
+        b.label(place);
+    }
+    // Every 40th is in the first function, the others in one each.
+    let far = |i: usize| i.is_multiple_of(40);
+    for i in (0..200).filter(|&i| far(i)).chain((0..200).filter(|&i| !far(i))) {
+        b.bind(places[i]);
+        b.task("t", places[i]);
+        let v = b.ins().iconst(Type::I32, i as i64);
+        b.ins().store(at(0), v);
+        b.ret();
+        if i == 160 {
+            // Makes the function long enough to be cut.
+            let end = b.place();
+            b.bind(end);
+            for _ in 0..1000 {
+                b.ins().store(at(4), v);
+            }
+            b.ret();
+        }
+    }
+    let module = b.finish();
+    assert!(module.funcs.len() > 1);
+    let order: Vec<usize> =
+        (0..200).filter(|&i| far(i)).chain((0..200).filter(|&i| !far(i))).collect();
+    for opt in [OptLevel::None, OptLevel::Speed] {
+        let code = compile(&module, &Target::host(opt).unwrap()).unwrap();
+        let mut engine = NativeEngine::new(&code, &program(&module)).unwrap();
+        for (task, &i) in order.iter().enumerate() {
+            let mut image = [0xFF; IMAGE as usize];
+            engine.call(task, &mut Scan { image: &mut image, host: &mut NoHost });
+            assert_eq!(image::read_u32(&image, 0) as usize, i);
+        }
+    }
+}
+
+/// An image that is too short is never touched, and code for others is never entered.
+#[test]
+fn what_does_not_fit_is_not_run() {
+    let mut b = builder(10);
+    calls(&mut b);
+    let module = b.finish();
+    let program = program(&module);
+    let code = compile(&module, &Target::host(OptLevel::Speed).unwrap()).unwrap();
+    let mut engine = NativeEngine::new(&code, &program).unwrap();
+    let mut image = [0; IMAGE as usize - 1];
+    let outcome = engine.call(0, &mut Scan { image: &mut image, host: &mut NoHost });
+    assert_eq!(outcome, Outcome::Trap(TrapCode::BadLabel));
+    let refuse = |code: Code| assert!(NativeEngine::new(&code, &program).is_err());
+    refuse(Code { architecture: "pdp11".into(), ..code.clone() });
+    refuse(Code { features: vec!["warp9".into()], ..code.clone() });
+    refuse(Code { labels: vec![1], ..code.clone() });
+    refuse(Code { labels: vec![], ..code.clone() });
+    let long = FunctionRange { name: "x".into(), offset: 0, len: u32::MAX };
+    refuse(Code { functions: vec![long], ..code.clone() });
+    let foreign = Target::baseline("aarch64-unknown-linux-gnu", OptLevel::None).unwrap();
+    if std::env::consts::ARCH != "aarch64" {
+        refuse(compile(&module, &foreign).unwrap());
+    }
+}
