@@ -13,6 +13,8 @@ pub mod context;
 pub mod engine;
 pub mod host;
 pub mod image;
+#[cfg(feature = "machine")]
+pub mod machine;
 mod natural;
 pub mod nct;
 pub mod outcome;

@@ -2,11 +2,15 @@
 //! it, and none in what it depends on.
 
 use std::fmt::Display;
+use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
+use plcc_abi::machine::Machine;
+use plcc_abi::nct::NctSettings;
+use plcc_abi::{Dialect, Program};
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::{Artifact, NativeEngine, session};
 
@@ -29,27 +33,44 @@ struct Cli {
     /// The artifact, STEM.plcx
     artifact: PathBuf,
 
+    /// NCT: a machine file (TOML) in place of the one that the program was compiled with
+    #[arg(long, value_name = "FILE.toml")]
+    machine: Option<PathBuf>,
+
     #[command(flatten)]
     run: RunArgs,
 }
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    ExitCode::from(match load(&cli.artifact) {
-        Ok((artifact, mut engine)) => session::run(&artifact.program, &mut engine, &cli.run, None),
-        Err(message) => {
-            // Where nobody listens, the exit status says it.
-            let _ = writeln!(io::stderr(), "error: {message}");
-            session::USAGE
-        }
-    })
+    ExitCode::from(run(&cli).unwrap_or_else(|message| {
+        // Where nobody listens, the exit status says it.
+        let _ = writeln!(io::stderr(), "error: {message}");
+        session::USAGE
+    }))
 }
 
-/// Reads an artifact and maps its code.
-fn load(path: &Path) -> Result<(Artifact, NativeEngine), String> {
-    let named = |error: &dyn Display| format!("{}: {error}", path.display());
-    let artifact = Artifact::open(path).map_err(|error| named(&error))?;
+/// Reads the artifact, maps its code and runs it.
+fn run(cli: &Cli) -> Result<u8, String> {
+    let named = |error: &dyn Display| format!("{}: {error}", cli.artifact.display());
+    let artifact = Artifact::open(&cli.artifact).map_err(|error| named(&error))?;
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
-    let engine = engine.map_err(|error| named(&error))?;
-    Ok((artifact, engine))
+    let mut engine = engine.map_err(|error| named(&error))?;
+    let machine =
+        cli.machine.as_deref().map(|path| machine(path, &artifact.program)).transpose()?;
+    Ok(session::run(&artifact.program, &mut engine, &cli.run, machine.as_ref()))
+}
+
+/// What a machine file says of the control. What it says of variables was fixed when the program
+/// was compiled.
+fn machine(path: &Path, program: &Program) -> Result<NctSettings, String> {
+    let named = |error: &dyn Display| format!("{}: {error}", path.display());
+    let text = fs::read_to_string(path).map_err(|error| named(&error))?;
+    let machine = Machine::parse(&text).map_err(|error| named(&error))?;
+    if !machine.variables.is_empty() || program.dialect() != Dialect::Nct {
+        let fixed = "what it says was fixed when the program was compiled; an artifact takes an \
+                     NCT control's settings only";
+        return Err(named(&fixed));
+    }
+    Ok(machine.nct)
 }

@@ -3,15 +3,13 @@
 mod include;
 mod loader;
 mod lowered;
-mod machine;
-mod machine_nct;
 mod options;
 mod suggest;
 
 pub use include::{Included, find_include};
 pub use loader::{FileLoader, MemoryLoader};
 pub use lowered::Lowered;
-pub use machine::{Machine, MachineError, MachineVariable, VariableClass, VariableType};
 pub use options::{Controller, Limits, Options};
+pub use plcc_abi::machine::{Machine, MachineError, MachineVariable, VariableClass, VariableType};
 pub use plcc_abi::natural_cmp;
 pub use suggest::closest;

@@ -1,4 +1,5 @@
-//! The machine file (`--machine FILE.toml`): what a particular machine has.
+//! The machine file (`--machine FILE.toml`): what a particular machine has. Behind the feature
+//! `machine`.
 //!
 //! ```toml
 //! # PMI: executive variables of this machine, added or changed. What is not said stays.
@@ -7,12 +8,20 @@
 //! "@MAT" = { type = "integer", size = 1024 }
 //! ```
 
-use std::fmt;
+mod nct;
 
-use plcc_abi::nct::NctSettings;
+use alloc::{
+    collections::BTreeMap,
+    format,
+    string::{String, ToString},
+    vec::Vec,
+};
+use core::fmt;
+
 use serde::Deserialize;
 
-use super::machine_nct::NctFile;
+use crate::nct::NctSettings;
+use nct::NctFile;
 
 /// What the machine file says.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -77,12 +86,12 @@ impl fmt::Display for MachineError {
     }
 }
 
-impl std::error::Error for MachineError {}
+impl core::error::Error for MachineError {}
 
 #[derive(Deserialize)]
 struct File {
     #[serde(default)]
-    variables: std::collections::BTreeMap<String, Entry>,
+    variables: BTreeMap<String, Entry>,
     #[serde(flatten)]
     nct: NctFile,
 }

@@ -15,9 +15,12 @@
 //! 3 = { tool = 5, width = 3 }
 //! ```
 
-use plcc_abi::nct::{NctControl, NctSettings, ToolPot};
+use alloc::{format, string::String, vec, vec::Vec};
+
 use serde::Deserialize;
 use toml::{Table, Value};
+
+use crate::nct::{NctControl, NctSettings, ToolPot};
 
 /// The largest number of a parameter or macro variable.
 const MAX_NUMBER: u16 = 9999;
@@ -153,6 +156,8 @@ fn pot(number: Option<u16>, row: &Value) -> Result<ToolPot, String> {
 
 #[cfg(test)]
 mod tests {
+    use alloc::string::ToString;
+
     use super::super::Machine;
     use super::*;
 
