@@ -26,6 +26,7 @@ pub mod inst;
 pub mod interp;
 pub mod module;
 pub mod passes;
+pub mod text;
 pub mod types;
 pub mod verify;
 

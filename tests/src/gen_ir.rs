@@ -1,7 +1,7 @@
 //! Random valid IR: every operation, every kind of access and terminator, loops with a counter
 //! in the image, values that are passed to blocks.
 
-use plcc_abi::{Host, HostFn, Region as RegionData, TrapCode};
+use plcc_abi::{Engine, Host, HostFn, Outcome, Region as RegionData, Scan, TrapCode};
 use plcc_ir::{
     Address, BinaryOp, ChunkBuilder, ConvertOp, FloatCond, IntCond, Module, Place, Region,
     SourceFile, Statement, Type, UnaryOp, Value,
@@ -10,16 +10,37 @@ use plcc_ir::{
 use crate::rng::Rng;
 
 /// Bytes of the image.
-pub const IMAGE: usize = 192;
+const IMAGE: usize = 192;
 
 /// Where the counter that bounds loops stands.
 const FUEL: u32 = 160;
 
 /// The bytes that hold truth values.
-pub const BITS: std::ops::Range<usize> = 0..24;
+const BITS: [std::ops::Range<usize>; 2] = [0..24, 144..160];
 
 fn region(name: &str, offset: u32, size: u32, bits: bool) -> RegionData {
     RegionData { name: name.into(), offset, size, bits }
+}
+
+/// What some scans leave: after each the image, the outcome and what the host was asked.
+pub fn trace(engine: &mut dyn Engine, seed: u64) -> Vec<(Vec<u8>, Outcome, u64)> {
+    let mut rng = Rng::new(seed);
+    let mut image: Vec<u8> = (0..IMAGE).map(|_| rng.bits() as u8).collect();
+    let mut host = Mixer::default();
+    let mut rows = vec![];
+    for _ in 0..6 {
+        for bits in BITS {
+            image[bits].iter_mut().for_each(|byte| *byte &= 1);
+        }
+        image[160..168].copy_from_slice(&20u64.to_le_bytes());
+        let outcome = engine.call(0, &mut Scan { image: &mut image, host: &mut host });
+        rows.push((image.clone(), outcome, host.0));
+        for _ in 0..4 {
+            let at = rng.below(IMAGE);
+            image[at] = rng.bits() as u8;
+        }
+    }
+    rows
 }
 
 struct Gen {

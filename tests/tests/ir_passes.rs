@@ -2,38 +2,14 @@
 //! outcomes, the same calls of the host.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use plcc_abi::{Engine, Outcome, Program, Scan, Tables};
+use plcc_abi::{Outcome, Program, Tables};
 use plcc_codegen::{Target, compile};
 use plcc_ir::interp::Interpreter;
 use plcc_ir::passes::{self, OptLevel, Pass};
 use plcc_ir::{Module, verify};
 use plcc_runtime::native::NativeEngine;
-use plcc_tests::gen_ir::{BITS, IMAGE, Mixer, generate};
+use plcc_tests::gen_ir::{generate, trace};
 use plcc_tests::rng::Rng;
-
-/// What some scans leave: after each the image, the outcome and what the host was asked.
-fn trace(engine: &mut dyn Engine, seed: u64) -> Vec<(Vec<u8>, Outcome, u64)> {
-    let mut rng = Rng::new(seed);
-    let mut image: Vec<u8> = (0..IMAGE).map(|_| rng.bits() as u8).collect();
-    let mut host = Mixer::default();
-    let mut rows = vec![];
-    for _ in 0..6 {
-        for byte in &mut image[BITS] {
-            *byte &= 1;
-        }
-        for byte in &mut image[144..160] {
-            *byte &= 1;
-        }
-        image[160..168].copy_from_slice(&20u64.to_le_bytes());
-        let outcome = engine.call(0, &mut Scan { image: &mut image, host: &mut host });
-        rows.push((image.clone(), outcome, host.0));
-        for _ in 0..4 {
-            let at = rng.below(IMAGE);
-            image[at] = rng.bits() as u8;
-        }
-    }
-    rows
-}
 
 fn interpreted(module: &Module, seed: u64) -> Vec<(Vec<u8>, Outcome, u64)> {
     trace(&mut Interpreter::new(module.clone()), seed)

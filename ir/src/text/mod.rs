@@ -1,0 +1,54 @@
+//! The text form of a module: what `--emit ir` shows and filetests are written in.
+//!
+//! ```text
+//! image 16
+//! region vars at 0 size 8
+//! region flags at 8 size 8 bits
+//! task "scan" L0
+//!
+//! fn "chunk0" {
+//! block0 (L0):
+//!     @0                                  ;; X = A[I] + 1
+//!     v0: i32 = load vars:4
+//!     v1: i16 = load vars:0[v0 * 2, 2]    ;; element v0 of 2, 2 bytes apart
+//!     v2: i16 = iconst 1
+//!     v3: i16 = add v1, v2
+//!     store vars:6, v3
+//!     v4: i1 = load volatile flags:0
+//!     brif v4, block1(v3), block2
+//! block1(v5: i16):
+//!     v6: i1 = icmp eq v5, v2
+//!     v7: i32 = sext v5
+//!     v8: f64 = hostcall pmac_m_read(v7)
+//!     jump block2
+//! block2:
+//!     return
+//! }
+//!
+//! statement file 0 line 1 from 0 to 12
+//! file "x.pmi"
+//! | X = A[I] + 1
+//! ```
+//!
+//! A `;` begins a comment, except inside quotes. `@N` says which statement the instructions that
+//! follow belong to, `@none` that they belong to none; it holds until the next, over blocks.
+//! Blocks are numbered in the order in which they stand; a value may be used above its
+//! definition. Other terminators are `switch V, [BLOCK, …], BLOCK`, `goto L`, `goto_indirect V`,
+//! `suspend L`, `trap CODE`. A double is written as Rust does, or as its bits (`0x7ff…`).
+//! A `|` begins a line of a file's text, in which a backslash stands before `\`, `r` (return)
+//! and hexadecimal digits in braces.
+//!
+//! What is printed numbers values in the order in which they stand, so it is the same again when
+//! it was parsed.
+
+mod lex;
+mod parse;
+mod parse_func;
+mod parse_inst;
+mod print;
+
+pub use parse::{ParseError, parse};
+pub use print::print;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,56 @@
+//! IR as text: what was printed is read as it was, and no text makes the reader panic.
+#![allow(clippy::unwrap_used)]
+
+use plcc_ir::interp::Interpreter;
+use plcc_ir::passes::{self, OptLevel};
+use plcc_ir::text::{parse, print};
+use plcc_ir::verify::verify;
+use plcc_tests::gen_ir::{generate, trace};
+use plcc_tests::rng::Rng;
+
+#[test]
+fn modules_come_back() {
+    for seed in 0..150 {
+        let mut module = generate(seed);
+        for _ in 0..2 {
+            let text = print(&module);
+            let read = parse(&text).unwrap_or_else(|error| panic!("seed {seed}: {error}\n{text}"));
+            assert_eq!(print(&read), text, "seed {seed}");
+            assert_eq!(verify(&read), [], "seed {seed}");
+            assert_eq!(read.statements, module.statements);
+            assert_eq!(read.files, module.files);
+            let ran = |module| trace(&mut Interpreter::new(module), seed);
+            assert_eq!(ran(read), ran(module.clone()), "seed {seed}");
+            passes::optimize(&mut module, OptLevel::Speed);
+        }
+    }
+}
+
+#[test]
+fn mangled_text_is_read_or_refused() {
+    let bits = ["v0", "block1", "L0", "}", "{", "(", ")", "\"", ";", "|", "@", "-1", "\n", "bits"];
+    let mut rng = Rng::new(5);
+    for seed in 0..200 {
+        let mut text: Vec<char> = print(&generate(seed)).chars().collect();
+        text.truncate(4000);
+        for _ in 0..20 {
+            for _ in 0..1 + rng.below(4) {
+                let at = rng.below(text.len());
+                match rng.below(4) {
+                    0 => drop(text.splice(at..at, rng.pick(&bits).chars())),
+                    1 => drop(text.remove(at)),
+                    2 => text[at] = char::from(rng.below(128) as u8),
+                    _ => {
+                        let with = rng.below(text.len());
+                        text.swap(at, with);
+                    }
+                }
+            }
+            let mangled: String = text.iter().collect();
+            if let Ok(module) = parse(&mangled) {
+                verify(&module);
+                print(&module);
+            }
+        }
+    }
+}
