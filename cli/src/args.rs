@@ -41,7 +41,7 @@ pub(crate) enum Command {
     /// Finds every mistake in sources
     #[command(after_help = "\
 Folders are searched for .pmi, .nct, .pmc, .pmac and .plc files, in any case; files that others \
-include are checked with those.
+include are checked with those. Several PMAC files that are named are one download, in their order.
 
 Examples:
   plcc check lathe.pmi
@@ -80,6 +80,7 @@ Examples:
     #[command(after_help = "\
 Examples:
   plcc explain PMI-31
+  plcc explain ERR003    PMAC's own form of PMAC-3
   plcc explain @FRO
   plcc explain I510      the flag of NCT and the I-variable of PMAC
   plcc explain M145 --dialect pmac")]
@@ -340,9 +341,9 @@ pub(crate) struct BenchArgs {
 
 #[derive(Args)]
 pub(crate) struct ExplainArgs {
-    /// A code as in a diagnostic, or a variable of a control
-    #[arg(value_name = "CODE|NAME", allow_hyphen_values = true)]
-    pub(crate) what: String,
+    /// Codes of diagnostics, and variables of a control, in any case
+    #[arg(required = true, value_name = "CODE|NAME")]
+    pub(crate) what: Vec<String>,
 
     /// Only what it means there
     #[arg(long, value_name = "DIALECT")]

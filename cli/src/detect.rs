@@ -40,61 +40,86 @@ pub fn dialect(path: &Path, text: &str) -> Result<Dialect, Vec<Dialect>> {
     }
 }
 
-/// The dialects whose marks stand in a text, comments aside.
+/// The languages whose marks stand in a text, comments and quoted texts aside: `:000` or `:001`
+/// for NCT; `OPEN PLC`, `->` or `#define` for PMAC; a directive of PMI.
 pub fn looks_like(text: &str) -> Vec<Dialect> {
+    let plain = without_comments(text);
     let marks = [
-        (Dialect::Pmi, is_pmi(text)),
-        (Dialect::Nct, is_nct(text)),
-        (Dialect::Pmac, is_pmac(text)),
+        (Dialect::Pmi, has_directive(&plain)),
+        (Dialect::Nct, has_module(&plain)),
+        (Dialect::Pmac, has_download(&plain)),
     ];
-    marks.into_iter().filter(|&(_, is)| is).map(|(dialect, _)| dialect).collect()
+    marks.into_iter().filter(|&(_, there)| there).map(|(dialect, _)| dialect).collect()
 }
 
-/// A section directive at the start of a line; `?` begins comments.
-fn is_pmi(text: &str) -> bool {
-    const SECTIONS: [&str; 14] = [
-        "INPUT", "OUTPUT", "LOGICAL", "INTEGER", "LONG", "FAULT", "MESSAGE", "KEY", "MCODE",
-        "GCODE", "TIMER", "FLIPFLOP", "AUXAXIS", "END",
-    ];
-    text.split(['\r', '\n']).any(|line| {
-        let word = line.trim_start().strip_prefix('$').unwrap_or("");
-        let end = word.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(word.len());
-        word.get(..end).is_some_and(|word| SECTIONS.iter().any(|s| s.eq_ignore_ascii_case(word)))
-    })
-}
-
-/// The text without comments that begin with one of `line` or stand in `/* */`.
-fn uncommented(text: &str, line: &[&str]) -> String {
+/// The text in capitals, with blanks for the comments of all three languages and for what stands
+/// in quotes.
+fn without_comments(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut rest = text;
-    while let Some(c) = rest.chars().next() {
-        let skip = if rest.starts_with("/*") {
-            rest.get(2..).and_then(|tail| tail.find("*/")).map_or(rest.len(), |at| at + 4)
-        } else if line.iter().any(|mark| rest.starts_with(mark)) {
-            rest.find(['\r', '\n']).unwrap_or(rest.len())
+    while let Some(at) = rest.find(['?', ';', '/', '"']) {
+        let (before, tail) = rest.split_at(at);
+        out.push_str(before);
+        let behind = tail.get(1..).unwrap_or("");
+        let len = if tail.starts_with("/*") {
+            tail.get(2..).and_then(|t| t.find("*/")).map_or(tail.len(), |close| close + 4)
+        } else if tail.starts_with('"') {
+            // Quotes close on their line, or are none.
+            let end = behind.find(['"', '\r', '\n']).unwrap_or(behind.len());
+            if behind.get(end..).is_some_and(|t| t.starts_with('"')) { end + 2 } else { 1 }
+        } else if tail.starts_with('/') && !behind.starts_with('/') {
+            out.push('/');
+            rest = behind;
+            continue;
         } else {
-            out.push(c);
-            c.len_utf8()
+            tail.find(['\r', '\n']).unwrap_or(tail.len())
         };
-        rest = rest.get(skip..).unwrap_or("");
+        out.push(' ');
+        rest = tail.get(len..).unwrap_or("");
     }
+    out.push_str(rest);
+    out.make_ascii_uppercase();
     out
 }
 
-/// A label `:000` or `:001`; white space means nothing.
-fn is_nct(text: &str) -> bool {
-    let mut dense = uncommented(text, &[";"]);
-    dense.retain(|c| !c.is_whitespace());
-    dense.contains(":000") || dense.contains(":001")
+/// The directives of PMI.
+const DIRECTIVES: [&str; 15] = [
+    "INPUT", "OUTPUT", "LOGICAL", "INTEGER", "LONG", "FAULT", "MESSAGE", "KEY", "MCODE", "GCODE",
+    "TIMER", "FLIPFLOP", "AUXAXIS", "INCLUDE", "END",
+];
+
+fn has_directive(plain: &str) -> bool {
+    plain.split(['\r', '\n']).any(|line| {
+        let word = line.trim_start_matches(|c: char| c.is_whitespace() || c == '\u{feff}');
+        let Some(word) = word.strip_prefix('$') else { return false };
+        let end = word.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(word.len());
+        word.get(..end).is_some_and(|word| DIRECTIVES.contains(&word))
+    })
 }
 
-/// `OPEN PLC`, a definition's arrow, or a macro.
-fn is_pmac(text: &str) -> bool {
-    let upper = uncommented(text, &[";", "//", "?"]).to_ascii_uppercase();
-    let opens = upper.match_indices("OPEN").any(|(at, word)| {
-        upper.get(at + word.len()..).is_some_and(|tail| tail.trim_start().starts_with("PLC"))
-    });
-    opens || upper.contains("->") || upper.contains("#DEFINE")
+/// Whether a module of NCT begins somewhere. An address of PMAC (`Y:0001`) is none.
+fn has_module(plain: &str) -> bool {
+    plain.match_indices(':').any(|(at, _)| {
+        let (before, behind) = plain.split_at(at);
+        let mut digits = behind.chars().skip(1).filter(|c| !c.is_whitespace());
+        let module = digits.next() == Some('0')
+            && digits.next() == Some('0')
+            && matches!(digits.next(), Some('0' | '1'));
+        let before = before.trim_end();
+        let address = before.ends_with(['X', 'Y', 'L', 'D', 'P', 'F'])
+            || ["TWB", "TWS", "TWR"].iter().any(|word| before.ends_with(word));
+        module && !address
+    })
+}
+
+fn has_download(plain: &str) -> bool {
+    let follows = |word: &str, next: &str| {
+        plain.match_indices(word).any(|(at, _)| {
+            let tail = plain.get(at + word.len()..).unwrap_or("");
+            tail.trim_start().starts_with(next)
+        })
+    };
+    plain.contains("->") || follows("OPEN", "PLC") || follows("#", "DEFINE")
 }
 
 #[cfg(test)]
@@ -121,5 +146,23 @@ mod tests {
         assert_eq!(of("a.txt", "? -> #define\n  $INPUT\nA PORT1.0\n"), Ok(Dialect::Pmi));
         assert_eq!(of("a.plc", "; OPEN PLC 1\n"), Err(vec![]));
         assert_eq!(of("a.plc", ":000\nOPEN PLC 1\n"), Err(vec![Dialect::Nct, Dialect::Pmac]));
+    }
+
+    #[test]
+    fn what_only_resembles_a_mark_is_none() {
+        use Dialect::{Nct, Pmac, Pmi};
+        for (text, found) in [
+            ("U001:0 0\n1J1", vec![Nct]),
+            ("OPEN\nPLCC0", vec![Pmac]),
+            ("M1->Y:0001,8", vec![Pmac]),
+            (" # define A B", vec![Pmac]),
+            ("P1=0 // :000\n", vec![]),
+            ("F=\"-> :000\"\n$end", vec![Pmi]),
+            ("$ENDING\n", vec![]),
+            ("\"", vec![]),
+            ("/*", vec![]),
+        ] {
+            assert_eq!(looks_like(text), found, "{text}");
+        }
     }
 }

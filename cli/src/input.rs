@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use plcc_abi::Dialect;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 use plcc_frontend::common::{FileLoader, Machine, Options};
+use plcc_runtime::Artifact;
 
 use crate::args::SourceArgs;
 use crate::compile::{self, Checked};
@@ -42,6 +43,23 @@ pub(crate) fn reason(error: &std::io::Error) -> String {
     }
 }
 
+/// A file's bytes.
+pub(crate) struct Raw {
+    pub(crate) path: PathBuf,
+    bytes: Vec<u8>,
+}
+
+impl Raw {
+    /// Reads a file that is to be a source. It is read once: it may be a pipe.
+    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
+        let bytes = Disk.read(path).map_err(|error| Failure::file(path, reason(&error)))?;
+        if Artifact::is_artifact(&bytes) {
+            return Err(Failure::file(path, "it is an artifact; a source is needed here"));
+        }
+        Ok(Self { path: path.to_owned(), bytes })
+    }
+}
+
 /// A program's sources, read.
 pub(crate) struct Input {
     pub(crate) sources: SourceMap,
@@ -52,6 +70,8 @@ pub(crate) struct Input {
 /// A program's sources, checked.
 pub(crate) struct Program {
     pub(crate) sources: SourceMap,
+    /// How many of the sources were named; the others are included.
+    pub(crate) own: usize,
     pub(crate) dialect: Dialect,
     pub(crate) checked: Option<Checked>,
     pub(crate) diagnostics: Vec<Diagnostic>,
@@ -60,15 +80,19 @@ pub(crate) struct Program {
 impl Input {
     /// Reads files that are one program.
     pub(crate) fn read(paths: &[PathBuf], args: &SourceArgs) -> Result<Self, Failure> {
+        let raw: Vec<Raw> = paths.iter().map(|path| Raw::read(path)).collect::<Result<_, _>>()?;
+        Self::of(&raw.iter().collect::<Vec<_>>(), args)
+    }
+
+    /// Files that have been read as one program.
+    pub(crate) fn of(raw: &[&Raw], args: &SourceArgs) -> Result<Self, Failure> {
         let mut sources = SourceMap::new();
-        let mut files = Vec::new();
-        for path in paths {
-            let bytes = Disk.read(path).map_err(|error| Failure::file(path, reason(&error)))?;
-            files.push(sources.add(path.to_string_lossy(), &bytes));
-        }
+        let files: Vec<FileId> =
+            raw.iter().map(|raw| sources.add(raw.path.to_string_lossy(), &raw.bytes)).collect();
+        let paths: Vec<&Path> = raw.iter().map(|raw| raw.path.as_path()).collect();
         let dialect = match args.dialect {
             Some(dialect) => dialect.into(),
-            None => detect_all(&sources, &files, paths)?,
+            None => detect_all(&sources, &files, &paths)?,
         };
         if files.len() > 1 && dialect != Dialect::Pmac {
             let name = dialect.name();
@@ -76,7 +100,7 @@ impl Input {
                 "a {name} program is one file; {} were given (several are a PMAC download)",
                 files.len()
             );
-            return Err(Failure::Usage(message));
+            return Err(Failure(message));
         }
         Ok(Self { sources, files, dialect })
     }
@@ -84,20 +108,18 @@ impl Input {
     /// Checks the program.
     pub(crate) fn check(self, options: &Options) -> Program {
         let Self { mut sources, files, dialect } = self;
-        let (checked, diagnostics) = compile::check(&mut sources, &files, dialect, &Disk, options);
-        Program { sources, dialect, checked, diagnostics }
+        let (checked, mut diagnostics) =
+            compile::check(&mut sources, &files, dialect, &Disk, options);
+        diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
+        Program { sources, own: files.len(), dialect, checked, diagnostics }
     }
 }
 
 /// The dialect of files that are one program: what those say that say anything.
-fn detect_all(
-    sources: &SourceMap,
-    files: &[FileId],
-    paths: &[PathBuf],
-) -> Result<Dialect, Failure> {
+fn detect_all(sources: &SourceMap, files: &[FileId], paths: &[&Path]) -> Result<Dialect, Failure> {
     let mut found: Option<(Dialect, &Path)> = None;
     let mut doubt: Option<(&Path, Vec<Dialect>)> = None;
-    for (path, &file) in paths.iter().zip(files) {
+    for (&path, &file) in paths.iter().zip(files) {
         match detect::dialect(path, sources.text(file)) {
             Ok(dialect) => match found {
                 Some((other, first)) if other != dialect => {
@@ -105,7 +127,7 @@ fn detect_all(
                     let (x, y) = (other.name(), dialect.name());
                     let message =
                         format!("{a} is {x} and {b} is {y}; --dialect says what both are");
-                    return Err(Failure::Usage(message));
+                    return Err(Failure(message));
                 }
                 _ => found = Some((dialect, path)),
             },
@@ -117,7 +139,7 @@ fn detect_all(
         // One file of a download may be definitions alone.
         (Some((Dialect::Pmac, _)), Some((_, like))) if like.is_empty() => Ok(Dialect::Pmac),
         (_, Some((path, like))) => Err(Failure::file(path, undecided(&like))),
-        (None, None) => Err(Failure::Usage("no file was given".into())),
+        (None, None) => Err(Failure("no file was given".into())),
     }
 }
 

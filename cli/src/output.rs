@@ -2,36 +2,58 @@
 
 use std::fs;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use plcc_diag::{FileId, SourceMap};
 use plcc_runtime::session::write_whole;
 
+use crate::disk::real;
 use crate::failure::Failure;
 
-/// Writes text or bytes to standard output.
+/// Writes text or bytes to standard output. That nobody reads it any more (`plcc … | head`) is no
+/// mistake of anybody's.
 pub(crate) fn print(bytes: &[u8]) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    out.write_all(bytes)?;
-    out.flush()?;
-    Ok(())
+    unless_closed(out.write_all(bytes).and_then(|()| out.flush()))
+}
+
+/// What became of writing to standard output.
+pub(crate) fn unless_closed(result: io::Result<()>) -> Result<(), Failure> {
+    match result {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Failure(format!("standard output can't be written: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Whether a path means standard output.
+pub(crate) fn is_stdout(path: &Path) -> bool {
+    path.as_os_str() == "-"
 }
 
 /// Writes a whole file, or standard output for `-`. The file is either the old or the new one
-/// afterwards, whatever happens meanwhile, and never one of the sources.
-pub(crate) fn write(path: &Path, bytes: &[u8], sources: &SourceMap) -> Result<(), Failure> {
-    if path.as_os_str() == "-" {
+/// afterwards, whatever happens meanwhile, and never one that was read.
+pub(crate) fn write(
+    path: &Path,
+    bytes: &[u8],
+    sources: &SourceMap,
+    also_read: &[PathBuf],
+) -> Result<(), Failure> {
+    if is_stdout(path) {
         return print(bytes);
     }
     if path.is_dir() {
         return Err(Failure::file(path, "it is a folder; -o names a file"));
     }
-    if let Ok(real) = fs::canonicalize(path) {
-        let own = (0..sources.len() as u32).map(|id| sources.path(FileId(id)));
-        if own.into_iter().any(|own| fs::canonicalize(own).is_ok_and(|own| own == real)) {
+    if let Ok(place) = fs::canonicalize(path) {
+        let own = (0..sources.len() as u32).map(|id| real(Path::new(sources.path(FileId(id)))));
+        let mut own = own.chain(also_read.iter().cloned());
+        if own.any(|own| fs::canonicalize(own).is_ok_and(|own| own == place)) {
             return Err(Failure::file(path, "it is a source; it is not overwritten"));
         }
     }
-    write_whole(path, bytes)
-        .map_err(|error| Failure::Usage(format!("it can't be written: {error}")))
+    // What a link points to is replaced, not the link.
+    let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    write_whole(&place, bytes).map_err(|error| Failure(format!("-o: {error}")))
 }

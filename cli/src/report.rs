@@ -1,7 +1,5 @@
 //! Diagnostics and failures, for people and for programs.
 
-use std::cell::Cell;
-use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write};
 
 use clap::ColorChoice;
@@ -9,6 +7,7 @@ use plcc_diag::{Diagnostic, Severity, SourceMap, json, render};
 
 use crate::args::FormatArg;
 use crate::failure::{Failure, USAGE};
+use crate::output::unless_closed;
 
 /// So many diagnostics are drawn; the rest are counted.
 const DRAWN: usize = 100;
@@ -34,13 +33,12 @@ impl Count {
 
 impl std::fmt::Display for Count {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let plural = |n: usize| if n == 1 { "" } else { "s" };
         let Self { errors, warnings } = *self;
         match (errors, warnings) {
             (0, 0) => f.write_str("no errors"),
-            (0, w) => write!(f, "no errors, {w} warning{}", plural(w)),
-            (e, 0) => write!(f, "{e} error{}", plural(e)),
-            (e, w) => write!(f, "{e} error{}, {w} warning{}", plural(e), plural(w)),
+            (0, w) => write!(f, "no errors, {}", number(w, "warning")),
+            (e, 0) => f.write_str(&number(e, "error")),
+            (e, w) => write!(f, "{}, {}", number(e, "error"), number(w, "warning")),
         }
     }
 }
@@ -48,7 +46,6 @@ impl std::fmt::Display for Count {
 /// Where and how things are said.
 pub(crate) struct Report {
     color: bool,
-    drawn: Cell<usize>,
 }
 
 impl Report {
@@ -62,18 +59,13 @@ impl Report {
                     && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
             }
         };
-        Self { color, drawn: Cell::new(0) }
+        Self { color }
     }
 
     /// Says why a command failed, and gives its exit status.
-    pub(crate) fn failure(&self, failure: &Failure) -> u8 {
-        match failure {
-            Failure::Usage(message) => {
-                self.tell(&format!("{}: {message}", self.paint("error", "31;1")));
-                USAGE
-            }
-            Failure::Closed => 0,
-        }
+    pub(crate) fn failure(&self, Failure(message): &Failure) -> u8 {
+        self.tell(&format!("{}: {message}", self.paint("error", "31;1")));
+        USAGE
     }
 
     /// A line for people, on standard error. That nobody reads it changes nothing.
@@ -90,39 +82,126 @@ impl Report {
         if self.color { format!("\u{1b}[{style}m{word}\u{1b}[0m") } else { word.into() }
     }
 
-    /// Shows diagnostics.
+    /// Shows a program's diagnostics.
     pub(crate) fn show(
         &self,
         sources: &SourceMap,
         diagnostics: &[Diagnostic],
-        format: FormatArg,
+        to: To,
     ) -> Result<Count, Failure> {
-        let count = Count::of(diagnostics);
-        match format {
-            FormatArg::Json => {
-                let mut out = io::BufWriter::new(io::stdout().lock());
-                for diagnostic in diagnostics {
-                    writeln!(out, "{}", json::line(sources, diagnostic))?;
-                }
-                out.flush()?;
-            }
-            FormatArg::Human => {
-                let room = DRAWN.saturating_sub(self.drawn.get());
-                let mut text = String::new();
-                for diagnostic in diagnostics.iter().take(room) {
-                    text.push_str(&render::draw(sources, diagnostic, self.color));
-                }
-                let rest = diagnostics.len().saturating_sub(room);
-                if rest > 0 {
-                    let _ = writeln!(
-                        text,
-                        "… and {rest} more; `plcc check --message-format json` prints all"
-                    );
-                }
-                self.drawn.set(self.drawn.get() + diagnostics.len().min(room));
-                let _ = io::stderr().write_all(text.as_bytes());
-            }
+        self.show_all(&[(sources, diagnostics)], to)
+    }
+
+    /// Shows the diagnostics of several programs: all of them to programs, to people the first
+    /// hundred drawn and the rest counted. Where there are more, errors go before warnings and
+    /// those before notes.
+    pub(crate) fn show_all(&self, all: &[Findings<'_>], to: To) -> Result<Count, Failure> {
+        let mut count = Count::default();
+        all.iter().for_each(|(_, diagnostics)| count.add(Count::of(diagnostics)));
+        match (to.format, to.stdout_taken) {
+            (FormatArg::Json, false) => unless_closed(lines(all, io::stdout().lock()))?,
+            // Where standard error can't be written, the exit status says it all.
+            (FormatArg::Json, true) => drop(lines(all, io::stderr().lock())),
+            (FormatArg::Human, _) => drop(self.draw(all, io::stderr().lock())),
         }
         Ok(count)
+    }
+
+    fn draw(&self, all: &[Findings<'_>], out: impl Write) -> io::Result<()> {
+        let mut out = io::BufWriter::new(out);
+        let each =
+            || all.iter().flat_map(|(sources, found)| found.iter().map(move |d| (sources, d)));
+        // How many of each kind there is room for.
+        let mut room = [Severity::Error, Severity::Warning, Severity::Note]
+            .map(|severity| (severity, each().filter(|(_, d)| d.severity == severity).count()));
+        let mut left = DRAWN;
+        for (_, room) in &mut room {
+            *room = left.min(*room);
+            left -= *room;
+        }
+        // The files of the rest, each with its errors, warnings and notes.
+        let mut rest: Vec<(&str, [usize; 3])> = Vec::new();
+        for (sources, diagnostic) in each() {
+            let kind = room.iter().position(|(of, _)| *of == diagnostic.severity).unwrap_or(0);
+            if let Some((_, room)) = room.get_mut(kind).filter(|(_, room)| *room > 0) {
+                *room -= 1;
+                out.write_all(render::draw(sources, diagnostic, self.color).as_bytes())?;
+                continue;
+            }
+            let path = sources.path(diagnostic.span.file);
+            if rest.last().is_none_or(|(last, _)| *last != path) {
+                rest.push((path, [0; 3]));
+            }
+            if let Some(n) = rest.last_mut().and_then(|(_, counts)| counts.get_mut(kind)) {
+                *n += 1;
+            }
+        }
+        if !rest.is_empty() {
+            writeln!(out, "Not drawn, being more than {DRAWN}:")?;
+            for (path, counts) in rest {
+                let kinds = ["error", "warning", "note"];
+                let parts = counts.iter().zip(kinds).filter(|(n, _)| **n > 0);
+                let parts: Vec<String> = parts.map(|(n, kind)| number(*n, kind)).collect();
+                writeln!(out, "  {path}: {}", parts.join(", "))?;
+            }
+            writeln!(out, "`plcc check --message-format json` prints them all.")?;
+        }
+        out.flush()
+    }
+}
+
+/// A program's texts and what was found in them.
+pub(crate) type Findings<'a> = (&'a SourceMap, &'a [Diagnostic]);
+
+/// To whom diagnostics are shown, and where.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct To {
+    /// For people or for programs.
+    pub(crate) format: FormatArg,
+    /// Whether standard output is for something else.
+    pub(crate) stdout_taken: bool,
+}
+
+impl From<FormatArg> for To {
+    fn from(format: FormatArg) -> Self {
+        Self { format, stdout_taken: false }
+    }
+}
+
+/// `1 error`, `2 errors`.
+pub(crate) fn number(n: usize, word: &str) -> String {
+    format!("{n} {word}{}", if n == 1 { "" } else { "s" })
+}
+
+/// Every diagnostic as a line of JSON.
+fn lines(all: &[Findings<'_>], out: impl Write) -> io::Result<()> {
+    let mut out = io::BufWriter::with_capacity(1 << 16, out);
+    for (sources, diagnostics) in all {
+        for diagnostic in *diagnostics {
+            writeln!(out, "{}", json::line(sources, diagnostic))?;
+        }
+    }
+    out.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use plcc_diag::Span;
+
+    use super::*;
+
+    #[test]
+    fn the_first_hundred_are_drawn_errors_before_warnings() {
+        let mut sources = SourceMap::new();
+        let file = sources.add("a.pmi", b"A = B\n");
+        let span = Span::new(file, 0, 1);
+        let mut found = vec![Diagnostic::warning("PMI-W1", span, "long line"); 150];
+        found.push(Diagnostic::error("PMI-31", span, "what is it"));
+        let mut text = Vec::new();
+        Report { color: false }.draw(&[(&sources, &found)], &mut text).unwrap();
+        let text = String::from_utf8(text).unwrap();
+        assert_eq!(text.matches("[PMI-W1]").count(), 99);
+        assert_eq!(text.matches("[PMI-31]").count(), 1);
+        assert!(text.contains("a.pmi: 51 warnings"), "{text}");
     }
 }

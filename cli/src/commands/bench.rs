@@ -18,7 +18,7 @@ use crate::compile;
 use crate::failure::{DONE, ERRORS, Failure, STOPPED};
 use crate::input::{self, Input};
 use crate::output;
-use crate::report::{Count, Report};
+use crate::report::{Count, Report, To};
 use engine::Timed;
 use figures::{Figures, Samples};
 
@@ -57,7 +57,7 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
     let program = Input::read(&args.files, &args.source)?.check(&options);
     let errors = Count::of(&program.diagnostics).errors;
     let Some(checked) = program.checked.filter(|_| errors == 0) else {
-        let count = report.show(&program.sources, &program.diagnostics, Default::default())?;
+        let count = report.show(&program.sources, &program.diagnostics, To::default())?;
         report.tell(&format!("{count}: the program is not timed"));
         return Ok(ERRORS);
     };
@@ -66,7 +66,7 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
     let aot_ms = compile_ms(args, &options, |lowered| compile::aot(lowered, opt).map(drop))?;
 
     let lowered = checked.optimized(opt);
-    let fail = |error| Failure::Usage(format!("the program can't be compiled: {error}"));
+    let fail = |error| Failure(format!("the program can't be compiled: {error}"));
     let (jit, jit_bytes) = compile::jit(&lowered, opt).map_err(fail)?;
     let (aot, aot_bytes) = compile::aot(&lowered, opt).map_err(fail)?;
     let engines: [(&'static str, Box<dyn Engine>); 3] =
@@ -131,10 +131,10 @@ fn contestant(
 ) -> Result<Contestant, Failure> {
     let machine = args.source.machine.as_ref().map(|_| &options.machine.nct);
     let executive = session::executive(program, &args.control, false, machine);
-    let mut executive = executive.map_err(|error| Failure::Usage(error.to_string()))?;
+    let mut executive = executive.map_err(|error| Failure(error.to_string()))?;
     let stimulus = match &args.stimulus {
         Some(path) => session::stimulus(path, executive.as_mut())
-            .map_err(|error| Failure::Usage(error.to_string()))?,
+            .map_err(|error| Failure(error.to_string()))?,
         None => Stimulus::default(),
     };
     Ok(Contestant {

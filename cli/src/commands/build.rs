@@ -1,5 +1,6 @@
 //! `plcc build`
 
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use plcc_codegen::{OptLevel, Target, emit};
@@ -10,7 +11,7 @@ use crate::compile;
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{self, Input};
 use crate::output;
-use crate::report::Report;
+use crate::report::{Report, To};
 
 pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
     let options = input::options(&args.source)?;
@@ -20,14 +21,6 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         None => Target::host_baseline(opt),
     };
     let target = target.map_err(|error| format!("--target: {error}"))?;
-    let program = Input::read(&args.files, &args.source)?.check(&options);
-    let count = report.show(&program.sources, &program.diagnostics, args.message_format)?;
-    let Some(checked) = program.checked.filter(|_| count.errors == 0) else {
-        report.tell(&count.to_string());
-        return Ok(ERRORS);
-    };
-    let lowered = checked.optimized(opt);
-    let bytes = make(&lowered, &target, args.emit)?;
     let stem = args.files.first().and_then(|file| file.file_stem());
     let stem = Path::new(stem.unwrap_or(std::ffi::OsStr::new("program")));
     let path = match (&args.output, args.emit) {
@@ -36,7 +29,24 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         (None, Emit::Obj) => named(stem, "o"),
         (None, Emit::Clif | Emit::Asm) => PathBuf::from("-"),
     };
-    output::write(&path, &bytes, &program.sources)?;
+    let stdout_taken = output::is_stdout(&path);
+    let is_text = matches!(args.emit, Emit::Clif | Emit::Asm);
+    if stdout_taken && !is_text && std::io::stdout().is_terminal() {
+        let what = "machine code is nothing for a terminal; -o FILE says where to";
+        return Err(Failure(what.into()));
+    }
+    let program = Input::read(&args.files, &args.source)?.check(&options);
+    let to = To { format: args.message_format, stdout_taken };
+    let count = report.show(&program.sources, &program.diagnostics, to)?;
+    let Some(checked) = program.checked.filter(|_| count.errors == 0) else {
+        report.tell(&format!("{count}: nothing is built"));
+        return Ok(ERRORS);
+    };
+    let lowered = checked.optimized(opt);
+    let bytes = make(&lowered, &target, args.emit)?;
+    let mut read = args.files.clone();
+    read.extend(args.source.machine.clone());
+    output::write(&path, &bytes, &program.sources, &read)?;
     Ok(DONE)
 }
 

@@ -4,103 +4,156 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use plcc_abi::{Dialect, natural_cmp};
 use plcc_diag::FileId;
 use plcc_frontend::common::Options;
 
 use crate::args::{CheckArgs, FormatArg};
 use crate::detect::{Ending, ending};
+use crate::disk::real;
 use crate::failure::{DONE, ERRORS, Failure, USAGE};
-use crate::input::{self, Input, Program};
-use crate::report::{Count, Report};
+use crate::input::{self, Input, Program, Raw};
+use crate::report::{Count, Report, To, number};
 
 /// Folders within folders are followed so deep.
 const MAX_DEPTH: usize = 64;
 
+/// What was checked, and what could not be.
+#[derive(Default)]
+struct Results {
+    programs: Vec<Program>,
+    /// For each program how many files it has of its own.
+    files: usize,
+    failures: Vec<Failure>,
+}
+
+impl Results {
+    fn add(&mut self, result: Result<Program, Failure>) {
+        match result {
+            Ok(program) => {
+                self.files += program.own;
+                self.programs.push(program);
+            }
+            Err(failure) => self.failures.push(failure),
+        }
+    }
+}
+
 pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
     let options = input::options(&args.source)?;
-    let mut status = DONE;
-    let mut total = Count::default();
-    let mut files = 0;
-    let mut finish = |program: &Program| -> Result<(), Failure> {
-        files += 1;
-        total.add(report.show(&program.sources, &program.diagnostics, args.message_format)?);
-        Ok(())
-    };
-    for path in &args.paths {
-        if !path.is_dir() {
-            match one(path, args, &options) {
-                Ok(program) => finish(&program)?,
-                Err(failure) => status = report.failure(&failure),
-            }
-            continue;
-        }
-        let found = sources_in(path, report);
+    let (folders, files): (Vec<_>, Vec<PathBuf>) =
+        args.paths.iter().cloned().partition(|path| path.is_dir());
+    let mut results = Results::default();
+    named(&files, args, &options, &mut results);
+    for path in folders {
+        let found = sources_in(&path, args.source.dialect.map(Dialect::from), report);
         if found.is_empty() {
             let what = "no .pmi, .nct, .pmc, .pmac or .plc file is in it";
-            status = report.failure(&Failure::file(path, what));
+            results.failures.push(Failure::file(&path, what));
         }
-        for program in folder(&found, args, &options, |failure| status = report.failure(failure)) {
-            finish(&program)?;
-        }
+        folder(&found, args, &options, &mut results);
+    }
+    let findings: Vec<_> =
+        results.programs.iter().map(|p| (&p.sources, p.diagnostics.as_slice())).collect();
+    let count = report.show_all(&findings, To::from(args.message_format))?;
+    for failure in &results.failures {
+        report.failure(failure);
     }
     if args.message_format == FormatArg::Human {
-        let plural = if files == 1 { "" } else { "s" };
-        report.tell(&format!("{files} file{plural} checked: {total}"));
+        summary(&results, count, report);
     }
-    Ok(if status == USAGE {
-        USAGE
-    } else if total.errors > 0 {
-        ERRORS
-    } else {
-        DONE
+    Ok(match (results.failures.is_empty(), count.errors) {
+        (false, _) => USAGE,
+        (true, 0) => DONE,
+        (true, _) => ERRORS,
     })
 }
 
-fn one(path: &Path, args: &CheckArgs, options: &Options) -> Result<Program, Failure> {
-    Ok(Input::read(&[path.to_owned()], &args.source)?.check(options))
+fn summary(results: &Results, count: Count, report: &Report) {
+    let mut line = format!("{} checked: {count}", number(results.files, "file"));
+    let bad = results.programs.iter().filter(|p| Count::of(&p.diagnostics).errors > 0).count();
+    if bad > 0 && results.programs.len() > 1 {
+        line.push_str(&format!(" in {} of {} programs", bad, results.programs.len()));
+    }
+    if !results.failures.is_empty() {
+        line.push_str(&format!("; {} not checked", results.failures.len()));
+    }
+    report.tell(&line);
+}
+
+/// Checks files that were named: each on its own, but PMAC's as the one download that they are
+/// to `build` and `run`. Files that could be anything belong to it, if there is one.
+fn named(paths: &[PathBuf], args: &CheckArgs, options: &Options, results: &mut Results) {
+    let mut files = Vec::new();
+    for path in paths {
+        match Raw::read(path) {
+            Ok(raw) => files.push(raw),
+            Err(failure) => results.failures.push(failure),
+        }
+    }
+    let one = |raw: &Raw| Input::of(&[raw], &args.source);
+    let is_pmac = |raw: &Raw| one(raw).is_ok_and(|input| input.dialect == Dialect::Pmac);
+    let first = files.iter().find(|raw| is_pmac(raw));
+    let joins = |raw: &Raw| {
+        let with_first =
+            |first| one(raw).is_err() && Input::of(&[first, raw], &args.source).is_ok();
+        is_pmac(raw) || first.is_some_and(with_first)
+    };
+    let (download, others): (Vec<&Raw>, Vec<&Raw>) = files.iter().partition(|raw| joins(raw));
+    if !download.is_empty() {
+        results.add(Input::of(&download, &args.source).map(|input| input.check(options)));
+    }
+    for raw in others {
+        results.add(one(raw).map(|input| input.check(options)));
+    }
 }
 
 /// Checks a folder's files, but not on their own those that others of them include. A file that
-/// can't be read or told is reported and left out.
-fn folder(
-    paths: &[PathBuf],
-    args: &CheckArgs,
-    options: &Options,
-    mut failed: impl FnMut(&Failure),
-) -> Vec<Program> {
+/// can't be read or told is reported.
+fn folder(paths: &[PathBuf], args: &CheckArgs, options: &Options, results: &mut Results) {
     let mut included = HashSet::new();
     let mut checked = Vec::new();
     for path in paths {
-        match one(path, args, options) {
-            Ok(program) => {
-                for id in (1..program.sources.len() as u32).map(FileId) {
-                    included.extend(fs::canonicalize(program.sources.path(id)));
-                }
-                checked.push((path, Ok(program)));
-            }
-            Err(failure) => checked.push((path, Err(failure))),
+        let result = Input::read(std::slice::from_ref(path), &args.source);
+        let result = result.map(|input| input.check(options));
+        let place = fs::canonicalize(path).unwrap_or_else(|_| path.clone());
+        let reached: Vec<PathBuf> = match &result {
+            Ok(program) => inner_files(program).filter(|inner| *inner != place).collect(),
+            Err(_) => Vec::new(),
+        };
+        included.extend(reached.iter().cloned());
+        checked.push((place, reached, result));
+    }
+    // Of files that include each other in a circle the first stands for all.
+    let mut covered = HashSet::new();
+    for (place, reached, _) in &checked {
+        if !included.contains(place) {
+            covered.extend(reached.iter().cloned());
         }
     }
-    let own = |path: &Path| fs::canonicalize(path).is_ok_and(|path| !included.contains(&path));
-    let mut programs = Vec::new();
-    for (path, result) in checked {
-        match result {
-            Ok(program) if own(path) => programs.push(program),
-            Err(failure) if own(path) || !path.exists() => failed(&failure),
-            _ => {}
+    for (place, reached, result) in checked {
+        if !covered.contains(&place) {
+            covered.extend(reached);
+            results.add(result);
         }
     }
-    programs
 }
 
-/// The files of a folder and those below it that have a known ending, sorted.
-fn sources_in(folder: &Path, report: &Report) -> Vec<PathBuf> {
+/// Where the files are that a program includes.
+fn inner_files(program: &Program) -> impl Iterator<Item = PathBuf> {
+    let inner = (program.own as u32..program.sources.len() as u32).map(FileId);
+    inner.filter_map(|id| fs::canonicalize(real(Path::new(program.sources.path(id)))).ok())
+}
+
+/// The files of a folder and those below it that have a known ending, in natural order; where the
+/// language is given, without those that are another's. Names that begin with a dot are left out.
+fn sources_in(folder: &Path, dialect: Option<Dialect>, report: &Report) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut open = vec![(folder.to_owned(), 0)];
     let mut seen = HashSet::new();
     while let Some((folder, depth)) = open.pop() {
         // A link may lead back up.
-        if !fs::canonicalize(&folder).is_ok_and(|real| seen.insert(real)) {
+        if !fs::canonicalize(&folder).is_ok_and(|place| seen.insert(place)) {
             continue;
         }
         let entries = match fs::read_dir(&folder) {
@@ -111,15 +164,25 @@ fn sources_in(folder: &Path, report: &Report) -> Vec<PathBuf> {
             }
         };
         for path in entries.flatten().map(|entry| entry.path()) {
+            let hidden =
+                path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+            let fits = match ending(&path) {
+                Ending::Of(of) => dialect.is_none_or(|dialect| dialect == of),
+                Ending::Shared => true,
+                Ending::Other => false,
+            };
+            if hidden {
+                continue;
+            }
             if path.is_dir() {
                 if depth < MAX_DEPTH {
                     open.push((path, depth + 1));
                 }
-            } else if ending(&path) != Ending::Other {
+            } else if fits {
                 found.push(path);
             }
         }
     }
-    found.sort();
+    found.sort_by(|a, b| natural_cmp(&a.to_string_lossy(), &b.to_string_lossy()));
     found
 }

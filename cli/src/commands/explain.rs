@@ -3,7 +3,9 @@
 use std::fmt::Write;
 
 use plcc_abi::Dialect;
-use plcc_diag::{CodeInfo, code, find_code};
+use plcc_diag::CodeInfo;
+use plcc_diag::code::TABLES;
+use plcc_frontend::common::closest;
 use plcc_frontend::{nct, pmac, pmi};
 
 use crate::args::ExplainArgs;
@@ -11,30 +13,56 @@ use crate::failure::{DONE, Failure};
 use crate::output;
 
 pub(crate) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
-    let what = args.what.trim();
-    let wanted = |dialect| args.dialect.is_none_or(|only| Dialect::from(only) == dialect);
-    let mut pages = Vec::new();
-    if let Some(info) = find_code(what) {
-        pages.push(page(info));
+    let dialect = args.dialect.map(Dialect::from);
+    let mut all = Vec::new();
+    let mut unknown = Vec::new();
+    for what in &args.what {
+        let pages = pages(what.trim(), dialect);
+        if pages.is_empty() {
+            unknown.push(complaint(what.trim()));
+        }
+        all.extend(pages);
     }
+    output::print(all.join("\n").as_bytes())?;
+    if unknown.is_empty() { Ok(DONE) } else { Err(Failure(unknown.join("\nerror: "))) }
+}
+
+fn pages(what: &str, dialect: Option<Dialect>) -> Vec<String> {
+    let wanted = |of: &str| dialect.is_none_or(|dialect| dialect.name().eq_ignore_ascii_case(of));
+    let codes = codes(what).into_iter();
+    let codes = codes.filter(|info| info.code.split_once('-').is_some_and(|(of, _)| wanted(of)));
+    let mut pages: Vec<String> = codes.map(page).collect();
     type Explain = fn(&str) -> Option<String>;
-    let languages: [(Dialect, &str, Explain); 3] = [
-        (Dialect::Pmi, "PMI", pmi::explain),
-        (Dialect::Nct, "NCT", nct::names::explain),
-        (Dialect::Pmac, "PMAC", pmac::tables::explain),
-    ];
-    for (dialect, title, explain) in languages {
-        if wanted(dialect)
+    let languages: [(&str, Explain); 3] =
+        [("PMI", pmi::explain), ("NCT", nct::names::explain), ("PMAC", pmac::tables::explain)];
+    for (title, explain) in languages {
+        if wanted(title)
             && let Some(text) = explain(what)
         {
             pages.push(format!("{title}: {}\n", text.trim_end()));
         }
     }
-    if pages.is_empty() {
-        return Err(Failure::Usage(unknown(what)));
+    pages
+}
+
+/// The codes that a word means: `PMI-31`, `pmi31`; `ERR003`, as PMAC says it; a bare number is
+/// that of every language.
+fn codes(what: &str) -> Vec<&'static CodeInfo> {
+    let plain = |text: &str| {
+        let kept = text.chars().filter(|c| c.is_ascii_alphanumeric());
+        kept.collect::<String>().to_ascii_uppercase()
+    };
+    let mut word = plain(what);
+    if let Some(number) = word.strip_prefix("ERR").and_then(|n| n.parse::<u32>().ok()) {
+        word = format!("PMAC{number}");
     }
-    output::print(pages.join("\n").as_bytes())?;
-    Ok(DONE)
+    let number = word.parse::<u32>().ok();
+    let all = TABLES.iter().flat_map(|table| table.iter());
+    all.filter(|info| match number {
+        Some(number) => info.code.split_once('-').is_some_and(|(_, n)| n.parse() == Ok(number)),
+        None => plain(info.code) == word,
+    })
+    .collect()
 }
 
 fn page(info: &CodeInfo) -> String {
@@ -44,17 +72,33 @@ fn page(info: &CodeInfo) -> String {
     page
 }
 
-fn unknown(what: &str) -> String {
-    let upper = what.to_ascii_uppercase();
-    let near = code::TABLES
-        .iter()
-        .flat_map(|table| table.iter())
-        .map(|info| (strsim::damerau_levenshtein(info.code, &upper), info.code))
-        .min()
-        .filter(|&(distance, _)| distance <= 2 && upper.contains('-'));
-    let near = near.map_or_else(String::new, |(_, code)| format!("; did you mean {code}?"));
+fn complaint(what: &str) -> String {
+    let codes = TABLES.iter().flat_map(|table| table.iter()).map(|info| info.code);
+    let near = closest(what, codes);
+    let near = near.map_or_else(String::new, |code| format!("; did you mean `{code}`?"));
     format!(
         "`{what}` is neither a code (as PMI-31) nor a variable that a control gives a meaning \
          (as @FRO, I510, M145){near}"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_found_however_they_are_written() {
+        let found = |what| codes(what).iter().map(|info| info.code).collect::<Vec<_>>();
+        assert_eq!(found("PMI-31"), ["PMI-31"]);
+        assert_eq!(found("pmi31"), ["PMI-31"]);
+        assert_eq!(found("Err003"), ["PMAC-3"]);
+        assert_eq!(found("31"), ["PMI-31", "NCT-31"]);
+        assert!(found("PMI-48").is_empty());
+        assert!(found("").is_empty());
+    }
+
+    #[test]
+    fn a_slip_is_mended() {
+        assert!(complaint("PMX-31").contains("`PMI-31`"));
+    }
 }

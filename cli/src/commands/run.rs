@@ -5,24 +5,28 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use plcc_abi::nct::NctSettings;
-use plcc_abi::{Engine, Program};
+use plcc_abi::{Dialect, Engine, Program};
 use plcc_runtime::{Artifact, NativeEngine, session};
 
 use crate::args::{EngineArg, FormatArg, RunCommand};
 use crate::compile::{self, Checked};
 use crate::failure::{ERRORS, Failure};
 use crate::input::{self, Input};
-use crate::report::{Count, Report};
+use crate::output;
+use crate::report::{Count, Report, To, number};
 
 pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     if let Some(path) = artifact_among(&args.files)? {
-        return run_artifact(path, args);
+        return run_artifact(path, args, report);
     }
     let options = input::options(&args.source)?;
     let program = Input::read(&args.files, &args.source)?.check(&options);
+    let outputs = [&args.run.trace, &args.run.events, &args.run.dump];
+    let stdout_taken = outputs.into_iter().flatten().any(|path| output::is_stdout(path));
+    let to = To { format: args.message_format, stdout_taken };
     let errors = Count::of(&program.diagnostics).errors;
     let Some(checked) = program.checked.filter(|_| errors == 0 || args.keep_going) else {
-        let count = report.show(&program.sources, &program.diagnostics, args.message_format)?;
+        let count = report.show(&program.sources, &program.diagnostics, to)?;
         report.tell(&format!("{count}: the program is not run"));
         return Ok(ERRORS);
     };
@@ -33,13 +37,12 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
                 program.diagnostics.into_iter().partition(|d| d.is_error());
             let warnings = Count::of(&rest).warnings;
             if warnings > 0 {
-                let plural = if warnings == 1 { "" } else { "s" };
-                report.warn(&format!("{warnings} warning{plural}; `plcc check` shows them"));
+                report.warn(&format!("{}; `plcc check` shows them", number(warnings, "warning")));
             }
             errors
         }
     };
-    report.show(&program.sources, &shown, args.message_format)?;
+    report.show(&program.sources, &shown, to)?;
     let (tables, mut engine) = engine(&checked, args)?;
     let machine = args.source.machine.as_ref().map(|_| &options.machine.nct);
     Ok(session::run(&tables, engine.as_mut(), &args.run, machine))
@@ -47,7 +50,7 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
 
 fn engine(checked: &Checked, args: &RunCommand) -> Result<(Program, Box<dyn Engine>), Failure> {
     let opt = args.opt.unwrap_or_default().into();
-    let fail = |error| Failure::Usage(format!("the program can't be compiled: {error}"));
+    let fail = |error| Failure(format!("the program can't be compiled: {error}"));
     Ok(match args.engine.unwrap_or_default() {
         EngineArg::Interp => (checked.lower().program, checked.interpreter()),
         EngineArg::Jit => {
@@ -78,38 +81,42 @@ fn artifact_among(files: &[PathBuf]) -> Result<Option<&Path>, Failure> {
     Ok(None)
 }
 
+/// Looks into files only: what a pipe has given can't be read again.
 fn begins_as_artifact(path: &Path) -> bool {
     let mut start = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(64).read_to_end(&mut start));
-    read.is_ok() && Artifact::is_artifact(&start)
+    let mut read = || File::open(path).and_then(|file| file.take(64).read_to_end(&mut start));
+    path.is_file() && read().is_ok() && Artifact::is_artifact(&start)
 }
 
-fn run_artifact(path: &Path, args: &RunCommand) -> Result<u8, Failure> {
+fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     let source = &args.source;
     let machine = source.machine.as_deref().map(input::machine).transpose()?;
+    let variables = machine.as_ref().is_some_and(|machine| !machine.variables.is_empty());
     let fixed = [
-        ("--dialect", source.dialect.is_some()),
         ("--limits", source.limits.is_some()),
         ("--define", !source.define.is_empty()),
         ("--controller", source.controller.is_some()),
-        ("-I", !source.include.is_empty()),
-        ("--keep-going", args.keep_going),
-        ("--opt", args.opt.is_some()),
-        (
-            "the variables of --machine",
-            machine.as_ref().is_some_and(|machine| !machine.variables.is_empty()),
-        ),
+        ("the variables of --machine", variables),
     ];
     if let Some((option, _)) = fixed.iter().find(|(_, given)| *given) {
         let what = format!("{option} was settled when this artifact was built; build it anew");
         return Err(Failure::file(path, what));
     }
-    if let Some(engine @ (EngineArg::Interp | EngineArg::Jit)) = args.engine {
-        let name = if engine == EngineArg::Jit { "jit" } else { "interp" };
-        let what = format!("an artifact is machine code; --engine {name} needs the source");
-        return Err(Failure::file(path, what));
+    let idle = [
+        ("--engine", args.engine.is_some_and(|engine| engine != EngineArg::Aot)),
+        ("--opt", args.opt.is_some()),
+        ("--keep-going", args.keep_going),
+        ("-I", !source.include.is_empty()),
+    ];
+    for (option, _) in idle.iter().filter(|(_, given)| *given) {
+        let path = path.display();
+        report.warn(&format!("{option} changes nothing: {path} is compiled already"));
     }
     let artifact = Artifact::open(path).map_err(|error| Failure::file(path, error))?;
+    let dialect = artifact.program.dialect();
+    if source.dialect.is_some_and(|said| Dialect::from(said) != dialect) {
+        return Err(Failure::file(path, format!("--dialect: the program is {}", dialect.name())));
+    }
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let mut engine = engine.map_err(|error| Failure::file(path, error))?;
     let settings: Option<&NctSettings> = machine.as_ref().map(|machine| &machine.nct);

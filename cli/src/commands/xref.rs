@@ -9,12 +9,14 @@ use crate::compile::Checked;
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{self, Input};
 use crate::output;
-use crate::report::Report;
+use crate::report::{Report, To};
 
 pub(crate) fn xref(args: &XrefArgs, report: &Report) -> Result<u8, Failure> {
     let options = input::options(&args.source)?;
     let program = Input::read(slice::from_ref(&args.file), &args.source)?.check(&options);
-    let count = report.show(&program.sources, &program.diagnostics, args.message_format)?;
+    // The table has standard output; as JSON everything is a line of it.
+    let to = To::from(args.message_format);
+    let count = report.show(&program.sources, &program.diagnostics, to)?;
     let checked = match program.checked {
         Some(Checked::Nct(checked)) => checked,
         Some(_) => {
@@ -40,6 +42,6 @@ pub(crate) fn xref(args: &XrefArgs, report: &Report) -> Result<u8, Failure> {
             }
         }
     }
-    report.show(&program.sources, &xref.warnings, args.message_format)?;
+    report.show(&program.sources, &xref.warnings, to)?;
     Ok(DONE)
 }
