@@ -244,6 +244,8 @@ pub(crate) enum Emit {
     Artifact,
     /// A native relocatable object with line information
     Obj,
+    /// Our SSA IR after its passes, as text
+    Ir,
     /// Cranelift's form
     Clif,
     /// Machine code, to read

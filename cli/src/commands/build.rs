@@ -27,10 +27,10 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         (Some(path), _) => path.clone(),
         (None, Emit::Artifact) => named(stem, "plcx"),
         (None, Emit::Obj) => named(stem, "o"),
-        (None, Emit::Clif | Emit::Asm) => PathBuf::from("-"),
+        (None, Emit::Ir | Emit::Clif | Emit::Asm) => PathBuf::from("-"),
     };
     let stdout_taken = output::is_stdout(&path);
-    let is_text = matches!(args.emit, Emit::Clif | Emit::Asm);
+    let is_text = matches!(args.emit, Emit::Ir | Emit::Clif | Emit::Asm);
     if stdout_taken && !is_text && std::io::stdout().is_terminal() {
         let what = "machine code is nothing for a terminal; -o FILE says where to";
         return Err(Failure(what.into()));
@@ -69,6 +69,7 @@ fn make(lowered: &Lowered, target: &Target, form: Emit) -> Result<Vec<u8>, Strin
             let code = compile::code(lowered, target).map_err(|error| fail(&error))?;
             emit::object(&lowered.program, &code, target).map_err(|error| fail(&error))?
         }
+        Emit::Ir => plcc_ir::text::print(&lowered.module).into_bytes(),
         Emit::Clif => emit::clif(&lowered.module, target).into_bytes(),
         Emit::Asm => emit::asm(&lowered.module, target).map_err(|error| fail(&error))?.into_bytes(),
     })

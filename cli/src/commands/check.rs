@@ -73,7 +73,7 @@ fn summary(results: &Results, count: Count, report: &Report) {
     let mut line = format!("{} checked: {count}", number(results.files, "file"));
     let bad = results.programs.iter().filter(|p| Count::of(&p.diagnostics).errors > 0).count();
     if bad > 0 && results.programs.len() > 1 {
-        line.push_str(&format!(" in {} of {} programs", bad, results.programs.len()));
+        line.push_str(&format!("; {bad} of {} programs have errors", results.programs.len()));
     }
     if !results.failures.is_empty() {
         line.push_str(&format!("; {} not checked", results.failures.len()));
