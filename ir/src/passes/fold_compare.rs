@@ -33,26 +33,23 @@ impl Fold<'_> {
             return Some(Simpler::truth(truth));
         }
         let equality = matches!(cond, IntCond::Eq | IntCond::Ne);
-        if ones == 1 && equality {
-            let bit =
-                self.insert(InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: a })?;
-            return Some(if (cond == IntCond::Eq) == (c != 0) {
-                Simpler::Same(bit)
-            } else {
-                Simpler::not(bit)
-            });
-        }
-        match *self.func.def_inst(a)? {
-            InstData::Convert { op: op @ (ConvertOp::Zext | ConvertOp::Sext), to: _, arg } => {
-                self.compare_extended(cond, op, ty, arg, c)
-            }
-            InstData::Binary { op: BinaryOp::Xor | BinaryOp::Sub, args: [x, y] }
+        let simpler = match self.func.def_inst(a).copied() {
+            Some(InstData::Convert {
+                op: op @ (ConvertOp::Zext | ConvertOp::Sext), arg, ..
+            }) => self.compare_extended(cond, op, ty, arg, c),
+            Some(InstData::Binary { op: BinaryOp::Xor | BinaryOp::Sub, args: [x, y] })
                 if equality && c == 0 =>
             {
                 Some(Simpler::icmp(cond, x, y))
             }
             _ => None,
+        };
+        if simpler.is_some() || ones != 1 || !equality {
+            return simpler;
         }
+        let bit = self.insert(InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: a })?;
+        let same = (cond == IntCond::Eq) == (c != 0);
+        Some(if same { Simpler::Same(bit) } else { Simpler::not(bit) })
     }
 
     /// A widened value with a constant: compared before it is widened.

@@ -1,0 +1,228 @@
+//! Files of IR with what they do and what the passes make of them, and files of NCT with the IR
+//! they end as.
+//!
+//! In `tests/filetests/*.ir` a comment that begins with a directive is one:
+//!
+//! - `; before REGION:OFFSET BYTE…` puts bytes (hexadecimal) into the image before the first scan.
+//! - `; after OUTCOME REGION:OFFSET BYTE…` is what the next scan of the first task gives (`end`,
+//!   `suspended`, or a trap's code) and leaves: in the IR interpreter, before the passes and
+//!   behind them, and in native code of both. `any` scans of the same place can follow.
+//! - `; passes NAME…`: what the passes make of it is compared with what stands behind the line
+//!   `; becomes`; `all` are those of the optimiser in its order.
+//!
+//! `tests/filetests/nct/*.nct` stand beside the optimised IR of their module :001, `*.ir`.
+//!
+//! `BLESS=1` writes what comes out into the files, to be looked at before it is committed.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use plcc_abi::{Engine, Outcome, Program, Scan, Tables, engine::NoHost};
+use plcc_codegen::{OptLevel, Target, compile};
+use plcc_diag::SourceMap;
+use plcc_frontend::common::{MemoryLoader, Options};
+use plcc_frontend::nct;
+use plcc_ir::interp::Interpreter;
+use plcc_ir::passes::{self, Pass};
+use plcc_ir::text::{parse, print};
+use plcc_ir::verify::verify;
+use plcc_ir::{InstData, IntCond, Module};
+use plcc_runtime::NativeEngine;
+
+const BECOMES: &str = "; becomes";
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("filetests")
+}
+
+fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
+    let all = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<PathBuf> =
+        all.filter(|path| path.extension().is_some_and(|e| e == ending)).collect();
+    files.sort();
+    assert!(!files.is_empty());
+    files
+}
+
+fn bless() -> bool {
+    std::env::var_os("BLESS").is_some_and(|value| value == "1")
+}
+
+/// The functions of a module without the rest.
+fn functions(module: &Module) -> String {
+    let mut code = module.clone();
+    (code.files, code.statements) = (vec![], vec![]);
+    for func in code.funcs() {
+        assert!(func.1.block_count() > 0);
+    }
+    let text = print(module);
+    let begin = text.find("\nfn ").map_or(text.len(), |at| at + 1);
+    let end = text.find("\nstatement ").or_else(|| text.find("\nfile ")).unwrap_or(text.len());
+    text[begin..end].trim_end().to_owned() + "\n"
+}
+
+/// A place of the image and bytes: `REGION:OFFSET BYTE…`.
+fn bytes(module: &Module, words: &[&str]) -> Vec<(usize, Vec<u8>)> {
+    let mut rows: Vec<(usize, Vec<u8>)> = vec![];
+    for word in words {
+        match word.split_once(':') {
+            Some((name, offset)) => {
+                let region = module.regions.iter().find(|region| region.name == name).unwrap();
+                let offset: u32 = offset.parse().unwrap();
+                rows.push(((region.offset + offset) as usize, vec![]));
+            }
+            None => rows.last_mut().unwrap().1.push(u8::from_str_radix(word, 16).unwrap()),
+        }
+    }
+    rows
+}
+
+fn outcome(outcome: Outcome) -> String {
+    match outcome {
+        Outcome::End => "end".into(),
+        Outcome::Suspended => "suspended".into(),
+        Outcome::Trap(code) => code.name().into(),
+    }
+}
+
+fn engines(module: &Module) -> Vec<(&'static str, Box<dyn Engine>)> {
+    let mut best = module.clone();
+    passes::optimize(&mut best, OptLevel::Speed);
+    let program = |module: &Module| Program {
+        image_size: module.image_size,
+        regions: module.regions.clone(),
+        tasks: module.tasks.clone(),
+        tables: Tables::Pmi(Default::default()),
+        files: vec![],
+    };
+    let native = |module: &Module, level| -> Box<dyn Engine> {
+        let code = compile(module, &Target::host(level).unwrap()).unwrap();
+        Box::new(NativeEngine::new(&code, &program(module)).unwrap())
+    };
+    vec![
+        ("native none", native(module, OptLevel::None)),
+        ("native speed", native(&best, OptLevel::Speed)),
+        ("interpreted", Box::new(Interpreter::new(module.clone()))),
+        ("interpreted, optimised", Box::new(Interpreter::new(best))),
+    ]
+}
+
+/// Runs a file's scans in every engine.
+fn run(path: &Path, text: &str, module: &Module) {
+    let directives = |word: &str| {
+        let prefix = format!("; {word} ");
+        let rows = text.lines().filter_map(move |line| line.strip_prefix(&prefix));
+        rows.map(|row| row.split_whitespace().collect::<Vec<_>>()).collect::<Vec<_>>()
+    };
+    for (name, mut engine) in engines(module) {
+        let mut image = vec![0; module.image_size as usize];
+        for words in directives("before") {
+            for (at, row) in bytes(module, &words) {
+                image[at..at + row.len()].copy_from_slice(&row);
+            }
+        }
+        for words in directives("after") {
+            let mut scan = Scan { image: &mut image, host: &mut NoHost };
+            let found = outcome(engine.call(0, &mut scan));
+            assert_eq!(found, words[0], "{}, {name}", path.display());
+            for (at, row) in bytes(module, &words[1..]) {
+                let found = &image[at..at + row.len()];
+                assert_eq!(found, row, "{}, {name}: {words:?}", path.display());
+            }
+        }
+    }
+}
+
+#[test]
+fn ir_does_and_becomes_what_its_file_says() {
+    for path in files(&folder(), "ir") {
+        let text = fs::read_to_string(&path).unwrap();
+        let (source, wanted) = text.split_once(BECOMES).unwrap_or((&text, ""));
+        let module = parse(source).unwrap_or_else(|error| panic!("{}:{error}", path.display()));
+        assert_eq!(verify(&module), [], "{}", path.display());
+        run(&path, source, &module);
+        let Some(names) = source.lines().find_map(|line| line.strip_prefix("; passes ")) else {
+            continue;
+        };
+        let mut changed = module.clone();
+        match names {
+            "all" => passes::optimize(&mut changed, OptLevel::Speed),
+            names => {
+                let pass = |name| Pass::from_name(name).unwrap_or_else(|| panic!("{name}"));
+                passes::run(&mut changed, &names.split(' ').map(pass).collect::<Vec<_>>());
+            }
+        }
+        let found = functions(&changed);
+        if bless() {
+            fs::write(&path, format!("{}{BECOMES}\n\n{found}", source)).unwrap();
+        } else {
+            assert_eq!(found, wanted.trim_start(), "{}", path.display());
+        }
+    }
+}
+
+/// The optimised IR of an NCT program.
+fn nct_ir(text: &str) -> (Module, Program) {
+    let mut sources = SourceMap::new();
+    let file = sources.add("test.nct", text.as_bytes());
+    let (program, all) = nct::check(&mut sources, file, &MemoryLoader::new(), &Options::default());
+    let lowered = program.unwrap_or_else(|| panic!("{all:?}")).lower();
+    let mut module = lowered.module;
+    passes::optimize(&mut module, OptLevel::Speed);
+    (module, lowered.program)
+}
+
+#[test]
+fn nct_ends_as_its_file_says() {
+    for path in files(&folder().join("nct"), "nct") {
+        let (module, _) = nct_ir(&fs::read_to_string(&path).unwrap());
+        let found = functions(&module);
+        let beside = path.with_extension("ir");
+        if bless() {
+            fs::write(&beside, found).unwrap();
+        } else {
+            assert_eq!(found, fs::read_to_string(&beside).unwrap(), "{}", path.display());
+        }
+    }
+}
+
+/// How often a carry is computed: an unsigned comparison.
+fn carries(module: &Module) -> usize {
+    let insts = module.funcs().flat_map(|(_, func)| {
+        func.blocks().flat_map(|(_, block)| block.insts.iter().map(|&inst| *func.inst(inst)))
+    });
+    insts.filter(|data| matches!(data, InstData::Icmp { cond: IntCond::Ult, .. })).count()
+}
+
+#[test]
+fn a_carry_that_nobody_reads_is_not_computed() {
+    let program =
+        |middle: &str| format!(":001 LF500 +LF502 {middle} SF504 +1 SF506 LF504 -2 J1 :000 J0");
+    // The last statement's flags stay; of the two before, one is looked at or none.
+    let (unread, _) = nct_ir(&program(""));
+    let (read, _) = nct_ir(&program("(F0040) UF5080 Z"));
+    assert_eq!((carries(&unread), carries(&read)), (1, 2));
+}
+
+#[test]
+fn a_byte_written_over_the_flags_is_seen_and_sees_them() {
+    // 0xFFFF + 1 sets carry and zero; what F004 then holds is added to, stored over them and
+    // read as bits.
+    let (module, program) = nct_ir(
+        ":001 LF500 -1 +1 LF004 SF500 A1 SF004 (F0040) UF5080 Z (F0046) UF5081 Z J1 :000 J0",
+    );
+    let code = compile(&module, &Target::host(OptLevel::Speed).unwrap()).unwrap();
+    let mut engine = NativeEngine::new(&code, &program).unwrap();
+    let mut image = vec![0; program.image_size as usize];
+    let task = program.tasks.iter().position(|task| task.name == ":001").unwrap();
+    let Tables::Nct(tables) = &program.tables else { panic!("NCT's tables") };
+    let fuel = program.region("context").unwrap().offset + plcc_abi::nct::context::FUEL;
+    plcc_abi::image::write_i32(&mut image, fuel, 1000);
+    let mut scan = Scan { image: &mut image, host: &mut NoHost };
+    assert_eq!(engine.call(task, &mut scan), Outcome::End);
+    let byte = |at: usize| tables.flags[at].read(&image);
+    assert_eq!((byte(500), byte(501)), (0x41, 0), "carry and zero");
+    assert_eq!((byte(4), byte(5)), (1, 0), "what was stored");
+    assert_eq!(byte(508), 1, "the carry bit is the stored byte's");
+}
