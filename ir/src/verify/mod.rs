@@ -114,3 +114,6 @@ impl Errors {
         });
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,129 @@
+//! A module that breaks each rule, and what is said.
+
+use super::{ends_provably, verify};
+use crate::text::parse;
+
+const HEAD: &str = "image 24\nregion data at 0 size 16\nregion bits at 16 size 8 bits\n";
+
+fn errors(text: &str) -> Vec<String> {
+    verify(&parse(text).unwrap()).iter().map(ToString::to_string).collect()
+}
+
+/// The errors of a function's body.
+fn body(body: &str) -> Vec<String> {
+    errors(&format!("{HEAD}task \"scan\" L0\nfn \"f\" {{\nblock0 (L0):\n{body}\n}}\n"))
+}
+
+#[test]
+fn each_broken_rule_is_told() {
+    for (text, message) in [
+        (
+            "v0: i16 = load data:15\nreturn",
+            "f, block0, inst0: bytes 15 to 17 of data, which has 16",
+        ),
+        (
+            "v0: i1 = load data:0\nreturn",
+            "f, block0, inst0: an i1 in data, which is no region of bits",
+        ),
+        (
+            "v0: i8 = iconst 2\nstore bits:0, v0\nreturn",
+            "f, block0, inst1: i8 is stored in bits, a region of bits",
+        ),
+        (
+            "v0: i16 = load data:0\nv1: i8 = load data:0[v0 * 1, 4]\nreturn",
+            "f, block0, inst1: its index is i16",
+        ),
+        (
+            "v0: i32 = load data:0\nv1: i8 = load data:0[v0 * 4, 5]\nreturn",
+            "f, block0, inst1: bytes 0 to 17 of data, which has 16",
+        ),
+        (
+            "v0: i32 = load data:0\nv1: i8 = load data:0[v0 * 4, 0]\nreturn",
+            "f, block0, inst1: it has no elements",
+        ),
+        ("v0: i8 = iconst 200\nreturn", "f, block0, inst0: 200 is no constant of type i8"),
+        ("v0: i8 = iconst 1\nv1: i8 = fabs v0\nreturn", "f, block0, inst1: fabs of i8"),
+        ("v0: i1 = iconst 1\nv1: i1 = add v0, v0\nreturn", "f, block0, inst1: add of i1"),
+        (
+            "v0: i8 = iconst 1\nv1: i16 = add v0, v0\nreturn",
+            "f, block0, inst1: its result has another type than it gives",
+        ),
+        (
+            "v0: i8 = iconst 1\nv1: i16 = iconst 1\nv2: i8 = add v0, v1\nreturn",
+            "f, block0, inst2: operands are i8 and i16",
+        ),
+        ("v0: i8 = iconst 1\nv1: i8 = sext v0\nreturn", "f, block0, inst1: sext of i8 to i8"),
+        ("v0: i1 = iconst 1\nv1: i1 = icmp slt v0, v0\nreturn", "f, block0, inst1: slt of i1"),
+        (
+            "v0: i8 = neg v1\nv1: i8 = iconst 1\nreturn",
+            "f, block0, inst0: v1 is not defined on every way here",
+        ),
+        (
+            "v0: i8 = iconst 1\nbrif v0, block1, block1\nblock1:\nreturn",
+            "f, block0, v0 is i8, not i1",
+        ),
+        (
+            "v0: i8 = iconst 1\njump block1\nblock1(v1: i8):\nreturn",
+            "f, block0, block1 has 1 parameters, not 0",
+        ),
+        (
+            "v0: i8 = iconst 1\njump block1(v0)\nblock1(v1: i16):\nreturn",
+            "f, block0, block1 takes i16 as v1, not i8",
+        ),
+        (
+            "hostcall pmac_save()\nhostcall pmac_define()\nreturn",
+            "f, block0, inst1: pmac_define is called with other arguments than it has",
+        ),
+        (
+            "@3\nv0: i8 = iconst 1\nreturn",
+            "f, block0, inst0: belongs to statement @3, which is not there",
+        ),
+        ("v0: i16 = iconst 0\ngoto_indirect v0", "f, block0, v0 is i16, not i32"),
+    ] {
+        assert_eq!(body(text).first().map(String::as_str), Some(message), "{text}");
+    }
+}
+
+#[test]
+fn the_module_itself_is_looked_at() {
+    for (text, message) in [
+        ("image 8\nregion a at 0 size 9\n", "region a ends at 9, the image at 8"),
+        ("image 8\nregion a at 0 size 5\nregion b at 4 size 4\n", "regions a and b overlap"),
+        ("fn \"f\" {\nblock0 (L0):\nreturn\nblock1 (L0):\nreturn\n}\n", "L0 stands at 2 places"),
+        (
+            "fn \"f\" {\nblock0(v0: i8) (L0):\nreturn\n}\n",
+            "f, L0 stands at block0, which has parameters",
+        ),
+    ] {
+        assert!(errors(text).iter().any(|error| error == message), "{:?}", errors(text));
+    }
+}
+
+#[test]
+fn all_errors_are_told() {
+    let found = body("v0: i8 = iconst 200\nv1: i1 = load data:0\nstore data:16, v0\nreturn");
+    assert_eq!(found.len(), 3, "{found:?}");
+}
+
+#[test]
+fn a_value_comes_from_one_arm_only() {
+    let found = body(
+        "v0: i1 = load bits:0\nbrif v0, block1, block2\nblock1:\nv1: i8 = iconst 1\njump block3\n\
+         block2:\njump block3\nblock3:\nstore data:0, v1\nstore bits:0, v0\nreturn",
+    );
+    assert_eq!(found, ["f, block3, inst2: v1 is not defined on every way here"]);
+}
+
+#[test]
+fn what_ends_is_known() {
+    let ends = |text: &str| ends_provably(&parse(&format!("{HEAD}{text}")).unwrap());
+    assert!(ends("fn \"f\" {\nblock0 (L0):\ngoto L1\n}\nfn \"g\" {\nblock0 (L1):\nreturn\n}"));
+    assert!(!ends("fn \"f\" {\nblock0 (L0):\ngoto L1\n}\nfn \"g\" {\nblock0 (L1):\ngoto L0\n}"));
+    assert!(ends("fn \"f\" {\nblock0 (L0):\nsuspend L0\n}"));
+    assert!(!ends("fn \"f\" {\nblock0 (L0):\njump block0\n}"));
+    assert!(!ends("fn \"f\" {\nblock0 (L0):\nv0: i32 = iconst 0\ngoto_indirect v0\n}"));
+    assert!(ends(
+        "fn \"f\" {\nblock0 (L0):\nv0: i1 = load bits:0\nbrif v0, block1, block2\nblock1:\n\
+         jump block2\nblock2:\nreturn\n}"
+    ));
+}
