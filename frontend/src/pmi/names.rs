@@ -14,20 +14,21 @@ use crate::common::{VariableClass, closest};
 /// Names that no program may declare (PMI 2.2.3).
 pub(super) const RESERVED: [&str; 7] = ["IF", "ELSE", "ELSEIF", "ENDIF", "GOTO", "T", "F"];
 
-/// How many misspelt names a program gets suggestions for; each costs a walk over all names.
-const SUGGESTIONS: u32 = 500;
+/// How many names all suggestions of a program may be compared with; each costs a walk over all
+/// there are.
+const COMPARISONS: usize = 500_000;
 
 /// All names: the executive's from the start, the program's as they are declared.
 pub(super) struct Names {
     symbols: Vec<Symbol>,
     index: HashMap<String, SymbolId>,
-    suggestions: u32,
+    comparisons: usize,
 }
 
 impl Names {
     /// The executive's names.
     pub(super) fn new(executive: &Executive) -> Self {
-        let mut this = Self { symbols: vec![], index: HashMap::new(), suggestions: SUGGESTIONS };
+        let mut this = Self { symbols: vec![], index: HashMap::new(), comparisons: COMPARISONS };
         for variable in executive.variables() {
             let Variable { name, ty, class, elements } = variable.clone();
             let meaning = match class {
@@ -115,7 +116,7 @@ impl Names {
 
     /// The name nearest to one that does not exist.
     pub(super) fn suggest(&mut self, name: &str, labels: bool) -> Option<String> {
-        self.suggestions = self.suggestions.checked_sub(1)?;
+        self.comparisons = self.comparisons.checked_sub(self.symbols.len())?;
         let executive = name.starts_with('@');
         let fitting = self.symbols.iter().filter(|symbol| {
             symbol.executive == executive && matches!(symbol.meaning, Meaning::Label(_)) == labels

@@ -1,0 +1,133 @@
+//! Text that nobody wrote on purpose: nothing falls over, and time grows with length alone.
+#![allow(clippy::unwrap_used)]
+
+use std::time::{Duration, Instant};
+
+use plcc_diag::SourceMap;
+use plcc_frontend::{
+    common::{Limits, MemoryLoader, Options},
+    pmi,
+};
+
+/// Checks a text, and lowers what is good of it; the number of errors.
+fn errors(text: &[u8], limits: Limits) -> usize {
+    let mut sources = SourceMap::new();
+    let file = sources.add("main.pmi", text);
+    let options = Options { limits, ..Options::default() };
+    let (program, all) = pmi::check(&mut sources, file, &MemoryLoader::new(), &options);
+    if let Some(program) = program {
+        program.lower();
+        program.interpreter();
+    }
+    for diagnostic in &all {
+        let span = diagnostic.span;
+        assert!(span.start <= span.end && sources.text(span.file).get(span.range()).is_some());
+    }
+    all.iter().filter(|d| d.is_error()).count()
+}
+
+#[test]
+fn one_character_again_and_again() {
+    for limits in [Limits::Original, Limits::None] {
+        for c in 0..=255u8 {
+            for head in
+                ["", "$END\n", "$END\nX=", "$END\nIF(", "$INTEGER\nA=", "$KEY\nA=\"", "$END\n#"]
+            {
+                let mut text = head.as_bytes().to_vec();
+                text.resize(text.len() + 400, c);
+                errors(&text, limits);
+            }
+        }
+    }
+}
+
+#[test]
+fn words_in_any_order() {
+    let words = [
+        "$INPUT",
+        "$OUTPUT",
+        "$INTEGER",
+        "$TIMER",
+        "$KEY",
+        "$END",
+        "$INCLUDE",
+        "IF",
+        "ELSE",
+        "ENDIF",
+        "GOTO",
+        "A",
+        "B1",
+        "@FRO",
+        "@NVINT",
+        "T",
+        "=",
+        "/",
+        "/=",
+        "(",
+        ")",
+        "[",
+        "]",
+        "-",
+        "+",
+        "*",
+        "%",
+        "&",
+        "!",
+        ",",
+        ":",
+        "#",
+        "?",
+        "\"",
+        "\n",
+        "\n",
+        "\r",
+        " ",
+        "0",
+        "7",
+        "99999",
+        "\u{201c}",
+        "\u{2212}",
+        "\u{feff}",
+        "é",
+        "a",
+        "2/0-7/BCD",
+    ];
+    let mut state = 88_172_645_463_325_252u64;
+    let mut random = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        state
+    };
+    for round in 0..400 {
+        let mut text = String::from(if round % 2 == 0 { "$END\n" } else { "" });
+        for _ in 0..400 {
+            text.push_str(words[(random() % words.len() as u64) as usize]);
+        }
+        errors(text.as_bytes(), if round % 3 == 0 { Limits::None } else { Limits::Original });
+    }
+}
+
+/// Suggestions cost a walk over all names each, so that many errors among many names were slow.
+#[test]
+fn many_misspelt_names() {
+    let mut text = "$END\n".to_owned();
+    for i in 0..20_000 {
+        text.push_str(&format!("R{i} = NONE{}\n", i % 10));
+    }
+    let start = Instant::now();
+    assert_eq!(errors(text.as_bytes(), Limits::Original), 20_000);
+    assert!(start.elapsed() < Duration::from_secs(30), "{:?}", start.elapsed());
+}
+
+#[test]
+fn length_is_never_limited() {
+    let terms = format!("$END\nA=T\nX=A{}\n", "+A*/A".repeat(50_000));
+    assert_eq!(errors(terms.as_bytes(), Limits::Original), 0);
+    let lines = format!("$END\nA=T\nX=A{}\n", "&A#\n".repeat(50_000));
+    assert_eq!(errors(lines.as_bytes(), Limits::Original), 0);
+    let name = "A".repeat(300_000);
+    assert_eq!(errors(format!("$END\n{name}=T\nX={name}\n").as_bytes(), Limits::None), 0);
+    let ladder = format!("$END\nA=T\nIF(A)\n{}ENDIF\n", "ELSEIF(A)\nA=A\n".repeat(20_000));
+    assert_eq!(errors(ladder.as_bytes(), Limits::Original), 0);
+}
