@@ -12,7 +12,7 @@ use plcc_abi::machine::Machine;
 use plcc_abi::nct::NctSettings;
 use plcc_abi::{Dialect, Program};
 use plcc_runtime::args::RunArgs;
-use plcc_runtime::{Artifact, NativeEngine, session};
+use plcc_runtime::{Artifact, ArtifactError, NativeEngine, session};
 
 /// Runs a compiled PLC program.
 ///
@@ -53,7 +53,10 @@ fn main() -> ExitCode {
 /// Reads the artifact, maps its code and runs it.
 fn run(cli: &Cli) -> Result<u8, String> {
     let named = |error: &dyn Display| format!("{}: {error}", cli.artifact.display());
-    let artifact = Artifact::open(&cli.artifact).map_err(|error| named(&error))?;
+    let artifact = Artifact::open(&cli.artifact).map_err(|error| match error {
+        ArtifactError::Read { .. } => error.to_string(),
+        _ => named(&error),
+    })?;
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let mut engine = engine.map_err(|error| named(&error))?;
     let machine =

@@ -64,10 +64,10 @@ pub(super) fn initial(tables: &PmacTables, layout: &Layout) -> Vec<u8> {
 impl PmacExecutive {
     /// Takes back what SAVE kept.
     pub(super) fn take_back(&mut self, retained: &[u8]) -> Result<(), String> {
-        let saved: Saved =
-            postcard::from_bytes(retained).map_err(|_| "is not a file of SAVE".to_string())?;
+        let saved: Saved = postcard::from_bytes(retained)
+            .map_err(|_| "it does not hold what SAVE writes".to_string())?;
         if saved.fingerprint != fingerprint(&self.control.tables) {
-            return Err("belongs to another download".into());
+            return Err("it belongs to another download".into());
         }
         let layout = self.control.layout;
         let mut kept = vec![0; layout.mload as usize];

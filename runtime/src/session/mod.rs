@@ -106,7 +106,7 @@ fn session(
 
     let mut trace = args.trace.as_deref().map(Output::create).transpose()?;
     let mut events = args.events.as_deref().map(Output::create).transpose()?;
-    let mut progress = Progress::new(ticks);
+    let mut progress = Progress::new(ticks, args.realtime);
     let mut keeper = match &args.retain {
         Some(path) if args.realtime => Some(Keeper::new(path, program.dialect())?),
         _ => None,
@@ -224,7 +224,8 @@ fn restore(
         tell("warning", format!("the retained file {shown} is not used: {why}; its copy is"));
     }
     executive.restore(&retained.payload).map_err(|why| {
-        SessionError(format!("the retained file {} belongs elsewhere: {why}", path.display()))
+        let shown = path.display();
+        SessionError(format!("the retained file {shown} can't be taken back: {why}; use another"))
     })
 }
 

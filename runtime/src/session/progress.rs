@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Time between two updates.
 const PAUSE: Duration = Duration::from_millis(200);
-/// Ticks between two looks at the clock, at most.
+/// Ticks between two looks at the clock in simulated time.
 const STRIDE: u64 = 256;
 
 /// A line that is written over and over.
@@ -17,20 +17,22 @@ pub(super) struct Progress {
     start: Instant,
     next: Instant,
     terminal: bool,
+    stride: u64,
     visible: bool,
 }
 
 impl Progress {
-    pub(super) fn new(ticks: Option<u64>) -> Self {
+    pub(super) fn new(ticks: Option<u64>, realtime: bool) -> Self {
         let start = Instant::now();
         let terminal = io::stderr().is_terminal();
-        Self { ticks, start, next: start + PATIENCE, terminal, visible: false }
+        let stride = if realtime { 1 } else { STRIDE };
+        Self { ticks, start, next: start + PATIENCE, terminal, stride, visible: false }
     }
 
     /// Shows how many ticks there were, when it is time to.
     #[inline]
     pub(super) fn show(&mut self, ticks: u64) {
-        if self.terminal && ticks.is_multiple_of(STRIDE) {
+        if self.terminal && ticks.is_multiple_of(self.stride) {
             self.update(ticks, Instant::now());
         }
     }
