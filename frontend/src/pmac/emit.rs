@@ -15,6 +15,8 @@ use super::rangeanalysis::Shape;
 pub(crate) enum Operand {
     /// A number that is known.
     Const(f64),
+    /// A double in the image that is not read yet: finite, and no -0.
+    Stored(Address),
     /// An `i64` for [`Shape::Int`], an `f64` for [`Shape::Real`], an `i1` for [`Shape::Truth`].
     Value(Value, Shape),
 }
@@ -23,6 +25,7 @@ impl Operand {
     pub(crate) fn shape(self) -> Shape {
         match self {
             Self::Const(value) => Shape::constant(value),
+            Self::Stored(_) => Shape::FINITE,
             Self::Value(_, shape) => shape,
         }
     }
@@ -31,6 +34,7 @@ impl Operand {
     pub(crate) fn float(self, b: &mut FuncBuilder) -> Value {
         match self {
             Self::Const(value) => b.fconst(value),
+            Self::Stored(at) => b.load(Type::F64, at),
             Self::Value(value, Shape::Int(..)) => {
                 b.convert(ConvertOp::IntToFloat, Type::F64, value)
             }
@@ -47,8 +51,33 @@ impl Operand {
         match self {
             Self::Const(value) => self.shape().is_int().then(|| b.iconst(Type::I64, value as i64)),
             Self::Value(value, Shape::Int(..)) => Some(value),
-            Self::Value(..) => None,
+            Self::Value(..) | Self::Stored(_) => None,
         }
+    }
+
+    /// The bits of a double that is finite and no -0, an `i64`, where that costs nothing.
+    fn raw(self, b: &mut FuncBuilder) -> Option<Value> {
+        match self {
+            Self::Const(value) if value.is_finite() => {
+                // Drops the sign of a zero.
+                Some(b.iconst(Type::I64, (value + 0.0).to_bits() as i64))
+            }
+            Self::Stored(at) => Some(b.load(Type::I64, at)),
+            _ => None,
+        }
+    }
+
+    /// Puts it into the image as a double that is finite and no -0.
+    pub(crate) fn store(self, b: &mut FuncBuilder, at: Address) {
+        let value = match self {
+            Self::Const(value) => {
+                let value = plcc_abi::pmac::math::finite(value);
+                b.iconst(Type::I64, value.to_bits() as i64)
+            }
+            Self::Stored(from) => b.load(Type::I64, from),
+            other => other.stored(b),
+        };
+        b.store(at, value);
     }
 
     /// As a truth value.
@@ -67,24 +96,17 @@ impl Operand {
     /// As a double that can be stored: finite and not -0.
     pub(crate) fn stored(self, b: &mut FuncBuilder) -> Value {
         let (most, nan, minus_zero) = self.shape().real();
-        let mut value = match self {
+        let value = match self {
             Self::Const(value) => return b.fconst(plcc_abi::pmac::math::finite(value)),
             other => other.float(b),
         };
-        if most > f64::MAX {
-            let high = b.fconst(f64::MAX);
-            let over = b.fcmp(FloatCond::Gt, value, high);
-            value = b.select(over, high, value);
-            let low = b.fconst(-f64::MAX);
-            let under = b.fcmp(FloatCond::Lt, value, low);
-            value = b.select(under, low, value);
+        let open = most > f64::MAX;
+        let value = if open || nan { bounded(b, value) } else { value };
+        if !minus_zero {
+            return value;
         }
         let zero = b.fconst(0.0);
-        if nan {
-            let number = b.fcmp(FloatCond::Eq, value, value);
-            value = b.select(number, value, zero);
-        }
-        if minus_zero || most > f64::MAX { b.binary(BinaryOp::Fadd, value, zero) } else { value }
+        b.binary(BinaryOp::Fadd, value, zero)
     }
 
     /// Rounded to an integer, the low bits of it, an `i64`.
@@ -95,43 +117,70 @@ impl Operand {
         if let Self::Const(value) = self {
             return b.iconst(Type::I64, plcc_abi::pmac::fixed::bits(value) as i64);
         }
-        let most = self.shape().real().0;
+        // Most numbers are integers: these are known by coming back from one unchanged.
         let value = self.float(b);
-        let rounded = round(b, value);
-        if most < 9e18 {
-            return b.convert(ConvertOp::FloatToInt, Type::I64, rounded);
-        }
-        // Saturation would lose the low bits of what does not fit.
-        let magnitude = b.unary(UnaryOp::Fabs, rounded);
-        let limit = b.fconst(9_223_372_036_854_775_808.0);
-        let fits = b.fcmp(FloatCond::Lt, magnitude, limit);
-        let (near, far, join) = (b.create_block(), b.create_block(), b.create_block());
-        let result = b.block_param(join, Type::I64);
-        b.brif(fits, near, far);
-        b.switch_to(near);
-        let small = b.convert(ConvertOp::FloatToInt, Type::I64, rounded);
-        b.jump(join, &[small]);
-        b.switch_to(far);
-        let large = b.host_call(HostFn::PmacBits, &[value]).unwrap_or(small);
-        b.jump(join, &[large]);
-        b.switch_to(join);
-        result
+        let whole = b.convert(ConvertOp::FloatToInt, Type::I64, value);
+        let back = b.convert(ConvertOp::IntToFloat, Type::F64, whole);
+        let same = b.fcmp(FloatCond::Eq, back, value);
+        // 2^63 itself saturates to a number that comes back as 2^63.
+        let least = b.iconst(Type::I64, i64::MAX);
+        let inside = b.icmp(IntCond::Ne, whole, least);
+        let exact = b.binary(BinaryOp::And, same, inside);
+        either(
+            b,
+            exact,
+            Type::I64,
+            |_| whole,
+            |b| b.host_call(HostFn::PmacBits, &[value]).unwrap_or(whole),
+        )
     }
 }
 
-/// To the nearest integer, ties away from zero.
-fn round(b: &mut FuncBuilder, value: Value) -> Value {
-    let whole = b.unary(UnaryOp::Ftrunc, value);
-    let rest = b.binary(BinaryOp::Fsub, value, whole);
-    let rest = b.unary(UnaryOp::Fabs, rest);
-    let half = b.fconst(0.5);
-    let up = b.fcmp(FloatCond::Ge, rest, half);
+/// One of two values, each computed only where it is wanted.
+fn either(
+    b: &mut FuncBuilder,
+    cond: Value,
+    ty: Type,
+    then: impl FnOnce(&mut FuncBuilder) -> Value,
+    otherwise: impl FnOnce(&mut FuncBuilder) -> Value,
+) -> Value {
+    let (yes, no, join) = (b.create_block(), b.create_block(), b.create_block());
+    let result = b.block_param(join, ty);
+    b.brif(cond, yes, no);
+    b.switch_to(yes);
+    let value = then(b);
+    b.jump(join, &[value]);
+    b.switch_to(no);
+    let value = otherwise(b);
+    b.jump(join, &[value]);
+    b.switch_to(join);
+    result
+}
+
+/// An infinity to the largest number of its sign, NaN to 0.
+fn bounded(b: &mut FuncBuilder, value: Value) -> Value {
+    let magnitude = b.unary(UnaryOp::Fabs, value);
+    let high = b.fconst(f64::MAX);
+    let finite = b.fcmp(FloatCond::Le, magnitude, high);
+    either(
+        b,
+        finite,
+        Type::F64,
+        |_| value,
+        |b| {
+            let (high, low) = (b.fconst(f64::MAX), b.fconst(-f64::MAX));
+            largest(b, value, high, low)
+        },
+    )
+}
+
+/// `high` for what is above 0, `low` for what is below, else 0.
+fn largest(b: &mut FuncBuilder, value: Value, high: Value, low: Value) -> Value {
     let zero = b.fconst(0.0);
+    let positive = b.fcmp(FloatCond::Gt, value, zero);
     let negative = b.fcmp(FloatCond::Lt, value, zero);
-    let (minus, plus) = (b.fconst(-1.0), b.fconst(1.0));
-    let one = b.select(negative, minus, plus);
-    let next = b.binary(BinaryOp::Fadd, whole, one);
-    b.select(up, next, whole)
+    let other = b.select(negative, low, zero);
+    b.select(positive, high, other)
 }
 
 /// Unary minus.
@@ -175,17 +224,7 @@ pub(crate) fn binary(b: &mut FuncBuilder, op: Bin, left: Operand, right: Operand
         Bin::Mul => b.binary(BinaryOp::Fmul, x, y),
         Bin::Div => divide(b, (x, left), (y, right)),
         Bin::Mod => b.host_call(HostFn::PmacMod, &[x, y]).unwrap_or(x),
-        Bin::And | Bin::Or | Bin::Xor => {
-            let (x, y) = (to_fixed(b, x), to_fixed(b, y));
-            let bits = match op {
-                Bin::And => b.binary(BinaryOp::And, x, y),
-                Bin::Or => b.binary(BinaryOp::Or, x, y),
-                _ => b.binary(BinaryOp::Xor, x, y),
-            };
-            let value = b.convert(ConvertOp::IntToFloat, Type::F64, bits);
-            let unit = b.fconst(1.0 / 16_777_216.0);
-            b.binary(BinaryOp::Fmul, value, unit)
-        }
+        Bin::And | Bin::Or | Bin::Xor => bit_operator(b, op, x, y),
     };
     Operand::Value(value, shape)
 }
@@ -195,14 +234,22 @@ fn modulo(b: &mut FuncBuilder, x: Value, of: Shape, by: Operand) -> Value {
     let by = match by {
         Operand::Const(value) => value as i64,
         Operand::Value(_, Shape::Int(low, _)) => low,
-        Operand::Value(..) => 1,
+        Operand::Value(..) | Operand::Stored(_) => 1,
     };
     let (least, shifted, by, back) = match of {
         Shape::Int(low, _) if by > 0 => (low, x, by, 0),
         Shape::Int(low, _) => (low - by, b.binary_imm(BinaryOp::Sub, x, by), -2 * by, by),
         _ => (i64::MIN, x, by.max(1), 0),
     };
-    let mut rest = b.binary_imm(BinaryOp::Srem, shifted, by);
+    let narrow = |n: i64| n.abs() <= i64::from(i32::MAX);
+    let small = matches!(of, Shape::Int(low, high) if narrow(low) && narrow(high));
+    let mut rest = if small && back == 0 && narrow(by) {
+        let x = b.sextend_or_trunc(Type::I32, x);
+        let rest = b.binary_imm(BinaryOp::Srem, x, by);
+        b.sextend_or_trunc(Type::I64, rest)
+    } else {
+        b.binary_imm(BinaryOp::Srem, shifted, by)
+    };
     if least < 0 {
         let negative = b.icmp_imm(IntCond::Slt, rest, 0);
         let up = b.binary_imm(BinaryOp::Add, rest, by);
@@ -216,27 +263,53 @@ fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Val
     let never_zero = match by.1 {
         Operand::Const(value) => value != 0.0,
         Operand::Value(_, Shape::Int(low, high)) => low > 0 || high < 0,
-        Operand::Value(..) => false,
+        Operand::Value(..) | Operand::Stored(_) => false,
     };
     if never_zero {
         return quotient;
     }
     let zero = b.fconst(0.0);
-    let (high, low) = (b.fconst(f64::MAX), b.fconst(-f64::MAX));
-    let by_zero = b.fcmp(FloatCond::Eq, by.0, zero);
-    let positive = b.fcmp(FloatCond::Gt, a.0, zero);
-    let negative = b.fcmp(FloatCond::Lt, a.0, zero);
-    let other = b.select(negative, low, zero);
-    let largest = b.select(positive, high, other);
-    b.select(by_zero, largest, quotient)
+    let by_number = b.fcmp(FloatCond::Ne, by.0, zero);
+    either(
+        b,
+        by_number,
+        Type::F64,
+        |_| quotient,
+        |b| {
+            let (high, low) = (b.fconst(f64::MAX), b.fconst(-f64::MAX));
+            largest(b, a.0, high, low)
+        },
+    )
 }
 
-/// Two's complement with 24 fraction bits, saturated.
-fn to_fixed(b: &mut FuncBuilder, value: Value) -> Value {
-    let unit = b.fconst(16_777_216.0);
-    let scaled = b.binary(BinaryOp::Fmul, value, unit);
-    let rounded = round(b, scaled);
-    b.convert(ConvertOp::FloatToInt, Type::I64, rounded)
+/// A bit operator on doubles: integers below 2^39 keep all their bits in the fixed-point form, so
+/// integers compute these.
+fn bit_operator(b: &mut FuncBuilder, op: Bin, x: Value, y: Value) -> Value {
+    let (plain, function) = match op {
+        Bin::And => (BinaryOp::And, HostFn::PmacAnd),
+        Bin::Or => (BinaryOp::Or, HostFn::PmacOr),
+        _ => (BinaryOp::Xor, HostFn::PmacXor),
+    };
+    let mut all = None;
+    let [i, j] = [x, y].map(|value| {
+        let whole = b.convert(ConvertOp::FloatToInt, Type::I64, value);
+        let back = b.convert(ConvertOp::IntToFloat, Type::F64, whole);
+        let same = b.fcmp(FloatCond::Eq, back, value);
+        let shifted = b.binary_imm(BinaryOp::Add, whole, 1 << 39);
+        let small = b.icmp_imm(IntCond::Ult, shifted, 1 << 40);
+        let fits = b.binary(BinaryOp::And, same, small);
+        all = Some(match all {
+            Some(others) => b.binary(BinaryOp::And, others, fits),
+            None => fits,
+        });
+        whole
+    });
+    let Some(all) = all else { return x };
+    let integers = |b: &mut FuncBuilder| {
+        let bits = b.binary(plain, i, j);
+        b.convert(ConvertOp::IntToFloat, Type::F64, bits)
+    };
+    either(b, all, Type::F64, integers, |b| b.host_call(function, &[x, y]).unwrap_or(x))
 }
 
 /// A comparator.
@@ -247,6 +320,13 @@ pub(crate) fn compare(b: &mut FuncBuilder, cmp: Cmp, left: Operand, right: Opera
     }
     if let (Some(x), Some(y)) = (left.int(b), right.int(b)) {
         return Operand::Value(compare_ints(b, cmp, x, y), Shape::Truth);
+    }
+    if let (Cmp::Eq | Cmp::Ne, Operand::Stored(_), _) | (Cmp::Eq | Cmp::Ne, _, Operand::Stored(_)) =
+        (cmp, left, right)
+        && let (Some(x), Some(y)) = (left.raw(b), right.raw(b))
+    {
+        let cond = if cmp == Cmp::Eq { IntCond::Eq } else { IntCond::Ne };
+        return Operand::Value(b.icmp(cond, x, y), Shape::Truth);
     }
     let (x, y) = (left.float(b), right.float(b));
     let value = match cmp {

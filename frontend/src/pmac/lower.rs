@@ -10,11 +10,12 @@ use plcc_abi::{HostFn, pmac};
 use plcc_diag::SourceMap;
 use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
 
+use super::analysis::{self, Name};
 use super::ast::{Download, Expr, Func, Op, Plcs, Stmt, Target, What};
 use super::emit::{self, Operand};
 use super::load::Loaded;
 use super::rangeanalysis::Shape;
-use super::variables::{Direct, Regions};
+use super::variables::{Direct, Regions, shape_of};
 
 /// What a task does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,7 +84,6 @@ pub(crate) fn lower(download: &Download, loaded: &Loaded, files: &[(String, Stri
         i: region("i"),
         mdef: region("mdef"),
         words: region("words"),
-        moved: region("moved"),
         exec: region("exec"),
     };
     let mut sources = SourceMap::new();
@@ -101,8 +101,10 @@ pub(crate) fn lower(download: &Download, loaded: &Loaded, files: &[(String, Stri
         context: 0,
         addresses: false,
         fast: false,
+        cold: false,
         may_move_definitions: false,
         stack: Vec::new(),
+        known: Vec::new(),
     };
     for (name, text) in files {
         lowerer.builder.add_file(name, text);
@@ -126,9 +128,13 @@ pub(crate) struct Lowerer<'a> {
     pub(crate) addresses: bool,
     /// Definitions are as after load.
     pub(crate) fast: bool,
+    /// There is a fast version besides this one.
+    cold: bool,
     /// The statement at hand may have moved a definition.
     pub(crate) may_move_definitions: bool,
     pub(crate) stack: Vec<Operand>,
+    /// Values of variables that the statement at hand has read already.
+    pub(crate) known: Vec<(Name, Operand)>,
 }
 
 /// The places of one of the two versions: one for each statement, one for the end.
@@ -191,6 +197,7 @@ impl Lowerer<'_> {
         self.fast = fast;
         // The fast version can come over at any statement, where there is one.
         let entered = !fast && self.relies_on_definitions(code);
+        self.cold = entered;
         let targets = targets(code);
         for (index, stmt) in code.iter().enumerate() {
             let bind = index == 0 || entered || targets.get(index).copied().unwrap_or(false);
@@ -237,8 +244,18 @@ impl Lowerer<'_> {
                     Target::Indirect(_, index) => Some(self.value(index)),
                     _ => None,
                 };
-                let value = self.value(expr);
-                self.assign(target, value, index);
+                match self.asked(expr) {
+                    Some(asked) => self.twice(&asked, |this| {
+                        let value = this.value(expr);
+                        this.assign(target, value, index);
+                        None
+                    }),
+                    None => {
+                        let value = self.value(expr);
+                        self.assign(target, value, index);
+                        None
+                    }
+                };
             }
             What::If(expr, target) | What::While(expr, target) => {
                 let truth = self.condition(expr, stmt.integer);
@@ -303,8 +320,72 @@ impl Lowerer<'_> {
         if integer {
             return self.condition_integer(expr);
         }
+        if let Some(asked) = self.asked(expr)
+            && let Some(truth) = self.twice(&asked, |this| {
+                let value = this.value(expr);
+                Some(value.truth(this.builder.ins()))
+            })
+        {
+            return truth;
+        }
         let value = self.value(expr);
         value.truth(self.builder.ins())
+    }
+
+    /// The variables to ask about before integers compute an expression; none where that gains
+    /// nothing.
+    fn asked(&self, expr: Expr) -> Option<Vec<Name>> {
+        if self.cold {
+            return None;
+        }
+        let shape = |(kind, number)| shape_of(self.download, &self.places_of_m, kind, number);
+        let found = analysis::analyse(self.download.ops(expr), shape);
+        (found.gains && found.forced.is_none()).then_some(found.asked)
+    }
+
+    /// Writes something twice: for integers in all the variables asked about, and for anything
+    /// else. A value that `write` gives comes out of both, a truth value.
+    fn twice(
+        &mut self,
+        asked: &[Name],
+        mut write: impl FnMut(&mut Self) -> Option<Value>,
+    ) -> Option<Value> {
+        use plcc_ir::{BinaryOp, ConvertOp, FloatCond};
+        let mut all = None;
+        let (mut whole, mut real) = (Vec::new(), Vec::new());
+        for &name in asked {
+            let value = self.read(name.0, u32::from(name.1));
+            let b = self.builder.ins();
+            let value = value.float(b);
+            let narrow = b.convert(ConvertOp::FloatToInt, Type::I32, value);
+            let back = b.convert(ConvertOp::IntToFloat, Type::F64, narrow);
+            let same = b.fcmp(FloatCond::Eq, back, value);
+            all = Some(match all {
+                Some(others) => b.binary(BinaryOp::And, others, same),
+                None => same,
+            });
+            let wide = b.sextend_or_trunc(Type::I64, narrow);
+            whole.push((name, Operand::Value(wide, analysis::ASKED)));
+            real.push((name, Operand::Value(value, Shape::FINITE)));
+        }
+        let all = all?;
+        let b = self.builder.ins();
+        let (integer, float, join) = (b.create_block(), b.create_block(), b.create_block());
+        b.brif(all, integer, float);
+        let mut result = None;
+        for (block, known) in [(integer, whole), (float, real)] {
+            self.builder.ins().switch_to(block);
+            self.known = known;
+            let value = write(self);
+            self.known.clear();
+            let b = self.builder.ins();
+            if value.is_some() && result.is_none() {
+                result = Some(b.block_param(join, Type::I1));
+            }
+            b.jump(join, value.as_slice());
+        }
+        self.builder.ins().switch_to(join);
+        result
     }
 
     /// An expression's or condition's value.
@@ -416,9 +497,7 @@ impl Lowerer<'_> {
             (Operand::Value(value, _), Shape::Int(low, high)) => {
                 let negative = b.unary(UnaryOp::Neg, value);
                 let value = b.binary(BinaryOp::Smax, value, negative);
-                let most = low.abs().max(high.abs());
-                let least = if low <= 0 && high >= 0 { 0 } else { low.abs().min(high.abs()) };
-                Operand::Value(value, Shape::Int(least, most))
+                Operand::Value(value, Shape::magnitude(low, high))
             }
             (_, shape) => {
                 let (most, nan, _) = shape.real();

@@ -8,6 +8,7 @@
 //! Architecture Invariant: trees are flat. Expressions are postfix rows in one arena, statements
 //! are steps with jump targets; nothing recurses on program size.
 
+mod analysis;
 mod assign;
 mod ast;
 mod cursor;
@@ -15,6 +16,7 @@ mod define;
 mod download;
 mod emit;
 mod eval;
+mod explain;
 mod expr;
 mod integer;
 mod interp;
@@ -84,6 +86,13 @@ impl Program {
     /// The statement interpreter, as an engine like the others.
     pub fn interpreter(&self) -> Box<dyn Engine> {
         Box::new(Interpreter::new(&self.download, &self.loaded))
+    }
+
+    /// What each statement is computed in, a line each under the name of its PLC: `integer`, or
+    /// `floating point` and the variable or operation that forces it
+    /// (`plcc check --explain-arithmetic`).
+    pub fn explain_arithmetic(&self) -> String {
+        explain::explain(&self.download, &self.loaded, &self.files)
     }
 
     /// The names of the files that the text includes.

@@ -448,10 +448,7 @@ impl Reader<'_> {
                 && !self.cur.starts_with("CLEAR")
                 && !self.cur.starts_with("CLR");
             self.cur.pos += usize::from(compiled);
-            let number = match self.plc_number() {
-                Ok(number) => number,
-                Err(fault) => return Err(fault),
-            };
+            let number = self.plc_number()?;
             return Ok(Flow::Open { compiled, number: Some(number) });
         }
         for word in ["PROGRAM", "ROTARY", "FORWARD", "INVERSE", "SERVO", "BINARY", "FWD", "SUBPROG"]

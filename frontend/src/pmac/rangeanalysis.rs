@@ -30,6 +30,9 @@ impl Shape {
     /// Any value that a variable can hold.
     pub(crate) const FINITE: Self = Self::Real { most: f64::MAX, nan: false, minus_zero: false };
 
+    /// The value of an undefined M-variable: 21 bits, signed.
+    pub(crate) const STAR: Self = Self::Int(-(1 << 20), (1 << 20) - 1);
+
     /// The result of a function.
     pub(crate) const FUNCTION: Self = Self::Real { most: f64::MAX, nan: false, minus_zero: true };
 
@@ -67,6 +70,13 @@ impl Shape {
             Self::Real { most, nan, minus_zero } => (most, nan, minus_zero),
             Self::Truth => (1.0, false, false),
         }
+    }
+
+    /// The magnitude of an integer.
+    pub(crate) fn magnitude(low: i64, high: i64) -> Self {
+        let most = low.abs().max(high.abs());
+        let least = if low <= 0 && high >= 0 { 0 } else { low.abs().min(high.abs()) };
+        Self::Int(least, most)
     }
 
     /// The result of unary minus.

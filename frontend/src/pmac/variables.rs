@@ -17,7 +17,6 @@ pub(crate) struct Regions {
     pub(crate) i: Region,
     pub(crate) mdef: Region,
     pub(crate) words: Region,
-    pub(crate) moved: Region,
     pub(crate) exec: Region,
 }
 
@@ -54,6 +53,27 @@ pub(crate) fn direct(layout: &Layout, definition: Definition) -> Direct {
             _ => Direct::General,
         },
         _ => Direct::General,
+    }
+}
+
+/// What is known of a variable's value after load, before any definition moves.
+pub(crate) fn shape_of(
+    download: &super::ast::Download,
+    places: &[Direct],
+    kind: Kind,
+    number: u16,
+) -> Shape {
+    match kind {
+        Kind::M => match places.get(usize::from(number)) {
+            Some(Direct::Word(_, _, field)) => Shape::field(*field),
+            Some(Direct::Star) => Shape::STAR,
+            _ => Shape::FINITE,
+        },
+        Kind::L => match download.l_defs.get(&number) {
+            Some(Definition::X { field, .. } | Definition::Y { field, .. }) => Shape::field(*field),
+            _ => Shape::Int(0, 0),
+        },
+        Kind::P | Kind::Q | Kind::I => Shape::FINITE,
     }
 }
 
@@ -98,6 +118,10 @@ impl Lowerer<'_> {
 
     /// A variable's value.
     pub(crate) fn read(&mut self, kind: Kind, number: u32) -> Operand {
+        if let Some((_, known)) = self.known.iter().find(|(name, _)| *name == (kind, number as u16))
+        {
+            return *known;
+        }
         let at = match kind {
             Kind::P => self.double(self.regions.p, number),
             Kind::I => self.double(self.regions.i, number),
@@ -113,7 +137,7 @@ impl Lowerer<'_> {
                 return Operand::Value(wide, shape);
             }
         };
-        Operand::Value(self.builder.ins().load(Type::F64, at), Shape::FINITE)
+        Operand::Stored(at)
     }
 
     fn read_m(&mut self, number: u32) -> Operand {
@@ -125,25 +149,8 @@ impl Lowerer<'_> {
         if self.fast {
             return self.read_m_direct(number, place);
         }
-        // The definition may have moved: ask before each access.
-        let at = Address::fixed(self.regions.moved, number);
-        let b = self.builder.ins();
-        let moved = b.load(Type::I1, at);
-        let (there, here, join) = (b.create_block(), b.create_block(), b.create_block());
-        let result = b.block_param(join, Type::F64);
-        b.brif(moved, there, here);
-        b.switch_to(there);
-        let general = self.read_m_general(number);
-        let b = self.builder.ins();
-        let value = general.float(b);
-        b.jump(join, &[value]);
-        b.switch_to(here);
-        let direct = self.read_m_direct(number, place);
-        let b = self.builder.ins();
-        let value = direct.float(b);
-        b.jump(join, &[value]);
-        b.switch_to(join);
-        Operand::Value(result, Shape::FINITE)
+        // The definition may have moved.
+        self.read_m_general(number)
     }
 
     fn read_m_general(&mut self, number: u32) -> Operand {
@@ -174,12 +181,12 @@ impl Lowerer<'_> {
                 let left = b.binary_imm(BinaryOp::Shl, word, 11);
                 let value = b.binary_imm(BinaryOp::Ashr, left, 11);
                 let wide = b.sextend_or_trunc(Type::I64, value);
-                return Operand::Value(wide, Shape::Int(-(1 << 20), (1 << 20) - 1));
+                return Operand::Value(wide, Shape::STAR);
             }
             Direct::P(number) => self.double(self.regions.p, number),
             Direct::Q(number) => self.double(self.regions.q, number),
         };
-        Operand::Value(self.builder.ins().load(Type::F64, at), Shape::FINITE)
+        Operand::Stored(at)
     }
 
     /// The variable whose number is a value.
@@ -191,7 +198,7 @@ impl Lowerer<'_> {
             Kind::Q => {
                 let index = self.q_index(index);
                 let at = self.indexed(self.regions.q, index);
-                return Operand::Value(self.builder.ins().load(Type::F64, at), Shape::FINITE);
+                return Operand::Stored(at);
             }
             Kind::M | Kind::L => {
                 let value = self.builder.ins().host_call(HostFn::PmacMRead, &[index]);
@@ -199,7 +206,7 @@ impl Lowerer<'_> {
             }
         };
         let at = self.indexed(region, index);
-        Operand::Value(self.builder.ins().load(Type::F64, at), Shape::FINITE)
+        Operand::Stored(at)
     }
 
     /// A variable's number, an `i32`: rounded, and its low bits.
@@ -220,6 +227,13 @@ impl Lowerer<'_> {
                 self.write_indirect(kind, index, value);
             }
             Target::Range { kind, first, count, step } => {
+                // Read once: a write may change what it was read from.
+                let value = match value {
+                    Operand::Stored(_) => {
+                        Operand::Value(value.float(self.builder.ins()), Shape::FINITE)
+                    }
+                    other => other,
+                };
                 for k in 0..u32::from(count) {
                     self.write(kind, u32::from(first) + k * u32::from(step), value);
                 }
@@ -245,9 +259,7 @@ impl Lowerer<'_> {
                 return self.write_l(number, bits);
             }
         };
-        let b = self.builder.ins();
-        let value = value.stored(b);
-        b.store(at, value);
+        value.store(self.builder.ins(), at);
     }
 
     fn write_i(&mut self, number: u32, value: Operand) {
@@ -283,21 +295,7 @@ impl Lowerer<'_> {
         if self.fast {
             return self.write_m_direct(number, place, value);
         }
-        let at = Address::fixed(self.regions.moved, number);
-        let b = self.builder.ins();
-        let stored = value.stored(b);
-        let moved = b.load(Type::I1, at);
-        let (there, here, join) = (b.create_block(), b.create_block(), b.create_block());
-        b.brif(moved, there, here);
-        b.switch_to(there);
-        self.write_m_general(number, Operand::Value(stored, Shape::FINITE));
-        let b = self.builder.ins();
-        b.jump(join, &[]);
-        b.switch_to(here);
-        self.write_m_direct(number, place, value);
-        let b = self.builder.ins();
-        b.jump(join, &[]);
-        b.switch_to(join);
+        self.write_m_general(number, value);
     }
 
     fn write_m_general(&mut self, number: u32, value: Operand) {
@@ -328,9 +326,7 @@ impl Lowerer<'_> {
             Direct::P(number) => self.double(self.regions.p, number),
             Direct::Q(number) => self.double(self.regions.q, number),
         };
-        let b = self.builder.ins();
-        let value = value.stored(b);
-        b.store(at, value);
+        value.store(self.builder.ins(), at);
     }
 
     fn write_indirect(&mut self, kind: Kind, index: Operand, value: Operand) {
@@ -344,9 +340,7 @@ impl Lowerer<'_> {
                         self.indexed(self.regions.q, index)
                     }
                 };
-                let b = self.builder.ins();
-                let value = value.stored(b);
-                return b.store(at, value);
+                return value.store(self.builder.ins(), at);
             }
             Kind::I => HostFn::PmacIWrite,
             Kind::M | Kind::L => {

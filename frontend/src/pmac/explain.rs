@@ -1,0 +1,106 @@
+//! What `--explain-arithmetic` prints: for each statement whether integers compute it.
+
+use std::fmt::Write as _;
+
+use plcc_abi::pmac::Kind;
+use plcc_diag::SourceMap;
+
+use super::analysis::{Name, Reason, analyse};
+use super::ast::{Bin, Download, Func, Stmt, Target, What};
+use super::load::Loaded;
+use super::lower::{Lowerer, Runs, tasks};
+use super::rangeanalysis::Shape;
+use super::variables::shape_of;
+
+/// One line a statement that computes something: file, line, what it is computed in, and the
+/// variable or operation that forces floating point.
+pub(crate) fn explain(download: &Download, loaded: &Loaded, files: &[(String, String)]) -> String {
+    let mut sources = SourceMap::new();
+    for (name, text) in files {
+        sources.add(name.clone(), text.as_bytes());
+    }
+    let places = Lowerer::places_after_load(loaded);
+    let shape = |(kind, number): Name| shape_of(download, &places, kind, number);
+    let mut out = String::new();
+    for (runs, code) in tasks(download, loaded) {
+        if matches!(runs, Runs::Command(_)) {
+            continue;
+        }
+        let _ = writeln!(out, "{}", runs.name());
+        for stmt in code {
+            let Some(line) = statement(download, stmt, &shape) else { continue };
+            let (span, _) = download.origins.place(stmt.at);
+            let (number, _) = sources.line_col(span.file, span.start);
+            let text = sources.text(span.file);
+            let source = text.get(span.start as usize..span.end as usize).unwrap_or("");
+            let source = source.split_whitespace().collect::<Vec<_>>().join(" ");
+            let _ = writeln!(out, "  {}:{number}: {source}: {line}", sources.path(span.file));
+        }
+    }
+    out
+}
+
+fn statement(download: &Download, stmt: &Stmt, shape: &impl Fn(Name) -> Shape) -> Option<String> {
+    let expr = Download::computed(&stmt.what)?;
+    if stmt.integer {
+        return Some("integer (24 bits)".into());
+    }
+    let found = analyse(download.ops(expr), shape);
+    if let Some(reason) = found.forced {
+        return Some(format!("floating point: {}", tell(reason)));
+    }
+    if let What::Assign(Target::Indirect(_, index), _) = stmt.what
+        && let Some(reason) = analyse(download.ops(index), shape).forced
+    {
+        return Some(format!("floating point: {} in the variable's number", tell(reason)));
+    }
+    if found.asked.is_empty() {
+        return Some("integer".into());
+    }
+    let names: Vec<String> = found.asked.iter().map(|&name| variable(name)).collect();
+    let verb = if names.len() == 1 { "holds an integer" } else { "hold integers" };
+    Some(format!("integer while {} {verb}", names.join(", ")))
+}
+
+fn variable((kind, number): Name) -> String {
+    format!("{}{number}", letter(kind))
+}
+
+fn letter(kind: Kind) -> char {
+    match kind {
+        Kind::I => 'I',
+        Kind::P => 'P',
+        Kind::Q => 'Q',
+        Kind::M => 'M',
+        Kind::L => 'L',
+    }
+}
+
+fn tell(reason: Reason) -> String {
+    match reason {
+        Reason::Constant(value) => format!("the constant {value}"),
+        Reason::Variable(name) => {
+            format!("{} is no integer of 24 bits in memory", variable(name))
+        }
+        Reason::Indirect(kind) => format!("{}(…) is known by its number only", letter(kind)),
+        Reason::Operator(Bin::Div) => "the quotient of `/` has a fraction".into(),
+        Reason::Operator(Bin::Mod) => "`%` by what is no constant integer".into(),
+        Reason::Operator(bin) => {
+            let sign = match bin {
+                Bin::Add => '+',
+                Bin::Sub => '-',
+                Bin::Mul => '*',
+                Bin::And => '&',
+                Bin::Or => '|',
+                _ => '^',
+            };
+            format!("the result of `{sign}` may be too large for exact integers")
+        }
+        Reason::Function(func) => format!("{} of what is no integer", name(func)),
+        Reason::Many => "it reads too many P-, Q- and I-variables to ask about".into(),
+    }
+}
+
+fn name(func: Func) -> &'static str {
+    super::ast::FUNCTIONS.iter().find(|known| known.1 == func).map_or("", |known| known.0)
+}
