@@ -112,12 +112,11 @@ pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), Sessi
         option("--stimulus", &args.stimulus).into_iter().chain(source).collect();
     for (name, path) in outputs.into_iter().flatten() {
         if let Some((other, _)) = seen.iter().find(|(_, other)| same(other, &path)) {
-            let shown = if is_stdout(&path) {
-                "standard output".into()
+            return Err(SessionError(if is_stdout(&path) {
+                format!("{name} and {other} would be mixed: both go to standard output")
             } else {
-                path.display().to_string()
-            };
-            return Err(SessionError(format!("{name} would overwrite {other}: both are {shown}")));
+                format!("{name} would overwrite {other}: both are {}", path.display())
+            }));
         }
         seen.push((name, path));
     }
