@@ -1,0 +1,54 @@
+//! Once a control runs, a tick without events takes no memory from the system, in any dialect, in
+//! the statement interpreter and in native code.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::alloc::System;
+use std::path::Path;
+
+use plcc_abi::Dialect;
+use plcc_frontend::common::Options;
+use plcc_runtime::args::ControlArgs;
+use plcc_runtime::run::{Player, Stimulus};
+use plcc_runtime::session::executive;
+use plcc_tests::compile::{Way, compile};
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+
+#[global_allocator]
+static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+/// One test, since others beside it would be counted too.
+#[test]
+fn ticks_allocate_nothing() {
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join("examples");
+    for (dialect, program, stimulus) in [
+        (Dialect::Pmi, "pmi/lathe.pmi", "pmi/lathe.csv"),
+        (Dialect::Nct, "nct/sample.plc", "nct/sample.csv"),
+        (Dialect::Pmac, "pmac/mill.pmc", "pmac/mill/tool/stimulus.csv"),
+    ] {
+        let compiled = compile(&examples.join(program), dialect, &Options::default()).unwrap();
+        let table = std::fs::read(examples.join(stimulus)).unwrap();
+        for way in [Way::Statements, Way::JitSpeed] {
+            let (program, mut engine) = compiled.engine(way).unwrap();
+            let control = ControlArgs::default();
+            let mut executive = executive(&program, &control, false, None).unwrap();
+            let stimulus = Stimulus::parse(&table, executive.as_mut()).unwrap();
+            let ticks = stimulus.period() * 2;
+            let mut player = Player::new(stimulus, true);
+            let mut events = Vec::with_capacity(64);
+            let mut quiet = 0;
+            for tick in 0..ticks {
+                let region = Region::new(ALLOCATOR);
+                player.apply(tick, executive.as_mut());
+                executive.tick(&mut engine, &mut events).unwrap();
+                let change = region.change();
+                if tick >= ticks / 2 && events.is_empty() {
+                    let taken = change.allocations + change.reallocations;
+                    assert_eq!(taken, 0, "{dialect:?} {way:?} tick {tick}: {change:?}");
+                    quiet += 1;
+                }
+                events.clear();
+            }
+            assert!(quiet > ticks / 4, "{dialect:?} {way:?}: {quiet} of {ticks} ticks");
+        }
+    }
+}
