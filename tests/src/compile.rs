@@ -65,6 +65,11 @@ pub fn compile(path: &Path, dialect: Dialect, options: &Options) -> Result<Compi
 }
 
 impl Compiled {
+    /// The IR as lowered, and the same optimised.
+    pub fn modules(&self) -> [&Module; 2] {
+        [&self.module, &self.best]
+    }
+
     /// An engine, and the program as it knows it.
     ///
     /// # Errors

@@ -4,5 +4,6 @@ pub mod compile;
 pub mod gen_ir;
 pub mod gen_pmac;
 pub mod gen_pmi;
+pub mod no_fault;
 pub mod rng;
 pub mod shrink;

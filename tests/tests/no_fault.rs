@@ -1,0 +1,106 @@
+//! Nothing in compiled code can fault (`architecture`: no signals): the CLIF of every example,
+//! conformance case and of generated programs, before and after the passes.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::path::{Path, PathBuf};
+
+use plcc_abi::{Dialect, machine::Machine};
+use plcc_codegen::{OptLevel, Target, emit};
+use plcc_diag::SourceMap;
+use plcc_frontend::common::{Controller, Limits, MemoryLoader, Options};
+use plcc_frontend::{pmac, pmi};
+use plcc_ir::{Module, passes};
+use plcc_tests::compile::compile;
+use plcc_tests::no_fault::faults;
+use plcc_tests::{gen_ir, gen_pmac, gen_pmi};
+
+/// Looks at a module for both kinds of machine. Functions are what the passes left of them.
+fn look(name: &str, module: &Module) {
+    for triple in ["x86_64-unknown-linux-gnu", "aarch64-unknown-linux-gnu"] {
+        let target = Target::baseline(triple, OptLevel::Speed).unwrap();
+        let clif = emit::clif(module, &target);
+        let found = faults(&clif);
+        assert!(found.is_empty(), "{name}, {triple}: {found:#?}");
+        assert!(clif.contains("return"), "{name}: there was nothing to look at");
+    }
+}
+
+fn look_at_both(name: &str, module: &Module) {
+    look(name, module);
+    let mut best = module.clone();
+    passes::optimize(&mut best, OptLevel::Speed);
+    look(name, &best);
+}
+
+/// The programs below a folder.
+fn sources(folder: &Path, found: &mut Vec<(PathBuf, Dialect)>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            sources(&path, found);
+            continue;
+        }
+        let dialect = match path.extension().and_then(|ending| ending.to_str()) {
+            Some("pmi") => Dialect::Pmi,
+            Some("nct") => Dialect::Nct,
+            Some("plc") if path.components().any(|part| part.as_os_str() == "nct") => Dialect::Nct,
+            Some("pmc" | "pmac") => Dialect::Pmac,
+            _ => continue,
+        };
+        found.push((path, dialect));
+    }
+}
+
+#[test]
+fn examples_and_cases() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut found = vec![];
+    sources(&root.join("examples"), &mut found);
+    sources(&root.join("tests/conformance"), &mut found);
+    let mut looked = 0;
+    for (path, dialect) in &found {
+        let mut options = Options::default();
+        for machine in [path.with_extension("toml"), path.with_file_name("machine.toml")] {
+            if let Ok(text) = std::fs::read_to_string(machine) {
+                options.machine = Machine::parse(&text).unwrap();
+            }
+        }
+        // What a case's own options would allow, all of it.
+        let generous =
+            Options { limits: Limits::None, controller: Controller::Turbo, ..options.clone() };
+        let compiled =
+            compile(path, *dialect, &options).or_else(|_| compile(path, *dialect, &generous));
+        // Some cases are about errors.
+        let Ok(compiled) = compiled else { continue };
+        for module in compiled.modules() {
+            look(&path.to_string_lossy(), module);
+        }
+        looked += 1;
+    }
+    assert!(looked >= 4 && looked * 2 > found.len(), "{looked} of {}", found.len());
+}
+
+#[test]
+fn generated_ir() {
+    for seed in 0..60 {
+        look_at_both(&format!("IR {seed}"), &gen_ir::generate(seed));
+    }
+}
+
+#[test]
+fn generated_programs() {
+    for seed in 0..8 {
+        let case = gen_pmi::generate(seed, 30);
+        let mut sources = SourceMap::new();
+        let file = sources.add("generated.pmi", case.source.as_bytes());
+        let (program, _) =
+            pmi::check(&mut sources, file, &MemoryLoader::new(), &Options::default());
+        look_at_both(&format!("PMI {seed}"), &program.unwrap().lower().module);
+        let case = gen_pmac::generate(seed, 30);
+        let mut sources = SourceMap::new();
+        let file = sources.add("generated.pmc", case.source.as_bytes());
+        let options = Options { controller: Controller::Turbo, ..Options::default() };
+        let (program, _) = pmac::check(&mut sources, &[file], &MemoryLoader::new(), &options);
+        look_at_both(&format!("PMAC {seed}"), &program.unwrap().lower().module);
+    }
+}
