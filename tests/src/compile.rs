@@ -9,7 +9,7 @@ use plcc_abi::{Dialect, Engine, Program};
 use plcc_codegen::{OptLevel, Target};
 use plcc_diag::{SourceMap, render};
 use plcc_frontend::common::{FileLoader, Lowered, Options};
-use plcc_ir::{interp, verify};
+use plcc_ir::{Module, interp, verify};
 use plcc_runtime::{Artifact, NativeEngine};
 
 /// The ways in which a program is run.
@@ -67,7 +67,7 @@ pub fn compile(path: &Path, dialect: Dialect, options: &Options) -> Result<Compi
 impl Compiled {
     /// The IR as lowered, and the same optimised.
     pub fn modules(&self) -> [&Module; 2] {
-        [&self.module, &self.best]
+        [&self.plain.module, &self.best.module]
     }
 
     /// An engine, and the program as it knows it.
