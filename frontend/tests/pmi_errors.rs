@@ -55,6 +55,8 @@ fn directives() {
     expect("$END\nX=T\n$END\n", &[("1", 3)]);
     expect("$INPUT\nLS=0/0\n\n? a comment\n", &[("2", 4)]);
     expect("", &[("2", 1)]);
+    expect("$INPUT\nLS= # more\n", &[("2", 2)]);
+    expect("$INPUT\nLS=0/0 # more\n", &[("2", 2)]);
     expect("LS=0/0\n$END\nX=LS\n", &[("3", 1)]);
     expect("$INPUT\nA=0/0\n$OUTPUT\nB=1/0\n$INPUT\nC=0/1\n$END\nX=C\n", &[("23", 5)]);
     expect("$INPUT X\n$END\n", &[("5", 1)]);

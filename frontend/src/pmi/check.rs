@@ -45,7 +45,8 @@ pub(super) fn check(
     let ended = spec.section == Some(Section::End);
     let pending = std::mem::take(&mut spec.pending);
     diagnostics.append(&mut spec.warnings);
-    if !ended {
+    // A file that ends in the middle of a statement has said so already.
+    if !ended && diagnostics.iter().all(|diagnostic| diagnostic.code != "PMI-2") {
         diagnostics.push(
             error(2, text.last, "the file ends without $END")
                 .help("put $END between the declarations and the logic"),

@@ -240,7 +240,13 @@ impl<'a> Exec<'a> {
             Some(at) => problem.label(at, "it is declared here"),
             None => problem,
         };
-        fail(problem.help("assign to a variable of your own; only reading it is allowed"))
+        fail(problem.help(match symbol.meaning {
+            Meaning::ReadOnly => {
+                "only reading it is allowed; where the machine differs, a machine file says so \
+                 (--machine)"
+            }
+            _ => "assign to a variable of your own; only reading it is allowed",
+        }))
     }
 
     /// `(condition)` and nothing behind it.
