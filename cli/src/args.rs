@@ -15,12 +15,26 @@ const STYLES: Styles = Styles::styled()
     .literal(AnsiColor::Cyan.on_default().bold())
     .placeholder(AnsiColor::Cyan.on_default());
 
-const STATUS: &str = "Exit status: 0 done (warnings too); 1 the source has errors; 2 wrong usage, or \
-a file that can't be read or is not valid; 3 the program was stopped by a run-time fault; 130 Ctrl-C.";
+const HELP: &str = "\
+Examples:
+  plcc check lathe.pmi
+  plcc run lathe.pmi --ticks 500 --stimulus lathe.csv --watch @SMF,LS27 --trace -
+  plcc build lathe.pmi && plcrt lathe.plcx --realtime
+  plcc explain PMI-31
+
+`plcc help COMMAND` has each command's options and more examples.
+
+Exit status:
+  0    done; warnings are no errors
+  1    the source has errors
+  2    wrong usage, or a file that can't be read or is not valid
+  3    the program was stopped by a run-time fault
+  130  Ctrl-C";
 
 /// Native code for the PLC programs of machine tools: PMI, NCT and PMAC.
 #[derive(Parser)]
-#[command(name = "plcc", version, styles = STYLES, after_help = STATUS, max_term_width = 100)]
+#[command(name = "plcc", version, styles = STYLES, after_help = HELP, max_term_width = 100)]
+#[command(propagate_version = true)]
 pub(crate) struct Cli {
     /// When to use colours
     #[arg(

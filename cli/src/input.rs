@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use plcc_abi::Dialect;
-use plcc_diag::{Diagnostic, FileId, SourceMap};
+use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 use plcc_frontend::common::{FileLoader, Machine, Options};
 use plcc_runtime::Artifact;
 
@@ -110,9 +110,21 @@ impl Input {
         let Self { mut sources, files, dialect } = self;
         let (checked, mut diagnostics) =
             compile::check(&mut sources, &files, dialect, &Disk, options);
-        diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
+        diagnostics.sort_by_cached_key(|diagnostic| place(&sources, diagnostic.span));
         Program { sources, own: files.len(), dialect, checked, diagnostics }
     }
+}
+
+/// Where a place stands in the text with everything included: its file and offset, behind those of
+/// the statements that include it, outermost first.
+fn place(sources: &SourceMap, mut span: Span) -> Vec<(FileId, u32)> {
+    let mut path = vec![(span.file, span.start)];
+    while let Some(at) = sources.included_from(span.file) {
+        span = at;
+        path.push((span.file, span.start));
+    }
+    path.reverse();
+    path
 }
 
 /// The dialect of files that are one program: what those say that say anything.

@@ -59,7 +59,7 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
     for failure in &results.failures {
         report.failure(failure);
     }
-    if args.message_format == FormatArg::Human {
+    if args.message_format == FormatArg::Human && results.files > 0 {
         summary(&results, count, report);
     }
     Ok(match (results.failures.is_empty(), count.errors) {

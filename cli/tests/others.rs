@@ -1,0 +1,183 @@
+//! The other commands, help, and wrong usage.
+
+#![allow(clippy::unwrap_used, clippy::indexing_slicing)]
+
+mod support;
+
+use support::{BROKEN, COUNTER, Folder, PLC1, SLICES, STOPS};
+
+const COMMANDS: [&str; 7] = ["check", "build", "run", "bench", "explain", "xref", "completions"];
+
+#[test]
+fn help_says_what_each_command_does() {
+    let folder = Folder::with(&[]);
+    let all = folder.plcc("--help").exits(0).stdout;
+    assert!(all.contains("Exit status") && all.contains("Examples:"), "{all}");
+    for command in COMMANDS {
+        assert!(all.contains(&format!("  {command} ")), "{command} is not in\n{all}");
+        let help = folder.plcc(&format!("help {command}")).exits(0).stdout;
+        assert_eq!(help, folder.plcc(&format!("{command} --help")).exits(0).stdout);
+        assert!(help.contains("Example"), "{help}");
+        assert!(help.contains(&format!("plcc {command}")), "{help}");
+    }
+    let version = folder.plcc("--version").exits(0).stdout;
+    assert_eq!(version, format!("plcc {}\n", env!("CARGO_PKG_VERSION")));
+}
+
+#[test]
+fn every_promised_option_is_there() {
+    let folder = Folder::with(&[]);
+    let source = ["--dialect", "--limits", "--define", "--controller", "--machine", "-I"];
+    let control = ["--period", "--param", "--const", "--macro", "--control"];
+    let run = ["--engine", "--ticks", "--for", "--realtime", "--opt", "--stimulus", "--watch"];
+    let more = ["--trace", "--events", "--dump", "--retain", "--keep-going", "--level0-safepoints"];
+    let build = ["--emit", "--target", "--opt", "-o"];
+    let bench = ["--stimulus", "--scans", "--json"];
+    for (command, options) in [
+        ("check", vec![&source[..], &["--message-format"]]),
+        ("build", vec![&source, &build, &["--message-format"]]),
+        ("run", vec![&source, &control, &run, &more, &["--background-steps"]]),
+        ("bench", vec![&source, &control, &bench]),
+        ("xref", vec![&source]),
+    ] {
+        let help = folder.plcc(&format!("help {command}")).exits(0).stdout;
+        for option in options.into_iter().flatten() {
+            assert!(help.contains(option), "{command} {option}\n{help}");
+        }
+    }
+}
+
+#[test]
+fn wrong_usage_is_status_2() {
+    let folder = Folder::with(&[("a.pmi", COUNTER), ("b.plc", SLICES)]);
+    for (line, part) in [
+        ("", "Usage"),
+        ("chekc a.pmi", "check"),
+        ("check", "FILE"),
+        ("check a.pmi --nothing", "--nothing"),
+        ("check none.pmi", "none.pmi"),
+        ("check a.pmi --dialect gcode", "gcode"),
+        ("check a.pmi --define =1", "NAME=VALUE"),
+        ("build", "FILE"),
+        ("build .", "folder"),
+        ("build a.pmi --emit exe", "exe"),
+        ("build a.pmi --opt fast", "fast"),
+        ("run", "FILE"),
+        ("run a.pmi --ticks x", "x"),
+        ("run a.pmi --for 5", "ms"),
+        ("run a.pmi --ticks 1 --engine gcc", "gcc"),
+        ("run b.plc --ticks 1 --const 41=1", "41"),
+        ("run b.plc --ticks 1 --control nct1", "nct104"),
+        ("bench a.pmi --scans 0", "0"),
+        ("xref a.pmi", "NCT"),
+        ("explain", "CODE"),
+        ("explain PMX-31", "PMI-31"),
+        ("completions tcsh", "tcsh"),
+    ] {
+        folder.plcc(line).exits(2).says(&[part]);
+    }
+}
+
+#[test]
+fn explain_knows_codes_and_variables_in_any_case() {
+    let folder = Folder::with(&[]);
+    for (what, parts) in [
+        ("PMI-31", vec!["PMI-31: "]),
+        ("nct-63", vec!["NCT-63: "]),
+        ("ERR003", vec!["PMAC-3: "]),
+        ("pmi-x1", vec!["PMI-X1: "]),
+        ("@fro", vec!["PMI: @FRO", "INTEGER"]),
+        ("@CP107", vec!["@CP100 to @CP115"]),
+        ("i510", vec!["NCT: I510", "PMAC: I510"]),
+        ("M145", vec!["PMAC: M145"]),
+        ("PMI-1 NCT-1", vec!["PMI-1: ", "NCT-1: "]),
+    ] {
+        let text = folder.plcc(&format!("explain {what}")).exits(0).stdout;
+        for part in parts {
+            assert!(text.contains(part), "`{part}` is not in\n{text}");
+        }
+    }
+    let text = folder.plcc("explain I510 --dialect nct").exits(0).stdout;
+    assert!(!text.contains("PMAC"), "{text}");
+    let done = folder.plcc("explain PMI-1 NONSENSE").exits(2).says(&["`NONSENSE`"]);
+    assert!(done.stdout.contains("PMI-1: "));
+}
+
+#[test]
+fn every_code_has_a_page() {
+    let folder = Folder::with(&[]);
+    for (prefix, last) in [("PMI", 47), ("NCT", 76), ("PMAC", 17)] {
+        let codes: Vec<String> = (1..=last).map(|n| format!("{prefix}-{n}")).collect();
+        // The manual leaves these out.
+        let gaps = ["PMI-26", "PMI-27", "PMI-33"];
+        let codes: Vec<String> = codes.into_iter().filter(|c| !gaps.contains(&&**c)).collect();
+        let line = format!("explain {}", codes.join(" "));
+        let done = folder.plcc(&line);
+        for code in &codes {
+            assert!(done.stdout.contains(&format!("{code}: ")), "{code} is not explained");
+        }
+    }
+}
+
+#[test]
+fn xref_lists_reads_writes_and_tests() {
+    let folder = Folder::with(&[("a.plc", SLICES), ("b.plc", ":000\nXX\n")]);
+    let done = folder.plcc("xref a.plc").exits(0);
+    assert!(done.stdout.contains("F020"), "{}", done.stdout);
+    let done = folder.plcc("xref a.plc --message-format json").exits(0);
+    let row = done.json().into_iter().find(|row| row["name"] == "F020").unwrap();
+    assert_eq!(row["read"], serde_json::json!([4]));
+    assert_eq!(row["written"], serde_json::json!([6]));
+    folder.plcc("xref b.plc").exits(1);
+}
+
+#[test]
+fn bench_prints_what_was_promised() {
+    let folder = Folder::with(&[("a.pmi", COUNTER), ("b.plc", SLICES), ("c.pmc", PLC1)]);
+    folder.write("s.csv", "tick,name,value\n0,N,1\n9,N,5\n");
+    for (line, dialect, entry) in [
+        ("a.pmi --stimulus s.csv", "pmi", "scan"),
+        ("b.plc", "nct", ":001"),
+        ("c.pmc", "pmac", "PLC1"),
+    ] {
+        let done = folder.plcc(&format!("bench {line} --scans 200 --json")).exits(0);
+        let start = format!(
+            "{{\"file\":\"{}\",\"dialect\":\"{dialect}\",\"scans\":200,\"entries\":{{",
+            line.split(' ').next().unwrap()
+        );
+        assert!(done.stdout.starts_with(&start), "{}", done.stdout);
+        let all = &done.json()[0];
+        for engine in ["interp", "jit", "aot"] {
+            for figure in ["min", "median", "p99"] {
+                assert!(all["entries"][entry][engine][figure].is_u64(), "{all}");
+                for of in ["ns_per_scan", "ns_per_tick"] {
+                    assert!(all["engines"][engine][of][figure].is_u64(), "{all}");
+                }
+            }
+        }
+        for engine in ["jit", "aot"] {
+            assert!(all["compile_ms"][engine].as_f64().unwrap() > 0.0, "{all}");
+            assert!(all["code_bytes"][engine].as_u64().unwrap() > 0, "{all}");
+        }
+        let table = folder.plcc(&format!("bench {line} --scans 100")).exits(0).stdout;
+        assert!(table.contains("median") && table.contains(entry), "{table}");
+    }
+}
+
+#[test]
+fn bench_ends_as_a_run_would() {
+    let folder = Folder::with(&[("a.pmi", STOPS), ("b.pmi", BROKEN), ("s.csv", "nothing")]);
+    folder.plcc("bench a.pmi --scans 100 --json").exits(3).says(&["NO PMI DATA"]);
+    folder.plcc("bench b.pmi").exits(1).says(&["[PMI-31]"]);
+    folder.plcc("bench none.pmi").exits(2);
+    folder.plcc("bench a.pmi --stimulus s.csv").exits(2).says(&["s.csv"]);
+}
+
+#[test]
+fn completions_name_the_commands() {
+    let folder = Folder::with(&[]);
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = folder.plcc(&format!("completions {shell}")).exits(0).stdout;
+        assert!(COMMANDS.iter().all(|command| script.contains(command)), "{shell}");
+    }
+}

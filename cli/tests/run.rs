@@ -1,0 +1,181 @@
+//! `plcc run`
+
+#![allow(clippy::unwrap_used, clippy::indexing_slicing)]
+
+mod support;
+
+use support::{BROKEN, COUNTER, Folder, PLC1, SLICES, STOPS};
+
+#[test]
+fn the_dump_is_as_promised() {
+    let folder = Folder::with(&[("a.pmi", COUNTER)]);
+    let done = folder.plcc("run a.pmi --ticks 5 --dump -").exits(0);
+    let dump =
+        r#"{"dialect":"pmi","ticks":5,"state":"running","stop":null,"variables":{"N":5,"OUT":1}}"#;
+    assert_eq!(done.stdout, format!("{dump}\n"));
+    assert_eq!(done.stderr, "");
+}
+
+#[test]
+fn every_engine_and_level_says_the_same() {
+    let files = [("a.pmi", COUNTER), ("s.pmi", STOPS), ("b.plc", SLICES), ("c.pmc", PLC1)];
+    let folder = Folder::with(&files);
+    for (file, names, status) in
+        [("a.pmi", "N,OUT", 0), ("s.pmi", "A,N", 3), ("b.plc", "F020,OP1", 0), ("c.pmc", "P1", 0)]
+    {
+        let mut all = vec![];
+        for engine in ["interp", "jit", "aot"] {
+            for opt in ["none", "speed"] {
+                let done = folder.plcc(&format!(
+                    "run {file} --ticks 9 --engine {engine} --opt {opt} --watch {names} \
+                     --trace - --events e.jsonl --dump d.json"
+                ));
+                let done = done.exits(status);
+                all.push([done.stdout, folder.read("e.jsonl"), folder.read("d.json"), done.stderr]);
+            }
+        }
+        assert!(all.windows(2).all(|pair| pair[0] == pair[1]), "{file}: {all:#?}");
+    }
+}
+
+#[test]
+fn a_fault_is_status_3_with_everything_up_to_it() {
+    let folder = Folder::with(&[("a.pmi", STOPS)]);
+    let done = folder
+        .plcc("run a.pmi --ticks 100 --watch N,A --trace t.csv --events e.jsonl --dump d.json")
+        .exits(3)
+        .says(&["NO PMI DATA", "tick 3"]);
+    assert_eq!(done.stdout, "");
+    assert!(folder.read("t.csv").ends_with("2,N,3\n2,A,\"[1,1,1]\"\n"), "{}", folder.read("t.csv"));
+    assert_eq!(folder.read("e.jsonl"), "{\"tick\":3,\"kind\":\"stop\",\"code\":\"NO PMI DATA\"}\n");
+    let dump: serde_json::Value = serde_json::from_str(&folder.read("d.json")).unwrap();
+    assert_eq!(dump["ticks"], 4);
+    assert_eq!(dump["state"], "stopped");
+    assert_eq!(dump["stop"]["tick"], 3);
+    assert_eq!(dump["stop"]["code"], "NO PMI DATA");
+}
+
+#[test]
+fn a_stimulus_plays_the_machine() {
+    let folder = Folder::with(&[
+        ("a.pmi", COUNTER),
+        ("s.csv", "tick,name,value\n3,N,100\n1,N,-7\n"),
+        ("name.csv", "tick,name,value\n0,NONE,1\n"),
+        ("value.csv", "tick,name,value\n0,N,x\n"),
+        ("header.csv", "N,1\n"),
+    ]);
+    let done = folder.plcc("run a.pmi --ticks 5 --stimulus s.csv --watch N --trace -").exits(0);
+    assert_eq!(done.stdout, "tick,name,value\n0,N,1\n1,N,-6\n2,N,-5\n3,N,101\n4,N,102\n");
+    for (file, part) in
+        [("name.csv", "NONE"), ("value.csv", "`x`"), ("header.csv", "tick,name,value")]
+    {
+        let done = folder.plcc(&format!("run a.pmi --ticks 5 --stimulus {file}")).exits(2);
+        done.says(&[file, part]);
+    }
+    folder.plcc("run a.pmi --ticks 5 --stimulus none.csv").exits(2).says(&["none.csv"]);
+    folder.plcc("run a.pmi --ticks 5 --watch MM").exits(2).says(&["MM"]);
+}
+
+#[test]
+fn how_long_has_to_be_said() {
+    let folder = Folder::with(&[("a.pmi", COUNTER)]);
+    folder.plcc("run a.pmi").exits(2).says(&["--ticks"]);
+    folder.plcc("run a.pmi --ticks 0 --dump -").exits(0);
+    let done = folder.plcc("run a.pmi --for 1s --dump -").exits(0);
+    assert!(done.stdout.contains("\"ticks\":50"), "{}", done.stdout);
+    let done = folder.plcc("run a.pmi --for 1s --period 100 --dump -").exits(0);
+    assert!(done.stdout.contains("\"ticks\":10"), "{}", done.stdout);
+    folder.plcc("run a.pmi --ticks 1 --for 1s").exits(2);
+    folder.plcc("run a.pmi --realtime --ticks 2 --period 1").exits(0);
+}
+
+#[test]
+fn sources_with_errors_are_status_1_and_not_run() {
+    let folder = Folder::with(&[("a.pmi", BROKEN)]);
+    let done = folder.plcc("run a.pmi --ticks 3 --dump -").exits(1);
+    assert_eq!(done.stdout, "");
+    done.says(&["[PMI-31]", "not run"]);
+    let done = folder.plcc("run a.pmi --ticks 3 --message-format json").exits(1);
+    assert_eq!(done.json()[1]["code"], "PMI-30");
+    // Standard output is the dump's.
+    let done = folder.plcc("run a.pmi --ticks 3 --message-format json --dump -").exits(1);
+    assert_eq!(done.stdout, "");
+}
+
+#[test]
+fn warnings_do_not_stand_between() {
+    let folder = Folder::with(&[("a.pmc", "OPEN PLC 1 CLEAR\nP1=P1+1\nCLOSE\n")]);
+    folder.plcc("run a.pmc --ticks 3").exits(0).says(&["1 warning", "plcc check"]);
+}
+
+#[test]
+fn keep_going_runs_what_is_well_built() {
+    let text = "I5=2\nOPEN PLC 1 CLEAR\nIF (P1=1)\nCLOSE\nOPEN PLC 2 CLEAR\nP2=P2+1\nCLOSE\n";
+    let folder = Folder::with(&[("a.pmc", text), ("b.pmi", BROKEN)]);
+    folder.plcc("run a.pmc --ticks 3").exits(1).says(&["[PMAC-9]"]);
+    folder.plcc("check a.pmc").exits(1);
+    folder.plcc("build a.pmc").exits(1);
+    for engine in ["interp", "jit", "aot"] {
+        let line = format!("run a.pmc --ticks 4 --keep-going --dump - --engine {engine}");
+        let done = folder.plcc(&line).exits(0).says(&["[PMAC-9]"]);
+        assert!(done.stdout.contains("\"P2\":"), "{}", done.stdout);
+    }
+    folder.plcc("run b.pmi --ticks 3 --keep-going").exits(1);
+}
+
+#[test]
+fn options_of_another_language_are_refused() {
+    let folder = Folder::with(&[("a.pmi", COUNTER), ("b.plc", SLICES), ("c.pmc", PLC1)]);
+    for (file, option) in [
+        ("a.pmi", "--param 61=1"),
+        ("a.pmi", "--control nct98"),
+        ("b.plc", "--period 10"),
+        ("b.plc", "--background-steps 2"),
+        ("c.pmc", "--level0-safepoints 5"),
+    ] {
+        let done = folder.plcc(&format!("run {file} --ticks 1 {option}")).exits(2);
+        done.says(&[option.split(' ').next().unwrap()]);
+    }
+    folder.plcc("run b.plc --ticks 1 --param 61=1 --const 1=2 --macro 180=1.5").exits(0);
+    folder.plcc("run c.pmc --ticks 1 --background-steps 2").exits(0);
+}
+
+#[test]
+fn retained_memory_survives() {
+    let folder = Folder::with(&[("a.pmi", "$END\n@NVINT[1]=@NVINT[1]+1\n")]);
+    for total in [3, 6] {
+        let done = folder.plcc("run a.pmi --ticks 3 --retain r.bin --watch @NVINT[1] --dump -");
+        let done = done.exits(0);
+        assert!(done.stdout.contains(&format!("\"@NVINT[1]\":{total}")), "{}", done.stdout);
+    }
+    folder.plcc("run a.pmi --ticks 3 --retain a.pmi").exits(2);
+}
+
+#[test]
+fn outputs_do_not_overwrite_what_is_read() {
+    let folder = Folder::with(&[("a.pmi", COUNTER), ("s.csv", "tick,name,value\n")]);
+    for line in ["--trace a.pmi", "--dump s.csv --stimulus s.csv", "--trace x --dump x"] {
+        folder.plcc(&format!("run a.pmi --ticks 1 --watch N {line}")).exits(2).says(&["overwrite"]);
+    }
+    assert_eq!(folder.read("a.pmi"), COUNTER);
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_it_with_the_dump_written() {
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+    let folder = Folder::with(&[("a.pmi", COUNTER)]);
+    let args = "run a.pmi --realtime --period 1 --watch N --trace t.csv --dump d.json";
+    let mut command = folder.command(&args.split(' ').collect::<Vec<_>>());
+    let mut child = command.stdout(Stdio::null()).spawn().unwrap();
+    let start = Instant::now();
+    // It listens once it writes.
+    while !folder.has("t.csv") || folder.read("t.csv").lines().count() < 3 {
+        assert!(start.elapsed() < Duration::from_secs(20), "it does not begin");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(folder.read("d.json").contains("\"state\":\"running\""));
+}
