@@ -1,0 +1,177 @@
+//! The loader as a process of its own: artifacts, Ctrl-C, pipes that close.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use plcc::compile;
+use plcc::disk::Disk;
+use plcc_abi::Dialect;
+use plcc_codegen::{OptLevel, Target};
+use plcc_diag::SourceMap;
+use plcc_frontend::common::Options;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
+}
+
+/// The loader of this build.
+fn plcrt() -> Command {
+    static BUILT: OnceLock<PathBuf> = OnceLock::new();
+    Command::new(BUILT.get_or_init(|| {
+        let test = std::env::current_exe().unwrap();
+        let profile = test.parent().and_then(Path::parent).unwrap();
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["build", "--quiet", "--offline", "--package", "plcrt", "--target-dir"]);
+        cargo.arg(profile.parent().unwrap()).current_dir(root());
+        if profile.ends_with("release") {
+            cargo.arg("--release");
+        }
+        assert!(cargo.status().unwrap().success());
+        profile.join("plcrt")
+    }))
+}
+
+/// A folder with the lathe's artifact, which goes away with the test.
+struct Shop(PathBuf);
+
+impl Shop {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("plcrt-{name}-{}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        let shop = Self(path);
+        let source = root().join("examples/pmi/lathe.pmi");
+        let mut sources = SourceMap::new();
+        let file = sources.add("lathe.pmi", &fs::read(source).unwrap());
+        let options = Options::default();
+        let (checked, _) = compile::check(&mut sources, &[file], Dialect::Pmi, &Disk, &options);
+        let lowered = checked.unwrap().optimized(OptLevel::Speed);
+        let target = Target::host_baseline(OptLevel::Speed).unwrap();
+        let code = compile::code(&lowered, &target).unwrap();
+        let bytes = compile::artifact(&lowered.program, &code).unwrap();
+        fs::write(shop.path("lathe.plcx"), bytes).unwrap();
+        shop
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    fn spawn(&self, args: &[&str]) -> Child {
+        let mut command = plcrt();
+        command.args(args).current_dir(&self.0).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.spawn().unwrap()
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        self.spawn(args).wait_with_output().unwrap()
+    }
+}
+
+impl Drop for Shop {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn an_artifact_does_what_its_scenario_expects() {
+    let shop = Shop::new("scenario");
+    let mut seen = 0;
+    for scenario in fs::read_dir(root().join("examples/pmi/lathe")).unwrap() {
+        let scenario = scenario.unwrap().path();
+        let Ok(args) = fs::read_to_string(scenario.join("args")) else { continue };
+        let stimulus = scenario.join("stimulus.csv");
+        let mut words = vec!["lathe.plcx", "--trace", "-"];
+        words.extend(args.split_whitespace());
+        if stimulus.exists() {
+            words.extend(["--stimulus", stimulus.to_str().unwrap()]);
+        }
+        let output = shop.run(&words);
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let expected = fs::read_to_string(scenario.join("expected.csv")).unwrap();
+        assert_eq!(String::from_utf8(output.stdout).unwrap(), expected, "{}", scenario.display());
+        seen += 1;
+    }
+    assert!(seen > 0);
+}
+
+#[test]
+fn a_damaged_artifact_is_refused() {
+    let shop = Shop::new("damaged");
+    let whole = fs::read(shop.path("lathe.plcx")).unwrap();
+    let mut flipped = whole.clone();
+    let middle = flipped.len() / 2;
+    flipped[middle] ^= 1;
+    let source = fs::read(root().join("examples/pmi/lathe.pmi")).unwrap();
+    for (bytes, word) in [
+        (&flipped[..], "corrupt"),
+        (&whole[..middle], "truncated"),
+        (&source, "no plcc artifact"),
+        (&[], "no plcc artifact"),
+    ] {
+        fs::write(shop.path("bad.plcx"), bytes).unwrap();
+        let output = shop.run(&["bad.plcx", "--ticks", "1", "--dump", "-"]);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.starts_with("error: bad.plcx: ") && message.contains(word), "{message}");
+        assert!(output.stdout.is_empty());
+    }
+}
+
+/// Ctrl-C, in real time and in simulated time.
+#[test]
+fn ctrl_c_ends_cleanly() {
+    for pace in [&["--realtime"][..], &["--ticks", "100000000000"]] {
+        let shop = Shop::new(if pace.len() == 1 { "clock" } else { "fast" });
+        let mut args =
+            vec!["lathe.plcx", "--watch", "@IPL", "--trace", "t.csv", "--dump", "d.json"];
+        args.extend(pace);
+        let child = shop.spawn(&args);
+        let start = Instant::now();
+        while !shop.path("t.csv").exists() && start.elapsed() < Duration::from_secs(30) {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        std::thread::sleep(Duration::from_millis(200));
+        let id = child.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(130), "{output:?}");
+        let trace = fs::read_to_string(shop.path("t.csv")).unwrap();
+        assert!(trace.starts_with("tick,name,value\n0,@IPL,1\n1,@IPL,0\n"), "{trace}");
+        let dump = fs::read_to_string(shop.path("d.json")).unwrap();
+        assert!(dump.contains("\"state\":\"running\",\"stop\":null,"), "{dump}");
+        assert!(dump.ends_with("}}\n"), "{dump}");
+    }
+}
+
+#[test]
+fn a_pipe_that_closes_is_exit_2() {
+    let shop = Shop::new("pipe");
+    fs::write(shop.path("s.csv"), "tick,name,value\n0,@FRO,1\n1,@FRO,2\n").unwrap();
+    let mut child = shop.spawn(&[
+        "lathe.plcx",
+        "--ticks",
+        "1000000",
+        "--stimulus",
+        "s.csv",
+        "--repeat",
+        "--watch",
+        "@FRO",
+        "--trace",
+        "-",
+    ]);
+    let mut line = String::new();
+    let mut reader = BufReader::new(child.stdout.take().unwrap());
+    reader.read_line(&mut line).unwrap();
+    drop(reader);
+    let output = child.wait_with_output().unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("the trace can't be written"), "{message}");
+}
