@@ -62,8 +62,13 @@ pub struct RunArgs {
     #[arg(long)]
     pub repeat: bool,
 
-    /// Variables for the trace and the dump: LS27,A[3],@FRO or I002,F020 or P1,&2Q5,X:$0700
-    #[arg(long, value_name = "NAME,NAME…")]
+    /// Variables for the trace and the dump.
+    #[arg(
+        long,
+        value_name = "NAME,NAME…",
+        help = "Variables for the trace and the dump: LS27,A[3],@FRO or I002,F020 or \
+                P1,&2Q5,X:$0700"
+    )]
     pub watch: Vec<String>,
 
     /// Writes `tick,name,value` for each watched variable when it changes (- is standard output)

@@ -1,7 +1,7 @@
 //! Loads programs and runs them.
 //!
 //! Sees programs as tables and engines only: no language, no IR, no code generation. An
-//! [`Executive`](executive::Executive) does for one dialect what its control did around the
+//! [`Executive`] does for one dialect what its control did around the
 //! program: scans, slices, ticks, latching, timers, events. [`run`] plays a stimulus to it and
 //! writes what comes of it; `session`, behind the feature `args`, is that from the options of a
 //! command line to its exit status, the same for `plcc run` and `plcrt`.

@@ -3,7 +3,7 @@
 //! | offset | bytes | holds |
 //! | --- | --- | --- |
 //! | 0 | 8 | [`MAGIC`] |
-//! | 8 | 4 | [`ABI_VERSION`](plcc_abi::ABI_VERSION) |
+//! | 8 | 4 | [`ABI_VERSION`] |
 //! | 12 | 4 | CRC-32 of everything behind the header |
 //! | 16 | 8 | length of the whole file |
 //! | 24 | 4 | length of the tables |
