@@ -99,6 +99,7 @@ fn includes() {
 fn inputs_and_outputs() {
     expect("$INPUT\nA 0/0\n$END\n", &[("11", 2)]);
     expect("$INPUT\nA=/0\n$END\n", &[("12", 2)]);
+    expect("$INPUT\nA=-1/0\nB=0/-1\nC=0/2--1/B\n$END\n", &[("13", 2), ("16", 3), ("16", 4)]);
     expect("$INPUT\nA=2047/0\nB=2048/0\n$END\nX=B\n", &[("13", 3)]);
     expect("$OUTPUT\nA=0/0\n$INPUT\nB=0/1\n$END\n", &[("14", 4)]);
     expect("$INPUT\nA=0/0\n$OUTPUT\nB=0/1\n$END\n", &[("15", 4)]);
@@ -119,7 +120,10 @@ fn variables_and_constants() {
     };
     expect(&arrays(256), &[]);
     expect(&arrays(258), &[("18", 258), ("18", 259)]);
-    expect("$LOGICAL\nA[1]\nB[256]\nC[255],D[2]\n$END\n", &[("19", 2), ("19", 3)]);
+    expect(
+        "$LOGICAL\nA[1]\nB[256]\nC[255],D[2]\nE[-3]\n$END\n",
+        &[("19", 2), ("19", 3), ("19", 5)],
+    );
     expect("$INTEGER\nA[3]=[1,2]\nB[2]=[1,2,3]\n$END\nX=A[0]\n", &[("20", 2), ("20", 3)]);
     expect("$INTEGER\nA[]\nB[3]=[1,,2]\n$END\n", &[("12", 2), ("12", 3)]);
     expect("$INTEGER\nA=32768\nB=-32767,C=-32768\n$END\n", &[("30", 2), ("30", 3)]);
@@ -146,8 +150,8 @@ fn texts() {
 fn timers_flipflops_codes() {
     expect("$TIMER\nX/A/B=5\n/C/D=5\n$END\nP=A&B\n", &[("21", 2), ("21", 3)]);
     expect(
-        "$TIMER\nE/A/B=0\nD/C/D=32768\nE/G/H=\nE/K/L=32767\n$END\n",
-        &[("22", 2), ("22", 3), ("12", 4)],
+        "$TIMER\nE/A/B=0\nD/C/D=32768\nE/G/H=\nE/K/L=32767\nE/M/N=-1\n$END\n",
+        &[("22", 2), ("22", 3), ("12", 4), ("22", 6)],
     );
     expect("$FLIPFLOP\nA/B/C/D\nE/G/H/I/J\n$END\n", &[("11", 2)]);
     expect(

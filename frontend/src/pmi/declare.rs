@@ -54,7 +54,8 @@ impl Spec<'_> {
     /// `[n]` of a declaration.
     fn elements(&mut self, cursor: &mut Cursor<'_>, name: (&str, Span), ty: Type) -> Result<u32> {
         cursor.at += 1;
-        let (count, span) = self.number(cursor)?;
+        let (written, span) = self.number(cursor)?;
+        let count = u32::try_from(written).unwrap_or(0);
         let allowed = match self.limits {
             Limits::Original => ELEMENTS.contains(&count),
             Limits::None => count > 0,
@@ -64,7 +65,7 @@ impl Spec<'_> {
                 Limits::Original => "an array has 2 to 255 elements; `--limits none` allows any",
                 Limits::None => "an array has at least one element",
             };
-            let what = format!("{} cannot have {count} elements", name.0);
+            let what = format!("{} cannot have {written} elements", name.0);
             return fail(error(19, span, what).help(help));
         }
         self.expect(cursor, Kind::RBracket, "]")?;

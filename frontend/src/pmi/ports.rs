@@ -15,7 +15,7 @@ use super::{
 use plcc_diag::Diagnostic;
 
 /// The last port: 16 MAX boards of 128.
-const LAST_PORT: u32 = 2047;
+const LAST_PORT: i64 = 2047;
 
 /// What each port is used for.
 #[derive(Default)]
@@ -37,7 +37,7 @@ impl Spec<'_> {
         self.check_new(name)?;
         self.expect(cursor, Kind::Eq, "=")?;
         let (port, port_span) = self.number(cursor)?;
-        if port > LAST_PORT {
+        if !(0..=LAST_PORT).contains(&port) {
             return fail(
                 error(13, port_span, format!("there is no port {port}"))
                     .help("ports go from 0 to 2047: 128 for each of 16 MAX boards"),

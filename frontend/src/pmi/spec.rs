@@ -34,6 +34,29 @@ pub(super) enum Section {
     End,
 }
 
+impl Section {
+    /// How its statements are written.
+    fn form(self) -> &'static str {
+        match self {
+            Self::Input | Self::Output => {
+                "write NAME = port/bit, or NAME = port/bit-bit/type for a group: TOOLN = 2/0-7/BCD"
+            }
+            Self::Logical | Self::Integer | Self::Long => {
+                "write NAME, NAME[n], NAME = constant or NAME[n] = [constant, constant…], with \
+                 commas between them"
+            }
+            Self::Fault | Self::Message => "write NAME = \"text\", VARIABLE, \"text\"…",
+            Self::Key => "write NAME = \"text\"",
+            Self::MCode => "write @M03/P or @M03/D, with commas between them",
+            Self::GCode => "write @G84/P or @G84/D, with commas between them",
+            Self::Timer => "write E/CONTROL/DELAYED = units of 20 ms, or D/CONTROL/DELAYED",
+            Self::FlipFlop => "write five names: Q/D/CK/PR/CL",
+            Self::AuxAxis => "write NAME = number, number…",
+            Self::End => "put declarations in front of $END",
+        }
+    }
+}
+
 /// The directives but `$INCLUDE`, which the reader knows.
 const DIRECTIVES: [(&str, Section); 14] = [
     ("$INPUT", Section::Input),
@@ -135,7 +158,7 @@ impl<'a> Spec<'a> {
         if result.is_err() {
             self.poison(cursor);
         }
-        result
+        result.map_err(|problem| Box::new(problem.help_if_none(section.form())))
     }
 
     fn directive(&mut self, cursor: &mut Cursor<'_>) -> Result {
@@ -267,13 +290,17 @@ impl<'a> Spec<'a> {
         fail(cursor.fail(11, format!("`{what}` is expected, not {}", cursor.found())))
     }
 
-    /// An unsigned number of a declaration.
-    pub(super) fn number(&self, cursor: &mut Cursor<'_>) -> Result<(u32, Span)> {
+    /// A number of a declaration. None may be negative, but the error is that of its range.
+    pub(super) fn number(&self, cursor: &mut Cursor<'_>) -> Result<(i64, Span)> {
         let span = cursor.here();
-        match cursor.kind() {
-            Some(Kind::Number(value)) => {
+        match (cursor.kind(), cursor.next_kind()) {
+            (Some(Kind::Number(value)), _) => {
                 cursor.at += 1;
-                Ok((value, span))
+                Ok((value.into(), span))
+            }
+            (Some(Kind::Minus), Some(Kind::Number(value))) => {
+                cursor.at += 2;
+                Ok((-i64::from(value), span))
             }
             _ => fail(cursor.fail(12, format!("a number is expected, not {}", cursor.found()))),
         }
