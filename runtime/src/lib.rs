@@ -28,5 +28,4 @@ pub use artifact::{Artifact, ArtifactError};
 pub use event::{Event, EventBody};
 pub use executive::{Executive, NameError, Purpose, Setting, Stop, ValueError, Variable};
 pub use native::NativeEngine;
-pub use nearest::nearest;
 pub use value::Value;

@@ -2,7 +2,10 @@
 
 /// The candidate nearest to `word`, if one is near enough to be a slip of the finger: at most one
 /// edit for up to four characters, two for up to eight, else three. Case does not count.
-pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(
+    word: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
     let allowed = match word.chars().count() {
         2..=4 => 1,
         5..=8 => 2,

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use plcc_abi::pmi::{PmiTables, Role, Symbol, Timer};
 
-use crate::{NameError, Purpose, Variable, nearest};
+use crate::nearest::nearest;
+use crate::{NameError, Purpose, Variable};
 
 use super::load::PORTS;
 

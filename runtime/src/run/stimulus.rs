@@ -7,6 +7,9 @@ use crate::{Executive, Purpose, Setting, Variable};
 /// So many mistakes of a stimulus are told, the rest is counted.
 const TOLD: usize = 20;
 
+/// No name or value has more bytes, and no more of a line is told.
+const LONGEST: usize = 60;
+
 /// A row, its name found and its value checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Row {
@@ -163,7 +166,6 @@ fn header(line: &str) -> Result<(), String> {
 
 /// A line, cut where it is long.
 fn shown(line: &str) -> String {
-    const LONGEST: usize = 60;
     match line.trim().char_indices().nth(LONGEST) {
         Some((end, _)) => format!("{}…", line.trim().get(..end).unwrap_or_default()),
         None => line.trim().to_owned(),
@@ -184,6 +186,9 @@ impl<'t> Reader<'_, 't> {
             return Err(format!("`{}` is no tick: they are counted from 0", shown(tick)));
         }
         let tick = tick.parse().map_err(|_| format!("tick {} never comes", shown(tick)))?;
+        if let Some(long) = [name, value].into_iter().find(|field| field.len() > LONGEST) {
+            return Err(format!("`{}` is neither a name nor a value", shown(long)));
+        }
         let variable = match self.names.get(name) {
             Some(variable) => *variable,
             None => {
