@@ -6,7 +6,8 @@ use plcc_diag::{Diagnostic, Span};
 use super::{
     ast::{Action, Checked, Meaning, Step, SymbolId, Target},
     cursor::Cursor,
-    expr::{Index, Parser, Until, resolve},
+    expr::{Index, Parser, Until},
+    lookup::resolve,
     names::{Names, RESERVED},
     report::error,
     spec::{HelpIfNone, Result, fail},

@@ -18,6 +18,7 @@ mod expr;
 mod interp;
 mod layout;
 mod lex;
+mod lookup;
 mod lower;
 mod names;
 mod ports;
