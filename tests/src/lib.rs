@@ -4,6 +4,8 @@ pub mod compile;
 pub mod gen_ir;
 pub mod gen_pmac;
 pub mod gen_pmi;
+pub mod mutate;
 pub mod no_fault;
+pub mod oracle;
 pub mod rng;
 pub mod shrink;

@@ -1,0 +1,173 @@
+//! What fuzzing holds the compiler to. Each oracle takes any bytes and returns; it panics where a
+//! promise is broken. `fuzz/` runs them on what libFuzzer makes up, `tests/fuzz_replay.rs` on the
+//! committed corpus and on mutations of it.
+
+use plcc::compile::{Checked, check};
+use plcc_abi::Dialect;
+use plcc_codegen::{OptLevel, Target, emit};
+use plcc_diag::{Diagnostic, SourceMap, render};
+use plcc_frontend::common::{Controller, Limits, MemoryLoader, Options};
+use plcc_ir::{Module, passes, text, verify};
+use plcc_runtime::args::ControlArgs;
+use plcc_runtime::artifact::header;
+use plcc_runtime::{Artifact, artifact, session};
+
+use crate::no_fault::faults;
+
+/// An oracle.
+pub type Oracle = fn(&[u8]);
+
+/// Every oracle by the name of its fuzz target.
+pub const ORACLES: [(&str, Oracle); 5] = [
+    ("parse_pmi", parse_pmi),
+    ("parse_nct", parse_nct),
+    ("parse_pmac", parse_pmac),
+    ("artifact", artifact),
+    ("ir_text", ir_text),
+];
+
+/// A PMI program: checked with the original limits and without, lowered, optimised.
+pub fn parse_pmi(bytes: &[u8]) {
+    for limits in [Limits::Original, Limits::None] {
+        source(bytes, Dialect::Pmi, &Options { limits, ..Options::default() });
+    }
+}
+
+/// An NCT program.
+pub fn parse_nct(bytes: &[u8]) {
+    for limits in [Limits::Original, Limits::None] {
+        source(bytes, Dialect::Nct, &Options { limits, ..Options::default() });
+    }
+}
+
+/// A PMAC download, for the one or the other controller: their images are large.
+pub fn parse_pmac(bytes: &[u8]) {
+    let controller = match bytes.len() % 2 {
+        0 => Controller::Pmac,
+        _ => Controller::Turbo,
+    };
+    source(bytes, Dialect::Pmac, &Options { controller, ..Options::default() });
+}
+
+fn source(bytes: &[u8], dialect: Dialect, options: &Options) {
+    let mut sources = SourceMap::new();
+    let file = sources.add("fuzz", bytes);
+    let loader = MemoryLoader::new();
+    let (checked, found) = check(&mut sources, &[file], dialect, &loader, options);
+    let errors = found.iter().filter(|diagnostic| diagnostic.is_error()).count();
+    for diagnostic in &found {
+        place(&sources, diagnostic);
+    }
+    for diagnostic in found.iter().take(20) {
+        assert!(!render::draw(&sources, diagnostic, false).is_empty());
+    }
+    if checked.is_none() {
+        assert!(errors > 0, "there is neither a program nor an error");
+    }
+    if let Some(checked) = checked {
+        program(&checked);
+    }
+}
+
+/// What is reported stands in the text, and its code is explained.
+fn place(sources: &SourceMap, diagnostic: &Diagnostic) {
+    let span = diagnostic.span;
+    let text = sources.text(span.file);
+    let inside = text.get(span.start as usize..span.end as usize).is_some();
+    assert!(inside, "{diagnostic:?} is outside the text, or inside a character");
+    let (line, column) = sources.line_col(span.file, span.start);
+    assert!(line >= 1 && column >= 1);
+    assert!(
+        plcc_diag::find_code(diagnostic.code).is_some(),
+        "nothing explains {}",
+        diagnostic.code
+    );
+}
+
+fn program(checked: &Checked) {
+    let lowered = checked.lower();
+    let found = verify::verify(&lowered.module);
+    assert!(found.is_empty(), "lowered IR breaks a rule: {found:?}");
+    let best = checked.optimized(OptLevel::Speed);
+    let found = verify::verify(&best.module);
+    assert!(found.is_empty(), "optimised IR breaks a rule: {found:?}");
+    drop(checked.interpreter());
+    let executive = session::executive(&lowered.program, &ControlArgs::default(), false, None);
+    assert!(executive.is_ok(), "no executive for it: {:?}", executive.err().map(|e| e.to_string()));
+}
+
+/// An artifact: refused, or of one mind with itself. Its code is never executed.
+///
+/// The bytes are tried as they are, and with the checksums made right, so that what is behind
+/// them is reached.
+pub fn artifact(bytes: &[u8]) {
+    let mut sealed = bytes.to_vec();
+    header::reseal(&mut sealed);
+    for bytes in [bytes, &sealed] {
+        let Ok(read) = Artifact::parse(bytes) else { continue };
+        let again = artifact::encode(&read.program, &read.code);
+        let again = again.unwrap_or_else(|error| panic!("read, but not written: {error}"));
+        assert!(Artifact::parse(&again).is_ok_and(|copy| copy.code == read.code));
+        let executive = session::executive(&read.program, &ControlArgs::default(), false, None);
+        if let Ok(mut executive) = executive {
+            for (_, variable) in executive.declared() {
+                let _ = (executive.get(variable), executive.canonical(variable));
+            }
+        }
+        let _ = emit::layout(&read.program);
+        for offset in 0..read.code.bytes.len().min(4096) as u32 {
+            let _ = read.code.line_at(offset);
+        }
+    }
+}
+
+/// Small artifacts of each dialect, as this version writes them.
+pub fn artifacts() -> Vec<(&'static str, Vec<u8>)> {
+    let sources = [
+        ("small.pmi", Dialect::Pmi, "$INTEGER\nA,B[3]\n$END\nA=A+1\nB[A%3+1]=A/2\n"),
+        ("small.nct", Dialect::Nct, ":000 J0\n:001 I000 U012 E D013 Z\nLF020 + 1 SF020 J1\n"),
+        ("small.pmc", Dialect::Pmac, "OPEN PLC 1 CLEAR\nWHILE(P1<5)\nP1=P1+1\nENDWHILE\nCLOSE\n"),
+    ];
+    let make = |(name, dialect, text): (&'static str, Dialect, &str)| {
+        let mut sources = SourceMap::new();
+        let file = sources.add(name, text.as_bytes());
+        let options = Options::default();
+        let (checked, _) = check(&mut sources, &[file], dialect, &MemoryLoader::new(), &options);
+        let lowered = checked?.optimized(OptLevel::Speed);
+        let target = Target::host_baseline(OptLevel::Speed).ok()?;
+        let code = plcc_codegen::compile(&lowered.module, &target).ok()?;
+        Some((name, artifact::encode(&lowered.program, &code).ok()?))
+    };
+    sources.into_iter().filter_map(make).collect()
+}
+
+/// IR as text: refused with a place, or read; and if it follows the rules, it can be printed and
+/// read again, optimised, and made into CLIF that cannot fault.
+pub fn ir_text(bytes: &[u8]) {
+    let source = String::from_utf8_lossy(bytes);
+    let module = match text::parse(&source) {
+        Ok(module) => module,
+        Err(error) => {
+            assert!(error.line >= 1 && error.column >= 1, "{error:?}");
+            return;
+        }
+    };
+    if !verify::verify(&module).is_empty() {
+        return;
+    }
+    let printed = text::print(&module);
+    match text::parse(&printed) {
+        Ok(copy) => assert_eq!(text::print(&copy), printed),
+        Err(error) => panic!("what was printed can't be read: {error:?}\n{printed}"),
+    }
+    let mut best: Module = module.clone();
+    passes::optimize(&mut best, OptLevel::Speed);
+    assert_eq!(verify::verify(&best), [], "optimised IR breaks a rule");
+    let Ok(target) = Target::baseline("x86_64-unknown-linux-gnu", OptLevel::Speed) else { return };
+    for module in [&module, &best] {
+        let found = faults(&emit::clif(module, &target));
+        assert!(found.is_empty(), "{found:?}");
+    }
+    let code = plcc_codegen::compile(&best, &target);
+    assert!(code.is_ok(), "{:?}", code.err());
+}
