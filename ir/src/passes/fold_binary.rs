@@ -2,7 +2,7 @@
 
 use super::fold::{Fold, Simpler};
 use super::known::mask;
-use crate::{BinaryOp, InstData, Type, UnaryOp, Value, eval};
+use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value, eval};
 
 impl Fold<'_> {
     pub(super) fn binary(&mut self, op: BinaryOp, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
@@ -17,6 +17,54 @@ impl Fold<'_> {
             _ if a == b => same_operands(op, a),
             _ => self.gate(op, ty, [a, b]),
         }
+    }
+
+    /// The truth value that a number is 1 for, and 0.
+    fn truth_of(&self, value: Value) -> Option<Value> {
+        match *self.func.def_inst(value)? {
+            InstData::Convert { op: ConvertOp::Zext, to: _, arg }
+                if self.func.ty(arg) == Type::I1 =>
+            {
+                Some(arg)
+            }
+            _ => None,
+        }
+    }
+
+    /// A product with a truth value is a choice between the number and 0.
+    fn product(&mut self, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
+        let (cond, other) = match (self.truth_of(a), self.truth_of(b)) {
+            (Some(cond), _) => (cond, b),
+            (None, Some(cond)) => (cond, a),
+            (None, None) => return None,
+        };
+        let zero = self.insert_const(ty, 0)?;
+        Some(Simpler::Inst(InstData::Select { cond, args: [other, zero] }))
+    }
+
+    /// A sum of two choices, of which one is always 0, is one choice.
+    fn sum(&mut self, [a, b]: [Value; 2]) -> Option<Simpler> {
+        let choice = |value| match *self.func.def_inst(value)? {
+            InstData::Select { cond, args: [x, y] } => {
+                let opposite = self.not_of(cond);
+                let (x, y) = if opposite.is_some() { (y, x) } else { (x, y) };
+                Some((opposite.unwrap_or(cond), x, y))
+            }
+            _ => None,
+        };
+        let ((cond, a, b), (other, x, y)) = (choice(a)?, choice(b)?);
+        let zero = |value| self.func.constant(value) == Some(0);
+        if cond != other {
+            return None;
+        }
+        let args = if zero(a) && zero(y) {
+            [x, b]
+        } else if zero(b) && zero(x) {
+            [a, y]
+        } else {
+            return None;
+        };
+        Some(Simpler::Inst(InstData::Select { cond, args }))
     }
 
     /// A constant on the right.
@@ -68,7 +116,8 @@ impl Fold<'_> {
                 let rest = self.insert_const(ty, (bits - 1) as i64)?;
                 Some(Simpler::binary(B::And, a, rest))
             }
-            B::Add | B::Or | B::Xor | B::Mul => self.chain(op, ty, a, c),
+            B::Mul => self.chain(op, ty, a, c).or_else(|| self.product(ty, [a, b])),
+            B::Add | B::Or | B::Xor => self.chain(op, ty, a, c),
             B::Shl | B::Lshr => {
                 let [inner, by] = self.operands(a, op)?;
                 let first = self.func.constant(by).filter(|&by| by >= 0)?;
@@ -102,7 +151,7 @@ impl Fold<'_> {
         None
     }
 
-    /// AND, OR, XOR and differences of two unknowns.
+    /// Two unknowns.
     fn gate(&mut self, op: BinaryOp, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
         let (not_a, not_b) = (self.not_of(a), self.not_of(b));
         let all = ty.wrap(-1);
@@ -113,7 +162,14 @@ impl Fold<'_> {
                 _ => {}
             }
         }
+        if ty != Type::I1
+            && matches!(op, BinaryOp::Add | BinaryOp::Or | BinaryOp::Xor)
+            && let Some(simpler) = self.sum([a, b])
+        {
+            return Some(simpler);
+        }
         match op {
+            BinaryOp::Mul => self.product(ty, [a, b]),
             BinaryOp::And | BinaryOp::Or => {
                 let dual = if op == BinaryOp::And { BinaryOp::Or } else { BinaryOp::And };
                 // `a & (a | x)` and `a | (a & x)` are `a`.

@@ -21,6 +21,7 @@ mod if_convert;
 mod known;
 mod places;
 mod substitution;
+mod switches;
 
 pub(crate) use graph::Graph;
 use places::Places;
@@ -46,6 +47,8 @@ pub enum Pass {
     Forward,
     /// Constants, identities, conversions, truth values.
     Fold,
+    /// Rows of comparisons into branches by number.
+    Switches,
     /// Short branches into choices.
     IfConvert,
     /// The same thing once.
@@ -60,10 +63,11 @@ pub enum Pass {
 
 impl Pass {
     /// Every pass.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Branches,
         Self::Forward,
         Self::Fold,
+        Self::Switches,
         Self::IfConvert,
         Self::Cse,
         Self::DeadStores,
@@ -77,6 +81,7 @@ impl Pass {
             Self::Branches => "branches",
             Self::Forward => "forward",
             Self::Fold => "fold",
+            Self::Switches => "switches",
             Self::IfConvert => "if-convert",
             Self::Cse => "cse",
             Self::DeadStores => "dead-stores",
@@ -96,6 +101,7 @@ impl Pass {
             Self::Branches => branches::run(func),
             Self::Forward => return forward::run(func, places),
             Self::Fold => fold::run(func),
+            Self::Switches => return switches::run(func),
             Self::IfConvert => return if_convert::run(func),
             Self::Cse => cse::run(func),
             Self::DeadStores => dead_stores::run(func, places),
@@ -112,7 +118,8 @@ pub fn optimize(module: &mut Module, level: OptLevel) {
         OptLevel::None => {}
         OptLevel::Speed => each(module, |stage| {
             stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold, Pass::Branches]);
-            if stage.pass(Pass::IfConvert) {
+            let switched = stage.pass(Pass::Switches);
+            if stage.pass(Pass::IfConvert) || switched {
                 stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
             }
             stage.all(&[Pass::Cse, Pass::DeadStores, Pass::Dce, Pass::Compact]);

@@ -1,0 +1,129 @@
+//! Makes one branch by number of a row of branches that compare one value with constants, as an
+//! ELSIF chain over a state does.
+
+use super::graph::Graph;
+use crate::{
+    BinaryOp, Block, BlockData, ConvertOp, FuncData, InstData, IntCond, Terminator, Type, Value,
+};
+
+/// Fewer comparisons than this are left as they are: each is guessed well, a table's way is not.
+const FEWEST: usize = 5;
+/// A table has this many places more than four for each comparison, at most.
+const SLACK: u64 = 8;
+/// So many places below the least number are rather left empty than subtracted.
+const EMPTY_BELOW: u64 = 4;
+/// A link may have this many instructions besides its comparison.
+const INSTS: usize = 4;
+
+/// A branch by whether a value is a number.
+struct Test {
+    value: Value,
+    number: i64,
+    then: Block,
+    otherwise: Block,
+}
+
+/// Runs the pass; says whether it changed anything.
+pub(super) fn run(func: &mut FuncData) -> bool {
+    let graph = Graph::new(func);
+    let mut changed = false;
+    for &block in &graph.order {
+        changed |= convert(func, &graph, block);
+    }
+    changed
+}
+
+fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
+    let Some(first) = test(func, block) else { return false };
+    let value = first.value;
+    let mut tests = vec![(first.number, first.then)];
+    let mut links = vec![];
+    let mut next = first.otherwise;
+    while let Some(link) = test(func, next)
+        && link.value == value
+        && graph.before[next.index()].is_some()
+        && is_light(func, next)
+    {
+        links.push(next);
+        tests.push((link.number, link.then));
+        next = link.otherwise;
+    }
+    let ty = func.ty(value);
+    if tests.len() < FEWEST || !matches!(ty, Type::I8 | Type::I16 | Type::I32) {
+        return false;
+    }
+    // Unsigned, as the switch takes its number.
+    let mask = (1 << ty.bits()) - 1;
+    for (number, _) in &mut tests {
+        *number &= mask;
+    }
+    let numbers = || tests.iter().map(|(number, _)| *number as u64);
+    let (low, high) = (numbers().min().unwrap_or(0), numbers().max().unwrap_or(0));
+    let low = if low < EMPTY_BELOW { 0 } else { low };
+    if high - low >= 4 * tests.len() as u64 + SLACK {
+        return false;
+    }
+    let mut targets = vec![next; (high - low) as usize + 1];
+    // The first test that fits counts.
+    for &(number, then) in tests.iter().rev() {
+        targets[(number as u64 - low) as usize] = then;
+    }
+    let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
+    for link in links {
+        let dropped = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
+        insts.extend(std::mem::replace(&mut func.blocks[link.index()], dropped).insts);
+    }
+    let loc = insts.last().map_or(crate::SourceLoc::NONE, |&inst| func.loc(inst));
+    let mut push = |func: &mut FuncData, data| {
+        let inst = func.append(data, loc);
+        insts.push(inst);
+        func.result(inst)
+    };
+    let mut arg = value;
+    if ty != Type::I32 {
+        let wide = InstData::Convert { op: ConvertOp::Zext, to: Type::I32, arg };
+        arg = push(func, wide).unwrap_or(arg);
+    }
+    if low > 0 {
+        let less = InstData::Iconst { ty: Type::I32, value: Type::I32.wrap(low as i64) };
+        if let Some(less) = push(func, less) {
+            let moved = InstData::Binary { op: BinaryOp::Sub, args: [arg, less] };
+            arg = push(func, moved).unwrap_or(arg);
+        }
+    }
+    let data = &mut func.blocks[block.index()];
+    data.insts = insts;
+    data.terminator = Some(Terminator::Switch { arg, targets, default: next });
+    true
+}
+
+/// A block's end, if it compares with a constant.
+fn test(func: &FuncData, block: Block) -> Option<Test> {
+    let Some(Terminator::Brif { cond, then, otherwise }) = &func.block(block).terminator else {
+        return None;
+    };
+    if !then.args.is_empty() || !otherwise.args.is_empty() {
+        return None;
+    }
+    let &InstData::Icmp { cond, args: [value, number] } = func.def_inst(*cond)? else {
+        return None;
+    };
+    let number = func.constant(number)?;
+    let (then, otherwise) = match cond {
+        IntCond::Eq => (then.block, otherwise.block),
+        IntCond::Ne => (otherwise.block, then.block),
+        _ => return None,
+    };
+    Some(Test { value, number, then, otherwise })
+}
+
+/// Whether a block has no parameters and computes little more than its comparison.
+fn is_light(func: &FuncData, block: Block) -> bool {
+    let data = func.block(block);
+    let light = |data: &InstData| {
+        matches!(data, InstData::Iconst { .. } | InstData::Icmp { .. } | InstData::Unary { .. })
+    };
+    data.params.is_empty()
+        && data.insts.len() <= INSTS
+        && data.insts.iter().all(|&inst| light(func.inst(inst)))
+}
