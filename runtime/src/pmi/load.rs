@@ -32,7 +32,8 @@ pub(super) fn tables(program: &Program) -> Result<&PmiTables, PmiLoadError> {
         let length = u64::from(symbol.elements.unwrap_or(1)) * u64::from(symbol.ty.size());
         let part = match symbol.role {
             Role::Input(lines) | Role::Output(lines) => {
-                u32::from(lines.port) < PORTS && (1..=8).contains(&(lines.low + lines.count))
+                let bits = u32::from(lines.low) + u32::from(lines.count);
+                u32::from(lines.port) < PORTS && lines.count > 0 && bits <= 8
             }
             Role::TimerControl(timer) => (timer as usize) < tables.timers.len(),
             Role::FlipFlopPin(flipflop) => (flipflop as usize) < tables.flipflops.len(),

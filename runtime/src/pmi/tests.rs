@@ -422,6 +422,13 @@ fn tables_that_do_not_fit_are_refused() {
     damaged.image_size = PORTS + 2047;
     let refused = PmiExecutive::new(&damaged, PmiOptions::default());
     assert!(matches!(refused, Err(PmiLoadError::Damaged(_))));
+    for (low, count) in [(0, 0), (7, 2), (255, 255)] {
+        let mut damaged = program(TimerKind::E);
+        let Tables::Pmi(tables) = &mut damaged.tables else { panic!("PMI's tables") };
+        let lines = Lines { port: 0, low, count, format: Format::Binary };
+        tables.symbols[0].role = Role::Input(lines);
+        assert!(PmiExecutive::new(&damaged, PmiOptions::default()).is_err(), "{low} {count}");
+    }
     let other = Program { tables: Tables::Nct(Default::default()), ..program(TimerKind::E) };
     let refused = PmiExecutive::new(&other, PmiOptions::default());
     assert_eq!(refused.unwrap_err(), PmiLoadError::OtherDialect);
