@@ -4,9 +4,9 @@
 //! codes of their own in the image, and are turned into 24-bit words only when somebody looks at
 //! them as such.
 
-use alloc::collections::BTreeMap;
+use alloc::{boxed::Box, collections::BTreeMap, vec, vec::Vec};
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::definition::{Definition, Field};
 use super::fixed;
@@ -16,23 +16,65 @@ use crate::image::{
     read_f64, read_u8, read_u32, read_u64, write_f64, write_u8, write_u32, write_u64,
 };
 
-/// Words outside the image: address to X and Y. Those that hold 0 are not kept.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Far(BTreeMap<u32, (u32, u32)>);
+/// Addresses of a page of [`Far`].
+const PAGE: u32 = 256;
+
+/// Words outside the image, in pages that come when something is written there and stay, so that
+/// a scan that has been there before allocates nothing, and all of them together are no more than
+/// the address space is (128 MiB).
+#[derive(Clone, Debug, Default)]
+pub struct Far(BTreeMap<u32, Box<[(u32, u32)]>>);
 
 impl Far {
     /// The X and Y words at an address.
     pub fn get(&self, address: u32) -> (u32, u32) {
-        self.0.get(&address).copied().unwrap_or_default()
+        let page = self.0.get(&(address / PAGE));
+        page.and_then(|page| page.get((address % PAGE) as usize)).copied().unwrap_or_default()
     }
 
     /// Sets the X and Y words at an address.
     pub fn set(&mut self, address: u32, words: (u32, u32)) {
-        if words == (0, 0) {
-            self.0.remove(&address);
-        } else {
-            self.0.insert(address, words);
+        let number = address / PAGE;
+        let page = match self.0.get_mut(&number) {
+            Some(page) => page,
+            None if words == (0, 0) => return,
+            None => self.0.entry(number).or_insert_with(|| vec![(0, 0); PAGE as usize].into()),
+        };
+        if let Some(slot) = page.get_mut((address % PAGE) as usize) {
+            *slot = words;
         }
+    }
+
+    /// All that is not 0: address, X and Y, by rising address.
+    fn words(&self) -> impl Iterator<Item = (u32, u32, u32)> + '_ {
+        self.0.iter().flat_map(|(number, page)| {
+            let words = (number * PAGE..).zip(page.iter());
+            words.filter(|(_, words)| **words != (0, 0)).map(|(address, &(x, y))| (address, x, y))
+        })
+    }
+}
+
+impl PartialEq for Far {
+    fn eq(&self, other: &Self) -> bool {
+        self.words().eq(other.words())
+    }
+}
+
+impl Eq for Far {}
+
+impl Serialize for Far {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.words().collect::<Vec<_>>().serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Far {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let mut far = Self::default();
+        for (address, x, y) in Vec::<(u32, u32, u32)>::deserialize(deserializer)? {
+            far.set(address & 0xFF_FFFF, (x & 0xFF_FFFF, y & 0xFF_FFFF));
+        }
+        Ok(far)
     }
 }
 
@@ -324,8 +366,6 @@ impl Memory<'_> {
 
 #[cfg(test)]
 mod tests {
-    use alloc::{vec, vec::Vec};
-
     use super::super::definition::Format;
     use super::*;
 
@@ -494,9 +534,12 @@ mod tests {
             memory.write(y, 6.0);
             assert_eq!((memory.read(x), memory.read(y)), (5.0, 6.0));
         }
-        assert_eq!(machine.far.0.len(), 2);
+        assert_eq!(machine.far.words().count(), 2);
         machine.memory().write_word(Space::X, 0x5_0000, 0);
         machine.memory().write_word(Space::Y, 0x5_0000, 0);
-        assert_eq!(machine.far.0.len(), 1);
+        assert_eq!(machine.far.words().collect::<Vec<_>>(), [(0xFF_FFFF, 5, 6)]);
+        let bytes = postcard::to_allocvec(&machine.far).unwrap();
+        assert_eq!(postcard::from_bytes::<Far>(&bytes).as_ref(), Ok(&machine.far));
+        assert_ne!(machine.far, Far::default());
     }
 }
