@@ -1,5 +1,7 @@
 //! What a program says to the outside.
 
+use std::sync::Arc;
+
 use serde::Serialize;
 
 /// Something that happened in a tick.
@@ -12,7 +14,8 @@ pub struct Event {
     pub body: EventBody,
 }
 
-/// What happened. The order of the fields is that of the JSON.
+/// What happened. The order of the fields is that of the JSON. PMAC's texts are those of its
+/// program and shared, so that saying them allocates nothing.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum EventBody {
@@ -44,15 +47,15 @@ pub enum EventBody {
     /// PMAC's SEND.
     Send {
         /// What is sent.
-        text: String,
+        text: Arc<str>,
         /// The port, for SENDS and SENDP.
         #[serde(skip_serializing_if = "Option::is_none")]
-        port: Option<String>,
+        port: Option<Arc<str>>,
     },
     /// PMAC's DISPLAY.
     Display {
         /// What is shown.
-        text: String,
+        text: Arc<str>,
         /// Where.
         #[serde(skip_serializing_if = "Option::is_none")]
         position: Option<i64>,
@@ -60,15 +63,15 @@ pub enum EventBody {
     /// PMAC's COMMAND.
     Command {
         /// The command.
-        text: String,
+        text: Arc<str>,
         /// Why it was refused.
         #[serde(skip_serializing_if = "Option::is_none")]
-        error: Option<String>,
+        error: Option<Arc<str>>,
     },
     /// A write to PMAC's MACRO ring.
     Macro {
         /// What is written.
-        text: String,
+        text: Arc<str>,
     },
     /// The program was stopped.
     Stop {

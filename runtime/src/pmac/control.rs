@@ -91,6 +91,9 @@ impl Plcs {
     }
 }
 
+/// Commands that wait at most, for runs without background steps: more of them are lost.
+const QUEUE: usize = 1 << 16;
+
 /// A command that waits for its turn.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Queued {
@@ -99,9 +102,47 @@ pub(super) struct Queued {
     pub(super) q_base: u32,
 }
 
+/// What becomes of a [`Text`] when its statement runs.
+pub(super) enum Said {
+    /// The same event every time.
+    Always(EventBody),
+    /// A value is shown.
+    Value { position: u32, width: u32, decimals: u32 },
+    /// A command is queued.
+    Queue { body: EventBody, task: u32 },
+}
+
+impl Said {
+    fn new(text: &Text) -> Self {
+        let shared = |text: &Option<String>| text.as_deref().map(Into::into);
+        Self::Always(match text {
+            Text::Send { text, port } => {
+                EventBody::Send { text: text.as_str().into(), port: shared(port) }
+            }
+            Text::Show { text, position } => EventBody::Display {
+                text: text.as_str().into(),
+                position: Some(i64::from(*position)),
+            },
+            &Text::Value { position, width, decimals } => {
+                return Self::Value { position, width, decimals };
+            }
+            Text::Command { text, error, task } => {
+                let body = EventBody::Command { text: text.as_str().into(), error: shared(error) };
+                match (error, task) {
+                    (None, Some(task)) => return Self::Queue { body, task: *task },
+                    _ => body,
+                }
+            }
+            Text::Macro { text } => EventBody::Macro { text: text.as_str().into() },
+        })
+    }
+}
+
 /// A PMAC but for its image.
 pub(super) struct Control {
     pub(super) tables: PmacTables,
+    /// What the texts of the tables come to, in their order.
+    pub(super) said: Vec<Said>,
     pub(super) layout: Layout,
     pub(super) far: Far,
     pub(super) plcs: Plcs,
@@ -126,6 +167,7 @@ impl Control {
         }
         Self {
             far: tables.far.clone(),
+            said: tables.texts.iter().map(Said::new).collect(),
             saved: tables.save.then(|| save::initial(&tables, &layout)),
             tables,
             layout,
@@ -181,27 +223,22 @@ impl Control {
 
     /// SEND, DISPLAY, COMMAND, or a write to the MACRO ring.
     fn tell(&mut self, image: &[u8], index: u32, value: f64) {
-        let Some(text) = self.tables.texts.get(index as usize) else {
+        let Some(said) = self.said.get(index as usize) else {
             return;
         };
-        let body = match text {
-            Text::Send { text, port } => EventBody::Send { text: text.clone(), port: port.clone() },
-            Text::Show { text, position } => {
-                EventBody::Display { text: text.clone(), position: Some(i64::from(*position)) }
-            }
-            Text::Value { position, width, decimals } => EventBody::Display {
-                text: display::field(value, *width, *decimals),
+        let body = match said {
+            Said::Always(body) => body.clone(),
+            Said::Value { position, width, decimals } => EventBody::Display {
+                text: display::field(value, *width, *decimals).into(),
                 position: Some(i64::from(*position)),
             },
-            Text::Command { text, error, task } => {
-                if let (None, Some(task)) = (error, task) {
-                    let offset = self.layout.q_base + 4 * self.running;
-                    let q_base = read_u32(image, offset);
+            Said::Queue { body, task } => {
+                if self.queue.len() < QUEUE {
+                    let q_base = read_u32(image, self.layout.q_base + 4 * self.running);
                     self.queue.push_back(Queued { task: *task, q_base });
                 }
-                EventBody::Command { text: text.clone(), error: error.clone() }
+                body.clone()
             }
-            Text::Macro { text } => EventBody::Macro { text: text.clone() },
         };
         self.events.push(Event { tick: self.tick, body });
     }
