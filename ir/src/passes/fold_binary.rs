@@ -182,12 +182,7 @@ impl Fold<'_> {
                 if within(self, b, a) {
                     return Some(Simpler::Same(b));
                 }
-                let (x, y) = (not_a?, not_b?);
-                if self.is_single(a) && self.is_single(b) {
-                    let joined = self.insert(InstData::Binary { op: dual, args: [x, y] })?;
-                    return Some(Simpler::not(joined));
-                }
-                None
+                self.join_opposites(op, dual, (a, not_a), (b, not_b))
             }
             BinaryOp::Xor => match (not_a, not_b) {
                 (Some(x), Some(y)) => Some(Simpler::binary(op, x, y)),
@@ -195,6 +190,40 @@ impl Fold<'_> {
             },
             _ => None,
         }
+    }
+}
+
+impl Fold<'_> {
+    /// Opposites in a row of ANDs or ORs: `!x & !y` is `!(x | y)`, and so is what is left of them
+    /// in `p & !x & !y`, whichever way round it stands. One NOT less each.
+    fn join_opposites(
+        &mut self,
+        op: BinaryOp,
+        dual: BinaryOp,
+        (a, not_a): (Value, Option<Value>),
+        (b, not_b): (Value, Option<Value>),
+    ) -> Option<Simpler> {
+        if let (Some(x), Some(y)) = (not_a, not_b) {
+            if !self.is_single(a) || !self.is_single(b) {
+                return None;
+            }
+            let joined = self.insert(InstData::Binary { op: dual, args: [x, y] })?;
+            return Some(Simpler::not(joined));
+        }
+        let (single, y, row) = match (not_a, not_b) {
+            (Some(y), None) => (a, y, b),
+            (None, Some(y)) => (b, y, a),
+            _ => return None,
+        };
+        let [p, q] = self.operands(row, op)?;
+        let (rest, inner) = if self.not_of(q).is_some() { (p, q) } else { (q, p) };
+        let x = self.not_of(inner)?;
+        if ![single, row, inner].into_iter().all(|value| self.is_single(value)) {
+            return None;
+        }
+        let joined = self.insert(InstData::Binary { op: dual, args: [x, y] })?;
+        let neither = self.insert(InstData::Unary { op: UnaryOp::Not, arg: joined })?;
+        Some(Simpler::binary(op, rest, neither))
     }
 }
 
