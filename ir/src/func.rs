@@ -213,7 +213,7 @@ impl FuncData {
     /// A block of this function.
     ///
     /// # Panics
-    /// If the block is not of this function; [`verify`](crate::module) finds such references.
+    /// If the block is not of this function; [`verify`](crate::verify) finds such references.
     pub fn block(&self, block: Block) -> &BlockData {
         &self.blocks[block.index()]
     }

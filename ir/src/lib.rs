@@ -16,6 +16,8 @@
 //!
 //! # Use
 //! A front end writes through [`chunk::ChunkBuilder`], which cuts long programs into functions.
+//! [`passes::optimize`] makes a module faster, [`verify::verify`] says what is wrong with one,
+//! [`text`] prints and reads it, and [`interp::Interpreter`] runs it as it stands.
 
 pub mod builder;
 pub mod chunk;
