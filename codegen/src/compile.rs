@@ -111,8 +111,9 @@ pub fn compile_function(
     builder_context: &mut FunctionBuilderContext,
 ) -> Result<(), CodegenError> {
     context.clear();
-    lower::function(module, func, &*target.isa, &mut context.func, builder_context);
-    context.compile(&*target.isa, &mut ControlPlane::default()).map(|_| ()).map_err(|error| {
+    let isa = target.isa_for(func);
+    lower::function(module, func, isa, &mut context.func, builder_context);
+    context.compile(isa, &mut ControlPlane::default()).map(|_| ()).map_err(|error| {
         CodegenError::Function {
             function: func.name().into(),
             reason: format!("{:?}", error.inner),

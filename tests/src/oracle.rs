@@ -2,6 +2,8 @@
 //! promise is broken. `fuzz/` runs them on what libFuzzer makes up, `tests/fuzz_replay.rs` on the
 //! committed corpus and on mutations of it.
 
+#![allow(clippy::panic)]
+
 use plcc::compile::{Checked, check};
 use plcc_abi::Dialect;
 use plcc_codegen::{OptLevel, Target, emit};
