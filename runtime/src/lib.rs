@@ -12,6 +12,7 @@ pub mod artifact;
 pub mod cpu;
 pub mod event;
 pub mod executive;
+pub mod files;
 pub mod native;
 pub mod nct;
 mod nearest;

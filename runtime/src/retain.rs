@@ -4,13 +4,15 @@
 //! put in its place. A second copy, `FILE.bak`, written the same way, stands in where the file is
 //! damaged. Both carry a checksum.
 
-use std::fs::{self, File};
-use std::io::{self, ErrorKind, Write};
+use std::fs;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use plcc_abi::Dialect;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
+
+use crate::files::{Durable, replace};
 
 /// The first bytes of every such file.
 const MAGIC: [u8; 8] = *b"PLCCRET1";
@@ -120,68 +122,6 @@ pub fn store(path: &Path, dialect: Dialect, payload: Vec<u8>) -> Result<(), Reta
     replace(&copy_of(path), &bytes, Durable::Yes).map_err(io)
 }
 
-/// Whether a file is to be on the disk, or the system may take its time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Durable {
-    /// It must outlive a power cut.
-    Yes,
-    /// It need not.
-    No,
-}
-
-/// The file that is written before it takes another's place. Where that is a link, the place is
-/// what it points to.
-fn places(path: &Path) -> (PathBuf, PathBuf) {
-    let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    let mut name = place.as_os_str().to_owned();
-    name.push(format!(".{}.tmp", std::process::id()));
-    (place, name.into())
-}
-
-/// Puts a file in another's place: either the old one is there, or the new one, whole.
-pub(crate) fn replace(path: &Path, bytes: &[u8], durable: Durable) -> io::Result<()> {
-    let (place, temporary) = places(path);
-    let result = write_and_rename(&temporary, &place, bytes, durable);
-    if result.is_err() {
-        // It is of no use to anybody; that it can't be removed changes nothing.
-        let _ = fs::remove_file(&temporary);
-    }
-    result
-}
-
-/// Whether [`replace`] will be able to write, as far as can be told before.
-pub(crate) fn can_replace(path: &Path) -> io::Result<()> {
-    let (place, temporary) = places(path);
-    if place.is_dir() {
-        return Err(ErrorKind::IsADirectory.into());
-    }
-    File::create(&temporary)?;
-    fs::remove_file(&temporary)
-}
-
-fn write_and_rename(
-    temporary: &Path,
-    place: &Path,
-    bytes: &[u8],
-    durable: Durable,
-) -> io::Result<()> {
-    let mut file = File::create(temporary)?;
-    file.write_all(bytes)?;
-    if durable == Durable::Yes {
-        file.sync_all()?;
-    }
-    drop(file);
-    fs::rename(temporary, place)?;
-    let folder = place.parent().filter(|folder| !folder.as_os_str().is_empty());
-    // The rename is to be on the disk too. Not every system lets a folder be opened for that.
-    if durable == Durable::Yes
-        && let Ok(folder) = File::open(folder.unwrap_or(Path::new(".")))
-    {
-        folder.sync_all()?;
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -251,14 +191,5 @@ mod tests {
         let file = folder.0.join("kept");
         store(&file, Dialect::Pmac, vec![]).unwrap();
         assert!(matches!(load(&file), Err(RetainError::Foreign(_, "pmac"))));
-    }
-
-    #[test]
-    fn what_cannot_be_written_is_known_before() {
-        let folder = Folder::new("unwritable");
-        assert!(can_replace(&folder.0).is_err());
-        assert!(can_replace(&folder.0.join("no/such/folder")).is_err());
-        assert!(can_replace(&folder.0.join("file")).is_ok());
-        assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 0);
     }
 }

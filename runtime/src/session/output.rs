@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use plcc_abi::Program;
 
 use crate::args::RunArgs;
-use crate::retain::{Durable, can_replace, replace};
+use crate::files::{Durable, can_replace, replace};
 
 use super::SessionError;
 
