@@ -12,11 +12,32 @@ pub(crate) fn binary(op: Bin, a: f64, b: f64) -> f64 {
         Bin::Sub => a - b,
         Bin::Mul => a * b,
         Bin::Div => math::div(a, b),
-        Bin::Mod => math::modulo(a, b),
+        Bin::Mod | Bin::And | Bin::Or | Bin::Xor => match (integer(a), integer(b)) {
+            (Some(i), Some(j)) if op != Bin::Mod => match op {
+                Bin::And => (i & j) as f64,
+                Bin::Or => (i | j) as f64,
+                _ => (i ^ j) as f64,
+            },
+            (Some(i), Some(j)) if j > 0 => i.rem_euclid(j) as f64,
+            _ => exact(op, a, b),
+        },
+    }
+}
+
+/// A remainder or bit operator for any numbers.
+fn exact(op: Bin, a: f64, b: f64) -> f64 {
+    match op {
         Bin::And => math::and(a, b),
         Bin::Or => math::or(a, b),
         Bin::Xor => math::xor(a, b),
+        _ => math::modulo(a, b),
     }
+}
+
+/// An integer that has all its bits in the fixed-point form of the bit operators.
+fn integer(value: f64) -> Option<i64> {
+    let whole = value as i64;
+    (whole as f64 == value && (-1 << 39..1 << 39).contains(&whole)).then_some(whole)
 }
 
 /// Applies a function; `cosine` is Q0, `radians` is I15.
@@ -91,4 +112,23 @@ pub(crate) fn expression(
         stack.push(value);
     }
     stack.pop().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn integers_take_no_other_way_than_fixed_point() {
+        let limit = (1i64 << 39) as f64;
+        let edges = [0.0, 1.0, 2.0, 7.0, 255.0, 8_388_607.0, limit - 1.0, limit, limit + 1.0, 0.5];
+        let all: Vec<f64> = edges.iter().flat_map(|v| [*v, -v]).collect();
+        for &a in &all {
+            for &b in &all {
+                for op in [Bin::And, Bin::Or, Bin::Xor, Bin::Mod] {
+                    assert_eq!(binary(op, a, b), exact(op, a, b), "{a} {op:?} {b}");
+                }
+            }
+        }
+    }
 }

@@ -28,6 +28,7 @@ mod preprocess;
 mod program;
 mod rangeanalysis;
 mod statement;
+mod steps;
 pub mod tables;
 #[cfg(test)]
 mod tests;
