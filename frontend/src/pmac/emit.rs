@@ -159,9 +159,9 @@ fn either(
 
 /// An infinity to the largest number of its sign, NaN to 0.
 fn bounded(b: &mut FuncBuilder, value: Value) -> Value {
-    let magnitude = b.unary(UnaryOp::Fabs, value);
-    let high = b.fconst(f64::MAX);
-    let finite = b.fcmp(FloatCond::Le, magnitude, high);
+    // Less itself it is 0, or NaN where it is not finite: one subtraction and one jump.
+    let nothing = b.binary(BinaryOp::Fsub, value, value);
+    let finite = b.fcmp(FloatCond::Ge, nothing, nothing);
     either(
         b,
         finite,

@@ -8,7 +8,7 @@
 
 use super::graph::Graph;
 use crate::{
-    BinaryOp, Block, BlockCall, BlockData, ConvertOp, FuncData, Inst, InstData, Terminator,
+    BinaryOp, Block, BlockCall, BlockData, ConvertOp, FuncData, Inst, InstData, Terminator, Type,
     UnaryOp, Value,
 };
 
@@ -112,7 +112,7 @@ fn arm(func: &FuncData, call: &BlockCall, edges: &[u32]) -> Option<Arm> {
 fn cost(func: &FuncData, block: Block) -> Option<u32> {
     let mut sum = 0;
     for &inst in &func.block(block).insts {
-        sum += inst_cost(func.inst(inst))?;
+        sum += inst_cost(func, func.inst(inst))?;
         if sum > LIMIT {
             return None;
         }
@@ -120,8 +120,14 @@ fn cost(func: &FuncData, block: Block) -> Option<u32> {
     Some(sum)
 }
 
-fn inst_cost(data: &InstData) -> Option<u32> {
+fn inst_cost(func: &FuncData, data: &InstData) -> Option<u32> {
     match *data {
+        // Machines choose between doubles by a branch: nothing is won by having two.
+        InstData::Select { cond: _, args: [value, _] } | InstData::Store { at: _, value }
+            if func.ty(value) == Type::F64 =>
+        {
+            None
+        }
         InstData::Iconst { .. } | InstData::Fconst { .. } => Some(0),
         InstData::Unary { op: UnaryOp::Fsqrt, arg: _ } => None,
         InstData::Unary { op: UnaryOp::Not | UnaryOp::Neg, arg: _ } => Some(1),
