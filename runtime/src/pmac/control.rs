@@ -6,9 +6,7 @@ use plcc_abi::{
     Host, HostFn,
     image::{read_u32, write_f64},
     pmac::{
-        Definition, Far, Layout, Memory, PlcOp, PmacTables, Space, Text, View,
-        math::{finite, wrap24},
-        pure,
+        Definition, Far, Layout, Memory, PlcOp, PmacTables, Space, Text, View, math::finite, pure,
     },
 };
 
@@ -206,11 +204,6 @@ impl Control {
             Ok(index) => l.get(index).map_or(Definition::Star, |(_, definition)| *definition),
             Err(_) => Definition::Star,
         }
-    }
-
-    /// An L-variable's value: 24 bits of two's complement.
-    pub(super) fn read_l(&self, view: View<'_>, number: u32) -> f64 {
-        f64::from(wrap24(view.read(self.l_definition(number)) as i64))
     }
 
     /// ENABLE to RESUME.

@@ -166,7 +166,7 @@ impl Executive for PmacExecutive {
                     read_f64(&self.image, layout.q_offset(layout.q_base_of(system) + number))
                 }
                 Kind::M => self.view().read_m(number),
-                Kind::L => self.control.read_l(self.view(), number),
+                Kind::L => self.view().read(self.control.l_definition(number)),
             },
         })
     }

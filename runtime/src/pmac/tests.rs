@@ -357,7 +357,7 @@ fn a_stimulus_is_converted_as_an_assignment() {
         ("P3", "0.25", 0.25),
         ("I5", "6", 2.0),
         ("Q3", "$10", 16.0),
-        ("L7", "$FFFFFF", -1.0),
+        ("L7", "$FFFFFF", f64::from(0xFF_FFFF)),
         ("Y:$FFC2", "-1", f64::from(0xFF_FFFF)),
         ("L:$1003", "1.5", 1.5),
     ] {
