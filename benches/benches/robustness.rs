@@ -149,7 +149,7 @@ fn terms(dialect: Dialect) -> String {
     };
     match dialect {
         Dialect::Pmi => format!("$INTEGER\nA\n$END\nA = {}\n", row("A", "+")),
-        Dialect::Nct => format!(":000\nR\n:001\n({})UY000Z\nR\n", row("I000", "A")),
+        Dialect::Nct => format!(":000\nJ0\n:001\n({})U000Z\nJ1\n", row("I000", "A")),
         Dialect::Pmac => format!("OPEN PLC 1 CLEAR\nP1={}\nCLOSE\n", row("P1", "+")),
     }
 }
@@ -174,9 +174,9 @@ fn statements(dialect: Dialect) -> String {
             "",
         ),
         Dialect::Nct => rows(
-            ":000\nR\n:001\n",
-            |n| format!("(I{:03}A/Y{:03})UY{:03}Z", n % 38, n % 38, (n + 1) % 38),
-            "R\n",
+            ":000\nJ0\n:001\n",
+            |n| format!("(I00{}AY00{})U01{}ED01{}Z", n % 8, n / 8 % 8, n % 7, n % 5),
+            "J1\n",
         ),
         Dialect::Pmac => rows(
             "M1->Y:$FFC2,8\nOPEN PLC 1 CLEAR\n",
@@ -193,7 +193,7 @@ fn statements(dialect: Dialect) -> String {
 fn mistakes(dialect: Dialect) -> String {
     match dialect {
         Dialect::Pmi => rows("$INTEGER\nA\n$END\n", |n| format!("A = U{n}"), ""),
-        Dialect::Nct => rows(":000\nR\n:001\n", |_| "L*9".into(), "R\n"),
+        Dialect::Nct => rows(":000\nJ0\n:001\n", |_| "L*9".into(), "J1\n"),
         Dialect::Pmac => rows("OPEN PLC 1 CLEAR\n", |n| format!("FOO{n}=BAR"), "CLOSE\n"),
     }
 }
