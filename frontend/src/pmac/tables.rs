@@ -222,6 +222,11 @@ pub fn explain(name: &str) -> Option<String> {
         let row = index().rows.iter().find(|row| row.name.eq_ignore_ascii_case(&upper))?;
         return Some(describe(row.name, row, None));
     }
+    if letter == 'M'
+        && let Some(rest) = digits.strip_prefix('X')
+    {
+        return motor_family(rest);
+    }
     let number: u32 = digits.parse().ok()?;
     match letter {
         'I' => {
@@ -230,7 +235,9 @@ pub fn explain(name: &str) -> Option<String> {
             Some(describe(&format!("I{number}"), row, Some(member)))
         }
         'M' => {
-            let row = m_variable(number)?;
+            let Some(row) = m_variable(number) else {
+                return turbo_motor(number);
+            };
             Some(format!(
                 "M{number}\n  {}\n  usually M{number}->{}\n  PMAC guide, appendix {}\n",
                 row.meaning, row.definition, row.appendix
@@ -247,6 +254,37 @@ pub fn explain(name: &str) -> Option<String> {
         )),
         _ => None,
     }
+}
+
+/// The meaning of an M-variable of motor 1 or its channel, for another motor.
+fn for_motor(rest: u32, motor: &str) -> Option<String> {
+    let row = m_variable(100 + rest).filter(|row| rest < 100 && row.appendix == "E")?;
+    let (what, meaning) = row.meaning.split_once(" 1:")?;
+    Some(format!("{what} {motor}:{meaning}"))
+}
+
+/// `Mx45`, with the definitions of all motors.
+fn motor_family(rest: &str) -> Option<String> {
+    let rest = rest.parse().ok().filter(|_| rest.len() == 2)?;
+    let meaning = for_motor(rest, "x")?;
+    let members = (1..=8).filter_map(|motor| m_variable(100 * motor + rest));
+    let definitions: Vec<String> =
+        members.map(|row| format!("M{}->{}", row.number, row.definition)).collect();
+    Some(format!(
+        "Mx{rest:02}\n  {meaning}\n  usually {}\n  PMAC guide, appendix E\n",
+        definitions.join(", ")
+    ))
+}
+
+/// `M3245`: what appendix E suggests for the first eight motors is customary for all 32 of Turbo.
+fn turbo_motor(number: u32) -> Option<String> {
+    let motor = Some(number / 100).filter(|motor| (9..=32).contains(motor))?;
+    let meaning = for_motor(number % 100, &motor.to_string())?;
+    Some(format!(
+        "M{number} (one of Mx{:02})\n  {meaning}\n  on Turbo PMAC, with a definition of its own\n  \
+         PMAC guide, appendix E\n",
+        number % 100
+    ))
 }
 
 fn describe(name: &str, row: &IVariable, member: Option<usize>) -> String {
@@ -395,6 +433,13 @@ mod tests {
             text.contains("homing is complete") && text.contains("M145->Y:$814,10,1"),
             "{text}"
         );
+        let text = explain("mx45").unwrap();
+        assert!(text.contains("motor x: homing is complete") && text.contains("M845->"), "{text}");
+        let text = explain("M3245").unwrap();
+        assert!(text.contains("motor 32: homing is complete") && text.contains("Mx45"), "{text}");
+        for name in ["Mx4", "Mx445", "Mx99", "M3299", "M3345", "M950", "Mx"] {
+            assert_eq!(explain(name), None, "{name}");
+        }
         assert!(explain("Q0").unwrap().contains("ATAN2"));
         for name in ["", "I", "I46", "M1000", "X5", "I99999999999", "PUMP", "Ié"] {
             assert_eq!(explain(name), None, "{name}");

@@ -14,6 +14,8 @@ mod schedule;
 mod tests;
 mod watchdog;
 
+use std::collections::HashMap;
+
 use plcc_abi::{
     Engine, Program, Tables,
     image::{read_f64, write_f64},
@@ -54,6 +56,8 @@ pub struct PmacExecutive {
     clocks: Clocks,
     /// What has been found by name, by the index of its [`Variable`].
     found: Vec<Name>,
+    /// The index of each.
+    index: HashMap<Name, u32>,
 }
 
 impl PmacExecutive {
@@ -74,6 +78,7 @@ impl PmacExecutive {
             last_plc: 0,
             clocks: Clocks::new(&layout),
             found: Vec::new(),
+            index: HashMap::new(),
         })
     }
 
@@ -96,11 +101,11 @@ impl PmacExecutive {
     }
 
     fn remember(&mut self, name: Name) -> Variable {
-        let index = self.found.iter().position(|known| *known == name).unwrap_or_else(|| {
-            self.found.push(name);
-            self.found.len() - 1
-        });
-        Variable(index as u32)
+        let found = &mut self.found;
+        Variable(*self.index.entry(name).or_insert_with(|| {
+            found.push(name);
+            found.len() as u32 - 1
+        }))
     }
 }
 

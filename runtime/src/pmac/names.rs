@@ -7,7 +7,7 @@ use plcc_abi::pmac::{Definition, Field, Kind, Layout, PmacTables, Variable};
 use crate::{NameError, ValueError};
 
 /// Something with a name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Name {
     /// A variable.
     Variable(Variable),
