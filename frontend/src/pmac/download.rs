@@ -149,6 +149,8 @@ impl Checker<'_> {
                         t.get(..4).is_some_and(|w| w.eq_ignore_ascii_case("OPEN"))
                     });
                     self.report(fault);
+                    // The fault may have been found to lie on the line before.
+                    self.reader.cur.pos = self.reader.cur.pos.max(start);
                     self.reader.cur.skip_line();
                     if open_plc {
                         self.open = Some(Open {
@@ -408,9 +410,14 @@ impl Checker<'_> {
     fn recover(&mut self, start: usize) {
         const WORDS: &[&str] = &["ENDI", "ENDW", "END IF", "END W", "ELSE", "IF", "WHILE", "CLOSE"];
         let cur = &mut self.reader.cur;
+        let blank = |c: char| c.is_whitespace() || c.is_control();
+        // Where there are only blanks before the place, it is on the line behind them.
+        let rest = self.flat.text.get(start..).unwrap_or("");
+        let start = start + (rest.len() - rest.trim_start_matches(blank).len());
+        cur.pos = cur.pos.max(start);
         // Blanks that were skipped may have led into the next line.
         let read = self.flat.text.get(start..cur.pos).unwrap_or("");
-        let solid = read.trim_end_matches(|c: char| c.is_whitespace() || c.is_control());
+        let solid = read.trim_end_matches(blank);
         if read.get(solid.len()..).is_some_and(|gap| gap.contains('\n')) {
             cur.pos = start + solid.len();
         }

@@ -416,6 +416,7 @@ impl Reader<'_> {
         let _ = !negative && self.cur.eat(b'+');
         match self.cur.number() {
             Some(value) => Ok(if negative && value != 0.0 { -value } else { value }),
+            None if self.cur.byte() == b'.' => self.cur.expected_here("a number"),
             None => self.cur.expected("a number"),
         }
     }

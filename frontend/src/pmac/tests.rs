@@ -265,6 +265,14 @@ fn errors_have_their_numbers_and_lines() {
     assert_eq!(codes("I5=2\nOPEN PLCC1 CLEAR\nL1=L2\nL1=1\nCLOSE"), [("PMAC-3", 3), ("PMAC-3", 4)]);
 }
 
+/// Found by noise: the first of these was read again and again.
+#[test]
+fn a_line_of_a_point_is_one_error() {
+    assert_eq!(codes("\n."), [("PMAC-3", 2)]);
+    assert_eq!(codes("P1=1\n.\nP2=2\n"), [("PMAC-3", 2)]);
+    assert_eq!(plc("\n.\nP1=1"), [("PMAC-3", 3)]);
+}
+
 #[test]
 fn structure_is_reported_at_the_close() {
     for body in [
