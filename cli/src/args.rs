@@ -243,6 +243,11 @@ pub(crate) struct CheckArgs {
     #[arg(required = true, value_name = "FILE|DIR")]
     pub(crate) paths: Vec<PathBuf>,
 
+    /// PMAC: prints for each statement whether it is computed in integers or in floating point, and
+    /// what forces the latter
+    #[arg(long)]
+    pub(crate) explain_arithmetic: bool,
+
     /// For people or for programs
     #[arg(long, value_name = "FORMAT", default_value = "human")]
     pub(crate) message_format: FormatArg,

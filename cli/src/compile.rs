@@ -66,7 +66,16 @@ impl Checked {
         }
     }
 
-    /// The same after the passes.
+    /// What each statement is computed in, integers or floating point; for the language where that
+    /// is a question.
+    pub fn explain_arithmetic(&self) -> Option<String> {
+        match self {
+            Self::Pmac(program) => Some(program.explain_arithmetic()),
+            Self::Pmi(_) | Self::Nct(_) => None,
+        }
+    }
+
+    /// The same as [`lower`](Self::lower) after the passes.
     pub fn optimized(&self, opt: OptLevel) -> Lowered {
         let mut lowered = self.lower();
         plcc_ir::passes::optimize(&mut lowered.module, opt);

@@ -138,6 +138,17 @@ fn files_that_include_each_other_are_still_checked() {
     done.says(&["1 file checked"]);
 }
 
+#[test]
+fn arithmetic_is_explained() {
+    let folder = Folder::with(&[
+        ("a.pmc", "I5=2\nOPEN PLC 1 CLEAR\nM1=1\nP1=SIN(P2)\nCLOSE\n"),
+        ("b.pmi", COUNTER),
+    ]);
+    let done = folder.plcc("check a.pmc --explain-arithmetic").exits(0);
+    assert!(done.stdout.contains("floating point"), "{}", done.stdout);
+    folder.plcc("check b.pmi --explain-arithmetic").exits(0).says(&["no PMAC program"]);
+}
+
 #[cfg(unix)]
 #[test]
 fn a_link_to_a_folder_above_ends_somewhere() {

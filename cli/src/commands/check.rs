@@ -9,10 +9,12 @@ use plcc_diag::FileId;
 use plcc_frontend::common::Options;
 
 use crate::args::{CheckArgs, FormatArg};
+use crate::compile::Checked;
 use crate::detect::{Ending, ending};
 use crate::disk::real;
 use crate::failure::{DONE, ERRORS, Failure, USAGE};
 use crate::input::{self, Input, Program, Raw};
+use crate::output;
 use crate::report::{Count, Report, To, number};
 
 /// Folders within folders are followed so deep.
@@ -59,6 +61,9 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
     for failure in &results.failures {
         report.failure(failure);
     }
+    if args.explain_arithmetic {
+        explain_arithmetic(&results, args, report)?;
+    }
     if args.message_format == FormatArg::Human && results.files > 0 {
         summary(&results, count, report);
     }
@@ -67,6 +72,23 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
         (true, 0) => DONE,
         (true, _) => ERRORS,
     })
+}
+
+/// Prints what PMAC's statements are computed in; beside lines of JSON on standard error.
+fn explain_arithmetic(results: &Results, args: &CheckArgs, report: &Report) -> Result<(), Failure> {
+    let checked = results.programs.iter().filter_map(|program| program.checked.as_ref());
+    let texts: Vec<String> = checked.filter_map(Checked::explain_arithmetic).collect();
+    if texts.is_empty() {
+        report.warn("--explain-arithmetic says nothing: there is no PMAC program without errors");
+    }
+    let text = texts.join("\n");
+    match args.message_format {
+        FormatArg::Human => output::print(text.as_bytes()),
+        FormatArg::Json => {
+            report.tell(text.trim_end());
+            Ok(())
+        }
+    }
 }
 
 fn summary(results: &Results, count: Count, report: &Report) {
