@@ -340,10 +340,9 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) stimulus: Option<PathBuf>,
 
-    /// How many ticks in each engine
-    #[arg(long, value_name = "N", default_value_t = 100_000,
-          value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
-    pub(crate) scans: u64,
+    /// How many ticks in each engine [default: 100000, or as many as fit into ten seconds]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) scans: Option<u64>,
 
     /// Prints one JSON object
     #[arg(long)]

@@ -9,7 +9,7 @@ use plcc_abi::{Engine, Program};
 use plcc_codegen::OptLevel;
 use plcc_frontend::common::Options;
 use plcc_runtime::run::{Player, Stimulus};
-use plcc_runtime::{Executive, session};
+use plcc_runtime::{Event, Executive, session};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -22,8 +22,13 @@ use crate::report::{Count, Report, To};
 use engine::Timed;
 use figures::{Figures, Samples};
 
-/// The engines take turns in rounds of so many ticks.
+/// The engines take turns in rounds of at most so many ticks…
 const ROUND: u64 = 1000;
+/// …and of about this long for all of them together.
+const ROUND_TIME: Duration = Duration::from_millis(50);
+/// Ticks in each engine where nobody says how many, if they take no longer than [`PATIENCE`].
+const TICKS: u64 = 100_000;
+const PATIENCE: Duration = Duration::from_secs(10);
 /// Compile times are the least of so many.
 const COMPILES: usize = 3;
 
@@ -34,6 +39,7 @@ struct Contestant {
     engine: Timed,
     player: Player,
     tick: u64,
+    events: Vec<Event>,
     ticks: Samples,
     scans: Samples,
 }
@@ -75,10 +81,15 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
     for (name, engine) in engines {
         contestants.push(contestant(name, engine, &lowered.program, args, &options)?);
     }
-    if let Some(stop) = race(&mut contestants, args.scans) {
-        report.tell(&format!("{stop}: the program was stopped"));
-        return Ok(STOPPED);
-    }
+    let scans = match race(&mut contestants, args.scans) {
+        Ok(scans) => scans,
+        Err(stop) => {
+            let (tick, code) = (stop.tick, stop.code);
+            report.tell(&format!("stopped: {code} in tick {tick}: nothing is timed"));
+            return Ok(STOPPED);
+        }
+    };
+    agree(&mut contestants)?;
     let results = Results {
         entries: entries(&contestants, &lowered.program),
         engines: contestants
@@ -93,9 +104,9 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
     };
     let file = args.files.first().map_or_else(String::new, |file| file.to_string_lossy().into());
     let text = if args.json {
-        format!("{}\n", results.json(&file, program.dialect.name(), args.scans))
+        format!("{}\n", results.json(&file, program.dialect.name(), scans))
     } else {
-        results.table(&file, args.scans)
+        results.table(&file, scans)
     };
     output::print(text.as_bytes())?;
     Ok(DONE)
@@ -143,42 +154,77 @@ fn contestant(
         engine: Timed::new(engine, program.tasks.len()),
         player: Player::new(stimulus, true),
         tick: 0,
+        events: Vec::new(),
         ticks: Samples::default(),
         scans: Samples::default(),
     })
 }
 
-/// Lets the engines take turns until each has done its ticks; the code of a stop ends it.
-fn race(contestants: &mut [Contestant], ticks: u64) -> Option<String> {
+/// What ended a race before its time.
+struct Stopped {
+    tick: u64,
+    code: String,
+}
+
+/// Lets the engines take turns until each has done its ticks: so many, or what [`PATIENCE`] has
+/// time for. The result is how many there were.
+fn race(contestants: &mut [Contestant], ticks: Option<u64>) -> Result<u64, Stopped> {
+    let start = Instant::now();
     let mut done = 0;
-    while done < ticks {
-        let round = ROUND.min(ticks - done);
+    let mut round = 1;
+    while done < ticks.unwrap_or(TICKS) && (ticks.is_some() || start.elapsed() < PATIENCE) {
+        round = round.min(ticks.unwrap_or(TICKS) - done);
+        let begun = Instant::now();
         for contestant in &mut *contestants {
             for _ in 0..round {
-                if let Some(stop) = contestant.step() {
-                    return Some(stop);
-                }
+                contestant.step()?;
             }
         }
         done += round;
+        round = match begun.elapsed() {
+            time if time < ROUND_TIME => (round * 2).min(ROUND),
+            _ => (round / 2).max(1),
+        };
     }
-    None
+    Ok(done)
+}
+
+/// Sees that the engines have come to the same state.
+fn agree(contestants: &mut [Contestant]) -> Result<(), Failure> {
+    let mut states = contestants.iter_mut().map(|contestant| {
+        let executive = contestant.executive.as_mut();
+        let variables = executive.declared().into_iter();
+        let values = variables.map(|(name, variable)| (name, executive.get(variable)));
+        (contestant.name, values.collect::<Vec<_>>())
+    });
+    let Some((name, state)) = states.next() else { return Ok(()) };
+    for (other, values) in states {
+        let differs = state.iter().zip(&values).find(|(a, b)| a != b);
+        if let Some(((variable, a), (_, b))) = differs {
+            return Err(Failure(format!(
+                "{variable} is {a:?} in {name} and {b:?} in {other}: a fault of plcc; please \
+                 report it"
+            )));
+        }
+    }
+    Ok(())
 }
 
 impl Contestant {
     /// One tick, timed.
-    fn step(&mut self) -> Option<String> {
-        self.player.apply(self.tick, self.executive.as_mut());
+    fn step(&mut self) -> Result<(), Stopped> {
+        let tick = self.tick;
+        self.player.apply(tick, self.executive.as_mut());
         self.tick += 1;
-        let mut events = Vec::new();
+        self.events.clear();
         self.engine.begin();
         let start = Instant::now();
-        let result = self.executive.tick(&mut self.engine, &mut events);
+        let result = self.executive.tick(&mut self.engine, &mut self.events);
         let elapsed = start.elapsed().as_nanos() as u64;
         let (scan, overhead) = self.engine.finish();
         self.scans.push(scan);
         self.ticks.push(elapsed.saturating_sub(overhead));
-        result.err().map(|stop| stop.code)
+        result.map_err(|stop| Stopped { tick, code: stop.code })
     }
 }
 

@@ -10,25 +10,57 @@ pub(super) struct Figures {
     pub(super) p99: u64,
 }
 
-/// Measurements in nanoseconds.
+/// Numbers below twice this are told exactly, others to one part of it.
+const FINE: u64 = 1 << FINE_BITS;
+const FINE_BITS: u32 = 10;
+
+/// Measurements in nanoseconds: how many there were of each length, so that a long race takes no
+/// more memory than a short one.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Samples(Vec<u32>);
+pub(super) struct Samples {
+    counts: Vec<u64>,
+    total: u64,
+}
+
+/// The place of a measurement among the counts.
+fn place(ns: u64) -> usize {
+    let shift = (u64::BITS - ns.leading_zeros()).saturating_sub(FINE_BITS + 1);
+    (u64::from(shift) * FINE + (ns >> shift)) as usize
+}
+
+/// The least measurement of a place.
+fn least(place: usize) -> u64 {
+    let place = place as u64;
+    let shift = (place / FINE).saturating_sub(1);
+    (place - shift * FINE) << shift
+}
 
 impl Samples {
+    #[inline]
     pub(super) fn push(&mut self, ns: u64) {
-        self.0.push(u32::try_from(ns).unwrap_or(u32::MAX));
+        let place = place(ns);
+        if place >= self.counts.len() {
+            self.counts.resize(place + 1, 0);
+        }
+        if let Some(count) = self.counts.get_mut(place) {
+            *count += 1;
+        }
+        self.total += 1;
     }
 
     pub(super) fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.total == 0
     }
 
     pub(super) fn figures(&self) -> Figures {
-        let mut sorted = self.0.clone();
-        sorted.sort_unstable();
-        let at = |hundredths: usize| {
-            let index = (sorted.len() * hundredths / 100).min(sorted.len().saturating_sub(1));
-            sorted.get(index).copied().map_or(0, u64::from)
+        let at = |hundredths: u64| {
+            let wanted = (u128::from(self.total) * u128::from(hundredths) / 100) as u64;
+            let mut before = 0;
+            let found = self.counts.iter().position(|&count| {
+                before += count;
+                before > wanted
+            });
+            found.map_or(0, least)
         };
         Figures { min: at(0), median: at(50), p99: at(99) }
     }
@@ -36,7 +68,7 @@ impl Samples {
 
 #[cfg(test)]
 mod tests {
-    use super::{Figures, Samples};
+    use super::*;
 
     #[test]
     fn figures_of_none_one_and_many() {
@@ -48,5 +80,19 @@ mod tests {
         assert_eq!(of(0..0), Figures::default());
         assert_eq!(of(7..8), Figures { min: 7, median: 7, p99: 7 });
         assert_eq!(of(0..1000), Figures { min: 0, median: 500, p99: 990 });
+    }
+
+    #[test]
+    fn places_are_exact_for_short_times_and_near_for_long_ones() {
+        let mut last = 0;
+        for ns in 0..5000 {
+            assert!(place(ns) == last || place(ns) == last + 1, "{ns}");
+            assert!(ns >= 2 * FINE || least(place(ns)) == ns, "{ns}");
+            last = place(ns);
+        }
+        for ns in (0..5000).chain((1..64).map(|n| 1 << n)).chain([(1 << 40) + 12345, u64::MAX]) {
+            let near = least(place(ns));
+            assert!(near <= ns && ns - near <= ns / FINE, "{ns} is told as {near}");
+        }
     }
 }
