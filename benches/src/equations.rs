@@ -123,7 +123,7 @@ const SEED: u64 = 88_172_645_463_325_252;
 /// The patterns of the inputs, one byte an input.
 pub fn patterns() -> Vec<[u8; INPUTS]> {
     let mut random = Random::new(SEED);
-    (0..PATTERNS).map(|_| std::array::from_fn(|_| (random.next() >> 16) as u8 & 1)).collect()
+    (0..PATTERNS).map(|_| std::array::from_fn(|_| (random.draw() >> 16) as u8 & 1)).collect()
 }
 
 fn equation(random: &mut Random, index: usize, count: usize) -> Vec<Group> {

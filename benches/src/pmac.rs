@@ -231,7 +231,7 @@ void scan(void) {\n",
 /// The numbers that inputs take in turn.
 pub fn patterns() -> Vec<u64> {
     let mut random = Random::new(88_172_645_463_325_252);
-    (0..64).map(|_| random.next()).collect()
+    (0..64).map(|_| random.draw()).collect()
 }
 
 impl Kernel {

@@ -1,6 +1,7 @@
 //! Files in the forms in which PMAC programs are found on machines must pass without an error:
 //! glued and split keywords, macros of all kinds, on-line text around buffers, several encodings
 //! and line ends (`tests/corpus/pmac`).
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::path::{Path, PathBuf};
 

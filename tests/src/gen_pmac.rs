@@ -219,7 +219,8 @@ impl Generator {
             if self.rng.chance(50) {
                 return text;
             }
-            text.push_str(*self.rng.pick(&["+", "-", "*", "/", "%", "&", "|", "^"]));
+            let operator: &&str = self.rng.pick(&["+", "-", "*", "/", "%", "&", "|", "^"]);
+            text.push_str(operator);
         }
     }
 
