@@ -2,6 +2,7 @@
 
 pub mod compile;
 pub mod gen_ir;
+pub mod gen_nct;
 pub mod gen_pmac;
 pub mod gen_pmi;
 pub mod mutate;
