@@ -226,7 +226,9 @@ impl Layout {
         let h = regions.add("h", words(H_COUNT), false);
         let m = regions.add("m", words(M_COUNT), false);
         let rp = regions.add("rp", words(RP_COUNT), false);
-        let scratch = regions.add("scratch", u32::from(program.slots) * 2 + 4, false);
+        // An indirect call's return number lies behind them, aligned.
+        let slots = (u32::from(program.slots) * 2).next_multiple_of(4);
+        let scratch = regions.add("scratch", slots + 4, false);
         regions.add("waiting", WAITING, true);
         let size = regions.end.next_multiple_of(8);
         Self {
