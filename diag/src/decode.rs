@@ -7,6 +7,8 @@
 pub(crate) fn decode(bytes: &[u8]) -> String {
     let (text, _, had_errors) = encoding_rs::UTF_8.decode(bytes);
     let text = if had_errors {
+        // An editor may have put a mark in front of what it did not convert.
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         encoding_rs::WINDOWS_1252.decode_without_bom_handling(bytes).0
     } else {
         text
@@ -27,6 +29,7 @@ mod tests {
     #[test]
     fn what_is_not_utf8_is_windows_1252() {
         assert_eq!(decode(b"\x93A\x94 \x96"), "\u{201c}A\u{201d} \u{2013}");
+        assert_eq!(decode(b"\xef\xbb\xbf\x93A"), "\u{201c}A");
     }
 
     #[test]
