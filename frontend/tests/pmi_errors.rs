@@ -60,6 +60,10 @@ fn directives() {
     expect("LS=0/0\n$END\nX=LS\n", &[("3", 1)]);
     expect("$INPUT\nA=0/0\n$OUTPUT\nB=1/0\n$INPUT\nC=0/1\n$END\nX=C\n", &[("23", 5)]);
     expect("$INPUT X\n$END\n", &[("5", 1)]);
+    // What follows a spoilt directive belongs to it.
+    expect("$INPUT\nA=0/0\n$output\nB=1/0\n$END\nB=A\n", &[("5", 3)]);
+    expect(".$INPUT\nA=0/0\n$End\nB=A\n", &[("5", 1), ("5", 3)]);
+    expect("$WHAT\nQ=7\n;$INTEGER\nB[999]\n$END\n", &[("1", 1), ("5", 3), ("19", 4)]);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use super::{
     lex::text_of,
     names::{Names, RESERVED},
     report::{self, error},
-    token::Kind,
+    token::{Kind, Token},
 };
 use crate::common::{Limits, closest};
 
@@ -126,13 +126,28 @@ impl<'a> Spec<'a> {
 
     /// Reads one statement.
     pub(super) fn statement(&mut self, cursor: &mut Cursor<'_>) -> Result {
+        let result = self.read(cursor);
+        if result.is_err()
+            && let Some(section) = meant(cursor)
+        {
+            self.section = Some(section);
+            self.lost = false;
+        }
+        result
+    }
+
+    fn read(&mut self, cursor: &mut Cursor<'_>) -> Result {
         if cursor.kind() == Some(Kind::Directive) {
             return self.directive(cursor);
         }
         let Some(section) = self.section else {
             if self.lost {
                 self.poison(cursor);
-                return Ok(());
+                // Nothing is known of its form, but what is no token is wrong in any.
+                let bad = |token: &Token| matches!(token.kind, Kind::Bad(_));
+                let Some(at) = cursor.tokens.iter().position(bad) else { return Ok(()) };
+                cursor.at = at;
+                return fail(cursor.fail(5, ""));
             }
             let problem =
                 cursor.fail(3, format!("a directive is expected, not {}", cursor.found()));
@@ -416,6 +431,18 @@ impl<'a> Spec<'a> {
             self.expect(cursor, Kind::Comma, ",")?;
         }
     }
+}
+
+/// The directive in a faulty statement: in small letters, or with something in front of it. What
+/// follows belongs to it all the same.
+fn meant(cursor: &Cursor<'_>) -> Option<Section> {
+    let statement = cursor.whole();
+    let first = cursor.text.get(statement.range()).filter(|text| text.starts_with('$'));
+    let directive = cursor.tokens.iter().find(|token| token.kind == Kind::Directive);
+    let text = first.or_else(|| directive.map(|token| cursor.slice(*token)))?;
+    let end = text.bytes().skip(1).take_while(u8::is_ascii_alphanumeric).count() + 1;
+    let word = text.get(..end)?.to_ascii_uppercase();
+    DIRECTIVES.iter().find(|(name, _)| *name == word).map(|&(_, section)| section)
 }
 
 /// A name that exists already.
