@@ -27,7 +27,16 @@ impl Lowering<'_> {
                 let moved = self.index(index);
                 self.builder.ins().iadd(self.image, moved)
             }
-            None => self.image,
+            None => {
+                let near = |place: i64| i8::try_from(offset - place).ok().map(i32::from);
+                let based = |&(place, base): &(i64, ClifValue)| Some((base, near(place)?));
+                if near(0).is_none()
+                    && let Some(found) = self.bases.iter().find_map(based)
+                {
+                    return found;
+                }
+                self.image
+            }
         };
         match i32::try_from(offset) {
             Ok(offset) => (base, offset),

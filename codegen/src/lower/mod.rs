@@ -1,6 +1,7 @@
 //! IR to CLIF, function by function.
 
 mod arith;
+mod bases;
 mod control;
 mod memory;
 
@@ -12,6 +13,7 @@ use cranelift_codegen::isa::{CallConv, TargetIsa};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use plcc_abi::{HostFn, HostType, ScanContext};
 use plcc_ir::{Block, FuncData, Inst, InstData, Module, Type, Value};
+use target_lexicon::Architecture;
 
 /// Writes one function's CLIF.
 pub(crate) fn function(
@@ -38,6 +40,14 @@ pub(crate) fn function(
     let flags = MemFlagsData::trusted().with_readonly();
     let offset = std::mem::offset_of!(ScanContext, image) as i32;
     let image = builder.ins().load(pointer, flags, context_value, offset);
+    let mut bases = vec![];
+    if matches!(isa.triple().architecture, Architecture::X86_64) {
+        for place in bases::bases(module, func) {
+            // A difference: a sum would be folded back into every address.
+            let less = builder.ins().iconst(pointer, -i64::from(place));
+            bases.push((i64::from(place), builder.ins().isub(image, less)));
+        }
+    }
     let blocks: Vec<ClifBlock> = func.blocks().map(|_| builder.create_block()).collect();
     let mut lowering = Lowering {
         module,
@@ -47,6 +57,7 @@ pub(crate) fn function(
         values: vec![None; func.value_count()],
         context: context_value,
         image,
+        bases,
         call: None,
     };
     lowering.enter(label);
@@ -106,6 +117,8 @@ struct Lowering<'a> {
     values: Vec<Option<ClifValue>>,
     context: ClifValue,
     image: ClifValue,
+    /// Bases for short addresses, with their places in the image.
+    bases: Vec<(i64, ClifValue)>,
     /// The host call's signature, once one is needed.
     call: Option<cranelift_codegen::ir::SigRef>,
 }
