@@ -180,48 +180,45 @@ void scan(void) {\n",
         let mut any = || random.below(64);
         let (a, b, d, e) = (any(), any(), any(), any());
         let (to, input) = (INPUT_P + any() % (64 - INPUT_P), b % INPUT_P);
-        done += match random.below(5) {
-            0 => {
-                let _ = writeln!(pmac, "P{to}=P{a}*P{input}*0.004+P{d}/P{e}-0.5");
-                let _ = writeln!(
-                    c,
-                    "p[{to}] = fin(p[{a}] * p[{input}] * 0.004 + dv(p[{d}], p[{e}]) - 0.5);"
-                );
-                1
-            }
-            1 => {
-                let _ = writeln!(pmac, "P{to}=(P{a}+P{b})*(P{d}-P{e})/(ABS(P{d})+1)");
-                let _ = writeln!(
-                    c,
-                    "p[{to}] = fin(dv((p[{a}] + p[{b}]) * (p[{d}] - p[{e}]), fabs(p[{d}]) + 1));"
-                );
-                1
-            }
-            2 => {
-                let _ = writeln!(
-                    pmac,
-                    "IF (P{a}>P{b})\nP{to}=P{d}/2\nELSE\nP{to}=P{to}*0.99+P{e}\nENDIF"
-                );
-                let _ = writeln!(
-                    c,
-                    "if (p[{a}] > p[{b}]) p[{to}] = fin(p[{d}] / 2); else p[{to}] = fin(p[{to}] * 0.99 + p[{e}]);"
-                );
-                3
-            }
-            3 => {
-                let _ = writeln!(pmac, "P{to}=SQRT(ABS(P{a}*P{b}))-P{d}*0.25");
-                let _ = writeln!(
-                    c,
-                    "p[{to}] = fin(fin(sqrt(fin(fabs(p[{a}] * p[{b}])))) - p[{d}] * 0.25);"
-                );
-                1
-            }
-            _ => {
-                let _ = writeln!(pmac, "P{to}=P{a}*0.5+P{b}*0.25-P{d}");
-                let _ = writeln!(c, "p[{to}] = fin(p[{a}] * 0.5 + p[{b}] * 0.25 - p[{d}]);");
-                1
-            }
+        // Nothing grows without bound: what is measured is not how the largest number behaves.
+        let (count, line, c_line) = match random.below(5) {
+            0 => (
+                1,
+                format!("P{to}=P{a}*P{input}*0.002+P{d}/(P{input}+200)-0.5"),
+                format!(
+                    "p[{to}] = fin(p[{a}] * p[{input}] * 0.002 + dv(p[{d}], p[{input}] + 200) - 0.5);"
+                ),
+            ),
+            1 => (
+                1,
+                format!("P{to}=(P{a}+P{b})*(P{d}-P{e})/(ABS(P{d})*4+ABS(P{e})*4+1)"),
+                format!(
+                    "p[{to}] = fin(dv((p[{a}] + p[{b}]) * (p[{d}] - p[{e}]), fabs(p[{d}]) * 4 + fabs(p[{e}]) * 4 + 1));"
+                ),
+            ),
+            2 => (
+                3,
+                format!("IF (P{a}>P{b})\nP{to}=P{d}/2\nELSE\nP{to}=P{to}*0.5+P{e}*0.4\nENDIF"),
+                format!(
+                    "if (p[{a}] > p[{b}]) p[{to}] = fin(p[{d}] / 2); else p[{to}] = fin(p[{to}] * 0.5 + p[{e}] * 0.4);"
+                ),
+            ),
+            3 => (
+                1,
+                format!("P{to}=SQRT(ABS(P{a}*P{b}))*0.5-P{d}*0.25"),
+                format!(
+                    "p[{to}] = fin(fin(sqrt(fin(fabs(p[{a}] * p[{b}])))) * 0.5 - p[{d}] * 0.25);"
+                ),
+            ),
+            _ => (
+                1,
+                format!("P{to}=P{a}*0.25+P{b}*0.25-P{d}*0.4"),
+                format!("p[{to}] = fin(p[{a}] * 0.25 + p[{b}] * 0.25 - p[{d}] * 0.4);"),
+            ),
         };
+        let _ = writeln!(pmac, "{line}");
+        let _ = writeln!(c, "{c_line}");
+        done += count;
     }
     pmac.push_str("CLOSE\n");
     c.push_str("}\n");

@@ -2,7 +2,7 @@
 
 use cranelift_codegen::ir::{BlockArg, InstBuilder, JumpTableData, Value as ClifValue, types};
 use plcc_abi::{RawOutcome, TrapCode};
-use plcc_ir::{Block, BlockCall, Label, Terminator};
+use plcc_ir::{Block, BlockCall, FloatCond, InstData, Label, Terminator};
 
 use super::Lowering;
 
@@ -90,10 +90,18 @@ impl Lowering<'_> {
                 self.builder.ins().jump(block, &args);
             }
             Terminator::Brif { cond, then, otherwise } => {
+                let asks_for_nan = matches!(
+                    self.func.def_inst(*cond),
+                    Some(InstData::Fcmp { cond: FloatCond::Ge, args: [a, b] }) if a == b
+                );
                 let cond = self.value(*cond);
                 let (then, then_args) = self.call(then);
                 let (otherwise, other_args) = self.call(otherwise);
                 self.builder.ins().brif(cond, then, &then_args, otherwise, &other_args);
+                // A double that does not compare with itself is rare: out of the way with it.
+                if asks_for_nan {
+                    self.builder.set_cold_block(otherwise);
+                }
             }
             Terminator::Switch { arg, targets, default } => {
                 let number = self.value(*arg);

@@ -213,6 +213,17 @@ impl Reader<'_> {
         }
     }
 
+    /// A text in the curly quotes that word processors and the printed guide have.
+    fn curly_quoted(&mut self) -> Option<String> {
+        const CURLY: [char; 2] = ['\u{201C}', '\u{201D}'];
+        let tail = self.cur.rest().strip_prefix(CURLY)?;
+        let line = tail.find('\n').map_or(tail, |end| tail.get(..end).unwrap_or(""));
+        let (text, rest) = line.split_once(|c| CURLY.contains(&c) || c == '"')?;
+        let text = text.to_owned();
+        self.cur.pos += self.cur.rest().len() - tail.len() + line.len() - rest.len();
+        Some(text)
+    }
+
     /// A text in quotes on one line, or `^` and a letter.
     pub(crate) fn quoted(&mut self) -> Parsed<String> {
         if self.cur.peek() == b'^' {
@@ -225,6 +236,9 @@ impl Reader<'_> {
             return Ok(format!("^{}", letter as char));
         }
         let start = self.cur.pos;
+        if let Some(text) = self.curly_quoted() {
+            return Ok(text);
+        }
         if self.cur.byte() != b'"' {
             return self.cur.expected("a text in quotes or `^` and a letter");
         }

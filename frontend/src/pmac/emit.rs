@@ -159,9 +159,7 @@ fn either(
 
 /// An infinity to the largest number of its sign, NaN to 0.
 fn bounded(b: &mut FuncBuilder, value: Value) -> Value {
-    // Less itself it is 0, or NaN where it is not finite: one subtraction and one jump.
-    let nothing = b.binary(BinaryOp::Fsub, value, value);
-    let finite = b.fcmp(FloatCond::Ge, nothing, nothing);
+    let finite = is_finite(b, value);
     either(
         b,
         finite,
@@ -259,6 +257,12 @@ fn modulo(b: &mut FuncBuilder, x: Value, of: Shape, by: Operand) -> Value {
 }
 
 fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Value {
+    if let Operand::Const(value) = by.1
+        && let Some(inverse) = exact_inverse(value)
+    {
+        let inverse = b.fconst(inverse);
+        return b.binary(BinaryOp::Fmul, a.0, inverse);
+    }
     let quotient = b.binary(BinaryOp::Fdiv, a.0, by.0);
     let never_zero = match by.1 {
         Operand::Const(value) => value != 0.0,
@@ -268,18 +272,35 @@ fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Val
     if never_zero {
         return quotient;
     }
-    let zero = b.fconst(0.0);
-    let by_number = b.fcmp(FloatCond::Ne, by.0, zero);
+    // Nothing finite comes of a division by 0.
+    let finite = is_finite(b, quotient);
     either(
         b,
-        by_number,
+        finite,
         Type::F64,
         |_| quotient,
         |b| {
             let (high, low) = (b.fconst(f64::MAX), b.fconst(-f64::MAX));
-            largest(b, a.0, high, low)
+            let zero = b.fconst(0.0);
+            let by_zero = b.fcmp(FloatCond::Eq, by.0, zero);
+            let ruled = largest(b, a.0, high, low);
+            b.select(by_zero, ruled, quotient)
         },
     )
+}
+
+/// What to multiply with instead of dividing, where the results are the same: for powers of two.
+fn exact_inverse(value: f64) -> Option<f64> {
+    const FRACTION: u64 = (1 << 52) - 1;
+    let inverse = 1.0 / value;
+    let power = value.is_normal() && value.to_bits() & FRACTION == 0;
+    (power && inverse.is_normal()).then_some(inverse)
+}
+
+/// Whether a double is neither infinite nor NaN, an `i1`: less itself it is 0, else NaN.
+fn is_finite(b: &mut FuncBuilder, value: Value) -> Value {
+    let nothing = b.binary(BinaryOp::Fsub, value, value);
+    b.fcmp(FloatCond::Ge, nothing, nothing)
 }
 
 /// A bit operator on doubles: integers below 2^39 keep all their bits in the fixed-point form, so

@@ -351,7 +351,7 @@ impl Lowerer<'_> {
         mut write: impl FnMut(&mut Self) -> Option<Value>,
     ) -> Option<Value> {
         use plcc_ir::{BinaryOp, ConvertOp, FloatCond};
-        let mut all = None;
+        let mut any = None;
         let (mut whole, mut real) = (Vec::new(), Vec::new());
         for &name in asked {
             let value = self.read(name.0, u32::from(name.1));
@@ -359,19 +359,19 @@ impl Lowerer<'_> {
             let value = value.float(b);
             let narrow = b.convert(ConvertOp::FloatToInt, Type::I32, value);
             let back = b.convert(ConvertOp::IntToFloat, Type::F64, narrow);
-            let same = b.fcmp(FloatCond::Eq, back, value);
-            all = Some(match all {
-                Some(others) => b.binary(BinaryOp::And, others, same),
-                None => same,
+            let other = b.fcmp(FloatCond::Ne, back, value);
+            any = Some(match any {
+                Some(others) => b.binary(BinaryOp::Or, others, other),
+                None => other,
             });
             let wide = b.sextend_or_trunc(Type::I64, narrow);
             whole.push((name, Operand::Value(wide, analysis::ASKED)));
             real.push((name, Operand::Value(value, Shape::FINITE)));
         }
-        let all = all?;
+        let any = any?;
         let b = self.builder.ins();
         let (integer, float, join) = (b.create_block(), b.create_block(), b.create_block());
-        b.brif(all, integer, float);
+        b.brif(any, float, integer);
         let mut result = None;
         for (block, known) in [(integer, whole), (float, real)] {
             self.builder.ins().switch_to(block);
@@ -393,6 +393,7 @@ impl Lowerer<'_> {
         let download = self.download;
         let mut stack = std::mem::take(&mut self.stack);
         stack.clear();
+        let mut last = None;
         for op in download.ops(expr) {
             let mut pop = || stack.pop().unwrap_or(Operand::Const(0.0));
             let value = match *op {
@@ -415,7 +416,7 @@ impl Lowerer<'_> {
                 }
                 Op::Call(func) => {
                     let x = pop();
-                    self.call(func, x)
+                    self.call(func, x, last == Some(&Op::Call(Func::Abs)))
                 }
                 Op::Both | Op::Either => {
                     let b = self.builder.ins();
@@ -429,13 +430,15 @@ impl Lowerer<'_> {
                 }
             };
             stack.push(value);
+            last = Some(op);
         }
         let value = stack.pop().unwrap_or(Operand::Const(0.0));
         self.stack = stack;
         value
     }
 
-    fn call(&mut self, func: Func, x: Operand) -> Operand {
+    /// A function of `x`, which is a `magnitude` where it comes out of ABS.
+    fn call(&mut self, func: Func, x: Operand, magnitude: bool) -> Operand {
         use plcc_ir::UnaryOp;
         if let (Operand::Const(value), Func::Sqrt | Func::Ln | Func::Exp | Func::Abs | Func::Int) =
             (x, func)
@@ -479,10 +482,14 @@ impl Lowerer<'_> {
                 return Operand::Value(value, Shape::FUNCTION);
             }
         };
-        let (most, nan, _) = x.shape().real();
+        let (most, nan, minus_zero) = x.shape().real();
         let b = self.builder.ins();
         let x = x.float(b);
         let value = b.unary(simple, x);
+        if func == Func::Sqrt && magnitude && !nan && !minus_zero && most <= f64::MAX {
+            let most = most.max(1.0);
+            return Operand::Value(value, Shape::Real { most, nan: false, minus_zero: false });
+        }
         // Both grow no larger than their argument, but for INT below 0 and SQRT below 1.
         let most = if most < f64::MAX { most + 1.0 } else { most };
         let nan = nan || func == Func::Sqrt;

@@ -466,6 +466,9 @@ impl Checker<'_> {
 
     /// COMMAND: its text is read now, and done when the statement runs.
     fn command(&mut self, start: usize) -> Parsed<()> {
+        // Turbo PMAC's forms say which port the answer goes to; a command here has none.
+        let letter = self.reader.cur.byte().to_ascii_uppercase();
+        self.reader.cur.pos += usize::from(matches!(letter, b'S' | b'P' | b'R' | b'A'));
         let text = self.reader.quoted()?;
         let ops = std::mem::take(&mut self.reader.ops);
         let mut inner = Reader::new(&text, self.reader.turbo);

@@ -50,6 +50,8 @@ fn statements_are_accepted() {
         "ADR&1 ADDRESS#1 ADDRESS #1&2 ADR &1 #2",
         "SEND\"text\" SENDS\"a\" SENDP^K",
         "DISPLAY 5 \"text\" DISP\"abc\" DISP 10,8.3,P1 DISPLAY 1, 4.0, M(P1)",
+        "COMMANDS\"#1J/\" CMDP\"P1\" CMDR\"x\" COMMANDA^K",
+        "CMD\u{201D}#1HM\u{201D} SEND\u{201C}a\u{201D} P1=2",
         "P1&=3 M1|=P2 Q1^=7 P(3)&=1",
         "P1=SIN(P2)+COS ( 3 )*ATAN2(P1)-SQRT(ABS(INT(LN(EXP(1)))))",
         "P1=P2%8 P1=P2&$F|P3^1",
