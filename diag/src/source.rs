@@ -2,12 +2,43 @@
 
 use crate::{FileId, Span, decode::decode};
 
+/// Bytes of a block.
+const BLOCK: usize = 1024;
+
 struct SourceFile {
     path: String,
     text: String,
     /// Offset of each line's first byte; CR, LF and CR LF each end a line.
     lines: Vec<u32>,
+    /// For each block of [`BLOCK`] bytes how many characters begin before it, so that a column
+    /// costs the same on a line of any length.
+    blocks: Vec<u32>,
     included_from: Option<Span>,
+}
+
+impl SourceFile {
+    /// How many characters begin before an offset. They are counted by their first bytes, so that
+    /// an offset inside one is no trouble.
+    fn characters(&self, offset: u32) -> u32 {
+        let offset = offset as usize;
+        let before = self.blocks.get(offset / BLOCK).copied().unwrap_or(0);
+        let rest = self.text.as_bytes().get(offset / BLOCK * BLOCK..offset).unwrap_or(&[]);
+        before + first_bytes(rest)
+    }
+}
+
+fn first_bytes(bytes: &[u8]) -> u32 {
+    bytes.iter().filter(|&&byte| byte & 0xC0 != 0x80).count() as u32
+}
+
+fn character_counts(text: &str) -> Vec<u32> {
+    let mut counts = vec![0];
+    let mut total = 0;
+    for block in text.as_bytes().chunks(BLOCK) {
+        total += first_bytes(block);
+        counts.push(total);
+    }
+    counts
 }
 
 /// Every file of a compilation with its decoded text.
@@ -35,8 +66,9 @@ impl SourceMap {
     fn push(&mut self, path: String, bytes: &[u8], included_from: Option<Span>) -> FileId {
         let text = decode(bytes);
         let lines = line_starts(&text);
+        let blocks = character_counts(&text);
         let id = FileId(self.files.len() as u32);
-        self.files.push(SourceFile { path, text, lines, included_from });
+        self.files.push(SourceFile { path, text, lines, blocks, included_from });
         id
     }
 
@@ -80,10 +112,8 @@ impl SourceMap {
         let offset = offset.min(file.text.len() as u32);
         let line = file.lines.partition_point(|&start| start <= offset);
         let start = file.lines.get(line.wrapping_sub(1)).copied().unwrap_or(0);
-        let before = file.text.as_bytes().get(start as usize..offset as usize).unwrap_or(&[]);
-        // Characters are counted by their first bytes, so that an offset inside one is no trouble.
-        let column = before.iter().filter(|&&b| b & 0xC0 != 0x80).count();
-        (line.max(1) as u32, column as u32 + 1)
+        let column = file.characters(offset) - file.characters(start);
+        (line.max(1) as u32, column + 1)
     }
 
     /// How many lines the file has; an empty file has one.
@@ -125,6 +155,17 @@ mod tests {
         assert_eq!(map.line_col(id, 7), (4, 1));
         assert_eq!(map.line_col(id, 99), (4, 2));
         assert_eq!(map.line_text(id, 2), "B");
+    }
+
+    #[test]
+    fn columns_of_long_lines_are_characters() {
+        let mut map = SourceMap::new();
+        let id = map.add("a", format!("x\n{}\n{}", "é".repeat(3000), "a".repeat(5000)).as_bytes());
+        for n in [0, 1, 511, 512, 1023, 2999] {
+            assert_eq!(map.line_col(id, 2 + 2 * n), (2, n + 1));
+        }
+        assert_eq!(map.line_col(id, 6003 + 4999), (3, 5000));
+        assert_eq!(map.line_col(id, 6003 + 5000), (3, 5001));
     }
 
     #[test]
