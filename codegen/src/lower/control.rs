@@ -94,6 +94,7 @@ impl Lowering<'_> {
                     self.func.def_inst(*cond),
                     Some(InstData::Fcmp { cond: FloatCond::Ge, args: [a, b] }) if a == b
                 );
+                let rare = [then, otherwise].map(|call| self.is_rare(call.block));
                 let cond = self.value(*cond);
                 let (then, then_args) = self.call(then);
                 let (otherwise, other_args) = self.call(otherwise);
@@ -101,6 +102,11 @@ impl Lowering<'_> {
                 // A double that does not compare with itself is rare: out of the way with it.
                 if asks_for_nan {
                     self.builder.set_cold_block(otherwise);
+                }
+                for (block, rare) in [then, otherwise].into_iter().zip(rare) {
+                    if rare {
+                        self.builder.set_cold_block(block);
+                    }
                 }
             }
             Terminator::Switch { arg, targets, default } => {
@@ -123,6 +129,25 @@ impl Lowering<'_> {
             Terminator::Return => self.outcome(RawOutcome::new(RawOutcome::END, 0)),
             Terminator::Trap(code) => self.outcome(RawOutcome::trap(*code)),
         }
+    }
+
+    /// Whether a block does what integers could not: PMAC's bit operators and roundings on any
+    /// doubles are calls, for integers they are not.
+    fn is_rare(&self, block: Block) -> bool {
+        use plcc_abi::HostFn;
+        self.func.block(block).insts.iter().any(|&inst| {
+            matches!(
+                self.func.inst(inst),
+                InstData::HostCall {
+                    function: HostFn::PmacAnd
+                        | HostFn::PmacOr
+                        | HostFn::PmacXor
+                        | HostFn::PmacBits
+                        | HostFn::PmacMod,
+                    ..
+                }
+            )
+        })
     }
 
     fn outcome(&mut self, outcome: RawOutcome) {

@@ -195,8 +195,14 @@ pub(crate) fn negate(b: &mut FuncBuilder, a: Operand) -> Operand {
     }
 }
 
-/// An operator.
-pub(crate) fn binary(b: &mut FuncBuilder, op: Bin, left: Operand, right: Operand) -> Operand {
+/// An operator. Where it is `rare` that this runs, it is short rather than fast.
+pub(crate) fn binary(
+    b: &mut FuncBuilder,
+    op: Bin,
+    left: Operand,
+    right: Operand,
+    rare: bool,
+) -> Operand {
     if let (Operand::Const(x), Operand::Const(y)) = (left, right) {
         return Operand::Const(super::eval::binary(op, x, y));
     }
@@ -222,7 +228,7 @@ pub(crate) fn binary(b: &mut FuncBuilder, op: Bin, left: Operand, right: Operand
         Bin::Mul => b.binary(BinaryOp::Fmul, x, y),
         Bin::Div => divide(b, (x, left), (y, right)),
         Bin::Mod => b.host_call(HostFn::PmacMod, &[x, y]).unwrap_or(x),
-        Bin::And | Bin::Or | Bin::Xor => bit_operator(b, op, x, y),
+        Bin::And | Bin::Or | Bin::Xor => bit_operator(b, op, x, y, rare),
     };
     Operand::Value(value, shape)
 }
@@ -305,12 +311,15 @@ fn is_finite(b: &mut FuncBuilder, value: Value) -> Value {
 
 /// A bit operator on doubles: integers below 2^39 keep all their bits in the fixed-point form, so
 /// integers compute these.
-fn bit_operator(b: &mut FuncBuilder, op: Bin, x: Value, y: Value) -> Value {
+fn bit_operator(b: &mut FuncBuilder, op: Bin, x: Value, y: Value, rare: bool) -> Value {
     let (plain, function) = match op {
         Bin::And => (BinaryOp::And, HostFn::PmacAnd),
         Bin::Or => (BinaryOp::Or, HostFn::PmacOr),
         _ => (BinaryOp::Xor, HostFn::PmacXor),
     };
+    if rare {
+        return b.host_call(function, &[x, y]).unwrap_or(x);
+    }
     let mut all = None;
     let [i, j] = [x, y].map(|value| {
         let whole = b.convert(ConvertOp::FloatToInt, Type::I64, value);

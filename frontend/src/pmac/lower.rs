@@ -102,6 +102,7 @@ pub(crate) fn lower(download: &Download, loaded: &Loaded, files: &[(String, Stri
         addresses: false,
         fast: false,
         cold: false,
+        rare: false,
         may_move_definitions: false,
         stack: Vec::new(),
         known: Vec::new(),
@@ -130,6 +131,8 @@ pub(crate) struct Lowerer<'a> {
     pub(crate) fast: bool,
     /// There is a fast version besides this one.
     cold: bool,
+    /// What is written now is for values that are no integers, though they mostly are.
+    rare: bool,
     /// The statement at hand may have moved a definition.
     pub(crate) may_move_definitions: bool,
     pub(crate) stack: Vec<Operand>,
@@ -376,7 +379,9 @@ impl Lowerer<'_> {
         for (block, known) in [(integer, whole), (float, real)] {
             self.builder.ins().switch_to(block);
             self.known = known;
+            self.rare = block == float;
             let value = write(self);
+            self.rare = false;
             self.known.clear();
             let b = self.builder.ins();
             if value.is_some() && result.is_none() {
@@ -394,6 +399,7 @@ impl Lowerer<'_> {
         let mut stack = std::mem::take(&mut self.stack);
         stack.clear();
         let mut last = None;
+        let rare = self.cold || self.rare;
         for op in download.ops(expr) {
             let mut pop = || stack.pop().unwrap_or(Operand::Const(0.0));
             let value = match *op {
@@ -407,7 +413,7 @@ impl Lowerer<'_> {
                 Op::Bin(bin) => {
                     let right = pop();
                     let left = pop();
-                    emit::binary(self.builder.ins(), bin, left, right)
+                    emit::binary(self.builder.ins(), bin, left, right, rare)
                 }
                 Op::Cmp(cmp) => {
                     let right = pop();
