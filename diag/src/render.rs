@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use ariadne::{CharSet, Color, Config, IndexType, Label, Report, ReportKind, Source};
 
-use crate::{Diagnostic, FileId, Severity, SourceMap};
+use crate::{Diagnostic, FileId, Severity, SourceMap, Span};
 
 /// Draws one diagnostic. `color` should be on for terminals only.
 ///
@@ -31,10 +31,15 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
         .with_config(config)
         .with_code(diagnostic.code)
         .with_message(&diagnostic.message)
-        .with_label(Label::new(main).with_message("here").with_color(tint));
+        .with_label(Label::new(main).with_message("here").with_color(tint).with_order(order(
+            map,
+            diagnostic,
+            diagnostic.span,
+        )));
     for label in &diagnostic.labels {
         let place = excerpts.place(label.span.file, label.span.range());
-        report = report.with_label(Label::new(place).with_message(&label.text));
+        let order = order(map, diagnostic, label.span);
+        report = report.with_label(Label::new(place).with_message(&label.text).with_order(order));
     }
     let mut file = diagnostic.span.file;
     while let Some(at) = map.included_from(file) {
@@ -52,6 +57,16 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
     // Writing to memory does not fail.
     let _ = report.finish().write(excerpts, &mut out);
     String::from_utf8_lossy(&out).into_owned()
+}
+
+/// Labels are drawn by rising order, and those of a file in one frame only if their lines rise too:
+/// the diagnostic's own file by its lines, then the others.
+fn order(map: &SourceMap, diagnostic: &Diagnostic, span: Span) -> i32 {
+    if span.file != diagnostic.span.file {
+        return i32::MAX;
+    }
+    let (line, _) = map.line_col(span.file, span.end.saturating_sub(1).max(span.start));
+    i32::try_from(line).unwrap_or(i32::MAX - 1).min(i32::MAX - 1)
 }
 
 /// How far an excerpt reaches around what it shows.
@@ -165,6 +180,18 @@ mod tests {
         for part in ["[PMI-31]", "nothing is named C", "m.pmi:2:5", " 2 │ B = C", "declare it"] {
             assert!(drawn.contains(part), "{part} is missing in\n{drawn}");
         }
+    }
+
+    #[test]
+    fn an_earlier_place_stands_in_the_same_frame() {
+        let mut map = SourceMap::new();
+        let id = map.add("m.pmi", b"A\nB\nA\n");
+        let diagnostic = Diagnostic::error("PMI-10", Span::new(id, 4, 5), "A again")
+            .label(Span::new(id, 0, 1), "it is declared here");
+        let drawn = super::draw(&map, &diagnostic, false);
+        assert_eq!(drawn.matches("m.pmi:").count(), 1, "{drawn}");
+        assert!(drawn.contains("m.pmi:3:1"), "{drawn}");
+        assert!(drawn.find("it is declared here") < drawn.find("╰── here"), "{drawn}");
     }
 
     #[test]
