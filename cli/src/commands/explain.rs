@@ -74,8 +74,8 @@ fn page(info: &CodeInfo) -> String {
 
 fn complaint(what: &str) -> String {
     let codes = TABLES.iter().flat_map(|table| table.iter()).map(|info| info.code);
-    let near = closest(what, codes);
-    let near = near.map_or_else(String::new, |code| format!("; did you mean `{code}`?"));
+    let near = closest(what, codes.chain(pmi::executive_names()));
+    let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
     format!(
         "`{what}` is neither a code (as PMI-31) nor a variable that a control gives a meaning \
          (as @FRO, I510, M145){near}"
@@ -100,5 +100,6 @@ mod tests {
     #[test]
     fn a_slip_is_mended() {
         assert!(complaint("PMX-31").contains("`PMI-31`"));
+        assert!(complaint("@ESTPO").contains("`@ESTOP`"));
     }
 }

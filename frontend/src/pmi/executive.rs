@@ -178,6 +178,11 @@ fn abi_type(ty: VariableType) -> Type {
     }
 }
 
+/// The executive variables' names, of a family the first; for "did you mean".
+pub fn executive_names() -> impl Iterator<Item = &'static str> {
+    families().iter().map(|family| family.first)
+}
+
 /// What `plcc explain` prints for an executive variable, or nothing where there is none of the
 /// name. Case and the `@` do not matter; a member of a family explains the family.
 pub fn explain(name: &str) -> Option<String> {

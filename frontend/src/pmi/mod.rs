@@ -35,7 +35,7 @@ use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 use crate::common::{FileLoader, Lowered, Options};
 
-pub use executive::explain;
+pub use executive::{executive_names, explain};
 pub use interp::Interpreter;
 
 /// A program without errors.
