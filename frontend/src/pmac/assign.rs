@@ -127,7 +127,7 @@ impl Reader<'_> {
             return self.cur.expected("a range: first,count,step");
         };
         self.cur = ahead;
-        let last = u64::from(first) + count.saturating_sub(1).saturating_mul(step);
+        let last = u64::from(first).saturating_add(count.saturating_sub(1).saturating_mul(step));
         let at = self.cur.since(start);
         if count == 0 {
             return syntax(at, "a range has one variable at least");

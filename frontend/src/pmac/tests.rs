@@ -231,6 +231,7 @@ fn errors_have_their_numbers_and_lines() {
         ("IF (P1<=1) ENDI", "PMAC-3"),
         ("M1==1", "PMAC-3"),
         ("P1024=1", "PMAC-X1"),
+        ("P1,3,99999999999999999999=1", "PMAC-X1"),
         ("P1=M2000", "PMAC-X1"),
         ("ADR&9", "PMAC-X1"),
         ("L1=1", "PMAC-3"),
