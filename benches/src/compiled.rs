@@ -6,7 +6,7 @@ use plcc_abi::{Engine, Program};
 use plcc_codegen::{OptLevel, Target};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Lowered, MemoryLoader, Options};
-use plcc_frontend::{pmac, pmi};
+use plcc_frontend::{nct, pmac, pmi};
 use plcc_ir::Module;
 use plcc_runtime::NativeEngine;
 
@@ -83,6 +83,27 @@ pub fn pmac(source: &str) -> Result<Compiled, String> {
         return Err(error.message.clone());
     }
     let program = program.ok_or("no program")?;
+    let start = Instant::now();
+    let lowered = program.lower();
+    times.lower = start.elapsed();
+    finish(lowered, program.interpreter(), times)
+}
+
+/// Compiles an NCT program for this machine.
+///
+/// # Errors
+/// When the program has errors, or no code can be made; with what was said about it.
+pub fn nct(source: &str) -> Result<Compiled, String> {
+    let mut times = Times::default();
+    let start = Instant::now();
+    let mut sources = SourceMap::new();
+    let file = sources.add("bench.nct", source.as_bytes());
+    let loader = MemoryLoader::new();
+    let (program, all) = nct::check(&mut sources, file, &loader, &Options::default());
+    times.check = start.elapsed();
+    let Some(program) = program else {
+        return Err(all.first().map_or_else(String::new, |first| first.message.clone()));
+    };
     let start = Instant::now();
     let lowered = program.lower();
     times.lower = start.elapsed();

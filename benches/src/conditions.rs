@@ -1,0 +1,124 @@
+//! Conditions as NCT programs have them, `(I… A Y…) U… E D… Z`, in NCT and in C of two layouts.
+
+use std::fmt::Write as _;
+
+use crate::random::Random;
+
+/// Bits of an image: a hundred bytes.
+pub const BITS: usize = 800;
+/// Patterns of the inputs; scan `n` sees pattern `n % PATTERNS`.
+pub const PATTERNS: usize = 64;
+const SEED: u64 = 88_172_645_463_325_252;
+
+/// How the C keeps bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// A byte for each bit.
+    Bytes,
+    /// Eight bits to a byte, as the control has them.
+    Packed,
+}
+
+/// A condition: the input and the output looked at, the output switched.
+struct Condition {
+    input: usize,
+    output: usize,
+    target: usize,
+}
+
+/// A program of conditions.
+pub struct Conditions {
+    all: Vec<Condition>,
+}
+
+impl Conditions {
+    /// `count` conditions, the same for the same seed.
+    pub fn new(count: usize, seed: u64) -> Self {
+        let mut random = Random::new(seed);
+        let condition = |n| Condition {
+            // Every input is used, so that their bytes lie together.
+            input: if n < BITS { n } else { random.below(BITS) },
+            output: random.below(BITS),
+            target: if n < BITS { n } else { random.below(BITS) },
+        };
+        Self { all: (0..count).map(condition).collect() }
+    }
+
+    /// The program in NCT's language, all of it in `:001`.
+    pub fn nct(&self) -> String {
+        let mut out = String::from(":001\n");
+        for Condition { input, output, target } in &self.all {
+            let [input, output, target] =
+                [input, output, target].map(|bit| format!("{:02}{}", bit / 8, bit % 8));
+            let _ = writeln!(out, "(I{input}AY{output})U{target}ED{target}Z");
+        }
+        out + "J1\n:000J0\n"
+    }
+
+    /// The program in C with a `main` that takes a number of scans, runs them with changing
+    /// inputs, and prints nanoseconds a scan and the outputs' final states.
+    pub fn c(&self, layout: Layout) -> String {
+        let size = if layout == Layout::Bytes { BITS } else { BITS / 8 };
+        let mut out = format!(
+            "#include <stdio.h>\n#include <stdlib.h>\n#include <string.h>\n#include <time.h>\n\
+             static unsigned char in[{size}], y[{size}], patterns[{PATTERNS}][{size}];\n\
+             __attribute__((noinline)) void scan(void) {{\n"
+        );
+        for Condition { input, output, target } in &self.all {
+            let _ = match layout {
+                Layout::Bytes => writeln!(out, "    y[{target}] = in[{input}] & y[{output}];"),
+                Layout::Packed => writeln!(
+                    out,
+                    "    if ((in[{}] & {}) && (y[{}] & {})) y[{}] |= {}; else y[{}] &= ~{};",
+                    input / 8,
+                    1 << (input % 8),
+                    output / 8,
+                    1 << (output % 8),
+                    target / 8,
+                    1 << (target % 8),
+                    target / 8,
+                    1 << (target % 8),
+                ),
+            };
+        }
+        let [set, get] = match layout {
+            Layout::Bytes => ["patterns[p][i] = bit", "y[i]"],
+            Layout::Packed => ["patterns[p][i / 8] |= bit << (i % 8)", "(y[i / 8] >> (i % 8) & 1)"],
+        };
+        let _ = write!(
+            out,
+            r#"}}
+int main(int argc, char **argv) {{
+    long scans = argc > 1 ? atol(argv[1]) : 1000;
+    unsigned long long x = {SEED}ull;
+    for (int p = 0; p < {PATTERNS}; p++)
+        for (int i = 0; i < {BITS}; i++) {{
+            x ^= x << 13; x ^= x >> 7; x ^= x << 17;
+            int bit = (x >> 16) & 1;
+            {set};
+        }}
+    memset(y, 255, sizeof y);
+    if (sizeof y == {BITS}) memset(y, 1, sizeof y);
+    struct timespec a, b;
+    clock_gettime(CLOCK_MONOTONIC, &a);
+    for (long n = 0; n < scans; n++) {{
+        memcpy(in, patterns[n % {PATTERNS}], sizeof in);
+        scan();
+    }}
+    clock_gettime(CLOCK_MONOTONIC, &b);
+    printf("%.3f\n", ((b.tv_sec - a.tv_sec) * 1e9 + (b.tv_nsec - a.tv_nsec)) / scans);
+    for (int i = 0; i < {BITS}; i++) putchar('0' + {get});
+    putchar('\n');
+    return 0;
+}}
+"#
+        );
+        out
+    }
+}
+
+/// The patterns of the inputs, one byte an input.
+pub fn patterns() -> Vec<[u8; BITS]> {
+    let mut random = Random::new(SEED);
+    (0..PATTERNS).map(|_| std::array::from_fn(|_| (random.draw() >> 16) as u8 & 1)).collect()
+}

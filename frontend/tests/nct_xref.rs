@@ -1,0 +1,55 @@
+//! The cross-reference (NCT 5, STAT): where variables are used, and what looks forgotten.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
+
+use plcc_diag::SourceMap;
+use plcc_frontend::{
+    common::{MemoryLoader, Options},
+    nct,
+};
+
+fn xref(text: &str) -> (nct::Xref, Vec<(&'static str, u32)>) {
+    let mut sources = SourceMap::new();
+    let file = sources.add("main.nct", text.as_bytes());
+    let (program, all) = nct::check(&mut sources, file, &MemoryLoader::new(), &Options::default());
+    let xref = program.unwrap_or_else(|| panic!("{all:?}")).xref();
+    let warnings: Vec<_> =
+        xref.warnings.iter().map(|w| (w.code, sources.line_col(file, w.span.start).0)).collect();
+    (xref, warnings)
+}
+
+#[test]
+fn every_use_has_its_line() {
+    let (xref, _) = xref(":001\nI000\nU012\nZ\nLF020\n+LF020\nSF022\nY012 UQ01 Z\nJ1\n:000 J0");
+    let row = |name: &str| xref.rows.iter().find(|row| row.name == name).unwrap();
+    assert_eq!(row("I000").tested, [2]);
+    assert_eq!((&row("Y012").written, &row("Y012").tested), (&vec![3], &vec![8]));
+    assert_eq!((&row("F020").read, &row("F020").written), (&vec![5, 6], &vec![]));
+    assert_eq!(row("F022").written, [7]);
+    assert!(row("Q01").written == [8]);
+}
+
+#[test]
+fn bits_written_and_never_read() {
+    assert_eq!(xref(":001\nUF0200\nJ1\n:000 J0").1, [("NCT-W4", 2)]);
+    // A test, or a word that holds it, reads it.
+    assert_eq!(xref(":001\nUF0200\nF0200 U012 Z J1\n:000 J0").1, []);
+    assert_eq!(xref(":001\nUF0200\nLF019\nJ1\n:000 J0").1, []);
+    // The machine reads outputs.
+    assert_eq!(xref(":001\nU012\nJ1\n:000 J0").1, []);
+}
+
+#[test]
+fn bits_read_and_never_written() {
+    assert_eq!(xref(":001\nF0200 U012 Z\nJ1\n:000 J0").1, [("NCT-W5", 2)]);
+    assert_eq!(xref(":001\n,0 SF020\nF0200 U012 Z\nJ1\n:000 J0").1, []);
+    // The control writes these.
+    assert_eq!(xref(":001\nF0040 U012 Z\nJ1\n:000 J0").1, []);
+}
+
+#[test]
+fn outputs_of_two_modules() {
+    assert_eq!(xref(":001\nU012\nJ1\n:000\nD012\nJ0").1, [("NCT-W6", 5)]);
+    // A subroutine belongs to all that call it.
+    let two = ":001\nC010 J1\n:000\nC010 J0\n:010\nU012\nR";
+    assert_eq!(xref(two).1, [("NCT-W6", 6)]);
+}
