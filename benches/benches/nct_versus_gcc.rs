@@ -13,7 +13,7 @@ use plcc_abi::engine::NoHost;
 use plcc_abi::nct::NctTables;
 use plcc_abi::{Engine, Scan, Tables};
 use plcc_benches::compiled::{self, Compiled};
-use plcc_benches::conditions::{BITS, Conditions, Layout, patterns};
+use plcc_benches::conditions::{BITS, Conditions, FIRST_FLAG, Layout, patterns};
 
 const ROUNDS: usize = 9;
 /// The task that is `:001`.
@@ -57,14 +57,14 @@ fn conditions(size: usize) -> Result<(), Box<dyn Error>> {
             times.push(ns);
             states.push(state);
         }
-        let (ns, state) = run(&mut compiled, true, scans)?;
+        let (ns, state) = run(&mut compiled, true, size, scans)?;
         times[2].push(ns);
         states.push(state);
         if states.iter().any(|state| *state != states[0]) {
             return Err("native code and C end in different states".into());
         }
-        let (_, wanted) = run(&mut compiled, true, few)?;
-        let (ns, state) = run(&mut compiled, false, few)?;
+        let (_, wanted) = run(&mut compiled, true, size, few)?;
+        let (ns, state) = run(&mut compiled, false, size, few)?;
         times[3].push(ns);
         if state != wanted {
             return Err("native code and the interpreter end in different states".into());
@@ -103,7 +103,12 @@ fn run_c(program: &Path, scans: usize) -> Result<(f64, String), Box<dyn Error>> 
     Ok((ns.parse()?, state.to_owned()))
 }
 
-fn run(compiled: &mut Compiled, native: bool, scans: usize) -> Result<(f64, String), String> {
+fn run(
+    compiled: &mut Compiled,
+    native: bool,
+    size: usize,
+    scans: usize,
+) -> Result<(f64, String), String> {
     let Tables::Nct(tables) = &compiled.program.tables else { return Err("no NCT".into()) };
     let first = together(tables).ok_or("the inputs don't lie together")?;
     let mut image = vec![0; compiled.program.image_size as usize];
@@ -120,8 +125,14 @@ fn run(compiled: &mut Compiled, native: bool, scans: usize) -> Result<(f64, Stri
         engine.call(MODULE, &mut Scan { image: &mut image, host: &mut host });
     }
     let ns = start.elapsed().as_secs_f64() * 1e9 / scans as f64;
-    let bit = |n: usize| tables.outputs[n / 8].bit(&image, n as u8 % 8);
-    Ok((ns, (0..BITS).map(|n| if bit(n) { '1' } else { '0' }).collect()))
+    let bit = |n: usize| {
+        let home = match n.checked_sub(BITS) {
+            None => tables.outputs[n / 8],
+            Some(flag) => tables.flags[FIRST_FLAG + flag / 8],
+        };
+        home.bit(&image, n as u8 % 8)
+    };
+    Ok((ns, (0..size).map(|n| if bit(n) { '1' } else { '0' }).collect()))
 }
 
 /// Where the inputs' bits begin, if they lie side by side; then a pattern is one copy, as in C.

@@ -1,4 +1,6 @@
 //! Conditions as NCT programs have them, `(I… A Y…) U… E D… Z`, in NCT and in C of two layouts.
+//!
+//! Each condition switches a bit of its own, as programs do: outputs first, then flags.
 
 use std::fmt::Write as _;
 
@@ -19,11 +21,13 @@ pub enum Layout {
     Packed,
 }
 
-/// A condition: the input and the output looked at, the output switched.
+/// The first byte of F that is switched; those before have a meaning of their own.
+pub const FIRST_FLAG: usize = 10;
+
+/// A condition: the input and the output that it looks at.
 struct Condition {
     input: usize,
     output: usize,
-    target: usize,
 }
 
 /// A program of conditions.
@@ -39,7 +43,6 @@ impl Conditions {
             // Every input is used, so that their bytes lie together.
             input: if n < BITS { n } else { random.below(BITS) },
             output: random.below(BITS),
-            target: if n < BITS { n } else { random.below(BITS) },
         };
         Self { all: (0..count).map(condition).collect() }
     }
@@ -47,9 +50,12 @@ impl Conditions {
     /// The program in NCT's language, all of it in `:001`.
     pub fn nct(&self) -> String {
         let mut out = String::from(":001\n");
-        for Condition { input, output, target } in &self.all {
-            let [input, output, target] =
-                [input, output, target].map(|bit| format!("{:02}{}", bit / 8, bit % 8));
+        for (target, Condition { input, output }) in self.all.iter().enumerate() {
+            let [input, output] = [input, output].map(|bit| format!("{:02}{}", bit / 8, bit % 8));
+            let target = match target.checked_sub(BITS) {
+                None => format!("{:02}{}", target / 8, target % 8),
+                Some(flag) => format!("F{:03}{}", FIRST_FLAG + flag / 8, flag % 8),
+            };
             let _ = writeln!(out, "(I{input}AY{output})U{target}ED{target}Z");
         }
         out + "J1\n:000J0\n"
@@ -58,13 +64,14 @@ impl Conditions {
     /// The program in C with a `main` that takes a number of scans, runs them with changing
     /// inputs, and prints nanoseconds a scan and the outputs' final states.
     pub fn c(&self, layout: Layout) -> String {
-        let size = if layout == Layout::Bytes { BITS } else { BITS / 8 };
+        let part = if layout == Layout::Bytes { 1 } else { 8 };
+        let (size, states) = (BITS / part, self.all.len().max(BITS).div_ceil(part));
         let mut out = format!(
             "#include <stdio.h>\n#include <stdlib.h>\n#include <string.h>\n#include <time.h>\n\
-             static unsigned char in[{size}], y[{size}], patterns[{PATTERNS}][{size}];\n\
+             static unsigned char in[{size}], y[{states}], patterns[{PATTERNS}][{size}];\n\
              __attribute__((noinline)) void scan(void) {{\n"
         );
-        for Condition { input, output, target } in &self.all {
+        for (target, Condition { input, output }) in self.all.iter().enumerate() {
             let _ = match layout {
                 Layout::Bytes => writeln!(out, "    y[{target}] = in[{input}] & y[{output}];"),
                 Layout::Packed => writeln!(
@@ -85,6 +92,7 @@ impl Conditions {
             Layout::Bytes => ["patterns[p][i] = bit", "y[i]"],
             Layout::Packed => ["patterns[p][i / 8] |= bit << (i % 8)", "(y[i / 8] >> (i % 8) & 1)"],
         };
+        let (count, set_all) = (self.all.len(), if part == 1 { 1 } else { 255 });
         let _ = write!(
             out,
             r#"}}
@@ -97,8 +105,7 @@ int main(int argc, char **argv) {{
             int bit = (x >> 16) & 1;
             {set};
         }}
-    memset(y, 255, sizeof y);
-    if (sizeof y == {BITS}) memset(y, 1, sizeof y);
+    memset(y, {set_all}, {size});
     struct timespec a, b;
     clock_gettime(CLOCK_MONOTONIC, &a);
     for (long n = 0; n < scans; n++) {{
@@ -107,7 +114,7 @@ int main(int argc, char **argv) {{
     }}
     clock_gettime(CLOCK_MONOTONIC, &b);
     printf("%.3f\n", ((b.tv_sec - a.tv_sec) * 1e9 + (b.tv_nsec - a.tv_nsec)) / scans);
-    for (int i = 0; i < {BITS}; i++) putchar('0' + {get});
+    for (int i = 0; i < {count}; i++) putchar('0' + {get});
     putchar('\n');
     return 0;
 }}
