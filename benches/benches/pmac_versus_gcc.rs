@@ -14,7 +14,7 @@ use plcc_abi::image::{read_f64, read_u32, write_f64, write_u32};
 use plcc_abi::pmac::{Layout, Place, Space};
 use plcc_abi::{Engine, Scan};
 use plcc_benches::compiled::{self, Compiled};
-use plcc_benches::pmac::{BITS, Form, INPUT_P, INPUT_WORDS, Kernel, patterns};
+use plcc_benches::pmac::{BITS, Form, INPUT_P, INPUT_WORDS, Kernel, WORD_COUNT, patterns};
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 
 const ROUNDS: usize = 9;
@@ -33,7 +33,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let long = measure(Form::Long, size)?;
         let memory = measure(Form::Memory, size)?;
         let float = measure(Form::Float, size)?;
-        println!("{:>8} speed of M and P over that of L: {:.2}", "", long.jit / memory.jit);
+        // Both do the same as one C function, so the drift between the two drops out.
+        let speed = (long.jit / long.gcc) / (memory.jit / memory.gcc);
+        println!("{:>8} speed of M and P over that of L: {speed:.2}", "");
         let mut bound = |what: &str, kept: bool| {
             if !kept {
                 broken.push(format!("{size} statements: {what}"));
@@ -41,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         };
         bound("L-variables: 20 times faster compiled", long.interp / long.jit >= 20.0);
         bound("floating point: 10 times faster compiled", float.interp / float.jit >= 10.0);
-        bound("M and P: 0.8 of the speed of L", long.jit / memory.jit >= 0.8);
+        bound("M and P: 0.8 of the speed of L", speed >= 0.8);
         bound("floating point: no slower than C", float.jit <= float.gcc);
         for (form, times) in [("L", &long), ("M and P", &memory), ("float", &float)] {
             bound(
@@ -190,8 +192,8 @@ fn state(image: &[u8], form: Form) -> Vec<u64> {
     }
     let bits = (0..6).map(|k| word(Space::Y, BITS + k));
     let numbers = (0..32).map(|k| match form {
-        Form::Long => word(Space::X, 0x07D0 + k),
-        _ => p(k),
+        Form::Memory if k >= WORD_COUNT as u32 => p(k),
+        _ => word(Space::X, 0x07D0 + k),
     });
     bits.chain(numbers).collect()
 }

@@ -10,7 +10,8 @@ use crate::random::Random;
 pub enum Form {
     /// L-variables in a PLCC: 24-bit integers.
     Long,
-    /// The same statements with M-variables for bits and P-variables for counters and flags.
+    /// The same statements with M-variables for bits and words and P-variables for counters and
+    /// flags.
     Memory,
     /// Floating point in P-variables.
     Float,
@@ -34,6 +35,8 @@ pub const INPUT_P: usize = 8;
 const WORDS: u32 = 0x07D0;
 const BIT_COUNT: usize = 96;
 const COUNT: usize = 32;
+/// The first of these are words, the others counters and flags.
+pub const WORD_COUNT: usize = 8;
 
 /// The places of one kernel's variables, and what they are called in C.
 struct Names {
@@ -48,10 +51,11 @@ impl Names {
         }
     }
 
-    /// A counter, flag or word.
+    /// A word, or a counter or flag.
     fn number(&self, index: usize) -> String {
         match self.form {
             Form::Long => format!("L{}", 500 + index),
+            _ if index < WORD_COUNT => format!("M{}", 500 + index),
             _ => format!("P{index}"),
         }
     }
@@ -76,19 +80,19 @@ impl Kernel {
     }
 }
 
-fn logic(form: Form, statements: usize, seed: u64) -> Kernel {
-    let names = Names { form };
+fn logic(kind: Form, statements: usize, seed: u64) -> Kernel {
+    let names = Names { form: kind };
     let mut random = Random::new(seed);
     let mut pmac = String::from("I5=3\n");
-    let arrow = if form == Form::Long { 'L' } else { 'M' };
+    let arrow = if kind == Form::Long { 'L' } else { 'M' };
     for index in 0..BIT_COUNT {
         let (word, bit) = (BITS + index as u32 / 16, index % 16);
         let _ = writeln!(pmac, "{arrow}{index}->Y:${word:X},{bit},1");
     }
     for index in 0..COUNT {
-        let _ = writeln!(pmac, "L{}->X:${:X},0,24,S", 500 + index, WORDS + index as u32);
+        let _ = writeln!(pmac, "{arrow}{}->X:${:X},0,24,S", 500 + index, WORDS + index as u32);
     }
-    pmac.push_str(if form == Form::Long { "OPEN PLCC 1 CLEAR\n" } else { "OPEN PLC 1 CLEAR\n" });
+    pmac.push_str(if kind == Form::Long { "OPEN PLCC 1 CLEAR\n" } else { "OPEN PLC 1 CLEAR\n" });
     let mut c = String::from(
         "static int y[6], n[32];\n#define W(v) ((int)((unsigned)(v) << 8) >> 8)\nvoid scan(void) {\n",
     );
@@ -96,10 +100,12 @@ fn logic(form: Form, statements: usize, seed: u64) -> Kernel {
     while done < statements {
         let mut bit = || random.below(BIT_COUNT);
         let (a, b, to) = (bit(), bit(), 32 + bit() % 64);
-        let mut number = || random.below(COUNT);
+        let form = random.below(6);
+        let (least, most) = if form == 3 { (0, WORD_COUNT) } else { (WORD_COUNT, COUNT) };
+        let mut number = || least + random.below(most - least);
         let (x, z) = (number(), number());
         let (bit, n) = (|i| names.bit(i), |i| names.number(i));
-        done += match random.below(6) {
+        done += match form {
             0 => {
                 let _ = writeln!(pmac, "{}={}&{}|{}", bit(to), bit(a), bit(b), bit(a + 1 - a % 2));
                 let value = format!("({} & {}) | {}", c_bit(a), c_bit(b), c_bit(a + 1 - a % 2));
