@@ -56,7 +56,9 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
     let mut out = Vec::new();
     // Writing to memory does not fail.
     let _ = report.finish().write(excerpts, &mut out);
-    String::from_utf8_lossy(&out).into_owned()
+    let text = String::from_utf8_lossy(&out);
+    // The heading of a note has its colour in any case.
+    if color { text.into_owned() } else { plain(&text) }
 }
 
 /// Labels are drawn by rising order, and those of a file in one frame only if their lines rise too:
@@ -67,6 +69,18 @@ fn order(map: &SourceMap, diagnostic: &Diagnostic, span: Span) -> i32 {
     }
     let (line, _) = map.line_col(span.file, span.end.saturating_sub(1).max(span.start));
     i32::try_from(line).unwrap_or(i32::MAX - 1).min(i32::MAX - 1)
+}
+
+/// Text without the escape sequences of colours.
+fn plain(text: &str) -> String {
+    let mut pieces = text.split("\u{1b}[");
+    let mut out = pieces.next().unwrap_or("").to_owned();
+    for piece in pieces {
+        let end = piece.find(|c: char| !c.is_ascii_digit() && c != ';').unwrap_or(piece.len());
+        let rest = piece.get(end..).unwrap_or("");
+        out.push_str(rest.strip_prefix('m').unwrap_or(rest));
+    }
+    out
 }
 
 /// How far an excerpt reaches around what it shows.
@@ -168,7 +182,7 @@ impl ariadne::Cache<FileId> for Excerpts {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Diagnostic, SourceMap, Span};
+    use crate::{Diagnostic, Severity, SourceMap, Span};
 
     #[test]
     fn an_excerpt_shows_line_place_and_help() {
@@ -192,6 +206,16 @@ mod tests {
         assert_eq!(drawn.matches("m.pmi:").count(), 1, "{drawn}");
         assert!(drawn.contains("m.pmi:3:1"), "{drawn}");
         assert!(drawn.find("it is declared here") < drawn.find("╰── here"), "{drawn}");
+    }
+
+    #[test]
+    fn without_colours_there_are_none() {
+        let mut map = SourceMap::new();
+        let id = map.add("m.pmc", b"OPEN PROG 1\n");
+        let warning = Diagnostic::warning("PMAC-N1", Span::new(id, 0, 4), "skipped");
+        let note = Diagnostic { severity: Severity::Note, ..warning };
+        assert!(!super::draw(&map, &note, false).contains('\u{1b}'));
+        assert!(super::draw(&map, &note, true).contains('\u{1b}'));
     }
 
     #[test]
