@@ -1,5 +1,5 @@
-//! PMAC downloads in the statement interpreter and in native code: the same image, events and
-//! stops after every servo cycle.
+//! PMAC downloads in the statement interpreter, the IR interpreter, the JIT and artifacts: the same
+//! image, events and stops after every servo cycle, on PMAC and Turbo PMAC.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use plcc_abi::{Engine, pmac::Layout};
@@ -10,7 +10,7 @@ use plcc_frontend::{
     pmac,
 };
 use plcc_runtime::{
-    Event, Executive, Purpose,
+    Artifact, Event, Executive, Purpose, artifact,
     native::NativeEngine,
     pmac::{PmacExecutive, PmacOptions},
 };
@@ -42,10 +42,24 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
         let code = compile(&module, &target).unwrap();
         Box::new(NativeEngine::new(&code, &program).unwrap())
     };
+    let artifact = |opt| -> Box<dyn Engine> {
+        let mut module = lowered.module.clone();
+        plcc_ir::passes::optimize(&mut module, opt);
+        let code = compile(&module, &Target::host_baseline(opt).unwrap()).unwrap();
+        let read = Artifact::parse(&artifact::encode(&program, &code).unwrap()).unwrap();
+        assert_eq!(read.program, program);
+        Box::new(NativeEngine::new(&read.code, &read.program).unwrap())
+    };
+    let mut optimized = lowered.module.clone();
+    plcc_ir::passes::optimize(&mut optimized, OptLevel::Speed);
     let engines = [
         ("interp", checked.interpreter()),
-        ("none", native(OptLevel::None)),
-        ("speed", native(OptLevel::Speed)),
+        ("ir", Box::new(plcc_ir::interp::Interpreter::new(lowered.module.clone()))),
+        ("ir optimised", Box::new(plcc_ir::interp::Interpreter::new(optimized))),
+        ("jit none", native(OptLevel::None)),
+        ("jit speed", native(OptLevel::Speed)),
+        ("aot none", artifact(OptLevel::None)),
+        ("aot speed", artifact(OptLevel::Speed)),
     ];
     let machine = |(name, engine)| {
         let executive = PmacExecutive::new(&program, PmacOptions::default()).unwrap();
@@ -55,8 +69,8 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
 }
 
 /// The name of what stands at an offset of the image.
-fn place(offset: usize) -> String {
-    let layout = Layout::new(false);
+fn place(offset: usize, controller: Controller) -> String {
+    let layout = Layout::new(controller == Controller::Turbo);
     let offset = offset as u32;
     let regions = layout.regions();
     let region = regions.iter().rev().find(|r| r.offset <= offset).unwrap();
@@ -64,8 +78,8 @@ fn place(offset: usize) -> String {
 }
 
 /// Runs a download with a stimulus in all engines.
-fn compare(source: &str, stimulus: &str, ticks: u32) -> Vec<Event> {
-    let mut machines = machines(source, Controller::Pmac);
+fn compare(source: &str, stimulus: &str, ticks: u32, controller: Controller) -> Vec<Event> {
+    let mut machines = machines(source, controller);
     let rows: Vec<(u32, &str, &str)> = stimulus
         .lines()
         .skip(1)
@@ -95,7 +109,7 @@ fn compare(source: &str, stimulus: &str, ticks: u32) -> Vec<Event> {
                 panic!(
                     "tick {tick} {}: {} is {:?}, not {:?}\n{source}",
                     machine.name,
-                    place(at),
+                    place(at, controller),
                     value(theirs),
                     value(ours)
                 );
@@ -109,11 +123,13 @@ fn compare(source: &str, stimulus: &str, ticks: u32) -> Vec<Event> {
 
 #[test]
 fn generated_downloads_agree() {
-    let seeds = std::env::var("PLCC_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(60);
+    let seeds = std::env::var("PLCC_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(24);
     let mut events = 0;
     for seed in 0..seeds {
         let case = generate(seed, 20 + seed as usize % 60);
-        events += compare(&case.source, &case.stimulus, case.ticks).len();
+        let turbo = seed % 4 == 3;
+        let controller = if turbo { Controller::Turbo } else { Controller::Pmac };
+        events += compare(&case.source, &case.stimulus, case.ticks, controller).len();
     }
     assert!(events > 0, "nothing was ever said");
 }
@@ -132,7 +148,12 @@ fn stored_values_are_finite() {
             for number in 0..3 * layout.count {
                 let value = plcc_abi::image::read_f64(executive.image(), layout.p + 8 * number);
                 let odd = !value.is_finite() || (value == 0.0 && value.is_sign_negative());
-                assert!(!odd, "{name}: {} is {value}\n{}", place(8 * number as usize), case.source);
+                assert!(
+                    !odd,
+                    "{name}: {} is {value}\n{}",
+                    place(8 * number as usize, Controller::Pmac),
+                    case.source
+                );
             }
         }
     }
