@@ -121,7 +121,7 @@ impl Checker<'_> {
     fn last_line(&self, end: usize) -> At {
         let before = self.flat.text.get(..end).unwrap_or("");
         let start = before.rfind('\n').map_or(0, |line| line + 1);
-        At::new(start.max(end.saturating_sub(64)), end)
+        At::new(start.max(self.flat.text.floor_char_boundary(end.saturating_sub(64))), end)
     }
 
     /// On-line commands up to the line's end, or to an OPEN.
