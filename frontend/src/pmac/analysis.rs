@@ -118,6 +118,7 @@ impl super::ast::Download {
             What::Assign(_, expr)
             | What::If(expr, _)
             | What::While(expr, _)
+            | What::AddressBy(_, expr)
             | What::Word(_, _, expr) => Some(expr),
             What::Text(_, value) => value,
             _ => None,

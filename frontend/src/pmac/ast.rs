@@ -174,6 +174,8 @@ pub(crate) enum What {
     Plc(PlcOp, Plcs),
     /// ADDRESS: motor, coordinate system.
     Address(Option<u8>, Option<u8>),
+    /// ADDRESS with a variable: the motor's number, the coordinate system's; empty ones are none.
+    AddressBy(Expr, Expr),
     /// SEND, DISPLAY, COMMAND, a write to the MACRO ring: an index into [`Download::texts`], and
     /// the value that a DISPLAY shows.
     Text(u32, Option<Expr>),

@@ -374,6 +374,14 @@ impl Engine for Interpreter {
                     let offset = machine.layout.q_base + 4 * machine.context;
                     write_u32(machine.scan.image, offset, base);
                 }
+                Code::AddressBy(steps) => {
+                    let number = fixed::bits(machine.value(steps, stack));
+                    let offset = machine.layout.q_base + 4 * machine.context;
+                    if (1..=u64::from(machine.layout.systems())).contains(&number) {
+                        let base = machine.layout.q_base_of(number as u32);
+                        write_u32(machine.scan.image, offset, base);
+                    }
+                }
                 Code::Text(index, steps) => {
                     let value = steps.map_or(0.0, |steps| machine.value(steps, stack));
                     let value = math::finite(value).to_bits();

@@ -70,7 +70,11 @@ pub(crate) fn tasks<'a>(download: &'a Download, loaded: &Loaded) -> Vec<(Runs, &
 /// Whether a task's statements address a coordinate system, or its context is set from outside.
 pub(crate) fn addresses(runs: Runs, code: &[Stmt]) -> bool {
     matches!(runs, Runs::Command(_))
-        || code.iter().any(|stmt| matches!(stmt.what, What::Address(_, Some(_))))
+        || code.iter().any(|stmt| match stmt.what {
+            What::Address(_, system) => system.is_some(),
+            What::AddressBy(_, system) => system.len > 0,
+            _ => false,
+        })
 }
 
 /// Lowers a download.
@@ -284,6 +288,8 @@ impl Lowerer<'_> {
                 b.store(at, base);
             }
             What::Address(_, None) => {}
+            What::AddressBy(_, system) if system.len > 0 => self.address_by(system),
+            What::AddressBy(..) => {}
             What::Text(index, value) => {
                 let value = value.map_or(Operand::Const(0.0), |expr| self.value(expr));
                 let b = self.builder.ins();
@@ -307,6 +313,24 @@ impl Lowerer<'_> {
                 self.builder.ins().host_call(HostFn::PmacSave, &[]);
             }
         }
+    }
+
+    /// Addresses the coordinate system whose number a variable holds; one that is none changes
+    /// nothing.
+    fn address_by(&mut self, system: Expr) {
+        let at = Address::fixed(self.regions.exec, 8 + 4 * self.context);
+        let block = self.layout.q_base_of(2);
+        let number = self.value(system);
+        let b = self.builder.ins();
+        let number = number.bits(b);
+        let above = b.binary_imm(plcc_ir::BinaryOp::Sub, number, 1);
+        let last = i64::from(self.layout.systems()) - 1;
+        let known = b.icmp_imm(plcc_ir::IntCond::Ule, above, last);
+        let base = b.binary_imm(plcc_ir::BinaryOp::Mul, above, i64::from(block));
+        let base = b.sextend_or_trunc(Type::I32, base);
+        let old = b.load(Type::I32, at);
+        let base = b.select(known, base, old);
+        b.store(at, base);
     }
 
     /// Calls the host for each row of neighbours.

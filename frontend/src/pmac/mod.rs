@@ -30,6 +30,7 @@ mod rangeanalysis;
 mod statement;
 mod steps;
 pub mod tables;
+mod template;
 #[cfg(test)]
 mod tests;
 mod variables;

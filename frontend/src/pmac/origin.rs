@@ -76,7 +76,8 @@ impl Origins {
         };
         let defined = match first.source {
             Source::Direct(_) => None,
-            Source::Macro { defined, .. } => Some(defined),
+            // A template's value stands in no text.
+            Source::Macro { used, defined } => (used != defined).then_some(defined),
         };
         (begin.to(last), defined)
     }

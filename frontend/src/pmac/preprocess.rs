@@ -10,6 +10,7 @@ use std::path::Path;
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use super::origin::{At, Origins};
+use super::template::{Line, Values};
 use crate::common::{FileLoader, Options, find_include};
 
 /// Deepest nesting of includes, conditionals and replacements.
@@ -33,6 +34,8 @@ struct Macro {
     body: std::rc::Rc<str>,
     defined: Span,
     busy: bool,
+    /// A template that nothing defines stands in it.
+    unknown: bool,
 }
 
 /// A file being read.
@@ -65,6 +68,34 @@ struct Preprocessor<'a> {
     budget: usize,
     no_block_end: Option<FileId>,
     in_block: bool,
+    /// Templates that nothing defines: the index of the error, the number of places.
+    unknown: HashMap<String, (usize, usize)>,
+}
+
+/// What `--define` says, and who hears of what it does not say.
+struct Defines<'a> {
+    options: &'a Options,
+    diagnostics: &'a mut Vec<Diagnostic>,
+    unknown: &'a mut HashMap<String, (usize, usize)>,
+}
+
+impl Values for Defines<'_> {
+    fn value(&self, name: &str) -> Option<String> {
+        let found = self.options.defines.iter().rev().find(|(n, _)| n == name);
+        found.map(|(_, value)| value.clone())
+    }
+
+    fn unknown(&mut self, name: &str, at: Span) {
+        let next = (self.diagnostics.len(), 0);
+        let (_, places) = self.unknown.entry(name.to_owned()).or_insert(next);
+        *places += 1;
+        if *places == 1 {
+            self.diagnostics.push(
+                Diagnostic::error("PMAC-X3", at, format!("nothing says what $({name}) is"))
+                    .help(format!("give its value: --define {name}=VALUE")),
+            );
+        }
+    }
 }
 
 /// Preprocesses files as one download, in their order. Definitions reach from one to the next.
@@ -86,9 +117,15 @@ pub(crate) fn preprocess(
         budget: MAX_PRODUCED,
         no_block_end: None,
         in_block: false,
+        unknown: HashMap::new(),
     };
     for &file in files {
         this.file(file);
+    }
+    for (index, places) in this.unknown.into_values() {
+        if let Some(diagnostic) = this.diagnostics.get_mut(index).filter(|_| places > 1) {
+            diagnostic.notes.push(format!("it stands in {places} places"));
+        }
     }
     (this.flat, this.diagnostics)
 }
@@ -141,34 +178,54 @@ impl Preprocessor<'_> {
     }
 
     fn line(&mut self, file: FileId, start: usize, line: &str) {
-        let lead = line.len() - line.trim_start().len();
+        let mut defines = Defines {
+            options: self.options,
+            diagnostics: &mut self.diagnostics,
+            unknown: &mut self.unknown,
+        };
+        // Where nothing is read, no template needs a value.
+        let line = match self.conditionals.last().is_none_or(|c| c.active) {
+            true => Line::expand(file, start, line, self.in_block, &mut defines),
+            false => Line::plain(file, start, line),
+        };
+        let text = &*line.text;
+        if !self.spend_line(&line, text.len()) {
+            return;
+        }
+        let lead = text.len() - text.trim_start().len();
         if !self.in_block
-            && let Some(rest) = line.get(lead..).and_then(|l| l.strip_prefix('#'))
+            && let Some(rest) = text.get(lead..).and_then(|l| l.strip_prefix('#'))
         {
             let blank = rest.len() - rest.trim_start().len();
             let word = word_at(rest, blank);
-            let after = start + lead + 1 + blank + word.len();
-            let tail = rest.get(blank + word.len()..).unwrap_or("");
-            let at = Span::new(file, start + lead, start + line.trim_end().len());
-            if self.directive(&word.to_ascii_lowercase(), at, after, tail) {
+            let tail = lead + 1 + blank + word.len();
+            if self.directive(&word.to_ascii_lowercase(), &line, lead, tail) {
                 self.flat.text.push('\n');
                 return;
             }
         }
         if self.active() {
-            self.text_line(file, start, line);
+            self.text_line(file, start, &line);
         }
         self.flat.text.push('\n');
     }
 
+    /// Pays for what templates add to a line.
+    fn spend_line(&mut self, line: &Line<'_>, length: usize) -> bool {
+        !line.is_replaced() || self.spend(length, line.span(0..length))
+    }
+
     /// Does what a directive says; false where the word is none.
-    fn directive(&mut self, word: &str, at: Span, after: usize, tail: &str) -> bool {
+    /// The line's first character is at `lead`, what follows the word at `tail`.
+    fn directive(&mut self, word: &str, line: &Line<'_>, lead: usize, tail: usize) -> bool {
         match word {
             "define" | "undef" | "ifdef" | "ifndef" | "else" | "endif" | "include" => {}
             _ => return false,
         }
-        let trimmed = tail.trim_start();
-        let name_start = after + (tail.len() - trimmed.len());
+        let at = line.span(lead..line.text.trim_end().len());
+        let rest = line.text.get(tail..).unwrap_or("");
+        let trimmed = rest.trim_start();
+        let name_start = tail + (rest.len() - trimmed.len());
         let name = word_at(trimmed, 0);
         match word {
             "ifdef" | "ifndef" => {
@@ -204,12 +261,10 @@ impl Preprocessor<'_> {
                 let rest = trimmed.get(name.len()..).unwrap_or("");
                 let body = strip_comment(rest).trim();
                 let body_start = name_start + name.len() + (rest.len() - rest.trim_start().len());
-                let defined = if body.is_empty() {
-                    at
-                } else {
-                    Span::new(at.file, body_start, body_start + body.len())
-                };
-                let entry = Macro { body: body.into(), defined, busy: false };
+                let range = body_start..body_start + body.len();
+                let defined = if body.is_empty() { at } else { line.span(range.clone()) };
+                let unknown = line.is_unknown(range);
+                let entry = Macro { body: body.into(), defined, busy: false, unknown };
                 self.macros.insert(name.to_owned(), entry);
             }
         }
@@ -278,7 +333,8 @@ impl Preprocessor<'_> {
     }
 
     /// Copies a line without its comment, names replaced.
-    fn text_line(&mut self, file: FileId, start: usize, line: &str) {
+    fn text_line(&mut self, file: FileId, start: usize, text: &Line<'_>) {
+        let line = &*text.text;
         let mut pos = 0;
         let mut from = 0;
         let mut quoted = false;
@@ -308,7 +364,7 @@ impl Preprocessor<'_> {
             } else if c == ';' || (c == '/' && bytes.get(pos + 1) == Some(&b'/')) {
                 break;
             } else if c == '/' && bytes.get(pos + 1) == Some(&b'*') {
-                self.copy(file, start, line, from..pos);
+                self.copy(text, from..pos);
                 if self.block_ends(file, start + pos + 2) {
                     self.in_block = true;
                     pos += 2;
@@ -316,22 +372,11 @@ impl Preprocessor<'_> {
                 } else {
                     return;
                 }
-            } else if c == '$' && bytes.get(pos + 1) == Some(&b'(') {
-                let name = word_at(line, pos + 2);
-                let end = pos + 2 + name.len();
-                if name.is_empty() || bytes.get(end) != Some(&b')') {
-                    pos += 1;
-                    continue;
-                }
-                self.copy(file, start, line, from..pos);
-                self.template(Span::new(file, start + pos, start + end + 1), name);
-                pos = end + 1;
-                from = pos;
             } else if is_word(c) {
                 let word = word_at(line, pos);
                 if self.macros.contains_key(word) {
-                    self.copy(file, start, line, from..pos);
-                    self.expand(word, Span::new(file, start + pos, start + pos + word.len()));
+                    self.copy(text, from..pos);
+                    self.expand(word, text.span(pos..pos + word.len()));
                     from = pos + word.len();
                 }
                 pos += word.len();
@@ -339,7 +384,7 @@ impl Preprocessor<'_> {
                 pos += c.len_utf8();
             }
         }
-        self.copy(file, start, line, from..pos.min(line.len()));
+        self.copy(text, from..pos.min(line.len()));
     }
 
     /// Whether `*/` comes behind an offset. Where it once did not, it never does further on.
@@ -354,68 +399,43 @@ impl Preprocessor<'_> {
         found
     }
 
-    fn copy(&mut self, file: FileId, start: usize, line: &str, range: std::ops::Range<usize>) {
-        let Some(piece) = line.get(range.clone()) else { return };
-        if !piece.is_empty() {
-            let span = Span::new(file, start + range.start, start + range.end);
-            self.flat.origins.direct(self.flat.text.len(), span);
-            self.flat.text.push_str(piece);
-        }
-    }
-
-    fn template(&mut self, used: Span, name: &str) {
-        let value = self.options.defines.iter().rev().find(|(n, _)| n == name);
-        let start = self.flat.text.len();
-        match value.map(|(_, value)| value.clone()) {
-            Some(value) => self.replace(&value.into(), used, used, None),
-            None => {
-                self.diagnostics.push(
-                    Diagnostic::error("PMAC-X3", used, format!("nothing says what $({name}) is"))
-                        .help(format!("give its value: --define {name}=VALUE")),
-                );
-                self.flat.origins.expanded(start, used, used);
-                self.flat.text.push('0');
-                self.flat.poisoned.push(At::new(start, start + 1));
-            }
-        }
+    fn copy(&mut self, line: &Line<'_>, range: std::ops::Range<usize>) {
+        let Flat { text, origins, poisoned } = &mut self.flat;
+        line.copy(range, text, origins, poisoned);
     }
 
     fn expand(&mut self, name: &str, used: Span) {
         let Some(entry) = self.macros.get(name) else { return };
         let (body, defined) = (entry.body.clone(), entry.defined);
-        self.replace(&body, used, defined, Some(name.to_owned()));
+        self.replace(&body, used, defined, name.to_owned());
     }
 
     /// Writes a replacement, searched again for other names, without recursion.
-    fn replace(
-        &mut self,
-        body: &std::rc::Rc<str>,
-        used: Span,
-        defined: Span,
-        name: Option<String>,
-    ) {
+    fn replace(&mut self, body: &std::rc::Rc<str>, used: Span, defined: Span, name: String) {
         struct Level {
             body: std::rc::Rc<str>,
             pos: usize,
             quoted: bool,
             defined: Span,
-            name: Option<String>,
+            name: String,
         }
-        let mut levels = Vec::new();
+        let mut levels: Vec<Level> = Vec::new();
         let mut next = Some((body.clone(), defined, name));
         loop {
             if let Some((body, defined, name)) = next.take() {
-                if let Some(entry) = name.as_ref().and_then(|n| self.macros.get_mut(n)) {
+                let start = self.flat.text.len();
+                if let Some(entry) = self.macros.get_mut(&name) {
                     entry.busy = true;
+                    if entry.unknown {
+                        self.flat.poisoned.push(At::new(start, start + 1));
+                    }
                 }
-                self.flat.origins.expanded(self.flat.text.len(), used, defined);
+                self.flat.origins.expanded(start, used, defined);
                 levels.push(Level { body, pos: 0, quoted: false, defined, name });
             }
             let Some(level) = levels.last_mut() else { return };
             let Some(c) = level.body.get(level.pos..).and_then(|t| t.chars().next()) else {
-                if let Some(name) = &level.name
-                    && let Some(entry) = self.macros.get_mut(name)
-                {
+                if let Some(entry) = self.macros.get_mut(&level.name) {
                     entry.busy = false;
                 }
                 levels.pop();
@@ -431,28 +451,15 @@ impl Preprocessor<'_> {
             level.quoted ^= c == '"';
             let quoted = level.quoted;
             level.pos += length;
-            let template = match (c, quoted) {
-                ('$', false) => template_name(&body, level.pos),
-                _ => None,
-            };
-            if let Some(name) = template {
-                level.pos += name.len() + 2;
-            }
             if !self.spend(length, used) {
                 for level in levels {
-                    if let Some(entry) = level.name.and_then(|n| self.macros.get_mut(&n)) {
+                    if let Some(entry) = self.macros.get_mut(&level.name) {
                         entry.busy = false;
                     }
                 }
                 return;
             }
-            if let Some(name) = template {
-                let value = self.options.defines.iter().rev().find(|(n, _)| n == name);
-                match value.map(|(_, v)| v.clone()) {
-                    Some(value) => self.flat.text.push_str(&value),
-                    None => self.template(used, name),
-                }
-            } else if is_word(c)
+            if is_word(c)
                 && !quoted
                 && let Some(entry) = self.macros.get(piece)
                 && !entry.busy
@@ -461,20 +468,13 @@ impl Preprocessor<'_> {
                     self.error(used, "PMAC-6", "definitions nest too deep: 256 levels at most");
                 } else {
                     let (body, defined) = (entry.body.clone(), entry.defined);
-                    next = Some((body, defined, Some(piece.to_owned())));
+                    next = Some((body, defined, piece.to_owned()));
                 }
             } else {
                 self.flat.text.push_str(piece);
             }
         }
     }
-}
-
-/// The name of a template whose `$` stands before `pos`.
-fn template_name(body: &str, pos: usize) -> Option<&str> {
-    let name = body.get(pos..)?.strip_prefix('(').map(|tail| word_at(tail, 0))?;
-    let closed = body.get(pos + 1 + name.len()..)?.starts_with(')');
-    (closed && !name.is_empty()).then_some(name)
 }
 
 /// A definition's text up to a comment outside quotes.
@@ -549,9 +549,30 @@ mod tests {
     #[test]
     fn templates_need_a_value() {
         let mut options = Options::default();
-        assert_eq!(run("#$(M)J+", &options), ("#0J+\n".into(), vec!["PMAC-X3"]));
+        assert_eq!(run("#$(M)J+", &options), ("#1J+\n".into(), vec!["PMAC-X3"]));
         options.defines.push(("M".into(), "7".into()));
         assert_eq!(run("#$(M)J+", &options), ("#7J+\n".into(), vec![]));
+    }
+
+    #[test]
+    fn templates_have_defaults_and_stand_in_quotes() {
+        assert_eq!(plain("P1=$(A=5)$(B=)0 CMD\"#$(M=$(N=3))K\" ; $(C)"), "P1=50 CMD\"#3K\"");
+        assert_eq!(plain("$(C=;)P1=2\nP2=$(D=P(3)) $(E=CMD \\\"%0\\\")"), "P2=P(3) CMD \"%0\"");
+        assert_eq!(
+            plain("#define A M$(B=7)10\nA=$(A=1) ${D=2} $(X Y) $(=) $("),
+            "M710=1 2 $(X Y) $(=) $("
+        );
+        let mut options = Options::default();
+        options.defines.push(("C".into(), String::new()));
+        options.defines.push(("M".into(), "$(C)4".into()));
+        let (text, codes) = run("$(C=;)#define A 1\nA CMD\"#$(M)J\" /* $(Z)\n$(Z) */ P1", &options);
+        assert_eq!((text.as_str(), codes.len()), ("\n1 CMD\"#4J\" \n  P1\n", 0));
+    }
+
+    #[test]
+    fn a_template_without_a_value_is_one_error() {
+        let text = "#define A M$(X)1\nA=$(X)\n#ifdef NO\nP1=$(Y)\n#endif\nA=$(Z)";
+        assert_eq!(run(text, &Options::default()).1, ["PMAC-X3", "PMAC-X3"]);
     }
 
     #[test]

@@ -86,6 +86,10 @@ fn names(download: &Download, code: &[Stmt], named: &mut Vec<Variable>) {
                 reads(expr, &mut name);
             }
             What::Address(_, Some(number)) => system = u32::from(number),
+            What::AddressBy(motor, system) => {
+                reads(motor, &mut name);
+                reads(system, &mut name);
+            }
             _ => {}
         }
     }

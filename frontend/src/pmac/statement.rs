@@ -4,7 +4,7 @@ use plcc_abi::pmac::{Define, Kind, PlcOp, Space, Text};
 use plcc_diag::Diagnostic;
 
 use super::assign::Variable;
-use super::ast::{Action, Op, Stmt, Target, What, WriteKind};
+use super::ast::{Action, Expr, Op, Stmt, Target, What, WriteKind};
 use super::cursor::{Fault, Parsed, syntax, syntax_help};
 use super::download::{Checker, Frame, FrameKind};
 use super::expr::Reader;
@@ -242,7 +242,7 @@ impl Checker<'_> {
     fn branch(&mut self, kind: FrameKind, start: usize) -> Parsed<()> {
         let at = self.reader.cur.since(start);
         let condition = self.whole_condition();
-        let expr = *condition.as_ref().unwrap_or(&super::ast::Expr::default());
+        let expr = *condition.as_ref().unwrap_or(&Expr::default());
         let patch = self.here() as usize;
         let what = if kind == FrameKind::While { What::While } else { What::If };
         self.push(what(expr, 0), start);
@@ -344,9 +344,9 @@ impl Checker<'_> {
         let (mut motor, mut system) = (None, None);
         loop {
             if self.reader.cur.eat(b'#') {
-                motor = Some(self.reader.addressed("motor", 8, 32)?);
+                motor = Some(self.addressed("motor", 8, 32)?);
             } else if self.reader.cur.eat(b'&') {
-                system = Some(self.reader.addressed("coordinate system", 8, 16)?);
+                system = Some(self.addressed("coordinate system", 8, 16)?);
             } else if motor.is_none() && system.is_none() {
                 return self.reader.cur.expected("`#` and a motor or `&` and a coordinate system");
             } else {
@@ -357,11 +357,32 @@ impl Checker<'_> {
             let at = self.reader.cur.since(start);
             return syntax(at, "ADDRESS is for PLCs 1 to 31");
         }
-        self.push(What::Address(motor, system), start);
+        let what = match (motor, system) {
+            (None | Some(Ok(_)), None | Some(Ok(_))) => {
+                What::Address(motor.and_then(Result::ok), system.and_then(Result::ok))
+            }
+            _ => {
+                let mut number = |given: Option<Result<u8, Expr>>| match given {
+                    Some(Ok(number)) => self.reader.constant(f64::from(number)),
+                    Some(Err(expr)) => expr,
+                    None => Expr::default(),
+                };
+                What::AddressBy(number(motor), number(system))
+            }
+        };
+        self.push(what, start);
         Ok(())
     }
 
-    fn text(&mut self, text: Text, value: Option<super::ast::Expr>, start: usize) {
+    /// What stands behind `#` or `&`: a number, or the variable that holds it.
+    fn addressed(&mut self, what: &str, pmac: u64, turbo: u64) -> Parsed<Result<u8, Expr>> {
+        match self.reader.variable_kind() {
+            Some(_) => self.variable_value().map(Err),
+            None => self.reader.addressed(what, pmac, turbo).map(Ok),
+        }
+    }
+
+    fn text(&mut self, text: Text, value: Option<Expr>, start: usize) {
         self.out.texts.push(text);
         let index = self.out.texts.len() as u32 - 1;
         self.push(What::Text(index, value), start);
@@ -398,7 +419,15 @@ impl Checker<'_> {
         if !self.reader.cur.eat(b',') {
             return self.reader.cur.expected("`,` and a variable");
         }
-        let expr = match self.plain_variable()? {
+        let expr = self.variable_value()?;
+        let (width, decimals) = (width as u32, decimals as u32);
+        self.text(Text::Value { position, width, decimals }, Some(expr), start);
+        Ok(())
+    }
+
+    /// The value of a variable by itself.
+    fn variable_value(&mut self) -> Parsed<Expr> {
+        Ok(match self.plain_variable()? {
             Target::Var(kind, number) => {
                 let from = self.reader.ops.len();
                 self.reader.ops.push(Op::Var(kind, number));
@@ -406,13 +435,10 @@ impl Checker<'_> {
             }
             Target::Indirect(kind, expr) => {
                 self.reader.ops.push(Op::Indirect(kind));
-                super::ast::Expr { len: expr.len + 1, ..expr }
+                Expr { len: expr.len + 1, ..expr }
             }
-            Target::Range { .. } => super::ast::Expr::default(),
-        };
-        let (width, decimals) = (width as u32, decimals as u32);
-        self.text(Text::Value { position, width, decimals }, Some(expr), start);
-        Ok(())
+            Target::Range { .. } => Expr::default(),
+        })
     }
 
     /// A variable by itself.

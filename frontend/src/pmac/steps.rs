@@ -150,6 +150,7 @@ pub(crate) enum Code {
     EndWhile(u32),
     Plc(PlcOp, bool, u32),
     Address(u32),
+    AddressBy(Steps),
     Text(u32, Option<Steps>),
     Define(u32),
     Word(Space, u32, Steps),
@@ -237,7 +238,8 @@ impl<'a> Resolver<'a> {
             What::Address(_, Some(system)) => {
                 Code::Address(self.layout.q_base_of(u32::from(system)))
             }
-            What::Address(_, None) => Code::Nothing,
+            What::AddressBy(_, system) if system.len > 0 => Code::AddressBy(self.expr(system)),
+            What::Address(_, None) | What::AddressBy(..) => Code::Nothing,
             What::Text(index, value) => Code::Text(index, value.map(|value| self.expr(value))),
             What::Define(index) => Code::Define(index),
             What::Word(space, address, value) => Code::Word(space, address, self.expr(value)),

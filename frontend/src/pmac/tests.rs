@@ -48,6 +48,7 @@ fn statements_are_accepted() {
         "CMD\"#1J/\" COMMAND^A",
         "COMMAND\"&1A\" CMD\"\\\" CMD \"#1J+#2J-\" COMMAND\"ENA PLC 4\" CMD\"P1=P2+1\" CMD\"M1->Y:$FFC2,8\"",
         "ADR&1 ADDRESS#1 ADDRESS #1&2 ADR &1 #2",
+        "ADDRESS#P3 ADR&P4CMD\"A\" ADDRESS &Q2 #M(P1+1) ADR#1&P2 ADDRESS#P(3)&2",
         "SEND\"text\" SENDS\"a\" SENDP^K",
         "DISPLAY 5 \"text\" DISP\"abc\" DISP 10,8.3,P1 DISPLAY 1, 4.0, M(P1)",
         "COMMANDS\"#1J/\" CMDP\"P1\" CMDR\"x\" COMMANDA^K",

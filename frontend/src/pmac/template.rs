@@ -1,0 +1,295 @@
+//! Templates: `$(NAME)` and `$(NAME=DEFAULT)`, which a site's make files fill in.
+//!
+//! They are replaced before anything else looks at a line, in quotes too, but not in comments: a
+//! default of `;` takes a line away, and an empty value brings it back.
+
+use plcc_diag::{FileId, Span};
+
+use super::origin::{At, Origins};
+
+/// Deepest nesting of templates in defaults and values.
+const MAX_NESTING: usize = 16;
+
+/// Longest line that templates may make.
+const MAX_LINE: usize = 1 << 20;
+
+/// Longest template, so that a line of beginnings takes no longer than its length.
+const MAX_TEMPLATE: usize = 4096;
+
+/// A line with its templates replaced.
+pub(crate) struct Line<'a> {
+    file: FileId,
+    /// Offset of the line in its file.
+    start: usize,
+    /// What it says; as in the file where there is no piece.
+    pub(crate) text: std::borrow::Cow<'a, str>,
+    pieces: Vec<Piece>,
+}
+
+/// A stretch of a line, up to the next one.
+#[derive(Clone, Copy)]
+struct Piece {
+    /// Offset in the replaced line.
+    at: usize,
+    /// Offset in the line as written.
+    from: usize,
+    /// Length of the template that it replaces.
+    template: Option<usize>,
+    /// Nothing says what the template is.
+    unknown: bool,
+}
+
+/// Gives the values of templates.
+pub(crate) trait Values {
+    /// The value of a name.
+    fn value(&self, name: &str) -> Option<String>;
+    /// A name without value or default stands at a place.
+    fn unknown(&mut self, name: &str, at: Span);
+}
+
+impl<'a> Line<'a> {
+    /// A line as it is.
+    pub(crate) fn plain(file: FileId, start: usize, text: &'a str) -> Self {
+        Self { file, start, text: text.into(), pieces: Vec::new() }
+    }
+
+    /// A line with its templates replaced. `block`: it begins in a block comment.
+    pub(crate) fn expand(
+        file: FileId,
+        start: usize,
+        text: &'a str,
+        mut block: bool,
+        values: &mut dyn Values,
+    ) -> Self {
+        if !text.contains("$(") && !text.contains("${") {
+            return Self::plain(file, start, text);
+        }
+        let mut out = String::new();
+        let mut pieces = vec![Piece { at: 0, from: 0, template: None, unknown: false }];
+        let mut state = Scan::default();
+        let mut pos = 0;
+        while let Some(c) = text.get(pos..).and_then(|t| t.chars().next()) {
+            let rest = text.get(pos..).unwrap_or("");
+            if block {
+                let end = rest.find("*/").map_or(rest.len(), |end| end + 2);
+                out.push_str(rest.get(..end).unwrap_or(""));
+                pos += end;
+                block = false;
+                continue;
+            }
+            let template = if c == '$' && !state.comment { Template::read(rest) } else { None };
+            let Some(template) = template else {
+                state.step(rest);
+                block = state.block;
+                out.push(c);
+                pos += c.len_utf8();
+                continue;
+            };
+            let at = Span::new(file, start + pos, start + pos + template.length);
+            let found = template.value(values, at, 0);
+            let unknown = found.is_none();
+            let value = found.unwrap_or_else(|| "1".to_owned());
+            pieces.push(Piece {
+                at: out.len(),
+                from: pos,
+                template: Some(template.length),
+                unknown,
+            });
+            for (i, _) in value.char_indices() {
+                state.step(value.get(i..).unwrap_or(""));
+            }
+            if out.len() + value.len() <= MAX_LINE {
+                out.push_str(&value);
+            }
+            pos += template.length;
+            pieces.push(Piece { at: out.len(), from: pos, template: None, unknown: false });
+        }
+        Self { file, start, text: out.into(), pieces }
+    }
+
+    /// Whether templates were replaced in it.
+    pub(crate) fn is_replaced(&self) -> bool {
+        !self.pieces.is_empty()
+    }
+
+    fn piece(&self, offset: usize) -> Option<(usize, Piece)> {
+        let index = self.pieces.partition_point(|p| p.at <= offset).checked_sub(1)?;
+        Some((index, *self.pieces.get(index)?))
+    }
+
+    /// The place in the file of a stretch of the line.
+    pub(crate) fn span(&self, range: std::ops::Range<usize>) -> Span {
+        let point = |offset: usize, end: bool| match self.piece(offset) {
+            None => offset,
+            Some((_, Piece { from, template: Some(length), .. })) => {
+                from + if end { length } else { 0 }
+            }
+            Some((_, piece)) => piece.from + (offset - piece.at),
+        };
+        let start = point(range.start, false);
+        let end = match range.end.checked_sub(1).filter(|last| *last >= range.start) {
+            Some(last) if self.piece(last).is_some_and(|(_, p)| p.template.is_some()) => {
+                point(last, true)
+            }
+            Some(last) => point(last, true) + 1,
+            None => start,
+        };
+        Span::new(self.file, self.start + start, self.start + end.max(start))
+    }
+
+    /// Whether a template that nothing defines stands in a stretch of the line.
+    pub(crate) fn is_unknown(&self, range: std::ops::Range<usize>) -> bool {
+        self.pieces.iter().any(|p| p.unknown && p.at < range.end && p.at >= range.start)
+    }
+
+    /// Writes a stretch of the line, with its origins, and the places of unknown templates.
+    pub(crate) fn copy(
+        &self,
+        range: std::ops::Range<usize>,
+        out: &mut String,
+        origins: &mut Origins,
+        poisoned: &mut Vec<At>,
+    ) {
+        let mut pos = range.start;
+        while pos < range.end {
+            let (end, template, unknown) = match self.piece(pos) {
+                None => (range.end, false, false),
+                Some((index, piece)) => {
+                    let next = self.pieces.get(index + 1).map_or(usize::MAX, |p| p.at);
+                    (next.min(range.end), piece.template.is_some(), piece.unknown)
+                }
+            };
+            let at = out.len();
+            let span = self.span(pos..end);
+            if template {
+                origins.expanded(at, span, span);
+            } else {
+                origins.direct(at, span);
+            }
+            out.push_str(self.text.get(pos..end).unwrap_or(""));
+            if unknown {
+                poisoned.push(At::new(at, out.len()));
+            }
+            pos = end;
+        }
+    }
+}
+
+/// Where quotes and comments begin and end.
+#[derive(Default)]
+struct Scan {
+    quoted: bool,
+    comment: bool,
+    block: bool,
+}
+
+impl Scan {
+    /// Goes on by the first character of `rest`.
+    fn step(&mut self, rest: &str) {
+        if self.comment {
+            return;
+        }
+        if rest.starts_with('"') {
+            self.quoted = !self.quoted;
+        }
+        self.comment = !self.quoted && (rest.starts_with(';') || rest.starts_with("//"));
+        self.block = !self.quoted && rest.starts_with("/*");
+    }
+}
+
+/// `$(NAME)` or `$(NAME=DEFAULT)`; braces will do too.
+struct Template<'a> {
+    name: &'a str,
+    default: Option<&'a str>,
+    length: usize,
+}
+
+impl<'a> Template<'a> {
+    /// The template at the beginning of a text.
+    fn read(text: &'a str) -> Option<Self> {
+        let (open, close) = match text.get(..2)? {
+            "$(" => ('(', ')'),
+            "${" => ('{', '}'),
+            _ => return None,
+        };
+        let inner = text.get(2..)?;
+        let plain = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | ':' | ' ');
+        let name = inner.char_indices().find(|&(i, c)| !plain(c) || i > MAX_TEMPLATE)?.0;
+        let name = inner.get(..name)?;
+        if name.trim().is_empty() || name.trim().contains(' ') {
+            return None;
+        }
+        let behind = inner.get(name.len()..)?;
+        if behind.starts_with(close) {
+            return Some(Self { name: name.trim(), default: None, length: name.len() + 3 });
+        }
+        if !behind.starts_with('=') {
+            return None;
+        }
+        let mut depth = 1usize;
+        let mut escaped = false;
+        for (i, c) in behind.char_indices().take_while(|(i, _)| *i < MAX_TEMPLATE) {
+            match c {
+                _ if escaped => escaped = false,
+                '\\' => escaped = true,
+                c if c == open => depth += 1,
+                c if c == close => depth -= 1,
+                _ => {}
+            }
+            if depth == 0 {
+                let default = behind.get(1..i);
+                return Some(Self { name: name.trim(), default, length: name.len() + i + 3 });
+            }
+        }
+        None
+    }
+
+    fn value(&self, values: &mut dyn Values, at: Span, depth: usize) -> Option<String> {
+        let given = values.value(self.name);
+        let text = match (&given, self.default) {
+            (Some(given), _) => given.clone(),
+            (None, Some(default)) => unescape(default),
+            (None, None) => {
+                values.unknown(self.name, at);
+                return None;
+            }
+        };
+        if depth >= MAX_NESTING || !text.contains('$') {
+            return Some(text);
+        }
+        let mut out = String::new();
+        let mut rest = text.as_str();
+        while let Some(dollar) = rest.find('$') {
+            out.push_str(rest.get(..dollar)?);
+            rest = rest.get(dollar..)?;
+            match Template::read(rest) {
+                Some(template) => {
+                    out.push_str(&template.value(values, at, depth + 1)?);
+                    rest = rest.get(template.length..)?;
+                }
+                None => {
+                    out.push('$');
+                    rest = rest.get(1..)?;
+                }
+            }
+            if out.len() > MAX_LINE {
+                return None;
+            }
+        }
+        out.push_str(rest);
+        Some(out)
+    }
+}
+
+/// A default without the backslashes that protect its quotes.
+fn unescape(text: &str) -> String {
+    let mut out = String::new();
+    let mut chars = text.chars().peekable();
+    while let Some(c) = chars.next() {
+        match chars.peek() {
+            Some('"' | '\'') if c == '\\' => {}
+            _ => out.push(c),
+        }
+    }
+    out
+}
