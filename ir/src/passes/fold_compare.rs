@@ -42,6 +42,12 @@ impl Fold<'_> {
             {
                 Some(Simpler::icmp(cond, x, y))
             }
+            Some(InstData::Binary { op: BinaryOp::Ashr, args: [x, by] }) if self.is_single(a) => {
+                self.compare_shifted(cond, ty, [x, by], c)
+            }
+            Some(InstData::Binary { op: BinaryOp::Shl, args: [x, by] }) if equality && c == 0 => {
+                self.zero_below(cond, ty, [x, by])
+            }
             _ => None,
         };
         if simpler.is_some() || ones != 1 || !equality {
@@ -50,6 +56,36 @@ impl Fold<'_> {
         let bit = self.insert(InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: a })?;
         let same = (cond == IntCond::Eq) == (c != 0);
         Some(if same { Simpler::Same(bit) } else { Simpler::not(bit) })
+    }
+
+    /// A sign-extended field with a constant: compared where it is, at the top of its word.
+    fn compare_shifted(
+        &mut self,
+        cond: IntCond,
+        ty: Type,
+        [x, by]: [Value; 2],
+        c: i64,
+    ) -> Option<Simpler> {
+        let bits = self.func.constant(by).filter(|by| (1..i64::from(ty.bits())).contains(by))?;
+        let &InstData::Binary { op: BinaryOp::Shl, args: [_, left] } = self.func.def_inst(x)? else {
+            return None;
+        };
+        let left = self.func.constant(left).filter(|left| (bits..64).contains(left));
+        let raised = ty.wrap(left.map(|_| c << bits)?);
+        if raised >> bits != c {
+            return None;
+        }
+        let raised = self.insert_const(ty, raised)?;
+        Some(Simpler::icmp(cond, x, raised))
+    }
+
+    /// Whether a value shifted left is 0: whether its low bits are.
+    fn zero_below(&mut self, cond: IntCond, ty: Type, [x, by]: [Value; 2]) -> Option<Simpler> {
+        let by = u32::try_from(self.func.constant(by)?).ok().filter(|&by| by < ty.bits())?;
+        let low = self.insert_const(ty, ty.wrap((mask(ty) >> by) as i64))?;
+        let low = self.insert(InstData::Binary { op: BinaryOp::And, args: [x, low] })?;
+        let zero = self.insert_const(ty, 0)?;
+        Some(Simpler::icmp(cond, low, zero))
     }
 
     /// A widened value with a constant: compared before it is widened.

@@ -11,6 +11,7 @@ mod compact;
 mod cse;
 mod dce;
 mod dead_stores;
+mod demand;
 mod fold;
 mod fold_binary;
 mod fold_compare;
@@ -51,6 +52,8 @@ pub enum Pass {
     Switches,
     /// Short branches into choices.
     IfConvert,
+    /// Bits that nobody looks at.
+    Demand,
     /// The same thing once.
     Cse,
     /// Stores that are overwritten unseen.
@@ -63,12 +66,13 @@ pub enum Pass {
 
 impl Pass {
     /// Every pass.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Branches,
         Self::Forward,
         Self::Fold,
         Self::Switches,
         Self::IfConvert,
+        Self::Demand,
         Self::Cse,
         Self::DeadStores,
         Self::Dce,
@@ -83,6 +87,7 @@ impl Pass {
             Self::Fold => "fold",
             Self::Switches => "switches",
             Self::IfConvert => "if-convert",
+            Self::Demand => "demand",
             Self::Cse => "cse",
             Self::DeadStores => "dead-stores",
             Self::Dce => "dce",
@@ -103,6 +108,7 @@ impl Pass {
             Self::Fold => fold::run(func),
             Self::Switches => return switches::run(func),
             Self::IfConvert => return if_convert::run(func),
+            Self::Demand => demand::run(func),
             Self::Cse => cse::run(func),
             Self::DeadStores => dead_stores::run(func, places),
             Self::Dce => dce::run(func),
@@ -122,7 +128,7 @@ pub fn optimize(module: &mut Module, level: OptLevel) {
             if stage.pass(Pass::IfConvert) || switched {
                 stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
             }
-            stage.all(&[Pass::Cse, Pass::DeadStores, Pass::Dce, Pass::Compact]);
+            stage.all(&[Pass::Demand, Pass::Cse, Pass::DeadStores, Pass::Dce, Pass::Compact]);
         }),
     }
 }

@@ -1,0 +1,132 @@
+//! Goes around instructions that change only bits nobody looks at: masks before a narrower mask,
+//! signs that are extended only to be cut off again.
+//!
+//! Backwards, so that all that is looked at of a value is known when its definition comes: uses
+//! are behind it in this order, but for those by blocks' parameters, which look at everything.
+
+use super::graph::Graph;
+use super::known::mask;
+use crate::{BinaryOp, ConvertOp, FuncData, InstData, Type, UnaryOp, Value};
+
+/// So many instructions in a row are gone around at a use.
+const ROUNDS: usize = 8;
+
+/// Runs the pass.
+pub(super) fn run(func: &mut FuncData) {
+    let graph = Graph::new(func);
+    // For each value the bits that somebody looks at.
+    let mut seen = vec![0u64; func.value_count()];
+    for &block in graph.order.iter().rev() {
+        let data = &func.blocks[block.index()];
+        if let Some(terminator) = &data.terminator {
+            terminator.for_each_arg(|value| seen[value.index()] = u64::MAX);
+        }
+        for at in (0..data.insts.len()).rev() {
+            let inst = func.blocks[block.index()].insts[at];
+            let mut data = *func.inst(inst);
+            let bits = match func.result(inst) {
+                Some(result) => seen[result.index()],
+                None => u64::MAX,
+            };
+            if bits == 0 && !data.has_effect() {
+                continue;
+            }
+            let mut number = 0;
+            let original = data;
+            data.for_each_arg_mut(|value| {
+                let bits = looked_at(func, &original, number, bits);
+                *value = around(func, *value, bits);
+                seen[value.index()] |= bits;
+                number += 1;
+            });
+            func.insts[inst.index()] = data;
+        }
+    }
+}
+
+/// All bits up to the highest: what sums and products depend on.
+fn below(bits: u64) -> u64 {
+    u64::MAX.checked_shr(bits.leading_zeros()).unwrap_or(0)
+}
+
+/// A number of places that a shift moves bits, where it is known and moves some.
+fn places(func: &FuncData, by: Value, ty: Type) -> Option<u32> {
+    let by = u32::try_from(func.constant(by)?).ok()?;
+    (by < ty.bits()).then_some(by)
+}
+
+/// The bits that an instruction looks at of its operand with a number, when these bits of its own
+/// result are looked at.
+fn looked_at(func: &FuncData, data: &InstData, number: usize, bits: u64) -> u64 {
+    match *data {
+        InstData::Binary { op, args } => binary(func, op, args, number, bits),
+        InstData::Unary { op: UnaryOp::Not, arg: _ } => bits,
+        InstData::Unary { op: UnaryOp::Neg, arg: _ } => below(bits),
+        InstData::Select { .. } if number > 0 => bits,
+        InstData::Convert { op: ConvertOp::Trunc, to, arg: _ } => bits & mask(to),
+        InstData::Convert { op: ConvertOp::Zext, to: _, arg } => bits & mask(func.ty(arg)),
+        InstData::Convert { op: ConvertOp::Sext, to: _, arg } => {
+            let from = func.ty(arg);
+            let sign = if bits & !mask(from) == 0 { 0 } else { sign(from) };
+            bits & mask(from) | sign
+        }
+        _ => u64::MAX,
+    }
+}
+
+fn sign(ty: Type) -> u64 {
+    1 << (ty.bits() - 1)
+}
+
+fn binary(func: &FuncData, op: BinaryOp, [a, b]: [Value; 2], number: usize, bits: u64) -> u64 {
+    let ty = func.ty(a);
+    let bits = bits & mask(ty);
+    let other = func.constant(if number == 0 { b } else { a }).map(|other| other as u64);
+    match op {
+        BinaryOp::And => bits & other.unwrap_or(u64::MAX),
+        BinaryOp::Or => bits & !other.unwrap_or(0),
+        BinaryOp::Xor => bits,
+        BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul => below(bits),
+        BinaryOp::Shl | BinaryOp::Lshr | BinaryOp::Ashr if number == 0 => {
+            let Some(by) = places(func, b, ty) else { return u64::MAX };
+            let right = bits << by & mask(ty);
+            match op {
+                BinaryOp::Shl => bits >> by,
+                BinaryOp::Ashr if right >> by != bits => right | sign(ty),
+                _ => right,
+            }
+        }
+        _ => u64::MAX,
+    }
+}
+
+/// A value with the same in these bits that takes less to make.
+fn around(func: &FuncData, mut value: Value, bits: u64) -> Value {
+    for _ in 0..ROUNDS {
+        match past(func, value, bits & mask(func.ty(value))) {
+            Some(next) => value = next,
+            None => break,
+        }
+    }
+    value
+}
+
+fn past(func: &FuncData, value: Value, bits: u64) -> Option<Value> {
+    let &InstData::Binary { op, args: [a, b] } = func.def_inst(value)? else { return None };
+    let number = func.constant(b)? as u64;
+    match op {
+        BinaryOp::And if bits & !number == 0 => Some(a),
+        BinaryOp::Or | BinaryOp::Xor if bits & number == 0 => Some(a),
+        // There and back again: only the bits at the top differ.
+        BinaryOp::Ashr | BinaryOp::Lshr => {
+            let ty = func.ty(value);
+            let by = places(func, b, ty)?;
+            let &InstData::Binary { op: BinaryOp::Shl, args: [x, left] } = func.def_inst(a)? else {
+                return None;
+            };
+            let same = places(func, left, ty) == Some(by);
+            (same && bits & !(mask(ty) >> by) == 0).then_some(x)
+        }
+        _ => None,
+    }
+}
