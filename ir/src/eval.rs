@@ -131,6 +131,9 @@ pub fn fcmp(cond: FloatCond, a: i64, b: i64) -> bool {
     }
 }
 
+/// 1.5 times 2^52: a sum with it has an integer for its low bits.
+pub const INTEGERS: f64 = 6_755_399_441_055_744.0;
+
 /// A value of type `from` as one of type `to`.
 pub fn convert(op: ConvertOp, from: Type, to: Type, x: i64) -> i64 {
     match op {
@@ -139,8 +142,7 @@ pub fn convert(op: ConvertOp, from: Type, to: Type, x: i64) -> i64 {
         ConvertOp::Zext => to.wrap(unsigned(from, x) as i64),
         ConvertOp::Trunc => to.wrap(x),
         ConvertOp::IntToFloat => bits(x as f64),
-        ConvertOp::FloatToInt if to == Type::I32 => i64::from(float(x) as i32),
-        ConvertOp::FloatToInt => float(x) as i64,
+        ConvertOp::Whole => Type::I32.wrap(bits(float(x) + INTEGERS)),
         ConvertOp::Bitcast => x,
     }
 }
@@ -176,9 +178,13 @@ mod tests {
         assert_eq!(binary(BinaryOp::Sdiv, Type::I64, i64::MIN, -1), i64::MIN);
         assert_eq!(convert(ConvertOp::Sext, Type::I1, Type::I32, 1), -1);
         assert_eq!(convert(ConvertOp::Zext, Type::I8, Type::I32, -1), 255);
-        let to_i32 = |x: f64| convert(ConvertOp::FloatToInt, Type::F64, Type::I32, bits(x));
-        assert_eq!(to_i32(1e300), i64::from(i32::MAX));
-        assert_eq!(to_i32(f64::NAN), 0);
+        let whole = |x: f64| convert(ConvertOp::Whole, Type::F64, Type::I32, bits(x));
+        for integer in [0, 1, -1, 8_388_607, i64::from(i32::MAX), i64::from(i32::MIN)] {
+            assert_eq!(whole(integer as f64), integer);
+        }
+        for other in [0.5, -0.5, 2147483648.0, -2147483649.0, 1e300, f64::INFINITY, f64::NAN] {
+            assert_ne!(whole(other) as f64, other);
+        }
         assert!(fcmp(FloatCond::Ne, bits(f64::NAN), bits(f64::NAN)));
         assert_eq!(unary(UnaryOp::Not, Type::I1, 1), 0);
     }

@@ -1,8 +1,8 @@
 //! Arithmetic. What CLIF leaves to the machine, or lets trap, is guarded here.
 
 use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
-use cranelift_codegen::ir::{InstBuilder, MemFlagsData, Value as ClifValue};
-use plcc_ir::{BinaryOp, ConvertOp, FloatCond, InstData, IntCond, Type, UnaryOp, Value};
+use cranelift_codegen::ir::{InstBuilder, MemFlagsData, Value as ClifValue, types};
+use plcc_ir::{BinaryOp, ConvertOp, FloatCond, InstData, IntCond, Type, UnaryOp, Value, eval};
 
 use super::{Lowering, clif_type};
 
@@ -197,7 +197,12 @@ impl Lowering<'_> {
             }
             ConvertOp::Trunc => self.builder.ins().ireduce(wide, x),
             ConvertOp::IntToFloat => self.builder.ins().fcvt_from_sint(wide, x),
-            ConvertOp::FloatToInt => self.builder.ins().fcvt_to_sint_sat(wide, x),
+            ConvertOp::Whole => {
+                let integers = self.builder.ins().f64const(eval::INTEGERS);
+                let sum = self.builder.ins().fadd(x, integers);
+                let bits = self.builder.ins().bitcast(types::I64, MemFlagsData::new(), sum);
+                self.builder.ins().ireduce(wide, bits)
+            }
             ConvertOp::Bitcast => self.builder.ins().bitcast(wide, MemFlagsData::new(), x),
         }
     }

@@ -17,7 +17,7 @@ pub(crate) enum Operand {
     Const(f64),
     /// A double in the image that is not read yet: finite, and no -0.
     Stored(Address),
-    /// An `i64` for [`Shape::Int`], an `f64` for [`Shape::Real`], an `i1` for [`Shape::Truth`].
+    /// Of the type of its [`Shape::Int`], an `f64` for [`Shape::Real`], an `i1` for [`Shape::Truth`].
     Value(Value, Shape),
 }
 
@@ -46,11 +46,11 @@ impl Operand {
         }
     }
 
-    /// As an integer, if it is one.
-    fn int(self, b: &mut FuncBuilder) -> Option<Value> {
+    /// As an integer of a type, the low bits, if it is one.
+    pub(crate) fn int(self, b: &mut FuncBuilder, ty: Type) -> Option<Value> {
         match self {
-            Self::Const(value) => self.shape().is_int().then(|| b.iconst(Type::I64, value as i64)),
-            Self::Value(value, Shape::Int(..)) => Some(value),
+            Self::Const(value) => self.shape().is_int().then(|| b.iconst(ty, value as i64)),
+            Self::Value(value, Shape::Int(..)) => Some(b.sextend_or_trunc(ty, value)),
             Self::Value(..) | Self::Stored(_) => None,
         }
     }
@@ -109,31 +109,45 @@ impl Operand {
         b.binary(BinaryOp::Fadd, value, zero)
     }
 
-    /// Rounded to an integer, the low bits of it, an `i64`.
+    /// Rounded to an integer, the low bits of it, an `i32`.
     pub(crate) fn bits(self, b: &mut FuncBuilder) -> Value {
-        if let Some(value) = self.int(b) {
+        if let Some(value) = self.int(b, Type::I32) {
             return value;
         }
         if let Self::Const(value) = self {
-            return b.iconst(Type::I64, plcc_abi::pmac::fixed::bits(value) as i64);
+            return b.iconst(Type::I32, plcc_abi::pmac::fixed::bits(value) as i64);
         }
         // Most numbers are integers: these are known by coming back from one unchanged.
         let value = self.float(b);
-        let whole = b.convert(ConvertOp::FloatToInt, Type::I64, value);
+        let whole = b.convert(ConvertOp::Whole, Type::I32, value);
         let back = b.convert(ConvertOp::IntToFloat, Type::F64, whole);
         let same = b.fcmp(FloatCond::Eq, back, value);
-        // 2^63 itself saturates to a number that comes back as 2^63.
-        let least = b.iconst(Type::I64, i64::MAX);
-        let inside = b.icmp(IntCond::Ne, whole, least);
-        let exact = b.binary(BinaryOp::And, same, inside);
         either(
             b,
-            exact,
-            Type::I64,
+            same,
+            Type::I32,
             |_| whole,
-            |b| b.host_call(HostFn::PmacBits, &[value]).unwrap_or(whole),
+            |b| match b.host_call(HostFn::PmacBits, &[value]) {
+                Some(bits) => b.sextend_or_trunc(Type::I32, bits),
+                None => whole,
+            },
         )
     }
+}
+
+/// The type that holds every integer of a shape.
+pub(crate) fn whole_type(shape: Shape) -> Type {
+    match shape {
+        Shape::Int(low, high) if i32::try_from(low).is_ok() && i32::try_from(high).is_ok() => {
+            Type::I32
+        }
+        _ => Type::I64,
+    }
+}
+
+/// The type that holds every integer of two shapes.
+fn common_type(a: Shape, b: Shape) -> Type {
+    whole_type(a).max(whole_type(b))
 }
 
 /// One of two values, each computed only where it is wanted.
@@ -186,7 +200,9 @@ pub(crate) fn negate(b: &mut FuncBuilder, a: Operand) -> Operand {
     match a {
         Operand::Const(value) => Operand::Const(-value),
         Operand::Value(value, shape @ Shape::Int(..)) => {
-            Operand::Value(b.unary(UnaryOp::Neg, value), shape.negated())
+            let shape = shape.negated();
+            let value = b.sextend_or_trunc(whole_type(shape), value);
+            Operand::Value(b.unary(UnaryOp::Neg, value), shape)
         }
         other => {
             let value = other.float(b);
@@ -207,8 +223,14 @@ pub(crate) fn binary(
         return Operand::Const(super::eval::binary(op, x, y));
     }
     let shape = Shape::binary(op, left.shape(), right.shape());
+    let ty = whole_type(shape);
+    if shape.is_int() && op == Bin::Mod {
+        let value = modulo(b, left, right);
+        return Operand::Value(b.sextend_or_trunc(ty, value), shape);
+    }
+    // The low bits of all of these hang on the operands' low bits alone.
     if shape.is_int()
-        && let (Some(x), Some(y)) = (left.int(b), right.int(b))
+        && let (Some(x), Some(y)) = (left.int(b, ty), right.int(b, ty))
     {
         let value = match op {
             Bin::Add => b.binary(BinaryOp::Add, x, y),
@@ -216,8 +238,7 @@ pub(crate) fn binary(
             Bin::Mul => b.binary(BinaryOp::Mul, x, y),
             Bin::And => b.binary(BinaryOp::And, x, y),
             Bin::Or => b.binary(BinaryOp::Or, x, y),
-            Bin::Xor => b.binary(BinaryOp::Xor, x, y),
-            Bin::Mod | Bin::Div => modulo(b, x, left.shape(), right),
+            Bin::Xor | Bin::Mod | Bin::Div => b.binary(BinaryOp::Xor, x, y),
         };
         return Operand::Value(value, shape);
     }
@@ -233,33 +254,44 @@ pub(crate) fn binary(
     Operand::Value(value, shape)
 }
 
-/// `x` modulo a constant that is not 0.
-fn modulo(b: &mut FuncBuilder, x: Value, of: Shape, by: Operand) -> Value {
-    let by = match by {
-        Operand::Const(value) => value as i64,
-        Operand::Value(_, Shape::Int(low, _)) => low,
-        Operand::Value(..) | Operand::Stored(_) => 1,
+/// An integer modulo a constant that is not 0.
+fn modulo(b: &mut FuncBuilder, x: Operand, by: Operand) -> Value {
+    let by = match by.shape() {
+        Shape::Int(low, _) if low != 0 => low,
+        _ => 1,
     };
-    let (least, shifted, by, back) = match of {
-        Shape::Int(low, _) if by > 0 => (low, x, by, 0),
-        Shape::Int(low, _) => (low - by, b.binary_imm(BinaryOp::Sub, x, by), -2 * by, by),
-        _ => (i64::MIN, x, by.max(1), 0),
+    let (low, high) = match x.shape() {
+        Shape::Int(low, high) => (low, high),
+        _ => (i64::MIN, i64::MAX),
     };
-    let narrow = |n: i64| n.abs() <= i64::from(i32::MAX);
-    let small = matches!(of, Shape::Int(low, high) if narrow(low) && narrow(high));
-    let mut rest = if small && back == 0 && narrow(by) {
-        let x = b.sextend_or_trunc(Type::I32, x);
-        let rest = b.binary_imm(BinaryOp::Srem, x, by);
-        b.sextend_or_trunc(Type::I64, rest)
-    } else {
-        b.binary_imm(BinaryOp::Srem, shifted, by)
-    };
-    if least < 0 {
-        let negative = b.icmp_imm(IntCond::Slt, rest, 0);
-        let up = b.binary_imm(BinaryOp::Add, rest, by);
-        rest = b.select(negative, up, rest);
+    // For a negative one as for twice its magnitude, that much further on, then back.
+    let shift = if by > 0 { 0 } else { -by };
+    let by = if by > 0 { by } else { -2 * by };
+    let bounds = Shape::Int(low.saturating_add(shift), high.saturating_add(shift));
+    let ty = common_type(bounds, Shape::Int(by, by));
+    let x = x.int(b, ty).unwrap_or_else(|| b.iconst(ty, 0));
+    let shifted = if shift == 0 { x } else { b.binary_imm(BinaryOp::Add, x, shift) };
+    let rest = remainder(b, shifted, bounds, by);
+    if shift == 0 { rest } else { b.binary_imm(BinaryOp::Sub, rest, shift) }
+}
+
+/// What is left of an integer within bounds by a positive number: never negative.
+pub(crate) fn remainder(b: &mut FuncBuilder, x: Value, bounds: Shape, by: i64) -> Value {
+    let (Shape::Int(low, high), ty) = (bounds, b.func().ty(x)) else { return x };
+    // A multiple of it more makes what can be negative positive, where there is room for that.
+    let more = if low < 0 { (low.unsigned_abs().div_ceil(by.unsigned_abs())) as i64 } else { 0 };
+    let room = if ty == Type::I32 { i64::from(u32::MAX) } else { i64::MAX };
+    let positive = more
+        .checked_mul(by)
+        .filter(|more| high.checked_add(*more).is_some_and(|most| most <= room));
+    if let Some(more) = positive {
+        let x = if more == 0 { x } else { b.binary_imm(BinaryOp::Add, x, more) };
+        return b.binary_imm(BinaryOp::Urem, x, by);
     }
-    if back == 0 { rest } else { b.binary_imm(BinaryOp::Add, rest, back) }
+    let rest = b.binary_imm(BinaryOp::Srem, x, by);
+    let negative = b.icmp_imm(IntCond::Slt, rest, 0);
+    let up = b.binary_imm(BinaryOp::Add, rest, by);
+    b.select(negative, up, rest)
 }
 
 fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Value {
@@ -309,7 +341,7 @@ fn is_finite(b: &mut FuncBuilder, value: Value) -> Value {
     b.fcmp(FloatCond::Ge, nothing, nothing)
 }
 
-/// A bit operator on doubles: integers below 2^39 keep all their bits in the fixed-point form, so
+/// A bit operator on doubles: integers of 32 bits keep all of them in the fixed-point form, so
 /// integers compute these.
 fn bit_operator(b: &mut FuncBuilder, op: Bin, x: Value, y: Value, rare: bool) -> Value {
     let (plain, function) = match op {
@@ -322,12 +354,9 @@ fn bit_operator(b: &mut FuncBuilder, op: Bin, x: Value, y: Value, rare: bool) ->
     }
     let mut all = None;
     let [i, j] = [x, y].map(|value| {
-        let whole = b.convert(ConvertOp::FloatToInt, Type::I64, value);
+        let whole = b.convert(ConvertOp::Whole, Type::I32, value);
         let back = b.convert(ConvertOp::IntToFloat, Type::F64, whole);
-        let same = b.fcmp(FloatCond::Eq, back, value);
-        let shifted = b.binary_imm(BinaryOp::Add, whole, 1 << 39);
-        let small = b.icmp_imm(IntCond::Ult, shifted, 1 << 40);
-        let fits = b.binary(BinaryOp::And, same, small);
+        let fits = b.fcmp(FloatCond::Eq, back, value);
         all = Some(match all {
             Some(others) => b.binary(BinaryOp::And, others, fits),
             None => fits,
@@ -348,7 +377,11 @@ pub(crate) fn compare(b: &mut FuncBuilder, cmp: Cmp, left: Operand, right: Opera
         let truth = super::eval::compare(cmp, x, y);
         return Operand::Value(b.iconst(Type::I1, i64::from(truth)), Shape::Truth);
     }
-    if let (Some(x), Some(y)) = (left.int(b), right.int(b)) {
+    let ty = common_type(left.shape(), right.shape());
+    if left.shape().is_int()
+        && right.shape().is_int()
+        && let (Some(x), Some(y)) = (left.int(b, ty), right.int(b, ty))
+    {
         return Operand::Value(compare_ints(b, cmp, x, y), Shape::Truth);
     }
     if let (Cmp::Eq | Cmp::Ne, Operand::Stored(_), _) | (Cmp::Eq | Cmp::Ne, _, Operand::Stored(_)) =

@@ -8,6 +8,7 @@ use plcc_ir::{BinaryOp, FuncBuilder, IntCond, Type, UnaryOp, Value};
 use super::ast::{Bin, Expr, Func, Op};
 use super::emit;
 use super::lower::Lowerer;
+use super::rangeanalysis::Shape;
 
 /// A value, and whether it is sign-extended from 24 bits. Truth values are `i1`s.
 type Integer = (Value, bool);
@@ -102,7 +103,11 @@ impl Lowerer<'_> {
             }
             Bin::Mod => {
                 let (left, right) = (whole(b, left), whole(b, right));
-                return (modulo(b, left, right), true);
+                let by = b.func().constant(right);
+                return match by.filter(|&by| by > 0) {
+                    Some(by) => (emit::remainder(b, left, Shape::LONG, by), true),
+                    None => (modulo(b, left, right), true),
+                };
             }
         };
         let clean = left.1 && right.1 && matches!(op, Bin::And | Bin::Or | Bin::Xor);

@@ -305,8 +305,7 @@ impl Lowerer<'_> {
             What::Word(space, address, expr) => {
                 let value = self.value(expr);
                 let b = self.builder.ins();
-                let bits = value.bits(b);
-                let word = b.sextend_or_trunc(Type::I32, bits);
+                let word = value.bits(b);
                 self.write_far_word(space, address, word);
             }
             What::Save => {
@@ -384,15 +383,14 @@ impl Lowerer<'_> {
             let value = self.read(name.0, u32::from(name.1));
             let b = self.builder.ins();
             let value = value.float(b);
-            let narrow = b.convert(ConvertOp::FloatToInt, Type::I32, value);
+            let narrow = b.convert(ConvertOp::Whole, Type::I32, value);
             let back = b.convert(ConvertOp::IntToFloat, Type::F64, narrow);
             let other = b.fcmp(FloatCond::Ne, back, value);
             any = Some(match any {
                 Some(others) => b.binary(BinaryOp::Or, others, other),
                 None => other,
             });
-            let wide = b.sextend_or_trunc(Type::I64, narrow);
-            whole.push((name, Operand::Value(wide, analysis::ASKED)));
+            whole.push((name, Operand::Value(narrow, analysis::ASKED)));
             real.push((name, Operand::Value(value, Shape::FINITE)));
         }
         let any = any?;
@@ -532,9 +530,10 @@ impl Lowerer<'_> {
         let b = self.builder.ins();
         match (x, x.shape()) {
             (Operand::Value(value, _), Shape::Int(low, high)) => {
+                let shape = Shape::magnitude(low, high);
+                let value = b.sextend_or_trunc(emit::whole_type(shape), value);
                 let negative = b.unary(UnaryOp::Neg, value);
-                let value = b.binary(BinaryOp::Smax, value, negative);
-                Operand::Value(value, Shape::magnitude(low, high))
+                Operand::Value(b.binary(BinaryOp::Smax, value, negative), shape)
             }
             (_, shape) => {
                 let (most, nan, _) = shape.real();

@@ -132,9 +132,7 @@ impl Lowerer<'_> {
                     Some((_, _, field)) => Shape::field(field),
                     None => return Operand::Const(0.0),
                 };
-                let value = self.read_l(number);
-                let wide = self.builder.ins().sextend_or_trunc(Type::I64, value);
-                return Operand::Value(wide, shape);
+                return Operand::Value(self.read_l(number), shape);
             }
         };
         Operand::Stored(at)
@@ -167,21 +165,14 @@ impl Lowerer<'_> {
             Direct::Word(offset, address, field) => {
                 let at = self.word_address(offset, address);
                 let b = self.builder.ins();
-                let value = emit::read_field(b, at, field);
-                let wide = match field.format {
-                    Format::S => b.sextend_or_trunc(Type::I64, value),
-                    _ => b.zextend_or_trunc(Type::I64, value),
-                };
-                return Operand::Value(wide, Shape::field(field));
+                return Operand::Value(emit::read_field(b, at, field), Shape::field(field));
             }
             Direct::Star | Direct::General => {
                 let at = Address::fixed(self.regions.mdef, 8 * number);
                 let b = self.builder.ins();
                 let word = b.load(Type::I32, at);
                 let left = b.binary_imm(BinaryOp::Shl, word, 11);
-                let value = b.binary_imm(BinaryOp::Ashr, left, 11);
-                let wide = b.sextend_or_trunc(Type::I64, value);
-                return Operand::Value(wide, Shape::STAR);
+                return Operand::Value(b.binary_imm(BinaryOp::Ashr, left, 11), Shape::STAR);
             }
             Direct::P(number) => self.double(self.regions.p, number),
             Direct::Q(number) => self.double(self.regions.q, number),
@@ -214,8 +205,7 @@ impl Lowerer<'_> {
         let mask = i64::from(self.layout.count - 1);
         let b = self.builder.ins();
         let bits = number.bits(b);
-        let low = b.sextend_or_trunc(Type::I32, bits);
-        b.binary_imm(BinaryOp::And, low, mask)
+        b.binary_imm(BinaryOp::And, bits, mask)
     }
 
     /// Assigns to what a statement names.
@@ -250,11 +240,7 @@ impl Lowerer<'_> {
             Kind::L => {
                 let bits = match self.l_format(number) {
                     Some(Format::D | Format::C) => self.bcd(number, value),
-                    _ => {
-                        let b = self.builder.ins();
-                        let bits = value.bits(b);
-                        b.sextend_or_trunc(Type::I32, bits)
-                    }
+                    _ => value.bits(self.builder.ins()),
                 };
                 return self.write_l(number, bits);
             }
@@ -312,14 +298,12 @@ impl Lowerer<'_> {
                 let at = self.word_address(offset, address);
                 let b = self.builder.ins();
                 let bits = value.bits(b);
-                let bits = b.sextend_or_trunc(Type::I32, bits);
                 return emit::write_field(b, at, field, bits);
             }
             Direct::Star | Direct::General => {
                 let at = Address::fixed(self.regions.mdef, 8 * number);
                 let b = self.builder.ins();
                 let bits = value.bits(b);
-                let bits = b.sextend_or_trunc(Type::I32, bits);
                 let bits = b.binary_imm(BinaryOp::And, bits, 0x1F_FFFF);
                 return b.store(at, bits);
             }
@@ -478,7 +462,6 @@ impl Lowerer<'_> {
     /// An integer as a double.
     pub(crate) fn widened(&mut self, value: Value) -> Operand {
         let b = self.builder.ins();
-        let wide = b.sextend_or_trunc(Type::I64, value);
-        Operand::Value(b.convert(ConvertOp::IntToFloat, Type::F64, wide), Shape::FINITE)
+        Operand::Value(b.convert(ConvertOp::IntToFloat, Type::F64, value), Shape::FINITE)
     }
 }

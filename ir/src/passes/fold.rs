@@ -141,6 +141,9 @@ impl Fold<'_> {
             InstData::Binary { op, args } => self.binary(op, ty, args),
             InstData::Icmp { cond, args } => self.icmp(cond, args),
             InstData::Fcmp { cond, args: [a, b] } => {
+                if self.is_same_integer(a, b) {
+                    return Some(Simpler::truth(eval::fcmp(cond, 0, 0)));
+                }
                 let (a, b) = (self.func.constant(a)?, self.func.constant(b)?);
                 Some(Simpler::truth(eval::fcmp(cond, a, b)))
             }
@@ -152,6 +155,15 @@ impl Fold<'_> {
             }
             InstData::Store { .. } | InstData::HostCall { .. } => None,
         }
+    }
+
+    /// Whether two doubles are made of one integer: so neither is NaN.
+    fn is_same_integer(&self, a: Value, b: Value) -> bool {
+        let integer = |value| match self.func.def_inst(value) {
+            Some(&InstData::Convert { op: ConvertOp::IntToFloat, to: _, arg }) => Some(arg),
+            _ => None,
+        };
+        integer(a).is_some_and(|arg| integer(b) == Some(arg))
     }
 
     /// Makes a fixed address of one with a known index; says whether it did.

@@ -67,7 +67,8 @@ impl Fold<'_> {
         c: i64,
     ) -> Option<Simpler> {
         let bits = self.func.constant(by).filter(|by| (1..i64::from(ty.bits())).contains(by))?;
-        let &InstData::Binary { op: BinaryOp::Shl, args: [_, left] } = self.func.def_inst(x)? else {
+        let &InstData::Binary { op: BinaryOp::Shl, args: [_, left] } = self.func.def_inst(x)?
+        else {
             return None;
         };
         let left = self.func.constant(left).filter(|left| (bits..64).contains(left));

@@ -50,11 +50,8 @@ impl Fold<'_> {
                 })
             }
             (ConvertOp::Bitcast, ConvertOp::Bitcast) => Some(Simpler::Same(x)),
-            (ConvertOp::FloatToInt, ConvertOp::IntToFloat) if first == Type::I32 => {
-                Some(match to {
-                    Type::I32 => Simpler::Same(x),
-                    _ => Simpler::convert(ConvertOp::Sext, to, x),
-                })
+            (ConvertOp::Whole, ConvertOp::IntToFloat) if first == Type::I32 => {
+                Some(Simpler::Same(x))
             }
             _ => None,
         }

@@ -141,7 +141,7 @@ fn inst_cost(func: &FuncData, data: &InstData) -> Option<u32> {
             _ => Some(1),
         },
         InstData::Icmp { .. } | InstData::Fcmp { .. } | InstData::Select { .. } => Some(1),
-        InstData::Convert { op: ConvertOp::IntToFloat | ConvertOp::FloatToInt, .. } => Some(3),
+        InstData::Convert { op: ConvertOp::IntToFloat | ConvertOp::Whole, .. } => Some(3),
         InstData::Convert { .. } => Some(1),
         InstData::Load { ty: _, at } if !at.volatile => {
             Some(if at.index.is_some() { 3 } else { 1 })

@@ -95,7 +95,7 @@ fn wrong(module: &Module, func: &FuncData, data: &InstData) -> Option<String> {
                 ConvertOp::Sext | ConvertOp::Zext => ints && to.bits() > from.bits(),
                 ConvertOp::Trunc => ints && to.bits() < from.bits(),
                 ConvertOp::IntToFloat => wide(from) && to == Type::F64,
-                ConvertOp::FloatToInt => from == Type::F64 && wide(to),
+                ConvertOp::Whole => from == Type::F64 && to == Type::I32,
                 ConvertOp::Bitcast => {
                     matches!((from, to), (Type::I64, Type::F64) | (Type::F64, Type::I64))
                 }
