@@ -212,7 +212,7 @@ pub(crate) enum Action {
     /// A coordinate system is addressed.
     System(u8),
     /// Values into memory.
-    Write(WriteKind, u32, Vec<f64>),
+    Write(WriteKind, u32, Vec<Expr>),
     /// Retained values are written.
     Save,
     /// Reset: definitions and variables stay but for what is not retained.

@@ -35,6 +35,8 @@ pub(crate) struct Open {
     pub(crate) frames: Vec<Frame>,
     /// The first thing that is wrong with the structure.
     pub(crate) fault: Option<(At, String)>,
+    /// A name from a missing file stands in it: its structure is not known.
+    pub(crate) unknown: bool,
 }
 
 /// Reads a preprocessed text.
@@ -51,10 +53,20 @@ pub(crate) struct Checker<'a> {
     statements: u32,
     assigns_i5: bool,
     has_plc: Option<At>,
+    /// Statements that are not judged, since they need a file that is missing.
+    unjudged: usize,
+}
+
+/// A download that was read.
+pub(crate) struct Read {
+    pub(crate) download: Download,
+    pub(crate) diagnostics: Vec<Diagnostic>,
+    /// Statements that are not judged, since an included file is missing.
+    pub(crate) unjudged: usize,
 }
 
 /// Reads a download. The structure of broken PLCs is reported, and they are left empty.
-pub(crate) fn read(flat: &Flat, options: &Options) -> (Download, Vec<Diagnostic>) {
+pub(crate) fn read(flat: &Flat, options: &Options) -> Read {
     let turbo = options.controller == Controller::Turbo;
     let mut checker = Checker {
         reader: Reader::new(&flat.text, turbo),
@@ -78,9 +90,10 @@ pub(crate) fn read(flat: &Flat, options: &Options) -> (Download, Vec<Diagnostic>
         statements: 0,
         assigns_i5: false,
         has_plc: None,
+        unjudged: 0,
     };
     checker.run();
-    (checker.out, checker.diagnostics)
+    Read { download: checker.out, diagnostics: checker.diagnostics, unjudged: checker.unjudged }
 }
 
 impl Checker<'_> {
@@ -159,6 +172,7 @@ impl Checker<'_> {
                             lost: true,
                             frames: Vec::new(),
                             fault: None,
+                            unknown: false,
                         });
                     }
                     return;
@@ -194,7 +208,8 @@ impl Checker<'_> {
                     buffer.opened = Some(at);
                 }
                 let (frames, fault) = (Vec::new(), None);
-                self.open = Some(Open { compiled, number, lost: false, frames, fault });
+                self.open =
+                    Some(Open { compiled, number, lost: false, frames, fault, unknown: false });
                 true
             }
         }
@@ -353,7 +368,7 @@ impl Checker<'_> {
             let first = open.fault.take();
             open.fault = first.or(Some((frame.at, format!("this {what} has no {end}"))));
         }
-        let lost = open.lost;
+        let lost = open.lost || open.unknown;
         let name = if open.compiled { "PLCC" } else { "PLC" };
         let number = open.number;
         let fault = open.fault.take();
@@ -384,6 +399,13 @@ impl Checker<'_> {
         if self.flat.poisoned.get(blamed).is_some_and(|p| p.start < line.end) {
             return;
         }
+        if self.flat.incomplete && self.is_name(at) {
+            self.unjudged += 1;
+            if let Some(open) = &mut self.open {
+                open.unknown = true;
+            }
+            return;
+        }
         let diagnostic = self.flat.origins.diagnose(at, |span| {
             let diagnostic = Diagnostic::error(fault.code, span, fault.message);
             match fault.help {
@@ -392,6 +414,23 @@ impl Checker<'_> {
             }
         });
         self.diagnostics.push(diagnostic);
+    }
+
+    /// Whether what stands at a place, or the word before it on the line, may be a name that a
+    /// missing file defines.
+    fn is_name(&self, at: At) -> bool {
+        let (start, end) = (at.start as usize, at.end as usize);
+        let word = |c: char| c.is_alphanumeric() || c == '_';
+        let line = self.flat.text.get(..end).unwrap_or("");
+        let line = line.get(line.rfind('\n').map_or(0, |n| n + 1)..).unwrap_or("");
+        let here = self.flat.text.get(start..end).unwrap_or("").trim();
+        let before = line.get(..line.len().saturating_sub(end - start)).unwrap_or("").trim_end();
+        let before = before.rsplit(|c| !word(c)).next().unwrap_or("");
+        [here, before].into_iter().any(|name| {
+            let name = name.trim_end_matches(|c| !word(c));
+            let letters = name.chars().filter(|c| c.is_alphabetic() || *c == '_').count();
+            letters > 1 && name.chars().all(word)
+        })
     }
 
     /// The line around a place, as far as templates are concerned.

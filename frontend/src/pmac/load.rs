@@ -96,7 +96,12 @@ impl Loader {
                 }
             }
             Action::System(system) => self.system = u32::from(system),
-            Action::Write(kind, address, ref values) => self.write_memory(kind, address, values),
+            Action::Write(kind, address, ref values) => {
+                for (k, &value) in (0..).zip(values) {
+                    let value = math::finite(self.value(download.ops(value)));
+                    self.write_memory(kind, address.wrapping_add(k), value);
+                }
+            }
             Action::Save => self.out.save = true,
             Action::DeletePlcc(number) => self.out.erased |= 1 << (number & 31),
             Action::Reset | Action::Motion => {}
@@ -108,17 +113,15 @@ impl Loader {
         Memory { image: &mut out.image, layout: &out.layout, far: &mut out.far }
     }
 
-    fn write_memory(&mut self, kind: WriteKind, address: u32, values: &[f64]) {
+    fn write_memory(&mut self, kind: WriteKind, address: u32, value: f64) {
         use plcc_abi::pmac::Definition;
-        for (k, &value) in values.iter().enumerate() {
-            let address = address.wrapping_add(k as u32) & self.out.layout.address_mask();
-            let word = fixed::bits(value) as u32;
-            match kind {
-                WriteKind::X => self.memory().write_word(Space::X, address, word),
-                WriteKind::Y => self.memory().write_word(Space::Y, address, word),
-                WriteKind::Long => self.memory().write(Definition::L { address }, value),
-                WriteKind::Double => self.memory().write(Definition::D { address }, value),
-            }
+        let address = address & self.out.layout.address_mask();
+        let word = fixed::bits(value) as u32;
+        match kind {
+            WriteKind::X => self.memory().write_word(Space::X, address, word),
+            WriteKind::Y => self.memory().write_word(Space::Y, address, word),
+            WriteKind::Long => self.memory().write(Definition::L { address }, value),
+            WriteKind::Double => self.memory().write(Definition::D { address }, value),
         }
     }
 

@@ -63,7 +63,13 @@ pub fn check(
     options: &Options,
 ) -> (Option<Program>, Vec<Diagnostic>) {
     let (flat, mut diagnostics) = preprocess::preprocess(sources, files, loader, options);
-    let (download, found) = download::read(&flat, options);
+    let download::Read { download, diagnostics: found, unjudged } = download::read(&flat, options);
+    if unjudged > 0
+        && let Some(missing) = diagnostics.iter_mut().find(|d| d.code == "PMAC-X2")
+    {
+        let what = if unjudged == 1 { "1 error" } else { &format!("{unjudged} errors") };
+        missing.notes.push(format!("{what} over names that it may define are not shown"));
+    }
     diagnostics.extend(found);
     if diagnostics.iter().any(|d| d.is_error() && d.code != "PMAC-9") {
         return (None, diagnostics);

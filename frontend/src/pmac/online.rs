@@ -54,6 +54,7 @@ const ACCEPTED: &[(&str, usize, Tail)] = &[
     ("CLR", 3, Tail::Nothing),
     ("CPU", 3, Tail::Nothing),
     ("DATE", 3, Tail::Nothing),
+    ("DKILL", 5, Tail::Nothing),
     ("EAVERSION", 3, Tail::Nothing),
     ("ENDGATHER", 4, Tail::Nothing),
     ("ENDTRACE", 4, Tail::Nothing),
@@ -73,6 +74,7 @@ const ACCEPTED: &[(&str, usize, Tail)] = &[
     ("LMOVERLAY", 3, Tail::Line),
     ("LOCK", 4, Tail::Line),
     ("MACRO", 5, Tail::Line),
+    ("MACSTA", 6, Tail::Line),
     ("MFLUSH", 3, Tail::Nothing),
     ("MS", 2, Tail::Line),
     ("MX", 2, Tail::Line),
@@ -101,6 +103,8 @@ const ACCEPTED: &[(&str, usize, Tail)] = &[
     ("VID", 3, Tail::Nothing),
     ("A", 1, Tail::Nothing),
     ("B", 1, Tail::Number),
+    ("D", 1, Tail::Nothing),
+    ("E", 1, Tail::Nothing),
     ("F", 1, Tail::Nothing),
     ("H", 1, Tail::Nothing),
     ("K", 1, Tail::Nothing),
@@ -326,7 +330,7 @@ impl Reader<'_> {
         for &(word, least, tail) in ACCEPTED {
             if (word.len() > 1) == words && (words || single) && self.cur.short(word, least) {
                 self.tail(tail);
-                if word == "UNDEFINE" {
+                if matches!(word, "UNDEFINE" | "CLEAR" | "CLR") {
                     let _ = self.cur.word("ALL");
                 }
                 out.push(Action::Motion);
@@ -474,6 +478,7 @@ impl Reader<'_> {
         }
         if BUFFERS.iter().any(|(name, least)| self.cur.short(name, *least)) {
             let _ = self.cur.integer();
+            let _ = self.cur.short("TEMPS", 4);
             return Ok(Flow::Go);
         }
         self.cur.expected("GATHER, TRACE, ROTARY, COMP, PLCC or another buffer")
@@ -504,7 +509,7 @@ impl Reader<'_> {
         let address = self.address()?;
         let mut values = Vec::new();
         while self.cur.eat(b',') {
-            values.push(self.signed()?);
+            values.push(self.expression()?);
         }
         if byte == b'W' {
             if values.is_empty() {

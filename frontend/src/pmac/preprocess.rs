@@ -10,7 +10,7 @@ use std::path::Path;
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use super::origin::{At, Origins};
-use super::template::{Line, Values};
+use super::template::{Line, Template, Values};
 use crate::common::{FileLoader, Options, find_include};
 
 /// Deepest nesting of includes, conditionals and replacements.
@@ -28,6 +28,8 @@ pub(crate) struct Flat {
     pub(crate) origins: Origins,
     /// Stretches around a template that nothing defines: no further errors there.
     pub(crate) poisoned: Vec<At>,
+    /// An included file is missing: names that nothing defines may be defined there.
+    pub(crate) incomplete: bool,
 }
 
 struct Macro {
@@ -70,19 +72,22 @@ struct Preprocessor<'a> {
     in_block: bool,
     /// Templates that nothing defines: the index of the error, the number of places.
     unknown: HashMap<String, (usize, usize)>,
+    /// What `#define $(NAME) VALUE` says.
+    templates: HashMap<String, String>,
 }
 
-/// What `--define` says, and who hears of what it does not say.
+/// What `--define` and the text say, and who hears of what it does not say.
 struct Defines<'a> {
     options: &'a Options,
     diagnostics: &'a mut Vec<Diagnostic>,
     unknown: &'a mut HashMap<String, (usize, usize)>,
+    templates: &'a HashMap<String, String>,
 }
 
 impl Values for Defines<'_> {
     fn value(&self, name: &str) -> Option<String> {
-        let found = self.options.defines.iter().rev().find(|(n, _)| n == name);
-        found.map(|(_, value)| value.clone())
+        let given = || self.options.defines.iter().rev().find(|(n, _)| n == name).map(|(_, v)| v);
+        self.templates.get(name).or_else(given).cloned()
     }
 
     fn unknown(&mut self, name: &str, at: Span) {
@@ -118,6 +123,7 @@ pub(crate) fn preprocess(
         no_block_end: None,
         in_block: false,
         unknown: HashMap::new(),
+        templates: HashMap::new(),
     };
     for &file in files {
         this.file(file);
@@ -178,10 +184,20 @@ impl Preprocessor<'_> {
     }
 
     fn line(&mut self, file: FileId, start: usize, line: &str) {
+        if !self.in_block
+            && let Some((name, value)) = template_definition(line)
+        {
+            if self.active() {
+                self.templates.insert(name.to_owned(), strip_comment(value).trim().to_owned());
+            }
+            self.flat.text.push('\n');
+            return;
+        }
         let mut defines = Defines {
             options: self.options,
             diagnostics: &mut self.diagnostics,
             unknown: &mut self.unknown,
+            templates: &self.templates,
         };
         // Where nothing is read, no template needs a value.
         let line = match self.conditionals.last().is_none_or(|c| c.active) {
@@ -281,16 +297,20 @@ impl Preprocessor<'_> {
     }
 
     fn include(&mut self, at: Span, written: &str) {
-        let close = match written.chars().next() {
-            Some('"') => '"',
-            Some('<') => '>',
-            _ => {
-                let message = "#include needs a file name in quotes or angle brackets";
-                return self.error(at, "PMAC-3", message);
-            }
+        let (from, close) = match written.chars().next() {
+            Some('"') => (1, '"'),
+            Some('<') => (1, '>'),
+            _ => (0, ' '),
         };
-        let tail = written.get(1..).unwrap_or("");
-        let name = tail.find(close).map_or(tail, |end| tail.get(..end).unwrap_or("")).trim();
+        let tail = written.get(from..).unwrap_or("");
+        let name = match close {
+            ' ' => strip_comment(tail),
+            _ => tail.find(close).map_or(tail, |end| tail.get(..end).unwrap_or("")),
+        };
+        let name = name.trim();
+        if name.is_empty() {
+            return self.error(at, "PMAC-3", "#include needs a file name");
+        }
         if self.frames.len() >= MAX_NESTING {
             return self.error(at, "PMAC-X2", "includes nest too deep: 256 levels at most");
         }
@@ -307,11 +327,13 @@ impl Preprocessor<'_> {
                 let file = self.map.add_included(path, &found.bytes, at);
                 self.frames.push(Frame { file, pos: 0, conditionals: self.conditionals.len() });
             }
-            None => self.diagnostics.push(
-                Diagnostic::error("PMAC-X2", at, format!("the file `{name}` is not found")).help(
-                    "it is looked for beside this file, by its trailing parts, and in -I folders",
-                ),
-            ),
+            None => {
+                self.flat.incomplete = true;
+                self.diagnostics.push(
+                    Diagnostic::error("PMAC-X2", at, format!("the file `{name}` is not found"))
+                        .help("it is looked for beside this file, by its trailing parts, and in -I folders"),
+                );
+            }
         }
     }
 
@@ -400,7 +422,7 @@ impl Preprocessor<'_> {
     }
 
     fn copy(&mut self, line: &Line<'_>, range: std::ops::Range<usize>) {
-        let Flat { text, origins, poisoned } = &mut self.flat;
+        let Flat { text, origins, poisoned, .. } = &mut self.flat;
         line.copy(range, text, origins, poisoned);
     }
 
@@ -477,6 +499,14 @@ impl Preprocessor<'_> {
     }
 }
 
+/// The name and the value of `#define $(NAME) VALUE`.
+fn template_definition(line: &str) -> Option<(&str, &str)> {
+    let rest = line.trim_start().strip_prefix('#')?.trim_start();
+    let word = word_at(rest, 0);
+    let rest = rest.get(word.len()..).filter(|_| word.eq_ignore_ascii_case("define"))?;
+    Template::named(rest.trim_start())
+}
+
 /// A definition's text up to a comment outside quotes.
 fn strip_comment(text: &str) -> &str {
     let mut quoted = false;
@@ -543,6 +573,8 @@ mod tests {
     #[test]
     fn includes_are_found_and_see_the_definitions() {
         assert_eq!(plain("#define FOO 3\n#include \"c:\\x\\INC\\A.PMC\"\nP1"), "P9=3 P1");
+        assert_eq!(plain("#define FOO 4\n#include INC/A.PMC ; bare\nP1"), "P9=4 P1");
+        assert_eq!(run("#include ; x\n", &Options::default()).1, ["PMAC-3"]);
         assert_eq!(run("#include <none.pmc>\n", &Options::default()).1, ["PMAC-X2"]);
     }
 
@@ -567,6 +599,12 @@ mod tests {
         options.defines.push(("M".into(), "$(C)4".into()));
         let (text, codes) = run("$(C=;)#define A 1\nA CMD\"#$(M)J\" /* $(Z)\n$(Z) */ P1", &options);
         assert_eq!((text.as_str(), codes.len()), ("\n1 CMD\"#4J\" \n  P1\n", 0));
+    }
+
+    #[test]
+    fn templates_are_defined_in_the_text_too() {
+        let text = "#define $(N) 5 ; c\n#Define $(M=1) $(N)7\nP$(M=2)=$(N)\n#define $(N)\nA$(N)B";
+        assert_eq!(plain(text), "P57=5 AB");
     }
 
     #[test]

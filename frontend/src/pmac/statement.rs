@@ -147,6 +147,9 @@ impl Checker<'_> {
 
     /// What is no statement: on-line commands that work while a buffer is open, and errors.
     fn foreign(&mut self, byte: u8, start: usize) -> Parsed<()> {
+        if byte == b'R' && self.final_return() {
+            return Ok(());
+        }
         let at = self.reader.cur.here();
         let what = self.reader.cur.what(at).to_owned();
         let known = MOTION.iter().any(|word| self.reader.cur.starts_with(word));
@@ -176,6 +179,21 @@ impl Checker<'_> {
             return syntax_help(at, message, "a PLC gives it with COMMAND\"…\"");
         }
         self.reader.unknown()
+    }
+
+    /// Takes a RETURN that is the buffer's last statement: the controller itself adds one at CLOSE,
+    /// and lists it, so that backups have it.
+    fn final_return(&mut self) -> bool {
+        let mut ahead = self.reader.cur;
+        if !(ahead.word("RETURN") || ahead.word("RET")) {
+            return false;
+        }
+        let next = ahead.peek();
+        let last = next == 0 || ["CLOSE", "CLS", "RET"].iter().any(|word| ahead.starts_with(word));
+        if last {
+            self.reader.cur = ahead;
+        }
+        last
     }
 
     fn in_plc0(&self) -> bool {
@@ -552,8 +570,7 @@ impl Checker<'_> {
                         WriteKind::Long | WriteKind::Double => continue,
                     };
                     for (k, value) in values.into_iter().enumerate() {
-                        let expr = self.reader.constant(value);
-                        code.push(What::Word(space, addr.wrapping_add(k as u32), expr));
+                        code.push(What::Word(space, addr.wrapping_add(k as u32), value));
                     }
                 }
                 Action::Save => code.push(What::Save),

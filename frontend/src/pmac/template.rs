@@ -198,13 +198,19 @@ impl Scan {
 }
 
 /// `$(NAME)` or `$(NAME=DEFAULT)`; braces will do too.
-struct Template<'a> {
+pub(crate) struct Template<'a> {
     name: &'a str,
     default: Option<&'a str>,
     length: usize,
 }
 
 impl<'a> Template<'a> {
+    /// The name of the template at the beginning of a text, and what follows it.
+    pub(crate) fn named(text: &'a str) -> Option<(&'a str, &'a str)> {
+        let template = Self::read(text)?;
+        Some((template.name, text.get(template.length..)?))
+    }
+
     /// The template at the beginning of a text.
     fn read(text: &'a str) -> Option<Self> {
         let (open, close) = match text.get(..2)? {

@@ -64,6 +64,9 @@ fn statements_are_accepted() {
         "IF(P1=1)ELSE ENDIF",
         "IF(P1=1)P2=1 ELSE IF(P1=2)P2=3 ENDIF ENDIF",
         "CLEAR P1=1",
+        "P1=1 RET",
+        "IF(P1=1)ENDI\nRETURN\n",
+        "CMD\"wx$78014,p(p1+10)\" CMD\"WY:$78010,$FF,P1*2\" CMD\"&1E\" CMD\"D\" CMD\"DKILL\"",
     ] {
         let found: Vec<_> =
             plc(body).into_iter().filter(|(c, _)| !c.starts_with("PMAC-W")).collect();
@@ -327,4 +330,18 @@ fn what_macros_wrote_is_shown_with_its_definition() {
     let found = diagnostics.iter().find(|d| d.is_error()).unwrap();
     assert_eq!(map.line_col(file, found.span.start), (3, 1));
     assert_eq!(map.line_col(file, found.labels[0].span.start).0, 1);
+}
+
+#[test]
+fn what_a_missing_file_may_define_is_not_judged() {
+    let text = "#include \"none.h\"\nI5=2\nOPEN PLC LIFT CLEAR\nIF (UP=1)\nGO_UP TIME=50 MSEC\n\
+                ENDIF\nLOOP_END\nP1=+1\nCLOSE\n";
+    assert_eq!(codes(text), [("PMAC-X2", 1), ("PMAC-3", 8)]);
+    // Without the include each of them is an error.
+    assert_eq!(codes(text.trim_start_matches("#include \"none.h\"")).len(), 5);
+}
+
+#[test]
+fn a_return_in_the_middle_is_for_motion_programs() {
+    assert_eq!(plc("IF(P1=1)RETURN ENDIF"), [("PMAC-3", 2)]);
 }
