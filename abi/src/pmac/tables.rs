@@ -44,6 +44,8 @@ pub struct Program {
     pub task: u32,
     /// Whether it is enabled after load.
     pub enabled: bool,
+    /// Whether it is paused after load, so that RESUME starts it.
+    pub paused: bool,
 }
 
 /// Something that a statement says to the outside.

@@ -9,6 +9,28 @@ use super::ast::{Action, Download, Op, Target, WriteKind};
 use super::{eval, tables};
 use crate::common::Controller;
 
+/// What has become of PLCs 0 to 31, a bit for each.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct States {
+    pub(crate) enabled: u32,
+    pub(crate) paused: u32,
+}
+
+impl States {
+    /// After power-up all are enabled.
+    const START: Self = Self { enabled: u32::MAX, paused: 0 };
+
+    fn apply(&mut self, op: PlcOp, set: u32) {
+        let Self { enabled, paused } = *self;
+        (self.enabled, self.paused) = match op {
+            PlcOp::Enable => (enabled | set, paused & !set),
+            PlcOp::Disable => (enabled & !set, paused & !set),
+            PlcOp::Pause => (enabled & !set, paused | enabled & set),
+            PlcOp::Resume => (enabled | paused & set, paused & !set),
+        };
+    }
+}
+
 /// What a program starts with.
 #[derive(Clone, Debug)]
 pub(crate) struct Loaded {
@@ -16,10 +38,10 @@ pub(crate) struct Loaded {
     /// The image after load.
     pub(crate) image: Vec<u8>,
     pub(crate) far: Far,
-    /// A bit for each enabled PLC.
-    pub(crate) plcs: u32,
-    /// A bit for each enabled PLCC.
-    pub(crate) plccs: u32,
+    /// What ENABLE to RESUME have made of the PLCs.
+    pub(crate) plcs: States,
+    /// The same of the PLCCs.
+    pub(crate) plccs: States,
     /// PLCCs erased by DELETE stay empty.
     pub(crate) erased: u32,
     /// The text says SAVE.
@@ -53,8 +75,8 @@ pub(crate) fn load(download: &Download) -> Loaded {
             layout,
             image,
             far: Far::default(),
-            plcs: u32::MAX,
-            plccs: u32::MAX,
+            plcs: States::START,
+            plccs: States::START,
             erased: 0,
             save: false,
             named: Vec::new(),
@@ -88,12 +110,8 @@ impl Loader {
                 }
             }
             Action::Plc(op, plcs) => {
-                let enabled = if plcs.compiled { &mut self.out.plccs } else { &mut self.out.plcs };
-                match op {
-                    PlcOp::Enable => *enabled |= plcs.set,
-                    PlcOp::Disable | PlcOp::Pause => *enabled &= !plcs.set,
-                    PlcOp::Resume => {}
-                }
+                let states = if plcs.compiled { &mut self.out.plccs } else { &mut self.out.plcs };
+                states.apply(op, plcs.set);
             }
             Action::System(system) => self.system = u32::from(system),
             Action::Write(kind, address, ref values) => {

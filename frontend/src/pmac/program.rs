@@ -20,9 +20,10 @@ pub(crate) fn program(
     let mut first_command = 0;
     for (task, (runs, code)) in (0u32..).zip(&tasks) {
         if let Runs::Plc { compiled, number } = *runs {
-            let enabled = if compiled { loaded.plccs } else { loaded.plcs };
-            let enabled = enabled & (1 << number) != 0;
-            programs.push(PlcProgram { number, compiled, task, enabled });
+            let states = if compiled { loaded.plccs } else { loaded.plcs };
+            let enabled = states.enabled & (1 << number) != 0;
+            let paused = states.paused & (1 << number) != 0;
+            programs.push(PlcProgram { number, compiled, task, enabled, paused });
             names(download, code, &mut named);
             first_command = task + 1;
         }

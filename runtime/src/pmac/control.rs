@@ -159,7 +159,11 @@ impl Control {
     pub(super) fn new(tables: PmacTables, layout: Layout) -> Self {
         let (mut plcs, mut plccs) = (Plcs::default(), Plcs::default());
         for program in &tables.programs {
-            let status = if program.enabled { Status::Enabled } else { Status::Disabled };
+            let status = match (program.enabled, program.paused) {
+                (true, _) => Status::Enabled,
+                (false, true) => Status::Paused,
+                (false, false) => Status::Disabled,
+            };
             let plc = Plc { status, restart: false, task: program.task as usize };
             if program.compiled { &mut plccs } else { &mut plcs }.put(program.number, plc);
         }

@@ -74,7 +74,13 @@ impl Download {
         });
         let number = name.trim_start_matches(char::is_alphabetic).parse().unwrap();
         let compiled = name.starts_with("PLCC");
-        self.tables.programs.push(pmac::Program { number, compiled, task, enabled: true });
+        self.tables.programs.push(pmac::Program {
+            number,
+            compiled,
+            task,
+            enabled: true,
+            paused: false,
+        });
     }
 
     fn start(mut self) -> (PmacExecutive, Script) {
@@ -233,7 +239,8 @@ fn one_that_disables_itself_finishes_its_scan() {
 fn enable_starts_at_the_top_and_resume_does_not() {
     let mut download = Download::new(false);
     let waiting = download.task("PLC3", |_| Outcome::Suspended);
-    let entry = pmac::Program { number: 3, compiled: false, task: waiting, enabled: true };
+    let entry =
+        pmac::Program { number: 3, compiled: false, task: waiting, enabled: true, paused: false };
     download.tables.programs.push(entry);
     let mut step = 0;
     download.plc("PLC0", move |scan| {
@@ -456,7 +463,7 @@ fn a_tick_lasts_as_i10_says() {
 fn a_trap_stops_the_control() {
     let mut download = Download::new(false);
     let task = download.task("PLC1", |_| Outcome::Trap(plcc_abi::TrapCode::BadLabel));
-    let entry = pmac::Program { number: 1, compiled: false, task, enabled: true };
+    let entry = pmac::Program { number: 1, compiled: false, task, enabled: true, paused: false };
     download.tables.programs.push(entry);
     let (mut executive, mut script) = download.start();
     let stop = executive.tick(&mut script, &mut Vec::new()).unwrap_err();
