@@ -51,6 +51,7 @@ const ACCEPTED: &[(&str, usize, Tail)] = &[
     ("ABR", 3, Tail::Number),
     ("CID", 3, Tail::Nothing),
     ("CLEAR", 3, Tail::Nothing),
+    ("CLRF", 4, Tail::Nothing),
     ("CLR", 3, Tail::Nothing),
     ("CPU", 3, Tail::Nothing),
     ("DATE", 3, Tail::Nothing),

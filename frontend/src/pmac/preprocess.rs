@@ -212,6 +212,11 @@ impl Preprocessor<'_> {
         if !self.in_block
             && let Some(rest) = text.get(lead..).and_then(|l| l.strip_prefix('#'))
         {
+            // A line of them is a rule or a heading.
+            if rest.starts_with('#') {
+                self.flat.text.push('\n');
+                return;
+            }
             let blank = rest.len() - rest.trim_start().len();
             let word = word_at(rest, blank);
             let tail = lead + 1 + blank + word.len();
@@ -559,6 +564,7 @@ mod tests {
     fn quotes_and_comments_stay_apart() {
         assert_eq!(plain("#define A 1\nCMD\"A;//A\" A // A\n"), "CMD\"A;//A\" 1");
         assert_eq!(plain("#define S SEND\"A;\" ; c\n#define A 1\nS A"), "SEND\"A;\" 1");
+        assert_eq!(plain("## heading\nP1 ###\n  ####"), "P1 ###");
         assert_eq!(plain("P1 /* x\ny */ P2 /* open\nP3"), "P1 P2 P3");
     }
 

@@ -29,6 +29,7 @@ impl Checker<'_> {
             return self.assignment(kind, start);
         }
         match byte {
+            b'&' if self.bare_system() => return Ok(()),
             b'I' if self.reader.cur.word("IF") => return self.branch(FrameKind::If, start),
             b'W' if self.reader.cur.short("WHILE", 3) => {
                 return self.branch(FrameKind::While, start);
@@ -363,6 +364,8 @@ impl Checker<'_> {
         loop {
             if self.reader.cur.eat(b'#') {
                 motor = Some(self.addressed("motor", 8, 32)?);
+            } else if self.bare_system() && motor.is_some() {
+                break;
             } else if self.reader.cur.eat(b'&') {
                 system = Some(self.addressed("coordinate system", 8, 16)?);
             } else if motor.is_none() && system.is_none() {
@@ -390,6 +393,16 @@ impl Checker<'_> {
         };
         self.push(what, start);
         Ok(())
+    }
+
+    /// Takes a `&` without a number in front of COMMAND: the coordinate system stays as it is.
+    fn bare_system(&mut self) -> bool {
+        let mut ahead = self.reader.cur;
+        let bare = ahead.eat(b'&') && (ahead.word("COMMAND") || ahead.word("CMD"));
+        if bare {
+            let _ = self.reader.cur.eat(b'&');
+        }
+        bare
     }
 
     /// What stands behind `#` or `&`: a number, or the variable that holds it.
