@@ -152,6 +152,33 @@ fn retained_memory_survives() {
 }
 
 #[test]
+fn upper_local_variables_survive_and_pots_are_only_their_first_content() {
+    let machine = |tool: u32| format!("[tool_pots]\n0 = {{ tool = {tool}, width = 3 }}\n");
+    let first = ":001 I510 LF500 SF010 .1234 SF600 SF499 .5678 SF999 Z J1 :000 J0\n";
+    let second = ":001 I510 LF500 SF010 LF600 SF012 LF498 SF014 LF999 SF016 Z J1 :000 J0\n";
+    let folder = Folder::with(&[("1.nct", first), ("2.nct", second), ("25.toml", &machine(25))]);
+    let run = |program: &str, engine: &str, pots: &str| {
+        let what =
+            "--ticks 2 --retain r.bin --watch F010,F012,F014,F016,F500 --dump - --trace t.csv";
+        folder.plcc(&format!("run {program} {what} --engine {engine} --machine {pots}")).exits(0);
+        folder.read("t.csv")
+    };
+    // The table's first content is tool 25 of width 3; the high byte of F499 is F500.
+    let trace = run("1.nct", "jit", "25.toml");
+    let lines =
+        ["F010,16409", "F012,0", "F014,0", "F016,0", "F500,16402"].map(|l| format!("0,{l}\n"));
+    assert_eq!(trace, format!("tick,name,value\n{}", lines.concat()));
+    // F500 to F999 are as they were left; F498 and F499 are 0 again, and so is what F999 lacks.
+    folder.write("26.toml", machine(26));
+    for engine in ["interp", "jit", "aot"] {
+        let trace = run("2.nct", engine, "26.toml");
+        let lines = ["F010,16402", "F012,4660", "F014,0", "F016,120", "F500,16402"];
+        let lines = lines.map(|l| format!("0,{l}\n"));
+        assert_eq!(trace, format!("tick,name,value\n{}", lines.concat()), "{engine}");
+    }
+}
+
+#[test]
 fn outputs_do_not_overwrite_what_is_read() {
     let folder = Folder::with(&[("a.pmi", COUNTER), ("s.csv", "tick,name,value\n")]);
     for line in ["--trace a.pmi", "--dump s.csv --stimulus s.csv", "--trace x --dump x"] {

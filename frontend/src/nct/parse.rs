@@ -57,8 +57,10 @@ fn opens(text: &str) -> Opens {
             Opens::No
         }
         (Some('>'), Some('>')) | (Some('M'), Some('R' | 'W' | 'U')) => Opens::No,
-        (Some('I' | 'Y' | 'V' | 'P' | 'F' | 'Q' | 'T' | 'H' | 'M' | 'N'), _)
-        | (Some('<' | '>' | '=' | '('), _) => Opens::Yes,
+        (Some('N'), Some('I' | 'Y' | 'V' | 'P' | 'F' | 'Q' | 'T' | 'H' | 'M'))
+        | (Some('P' | 'H' | 'M'), Some('0'..='9'))
+        | (Some('I' | 'Y' | 'V' | 'F' | 'Q' | 'T' | '<' | '>' | '=' | '('), _) => Opens::Yes,
+        (Some('N' | 'P' | 'H' | 'M'), _) => Opens::Perhaps,
         (Some('A'..='Z' | ',' | '.' | '[' | ':' | '+' | '-' | '*' | '/'), _) => Opens::No,
         _ => Opens::Perhaps,
     }

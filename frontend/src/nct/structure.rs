@@ -3,7 +3,7 @@
 use plcc_diag::{Diagnostic, FileId, Span};
 
 use super::ast::{Op, Opens, Stmt};
-use super::cursor::last_place;
+use super::cursor::{is_blank, last_place};
 use super::fail::error;
 
 /// The deepest nesting of conditions.
@@ -18,10 +18,13 @@ struct Open {
 }
 
 pub(super) struct Checker<'a> {
+    text: &'a str,
     stmts: &'a mut [Stmt],
     found: &'a mut Vec<Diagnostic>,
     labels: Vec<Option<u32>>,
     last: Span,
+    /// From the first character of the last line that has one.
+    last_line: Span,
 }
 
 /// Checks and links the statements; gives the labels' places.
@@ -32,7 +35,12 @@ pub(super) fn check(
     found: &mut Vec<Diagnostic>,
 ) -> Vec<Option<u32>> {
     let last = last_place(file, text);
-    let mut checker = Checker { stmts, found, labels: vec![None; 201], last };
+    let line = text.get(..last.end as usize).unwrap_or("");
+    let line = line.get(line.rfind(['\r', '\n']).map_or(0, |at| at + 1)..).unwrap_or("");
+    let first = last.end as usize - line.trim_start_matches(is_blank).len();
+    let last_line = Span::new(file, first, last.end as usize);
+    let labels = vec![None; 201];
+    let mut checker = Checker { text, stmts, found, labels, last, last_line };
     checker.nest();
     checker.find_labels();
     checker.targets();
@@ -110,6 +118,8 @@ impl Checker<'_> {
                     let help = "write Z where the part that begins with E ends";
                     self.error(73, self.span(at), "the Z of this E is missing", help);
                 }
+                // What can't be read has its error already.
+                None if matches!(self.op(top.stmt), Some(Op::Bad { .. })) => {}
                 None if slack > 0 => slack -= 1,
                 None => {
                     let help = "write Z where the part that depends on it ends";
@@ -148,19 +158,30 @@ impl Checker<'_> {
         }
     }
 
+    /// Whether a statement is a label or was meant to be one.
+    fn is_label(&self, stmt: &Stmt) -> bool {
+        let begins = || self.text.get(stmt.span.start as usize..).unwrap_or("").starts_with(':');
+        matches!(stmt.op, Op::Label(_)) || (matches!(stmt.op, Op::Bad { .. }) && begins())
+    }
+
     fn find_labels(&mut self) {
-        let mut any = false;
-        for at in 0..self.stmts.len() {
-            let Some(&Stmt { op, span }) = self.stmts.get(at) else { break };
-            let Op::Label(label) = op else {
-                if !any {
-                    any = true;
+        match self.stmts.iter().position(|s| self.is_label(s)) {
+            None => {
+                let help = "begin a module: :001 for the 20 ms module, :000 for the slow one";
+                self.error(8, self.last_line, "the program has no module", help);
+            }
+            Some(first) => {
+                let mut before = self.stmts.iter().take(first);
+                if let Some(stmt) = before.find(|s| !matches!(s.op, Op::Bad { .. })) {
+                    let span = stmt.span;
                     let help = "begin a module: :001 for the 20 ms module, :000 for the slow one";
                     self.error(8, span, "this statement belongs to no module", help);
                 }
-                continue;
-            };
-            any = true;
+            }
+        }
+        for at in 0..self.stmts.len() {
+            let Some(&Stmt { op, span }) = self.stmts.get(at) else { break };
+            let Op::Label(label) = op else { continue };
             match self.labels.get_mut(label as usize) {
                 Some(slot @ None) => *slot = Some(at as u32),
                 Some(Some(first)) => {
@@ -227,10 +248,6 @@ impl Checker<'_> {
     fn modules(&mut self) {
         let any = self.labels.iter().any(Option::is_some);
         if !any {
-            if self.stmts.is_empty() {
-                let help = "a program has the modules :000 and :001";
-                self.error(8, self.last, "the program has no module", help);
-            }
             return;
         }
         for (label, number) in [(0, 5), (1, 6)] {

@@ -81,13 +81,14 @@ fn checked(fault: Fault) -> Result<(), Fault> {
     if fault.any() { Err(fault) } else { Ok(()) }
 }
 
-/// Writes what was found and the flags; both statements know F0080 and F0081 alone.
+/// Writes what was found, then the flags over it, should the register lie on their byte; both
+/// statements know F0080 and F0081 alone.
 fn answer(locals: &mut Locals<'_>, found: Result<Option<u16>, Fault>, register: u16) {
+    if let Ok(Some(address)) = found {
+        locals.set_word(register, to_bcd(address));
+    }
     locals.set_flag(flag::SYNTAX, found.is_err());
     if let Ok(found) = found {
-        if let Some(address) = found {
-            locals.set_word(register, to_bcd(address));
-        }
         locals.set_flag(flag::NOT_FOUND, found.is_none());
     }
 }
