@@ -138,8 +138,10 @@ impl Loader {
         match kind {
             WriteKind::X => self.memory().write_word(Space::X, address, word),
             WriteKind::Y => self.memory().write_word(Space::Y, address, word),
-            WriteKind::Long => self.memory().write(Definition::L { address }, value),
-            WriteKind::Double => self.memory().write(Definition::D { address }, value),
+            // The 48 bits as they are, X high, whatever they stand for.
+            WriteKind::Long | WriteKind::Double => {
+                self.memory().write(Definition::D { address }, value);
+            }
         }
     }
 

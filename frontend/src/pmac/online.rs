@@ -477,9 +477,9 @@ impl Reader<'_> {
             let _ = self.cur.integer();
             return Ok(Flow::Go);
         }
-        if BUFFERS.iter().any(|(name, least)| self.cur.short(name, *least)) {
+        let all = self.cur.short("ALL", 3);
+        if BUFFERS.iter().any(|(name, least)| self.cur.short(name, *least)) || all {
             let _ = self.cur.integer();
-            let _ = self.cur.short("TEMPS", 4);
             return Ok(Flow::Go);
         }
         self.cur.expected("GATHER, TRACE, ROTARY, COMP, PLCC or another buffer")

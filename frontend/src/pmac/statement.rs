@@ -362,13 +362,14 @@ impl Checker<'_> {
     fn address_statement(&mut self, start: usize) -> Parsed<()> {
         let (mut motor, mut system) = (None, None);
         loop {
+            let given = motor.is_some() || system.is_some();
             if self.reader.cur.eat(b'#') {
                 motor = Some(self.addressed("motor", 8, 32)?);
-            } else if self.bare_system() && motor.is_some() {
+            } else if given && self.bare_system() {
                 break;
             } else if self.reader.cur.eat(b'&') {
                 system = Some(self.addressed("coordinate system", 8, 16)?);
-            } else if motor.is_none() && system.is_none() {
+            } else if !given {
                 return self.reader.cur.expected("`#` and a motor or `&` and a coordinate system");
             } else {
                 break;
@@ -550,6 +551,11 @@ impl Checker<'_> {
             }
         };
         self.text(Text::Command { text, error, task }, None, start);
+        // Some write a row of commands with commas between.
+        let mut ahead = self.reader.cur;
+        if ahead.eat(b',') && (ahead.word("COMMAND") || ahead.word("CMD")) {
+            let _ = self.reader.cur.eat(b',');
+        }
         Ok(())
     }
 

@@ -65,6 +65,8 @@ fn statements_are_accepted() {
         "IF(P1=1)P2=1 ELSE IF(P1=2)P2=3 ENDIF ENDIF",
         "CLEAR P1=1",
         "P1=1 RET",
+        "COMMAND\"#1$*\",COMMAND\"#2$*\" , CMD\"#3$*\"",
+        "ADDRESS&P5\n&COMMAND\"A\"",
         "ADDRESS#P5\n&COMMAND\"K\" ADDRESS#1&CMD\"K\" &CMD\"K\"",
         "IF(P1=1)ENDI\nRETURN\n",
         "CMD\"wx$78014,p(p1+10)\" CMD\"WY:$78010,$FF,P1*2\" CMD\"&1E\" CMD\"D\" CMD\"DKILL\"",
