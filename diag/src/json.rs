@@ -1,5 +1,7 @@
 //! Diagnostics as JSON, one object a line.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
 use crate::{Diagnostic, SourceMap};
@@ -20,13 +22,13 @@ struct Line<'a> {
     column: u32,
     end_line: u32,
     end_column: u32,
-    notes: Vec<&'a str>,
+    notes: Vec<Cow<'a, str>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     included_from: Vec<Include<'a>>,
 }
 
-/// One diagnostic as a line of JSON without its line end. The help, where there is one, is the
-/// last of the notes; the innermost include stands first.
+/// One diagnostic as a line of JSON without its line end. Labels are notes with their place; the
+/// help, where there is one, is the last of the notes; the innermost include stands first.
 pub fn line(map: &SourceMap, diagnostic: &Diagnostic) -> String {
     let span = diagnostic.span;
     let (line, column) = map.line_col(span.file, span.start);
@@ -38,8 +40,15 @@ pub fn line(map: &SourceMap, diagnostic: &Diagnostic) -> String {
             .push(Include { file: map.path(at.file), line: map.line_col(at.file, at.start).0 });
         file = at.file;
     }
-    let labels = diagnostic.labels.iter().map(|l| l.text.as_str());
-    let notes = labels.chain(diagnostic.notes.iter().map(String::as_str));
+    let labels = diagnostic.labels.iter().map(|label| {
+        let (line, column) = map.line_col(label.span.file, label.span.start);
+        Cow::from(if label.span.file == span.file {
+            format!("line {line}, column {column}: {}", label.text)
+        } else {
+            format!("{}, line {line}, column {column}: {}", map.path(label.span.file), label.text)
+        })
+    });
+    let notes = diagnostic.notes.iter().chain(&diagnostic.help).map(|note| note.as_str().into());
     let line = Line {
         code: diagnostic.code,
         severity: diagnostic.severity.name(),
@@ -49,7 +58,7 @@ pub fn line(map: &SourceMap, diagnostic: &Diagnostic) -> String {
         column,
         end_line,
         end_column,
-        notes: notes.chain(diagnostic.help.as_deref()).collect(),
+        notes: labels.chain(notes).collect(),
         included_from,
     };
     serde_json::to_string(&line).unwrap_or_default()
@@ -70,5 +79,20 @@ mod tests {
             super::line(&map, &diagnostic),
             r#"{"code":"PMI-31","severity":"error","message":"nothing is named B","file":"x.pmi","line":2,"column":5,"end_line":2,"end_column":6,"notes":["declare B"],"included_from":[{"file":"m.pmi","line":1}]}"#
         );
+    }
+
+    #[test]
+    fn labels_say_where_they_stand() {
+        let mut map = SourceMap::new();
+        let main = map.add("m.pmi", b"A\n B\n");
+        let other = map.add("o.pmi", b"C\n");
+        let diagnostic = Diagnostic::error("PMI-31", Span::new(main, 0, 1), "twice")
+            .note("why")
+            .label(Span::new(main, 3, 4), "here")
+            .label(Span::new(other, 0, 1), "and here");
+        let line = super::line(&map, &diagnostic);
+        let notes =
+            r#""notes":["line 2, column 2: here","o.pmi, line 1, column 1: and here","why"]"#;
+        assert!(line.contains(notes), "{line}");
     }
 }

@@ -117,18 +117,23 @@ impl Checker<'_> {
             }
         }
         if self.open.is_some() {
-            let end = self.flat.text.trim_end().len();
-            let at = self.last_line(end);
-            let diagnostic = self.flat.origins.diagnose(at, |span| {
-                Diagnostic::warning("PMAC-W1", span, "the last buffer is not closed")
-                    .help("end it with CLOSE")
-            });
-            self.diagnostics.push(diagnostic);
+            let at = self.warn_unclosed();
             self.close(at);
         }
         self.out.ops = std::mem::take(&mut self.reader.ops);
         self.report_undefined_l();
         self.warn_of_i5();
+    }
+
+    /// Warns of the CLOSE that is missing, at the last line; gives its place.
+    fn warn_unclosed(&mut self) -> At {
+        let at = self.last_line(self.flat.text.trim_end().len());
+        let diagnostic = self.flat.origins.diagnose(at, |span| {
+            Diagnostic::warning("PMAC-W1", span, "the last buffer is not closed")
+                .help("end it with CLOSE")
+        });
+        self.diagnostics.push(diagnostic);
+        at
     }
 
     fn last_line(&self, end: usize) -> At {
@@ -244,12 +249,15 @@ impl Checker<'_> {
             }
         }
         self.reader.cur.pos += end;
-        let _ = self.reader.cur.short("CLOSE", 5) || self.reader.cur.word("CLS");
+        let closed = self.reader.cur.short("CLOSE", 5) || self.reader.cur.word("CLS");
         let diagnostic = self.flat.origins.diagnose(at, |span| {
             Diagnostic::info("PMAC-N1", span, "this motion program is skipped")
                 .note("only PLC programs are compiled")
         });
         self.diagnostics.push(diagnostic);
+        if !closed {
+            self.warn_unclosed();
+        }
     }
 
     pub(crate) fn buffer(&mut self) -> Option<&mut Buffer> {

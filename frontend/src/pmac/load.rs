@@ -98,6 +98,9 @@ impl Loader {
         match *action {
             Action::Assign(target, expr) => self.assign(download, target, expr),
             Action::Defaults(first, count, step) => {
+                if count == 1 {
+                    self.name(Kind::I, first);
+                }
                 for k in 0..count {
                     let number = first + k * step;
                     let value = tables::i_default(download.controller, u32::from(number));
@@ -147,7 +150,8 @@ impl Loader {
 
     fn assign(&mut self, download: &Download, target: Target, expr: super::ast::Expr) {
         let ops = download.ops(expr);
-        self.name(ops, target);
+        self.name_target(download, target);
+        self.name_all(ops);
         let value = math::finite(self.value(ops));
         match target {
             Target::Var(kind, number) => self.write(kind, u32::from(number), value),
@@ -163,18 +167,24 @@ impl Loader {
         }
     }
 
-    fn name(&mut self, ops: &[Op], target: Target) {
-        let system = self.system;
-        let mut name = |kind, number: u16| {
-            let system = if kind == Kind::Q { system } else { 1 };
-            self.out.named.push(Variable { kind, number: u32::from(number), system });
-        };
-        if let Target::Var(kind, number) = target {
-            name(kind, number);
+    /// Notes a variable for the dump.
+    fn name(&mut self, kind: Kind, number: u16) {
+        let system = if kind == Kind::Q { self.system } else { 1 };
+        self.out.named.push(Variable { kind, number: u32::from(number), system });
+    }
+
+    fn name_target(&mut self, download: &Download, target: Target) {
+        match target {
+            Target::Var(kind, number) => self.name(kind, number),
+            Target::Indirect(_, index) => self.name_all(download.ops(index)),
+            Target::Range { .. } => {}
         }
+    }
+
+    fn name_all(&mut self, ops: &[Op]) {
         for op in ops {
             if let Op::Var(kind, number) = *op {
-                name(kind, number);
+                self.name(kind, number);
             }
         }
     }

@@ -507,19 +507,50 @@ impl Checker<'_> {
         if self.in_plc0() {
             return syntax(self.reader.cur.here(), "the MACRO ring is for PLCs 1 to 31");
         }
-        self.reader.cur.pos += line.len();
-        if read {
-            // Our variable stands last, behind the last comma.
+        let known = self.reader.cur;
+        if !self.ring_items(word.len()) {
+            // Another form: what concerns us, if anything, stands behind the last comma.
+            self.reader.cur = known;
+            self.reader.cur.pos += line.len();
+            if !read {
+                self.text(Text::Macro { text: line.to_owned() }, None, start);
+                return Ok(());
+            }
             let tail = line.rfind(',').map_or(0, |comma| comma + 1);
-            let end = self.reader.cur.pos;
-            self.reader.cur.pos = end - line.len() + tail;
+            self.reader.cur.pos = known.pos + tail;
+        }
+        if read {
             let target = self.plain_variable()?;
             let expr = self.reader.constant(0.0);
             self.push(What::Assign(target, expr), start);
             return Ok(());
         }
-        self.text(Text::Macro { text: line.to_owned() }, None, start);
+        let expr = self.variable_value()?;
+        let at = self.reader.cur.since(start);
+        let text = self.reader.cur.what(at).to_owned();
+        self.text(Text::Macro { text }, Some(expr), start);
         Ok(())
+    }
+
+    /// Takes the ring's word, the node and the other side's variable or parameter; false where
+    /// they are not followed by a variable of ours.
+    fn ring_items(&mut self, word: usize) -> bool {
+        let cur = &mut self.reader.cur;
+        cur.pos += word;
+        if cur.integer().is_none() {
+            return false;
+        }
+        let _ = cur.eat(b',');
+        cur.blanks();
+        while cur.byte().is_ascii_alphabetic() {
+            cur.pos += 1;
+        }
+        if cur.integer().is_none() {
+            return false;
+        }
+        let _ = cur.eat(b',');
+        cur.blanks();
+        self.reader.variable_kind().is_some()
     }
 
     /// COMMAND: its text is read now, and done when the statement runs.
