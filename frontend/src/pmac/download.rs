@@ -352,6 +352,10 @@ impl Checker<'_> {
     }
 
     fn warn_of_i5(&mut self) {
+        // What is not known may set it.
+        if self.flat.incomplete || !self.flat.poisoned.is_empty() {
+            return;
+        }
         if self.assigns_i5 || self.diagnostics.iter().any(Diagnostic::is_error) {
             return;
         }

@@ -70,8 +70,6 @@ struct Preprocessor<'a> {
     budget: usize,
     no_block_end: Option<FileId>,
     in_block: bool,
-    /// Templates that nothing defines: the index of the error, the number of places.
-    unknown: HashMap<String, (usize, usize)>,
     /// What `#define $(NAME) VALUE` says.
     templates: HashMap<String, String>,
 }
@@ -80,7 +78,8 @@ struct Preprocessor<'a> {
 struct Defines<'a> {
     options: &'a Options,
     diagnostics: &'a mut Vec<Diagnostic>,
-    unknown: &'a mut HashMap<String, (usize, usize)>,
+    /// The line has been complained of.
+    told: bool,
     templates: &'a HashMap<String, String>,
 }
 
@@ -91,10 +90,7 @@ impl Values for Defines<'_> {
     }
 
     fn unknown(&mut self, name: &str, at: Span) {
-        let next = (self.diagnostics.len(), 0);
-        let (_, places) = self.unknown.entry(name.to_owned()).or_insert(next);
-        *places += 1;
-        if *places == 1 {
+        if !std::mem::replace(&mut self.told, true) {
             self.diagnostics.push(
                 Diagnostic::error("PMAC-X3", at, format!("nothing says what $({name}) is"))
                     .help(format!("give its value: --define {name}=VALUE")),
@@ -122,16 +118,10 @@ pub(crate) fn preprocess(
         budget: MAX_PRODUCED,
         no_block_end: None,
         in_block: false,
-        unknown: HashMap::new(),
         templates: HashMap::new(),
     };
     for &file in files {
         this.file(file);
-    }
-    for (index, places) in this.unknown.into_values() {
-        if let Some(diagnostic) = this.diagnostics.get_mut(index).filter(|_| places > 1) {
-            diagnostic.notes.push(format!("it stands in {places} places"));
-        }
     }
     (this.flat, this.diagnostics)
 }
@@ -196,7 +186,7 @@ impl Preprocessor<'_> {
         let mut defines = Defines {
             options: self.options,
             diagnostics: &mut self.diagnostics,
-            unknown: &mut self.unknown,
+            told: false,
             templates: &self.templates,
         };
         // Where nothing is read, no template needs a value.
@@ -221,6 +211,9 @@ impl Preprocessor<'_> {
             let word = word_at(rest, blank);
             let tail = lead + 1 + blank + word.len();
             if self.directive(&word.to_ascii_lowercase(), &line, lead, tail) {
+                let open = open_block(text.get(tail..).unwrap_or(""));
+                let next = self.frames.last().map_or(0, |frame| frame.pos);
+                self.in_block = open && self.block_ends(file, next);
                 self.flat.text.push('\n');
                 return;
             }
@@ -504,6 +497,20 @@ impl Preprocessor<'_> {
     }
 }
 
+/// Whether a text ends in a block comment.
+fn open_block(mut text: &str) -> bool {
+    loop {
+        let before = strip_comment(text);
+        let Some(comment) = text.get(before.len()..).and_then(|c| c.strip_prefix("/*")) else {
+            return false;
+        };
+        match comment.find("*/") {
+            Some(end) => text = comment.get(end + 2..).unwrap_or(""),
+            None => return true,
+        }
+    }
+}
+
 /// The name and the value of `#define $(NAME) VALUE`.
 fn template_definition(line: &str) -> Option<(&str, &str)> {
     let rest = line.trim_start().strip_prefix('#')?.trim_start();
@@ -564,6 +571,7 @@ mod tests {
     fn quotes_and_comments_stay_apart() {
         assert_eq!(plain("#define A 1\nCMD\"A;//A\" A // A\n"), "CMD\"A;//A\" 1");
         assert_eq!(plain("#define S SEND\"A;\" ; c\n#define A 1\nS A"), "SEND\"A;\" 1");
+        assert_eq!(plain("#define A 5 /* x\ny */ P2 A /* z */\n#define B 1 /* x */\nB"), "P2 5 1");
         assert_eq!(plain("## heading\nP1 ###\n  ####"), "P1 ###");
         assert_eq!(plain("P1 /* x\ny */ P2 /* open\nP3"), "P1 P2 P3");
     }
@@ -614,8 +622,8 @@ mod tests {
     }
 
     #[test]
-    fn a_template_without_a_value_is_one_error() {
-        let text = "#define A M$(X)1\nA=$(X)\n#ifdef NO\nP1=$(Y)\n#endif\nA=$(Z)";
+    fn a_template_without_a_value_is_one_error_a_line() {
+        let text = "#define A M$(X)1\nA=$(X)+$(Y)\n#ifdef NO\nP1=$(Y)\n#endif\nA=1 ; $(Z)";
         assert_eq!(run(text, &Options::default()).1, ["PMAC-X3", "PMAC-X3"]);
     }
 
