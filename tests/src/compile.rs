@@ -7,7 +7,7 @@ use plcc::compile::{Checked, artifact, check, code, jit};
 use plcc::disk::Disk;
 use plcc_abi::{Dialect, Engine, Program};
 use plcc_codegen::{OptLevel, Target};
-use plcc_diag::{SourceMap, render};
+use plcc_diag::{FileId, SourceMap, render};
 use plcc_frontend::common::{FileLoader, Lowered, Options};
 use plcc_ir::{Module, interp, verify};
 use plcc_runtime::{Artifact, NativeEngine};
@@ -47,12 +47,33 @@ pub struct Compiled {
 /// # Errors
 /// The file can't be read, or has errors (they are drawn), or its IR breaks a rule.
 pub fn compile(path: &Path, dialect: Dialect, options: &Options) -> Result<Compiled, String> {
-    let bytes = Disk.read(path).map_err(|error| format!("{}: {error}", path.display()))?;
     let mut sources = SourceMap::new();
-    let file = sources.add(path.to_string_lossy(), &bytes);
-    let (checked, found) = check(&mut sources, &[file], dialect, &Disk, options);
+    let file = add(&mut sources, path)?;
+    compile_sources(&mut sources, &[file], dialect, options)
+}
+
+/// Adds a file from disk.
+///
+/// # Errors
+/// It can't be read.
+pub fn add(sources: &mut SourceMap, path: &Path) -> Result<FileId, String> {
+    let bytes = Disk.read(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(sources.add(path.to_string_lossy(), &bytes))
+}
+
+/// Checks and lowers sources, which for PMAC are one download.
+///
+/// # Errors
+/// They have errors (which are drawn), or their IR breaks a rule.
+pub fn compile_sources(
+    sources: &mut SourceMap,
+    files: &[FileId],
+    dialect: Dialect,
+    options: &Options,
+) -> Result<Compiled, String> {
+    let (checked, found) = check(sources, files, dialect, &Disk, options);
     let errors = found.iter().filter(|diagnostic| diagnostic.is_error());
-    let errors: Vec<String> = errors.map(|error| render::draw(&sources, error, false)).collect();
+    let errors: Vec<String> = errors.map(|error| render::draw(sources, error, false)).collect();
     let Some(checked) = checked.filter(|_| errors.is_empty()) else {
         return Err(errors.join("\n"));
     };
