@@ -1,5 +1,6 @@
 //! End-to-end tests.
 
+pub mod arithmetic;
 pub mod compile;
 pub mod gen_ir;
 pub mod gen_nct;

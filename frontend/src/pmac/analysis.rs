@@ -15,7 +15,7 @@ use super::rangeanalysis::Shape;
 const MAX_ASKED: usize = 6;
 
 /// What a variable that is asked about is taken for.
-pub(crate) const ASKED: Shape = Shape::Int(-(i32::MAX as i64), i32::MAX as i64);
+pub(crate) const ASKED: Shape = Shape::Int(i32::MIN as i64, i32::MAX as i64);
 
 /// A variable.
 pub(crate) type Name = (Kind, u16);

@@ -33,7 +33,8 @@ impl Operand {
     /// As a double.
     pub(crate) fn float(self, b: &mut FuncBuilder) -> Value {
         match self {
-            Self::Const(value) => b.fconst(value),
+            // Its shape is that of an integer, which has no -0.
+            Self::Const(value) => b.fconst(value + 0.0),
             Self::Stored(at) => b.load(Type::F64, at),
             Self::Value(value, Shape::Int(..)) => {
                 b.convert(ConvertOp::IntToFloat, Type::F64, value)
