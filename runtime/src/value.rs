@@ -39,8 +39,9 @@ pub fn number(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return "0".into();
     }
-    // Rust's `{:e}` gives the shortest digits, so only their arrangement is left.
+    // Rust's `{:e}` gives the shortest digits; besides ties only their arrangement is left.
     let text = format!("{:e}", value.abs());
+    let text = even(&text, value.abs()).unwrap_or(text);
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     let digits: String = mantissa.chars().filter(char::is_ascii_digit).collect();
@@ -62,6 +63,27 @@ pub fn number(value: f64) -> String {
     if value < 0.0 { format!("-{body}") } else { body }
 }
 
+/// Where a positive value lies half-way between two shortest decimals that both read back as it,
+/// Rust writes the upper one, ECMAScript the one whose last digit is even: that one, if it is not
+/// `text`, which has the form of `{:e}`.
+fn even(text: &str, value: f64) -> Option<String> {
+    let (mantissa, exponent) = text.split_once('e')?;
+    let last = mantissa.bytes().last().filter(|digit| digit % 2 == 1)?;
+    let kept = mantissa.get(..mantissa.len() - 1)?;
+    let lower = format!("{kept}{}", char::from(last - 1));
+    let below = format!("{lower}e{exponent}");
+    if below.parse() != Ok(value) {
+        return None;
+    }
+    // No double has more significant digits than this, so what is cut off is 0.
+    let exact = format!("{value:.767e}");
+    let rest = exact.strip_prefix(&lower)?.split_once('e')?.0;
+    // A single digit has no point yet.
+    let rest = rest.strip_prefix('.').unwrap_or(rest);
+    let half = rest.strip_prefix('5').is_some_and(|rest| rest.bytes().all(|digit| digit == b'0'));
+    half.then_some(below)
+}
+
 #[cfg(test)]
 mod tests {
     use super::number;
@@ -81,6 +103,11 @@ mod tests {
             (123456.789, "123456.789"),
             (f64::MAX, "1.7976931348623157e+308"),
             (5e-324, "5e-324"),
+            // Half-way between two shortest decimals, the second one next to a power of two.
+            (10.0 / 16_777_216.0, "5.960464477539062e-7"),
+            (1.0 / 16_777_216.0, "5.960464477539063e-8"),
+            (-5.0 / 16_777_216.0, "-2.980232238769531e-7"),
+            (9_007_199_254_740_993.0 / 2.0, "4503599627370496"),
             (-0.0, "0"),
         ] {
             assert_eq!(number(value), text);
