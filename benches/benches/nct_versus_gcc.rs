@@ -25,8 +25,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         sizes = vec![800, 2000];
     }
     println!(
-        "{:>10} {:>11} {:>11} {:>11} {:>11} {:>8} {:>8} {:>8}",
+        "{:>10} {:>7} {:>11} {:>11} {:>11} {:>11} {:>8} {:>8} {:>8}",
         "conditions",
+        "targets",
         "bytes ns",
         "packed ns",
         "jit ns",
@@ -35,11 +36,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         "int/jit",
         "int/gcc"
     );
-    sizes.into_iter().try_for_each(conditions)
+    for size in sizes {
+        conditions(size, false)?;
+        conditions(size, true)?;
+    }
+    Ok(())
 }
 
-fn conditions(size: usize) -> Result<(), Box<dyn Error>> {
-    let conditions = Conditions::new(size, 1);
+/// With `again` the conditions switch bits that others switch too.
+fn conditions(size: usize, again: bool) -> Result<(), Box<dyn Error>> {
+    let conditions = Conditions::new(size, 1, again);
     let folder = std::env::temp_dir().join(format!("plcc-bench-nct-{}", std::process::id()));
     std::fs::create_dir_all(&folder)?;
     let programs = [Layout::Bytes, Layout::Packed]
@@ -57,14 +63,14 @@ fn conditions(size: usize) -> Result<(), Box<dyn Error>> {
             times.push(ns);
             states.push(state);
         }
-        let (ns, state) = run(&mut compiled, true, size, scans)?;
+        let (ns, state) = run(&mut compiled, true, conditions.states(), scans)?;
         times[2].push(ns);
         states.push(state);
         if states.iter().any(|state| *state != states[0]) {
             return Err("native code and C end in different states".into());
         }
-        let (_, wanted) = run(&mut compiled, true, size, few)?;
-        let (ns, state) = run(&mut compiled, false, size, few)?;
+        let (_, wanted) = run(&mut compiled, true, conditions.states(), few)?;
+        let (ns, state) = run(&mut compiled, false, conditions.states(), few)?;
         times[3].push(ns);
         if state != wanted {
             return Err("native code and the interpreter end in different states".into());
@@ -73,7 +79,8 @@ fn conditions(size: usize) -> Result<(), Box<dyn Error>> {
     let [bytes, packed, jit, interp] = times.map(median);
     let gcc = bytes.min(packed);
     println!(
-        "{size:>10} {bytes:>11.1} {packed:>11.1} {jit:>11.1} {interp:>11.1} {:>8.2} {:>8.1} {:>8.1}",
+        "{size:>10} {:>7} {bytes:>11.1} {packed:>11.1} {jit:>11.1} {interp:>11.1} {:>8.2} {:>8.1} {:>8.1}",
+        if again { "any" } else { "own" },
         jit / gcc,
         interp / jit,
         interp / gcc
@@ -106,7 +113,7 @@ fn run_c(program: &Path, scans: usize) -> Result<(f64, String), Box<dyn Error>> 
 fn run(
     compiled: &mut Compiled,
     native: bool,
-    size: usize,
+    states: usize,
     scans: usize,
 ) -> Result<(f64, String), String> {
     let Tables::Nct(tables) = &compiled.program.tables else { return Err("no NCT".into()) };
@@ -132,7 +139,7 @@ fn run(
         };
         home.bit(&image, n as u8 % 8)
     };
-    Ok((ns, (0..size).map(|n| if bit(n) { '1' } else { '0' }).collect()))
+    Ok((ns, (0..states).map(|n| if bit(n) { '1' } else { '0' }).collect()))
 }
 
 /// Where the inputs' bits begin, if they lie side by side; then a pattern is one copy, as in C.

@@ -1,6 +1,8 @@
 //! Conditions as NCT programs have them, `(I… A Y…) U… E D… Z`, in NCT and in C of two layouts.
 //!
-//! Each condition switches a bit of its own, as programs do: outputs first, then flags.
+//! Each condition switches a bit of its own, as programs do: outputs first, then flags. Or they
+//! switch any outputs, which later ones switch again; what nobody looked at in between need not
+//! be computed.
 
 use std::fmt::Write as _;
 
@@ -24,10 +26,11 @@ pub enum Layout {
 /// The first byte of F that is switched; those before have a meaning of their own.
 pub const FIRST_FLAG: usize = 10;
 
-/// A condition: the input and the output that it looks at.
+/// A condition: the input and the output that it looks at, and the bit that it switches.
 struct Condition {
     input: usize,
     output: usize,
+    target: usize,
 }
 
 /// A program of conditions.
@@ -36,21 +39,28 @@ pub struct Conditions {
 }
 
 impl Conditions {
-    /// `count` conditions, the same for the same seed.
-    pub fn new(count: usize, seed: u64) -> Self {
+    /// `count` conditions, the same for the same seed. With `again` they switch any outputs, else
+    /// each its own bit.
+    pub fn new(count: usize, seed: u64, again: bool) -> Self {
         let mut random = Random::new(seed);
         let condition = |n| Condition {
             // Every input is used, so that their bytes lie together.
             input: if n < BITS { n } else { random.below(BITS) },
             output: random.below(BITS),
+            target: if again { random.below(BITS) } else { n },
         };
         Self { all: (0..count).map(condition).collect() }
+    }
+
+    /// How many bits there are that may be switched.
+    pub fn states(&self) -> usize {
+        self.all.iter().map(|condition| condition.target + 1).max().unwrap_or(0)
     }
 
     /// The program in NCT's language, all of it in `:001`.
     pub fn nct(&self) -> String {
         let mut out = String::from(":001\n");
-        for (target, Condition { input, output }) in self.all.iter().enumerate() {
+        for Condition { input, output, target } in &self.all {
             let [input, output] = [input, output].map(|bit| format!("{:02}{}", bit / 8, bit % 8));
             let target = match target.checked_sub(BITS) {
                 None => format!("{:02}{}", target / 8, target % 8),
@@ -65,13 +75,13 @@ impl Conditions {
     /// inputs, and prints nanoseconds a scan and the outputs' final states.
     pub fn c(&self, layout: Layout) -> String {
         let part = if layout == Layout::Bytes { 1 } else { 8 };
-        let (size, states) = (BITS / part, self.all.len().max(BITS).div_ceil(part));
+        let (size, states) = (BITS / part, self.states().max(BITS).div_ceil(part));
         let mut out = format!(
             "#include <stdio.h>\n#include <stdlib.h>\n#include <string.h>\n#include <time.h>\n\
              static unsigned char in[{size}], y[{states}], patterns[{PATTERNS}][{size}];\n\
              __attribute__((noinline)) void scan(void) {{\n"
         );
-        for (target, Condition { input, output }) in self.all.iter().enumerate() {
+        for Condition { input, output, target } in &self.all {
             let _ = match layout {
                 Layout::Bytes => writeln!(out, "    y[{target}] = in[{input}] & y[{output}];"),
                 Layout::Packed => writeln!(
@@ -92,7 +102,7 @@ impl Conditions {
             Layout::Bytes => ["patterns[p][i] = bit", "y[i]"],
             Layout::Packed => ["patterns[p][i / 8] |= bit << (i % 8)", "(y[i / 8] >> (i % 8) & 1)"],
         };
-        let (count, set_all) = (self.all.len(), if part == 1 { 1 } else { 255 });
+        let (count, set_all) = (self.states(), if part == 1 { 1 } else { 255 });
         let _ = write!(
             out,
             r#"}}

@@ -24,6 +24,7 @@ mod places;
 mod substitution;
 mod switches;
 
+use dead_stores::Again;
 pub(crate) use graph::Graph;
 use places::Places;
 
@@ -101,7 +102,7 @@ impl Pass {
     }
 
     /// Runs over a function; says whether it may have changed something that others work on.
-    fn run(self, func: &mut FuncData, places: &mut Places) -> bool {
+    fn run(self, func: &mut FuncData, places: &mut Places, again: &mut Again) -> bool {
         match self {
             Self::Branches => branches::run(func),
             Self::Forward => return forward::run(func, places),
@@ -110,7 +111,7 @@ impl Pass {
             Self::IfConvert => return if_convert::run(func),
             Self::Demand => demand::run(func),
             Self::Cse => cse::run(func),
-            Self::DeadStores => dead_stores::run(func, places),
+            Self::DeadStores => dead_stores::run(func, places, again),
             Self::Dce => dce::run(func),
             Self::Compact => compact::run(func),
         }
@@ -143,6 +144,7 @@ struct Stage<'a> {
     module: &'a Module,
     func: FuncData,
     places: &'a mut Places,
+    again: &'a mut Again,
 }
 
 impl Stage<'_> {
@@ -154,7 +156,7 @@ impl Stage<'_> {
 
     /// Whether the pass changed something that others work on.
     fn pass(&mut self, pass: Pass) -> bool {
-        let changed = pass.run(&mut self.func, self.places);
+        let changed = pass.run(&mut self.func, self.places, self.again);
         debug_assert_eq!(
             verify::function(self.module, &self.func).first().map(ToString::to_string),
             None,
@@ -166,12 +168,14 @@ impl Stage<'_> {
     }
 }
 
-/// Lets `order` run passes over each function.
+/// Lets `order` run passes over each function, the last one first: those before it may learn
+/// what it writes.
 fn each(module: &mut Module, order: impl Fn(&mut Stage<'_>)) {
     let mut places = Places::new(module);
-    for index in 0..module.funcs.len() {
+    let mut again = Again::new(module.label_count);
+    for index in (0..module.funcs.len()).rev() {
         let func = std::mem::take(&mut module.funcs[index]);
-        let mut stage = Stage { module, func, places: &mut places };
+        let mut stage = Stage { module, func, places: &mut places, again: &mut again };
         order(&mut stage);
         module.funcs[index] = stage.func;
     }
