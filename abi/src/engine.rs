@@ -28,6 +28,10 @@ pub trait Engine {
 
     /// Forgets where a task was suspended, so that its next scan starts at the top.
     fn reset(&mut self, task: usize);
+
+    /// A tick begins and no task runs: an engine that makes its code anew does it here. Controls
+    /// say it to engines whose code may cease to fit their image (PMAC's does).
+    fn begin_tick(&mut self, _image: &mut [u8]) {}
 }
 
 impl<E: Engine + ?Sized> Engine for alloc::boxed::Box<E> {
@@ -37,6 +41,10 @@ impl<E: Engine + ?Sized> Engine for alloc::boxed::Box<E> {
 
     fn reset(&mut self, task: usize) {
         (**self).reset(task);
+    }
+
+    fn begin_tick(&mut self, image: &mut [u8]) {
+        (**self).begin_tick(image);
     }
 }
 

@@ -62,15 +62,19 @@ pub struct Layout {
     /// The M-variables' definitions as they are now, 8 bytes each
     /// ([`Definition::encode`](super::Definition::encode)).
     pub mdef: u32,
-    /// Their definitions after load.
+    /// The definitions that code has built in; where it has none, those after load.
     pub mload: u32,
     /// Values of thumbwheel M-variables, a double each.
     pub tw: u32,
     /// Memory words, X before Y, 8 bytes an address.
     pub words: u32,
-    /// For each M-variable a byte: 1 while its definition is not that after load.
+    /// For each M-variable a byte: 1 while its definition is not the one in `mload`.
     pub moved: u32,
-    /// A `u32` that goes up whenever a definition changes.
+    /// For each M-variable a byte with what is said of it in [`reliance`](super::reliance).
+    pub mwatch: u32,
+    /// A `u32`: how many definitions that code has built in are other now.
+    pub stale: u32,
+    /// A `u32` that goes up whenever a definition changes that code names.
     pub epoch: u32,
     /// For each [context] a `u32`: the number of the first Q-variable of its addressed
     /// coordinate system.
@@ -95,14 +99,32 @@ impl Layout {
         let tw = mload + 8 * count;
         let words = tw + 8 * count;
         let moved = words + 8 * resident(windows(turbo));
-        let epoch = moved + count;
-        let q_base = epoch + 8;
+        let mwatch = moved + count;
+        let stale = mwatch + count;
+        let epoch = stale + 4;
+        let q_base = stale + 8;
         let size = (q_base + 4 * CONTEXTS).next_multiple_of(8);
-        Self { turbo, count, p, q, i, mdef, mload, tw, words, moved, epoch, q_base, size }
+        Self {
+            turbo,
+            count,
+            p,
+            q,
+            i,
+            mdef,
+            mload,
+            tw,
+            words,
+            moved,
+            mwatch,
+            stale,
+            epoch,
+            q_base,
+            size,
+        }
     }
 
-    /// The image's regions, by rising offset: `p q i mdef mload tw words moved exec`. `epoch` is
-    /// at 0 in `exec`, the Q bases at 8.
+    /// The image's regions, by rising offset: `p q i mdef mload tw words moved mwatch exec`.
+    /// `stale` is at 0 in `exec`, `epoch` at 4, the Q bases at 8.
     pub fn regions(&self) -> Vec<Region> {
         let bounds = [
             ("p", self.p, self.q),
@@ -112,8 +134,9 @@ impl Layout {
             ("mload", self.mload, self.tw),
             ("tw", self.tw, self.words),
             ("words", self.words, self.moved),
-            ("moved", self.moved, self.epoch),
-            ("exec", self.epoch, self.size),
+            ("moved", self.moved, self.mwatch),
+            ("mwatch", self.mwatch, self.stale),
+            ("exec", self.stale, self.size),
         ];
         bounds
             .into_iter()

@@ -12,9 +12,8 @@ use super::definition::{Definition, Field};
 use super::fixed;
 use super::layout::{Layout, Place, Space};
 use super::math::finite;
-use crate::image::{
-    read_f64, read_u8, read_u32, read_u64, write_f64, write_u8, write_u32, write_u64,
-};
+use super::reliance::Definitions;
+use crate::image::{read_f64, read_u8, read_u32, read_u64, write_f64, write_u32};
 
 /// Addresses of a page of [`Far`].
 const PAGE: u32 = 256;
@@ -140,7 +139,8 @@ impl View<'_> {
         Definition::decode(read_u64(self.image, self.layout.mdef + 8 * number))
     }
 
-    /// Whether an M-variable's definition differs from the one after load.
+    /// Whether an M-variable's definition is other than code has it built in, or, where it has
+    /// not, than it was after load.
     pub fn is_moved(&self, number: u32) -> bool {
         read_u8(self.image, self.layout.moved + (number & (self.layout.count - 1))) != 0
     }
@@ -217,7 +217,8 @@ impl Memory<'_> {
         self.view().definition(number)
     }
 
-    /// Whether an M-variable's definition differs from the one after load.
+    /// Whether an M-variable's definition is other than code has it built in, or, where it has
+    /// not, than it was after load.
     pub fn is_moved(&self, number: u32) -> bool {
         self.view().is_moved(number)
     }
@@ -281,26 +282,12 @@ impl Memory<'_> {
 
     /// Sets a definition's [code](Definition::encode), with the value of a `*`.
     pub fn define_code(&mut self, number: u32, code: u64) {
-        let layout = self.layout;
-        let number = number & (layout.count - 1);
-        let offset = layout.mdef + 8 * number;
-        let old = read_u64(self.image, offset);
-        if old == code {
-            return;
-        }
-        write_u64(self.image, offset, code);
-        // A `*` variable's low half is its value, not a place.
-        let place = |code: u64| {
-            if Definition::decode(code) == Definition::Star { 0 } else { code }
-        };
-        if place(old) == place(code) {
-            return;
-        }
-        let loaded = read_u64(self.image, layout.mload + 8 * number);
-        let moved = place(loaded) != place(code);
-        write_u8(self.image, layout.moved + number, u8::from(moved));
-        let epoch = read_u32(self.image, layout.epoch);
-        write_u32(self.image, layout.epoch, epoch.wrapping_add(1));
+        self.definitions().set_code(number, code);
+    }
+
+    /// The definitions in it.
+    pub fn definitions(&mut self) -> Definitions<'_> {
+        Definitions::new(self.image, self.layout)
     }
 
     /// Writes an M-variable; the number wraps.
@@ -350,17 +337,6 @@ impl Memory<'_> {
     fn set_dual_port(&mut self, address: u32, bits: u32) {
         let (x, y) = self.view().pair(address);
         self.set_pair(address, x & 0xFF_0000 | bits >> 16, y & 0xFF_0000 | bits & 0xFFFF);
-    }
-
-    /// Makes the definitions as they are now those after load.
-    pub fn seal(&mut self) {
-        let layout = self.layout;
-        for number in 0..layout.count {
-            let code = read_u64(self.image, layout.mdef + 8 * number);
-            write_u64(self.image, layout.mload + 8 * number, code);
-            write_u8(self.image, layout.moved + number, 0);
-        }
-        write_u32(self.image, layout.epoch, 0);
     }
 }
 
@@ -415,7 +391,7 @@ mod tests {
         let mut memory = machine.memory();
         memory.define(34, L_P1);
         memory.define(35, Definition::Y { address: 0xBC22, field: field(0, 16, Format::U) });
-        memory.seal();
+        memory.definitions().seal();
         assert!(!memory.is_moved(34));
         for k in 0..10 {
             memory.write_m(34, 31.0 + f64::from(k));
@@ -424,8 +400,6 @@ mod tests {
         }
         assert!(memory.is_moved(34));
         assert!(!memory.is_moved(35));
-        let epoch = read_u32(memory.image, memory.layout.epoch);
-        assert_eq!(epoch, 10);
         memory.write_m(35, f64::from(0x1001));
         assert!(!memory.is_moved(34));
         let p: Vec<f64> = (0..12).map(|n| read_f64(&machine.image, 8 * n)).collect();

@@ -1,6 +1,6 @@
 //! What PMAC's executive knows of a program, and what all engines share: [where](layout) memory
 //! stands in the image, how [general access](memory) to it goes, its [formats](fixed) and its
-//! [arithmetic](math).
+//! [arithmetic](math), and what compiled code [relies](reliance) on.
 
 pub mod definition;
 pub mod fixed;
@@ -9,10 +9,12 @@ pub mod math;
 pub mod memory;
 pub mod pure;
 pub mod range;
+pub mod reliance;
 pub mod tables;
 
 pub use definition::{Definition, Field, Format};
 pub use layout::{COMMAND_CONTEXT, Layout, Place, Run, Space, context};
 pub use memory::{Far, Memory, View};
 pub use range::Range;
+pub use reliance::{Definitions, Direct, Relied};
 pub use tables::{Define, Kind, PlcOp, PmacTables, Program, Text, Variable};

@@ -8,8 +8,9 @@ use plcc_diag::SourceMap;
 use super::analysis::{Name, Reason, analyse};
 use super::ast::{Bin, Download, Func, Stmt, Target, What};
 use super::load::Loaded;
-use super::lower::{Lowerer, Runs, tasks};
+use super::lower::{Runs, tasks};
 use super::rangeanalysis::Shape;
+use super::reliance::places_after_load;
 use super::variables::shape_of;
 
 /// One line a statement that computes something: file, line, what it is computed in, and the
@@ -19,7 +20,7 @@ pub(crate) fn explain(download: &Download, loaded: &Loaded, files: &[(String, St
     for (name, text) in files {
         sources.add(name.clone(), text.as_bytes());
     }
-    let places = Lowerer::places_after_load(loaded);
+    let places = places_after_load(loaded);
     let shape = |(kind, number): Name| shape_of(download, &places, kind, number);
     let mut out = String::new();
     for (runs, code) in tasks(download, loaded) {

@@ -2,11 +2,12 @@
 
 use plcc_abi::image::{read_f64, write_f64, write_u32};
 use plcc_abi::pmac::{
-    Far, Kind, Layout, Memory, PlcOp, Range, Space, Variable, fixed, layout::CONTEXTS, math,
+    Definitions, Far, Kind, Layout, Memory, PlcOp, Range, Relied, Space, Variable, fixed,
+    layout::CONTEXTS, math,
 };
 
 use super::ast::{Action, Download, Op, Target, WriteKind};
-use super::{eval, tables};
+use super::{eval, reliance, tables};
 use crate::common::Controller;
 
 /// What has become of PLCs 0 to 31, a bit for each.
@@ -49,6 +50,8 @@ pub(crate) struct Loaded {
     /// Variables that on-line assignments name.
     pub(crate) named: Vec<Variable>,
     pub(crate) ranges: Vec<(u32, Range)>,
+    /// What code relies on that is made for this state.
+    pub(crate) relied: Vec<Relied>,
 }
 
 struct Loader {
@@ -81,6 +84,7 @@ pub(crate) fn load(download: &Download) -> Loaded {
             save: false,
             named: Vec::new(),
             ranges: tables::ranges(download.controller),
+            relied: Vec::new(),
         },
         system: 1,
         stack: Vec::new(),
@@ -89,7 +93,11 @@ pub(crate) fn load(download: &Download) -> Loaded {
         loader.act(download, &online.action);
     }
     let out = &mut loader.out;
-    Memory { image: &mut out.image, layout: &out.layout, far: &mut out.far }.seal();
+    let relied = reliance::after_load(download, out);
+    let mut definitions = Definitions::new(&mut out.image, &out.layout);
+    definitions.seal();
+    definitions.rely(&relied);
+    out.relied = relied;
     loader.out
 }
 

@@ -1,11 +1,11 @@
 //! Checked download to IR.
 //!
-//! Each PLC is written twice where it relies on the definitions of M-variables: once for the
-//! definitions as they are after load, without any check, and once with a check at each access.
+//! Each PLC is written twice where it relies on the definitions of M-variables: once with those
+//! built in that it is made for, without any check, and once with all access through the host.
 //! The entry, every WHILE at which a scan may go on, and every statement that may move a
 //! definition choose between the two.
 
-use plcc_abi::pmac::{Kind, Layout, Range, layout};
+use plcc_abi::pmac::{Direct, Kind, Layout, Range, Relied, layout};
 use plcc_abi::{HostFn, pmac};
 use plcc_diag::SourceMap;
 use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
@@ -15,7 +15,8 @@ use super::ast::{Download, Expr, Func, Op, Plcs, Stmt, Target, What};
 use super::emit::{self, Operand};
 use super::load::Loaded;
 use super::rangeanalysis::Shape;
-use super::variables::{Direct, Regions, shape_of};
+use super::reliance;
+use super::variables::{Regions, shape_of};
 
 /// What a task does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,8 +78,16 @@ pub(crate) fn addresses(runs: Runs, code: &[Stmt]) -> bool {
         })
 }
 
-/// Lowers a download.
-pub(crate) fn lower(download: &Download, loaded: &Loaded, files: &[(String, String)]) -> Module {
+/// Lowers a download, with the definitions of `relied` built in.
+///
+/// The labels at which tasks start and suspended ones go on are the same whatever is built in, so
+/// that a task may be suspended in one module and go on in another of the same download.
+pub(crate) fn lower(
+    download: &Download,
+    loaded: &Loaded,
+    files: &[(String, String)],
+    relied: &[Relied],
+) -> Module {
     let layout = loaded.layout;
     let builder = ChunkBuilder::new(layout.size, layout.regions());
     let region = |name: &str| builder.region(name).unwrap_or(plcc_ir::Region(0));
@@ -101,7 +110,7 @@ pub(crate) fn lower(download: &Download, loaded: &Loaded, files: &[(String, Stri
         regions,
         sources,
         ranges: &loaded.ranges,
-        places_of_m: Lowerer::places_after_load(loaded),
+        places_of_m: reliance::places(&layout, relied),
         context: 0,
         addresses: false,
         fast: false,
@@ -127,11 +136,12 @@ pub(crate) struct Lowerer<'a> {
     pub(crate) regions: Regions,
     sources: SourceMap,
     pub(crate) ranges: &'a [(u32, Range)],
-    pub(crate) places_of_m: Vec<Direct>,
+    /// Where M-variables are by the definitions built in.
+    pub(crate) places_of_m: Vec<Option<Direct>>,
     /// Of the task at hand: its context, and whether it addresses coordinate systems.
     pub(crate) context: u32,
     pub(crate) addresses: bool,
-    /// Definitions are as after load.
+    /// Definitions are those built in.
     pub(crate) fast: bool,
     /// There is a fast version besides this one.
     cold: bool,
@@ -163,6 +173,10 @@ impl Lowerer<'_> {
             .iter()
             .map(|stmt| matches!(stmt.what, What::While(..)).then(|| self.builder.place()))
             .collect();
+        // Labels come in this order, before any that hang on what is built in.
+        for &resume in resumes.iter().flatten() {
+            self.builder.label(resume);
+        }
         let [fast, guarded] = &versions;
         let both = !matches!(runs, Runs::Command(_)) && self.relies_on_definitions(code);
         if both {

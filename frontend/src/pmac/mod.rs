@@ -27,6 +27,7 @@ mod origin;
 mod preprocess;
 mod program;
 mod rangeanalysis;
+mod reliance;
 mod statement;
 mod steps;
 pub mod tables;
@@ -36,6 +37,7 @@ mod tests;
 mod variables;
 
 use plcc_abi::Engine;
+use plcc_abi::pmac::Relied;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 use crate::common::{FileLoader, Lowered, Options};
@@ -84,7 +86,21 @@ pub fn check(
 impl Program {
     /// The program as IR, with the executive's tables.
     pub fn lower(&self) -> Lowered {
-        let module = lower::lower(&self.download, &self.loaded, &self.files);
+        self.lower_for(&self.loaded.relied)
+    }
+
+    /// The M-variables that PLCs name, by rising number, with the definitions that
+    /// [`lower`](Self::lower) builds in: those after load.
+    pub fn relied(&self) -> &[Relied] {
+        &self.loaded.relied
+    }
+
+    /// The same program with other definitions of M-variables built into its code; those that
+    /// `relied` leaves out are reached through the host. The executive's tables are the same, and
+    /// so are the labels of all tasks and of all places at which they are suspended: a task that
+    /// waits in one module goes on in any other.
+    pub fn lower_for(&self, relied: &[Relied]) -> Lowered {
+        let module = lower::lower(&self.download, &self.loaded, &self.files, relied);
         let names = self.files.iter().map(|(name, _)| name.clone()).collect();
         let tasks = module.tasks.clone();
         let program = program::program(&self.download, &self.loaded, names, tasks);

@@ -5,12 +5,11 @@
 
 use std::collections::HashMap;
 
-use plcc_abi::pmac::{Definition, Field, Format, Kind, Layout, Place, PlcOp, Space};
+use plcc_abi::pmac::{Definition, Direct, Field, Format, Kind, Layout, Place, PlcOp, Space};
 
 use super::ast::{Bin, Cmp, Download, Expr, Func, Op, Stmt, Target, What};
 use super::load::Loaded;
-use super::lower::Lowerer;
-use super::variables::Direct;
+use super::reliance::places_after_load;
 
 /// A field of a word in the image.
 #[derive(Clone, Copy, Debug)]
@@ -162,7 +161,7 @@ pub(crate) enum Code {
 pub(crate) struct Resolver<'a> {
     download: &'a Download,
     layout: Layout,
-    places: Vec<Direct>,
+    places: Vec<Option<Direct>>,
     /// The task's coordinate system can be another than the first.
     pub(crate) addresses: bool,
     long_index: HashMap<u16, u32>,
@@ -179,7 +178,7 @@ impl<'a> Resolver<'a> {
         let mut this = Self {
             download,
             layout: loaded.layout,
-            places: Lowerer::places_after_load(loaded),
+            places: places_after_load(loaded),
             addresses: false,
             long_index: HashMap::new(),
             longs: Vec::new(),
@@ -270,7 +269,7 @@ impl<'a> Resolver<'a> {
     }
 
     fn place(&self, number: u16) -> Option<Direct> {
-        self.places.get(usize::from(number)).copied()
+        self.places.get(usize::from(number)).copied().flatten()
     }
 
     fn expr(&mut self, expr: Expr) -> Steps {

@@ -1,13 +1,14 @@
-//! Access to variables in IR: direct where the definition after load says where a variable is.
+//! Access to variables in IR: direct where the definition built in says where a variable is.
 
 use plcc_abi::HostFn;
-use plcc_abi::pmac::{Definition, Field, Format, Kind, Layout, Memory, Place, Range, Space};
+use plcc_abi::pmac::{Definition, Direct, Field, Format, Kind, Layout, Place, Range, Space};
 use plcc_ir::{Address, BinaryOp, ConvertOp, IntCond, Region, Type, Value};
 
 use super::ast::Target;
 use super::emit::{self, Operand};
 use super::lower::Lowerer;
 use super::rangeanalysis::Shape;
+use super::reliance::names_of_m;
 
 /// Regions of the image, as IR refers to them.
 #[derive(Clone, Copy, Debug)]
@@ -20,53 +21,17 @@ pub(crate) struct Regions {
     pub(crate) exec: Region,
 }
 
-/// Where an M-variable is after load.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Direct {
-    /// A field of a word of the image: offset among the words, address.
-    Word(u32, u32, Field),
-    /// A P-variable.
-    P(u32),
-    /// A Q-variable, counted from &1Q0.
-    Q(u32),
-    /// The 21 bits of an undefined one.
-    Star,
-    /// Through the host.
-    General,
-}
-
-/// Where a definition leads.
-pub(crate) fn direct(layout: &Layout, definition: Definition) -> Direct {
-    let word = |space, address, field: Field| match layout.place(space, address) {
-        Place::Word(offset) if matches!(field.format, Format::U | Format::S) => {
-            Direct::Word(offset - layout.words, address, field)
-        }
-        _ => Direct::General,
-    };
-    match definition {
-        Definition::Star => Direct::Star,
-        Definition::X { address, field } => word(Space::X, address, field),
-        Definition::Y { address, field } => word(Space::Y, address, field),
-        Definition::L { address } => match layout.place(Space::X, address) {
-            Place::P(number) => Direct::P(number),
-            Place::Q(number) => Direct::Q(number),
-            _ => Direct::General,
-        },
-        _ => Direct::General,
-    }
-}
-
-/// What is known of a variable's value after load, before any definition moves.
+/// What is known of a variable's value while definitions are those built in.
 pub(crate) fn shape_of(
     download: &super::ast::Download,
-    places: &[Direct],
+    places: &[Option<Direct>],
     kind: Kind,
     number: u16,
 ) -> Shape {
     match kind {
         Kind::M => match places.get(usize::from(number)) {
-            Some(Direct::Word(_, _, field)) => Shape::field(*field),
-            Some(Direct::Star) => Shape::STAR,
+            Some(Some(Direct::Word(_, _, field))) => Shape::field(*field),
+            Some(Some(Direct::Star)) => Shape::STAR,
             _ => Shape::FINITE,
         },
         Kind::L => match download.l_defs.get(&number) {
@@ -140,15 +105,11 @@ impl Lowerer<'_> {
 
     fn read_m(&mut self, number: u32) -> Operand {
         let number = number & (self.layout.count - 1);
-        let place = self.places_of_m.get(number as usize).copied().unwrap_or(Direct::General);
-        if place == Direct::General {
-            return self.read_m_general(number);
+        let place = self.places_of_m.get(number as usize).copied().flatten();
+        match place.filter(|_| self.fast) {
+            Some(place) => self.read_m_direct(number, place),
+            None => self.read_m_general(number),
         }
-        if self.fast {
-            return self.read_m_direct(number, place);
-        }
-        // The definition may have moved.
-        self.read_m_general(number)
     }
 
     fn read_m_general(&mut self, number: u32) -> Operand {
@@ -167,7 +128,7 @@ impl Lowerer<'_> {
                 let b = self.builder.ins();
                 return Operand::Value(emit::read_field(b, at, field), Shape::field(field));
             }
-            Direct::Star | Direct::General => {
+            Direct::Star => {
                 let at = Address::fixed(self.regions.mdef, 8 * number);
                 let b = self.builder.ins();
                 let word = b.load(Type::I32, at);
@@ -274,14 +235,11 @@ impl Lowerer<'_> {
 
     fn write_m(&mut self, number: u32, value: Operand) {
         let number = number & (self.layout.count - 1);
-        let place = self.places_of_m.get(number as usize).copied().unwrap_or(Direct::General);
-        if place == Direct::General {
-            return self.write_m_general(number, value);
+        let place = self.places_of_m.get(number as usize).copied().flatten();
+        match place.filter(|_| self.fast) {
+            Some(place) => self.write_m_direct(number, place, value),
+            None => self.write_m_general(number, value),
         }
-        if self.fast {
-            return self.write_m_direct(number, place, value);
-        }
-        self.write_m_general(number, value);
     }
 
     fn write_m_general(&mut self, number: u32, value: Operand) {
@@ -300,7 +258,7 @@ impl Lowerer<'_> {
                 let bits = value.bits(b);
                 return emit::write_field(b, at, field, bits);
             }
-            Direct::Star | Direct::General => {
+            Direct::Star => {
                 let at = Address::fixed(self.regions.mdef, 8 * number);
                 let b = self.builder.ins();
                 let bits = value.bits(b);
@@ -408,37 +366,11 @@ impl Lowerer<'_> {
 
     /// Whether statements name M-variables that are accessed directly.
     pub(crate) fn relies_on_definitions(&self, code: &[super::ast::Stmt]) -> bool {
-        use super::ast::{Op, What};
-        let is_direct = |kind: Kind, number: u16| {
-            let place = self.places_of_m.get(usize::from(number));
-            kind == Kind::M && place.is_some_and(|place| *place != Direct::General)
-        };
-        let reads = |expr| {
-            let ops = self.download.ops(expr);
-            ops.iter().any(|op| matches!(*op, Op::Var(kind, number) if is_direct(kind, number)))
-        };
-        code.iter().any(|stmt| match stmt.what {
-            What::Assign(target, expr) => {
-                reads(expr)
-                    || match target {
-                        Target::Var(kind, number) => is_direct(kind, number),
-                        Target::Indirect(_, index) => reads(index),
-                        Target::Range { kind, first, count, step } => {
-                            (0..count).any(|k| is_direct(kind, first + k * step))
-                        }
-                    }
-            }
-            What::If(expr, _) | What::While(expr, _) | What::Text(_, Some(expr)) => reads(expr),
-            _ => false,
-        })
-    }
-
-    /// Where every M-variable is after load.
-    pub(crate) fn places_after_load(loaded: &super::load::Loaded) -> Vec<Direct> {
-        let layout = loaded.layout;
-        let (mut image, mut far) = (loaded.image.clone(), loaded.far.clone());
-        let memory = Memory { image: &mut image, layout: &layout, far: &mut far };
-        (0..layout.count).map(|number| direct(&layout, memory.definition(number))).collect()
+        let mut any = false;
+        names_of_m(self.download, code, &mut |number| {
+            any |= self.places_of_m.get(usize::from(number)).is_some_and(Option::is_some);
+        });
+        any
     }
 
     /// I15: whether angles are in radians, an `i32`.
@@ -451,12 +383,12 @@ impl Lowerer<'_> {
         b.zextend_or_trunc(Type::I32, truth)
     }
 
-    /// Whether definitions are as after load, an `i1`.
+    /// Whether definitions are those built in, an `i1`.
     pub(crate) fn unmoved(&mut self) -> Value {
         let at = Address::fixed(self.regions.exec, 0);
         let b = self.builder.ins();
-        let epoch = b.load(Type::I32, at);
-        b.icmp_imm(IntCond::Eq, epoch, 0)
+        let stale = b.load(Type::I32, at);
+        b.icmp_imm(IntCond::Eq, stale, 0)
     }
 
     /// An integer as a double.

@@ -84,7 +84,7 @@ impl Download {
     }
 
     fn start(mut self) -> (PmacExecutive, Script) {
-        self.memory().seal();
+        self.memory().definitions().seal();
         self.tables.initial = Run::pack(&self.image);
         let program = Program {
             files: vec![],
