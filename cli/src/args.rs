@@ -315,6 +315,11 @@ pub(crate) struct RunCommand {
     #[arg(long, value_name = "LEVEL")]
     pub(crate) opt: Option<OptArg>,
 
+    /// PMAC, --engine jit: makes code anew when definitions of M-variables that the program has
+    /// moved rest for so many ticks [default: 100]
+    #[arg(long, value_name = "TICKS|never", value_parser = rest)]
+    pub(crate) recompile_after: Option<Rest>,
+
     /// PMAC: runs without the PLCs whose IFs or WHILEs do not match
     #[arg(long)]
     pub(crate) keep_going: bool,
@@ -387,6 +392,20 @@ fn define(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((name, value)) if !name.trim().is_empty() => Ok((name.trim().into(), value.into())),
         _ => Err("NAME=VALUE is expected".into()),
+    }
+}
+
+/// How long definitions rest before code is made anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Rest {
+    Never,
+    Ticks(u32),
+}
+
+fn rest(text: &str) -> Result<Rest, String> {
+    match text {
+        "never" => Ok(Rest::Never),
+        _ => text.parse().map(Rest::Ticks).map_err(|_| "a number of ticks, or never".into()),
     }
 }
 

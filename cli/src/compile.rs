@@ -1,6 +1,7 @@
 //! From source text to engines. The one place that tells the languages apart.
 
-use plcc_abi::{Code, Dialect, Engine, Program};
+use plcc_abi::pmac::Relied;
+use plcc_abi::{Code, Dialect, Engine, Program, Tables};
 use plcc_codegen::{CodegenError, OptLevel, Target};
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 use plcc_frontend::common::{FileLoader, Lowered, Options};
@@ -8,6 +9,7 @@ use plcc_frontend::{nct, pmac, pmi};
 use plcc_runtime::NativeEngine;
 use plcc_runtime::artifact::{self, Artifact, ArtifactError};
 use plcc_runtime::native::NativeError;
+use plcc_runtime::pmac::{Recompiler, Recompiling, Settings};
 use thiserror::Error;
 
 /// A program without errors, or one whose broken parts may be left out.
@@ -104,6 +106,45 @@ pub enum CompileError {
 pub fn jit(lowered: &Lowered, opt: OptLevel) -> Result<(NativeEngine, usize), CompileError> {
     let code = plcc_codegen::compile(&lowered.module, &Target::host(opt)?)?;
     Ok((NativeEngine::new(&code, &lowered.program)?, code.bytes.len()))
+}
+
+/// Native code of a PMAC download for other definitions of its M-variables.
+struct Anew {
+    program: pmac::Program,
+    opt: OptLevel,
+}
+
+impl Recompiler for Anew {
+    fn recompile(&mut self, relied: &[Relied]) -> Result<NativeEngine, String> {
+        let mut lowered = self.program.lower_for(relied);
+        plcc_ir::passes::optimize(&mut lowered.module, self.opt);
+        let compiled = jit(&lowered, self.opt);
+        compiled.map(|(engine, _)| engine).map_err(|error| error.to_string())
+    }
+}
+
+/// What compiles a PMAC download for other definitions of its M-variables.
+pub fn recompiler(program: &pmac::Program, opt: OptLevel) -> Box<dyn Recompiler> {
+    Box::new(Anew { program: program.clone(), opt })
+}
+
+/// Native code as it is, or for a PMAC download code that is made anew when the program has moved
+/// definitions of M-variables. `tables` and `native` are those of `checked` as it was lowered.
+pub fn anew(
+    checked: &Checked,
+    tables: &Program,
+    native: NativeEngine,
+    opt: OptLevel,
+    settings: Settings,
+) -> Box<dyn Engine> {
+    match (checked, &tables.tables) {
+        (Checked::Pmac(program), Tables::Pmac(tables)) => {
+            let compiler = recompiler(program, opt);
+            let relied = program.relied();
+            Box::new(Recompiling::new(native, relied, tables.turbo, compiler, settings))
+        }
+        _ => Box::new(native),
+    }
 }
 
 /// Code for a target.

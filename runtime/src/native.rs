@@ -102,6 +102,18 @@ impl NativeEngine {
         u32::try_from(offset).ok().filter(|_| offset < self.map.len())
     }
 
+    /// Lets every task go on where it is suspended in other code of the same program, whose tasks
+    /// and labels of suspended places have to be the same. Whether it can be done; if not, nothing
+    /// is changed.
+    pub fn resume_from(&mut self, other: &Self) -> bool {
+        let known = |label: &u32| (*label as usize) < self.entries.len();
+        if self.tasks != other.tasks || !other.resume.iter().flatten().all(known) {
+            return false;
+        }
+        self.resume.clone_from(&other.resume);
+        true
+    }
+
     /// Where the code is in this process.
     pub fn address(&self) -> usize {
         self.map.as_ptr() as usize

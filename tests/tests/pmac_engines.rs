@@ -12,7 +12,7 @@ use plcc_frontend::{
 use plcc_runtime::{
     Artifact, Event, Executive, Purpose, artifact,
     native::NativeEngine,
-    pmac::{PmacExecutive, PmacOptions},
+    pmac::{PmacExecutive, PmacOptions, Recompiling, Settings},
 };
 use plcc_tests::gen_pmac::generate;
 
@@ -33,7 +33,7 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
     }
     let checked = program.unwrap();
     let lowered = checked.lower();
-    let program = lowered.program;
+    let program = lowered.program.clone();
     let native = |opt| -> Box<dyn Engine> {
         let target = Target::host(opt).unwrap();
         assert_eq!(plcc_ir::verify::verify(&lowered.module), []);
@@ -52,6 +52,18 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
     };
     let mut optimized = lowered.module.clone();
     plcc_ir::passes::optimize(&mut optimized, OptLevel::Speed);
+    // Made anew whenever a definition has moved; and with what does not rest left to the host.
+    let anew = |settings| -> Box<dyn Engine> {
+        let mut lowered = lowered.clone();
+        plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
+        let (engine, _) = plcc::compile::jit(&lowered, OptLevel::Speed).unwrap();
+        let compiler = plcc::compile::recompiler(&checked, OptLevel::Speed);
+        let turbo = controller == Controller::Turbo;
+        Box::new(Recompiling::new(engine, checked.relied(), turbo, compiler, settings))
+    };
+    let always = Settings { rest: 0, patience: 99, most: 999, each: 255, beside: false };
+    let leaving = Settings { rest: 2, patience: 4, most: 3, each: 2, beside: false };
+    let beside = Settings { beside: true, ..always };
     let engines = [
         ("interp", checked.interpreter()),
         ("ir", Box::new(plcc_ir::interp::Interpreter::new(lowered.module.clone()))),
@@ -60,6 +72,9 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
         ("jit speed", native(OptLevel::Speed)),
         ("aot none", artifact(OptLevel::None)),
         ("aot speed", artifact(OptLevel::Speed)),
+        ("made anew", anew(always)),
+        ("made anew, leaving", anew(leaving)),
+        ("made anew beside", anew(beside)),
     ];
     let machine = |(name, engine)| {
         let executive = PmacExecutive::new(&program, PmacOptions::default()).unwrap();
@@ -77,6 +92,19 @@ fn place(offset: usize, controller: Controller) -> String {
     format!("{}[{}]", region.name, (offset - region.offset) / 8)
 }
 
+/// The first byte in which two images differ. What is said of code is another where that was made
+/// anew, and does not count then.
+fn difference(ours: &[u8], theirs: &[u8], layout: &Layout, anew: bool) -> Option<usize> {
+    let all = [(0, layout.size)];
+    let state = [(0, layout.mload), (layout.tw, layout.moved), (layout.q_base, layout.size)];
+    let stretches = if anew { &state[..] } else { &all[..] };
+    stretches.iter().find_map(|&(start, end)| {
+        let (start, end) = (start as usize, end as usize);
+        let (a, b) = (&ours[start..end], &theirs[start..end]);
+        (a != b).then(|| start + a.iter().zip(b).position(|(a, b)| a != b).unwrap())
+    })
+}
+
 /// Runs a download with a stimulus in all engines.
 fn compare(source: &str, stimulus: &str, ticks: u32, controller: Controller) -> Vec<Event> {
     let mut machines = machines(source, controller);
@@ -88,6 +116,7 @@ fn compare(source: &str, stimulus: &str, ticks: u32, controller: Controller) -> 
             (tick.parse().unwrap(), name, value)
         })
         .collect();
+    let layout = Layout::new(controller == Controller::Turbo);
     let mut all = vec![];
     for tick in 0..ticks {
         let mut results = vec![];
@@ -104,7 +133,8 @@ fn compare(source: &str, stimulus: &str, ticks: u32, controller: Controller) -> 
         let (first, others) = machines.split_first().unwrap();
         for (machine, result) in others.iter().zip(&results[1..]) {
             let (ours, theirs) = (first.executive.image(), machine.executive.image());
-            if let Some(at) = ours.iter().zip(theirs).position(|(a, b)| a != b) {
+            let anew = machine.name.starts_with("made anew");
+            if let Some(at) = difference(ours, theirs, &layout, anew) {
                 let value = |image: &[u8]| plcc_abi::image::read_f64(image, at as u32 & !7);
                 panic!(
                     "tick {tick} {}: {} is {:?}, not {:?}\n{source}",

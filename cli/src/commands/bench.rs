@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use plcc_abi::{Engine, Program};
 use plcc_codegen::OptLevel;
 use plcc_frontend::common::Options;
+use plcc_runtime::pmac::Settings;
 use plcc_runtime::run::{Player, Stimulus};
 use plcc_runtime::{Event, Executive, session};
 use serde::Serialize;
@@ -75,8 +76,9 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
     let fail = |error| Failure(format!("the program can't be compiled: {error}"));
     let (jit, jit_bytes) = compile::jit(&lowered, opt).map_err(fail)?;
     let (aot, aot_bytes) = compile::aot(&lowered, opt).map_err(fail)?;
+    let jit = compile::anew(&checked, &lowered.program, jit, opt, Settings::default());
     let engines: [(&'static str, Box<dyn Engine>); 3] =
-        [("interp", checked.interpreter()), ("jit", Box::new(jit)), ("aot", Box::new(aot))];
+        [("interp", checked.interpreter()), ("jit", jit), ("aot", Box::new(aot))];
     let mut contestants = Vec::new();
     for (name, engine) in engines {
         contestants.push(contestant(name, engine, &lowered.program, args, &options)?);

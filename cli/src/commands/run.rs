@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 
 use plcc_abi::nct::NctSettings;
 use plcc_abi::{Dialect, Engine, Program};
+use plcc_runtime::pmac::Settings;
 use plcc_runtime::{Artifact, NativeEngine, session};
 
-use crate::args::{EngineArg, FormatArg, RunCommand};
+use crate::args::{EngineArg, FormatArg, Rest, RunCommand};
 use crate::compile::{self, Checked};
 use crate::failure::{ERRORS, Failure};
 use crate::input::{self, Input};
@@ -55,8 +56,17 @@ fn engine(checked: &Checked, args: &RunCommand) -> Result<(Program, Box<dyn Engi
         EngineArg::Interp => (checked.lower().program, checked.interpreter()),
         EngineArg::Jit => {
             let lowered = checked.optimized(opt);
-            let (engine, _) = compile::jit(&lowered, opt).map_err(fail)?;
-            (lowered.program, Box::new(engine))
+            let (native, _) = compile::jit(&lowered, opt).map_err(fail)?;
+            let standard = Settings { beside: args.run.realtime, ..Settings::default() };
+            let engine: Box<dyn Engine> = match args.recompile_after {
+                Some(Rest::Never) => Box::new(native),
+                Some(Rest::Ticks(rest)) => {
+                    let settings = Settings { rest, ..standard };
+                    compile::anew(checked, &lowered.program, native, opt, settings)
+                }
+                None => compile::anew(checked, &lowered.program, native, opt, standard),
+            };
+            (lowered.program, engine)
         }
         EngineArg::Aot => {
             let lowered = checked.optimized(opt);
@@ -105,6 +115,7 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
     let idle = [
         ("--engine", args.engine.is_some_and(|engine| engine != EngineArg::Aot)),
         ("--opt", args.opt.is_some()),
+        ("--recompile-after", args.recompile_after.is_some()),
         ("--keep-going", args.keep_going),
         ("-I", !source.include.is_empty()),
     ];

@@ -8,6 +8,7 @@
 mod control;
 mod display;
 mod names;
+mod recompile;
 mod save;
 mod schedule;
 #[cfg(test)]
@@ -25,6 +26,7 @@ use plcc_abi::{
 use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
 use control::Control;
 use names::Name;
+pub use recompile::{Recompiler, Recompiling, Settings};
 use schedule::Clocks;
 use watchdog::Watchdog;
 
@@ -117,6 +119,7 @@ impl Executive for PmacExecutive {
     }
 
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
+        engine.begin_tick(&mut self.image);
         let result = self.servo_cycle(engine);
         events.append(&mut self.control.events);
         self.control.tick += 1;

@@ -61,4 +61,8 @@ impl Engine for Timed {
     fn reset(&mut self, task: usize) {
         self.engine.reset(task);
     }
+
+    fn begin_tick(&mut self, image: &mut [u8]) {
+        self.engine.begin_tick(image);
+    }
 }

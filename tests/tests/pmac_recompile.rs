@@ -1,0 +1,391 @@
+//! Downloads that move definitions of M-variables, in native code that is made anew for them: the
+//! same as in the statement interpreter after every servo cycle, nothing through the host any more
+//! once definitions rest, and made anew no more often than is allowed.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::cell::Cell;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+use plcc::compile::{jit, recompiler};
+use plcc_abi::pmac::{Definition, Layout, Relied};
+use plcc_abi::{Engine, Host, HostFn, Outcome, Scan};
+use plcc_codegen::OptLevel;
+use plcc_diag::SourceMap;
+use plcc_frontend::common::{MemoryLoader, Options};
+use plcc_frontend::pmac;
+use plcc_runtime::pmac::{PmacExecutive, PmacOptions, Recompiler, Recompiling, Settings};
+use plcc_runtime::{Event, Executive, NativeEngine, Purpose};
+
+const AT_ONCE: Settings = Settings { rest: 1, patience: 40, most: 99, each: 3, beside: false };
+
+/// Counts the accesses to M-variables that code asks the host for.
+struct Counting {
+    engine: Recompiling,
+    calls: Rc<Cell<u32>>,
+}
+
+struct CountingHost<'a> {
+    host: &'a mut dyn Host,
+    calls: &'a Cell<u32>,
+}
+
+impl Host for CountingHost<'_> {
+    fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64 {
+        if matches!(function, HostFn::PmacMRead | HostFn::PmacMWrite) {
+            self.calls.set(self.calls.get() + 1);
+        }
+        self.host.call(image, function, args)
+    }
+}
+
+impl Engine for Counting {
+    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
+        let mut host = CountingHost { host: scan.host, calls: &self.calls };
+        self.engine.call(task, &mut Scan { image: scan.image, host: &mut host })
+    }
+
+    fn reset(&mut self, task: usize) {
+        self.engine.reset(task);
+    }
+
+    fn begin_tick(&mut self, image: &mut [u8]) {
+        self.engine.begin_tick(image);
+    }
+}
+
+fn check(source: &str) -> pmac::Program {
+    let mut sources = SourceMap::new();
+    let file = sources.add("moving.pmc", source.as_bytes());
+    let (program, all) =
+        pmac::check(&mut sources, &[file], &MemoryLoader::new(), &Options::default());
+    if let Some(error) = all.iter().find(|d| d.is_error()) {
+        panic!("{source}\n{}", plcc_diag::render::draw(&sources, error, false));
+    }
+    program.unwrap()
+}
+
+/// A download in the statement interpreter and in code that is made anew, side by side.
+struct Pair {
+    interpreter: Box<dyn Engine>,
+    oracle: PmacExecutive,
+    engine: Counting,
+    executive: PmacExecutive,
+    layout: Layout,
+    tick: u32,
+}
+
+impl Pair {
+    fn new(source: &str, settings: Settings) -> Self {
+        let program = check(source);
+        let mut lowered = program.lower();
+        plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
+        let (native, _) = jit(&lowered, OptLevel::Speed).unwrap();
+        let compiler = recompiler(&program, OptLevel::Speed);
+        Self::with(&program, native, compiler, settings)
+    }
+
+    fn with(
+        program: &pmac::Program,
+        native: NativeEngine,
+        compiler: Box<dyn Recompiler>,
+        settings: Settings,
+    ) -> Self {
+        let tables = program.lower().program;
+        let executive = || PmacExecutive::new(&tables, PmacOptions::default()).unwrap();
+        let engine = Recompiling::new(native, program.relied(), false, compiler, settings);
+        Self {
+            interpreter: program.interpreter(),
+            oracle: executive(),
+            engine: Counting { engine, calls: Rc::default() },
+            executive: executive(),
+            layout: Layout::new(false),
+            tick: 0,
+        }
+    }
+
+    /// Runs ticks; the result is what was said and how often the host was asked.
+    fn run(&mut self, ticks: u32) -> (Vec<Event>, u32) {
+        self.engine.calls.set(0);
+        let mut all = vec![];
+        for _ in 0..ticks {
+            let (mut expected, mut events) = (vec![], vec![]);
+            self.oracle.tick(self.interpreter.as_mut(), &mut expected).unwrap();
+            self.executive.tick(&mut self.engine, &mut events).unwrap();
+            assert_eq!(events, expected, "tick {}", self.tick);
+            all.append(&mut events);
+            // All but what is said of code.
+            let layout = &self.layout;
+            for (start, end) in
+                [(0, layout.mload), (layout.tw, layout.moved), (layout.q_base, layout.size)]
+            {
+                let (start, end) = (start as usize, end as usize);
+                let (ours, theirs) =
+                    (&self.oracle.image()[start..end], &self.executive.image()[start..end]);
+                let differs = || ours.iter().zip(theirs).position(|(a, b)| a != b).unwrap();
+                assert!(ours == theirs, "tick {}: offset {}", self.tick, start + differs());
+            }
+            self.tick += 1;
+        }
+        (all, self.engine.calls.get())
+    }
+
+    fn changes(&self) -> u32 {
+        self.engine.engine.changes()
+    }
+
+    fn set(&mut self, name: &str, text: &str) {
+        for executive in [&mut self.oracle, &mut self.executive] {
+            let variable = executive.find(name, Purpose::Stimulus).unwrap();
+            let value = executive.parse(variable, text).unwrap();
+            executive.set(variable, value);
+        }
+    }
+
+    fn get(&mut self, name: &str) -> f64 {
+        let variable = self.executive.find(name, Purpose::Watch).unwrap();
+        self.executive.get(variable).to_string().parse().unwrap()
+    }
+}
+
+/// Logic on two variables, beside a PLC that moves definitions.
+const LOGIC: &str = "OPEN PLC 2 CLEAR\nM2=M1*3+1\nIF (M2>20)\nM3=M3^1\nENDIF\nP9=P9+M2\nCLOSE\n";
+
+#[test]
+fn definitions_moved_by_an_initialising_plc() {
+    let source = format!(
+        "I5=3\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24,S\nM3->Y:$FFC2,3,1\nM100->Y:$BC01,0,16\n\
+         M1=5\nDISABLE PLC 1\nOPEN PLC 1 CLEAR\nM100=$07F2\nDISABLE PLC 1\nCLOSE\n\
+         OPEN PLC 3 CLEAR\nP1=P1+1\nIF (P1=10)\nENABLE PLC 1\nENDIF\nCLOSE\n{LOGIC}"
+    );
+    let mut pair = Pair::new(&source, AT_ONCE);
+    let (_, calls) = pair.run(18);
+    assert_eq!((calls, pair.changes()), (0, 0));
+    // PLC 1 moves M1 to $07F2 in its one scan; PLC 2 asks the host at most until the second tick.
+    let (_, calls) = pair.run(12);
+    assert!(calls > 0, "PLC 1 writes a definition through the host");
+    assert_eq!(pair.changes(), 1);
+    let (_, calls) = pair.run(40);
+    assert_eq!((calls, pair.changes()), (0, 1));
+    pair.set("X:$07F2", "9");
+    pair.run(4);
+    assert_eq!(pair.get("M2"), 28.0);
+}
+
+#[test]
+fn definitions_moved_by_commands() {
+    let source = format!(
+        "I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24,S\nM3->Y:$FFC2,3,1\nM4->*\nM1=4\n\
+         OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=5)\nCOMMAND\"M1->L:$1005\"\nENDIF\n\
+         IF (P1=15)\nCOMMAND\"M2->X:$07F5,0,16\"\nCOMMAND\"M3->L:$1402\"\nENDIF\n\
+         IF (P1=25)\nCOMMAND\"M4->Y:$07F6,4,8,S\"\nENDIF\nCLOSE\n\
+         OPEN PLCC 3 CLEAR\nM4=M4+1\nCLOSE\n{LOGIC}"
+    );
+    let mut pair = Pair::new(&source, AT_ONCE);
+    for changes in 1..=3 {
+        let (events, calls) = pair.run(20);
+        assert!(!events.is_empty());
+        assert!(calls > 0);
+        assert_eq!(pair.changes(), changes);
+    }
+    let (_, calls) = pair.run(40);
+    assert_eq!((calls, pair.changes()), (0, 3));
+}
+
+/// A field that only the host can follow stays with it; all others are direct again.
+#[test]
+fn definitions_that_no_code_can_follow() {
+    let source = "I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM3->D:$07F2\n\
+         OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=5)\nCOMMAND\"M1->X:$07F3,0,16,D\"\nENDIF\n\
+         IF (P1=20)\nCOMMAND\"M3->X:$07F2,0,24\"\nENDIF\n\
+         IF (P1=40)\nCOMMAND\"M1->X:$07F4,0,16\"\nENDIF\n\
+         M2=M2+1\nM1=M2\nM3=M2\nCLOSE\n";
+    let mut pair = Pair::new(source, AT_ONCE);
+    let (_, calls) = pair.run(4);
+    assert_eq!(calls, 4, "M3");
+    pair.run(8);
+    assert_eq!(pair.changes(), 1);
+    let (_, calls) = pair.run(5);
+    assert_eq!(calls, 10, "M1 and M3");
+    pair.run(8);
+    assert_eq!(pair.changes(), 2);
+    let (_, calls) = pair.run(5);
+    assert_eq!(calls, 5, "M1");
+    pair.run(15);
+    assert_eq!(pair.changes(), 3);
+    let (_, calls) = pair.run(10);
+    assert_eq!(calls, 0);
+}
+
+/// A definition that comes back finds the code that was made for it, without a compiler.
+#[test]
+fn a_definition_that_comes_back() {
+    let source = format!(
+        "I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM3->*\nM1=1\n\
+         OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=5)\nCOMMAND\"M1->L:$1005\"\nENDIF\n\
+         IF (P1=15)\nCOMMAND\"M1->X:$07F0,0,24\"\nENDIF\nCLOSE\n{LOGIC}"
+    );
+    let mut pair = Pair::new(&source, Settings { rest: 100, patience: 1000, ..AT_ONCE });
+    let (_, calls) = pair.run(20);
+    assert!(calls > 0);
+    pair.run(12);
+    let (_, calls) = pair.run(200);
+    assert_eq!((calls, pair.changes()), (0, 0));
+}
+
+/// The guide's array: a definition that moves in every scan is left to the host, and all else is
+/// fast.
+#[test]
+fn an_array_makes_no_storm() {
+    let source = "I5=2\nM1->X:$07F0,0,24\nM34->L:$1028\nM35->Y:$BC22,0,16\nM50->Y:$07F1,0,24\n\
+         OPEN PLC 1 CLEAR\nP1=0\nWHILE (P1<5)\nM35=$1028+P1\nM34=M34+P1+M1\nP1=P1+1\nENDWHILE\n\
+         CLOSE\nOPEN PLC 2 CLEAR\nM50=M50+1\nM1=M50&7\nCLOSE\n";
+    // PLC 1 has every other tick, so it rests for a tick at most.
+    let mut pair = Pair::new(source, Settings { rest: 3, ..AT_ONCE });
+    pair.run(400);
+    assert_eq!(pair.changes(), 2, "once at a rest, and once to leave M34 to the host");
+    let (_, calls) = pair.run(120);
+    // PLC 1 and PLC 2 take turns. PLC 1 asks for M35 and M34 twice in a scan that goes on.
+    assert!((100..=60 * 3).contains(&calls), "{calls}");
+}
+
+/// Definitions that rest for a while and move again are followed a few times only, each and all.
+#[test]
+fn code_is_made_so_often_and_no_more() {
+    let mover = |number: u32, address: u32, every: u32| {
+        format!("IF (P1%{every}=0)\nM{}=${address:X}+P2\nENDIF\nP3=P3+M{number}\n", number + 100)
+    };
+    let mut source = String::from("I5=2\n");
+    for number in 1..=8 {
+        let address = 0xBC00 + number;
+        source += &format!("M{number}->X:$0780,0,24\nM{}->Y:${address:X},0,16\n", number + 100);
+    }
+    source += "OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1%10=0)\nP2=P2+1\nENDIF\n";
+    for number in 1..=8 {
+        source += &mover(number, 0x0780 + 16 * number, 10 * number);
+    }
+    source += "CLOSE\n";
+    let mut pair = Pair::new(&source, AT_ONCE);
+    pair.run(1500);
+    let changes = pair.changes();
+    assert!((3..=3 * 8 + 8).contains(&changes), "{changes}");
+    pair.run(1000);
+    assert_eq!(pair.changes(), changes, "all of them are left to the host");
+    let mut pair = Pair::new(&source, Settings { most: 4, ..AT_ONCE });
+    pair.run(1500);
+    assert_eq!(pair.changes(), 4);
+    let mut pair = Pair::new(&source, Settings { most: 0, ..AT_ONCE });
+    pair.run(200);
+    assert_eq!(pair.changes(), 0);
+}
+
+/// PLCs that wait in a WHILE while code is changed go on there.
+#[test]
+fn waiting_plcs_go_on_where_they_were() {
+    let source = "I5=3\nI8=0\nM1->X:$07F0,0,24\nM2->Y:$FFC2,0,8\nM11->Y:$BC01,0,16\n\
+         OPEN PLC 0 CLEAR\nP10=P10+1\nWHILE (P10<7)\nP10=P10+1\nM2=M2+1\nENDWHILE\nP11=P11+1\nCLOSE\n\
+         OPEN PLC 1 CLEAR\nP1=0\nWHILE (M1<3)\nP1=P1+1\nENDWHILE\nP2=P2+1\n\
+         WHILE (M1<6)\nP3=P3+1\nWHILE (P3%4!=0)\nP3=P3+1\nENDWHILE\nENDWHILE\nM1=0\nCLOSE\n\
+         OPEN PLC 2 CLEAR\nP5=P5+1\nIF (P5%9=0)\nM1=M1+1\nENDIF\nCLOSE\n\
+         OPEN PLC 3 CLEAR\nP6=P6+1\nIF (P6%50=0)\nM11=$07F0+P6/50\nM1=2\nENDIF\nCLOSE\n";
+    let settings = Settings { rest: 0, each: 255, ..AT_ONCE };
+    let mut pair = Pair::new(source, settings);
+    pair.run(2000);
+    assert!(pair.changes() > 10, "{}", pair.changes());
+    assert!(pair.get("P2") > 10.0 && pair.get("P11") > 10.0);
+}
+
+/// The labels at which tasks start and go on do not hang on what is built in.
+#[test]
+fn labels_are_the_same_whatever_is_built_in() {
+    use plcc_ir::Terminator;
+    let source = format!(
+        "I5=3\nM1->X:$07F0,0,24\nM2->Y:$FFC2,0,8\nM3->D:$07F1\n{LOGIC}\
+         OPEN PLC 1 CLEAR\nWHILE (M1<3)\nP1=P1+1\nWHILE (M2=0)\nENDWHILE\nENDWHILE\n\
+         WHILE (M3<M1)\nENDWHILE\nCLOSE\nOPEN PLCC 4 CLEAR\nWHILE (P4<M1)\nENDWHILE\nCLOSE\n"
+    );
+    let program = check(&source);
+    let relied = |definition| -> Vec<Relied> {
+        (1..=3).map(|number| Relied { number, definition }).collect()
+    };
+    let resumes = |relied: &[Relied]| {
+        let lowered = program.lower_for(relied);
+        assert_eq!(plcc_ir::verify::verify(&lowered.module), []);
+        // Every statement that ends a loop, by its place in the source.
+        let mut resumes = vec![];
+        for func in &lowered.module.funcs {
+            for (_, block) in func.blocks() {
+                if let Some(Terminator::Suspend(label)) = &block.terminator {
+                    resumes.push(*label);
+                }
+            }
+        }
+        resumes.sort();
+        resumes.dedup();
+        (resumes, lowered.module.tasks, lowered.program)
+    };
+    let first = resumes(program.relied());
+    assert_eq!(first.0.len(), 4);
+    for other in [
+        vec![],
+        relied(None),
+        relied(Some(Definition::Star)),
+        relied(Some(Definition::L { address: 0x1003 })),
+        vec![Relied { number: 1, definition: Some(Definition::Star) }],
+    ] {
+        assert_eq!(resumes(&other), first, "{other:?}");
+    }
+}
+
+/// In a thread of its own the compiler holds up no tick; its code takes over when it is there.
+#[test]
+fn a_compiler_beside_holds_nothing_up() {
+    struct Slow(Box<dyn Recompiler>);
+    impl Recompiler for Slow {
+        fn recompile(&mut self, relied: &[Relied]) -> Result<NativeEngine, String> {
+            std::thread::sleep(Duration::from_millis(300));
+            self.0.recompile(relied)
+        }
+    }
+    let source = format!(
+        "I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM3->*\nM1=1\n\
+         OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=5)\nCOMMAND\"M1->L:$1005\"\nENDIF\nCLOSE\n{LOGIC}"
+    );
+    let program = check(&source);
+    let (native, _) = jit(&program.lower(), OptLevel::Speed).unwrap();
+    let compiler = Box::new(Slow(recompiler(&program, OptLevel::Speed)));
+    let mut pair = Pair::with(&program, native, compiler, Settings { beside: true, ..AT_ONCE });
+    pair.run(12);
+    assert_eq!(pair.changes(), 0, "the compiler sleeps");
+    let start = Instant::now();
+    while pair.changes() == 0 && start.elapsed() < Duration::from_secs(60) {
+        pair.run(1);
+    }
+    let (_, calls) = pair.run(40);
+    assert_eq!((calls, pair.changes()), (0, 1));
+}
+
+/// A compiler that fails is not asked again; the code at hand goes on.
+#[test]
+fn a_compiler_that_fails() {
+    struct Failing(Arc<AtomicU32>);
+    impl Recompiler for Failing {
+        fn recompile(&mut self, _: &[Relied]) -> Result<NativeEngine, String> {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            Err("no".into())
+        }
+    }
+    let source = format!(
+        "I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM3->*\nM101->Y:$BC01,0,16\n\
+         OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1%5=0)\nM101=$07F0+P1\nENDIF\nCLOSE\n{LOGIC}"
+    );
+    let program = check(&source);
+    let (native, _) = jit(&program.lower(), OptLevel::Speed).unwrap();
+    let count = Arc::new(AtomicU32::new(0));
+    let mut pair = Pair::with(&program, native, Box::new(Failing(Arc::clone(&count))), AT_ONCE);
+    pair.run(100);
+    assert_eq!(count.load(Ordering::Relaxed), 1);
+    assert_eq!(pair.changes(), 0);
+}
