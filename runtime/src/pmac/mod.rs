@@ -113,9 +113,7 @@ impl PmacExecutive {
 
 impl Executive for PmacExecutive {
     fn tick_ns(&self) -> u64 {
-        // I10 is in 1/8388608 ms.
-        let units = read_f64(&self.image, self.control.layout.i_offset(10));
-        (units * 1_000_000.0 / 8_388_608.0).round().max(1.0) as u64
+        (self.cycle_seconds() * 1e9).round().max(1.0) as u64
     }
 
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {

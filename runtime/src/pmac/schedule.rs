@@ -15,6 +15,9 @@ const WATCHDOG_START: u32 = 4095;
 /// The bit of the global status that says that an interrupt took longer than until the next.
 const REENTRY: u32 = 1 << 22;
 
+/// A servo cycle in 1/8388608 ms, the default of I10.
+const SERVO_CYCLE: f64 = 3_713_707.0;
+
 /// The most negative value of a signed 24-bit timer, where it stops.
 const TIMER_END: i64 = -0x80_0000;
 
@@ -117,10 +120,16 @@ impl PmacExecutive {
         Ok(())
     }
 
+    /// The time of a servo cycle in seconds. I10 only tells it, so 0 does not stop the clock: it is
+    /// then as long as the default says.
+    pub(super) fn cycle_seconds(&self) -> f64 {
+        let units = read_f64(&self.image, self.control.layout.i_offset(10));
+        (if units > 0.0 { units } else { SERVO_CYCLE }) / 8_388_608e3
+    }
+
     /// The time between interrupts in seconds.
     fn interrupt_interval(&self) -> f64 {
-        let cycle = read_f64(&self.image, self.control.layout.i_offset(10)) / 8_388_608e3;
-        cycle * (read_f64(&self.image, self.control.layout.i_offset(8)) + 1.0)
+        self.cycle_seconds() * (read_f64(&self.image, self.control.layout.i_offset(8)) + 1.0)
     }
 
     /// The next interpreted PLC, all PLCCs, housekeeping, commands.
