@@ -234,6 +234,8 @@ pub(crate) enum WriteKind {
     Long,
     /// Fixed point over X and Y.
     Double,
+    /// The processor's own programs, as backups hold compiled PLCs: not memory that PLCs see.
+    Program,
 }
 
 /// An on-line command of the text.

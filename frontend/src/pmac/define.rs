@@ -49,6 +49,20 @@ impl Reader<'_> {
         Ok(format)
     }
 
+    /// `,0,48` behind the address of a long word, which is whole anyway.
+    fn no_field(&mut self) -> Parsed<()> {
+        let mut parts = 0;
+        while parts < 3 && self.cur.eat(b',') {
+            if self.cur.peek().is_ascii_alphabetic() {
+                self.format()?;
+                break;
+            }
+            self.small("a number", 0, 48)?;
+            parts += 1;
+        }
+        Ok(())
+    }
+
     /// What stands behind `->`.
     pub(crate) fn definition(&mut self) -> Parsed<Definition> {
         self.cur.blanks();
@@ -60,13 +74,16 @@ impl Reader<'_> {
             return self.thumbwheel();
         }
         if self.cur.word("DP") {
-            return Ok(Definition::Dp { address: self.address()? });
+            let address = self.address()?;
+            self.no_field()?;
+            return Ok(Definition::Dp { address });
         }
         let letter = self.cur.peek().to_ascii_uppercase();
         let space = match letter {
             b'D' | b'L' | b'F' => {
                 self.cur.pos += 1;
                 let address = self.address()?;
+                self.no_field()?;
                 return Ok(match letter {
                     b'D' => Definition::D { address },
                     b'L' => Definition::L { address },

@@ -153,6 +153,7 @@ impl Loader {
             WriteKind::Long | WriteKind::Double => {
                 self.memory().write(Definition::D { address }, value);
             }
+            WriteKind::Program => {}
         }
     }
 

@@ -497,17 +497,24 @@ impl Reader<'_> {
             b'Y' => WriteKind::Y,
             b'L' => WriteKind::Long,
             b'D' => WriteKind::Double,
+            b'P' => WriteKind::Program,
             _ => return Ok(false),
         };
         ahead.pos += 1;
         if kind == WriteKind::Double {
             let _ = ahead.eat(b'P');
         }
-        if !matches!(ahead.peek(), b':' | b'$' | b'0'..=b'9') {
+        let program = kind == WriteKind::Program;
+        if !matches!(ahead.peek(), b':' | b'$') && (program || !ahead.peek().is_ascii_digit()) {
             return Ok(false);
         }
         self.cur = ahead;
-        let address = self.address()?;
+        let address = if program {
+            let _ = self.cur.eat(b':');
+            self.cur.integer().unwrap_or(0) as u32
+        } else {
+            self.address()?
+        };
         let mut values = Vec::new();
         while self.cur.eat(b',') {
             values.push(self.expression()?);

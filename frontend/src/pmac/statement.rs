@@ -617,7 +617,7 @@ impl Checker<'_> {
                     let space = match kind {
                         WriteKind::X => Space::X,
                         WriteKind::Y => Space::Y,
-                        WriteKind::Long | WriteKind::Double => continue,
+                        WriteKind::Long | WriteKind::Double | WriteKind::Program => continue,
                     };
                     for (k, value) in values.into_iter().enumerate() {
                         code.push(What::Word(space, addr.wrapping_add(k as u32), value));
