@@ -32,6 +32,7 @@ const M: &[(u32, &str)] = &[
     (35, "Y:$BC22,0,16"),
     (36, "Y:$BC01,0,16"),
     (37, "L:$1402"),
+    (33, "Y:$BC22,0,16"),
 ];
 
 /// L-variables and their definitions.
@@ -253,7 +254,7 @@ impl Generator {
         if self.compiled && self.rng.chance(50) {
             return format!("{}={}", self.long(), self.integers(0));
         }
-        match self.rng.below(14) {
+        match self.rng.below(16) {
             0 => format!("P({})={}", self.expression(2), self.expression(0)),
             1 => format!("M({})={}", self.rng.below(13) + 1, self.expression(0)),
             // Moves a definition among P-variables.
@@ -265,6 +266,9 @@ impl Generator {
                 format!("{target}{op}={}", self.expression(1))
             }
             5 => format!("P{}..{}={}", 4, 4 + self.rng.below(4), self.expression(1)),
+            6 => format!("M1..{}={}", 2 + self.rng.below(12), self.expression(1)),
+            // Moves M34 before and after it is written.
+            7 => format!("M33..35={}+INT(ABS(P{})%8)", 0x1020, self.rng.below(12)),
             _ => {
                 let target = self.target();
                 format!("{target}={}", self.expression(0))

@@ -297,6 +297,17 @@ fn waiting_plcs_go_on_where_they_were() {
     assert!(pair.get("P2") > 10.0 && pair.get("P11") > 10.0);
 }
 
+/// A range may move the definitions of its own variables.
+#[test]
+fn a_range_that_moves_its_own_definitions() {
+    let source = "I5=2\nM1->Y:$BC02,0,16\nM2->X:$07F0,0,24\nM3->X:$07F2,0,24\nM4->Y:$BC03,0,16\n\
+         OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=3)\nM1..2=$07F1\nENDIF\nIF (P1=12)\nM4=$07F3\n\
+         ENDIF\nIF (P1=15)\nM1..4=$07F4\nENDIF\nM2=M2+1\nM3=M3+1\nCLOSE\n";
+    let mut pair = Pair::new(source, AT_ONCE);
+    pair.run(60);
+    assert_eq!(pair.get("X:$07F1"), 2033.0 + 12.0);
+}
+
 /// The labels at which tasks start and go on do not hang on what is built in.
 #[test]
 fn labels_are_the_same_whatever_is_built_in() {

@@ -185,9 +185,13 @@ impl Lowerer<'_> {
                     }
                     other => other,
                 };
+                let fast = self.fast;
                 for k in 0..u32::from(count) {
                     self.write(kind, u32::from(first) + k * u32::from(step), value);
+                    // It may have moved the definitions of those that follow.
+                    self.fast &= !self.may_move_definitions;
                 }
+                self.fast = fast;
             }
         }
     }
