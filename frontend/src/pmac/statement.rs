@@ -649,6 +649,9 @@ fn read_command(reader: &mut Reader<'_>) -> Parsed<Vec<Action>> {
         if reader.cur.at_end() {
             return Ok(actions);
         }
-        reader.online(&mut actions, &mut table)?;
+        let start = reader.cur.pos;
+        if let Flow::DefineL(..) = reader.online(&mut actions, &mut table)? {
+            return syntax(reader.cur.since(start), "L-variables are the compiler's: no command");
+        }
     }
 }
