@@ -15,7 +15,7 @@ use plcc_tests::compile::{Way, add, compile_sources};
 use plcc_tests::rng::Rng;
 
 /// Servo cycles that each file runs for.
-const TICKS: u32 = 300;
+const TICKS: u32 = 500;
 /// Downloaded behind a file, so that all that it has runs.
 const ENABLE: &str = "CLOSE\nI5=3\nENABLE PLC 0..31\nENABLE PLCC 0..31\n";
 
@@ -92,7 +92,7 @@ fn stimulus(rng: &mut Rng, names: &[String]) -> Vec<(usize, String)> {
     if names.is_empty() {
         return rows;
     }
-    for _ in 0..rng.below(5) {
+    for _ in 0..rng.below(12) {
         let at = rng.below(names.len());
         let Some(name) = names.get(at) else { continue };
         let value = match name.as_bytes().first() {
@@ -102,7 +102,7 @@ fn stimulus(rng: &mut Rng, names: &[String]) -> Vec<(usize, String)> {
             Some(b'I') if name.len() == 5 && (name.ends_with("11") || name.ends_with("12")) => {
                 "-1".to_owned()
             }
-            Some(b'P' | b'Q' | b'&') if rng.chance(30) => rng.below(12).to_string(),
+            Some(b'P' | b'Q' | b'&') if rng.chance(50) => rng.below(12).to_string(),
             _ => continue,
         };
         rows.push((at, value));
@@ -151,7 +151,7 @@ fn run(path: &Path, seed: u64) -> usize {
             }
         }
         total += first.map_or(0, |(_, events)| events.len());
-        if tick % 20 == 19 {
+        if tick % 50 == 49 {
             let [ours, others @ ..] = &mut machines;
             for Machine { way, executive, .. } in others {
                 if ours.executive.image() == executive.image() {
@@ -174,6 +174,11 @@ fn run(path: &Path, seed: u64) -> usize {
 
 #[test]
 fn every_engine_does_the_same_with_them() {
-    let events: usize = corpus().iter().zip(1..).map(|(path, seed)| run(path, seed)).sum();
+    let rounds = std::env::var("PLCC_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
+    let mut events = 0;
+    for round in 0..rounds {
+        events +=
+            corpus().iter().zip(1..).map(|(path, n)| run(path, round << 16 | n)).sum::<usize>();
+    }
     assert!(events > 1000, "only {events} events");
 }
