@@ -38,6 +38,36 @@ fn every_engine_and_level_says_the_same() {
     }
 }
 
+/// A download that moves a definition now and then, and waits in a loop meanwhile.
+const MOVES: &str = "I5=3\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM101->Y:$BC01,0,16\n\
+    OPEN PLC 1 CLEAR\nP1=P1+1\nM101=$07F4+INT(P1/40)%4\nWHILE (M1<P1)\nM1=M1+7\nENDWHILE\n\
+    M2=M2+M1\nSEND\"X\"\nCLOSE\nOPEN PLCC 2 CLEAR\nM2=M2+1\nCLOSE\n";
+
+#[test]
+fn code_made_anew_says_the_same() {
+    let folder = Folder::with(&[("m.pmc", MOVES)]);
+    let mut all = vec![];
+    for option in [
+        "--engine interp",
+        "--engine aot",
+        "--recompile-after never",
+        "--recompile-after 0",
+        "--recompile-after 7 --opt none",
+        "",
+    ] {
+        let done = folder
+            .plcc(&format!(
+                "run m.pmc --ticks 900 {option} --watch M1,M2,P1 --trace - --events e.jsonl \
+                 --dump d.json"
+            ))
+            .exits(0);
+        all.push([done.stdout, folder.read("e.jsonl"), folder.read("d.json"), done.stderr]);
+    }
+    assert!(all.windows(2).all(|pair| pair[0] == pair[1]), "{all:#?}");
+    folder.plcc("run m.pmc --ticks 1 --recompile-after soon").exits(2).says(&["or never"]);
+    folder.plcc("run m.pmc --realtime --ticks 300 --recompile-after 3").exits(0);
+}
+
 #[test]
 fn a_fault_is_status_3_with_everything_up_to_it() {
     let folder = Folder::with(&[("a.pmi", STOPS)]);
