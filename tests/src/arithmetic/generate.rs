@@ -104,7 +104,10 @@ impl Generator {
     }
 
     fn number(&mut self) -> String {
-        let value = match self.rng.below(10) {
+        let value = match self.rng.below(12) {
+            10 => self.rng.below(4096) as f64,
+            // What meets its bound, and goes over it.
+            11 => *self.rng.pick(EDGES),
             0 => 0.0,
             1..4 => self.rng.below(20) as f64,
             4 => f64::from(1 << self.rng.below(24)),
@@ -114,7 +117,9 @@ impl Generator {
             _ => *self.rng.pick(EDGES),
         };
         if self.pure {
-            return value.clamp(0.0, 8_388_607.0).floor().to_string();
+            let most =
+                if self.kinds == Kinds::Long { 8_388_607.0 } else { 9_007_199_254_740_992.0 };
+            return value.clamp(0.0, most).floor().to_string();
         }
         value.to_string()
     }
@@ -143,7 +148,9 @@ impl Generator {
         match self.rng.below(3) {
             0 => *self.rng.pick(&[Bin::And, Bin::Or, Bin::Xor, Bin::Mod, Bin::And]),
             1 => *self.rng.pick(&[Bin::Add, Bin::Sub, Bin::Mul]),
-            _ if self.pure && self.kinds != Kinds::Long => *self.rng.pick(&[Bin::And, Bin::Sub]),
+            _ if self.pure && self.kinds != Kinds::Long => {
+                *self.rng.pick(&[Bin::And, Bin::Sub, Bin::Mul, Bin::Mod])
+            }
             _ if self.kinds == Kinds::Any || self.rng.chance(30) => *self.rng.pick(&Bin::ALL),
             _ => *self.rng.pick(&[Bin::And, Bin::Or, Bin::Add, Bin::Sub]),
         }
