@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::math::{finite, modulo, round};
+use super::math::{finite, round};
 
 /// What an I-variable can hold (guide, appendix B).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,9 +21,10 @@ impl Range {
             Self::Integer(low, high) => integer(value, low as f64, high as f64),
             Self::Real(low, high) => {
                 if (low..=high).contains(&value) {
-                    return value;
+                    value
+                } else {
+                    wrap(value, low, high, high - low)
                 }
-                low + modulo(value - low, high - low)
             }
         }
     }
@@ -35,7 +36,20 @@ pub fn integer(value: f64, low: f64, high: f64) -> f64 {
     if (low..=high).contains(&value) {
         value + 0.0
     } else {
-        low + modulo(value - low, high - low + 1.0)
+        wrap(value, low, high, high - low + 1.0)
+    }
+}
+
+/// What a value outside a range comes to when so many steps lead around it. The remainder is
+/// exact, so a large value does not lose its low digits on the way.
+fn wrap(value: f64, low: f64, high: f64, around: f64) -> f64 {
+    let rest = libm::fmod(value, around) + 0.0;
+    if rest < low {
+        rest + around
+    } else if rest > high {
+        rest - around
+    } else {
+        rest
     }
 }
 
@@ -52,10 +66,15 @@ mod tests {
         let range = Range::Integer(-8_388_608, 8_388_607);
         assert_eq!(range.convert(8_388_608.0), -8_388_608.0);
         assert_eq!(range.convert(-8_388_609.0), 8_388_607.0);
+        assert_eq!(range.convert(1e300), 0.0);
+        assert_eq!(range.convert(-1e300), 0.0);
+        assert_eq!(range.convert(-16_777_215.0), 1.0);
         assert_eq!(Range::Integer(1, 4).convert(0.0), 4.0);
         let range = Range::Real(-2.0, 2.0);
         assert_eq!(range.convert(2.0), 2.0);
         assert_eq!(range.convert(2.5), -1.5);
+        assert_eq!(range.convert(-1e300), 0.0);
+        assert_eq!(range.convert(-2.5), 1.5);
         assert_eq!(range.convert(f64::NAN), 0.0);
     }
 }
