@@ -57,6 +57,15 @@ pub fn modulo(a: f64, x: f64) -> f64 {
     if rest >= y { x } else { rest + 0.0 }
 }
 
+/// The `i32` that a number is, if it is one. All its bits are in the fixed-point form of the bit
+/// operators.
+#[inline]
+pub fn whole(value: f64) -> Option<i32> {
+    // The sum with 1.5 times 2^52 has an integer for its low bits.
+    let whole = (value + 6_755_399_441_055_744.0).to_bits() as i32;
+    (f64::from(whole) == value).then_some(whole)
+}
+
 /// Two's complement fixed point with 24 fraction bits, saturated to 64 bits.
 pub fn to_fixed(value: f64) -> i64 {
     round(finite(value) * 16_777_216.0) as i64

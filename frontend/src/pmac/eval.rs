@@ -6,25 +6,28 @@ use plcc_abi::pmac::{Kind, math};
 use super::ast::{Bin, Cmp, Func};
 
 /// Applies an operator.
+#[inline]
 pub(crate) fn binary(op: Bin, a: f64, b: f64) -> f64 {
     match op {
         Bin::Add => a + b,
         Bin::Sub => a - b,
         Bin::Mul => a * b,
         Bin::Div => math::div(a, b),
-        Bin::Mod | Bin::And | Bin::Or | Bin::Xor => match (integer(a), integer(b)) {
-            (Some(i), Some(j)) if op != Bin::Mod => match op {
-                Bin::And => (i & j) as f64,
-                Bin::Or => (i | j) as f64,
-                _ => (i ^ j) as f64,
-            },
-            (Some(i), Some(j)) if j > 0 => i.rem_euclid(j) as f64,
+        Bin::Mod | Bin::And | Bin::Or | Bin::Xor => match (math::whole(a), math::whole(b)) {
+            (Some(i), Some(j)) => f64::from(match op {
+                Bin::And => i & j,
+                Bin::Or => i | j,
+                Bin::Xor => i ^ j,
+                _ if j > 0 => i.rem_euclid(j),
+                _ => return exact(op, a, b),
+            }),
             _ => exact(op, a, b),
         },
     }
 }
 
 /// A remainder or bit operator for any numbers.
+#[cold]
 fn exact(op: Bin, a: f64, b: f64) -> f64 {
     match op {
         Bin::And => math::and(a, b),
@@ -32,12 +35,6 @@ fn exact(op: Bin, a: f64, b: f64) -> f64 {
         Bin::Xor => math::xor(a, b),
         _ => math::modulo(a, b),
     }
-}
-
-/// An integer that has all its bits in the fixed-point form of the bit operators.
-fn integer(value: f64) -> Option<i64> {
-    let whole = value as i64;
-    (whole as f64 == value && (-1 << 39..1 << 39).contains(&whole)).then_some(whole)
 }
 
 /// Applies a function; `cosine` is Q0, `radians` is I15.
@@ -59,6 +56,7 @@ pub(crate) fn function(func: Func, x: f64, cosine: f64, radians: bool) -> f64 {
 }
 
 /// Compares.
+#[inline]
 pub(crate) fn compare(cmp: Cmp, a: f64, b: f64) -> bool {
     match cmp {
         Cmp::Eq => a == b,

@@ -11,7 +11,7 @@ use super::ast::{Bin, Cmp, Download, Func, Target};
 use super::eval;
 use super::load::Loaded;
 use super::lower::{Runs, addresses, runs_of, tasks};
-use super::steps::{Code, Long, Operand, Resolver, Step, Steps, Whole, WholeStep};
+use super::steps::{Code, Long, Operand, Resolver, Step, Steps, Test, Whole, WholeStep};
 
 #[derive(Clone, Debug)]
 struct Plc {
@@ -27,6 +27,7 @@ struct Plc {
 pub struct Interpreter {
     layout: Layout,
     steps: Vec<Step>,
+    tests: Vec<Test>,
     whole_steps: Vec<WholeStep>,
     plcs: Vec<Plc>,
     longs: Vec<Long>,
@@ -51,6 +52,7 @@ impl Interpreter {
         Self {
             layout: loaded.layout,
             steps: resolver.steps,
+            tests: resolver.tests,
             whole_steps: resolver.whole_steps,
             plcs,
             longs: resolver.longs,
@@ -143,21 +145,35 @@ impl Machine<'_, '_> {
         }
     }
 
+    #[inline(always)]
     fn operand(&mut self, operand: Operand) -> f64 {
         match operand {
             Operand::Const(value) => value,
             Operand::Double(offset) => read_f64(self.scan.image, offset),
-            Operand::System(number) => read_f64(self.scan.image, self.q_offset(number)),
-            Operand::Field(number, bits) => {
-                let number = u32::from(number);
-                if read_u8(self.scan.image, self.layout.moved + number) != 0 {
-                    return self.read(Kind::M, number);
-                }
+            Operand::Field(number, bits)
+                if read_u8(self.scan.image, self.layout.moved + u32::from(number)) == 0 =>
+            {
                 f64::from(bits.of(read_u32(self.scan.image, bits.offset)))
             }
+            other => self.far(other),
+        }
+    }
+
+    /// An operand that takes more than to read the image.
+    #[inline(never)]
+    fn far(&mut self, operand: Operand) -> f64 {
+        match operand {
+            Operand::Const(value) => value,
+            Operand::Double(offset) => read_f64(self.scan.image, offset),
+            Operand::System(number) => read_f64(self.scan.image, self.q_offset(number)),
+            Operand::Field(number, _) => self.read(Kind::M, u32::from(number)),
             Operand::General(number) => self.read(Kind::M, number),
             Operand::Long(index) => f64::from(self.read_long(index)),
         }
+    }
+
+    fn holds(&mut self, test: Test) -> bool {
+        eval::compare(test.cmp, self.operand(test.left), test.right)
     }
 
     fn value(&mut self, steps: Steps, stack: &mut Vec<f64>) -> f64 {
@@ -344,8 +360,14 @@ impl Engine for Interpreter {
                         pc = target;
                     }
                 }
-                Code::IfOne(cmp, left, right, target) => {
-                    if !eval::compare(cmp, machine.operand(left), right) {
+                Code::IfOne(test, target) => {
+                    if !machine.holds(test) {
+                        pc = target;
+                    }
+                }
+                Code::IfAll(start, end, target) => {
+                    let tests = self.tests.get(start as usize..end as usize).unwrap_or(&[]);
+                    if !tests.iter().all(|&test| machine.holds(test)) {
                         pc = target;
                     }
                 }

@@ -129,6 +129,36 @@ impl Steps {
     }
 }
 
+/// A comparison of a variable with a number.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Test {
+    pub(crate) cmp: Cmp,
+    pub(crate) left: Operand,
+    pub(crate) right: f64,
+}
+
+impl Test {
+    /// The comparisons that steps are, when they are nothing but such, joined by AND.
+    fn all(steps: &[Step]) -> Option<Vec<Self>> {
+        let [Step::Load(left), Step::Cmp(cmp, Operand::Const(right)), rest @ ..] = steps else {
+            return None;
+        };
+        let mut tests = vec![Self { cmp: *cmp, left: *left, right: *right }];
+        let triples = rest.chunks_exact(3);
+        if !triples.remainder().is_empty() {
+            return None;
+        }
+        for triple in triples {
+            let [Step::Push(left), Step::Cmp(cmp, Operand::Const(right)), Step::Both] = triple
+            else {
+                return None;
+            };
+            tests.push(Self { cmp: *cmp, left: *left, right: *right });
+        }
+        Some(tests)
+    }
+}
+
 /// A statement.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Code {
@@ -141,7 +171,9 @@ pub(crate) enum Code {
     Integer(u32, Steps),
     If(Steps, u32),
     /// A condition that compares a variable with a number.
-    IfOne(Cmp, Operand, f64, u32),
+    IfOne(Test, u32),
+    /// Several such that must all hold: the first, and behind the last.
+    IfAll(u32, u32, u32),
     IfInteger(Steps, u32),
     /// The same with an L-variable.
     IfOneInteger(Cmp, Whole, i32, u32),
@@ -169,6 +201,8 @@ pub(crate) struct Resolver<'a> {
     pub(crate) longs: Vec<Long>,
     /// All steps.
     pub(crate) steps: Vec<Step>,
+    /// All comparisons of conditions that are several.
+    pub(crate) tests: Vec<Test>,
     /// All steps of statements of L-variables.
     pub(crate) whole_steps: Vec<WholeStep>,
 }
@@ -183,6 +217,7 @@ impl<'a> Resolver<'a> {
             long_index: HashMap::new(),
             longs: Vec::new(),
             steps: Vec::new(),
+            tests: Vec::new(),
             whole_steps: Vec::new(),
         };
         for (&number, definition) in &download.l_defs {
@@ -224,11 +259,14 @@ impl<'a> Resolver<'a> {
             }
             What::If(condition, target) | What::While(condition, target) => {
                 let steps = self.expr(condition);
-                match *steps.of(&self.steps) {
-                    [Step::Load(left), Step::Cmp(cmp, Operand::Const(right))] => {
-                        Code::IfOne(cmp, left, right, target)
+                match Test::all(steps.of(&self.steps)).as_deref() {
+                    Some(&[test]) => Code::IfOne(test, target),
+                    Some(tests) => {
+                        let start = self.tests.len() as u32;
+                        self.tests.extend_from_slice(tests);
+                        Code::IfAll(start, self.tests.len() as u32, target)
                     }
-                    _ => Code::If(steps, target),
+                    None => Code::If(steps, target),
                 }
             }
             What::Jump(target) => Code::Jump(target),
