@@ -14,6 +14,7 @@ use plcc_abi::nct::NctTables;
 use plcc_abi::{Engine, Scan, Tables};
 use plcc_benches::compiled::{self, Compiled};
 use plcc_benches::conditions::{BITS, Conditions, FIRST_FLAG, Layout, patterns};
+use plcc_benches::least;
 
 const ROUNDS: usize = 9;
 /// The task that is `:001`.
@@ -76,7 +77,7 @@ fn conditions(size: usize, again: bool) -> Result<(), Box<dyn Error>> {
             return Err("native code and the interpreter end in different states".into());
         }
     }
-    let [bytes, packed, jit, interp] = times.map(median);
+    let [bytes, packed, jit, interp] = times.map(least);
     let gcc = bytes.min(packed);
     println!(
         "{size:>10} {:>7} {bytes:>11.1} {packed:>11.1} {jit:>11.1} {interp:>11.1} {:>8.2} {:>8.1} {:>8.1}",
@@ -88,11 +89,6 @@ fn conditions(size: usize, again: bool) -> Result<(), Box<dyn Error>> {
     println!("           {:?}, {} bytes of code", compiled.times, compiled.code_bytes);
     std::fs::remove_dir_all(&folder)?;
     Ok(())
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 fn compile_c(folder: &Path, name: &str, text: &str) -> Result<PathBuf, Box<dyn Error>> {

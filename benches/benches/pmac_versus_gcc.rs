@@ -14,10 +14,11 @@ use plcc_abi::image::{read_f64, read_u32, write_f64, write_u32};
 use plcc_abi::pmac::{Layout, Place, Space};
 use plcc_abi::{Engine, Scan};
 use plcc_benches::compiled::{self, Compiled};
+use plcc_benches::least;
 use plcc_benches::pmac::{BITS, Form, INPUT_P, INPUT_WORDS, Kernel, WORD_COUNT, patterns};
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 
-const ROUNDS: usize = 9;
+const ROUNDS: usize = 25;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut sizes: Vec<usize> = std::env::args().filter_map(|arg| arg.parse().ok()).collect();
@@ -55,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if broken.is_empty() { Ok(()) } else { Err(broken.join("; ").into()) }
 }
 
-/// Medians of nanoseconds a scan.
+/// The least nanoseconds a scan.
 struct Times {
     gcc: f64,
     jit: f64,
@@ -93,7 +94,7 @@ fn measure(form: Form, size: usize) -> Result<Times, Box<dyn Error>> {
             return Err("native code and the interpreter end in different states".into());
         }
     }
-    let times = Times { gcc: median(gcc), jit: median(jit), interp: median(interp) };
+    let times = Times { gcc: least(gcc), jit: least(jit), interp: least(interp) };
     println!(
         "{:>8} {size:>10} {:>11.1} {:>11.1} {:>12.1} {:>8.2} {:>8.1} {:>8.1}",
         format!("{form:?}"),
@@ -111,11 +112,6 @@ fn measure(form: Form, size: usize) -> Result<Times, Box<dyn Error>> {
 
 fn report(compiled: &Compiled) {
     println!("         {:?}, {} bytes of code", compiled.times, compiled.code_bytes);
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 fn compile_c(folder: &Path, text: &str) -> Result<PathBuf, Box<dyn Error>> {

@@ -14,6 +14,7 @@ use plcc_abi::pmi::{PmiTables, Role};
 use plcc_abi::{Engine, Scan, Tables};
 use plcc_benches::compiled;
 use plcc_benches::equations::{Equations, patterns};
+use plcc_benches::least;
 
 const ROUNDS: usize = 9;
 
@@ -77,7 +78,7 @@ fn measure(size: usize) -> Result<(), Box<dyn Error>> {
             return Err("native code and the interpreter end in different states".into());
         }
     }
-    let (gcc, jit, interp) = (median(runs.gcc), median(runs.jit), median(runs.interp));
+    let (gcc, jit, interp) = (least(runs.gcc), least(runs.jit), least(runs.interp));
     let plcc = compiled.times.total();
     println!(
         "{size:>9} {gcc:>12.1} {jit:>12.1} {interp:>12.1} {:>8.2} {:>8.1} {:>8.1} {:>11.1} {:>11.1} {:>6.0}",
@@ -97,11 +98,6 @@ struct Runs {
     gcc: Vec<f64>,
     jit: Vec<f64>,
     interp: Vec<f64>,
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 fn compile_c(folder: &Path, equations: &Equations) -> Result<(PathBuf, Duration), Box<dyn Error>> {

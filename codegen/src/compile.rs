@@ -111,7 +111,7 @@ pub fn compile_function(
     builder_context: &mut FunctionBuilderContext,
 ) -> Result<(), CodegenError> {
     context.clear();
-    let isa = target.isa_for(func);
+    let isa = &*target.isa;
     lower::function(module, func, isa, &mut context.func, builder_context);
     context.compile(isa, &mut ControlPlane::default()).map(|_| ()).map_err(|error| {
         CodegenError::Function {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use cranelift_codegen::isa::{self, TargetIsa};
 use cranelift_codegen::settings::{self, Configurable, SetError};
-use plcc_ir::{BinaryOp, FuncData, InstData};
+
 use target_lexicon::{Architecture, BinaryFormat, Triple};
 
 use crate::{CodegenError, OptLevel};
@@ -14,8 +14,6 @@ use crate::{CodegenError, OptLevel};
 #[derive(Clone)]
 pub struct Target {
     pub(crate) isa: Arc<dyn TargetIsa>,
-    /// The same machine without Cranelift's passes over CLIF.
-    quick: Arc<dyn TargetIsa>,
     features: Vec<&'static str>,
 }
 
@@ -72,19 +70,9 @@ impl Target {
         opt: OptLevel,
         features: Vec<&'static str>,
     ) -> Result<Self, CodegenError> {
-        let make = |opt| {
-            let flags = flags(opt).map_err(|error| target_error(triple, error.to_string()))?;
-            builder.finish(flags).map_err(|error| target_error(triple, error.to_string()))
-        };
-        let quick = make(OptLevel::None)?;
-        let isa = if opt == OptLevel::None { Arc::clone(&quick) } else { make(opt)? };
-        Ok(Self { isa, quick, features })
-    }
-
-    /// What to compile a function with. Cranelift's own passes take a third of the time, and find
-    /// nothing to do where there is only logic and the like: our passes have been there.
-    pub(crate) fn isa_for(&self, func: &FuncData) -> &dyn TargetIsa {
-        if rewards_passes(func) { &*self.isa } else { &*self.quick }
+        let flags = flags(opt).map_err(|error| target_error(triple, error.to_string()))?;
+        let isa = builder.finish(flags).map_err(|error| target_error(triple, error.to_string()))?;
+        Ok(Self { isa, features })
     }
 
     /// The target's name.
@@ -104,21 +92,6 @@ impl Target {
     }
 }
 
-/// Whether a function has something that Cranelift turns into something cheaper: products and
-/// quotients of constants, doubles, addresses that are computed.
-fn rewards_passes(func: &FuncData) -> bool {
-    let insts = func.blocks().flat_map(|(_, block)| block.insts.iter());
-    insts.map(|&inst| func.inst(inst)).any(|data| match data {
-        InstData::Binary { op, args: _ } => {
-            use BinaryOp::{Mul, Sdiv, Srem, Udiv, Urem};
-            op.is_float() || matches!(op, Mul | Sdiv | Srem | Udiv | Urem)
-        }
-        InstData::Load { ty: _, at } | InstData::Store { at, value: _ } => at.index.is_some(),
-        InstData::Fconst { .. } | InstData::Fcmp { .. } => true,
-        _ => false,
-    })
-}
-
 fn target_error(triple: &Triple, reason: String) -> CodegenError {
     CodegenError::Target { triple: triple.to_string(), reason }
 }
@@ -126,7 +99,8 @@ fn target_error(triple: &Triple, reason: String) -> CodegenError {
 fn flags(opt: OptLevel) -> Result<settings::Flags, SetError> {
     let mut builder = settings::builder();
     builder.set("is_pic", "true")?;
-    builder.set("opt_level", if opt == OptLevel::Speed { "speed" } else { "none" })?;
+    let _ = opt;
+    builder.set("opt_level", "none")?;
     builder.set("regalloc_algorithm", "backtracking")?;
     // Loads are forwarded by our own pass, within a bound: without one values live so long that
     // they are spilled, which costs more than loading them again.

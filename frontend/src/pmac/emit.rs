@@ -278,21 +278,40 @@ fn modulo(b: &mut FuncBuilder, x: Operand, by: Operand) -> Value {
 
 /// What is left of an integer within bounds by a positive number: never negative.
 pub(crate) fn remainder(b: &mut FuncBuilder, x: Value, bounds: Shape, by: i64) -> Value {
-    let (Shape::Int(low, high), ty) = (bounds, b.func().ty(x)) else { return x };
-    // A multiple of it more makes what can be negative positive, where there is room for that.
-    let more = if low < 0 { (low.unsigned_abs().div_ceil(by.unsigned_abs())) as i64 } else { 0 };
-    let room = if ty == Type::I32 { i64::from(u32::MAX) } else { i64::MAX };
-    let positive = more
-        .checked_mul(by)
-        .filter(|more| high.checked_add(*more).is_some_and(|most| most <= room));
-    if let Some(more) = positive {
-        let x = if more == 0 { x } else { b.binary_imm(BinaryOp::Add, x, more) };
-        return b.binary_imm(BinaryOp::Urem, x, by);
+    if by & (by - 1) == 0 {
+        return b.binary_imm(BinaryOp::And, x, by - 1);
+    }
+    if let Shape::Int(low, _) = bounds
+        && b.func().ty(x) == Type::I32
+        && low > i64::from(i32::MIN)
+    {
+        return short_remainder(b, x, low < 0, by);
     }
     let rest = b.binary_imm(BinaryOp::Srem, x, by);
     let negative = b.icmp_imm(IntCond::Slt, rest, 0);
     let up = b.binary_imm(BinaryOp::Add, rest, by);
     b.select(negative, up, rest)
+}
+
+/// The same of an `i32` above the least one, without a division and without asking for its sign.
+///
+/// With `by` below 2^l, 2^(31+l) / by rounded is a factor that makes a quotient, and half a
+/// quotient's unit more, which differ from the true ones by less than half of 1/by: the integer
+/// part is the largest integer that is not above the quotient. Without negative ones the factor
+/// is rounded up, and nothing is added.
+fn short_remainder(b: &mut FuncBuilder, x: Value, negative: bool, by: i64) -> Value {
+    let shift = 31 + i64::from(i64::BITS - (by - 1).leading_zeros());
+    let (factor, half) = match negative {
+        true => (((1 << shift) + by / 2) / by, (1 << (shift - 1)) / by),
+        false => (((1 << shift) + by - 1) / by, 0),
+    };
+    let wide = b.sextend_or_trunc(Type::I64, x);
+    let product = b.binary_imm(BinaryOp::Mul, wide, factor);
+    let sum = if half == 0 { product } else { b.binary_imm(BinaryOp::Add, product, half) };
+    let quotient = b.binary_imm(BinaryOp::Ashr, sum, shift);
+    let quotient = b.sextend_or_trunc(Type::I32, quotient);
+    let whole = b.binary_imm(BinaryOp::Mul, quotient, by);
+    b.binary(BinaryOp::Sub, x, whole)
 }
 
 fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Value {

@@ -116,6 +116,7 @@ impl Fold<'_> {
                 let rest = self.insert_const(ty, (bits - 1) as i64)?;
                 Some(Simpler::binary(B::And, a, rest))
             }
+            B::Sdiv | B::Srem | B::Udiv | B::Urem => self.divide(op, ty, a, c),
             B::Mul => self.chain(op, ty, a, c).or_else(|| self.product(ty, [a, b])),
             B::Add | B::Or | B::Xor => self.chain(op, ty, a, c),
             B::Shl | B::Lshr => {

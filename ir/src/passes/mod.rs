@@ -16,6 +16,7 @@ mod fold;
 mod fold_binary;
 mod fold_compare;
 mod fold_convert;
+mod fold_divide;
 mod forward;
 mod graph;
 mod if_convert;
