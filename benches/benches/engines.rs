@@ -86,7 +86,7 @@ fn compiling(criterion: &mut Criterion) {
         group.bench_function(&subject.name, |bencher| {
             bencher.iter(|| {
                 let lowered = subject.check()?.optimized(OptLevel::Speed);
-                black_box(compile::jit(&lowered, OptLevel::Speed).ok())
+                black_box(compile::jit(&lowered).ok())
             });
         });
     }
@@ -101,9 +101,7 @@ fn ticks(criterion: &mut Criterion) {
             continue;
         };
         let lowered = checked.optimized(OptLevel::Speed);
-        let (Ok((jit, _)), Ok((aot, _))) =
-            (compile::jit(&lowered, OptLevel::Speed), compile::aot(&lowered, OptLevel::Speed))
-        else {
+        let (Ok((jit, _)), Ok((aot, _))) = (compile::jit(&lowered), compile::aot(&lowered)) else {
             eprintln!("{}: it can't be compiled", subject.name);
             continue;
         };

@@ -126,7 +126,7 @@ impl Machine {
         lowered: &Lowered,
         settings: Settings,
     ) -> Result<Self, Box<dyn Error>> {
-        let (native, _) = jit(lowered, OptLevel::Speed)?;
+        let (native, _) = jit(lowered)?;
         let relied: &[Relied] = program.relied();
         let compiler = recompiler(program, OptLevel::Speed);
         let engine = Recompiling::new(native, relied, false, compiler, settings);

@@ -120,7 +120,7 @@ fn finish(
     plcc_ir::passes::optimize(&mut module, OptLevel::Speed);
     times.optimize = start.elapsed();
     let start = Instant::now();
-    let target = Target::host(OptLevel::Speed).map_err(|error| error.to_string())?;
+    let target = Target::host().map_err(|error| error.to_string())?;
     let code = plcc_codegen::compile(&module, &target).map_err(|error| error.to_string())?;
     let native = NativeEngine::new(&code, &lowered.program).map_err(|error| error.to_string())?;
     times.codegen = start.elapsed();

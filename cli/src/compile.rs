@@ -103,8 +103,8 @@ pub enum CompileError {
 ///
 /// # Errors
 /// When the code can't be made or mapped.
-pub fn jit(lowered: &Lowered, opt: OptLevel) -> Result<(NativeEngine, usize), CompileError> {
-    let code = plcc_codegen::compile(&lowered.module, &Target::host(opt)?)?;
+pub fn jit(lowered: &Lowered) -> Result<(NativeEngine, usize), CompileError> {
+    let code = plcc_codegen::compile(&lowered.module, &Target::host()?)?;
     Ok((NativeEngine::new(&code, &lowered.program)?, code.bytes.len()))
 }
 
@@ -118,7 +118,7 @@ impl Recompiler for Anew {
     fn recompile(&mut self, relied: &[Relied]) -> Result<NativeEngine, String> {
         let mut lowered = self.program.lower_for(relied);
         plcc_ir::passes::optimize(&mut lowered.module, self.opt);
-        let compiled = jit(&lowered, self.opt);
+        let compiled = jit(&lowered);
         compiled.map(|(engine, _)| engine).map_err(|error| error.to_string())
     }
 }
@@ -168,8 +168,8 @@ pub fn artifact(program: &Program, code: &Code) -> Result<Vec<u8>, CompileError>
 ///
 /// # Errors
 /// When any step fails.
-pub fn aot(lowered: &Lowered, opt: OptLevel) -> Result<(NativeEngine, usize), CompileError> {
-    let code = code(lowered, &Target::host_baseline(opt)?)?;
+pub fn aot(lowered: &Lowered) -> Result<(NativeEngine, usize), CompileError> {
+    let code = code(lowered, &Target::host_baseline()?)?;
     let loaded = Artifact::parse(&artifact(&lowered.program, &code)?)?;
     Ok((NativeEngine::new(&loaded.code, &loaded.program)?, loaded.code.bytes.len()))
 }

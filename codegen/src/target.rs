@@ -8,7 +8,7 @@ use cranelift_codegen::settings::{self, Configurable, SetError};
 
 use target_lexicon::{Architecture, BinaryFormat, Triple};
 
-use crate::{CodegenError, OptLevel};
+use crate::CodegenError;
 
 /// A machine to make code for.
 #[derive(Clone)]
@@ -25,11 +25,11 @@ impl Target {
     ///
     /// # Errors
     /// When Cranelift does not know the machine.
-    pub fn host(opt: OptLevel) -> Result<Self, CodegenError> {
+    pub fn host() -> Result<Self, CodegenError> {
         let triple = Triple::host();
         let fail = |reason: String| target_error(&triple, reason);
         let builder = cranelift_native::builder().map_err(|reason| fail(reason.into()))?;
-        Self::finish(&triple, builder, opt, vec![])
+        Self::finish(&triple, builder, vec![])
     }
 
     /// A machine by its triple, with what every such machine of the last ten years can do: for
@@ -37,7 +37,7 @@ impl Target {
     ///
     /// # Errors
     /// When the triple means nothing, or code for it can't be made.
-    pub fn baseline(triple: &str, opt: OptLevel) -> Result<Self, CodegenError> {
+    pub fn baseline(triple: &str) -> Result<Self, CodegenError> {
         let parsed = Triple::from_str(triple).map_err(|error| CodegenError::Target {
             triple: triple.into(),
             reason: format!("{error}; a triple looks like `x86_64-unknown-linux-gnu`"),
@@ -50,27 +50,26 @@ impl Target {
             builder.enable("x86-64-v2").map_err(|error| fail(error.to_string()))?;
             features.extend(X86_64_V2);
         }
-        Self::finish(&parsed, builder, opt, features)
+        Self::finish(&parsed, builder, features)
     }
 
     /// This kind of machine, with what every such machine of the last ten years can do.
     ///
     /// # Errors
     /// When code for it can't be made.
-    pub fn host_baseline(opt: OptLevel) -> Result<Self, CodegenError> {
+    pub fn host_baseline() -> Result<Self, CodegenError> {
         let mut triple = Triple::host();
         // Objects are ELF wherever they are made.
         triple.binary_format = BinaryFormat::Elf;
-        Self::baseline(&triple.to_string(), opt)
+        Self::baseline(&triple.to_string())
     }
 
     fn finish(
         triple: &Triple,
         builder: isa::Builder,
-        opt: OptLevel,
         features: Vec<&'static str>,
     ) -> Result<Self, CodegenError> {
-        let flags = flags(opt).map_err(|error| target_error(triple, error.to_string()))?;
+        let flags = flags().map_err(|error| target_error(triple, error.to_string()))?;
         let isa = builder.finish(flags).map_err(|error| target_error(triple, error.to_string()))?;
         Ok(Self { isa, features })
     }
@@ -96,10 +95,11 @@ fn target_error(triple: &Triple, reason: String) -> CodegenError {
     CodegenError::Target { triple: triple.to_string(), reason }
 }
 
-fn flags(opt: OptLevel) -> Result<settings::Flags, SetError> {
+fn flags() -> Result<settings::Flags, SetError> {
     let mut builder = settings::builder();
     builder.set("is_pic", "true")?;
-    let _ = opt;
+    // Our own passes have been there; Cranelift's would find little for a third of the time, and
+    // would undo the short addresses of [`bases`](crate::lower).
     builder.set("opt_level", "none")?;
     builder.set("regalloc_algorithm", "backtracking")?;
     // Loads are forwarded by our own pass, within a bound: without one values live so long that

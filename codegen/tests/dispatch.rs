@@ -8,7 +8,7 @@ use plcc_abi::{
     Code, Engine, FunctionRange, Host, HostFn, Outcome, Program, Region, Scan, Tables, TrapCode,
     image,
 };
-use plcc_codegen::{OptLevel, Target, compile};
+use plcc_codegen::{Target, compile};
 use plcc_ir::interp::Interpreter;
 use plcc_ir::{Address, BinaryOp, ChunkBuilder, IntCond, Module, Statement, Type};
 use plcc_runtime::NativeEngine;
@@ -41,10 +41,11 @@ fn engines(make: impl Fn(&mut ChunkBuilder)) -> Vec<(String, Box<dyn Engine>)> {
         let mut b = builder(limit);
         make(&mut b);
         let module = b.finish();
-        for opt in [OptLevel::None, OptLevel::Speed] {
-            let code = compile(&module, &Target::host(opt).unwrap()).unwrap();
+        for target in [Target::host().unwrap(), Target::host_baseline().unwrap()] {
+            let code = compile(&module, &target).unwrap();
             let engine = NativeEngine::new(&code, &program(&module)).unwrap();
-            engines.push((format!("{opt:?} {limit}"), Box::new(engine)));
+            let features = target.features().len();
+            engines.push((format!("native, {features} features, {limit}"), Box::new(engine)));
         }
         engines.push((format!("interpreter {limit}"), Box::new(Interpreter::new(module))));
     }
@@ -308,14 +309,12 @@ fn labels_far_apart_are_found() {
     assert!(module.funcs.len() > 1);
     let order: Vec<usize> =
         (0..200).filter(|&i| far(i)).chain((0..200).filter(|&i| !far(i))).collect();
-    for opt in [OptLevel::None, OptLevel::Speed] {
-        let code = compile(&module, &Target::host(opt).unwrap()).unwrap();
-        let mut engine = NativeEngine::new(&code, &program(&module)).unwrap();
-        for (task, &i) in order.iter().enumerate() {
-            let mut image = [0xFF; IMAGE as usize];
-            engine.call(task, &mut Scan { image: &mut image, host: &mut NoHost });
-            assert_eq!(image::read_u32(&image, 0) as usize, i);
-        }
+    let code = compile(&module, &Target::host().unwrap()).unwrap();
+    let mut engine = NativeEngine::new(&code, &program(&module)).unwrap();
+    for (task, &i) in order.iter().enumerate() {
+        let mut image = [0xFF; IMAGE as usize];
+        engine.call(task, &mut Scan { image: &mut image, host: &mut NoHost });
+        assert_eq!(image::read_u32(&image, 0) as usize, i);
     }
 }
 
@@ -326,7 +325,7 @@ fn what_does_not_fit_is_not_run() {
     calls(&mut b);
     let module = b.finish();
     let program = program(&module);
-    let code = compile(&module, &Target::host(OptLevel::Speed).unwrap()).unwrap();
+    let code = compile(&module, &Target::host().unwrap()).unwrap();
     let mut engine = NativeEngine::new(&code, &program).unwrap();
     let mut image = [0; IMAGE as usize - 1];
     let outcome = engine.call(0, &mut Scan { image: &mut image, host: &mut NoHost });
@@ -338,7 +337,7 @@ fn what_does_not_fit_is_not_run() {
     refuse(Code { labels: vec![], ..code.clone() });
     let long = FunctionRange { name: "x".into(), offset: 0, len: u32::MAX };
     refuse(Code { functions: vec![long], ..code.clone() });
-    let foreign = Target::baseline("aarch64-unknown-linux-gnu", OptLevel::None).unwrap();
+    let foreign = Target::baseline("aarch64-unknown-linux-gnu").unwrap();
     if std::env::consts::ARCH != "aarch64" {
         refuse(compile(&module, &foreign).unwrap());
     }

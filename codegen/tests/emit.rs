@@ -6,7 +6,7 @@ mod support;
 use std::process::Command;
 
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _};
-use plcc_codegen::{OptLevel, Target, compile, emit};
+use plcc_codegen::{Target, compile, emit};
 
 const TARGETS: [&str; 2] = ["x86_64-unknown-linux-gnu", "aarch64-unknown-linux-gnu"];
 
@@ -14,7 +14,7 @@ const TARGETS: [&str; 2] = ["x86_64-unknown-linux-gnu", "aarch64-unknown-linux-g
 fn text_has_the_source_in_it() {
     let (_, module) = support::counter();
     for triple in TARGETS {
-        let target = Target::baseline(triple, OptLevel::Speed).unwrap();
+        let target = Target::baseline(triple).unwrap();
         let clif = emit::clif(&module, &target);
         let asm = emit::asm(&module, &target).unwrap();
         for text in [&clif, &asm] {
@@ -55,7 +55,7 @@ fn no_statement_is_lost() {
     }
     let module = b.finish();
     for triple in TARGETS {
-        let target = Target::baseline(triple, OptLevel::None).unwrap();
+        let target = Target::baseline(triple).unwrap();
         let asm = emit::asm(&module, &target).unwrap();
         for text in [emit::clif(&module, &target), asm] {
             for line in 1..=6 {
@@ -111,7 +111,7 @@ fn lines(bytes: &[u8]) -> Vec<(u64, String, u64)> {
 fn objects_have_symbols_and_lines() {
     let (program, module) = support::counter();
     for triple in TARGETS {
-        let target = Target::baseline(triple, OptLevel::Speed).unwrap();
+        let target = Target::baseline(triple).unwrap();
         let code = compile(&module, &target).unwrap();
         let bytes = emit::object(&program, &code, &target).unwrap();
         let file = object::File::parse(&*bytes).unwrap();
@@ -143,7 +143,7 @@ fn objects_have_symbols_and_lines() {
 #[test]
 fn an_object_runs_in_c() {
     let (program, module) = support::counter();
-    let target = Target::host_baseline(OptLevel::Speed).unwrap();
+    let target = Target::host_baseline().unwrap();
     let code = compile(&module, &target).unwrap();
     let folder = std::env::temp_dir().join(format!("plcc-emit-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();

@@ -5,7 +5,7 @@
 use plcc_abi::engine::NoHost;
 use plcc_abi::pmi::PmiTables;
 use plcc_abi::{Engine, Outcome, Program, Region, Scan, Tables, image};
-use plcc_codegen::{OptLevel, Target, compile};
+use plcc_codegen::{Target, compile};
 use plcc_ir::interp::Interpreter;
 use plcc_ir::{
     Address, BinaryOp, ChunkBuilder, ConvertOp, FloatCond, FuncBuilder, IntCond, Type, UnaryOp,
@@ -101,9 +101,8 @@ fn engines(module: plcc_ir::Module) -> Vec<(&'static str, Box<dyn Engine>)> {
         Box::new(NativeEngine::new(&code, &program).unwrap())
     };
     vec![
-        ("none", native(Target::host(OptLevel::None).unwrap())),
-        ("speed", native(Target::host(OptLevel::Speed).unwrap())),
-        ("baseline", native(Target::host_baseline(OptLevel::Speed).unwrap())),
+        ("host", native(Target::host().unwrap())),
+        ("baseline", native(Target::host_baseline().unwrap())),
         ("interpreter", Box::new(Interpreter::new(module))),
     ]
 }

@@ -103,8 +103,8 @@ impl Compiled {
             Way::Statements => self.checked.interpreter(),
             Way::Ir => interpret(&self.plain),
             Way::IrSpeed => interpret(&self.best),
-            Way::JitNone => Box::new(jit(&self.plain, OptLevel::None).map_err(text)?.0),
-            Way::JitSpeed => Box::new(jit(&self.best, OptLevel::Speed).map_err(text)?.0),
+            Way::JitNone => Box::new(jit(&self.plain).map_err(text)?.0),
+            Way::JitSpeed => Box::new(jit(&self.best).map_err(text)?.0),
             Way::Artifact => return self.loaded(),
         };
         Ok((self.plain.program.clone(), engine))
@@ -112,7 +112,7 @@ impl Compiled {
 
     /// What the loader makes of the artifact.
     fn loaded(&self) -> Result<(Program, Box<dyn Engine>), String> {
-        let target = Target::host_baseline(OptLevel::Speed).map_err(text)?;
+        let target = Target::host_baseline().map_err(text)?;
         let code = code(&self.best, &target).map_err(text)?;
         let bytes = artifact(&self.best.program, &code).map_err(text)?;
         let Artifact { program, code } = Artifact::parse(&bytes).map_err(text)?;

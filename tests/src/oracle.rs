@@ -136,7 +136,7 @@ pub fn artifacts() -> Vec<(&'static str, Vec<u8>)> {
         let options = Options::default();
         let (checked, _) = check(&mut sources, &[file], dialect, &MemoryLoader::new(), &options);
         let lowered = checked?.optimized(OptLevel::Speed);
-        let target = Target::host_baseline(OptLevel::Speed).ok()?;
+        let target = Target::host_baseline().ok()?;
         let code = plcc_codegen::compile(&lowered.module, &target).ok()?;
         Some((name, artifact::encode(&lowered.program, &code).ok()?))
     };
@@ -165,7 +165,7 @@ pub fn ir_text(bytes: &[u8]) {
     let mut best: Module = module.clone();
     passes::optimize(&mut best, OptLevel::Speed);
     assert_eq!(verify::verify(&best), [], "optimised IR breaks a rule");
-    let Ok(target) = Target::baseline("x86_64-unknown-linux-gnu", OptLevel::Speed) else { return };
+    let Ok(target) = Target::baseline("x86_64-unknown-linux-gnu") else { return };
     for module in [&module, &best] {
         let found = faults(&emit::clif(module, &target));
         assert!(found.is_empty(), "{found:?}");

@@ -96,13 +96,13 @@ fn engines(module: &Module) -> Vec<(&'static str, Box<dyn Engine>)> {
         tables: Tables::Pmi(Default::default()),
         files: vec![],
     };
-    let native = |module: &Module, level| -> Box<dyn Engine> {
-        let code = compile(module, &Target::host(level).unwrap()).unwrap();
+    let native = |module: &Module| -> Box<dyn Engine> {
+        let code = compile(module, &Target::host().unwrap()).unwrap();
         Box::new(NativeEngine::new(&code, &program(module)).unwrap())
     };
     vec![
-        ("native none", native(module, OptLevel::None)),
-        ("native speed", native(&best, OptLevel::Speed)),
+        ("native none", native(module)),
+        ("native speed", native(&best)),
         ("interpreted", Box::new(Interpreter::new(module.clone()))),
         ("interpreted, optimised", Box::new(Interpreter::new(best))),
     ]
@@ -212,7 +212,7 @@ fn a_byte_written_over_the_flags_is_seen_and_sees_them() {
     let (module, program) = nct_ir(
         ":001 LF500 -1 +1 LF004 SF500 A1 SF004 (F0040) UF5080 Z (F0046) UF5081 Z J1 :000 J0",
     );
-    let code = compile(&module, &Target::host(OptLevel::Speed).unwrap()).unwrap();
+    let code = compile(&module, &Target::host().unwrap()).unwrap();
     let mut engine = NativeEngine::new(&code, &program).unwrap();
     let mut image = vec![0; program.image_size as usize];
     let task = program.tasks.iter().position(|task| task.name == ":001").unwrap();

@@ -66,7 +66,7 @@ fn native_code_does_what_the_interpreter_does() {
         let mut best = module.clone();
         passes::optimize(&mut best, OptLevel::Speed);
         for (module, level) in [(&module, OptLevel::None), (&best, OptLevel::Speed)] {
-            let target = Target::host(level).unwrap();
+            let target = Target::host().unwrap();
             let code = compile(module, &target).unwrap();
             let mut native = NativeEngine::new(&code, &program(module)).unwrap();
             assert_eq!(trace(&mut native, seed), wanted, "seed {seed}, {level:?}");

@@ -51,7 +51,7 @@ impl Shop {
         let options = Options::default();
         let (checked, _) = compile::check(&mut sources, &[file], Dialect::Pmi, &Disk, &options);
         let lowered = checked.unwrap().optimized(OptLevel::Speed);
-        let target = Target::host_baseline(OptLevel::Speed).unwrap();
+        let target = Target::host_baseline().unwrap();
         let code = compile::code(&lowered, &target).unwrap();
         let bytes = compile::artifact(&lowered.program, &code).unwrap();
         fs::write(shop.path("lathe.plcx"), bytes).unwrap();

@@ -79,9 +79,9 @@ fn engines(lowered: &Lowered) -> Vec<(&'static str, Box<dyn Engine>)> {
     vec![
         ("ir", walked(&lowered.module)),
         ("ir optimised", walked(&best)),
-        ("jit none", native(&lowered.module, Target::host(OptLevel::None).unwrap())),
-        ("jit speed", native(&best, Target::host(OptLevel::Speed).unwrap())),
-        ("aot speed", native(&best, Target::host_baseline(OptLevel::Speed).unwrap())),
+        ("jit none", native(&lowered.module, Target::host().unwrap())),
+        ("jit speed", native(&best, Target::host().unwrap())),
+        ("aot speed", native(&best, Target::host_baseline().unwrap())),
     ]
 }
 

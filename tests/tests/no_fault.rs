@@ -17,7 +17,7 @@ use plcc_tests::{gen_ir, gen_pmac, gen_pmi};
 /// Looks at a module for both kinds of machine. Functions are what the passes left of them.
 fn look(name: &str, module: &Module) {
     for triple in ["x86_64-unknown-linux-gnu", "aarch64-unknown-linux-gnu"] {
-        let target = Target::baseline(triple, OptLevel::Speed).unwrap();
+        let target = Target::baseline(triple).unwrap();
         let clif = emit::clif(module, &target);
         let found = faults(&clif);
         assert!(found.is_empty(), "{name}, {triple}: {found:#?}");

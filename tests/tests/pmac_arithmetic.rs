@@ -55,7 +55,7 @@ fn build(source: &str, all_engines: bool) -> Built {
     let native = |opt| -> Box<dyn Engine> {
         let mut module = lowered.module.clone();
         plcc_ir::passes::optimize(&mut module, opt);
-        let code = compile(&module, &Target::host(opt).unwrap()).unwrap();
+        let code = compile(&module, &Target::host().unwrap()).unwrap();
         Box::new(NativeEngine::new(&code, &lowered.program).unwrap())
     };
     let mut engines =

@@ -35,7 +35,7 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
     let lowered = checked.lower();
     let program = lowered.program.clone();
     let native = |opt| -> Box<dyn Engine> {
-        let target = Target::host(opt).unwrap();
+        let target = Target::host().unwrap();
         assert_eq!(plcc_ir::verify::verify(&lowered.module), []);
         let mut module = lowered.module.clone();
         plcc_ir::passes::optimize(&mut module, opt);
@@ -45,7 +45,7 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
     let artifact = |opt| -> Box<dyn Engine> {
         let mut module = lowered.module.clone();
         plcc_ir::passes::optimize(&mut module, opt);
-        let code = compile(&module, &Target::host_baseline(opt).unwrap()).unwrap();
+        let code = compile(&module, &Target::host_baseline().unwrap()).unwrap();
         let read = Artifact::parse(&artifact::encode(&program, &code).unwrap()).unwrap();
         assert_eq!(read.program, program);
         Box::new(NativeEngine::new(&read.code, &read.program).unwrap())
@@ -56,7 +56,7 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
     let anew = |settings| -> Box<dyn Engine> {
         let mut lowered = lowered.clone();
         plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
-        let (engine, _) = plcc::compile::jit(&lowered, OptLevel::Speed).unwrap();
+        let (engine, _) = plcc::compile::jit(&lowered).unwrap();
         let compiler = plcc::compile::recompiler(&checked, OptLevel::Speed);
         let turbo = controller == Controller::Turbo;
         Box::new(Recompiling::new(engine, checked.relied(), turbo, compiler, settings))

@@ -82,7 +82,7 @@ impl Pair {
         let program = check(source);
         let mut lowered = program.lower();
         plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
-        let (native, _) = jit(&lowered, OptLevel::Speed).unwrap();
+        let (native, _) = jit(&lowered).unwrap();
         let compiler = recompiler(&program, OptLevel::Speed);
         Self::with(&program, native, compiler, settings)
     }
@@ -365,7 +365,7 @@ fn a_compiler_beside_holds_nothing_up() {
          OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=5)\nCOMMAND\"M1->L:$1005\"\nENDIF\nCLOSE\n{LOGIC}"
     );
     let program = check(&source);
-    let (native, _) = jit(&program.lower(), OptLevel::Speed).unwrap();
+    let (native, _) = jit(&program.lower()).unwrap();
     let compiler = Box::new(Slow(recompiler(&program, OptLevel::Speed)));
     let mut pair = Pair::with(&program, native, compiler, Settings { beside: true, ..AT_ONCE });
     pair.run(12);
@@ -393,7 +393,7 @@ fn a_compiler_that_fails() {
          OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1%5=0)\nM101=$07F0+P1\nENDIF\nCLOSE\n{LOGIC}"
     );
     let program = check(&source);
-    let (native, _) = jit(&program.lower(), OptLevel::Speed).unwrap();
+    let (native, _) = jit(&program.lower()).unwrap();
     let count = Arc::new(AtomicU32::new(0));
     let mut pair = Pair::with(&program, native, Box::new(Failing(Arc::clone(&count))), AT_ONCE);
     pair.run(100);

@@ -69,13 +69,13 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
         return Ok(ERRORS);
     };
     let opt: OptLevel = args.opt.into();
-    let jit_ms = compile_ms(args, &options, |lowered| compile::jit(lowered, opt).map(drop))?;
-    let aot_ms = compile_ms(args, &options, |lowered| compile::aot(lowered, opt).map(drop))?;
+    let jit_ms = compile_ms(args, &options, |lowered| compile::jit(lowered).map(drop))?;
+    let aot_ms = compile_ms(args, &options, |lowered| compile::aot(lowered).map(drop))?;
 
     let lowered = checked.optimized(opt);
     let fail = |error| Failure(format!("the program can't be compiled: {error}"));
-    let (jit, jit_bytes) = compile::jit(&lowered, opt).map_err(fail)?;
-    let (aot, aot_bytes) = compile::aot(&lowered, opt).map_err(fail)?;
+    let (jit, jit_bytes) = compile::jit(&lowered).map_err(fail)?;
+    let (aot, aot_bytes) = compile::aot(&lowered).map_err(fail)?;
     let jit = compile::anew(&checked, &lowered.program, jit, opt, Settings::default());
     let engines: [(&'static str, Box<dyn Engine>); 3] =
         [("interp", checked.interpreter()), ("jit", jit), ("aot", Box::new(aot))];

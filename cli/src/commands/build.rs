@@ -17,8 +17,8 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
     let options = input::options(&args.source)?;
     let opt: OptLevel = args.opt.into();
     let target = match &args.target {
-        Some(triple) => Target::baseline(triple, opt),
-        None => Target::host_baseline(opt),
+        Some(triple) => Target::baseline(triple),
+        None => Target::host_baseline(),
     };
     let target = target.map_err(|error| format!("--target: {error}"))?;
     let stem = args.files.first().and_then(|file| file.file_stem());

@@ -56,7 +56,7 @@ fn engine(checked: &Checked, args: &RunCommand) -> Result<(Program, Box<dyn Engi
         EngineArg::Interp => (checked.lower().program, checked.interpreter()),
         EngineArg::Jit => {
             let lowered = checked.optimized(opt);
-            let (native, _) = compile::jit(&lowered, opt).map_err(fail)?;
+            let (native, _) = compile::jit(&lowered).map_err(fail)?;
             let standard = Settings { beside: args.run.realtime, ..Settings::default() };
             let engine: Box<dyn Engine> = match args.recompile_after {
                 Some(Rest::Never) => Box::new(native),
@@ -70,7 +70,7 @@ fn engine(checked: &Checked, args: &RunCommand) -> Result<(Program, Box<dyn Engi
         }
         EngineArg::Aot => {
             let lowered = checked.optimized(opt);
-            let (engine, _) = compile::aot(&lowered, opt).map_err(fail)?;
+            let (engine, _) = compile::aot(&lowered).map_err(fail)?;
             (lowered.program, Box::new(engine))
         }
     })

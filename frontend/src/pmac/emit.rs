@@ -300,11 +300,7 @@ pub(crate) fn remainder(b: &mut FuncBuilder, x: Value, bounds: Shape, by: i64) -
 /// part is the largest integer that is not above the quotient. Without negative ones the factor
 /// is rounded up, and nothing is added.
 fn short_remainder(b: &mut FuncBuilder, x: Value, negative: bool, by: i64) -> Value {
-    let shift = 31 + i64::from(i64::BITS - (by - 1).leading_zeros());
-    let (factor, half) = match negative {
-        true => (((1 << shift) + by / 2) / by, (1 << (shift - 1)) / by),
-        false => (((1 << shift) + by - 1) / by, 0),
-    };
+    let (factor, half, shift) = quotient_by(by, negative);
     let wide = b.sextend_or_trunc(Type::I64, x);
     let product = b.binary_imm(BinaryOp::Mul, wide, factor);
     let sum = if half == 0 { product } else { b.binary_imm(BinaryOp::Add, product, half) };
@@ -312,6 +308,16 @@ fn short_remainder(b: &mut FuncBuilder, x: Value, negative: bool, by: i64) -> Va
     let quotient = b.sextend_or_trunc(Type::I32, quotient);
     let whole = b.binary_imm(BinaryOp::Mul, quotient, by);
     b.binary(BinaryOp::Sub, x, whole)
+}
+
+/// What [`short_remainder`] multiplies with and adds, and where the quotient then begins.
+fn quotient_by(by: i64, negative: bool) -> (i64, i64, i64) {
+    let shift = 31 + i64::from(i64::BITS - (by - 1).leading_zeros());
+    let (factor, half) = match negative {
+        true => (((1 << shift) + by / 2) / by, (1 << (shift - 1)) / by),
+        false => (((1 << shift) + by - 1) / by, 0),
+    };
+    (factor, half, shift)
 }
 
 fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Value {
@@ -501,4 +507,35 @@ pub(crate) fn write_field(b: &mut FuncBuilder, at: Address, field: Field, bits: 
         insert_field(b, old, field, bits)
     };
     b.store(at, word);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quotient_by;
+
+    /// At all multiples near the edges and some between, the integer below the quotient is found.
+    #[test]
+    fn quotients_are_rounded_down() {
+        const MOST: i64 = i32::MAX as i64;
+        let small = 3..2000;
+        let others = [4095, 65_535, 65_537, 8_388_607, 16_777_213, (1 << 30) + 1, MOST - 1, MOST];
+        for by in small.chain(others).filter(|by| by & (by - 1) != 0) {
+            let near = |x: i64| [x - 1, x, x + 1];
+            let last = MOST / by * by;
+            let edges = [0, by, 2 * by, last - by, last, MOST - 1, last / 2 / by * by, last / 3];
+            for x in edges.into_iter().flat_map(near).flat_map(|x| [x, -x]) {
+                if x.abs() > MOST {
+                    continue;
+                }
+                for negative in [true, false] {
+                    if negative || x >= 0 {
+                        let (factor, half, shift) = quotient_by(by, negative);
+                        let product = x.checked_mul(factor).and_then(|p| p.checked_add(half));
+                        let quotient = product.map(|product| product >> shift);
+                        assert_eq!(quotient, Some(x.div_euclid(by)), "{x} by {by}");
+                    }
+                }
+            }
+        }
+    }
 }

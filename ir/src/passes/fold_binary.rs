@@ -89,7 +89,7 @@ impl Fold<'_> {
             (B::Or | B::Umax, c) if c == all => return Some(Simpler::Const(all)),
             (B::And | B::Umin, c) if c == all => return Some(Simpler::Same(a)),
             (B::Mul | B::Sdiv | B::Udiv, 1) => return Some(Simpler::Same(a)),
-            (B::Mul, -1) => return Some(Simpler::unary(UnaryOp::Neg, a)),
+            (B::Mul | B::Sdiv, -1) => return Some(Simpler::unary(UnaryOp::Neg, a)),
             (B::Srem, 1 | -1) | (B::Urem, 1) => return Some(Simpler::Const(0)),
             (B::Shl | B::Lshr, _) if bits >= u64::from(ty.bits()) => {
                 return Some(Simpler::Const(0));

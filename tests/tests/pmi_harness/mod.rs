@@ -59,15 +59,15 @@ pub(crate) fn checked(source: &str, options: &Options) -> Result<pmi::Program, S
     })
 }
 
-fn native(module: &Module, program: &Program, opt: OptLevel) -> Box<dyn Engine> {
-    let target = Target::host(opt).expect("this machine is a target");
+fn native(module: &Module, program: &Program) -> Box<dyn Engine> {
+    let target = Target::host().expect("this machine is a target");
     let code = compile(module, &target).expect("native code");
     Box::new(NativeEngine::new(&code, program).expect("an engine"))
 }
 
 /// Through the bytes of an artifact, for any machine of this architecture.
-fn ahead(module: &Module, program: &Program, opt: OptLevel) -> Box<dyn Engine> {
-    let target = Target::host_baseline(opt).expect("this architecture is a target");
+fn ahead(module: &Module, program: &Program) -> Box<dyn Engine> {
+    let target = Target::host_baseline().expect("this architecture is a target");
     let code = compile(module, &target).expect("native code");
     let bytes = artifact::encode(program, &code).expect("an artifact");
     let read = Artifact::parse(&bytes).expect("it is read back");
@@ -85,10 +85,10 @@ impl Machines {
         plcc_ir::passes::optimize(&mut best, OptLevel::Speed);
         let engines: Vec<(&'static str, Box<dyn Engine>)> = vec![
             ("interp", interpreter),
-            ("jit none", native(&module, &program, OptLevel::None)),
-            ("jit speed", native(&best, &program, OptLevel::Speed)),
-            ("aot none", ahead(&module, &program, OptLevel::None)),
-            ("aot speed", ahead(&best, &program, OptLevel::Speed)),
+            ("jit none", native(&module, &program)),
+            ("jit speed", native(&best, &program)),
+            ("aot none", ahead(&module, &program)),
+            ("aot speed", ahead(&best, &program)),
             ("ir", Box::new(plcc_ir::Interpreter::new(module))),
         ];
         let machine = |(name, engine)| {
