@@ -10,9 +10,10 @@ use std::error::Error;
 use std::time::Instant;
 
 use plcc::compile::{jit, recompiler};
-use plcc_abi::pmac::{Definition, Definitions, Field, Format, Layout, Relied, Space};
+use plcc_abi::image::write_u32;
+use plcc_abi::pmac::{Definition, Definitions, Field, Format, Layout, Place, Relied, Space};
 use plcc_abi::{Engine, Scan};
-use plcc_benches::pmac::{Form, Kernel};
+use plcc_benches::pmac::{BITS, Form, INPUT_WORDS, Kernel, patterns};
 use plcc_codegen::OptLevel;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Lowered, MemoryLoader, Options};
@@ -105,14 +106,31 @@ fn define(executive: &mut PmacExecutive, number: u32, address: u32) {
     Definitions::new(executive.parts().0, &LAYOUT).set_code(number, code);
 }
 
-/// Nanoseconds a scan.
+/// Nanoseconds a scan, from the state after load but for the definitions.
 fn run(engine: &mut dyn Engine, executive: &mut PmacExecutive, scans: usize) -> f64 {
+    let inputs: Vec<u32> = (0..INPUT_WORDS).map(word).collect();
     let (image, host) = executive.parts();
+    for (start, end) in [(LAYOUT.p, LAYOUT.i), (LAYOUT.words, LAYOUT.moved)] {
+        image.iter_mut().take(end as usize).skip(start as usize).for_each(|byte| *byte = 0);
+    }
+    let patterns = patterns();
     let start = Instant::now();
-    for _ in 0..scans {
+    for n in 0..scans {
+        let pattern = patterns[n % patterns.len()];
+        for (k, &input) in inputs.iter().enumerate() {
+            write_u32(image, input, (pattern >> (k * 16) & 0xFFFF) as u32);
+        }
         engine.call(0, &mut Scan { image, host });
     }
     start.elapsed().as_secs_f64() * 1e9 / scans as f64
+}
+
+/// The offset of an input.
+fn word(k: u32) -> u32 {
+    match LAYOUT.place(Space::Y, BITS + k) {
+        Place::Word(offset) => offset,
+        _ => 0,
+    }
 }
 
 struct Machine {
