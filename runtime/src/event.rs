@@ -1,8 +1,11 @@
 //! What a program says to the outside.
 
+use std::fmt;
 use std::sync::Arc;
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
+
+use crate::pmac::display;
 
 /// Something that happened in a tick.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -55,7 +58,7 @@ pub enum EventBody {
     /// PMAC's DISPLAY.
     Display {
         /// What is shown.
-        text: Arc<str>,
+        text: Shown,
         /// Where.
         #[serde(skip_serializing_if = "Option::is_none")]
         position: Option<i64>,
@@ -78,4 +81,58 @@ pub enum EventBody {
         /// Why.
         code: String,
     },
+}
+
+/// What PMAC's DISPLAY shows. A value becomes text where somebody reads it, since that takes memory
+/// and a scan has none to take.
+#[derive(Clone, Debug)]
+pub enum Shown {
+    /// A text of the program.
+    Text(Arc<str>),
+    /// A value.
+    Value {
+        /// The value.
+        value: f64,
+        /// The characters of its field, the point among them.
+        width: u32,
+        /// Digits behind the point.
+        decimals: u32,
+    },
+}
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(text) => f.write_str(text),
+            Self::Value { value, width, decimals } => {
+                f.write_str(&display::field(*value, *width, *decimals))
+            }
+        }
+    }
+}
+
+impl PartialEq for Shown {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Text(a), Self::Text(b)) => a == b,
+            _ => self.to_string() == other.to_string(),
+        }
+    }
+}
+
+impl Eq for Shown {}
+
+impl From<&str> for Shown {
+    fn from(text: &str) -> Self {
+        Self::Text(text.into())
+    }
+}
+
+impl Serialize for Shown {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Text(text) => serializer.serialize_str(text),
+            Self::Value { .. } => serializer.collect_str(self),
+        }
+    }
 }

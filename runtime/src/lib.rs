@@ -26,7 +26,7 @@ pub mod session;
 pub mod value;
 
 pub use artifact::{Artifact, ArtifactError};
-pub use event::{Event, EventBody};
+pub use event::{Event, EventBody, Shown};
 pub use executive::{Executive, NameError, Purpose, Setting, Stop, ValueError, Variable};
 pub use native::NativeEngine;
 pub use value::Value;

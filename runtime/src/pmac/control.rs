@@ -6,12 +6,12 @@ use plcc_abi::{
     Host, HostFn,
     image::{read_u32, write_f64},
     pmac::{
-        Definition, Far, Layout, Memory, PlcOp, PmacTables, Space, Text, View, math::finite, pure,
+        Definition, Far, Layout, Memory, PlcOp, PmacTables, Run, Space, Text, View, math::finite,
+        pure,
     },
 };
 
-use super::{display, save};
-use crate::{Event, EventBody};
+use crate::{Event, EventBody, Shown};
 
 /// What becomes of a PLC when its turn comes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -151,8 +151,11 @@ pub(super) struct Control {
     /// The tick's number.
     pub(super) tick: u64,
     pub(super) events: Vec<Event>,
-    /// What the last SAVE kept.
-    pub(super) saved: Option<Vec<u8>>,
+    /// What the last SAVE kept: the image's regions `p q i mdef`. There is room for it from the
+    /// start, so that SAVE is nothing but copying.
+    kept: Vec<u8>,
+    /// Whether there was one.
+    is_kept: bool,
 }
 
 impl Control {
@@ -167,10 +170,15 @@ impl Control {
             let plc = Plc { status, restart: false, task: program.task as usize };
             if program.compiled { &mut plccs } else { &mut plcs }.put(program.number, plc);
         }
+        let mut kept = vec![0; layout.mload as usize];
+        if tables.save {
+            Run::unpack(&tables.initial, &mut kept);
+        }
         Self {
+            kept,
+            is_kept: tables.save,
             far: tables.far.clone(),
             said: tables.texts.iter().map(Said::new).collect(),
-            saved: tables.save.then(|| save::initial(&tables, &layout)),
             tables,
             layout,
             plcs,
@@ -210,6 +218,19 @@ impl Control {
         }
     }
 
+    /// What the last SAVE kept.
+    pub(super) fn saved(&self) -> Option<&[u8]> {
+        self.is_kept.then_some(&self.kept)
+    }
+
+    /// Keeps what an image, or what is before `mload` in it, holds.
+    pub(super) fn save(&mut self, image: &[u8]) {
+        if let Some(now) = image.get(..self.kept.len()) {
+            self.kept.copy_from_slice(now);
+            self.is_kept = true;
+        }
+    }
+
     /// ENABLE to RESUME.
     fn command_plcs(&mut self, op: PlcOp, compiled: bool, first: u32, last: u32) {
         let plcs = if compiled { &mut self.plccs } else { &mut self.plcs };
@@ -226,7 +247,7 @@ impl Control {
         let body = match said {
             Said::Always(body) => body.clone(),
             Said::Value { position, width, decimals } => EventBody::Display {
-                text: display::field(value, *width, *decimals).into(),
+                text: Shown::Value { value, width: *width, decimals: *decimals },
                 position: Some(i64::from(*position)),
             },
             Said::Queue { body, task } => {
@@ -293,7 +314,7 @@ impl Host for Control {
                 0
             }
             HostFn::PmacSave => {
-                self.saved = Some(save::now(image, &self.tables, &self.layout));
+                self.save(image);
                 0
             }
             _ => pure::call(function, args).unwrap_or(0),

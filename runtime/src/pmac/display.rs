@@ -4,7 +4,7 @@ use plcc_abi::pmac::math::finite;
 
 /// A value with so many decimals, right-aligned in a field; one that is too long keeps its
 /// digits. Rounded half away from zero, never `-0`.
-pub(super) fn field(value: f64, width: u32, decimals: u32) -> String {
+pub(crate) fn field(value: f64, width: u32, decimals: u32) -> String {
     let text = fixed(finite(value), decimals as usize);
     format!("{text:>width$}", width = width.min(255) as usize)
 }

@@ -6,7 +6,7 @@
 //! `control` what program code may ask for meanwhile, `names` what users call things.
 
 mod control;
-mod display;
+pub(crate) mod display;
 mod names;
 mod recompile;
 mod save;
@@ -190,7 +190,7 @@ impl Executive for PmacExecutive {
     }
 
     fn retained(&self) -> Option<Vec<u8>> {
-        self.control.saved.clone()
+        self.control.saved().map(|kept| save::pack(kept, &self.control.tables))
     }
 
     fn restore(&mut self, retained: &[u8]) -> Result<(), String> {

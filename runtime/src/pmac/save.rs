@@ -5,7 +5,7 @@ use std::hash::{Hash, Hasher};
 
 use plcc_abi::{
     image::{read_f64, read_u64, write_f64},
-    pmac::{Layout, Memory, PmacTables, Run, math::finite},
+    pmac::{Memory, PmacTables, Run, math::finite},
 };
 use serde::{Deserialize, Serialize};
 
@@ -46,19 +46,11 @@ fn fingerprint(tables: &PmacTables) -> u64 {
     hasher.finish()
 }
 
-/// What SAVE keeps of the state as it is.
-pub(super) fn now(image: &[u8], tables: &PmacTables, layout: &Layout) -> Vec<u8> {
-    let kept = image.get(..layout.mload as usize).unwrap_or_default();
+/// What SAVE kept, as it is put into a file.
+pub(super) fn pack(kept: &[u8], tables: &PmacTables) -> Vec<u8> {
     let saved = Saved { fingerprint: fingerprint(tables), runs: Run::pack(kept) };
     // Writing to memory does not fail; an empty file is refused when it is read.
     postcard::to_allocvec(&saved).unwrap_or_default()
-}
-
-/// What a SAVE in the download itself keeps.
-pub(super) fn initial(tables: &PmacTables, layout: &Layout) -> Vec<u8> {
-    let mut image = vec![0; layout.size as usize];
-    Run::unpack(&tables.initial, &mut image);
-    now(&image, tables, layout)
 }
 
 impl PmacExecutive {
@@ -80,7 +72,7 @@ impl PmacExecutive {
         for number in 0..layout.count {
             memory.define_code(number, read_u64(&kept, layout.mdef + 8 * number));
         }
-        self.control.saved = Some(retained.to_vec());
+        self.control.save(&kept);
         Ok(())
     }
 }
