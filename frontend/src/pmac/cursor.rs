@@ -135,6 +135,13 @@ impl<'a> Cursor<'a> {
         At::new(self.pos, self.pos + length)
     }
 
+    /// What stands at a place, with the letters that stand right before it.
+    pub(crate) fn glued_word(&self, at: At) -> &'a str {
+        let before = self.text.get(..at.start as usize).unwrap_or("");
+        let start = before.trim_end_matches(|c: char| c.is_ascii_alphabetic()).len();
+        self.text.get(start..at.end as usize).unwrap_or("")
+    }
+
     /// What stands at the place, for messages.
     pub(crate) fn what(&self, at: At) -> &'a str {
         self.text.get(at.start as usize..at.end as usize).unwrap_or("").trim()

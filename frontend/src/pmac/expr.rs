@@ -239,6 +239,13 @@ impl<'a> Reader<'a> {
                 let Some(number) = self.cur.number() else {
                     return self.cur.expected("a number");
                 };
+                let digit = |at| self.cur.byte_at(at).is_ascii_digit();
+                if matches!(self.cur.byte(), b'e' | b'E')
+                    && (digit(1) || self.cur.byte_at(1) == b'-' && digit(2))
+                {
+                    let at = At::new(start, self.cur.here().end as usize);
+                    return syntax_help(at, "numbers have no exponent", "write its digits out");
+                }
                 self.ops.push(Op::Const(number));
                 stacks.values.push(false);
                 return Ok(true);
@@ -256,7 +263,19 @@ impl<'a> Reader<'a> {
             }
         }
         let Some(kind) = self.variable_kind() else {
-            return self.cur.expected("a value");
+            let help = match (byte, self.cur.byte_at(1)) {
+                (b'&', _) => "conditions are joined with AND",
+                (b'|', _) => "conditions are joined with OR",
+                (b'!', _) => "`!` stands in comparators: != !> !< !~",
+                (b'P' | b'Q' | b'M' | b'I' | b'p' | b'q' | b'm' | b'i', b'[') => {
+                    "the number of an indirect variable stands in parentheses: P(P1+5)"
+                }
+                _ => return self.cur.expected("a value"),
+            };
+            return self
+                .cur
+                .expected("a value")
+                .map_err(|fault| Fault { help: Some(help.into()), ..fault });
         };
         self.cur.pos += 1;
         if self.cur.eat(b'(') {

@@ -379,7 +379,10 @@ impl Reader<'_> {
         if !what.is_ascii() || !what.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
             return self.cur.expected_here("a command or statement");
         }
-        let help = match crate::common::closest(&what, WORDS.iter().copied()) {
+        // ENDWHLE: a short keyword was taken off its front.
+        let whole = self.cur.glued_word(at);
+        let near = |word: &str| crate::common::closest(word, WORDS.iter().copied());
+        let help = match near(&what).or_else(|| near(whole)) {
             Some(word) => format!("did you mean {word}?"),
             None => "if it is a name, its #define must come before".to_owned(),
         };

@@ -260,7 +260,19 @@ impl Checker<'_> {
 
     fn branch(&mut self, kind: FrameKind, start: usize) -> Parsed<()> {
         let at = self.reader.cur.since(start);
-        let condition = self.whole_condition();
+        let byte = self.reader.cur.byte();
+        let condition = if byte.is_ascii_alphanumeric() || byte == b'_' {
+            // A longer word. In front of a parenthesis it is meant for this one: WHIEL (P1=1).
+            self.reader.cur.pos = start;
+            let mut ahead = self.reader.cur;
+            ahead.pos = ahead.here().end as usize;
+            if ahead.peek() != b'(' {
+                return self.reader.unknown();
+            }
+            self.reader.unknown()
+        } else {
+            self.whole_condition()
+        };
         let expr = *condition.as_ref().unwrap_or(&Expr::default());
         let patch = self.here() as usize;
         let what = if kind == FrameKind::While { What::While } else { What::If };

@@ -279,6 +279,29 @@ fn errors_have_their_numbers_and_lines() {
     assert_eq!(codes("I5=2\nOPEN PLCC1 CLEAR\nL1=L2\nL1=1\nCLOSE"), [("PMAC-3", 3), ("PMAC-3", 4)]);
 }
 
+#[test]
+fn slips_are_told_with_what_was_meant() {
+    for (body, help) in [
+        ("WHIEL (P1=1)\nENDWHILE", "did you mean WHILE?"),
+        ("WHILE (P1=1)\nENDWHLE", "did you mean ENDWHILE?"),
+        ("WHITE=1", "did you mean WHILE?"),
+        ("IF (P1=1 && P2=1) ENDIF", "conditions are joined with AND"),
+        ("IF (P1=1 || P2=1) ENDIF", "conditions are joined with OR"),
+        ("IF (!(P1=1)) ENDIF", "`!` stands in comparators: != !> !< !~"),
+        ("P1=P[5]", "the number of an indirect variable stands in parentheses: P(P1+5)"),
+        ("P1=1E5", "write its digits out"),
+        ("P1=1.5e-3", "write its digits out"),
+    ] {
+        let mut map = SourceMap::new();
+        let text = format!("I5=2\nOPEN PLC 1\n{body}\nCLOSE\n");
+        let file = map.add("m", text.as_bytes());
+        let (_, found) = check(&mut map, &[file], &MemoryLoader::new(), &Options::default());
+        let helps: Vec<_> = found.iter().map(|d| d.help.as_deref()).collect();
+        assert_eq!(helps, [Some(help)], "{body}: {found:?}");
+    }
+    assert_eq!(plc("IF(P1=1)P2=1ENDIF WHILE(P1=2)P1=3ENDWHILEP3=1"), []);
+}
+
 /// Found by noise: the first of these was read again and again.
 #[test]
 fn a_line_of_a_point_is_one_error() {
