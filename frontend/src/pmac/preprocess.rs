@@ -393,18 +393,44 @@ impl Preprocessor<'_> {
                     return;
                 }
             } else if is_word(c) {
-                let word = word_at(line, pos);
+                let before = bytes.get(..pos).and_then(|b| b.last());
+                let length = self.name_length(word_at(line, pos), before);
+                let word = line.get(pos..pos + length).unwrap_or("");
                 if self.macros.contains_key(word) {
                     self.copy(text, from..pos);
-                    self.expand(word, text.span(pos..pos + word.len()));
-                    from = pos + word.len();
+                    self.expand(word, text.span(pos..pos + length));
+                    from = pos + length;
                 }
-                pos += word.len();
+                pos += length;
             } else {
                 pos += c.len_utf8();
             }
         }
         self.copy(text, from..pos.min(line.len()));
+    }
+
+    /// How much of a word is looked up as one name: all of it, but for what has no other meaning,
+    /// a name right behind a number (`20MSEC`) and one before an address's last digits (`$PAGE00`).
+    /// `before` is what the word stands behind.
+    fn name_length(&self, word: &str, before: Option<&u8>) -> usize {
+        let is_name = |part: Option<&str>| part.is_some_and(|p| self.macros.contains_key(p));
+        let hex = |part: &str| part.bytes().all(|b| b.is_ascii_hexdigit());
+        if is_name(Some(word)) {
+            return word.len();
+        }
+        let split = match before.map_or('\n', |&b| char::from(b)) {
+            '$' if hex(word) => None,
+            '$' => (1..word.len())
+                .rev()
+                .take(6)
+                .take_while(|&at| word.get(at..).is_none_or(hex))
+                .find(|&at| is_name(word.get(..at))),
+            c if is_word(c) => None,
+            _ => word
+                .find(|c: char| !c.is_ascii_digit())
+                .filter(|&at| at > 0 && is_name(word.get(at..))),
+        };
+        split.unwrap_or(word.len())
     }
 
     /// Whether `*/` comes behind an offset. Where it once did not, it never does further on.
@@ -466,7 +492,13 @@ impl Preprocessor<'_> {
                 continue;
             };
             let body = level.body.clone();
-            let length = if is_word(c) { word_at(&body, level.pos).len() } else { c.len_utf8() };
+            let length = match is_word(c) {
+                true => {
+                    let before = self.flat.text.as_bytes().last();
+                    self.name_length(word_at(&body, level.pos), before)
+                }
+                false => c.len_utf8(),
+            };
             let piece = body.get(level.pos..level.pos + length).unwrap_or("");
             level.quoted ^= c == '"';
             let quoted = level.quoted;
@@ -560,6 +592,15 @@ mod tests {
     fn whole_words_are_replaced_again_and_again() {
         assert_eq!(plain("#define A B+1\n#define B P5 ; c\nA AA a $B\n"), "P5+1 AA a $P5");
         assert_eq!(plain("#DEFINE 60_SEC 60*I10\nP1=60_SEC"), "P1=60*I10");
+    }
+
+    #[test]
+    fn names_stand_behind_numbers_and_before_digits_of_an_address() {
+        assert_eq!(plain("#define MS *8388608/I10\nI5111=20MS P5MS"), "I5111=20*8388608/I10 P5MS");
+        assert_eq!(plain("#define T 20MS;\n#define MS *4\nI5111=T"), "I5111=20*4");
+        let page = "#define Page B8\n#define Next Page1A\n#define A 5\n";
+        let text = format!("{page}M1->Y:$Page00,0 M2->L:$Next M3->L:$1A M4->L:$Pager Page00");
+        assert_eq!(plain(&text), "M1->Y:$B800,0 M2->L:$B81A M3->L:$1A M4->L:$Pager Page00");
     }
 
     #[test]
