@@ -67,7 +67,7 @@ fn one_character_again_and_again() {
     for c in (0..128).chain([0x80, 0x8D, 0x93, 0x96, 0xE4, 0xFF]) {
         for head in HEADS {
             let mut text = head.as_bytes().to_vec();
-            text.resize(text.len() + 300, c);
+            text.resize(text.len() + 100, c);
             errors(&text, Controller::Pmac);
         }
     }
@@ -201,7 +201,7 @@ fn a_good_program_with_a_byte_changed() {
                  CLOSE\nOPEN PLCC 3\nL1=L1+1 ;up\nCLOSE\n";
     assert_eq!(errors(good, Controller::Pmac), 0);
     for at in 0..good.len() {
-        for c in [b' ', b'9', b'#', b'(', b'"', b'\n', 0xE4] {
+        for c in [b'9', b'(', b'"', 0xE4] {
             let mut text = good.to_vec();
             text[at] = c;
             errors(&text, Controller::Pmac);

@@ -117,9 +117,10 @@ impl<'a> Cursor<'a> {
         same >= least
     }
 
-    /// The place from an offset up to here.
+    /// The place from an offset up to here, but for blanks in front of here.
     pub(crate) fn since(&self, start: usize) -> At {
-        At::new(start, self.pos.max(start))
+        let text = self.text.get(start..self.pos).unwrap_or("").trim_end();
+        At::new(start, if text.is_empty() { self.pos.max(start) } else { start + text.len() })
     }
 
     /// The next character or word behind the blanks, to point at it.

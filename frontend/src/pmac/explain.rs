@@ -14,7 +14,7 @@ use super::reliance::places_after_load;
 use super::variables::shape_of;
 
 /// One line a statement that computes something: file, line, what it is computed in, and the
-/// variable or operation that forces floating point.
+/// variable or operation that forces floating point. Then how many there are of each.
 pub(crate) fn explain(download: &Download, loaded: &Loaded, files: &[(String, String)]) -> String {
     let mut sources = SourceMap::new();
     for (name, text) in files {
@@ -23,6 +23,7 @@ pub(crate) fn explain(download: &Download, loaded: &Loaded, files: &[(String, St
     let places = places_after_load(loaded);
     let shape = |(kind, number): Name| shape_of(download, &places, kind, number);
     let mut out = String::new();
+    let (mut integer, mut real) = (0, 0);
     for (runs, code) in tasks(download, loaded) {
         if matches!(runs, Runs::Command(_)) {
             continue;
@@ -30,15 +31,32 @@ pub(crate) fn explain(download: &Download, loaded: &Loaded, files: &[(String, St
         let _ = writeln!(out, "{}", runs.name());
         for stmt in code {
             let Some(line) = statement(download, stmt, &shape) else { continue };
+            *(if line.starts_with("integer") { &mut integer } else { &mut real }) += 1;
             let (span, _) = download.origins.place(stmt.at);
             let (number, _) = sources.line_col(span.file, span.start);
             let text = sources.text(span.file);
             let source = text.get(span.start as usize..span.end as usize).unwrap_or("");
-            let source = source.split_whitespace().collect::<Vec<_>>().join(" ");
+            let source = uncommented(source);
             let _ = writeln!(out, "  {}:{number}: {source}: {line}", sources.path(span.file));
         }
     }
+    let _ = writeln!(out, "{integer} in integers, {real} in floating point");
     out
+}
+
+/// A statement on one line, without the comments inside it.
+fn uncommented(source: &str) -> String {
+    let mut words = Vec::new();
+    for line in source.lines() {
+        let mut quoted = false;
+        let end = line.char_indices().find_map(|(at, c)| {
+            quoted ^= c == '"';
+            let comment = c == ';' || line.get(at..).is_some_and(|rest| rest.starts_with("//"));
+            (comment && !quoted).then_some(at)
+        });
+        words.extend(line.get(..end.unwrap_or(line.len())).unwrap_or("").split_whitespace());
+    }
+    words.join(" ")
 }
 
 fn statement(download: &Download, stmt: &Stmt, shape: &impl Fn(Name) -> Shape) -> Option<String> {
@@ -81,11 +99,15 @@ fn tell(reason: Reason) -> String {
     match reason {
         Reason::Constant(value) => format!("the constant {value}"),
         Reason::Variable(name) => {
-            format!("{} is no integer of 24 bits in memory", variable(name))
+            format!("{} is no U or S field of a word", variable(name))
         }
-        Reason::Indirect(kind) => format!("{}(…) is known by its number only", letter(kind)),
-        Reason::Operator(Bin::Div) => "the quotient of `/` has a fraction".into(),
-        Reason::Operator(Bin::Mod) => "`%` by what is no constant integer".into(),
+        Reason::Indirect(kind) => {
+            format!("{}(…) may be any {0}-variable", letter(kind))
+        }
+        Reason::Operator(Bin::Div) => "the quotient of `/` may have a fraction".into(),
+        Reason::Operator(Bin::Mod) => {
+            "`%` by something else than a constant integer above or below 0".into()
+        }
         Reason::Operator(bin) => {
             let sign = match bin {
                 Bin::Add => '+',
@@ -97,7 +119,7 @@ fn tell(reason: Reason) -> String {
             };
             format!("the result of `{sign}` may be too large for exact integers")
         }
-        Reason::Function(func) => format!("{} of what is no integer", name(func)),
+        Reason::Function(func) => format!("the result of {} may have a fraction", name(func)),
         Reason::Many => "it reads too many P-, Q- and I-variables to ask about".into(),
     }
 }

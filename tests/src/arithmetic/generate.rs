@@ -166,7 +166,7 @@ impl Generator {
             return if self.rng.chance(15) { Expr::Neg(Box::new(number)) } else { number };
         }
         let any = if self.pure { 2 } else { 0 };
-        match any + self.rng.below(if self.kinds == Kinds::Any { 16 } else { 30 }) {
+        match any + self.rng.below(if self.kinds == Kinds::Any { 16 } else { 22 }) {
             0 => {
                 let function = self.rng.pick(&[
                     "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "ATAN2", "LN", "EXP", "SQRT",

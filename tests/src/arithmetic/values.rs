@@ -82,6 +82,9 @@ pub(crate) const EDGES: &[f64] = &[
 /// How many of the edges are integers of 32 bits or less, and few others stand among them.
 const SMALL: usize = 35;
 
+/// The last integers of 32 bits.
+const LIMITS: [f64; 4] = [-2_147_483_648.0, -2_147_483_648.0, -2_147_483_647.0, 2_147_483_647.0];
+
 /// Words at whose bits something changes.
 const FULL: [u32; 10] =
     [0, 1, 0xFF_FFFF, 0x80_0000, 0x7F_FFFF, 0x12_3456, 0x99_9999, 0xAA_AAAA, 0x55_5555, 0xFF];
@@ -95,6 +98,9 @@ fn value(rng: &mut Rng, round: usize) -> f64 {
         2 => 80,
         _ => 20,
     };
+    if round % 2 == 0 && rng.chance(12) {
+        return *rng.pick(&LIMITS);
+    }
     let magnitude = match (rng.chance(small), rng.below(4)) {
         (true, 0) => rng.below(20) as f64,
         (true, 1) => {
