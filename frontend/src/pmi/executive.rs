@@ -184,11 +184,19 @@ pub fn executive_names() -> impl Iterator<Item = &'static str> {
 }
 
 /// What `plcc explain` prints for an executive variable, or nothing where there is none of the
-/// name. Case and the `@` do not matter; a member of a family explains the family.
+/// name. Case and the `@` do not matter; a member of a family explains the family, an element
+/// its array.
 pub fn explain(name: &str) -> Option<String> {
     let upper = name.trim().to_ascii_uppercase();
+    let (upper, index) = match upper.strip_suffix(']').and_then(|name| name.split_once('[')) {
+        Some((name, index)) => (name.to_owned(), Some(index.parse::<u32>().ok()?)),
+        None => (upper, None),
+    };
     let name = if upper.starts_with('@') { upper } else { format!("@{upper}") };
     let family = families().iter().find(|family| family.has(&name))?;
+    if index.is_some_and(|index| index >= family.size) {
+        return None;
+    }
     let ty = match family.ty {
         Type::Logical => "LOGICAL",
         Type::Integer => "INTEGER",
@@ -219,6 +227,15 @@ pub fn explain(name: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_element_explains_its_array() {
+        assert_eq!(explain("@NVINT[19]"), explain("@NVINT"));
+        assert!(explain("@NVINT[19]").is_some());
+        for name in ["@NVINT[20]", "@NVINT[]", "@NVINT[X]", "@FRO[0]"] {
+            assert_eq!(explain(name), None, "{name}");
+        }
+    }
 
     #[test]
     fn every_line_of_the_table_is_well_formed_sorted_and_unique() {
