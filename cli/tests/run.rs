@@ -236,3 +236,24 @@ fn ctrl_c_ends_it_with_the_dump_written() {
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert!(folder.read("d.json").contains("\"state\":\"running\""));
 }
+
+#[cfg(unix)]
+#[test]
+fn a_reader_who_has_enough_ends_the_run_quietly() {
+    use std::process::Stdio;
+    let folder = Folder::with(&[("a.pmi", COUNTER)]);
+    let run = ["run", "a.pmi", "--ticks", "1000000", "--watch", "N", "--trace", "-"];
+    for (args, began) in [
+        ([&run[..], &["--dump", "d.json"]].concat(), true),
+        (vec!["run", "a.pmi", "--ticks", "3", "--dump", "-"], false),
+    ] {
+        let mut command = folder.command(&args);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let done = support::Done::of(child.wait_with_output().unwrap());
+        assert_eq!((done.status, done.stderr.as_str()), (0, ""), "{args:?}");
+        assert_eq!(folder.has("d.json"), began);
+        assert!(!began || folder.read("d.json").starts_with("{\"dialect\":\"pmi\",\"ticks\":"));
+        let _ = std::fs::remove_file(folder.path().join("d.json"));
+    }
+}

@@ -77,6 +77,15 @@ pub enum RunError {
     Events(io::Error),
 }
 
+impl RunError {
+    /// Whether nobody reads the output any more (`plcc run … --trace - | head`), which is no
+    /// mistake of anybody's.
+    pub fn is_closed_pipe(&self) -> bool {
+        let (Self::Trace(error) | Self::Events(error)) = self;
+        error.kind() == io::ErrorKind::BrokenPipe
+    }
+}
+
 impl Run<'_> {
     /// Runs until the ticks are over, the program is stopped, the flag is up or an output fails.
     pub fn go(mut self) -> End {

@@ -8,7 +8,7 @@ mod progress;
 
 use std::fmt::Display;
 use std::fs;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -167,7 +167,9 @@ fn status(end: &End) -> u8 {
         let tick = end.ticks.saturating_sub(1);
         tell("stopped", format!("{} in tick {tick}: {}", stop.code, stop.message));
     }
-    if let Some(failure) = &end.failure {
+    if let Some(failure) = &end.failure
+        && !failure.is_closed_pipe()
+    {
         tell("error", failure);
         return USAGE;
     }
@@ -246,7 +248,12 @@ fn write_dump(
     end: &End,
 ) -> Result<(), SessionError> {
     let mut text = vec![];
-    dump(&mut text, dialect, executive, watch, end)
-        .and_then(|()| write_whole(path, &text))
-        .map_err(|error| SessionError(format!("the dump can't be written: {error}")))
+    let written =
+        dump(&mut text, dialect, executive, watch, end).and_then(|()| write_whole(path, &text));
+    match written {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(SessionError(format!("the dump can't be written: {error}")))
+        }
+        _ => Ok(()),
+    }
 }
