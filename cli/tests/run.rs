@@ -257,3 +257,17 @@ fn a_reader_who_has_enough_ends_the_run_quietly() {
         let _ = std::fs::remove_file(folder.path().join("d.json"));
     }
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_the_system_does_not_permit_is_told_in_one_note() {
+    let folder = Folder::with(&[("a.pmi", COUNTER)]);
+    let run = "run a.pmi --ticks 2 --period 1 --realtime --dump -";
+    let done = folder.plcc(run).exits(0);
+    let notes = done.stderr.lines().filter(|line| line.starts_with("note:")).count();
+    assert!(notes <= 1, "{}", done.stderr);
+    assert!(notes == 0 || done.stderr.contains("`ulimit"), "{}", done.stderr);
+    let simulated = folder.plcc(&run.replace("--realtime", "")).exits(0);
+    assert_eq!(simulated.stderr, "", "asks for nothing");
+    assert_eq!(simulated.stdout, done.stdout);
+}

@@ -106,7 +106,7 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
         ("--limits", source.limits.is_some()),
         ("--define", !source.define.is_empty()),
         ("--controller", source.controller.is_some()),
-        ("the variables of --machine", variables),
+        ("--machine's [variables]", variables),
     ];
     if let Some((option, _)) = fixed.iter().find(|(_, given)| *given) {
         let what = format!("{option} was settled when this artifact was built; build it anew");

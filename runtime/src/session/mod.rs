@@ -5,6 +5,7 @@ mod control;
 mod keeper;
 mod output;
 mod progress;
+mod urgent;
 
 use std::fmt::Display;
 use std::fs;
@@ -111,6 +112,11 @@ fn session(
         Some(path) if args.realtime => Some(Keeper::new(path, program.dialect())?),
         _ => None,
     };
+    if args.realtime
+        && let Err(why) = urgent::become_urgent()
+    {
+        tell("note", why);
+    }
     let mut after = |ticks: u64, executive: &dyn Executive| {
         progress.show(ticks);
         if let Some(keeper) = &mut keeper {

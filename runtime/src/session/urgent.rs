@@ -1,0 +1,64 @@
+//! What a control that follows the clock asks of the operating system: to run before ordinary
+//! programs, and to have its memory there when a tick needs it.
+//!
+//! Threads inherit the priority: those that write files or make code are started before it is asked
+//! for, and none after.
+
+/// Of 1 to 99: before all that is ordinary, behind what keeps the machine itself going.
+#[cfg(target_os = "linux")]
+const PRIORITY: u8 = 50;
+
+/// Gives this thread a real-time priority (`SCHED_FIFO`) and locks the process's memory.
+///
+/// # Errors
+/// What was not permitted, and what to do. The run goes on without it.
+#[cfg(target_os = "linux")]
+pub(super) fn become_urgent() -> Result<(), String> {
+    let refused: Vec<String> = [
+        raise_priority().map_err(|why| format!("ticks have no real-time priority ({why})")),
+        lock_memory().map_err(|why| format!("memory is not locked ({why})")),
+    ]
+    .into_iter()
+    .filter_map(Result::err)
+    .collect();
+    if refused.is_empty() {
+        return Ok(());
+    }
+    Err(format!(
+        "{}, so ticks may be late; `ulimit -r` and `ulimit -l` say what is permitted",
+        refused.join(" and ")
+    ))
+}
+
+/// Elsewhere nothing is asked.
+#[cfg(not(target_os = "linux"))]
+pub(super) fn become_urgent() -> Result<(), String> {
+    Ok(())
+}
+
+#[cfg(target_os = "linux")]
+fn raise_priority() -> Result<(), String> {
+    use std::io;
+    use thread_priority::unix::{set_thread_priority_and_policy, thread_native_id};
+    use thread_priority::{
+        Error, RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue,
+        ThreadSchedulePolicy,
+    };
+    let value = ThreadPriorityValue::try_from(PRIORITY)?;
+    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+    let priority = ThreadPriority::Crossplatform(value);
+    set_thread_priority_and_policy(thread_native_id(), priority, policy).map_err(|why| match why {
+        Error::OS(code) => io::Error::from_raw_os_error(code).to_string(),
+        other => format!("{other:?}"),
+    })
+}
+
+/// Locks what there is, and what comes where no bound could turn that into a failed allocation.
+#[cfg(target_os = "linux")]
+fn lock_memory() -> Result<(), String> {
+    use rustix::mm::{MlockAllFlags, mlockall};
+    use rustix::process::{Resource, getrlimit};
+    let unbounded = getrlimit(Resource::Memlock).current.is_none();
+    let future = if unbounded { MlockAllFlags::FUTURE } else { MlockAllFlags::empty() };
+    mlockall(MlockAllFlags::CURRENT | future).map_err(|why| why.to_string())
+}
