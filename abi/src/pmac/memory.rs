@@ -4,78 +4,13 @@
 //! codes of their own in the image, and are turned into 24-bit words only when somebody looks at
 //! them as such.
 
-use alloc::{boxed::Box, collections::BTreeMap, vec, vec::Vec};
-
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
 use super::definition::{Definition, Field};
+use super::far::Far;
 use super::fixed;
 use super::layout::{Layout, Place, Space};
 use super::math::finite;
 use super::reliance::Definitions;
 use crate::image::{read_f64, read_u8, read_u32, read_u64, write_f64, write_u32};
-
-/// Addresses of a page of [`Far`].
-const PAGE: u32 = 256;
-
-/// Words outside the image, in pages that come when something is written there and stay, so that
-/// a scan that has been there before allocates nothing, and all of them together are no more than
-/// the address space is (128 MiB).
-#[derive(Clone, Debug, Default)]
-pub struct Far(BTreeMap<u32, Box<[(u32, u32)]>>);
-
-impl Far {
-    /// The X and Y words at an address.
-    pub fn get(&self, address: u32) -> (u32, u32) {
-        let page = self.0.get(&(address / PAGE));
-        page.and_then(|page| page.get((address % PAGE) as usize)).copied().unwrap_or_default()
-    }
-
-    /// Sets the X and Y words at an address.
-    pub fn set(&mut self, address: u32, words: (u32, u32)) {
-        let number = address / PAGE;
-        let page = match self.0.get_mut(&number) {
-            Some(page) => page,
-            None if words == (0, 0) => return,
-            None => self.0.entry(number).or_insert_with(|| vec![(0, 0); PAGE as usize].into()),
-        };
-        if let Some(slot) = page.get_mut((address % PAGE) as usize) {
-            *slot = words;
-        }
-    }
-
-    /// All that is not 0: address, X and Y, by rising address.
-    fn words(&self) -> impl Iterator<Item = (u32, u32, u32)> + '_ {
-        self.0.iter().flat_map(|(number, page)| {
-            let words = (number * PAGE..).zip(page.iter());
-            words.filter(|(_, words)| **words != (0, 0)).map(|(address, &(x, y))| (address, x, y))
-        })
-    }
-}
-
-impl PartialEq for Far {
-    fn eq(&self, other: &Self) -> bool {
-        self.words().eq(other.words())
-    }
-}
-
-impl Eq for Far {}
-
-impl Serialize for Far {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.words().collect::<Vec<_>>().serialize(serializer)
-    }
-}
-
-impl<'de> Deserialize<'de> for Far {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let mut far = Self::default();
-        for (address, x, y) in Vec::<(u32, u32, u32)>::deserialize(deserializer)? {
-            far.set(address & 0xFF_FFFF, (x & 0xFF_FFFF, y & 0xFF_FFFF));
-        }
-        Ok(far)
-    }
-}
 
 /// A PMAC's memory, to look at.
 #[derive(Clone, Copy)]
@@ -92,14 +27,14 @@ impl View<'_> {
     /// Reads a word.
     pub fn read_word(&self, space: Space, address: u32) -> u32 {
         let address = address & self.layout.address_mask();
-        let half = |value: f64| {
-            let (x, y) = fixed::to_float48(value);
+        let half = |offset| {
+            let (x, y) = self.halves(offset);
             if space == Space::X { x } else { y }
         };
         match self.layout.place(space, address) {
             Place::Word(offset) => read_u32(self.image, offset) & 0xFF_FFFF,
-            Place::P(number) => half(read_f64(self.image, self.layout.p_offset(number))),
-            Place::Q(number) => half(read_f64(self.image, self.layout.q_offset(number))),
+            Place::P(number) => half(self.layout.p_offset(number)),
+            Place::Q(number) => half(self.layout.q_offset(number)),
             Place::I(number) => {
                 let value = read_f64(self.image, self.layout.i_offset(number));
                 fixed::bits(value) as u32 & 0xFF_FFFF
@@ -113,6 +48,12 @@ impl View<'_> {
                 if space == Space::X { x } else { y }
             }
         }
+    }
+
+    /// The words of a P or Q.
+    fn halves(&self, offset: u32) -> (u32, u32) {
+        let value = read_f64(self.image, offset);
+        self.far.halves(offset, value).unwrap_or_else(|| fixed::to_float48(value))
     }
 
     /// Reads a field of a word.
@@ -259,9 +200,11 @@ impl Memory<'_> {
     }
 
     fn write_half(&mut self, offset: u32, space: Space, word: u32) {
-        let (x, y) = fixed::to_float48(read_f64(self.image, offset));
+        let (x, y) = self.view().halves(offset);
         let (x, y) = if space == Space::X { (word, y) } else { (x, word) };
-        write_f64(self.image, offset, fixed::from_float48(x, y));
+        let value = fixed::from_float48(x, y);
+        write_f64(self.image, offset, value);
+        self.far.set_halves(offset, value, (x, y));
     }
 
     /// Replaces a field of a word by the low bits of `bits`.
@@ -342,6 +285,8 @@ impl Memory<'_> {
 
 #[cfg(test)]
 mod tests {
+    use alloc::{vec, vec::Vec};
+
     use super::super::definition::Format;
     use super::*;
 

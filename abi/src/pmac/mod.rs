@@ -3,6 +3,7 @@
 //! [arithmetic](math), and what compiled code [relies](reliance) on.
 
 pub mod definition;
+pub mod far;
 pub mod fixed;
 pub mod layout;
 pub mod math;
@@ -13,8 +14,9 @@ pub mod reliance;
 pub mod tables;
 
 pub use definition::{Definition, Field, Format};
+pub use far::Far;
 pub use layout::{COMMAND_CONTEXT, Layout, Place, Run, Space, context};
-pub use memory::{Far, Memory, View};
+pub use memory::{Memory, View};
 pub use range::Range;
 pub use reliance::{Definitions, Direct, Relied};
 pub use tables::{Define, Kind, PlcOp, PmacTables, Program, Text, Variable};
