@@ -98,7 +98,7 @@ fn value(rng: &mut Rng, round: usize) -> f64 {
         2 => 80,
         _ => 20,
     };
-    if round % 2 == 0 && rng.chance(12) {
+    if round.is_multiple_of(2) && rng.chance(12) {
         return *rng.pick(&LIMITS);
     }
     let magnitude = match (rng.chance(small), rng.below(4)) {
