@@ -4,7 +4,7 @@
 //! without relocations, calling nothing but the host through its context, so it can be mapped at
 //! once (the JIT) or put into an artifact (ahead of time); only the [`Target`] differs.
 //!
-//! Nothing in it can fault: divisors are guarded, conversions saturate, indices are clamped, and
+//! Nothing in it can fault: divisors are guarded, indices are clamped, and
 //! a program that is stopped returns its trap code.
 
 mod compile;

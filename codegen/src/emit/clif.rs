@@ -11,7 +11,7 @@ use plcc_ir::Module;
 use super::source;
 use crate::{Target, lower};
 
-/// A verified module's CLIF as it is handed to Cranelift, before Cranelift's own passes.
+/// A verified module's CLIF as it is handed to Cranelift.
 pub fn clif(module: &Module, target: &Target) -> String {
     let mut out = format!("; CLIF for {}, before Cranelift's passes\n", target.triple());
     let mut builder_context = FunctionBuilderContext::new();
