@@ -108,6 +108,11 @@ pub fn generate(seed: u64, size: usize) -> Case {
     let ticks = 24;
     let mut stimulus = String::from("tick,name,value\n");
     for tick in 0..ticks {
+        if g.rng.chance(10) {
+            // Nobody sees in the text that this moves a definition.
+            let (number, address) = (3 + g.rng.below(4), 0x07F0 + g.rng.below(4));
+            let _ = writeln!(stimulus, "{tick},Y:${:X},{address}", 0xBC00 + number);
+        }
         while g.rng.chance(50) {
             let name = match g.rng.below(4) {
                 0 => format!("P{}", g.rng.below(12)),

@@ -90,7 +90,7 @@ impl Program {
     }
 
     /// The M-variables that PLCs name, by rising number, with the definitions that
-    /// [`lower`](Self::lower) builds in: those after load.
+    /// [`lower`](Self::lower) builds in: those after load, but for what the text itself moves.
     pub fn relied(&self) -> &[Relied] {
         &self.loaded.relied
     }

@@ -1,6 +1,6 @@
 //! Which M-variables code names, and with which definitions built in.
 
-use plcc_abi::pmac::{Direct, Kind, Layout, Memory, Relied};
+use plcc_abi::pmac::{Definition, Direct, Kind, Layout, Place, Relied, Space, View};
 
 use super::ast::{Download, Op, Stmt, Target, What};
 use super::load::Loaded;
@@ -33,9 +33,53 @@ pub(crate) fn names_of_m(download: &Download, code: &[Stmt], say: &mut impl FnMu
     }
 }
 
+/// Marks the M-variables whose definitions statements move by what is written in them: a command
+/// that defines, and assignments to variables that are defined where definitions stand.
+fn mark_moved(download: &Download, view: &View<'_>, code: &[Stmt], mark: &mut impl FnMut(u32)) {
+    let layout = view.layout;
+    let through = |definition: Definition, mark: &mut dyn FnMut(u32)| {
+        if !matches!(definition, Definition::Star | Definition::X { .. } | Definition::Tw { .. })
+            && let Place::Definition(number) = layout.place(Space::Y, definition.address())
+        {
+            mark(number);
+        }
+    };
+    let write = |kind: Kind, number: u16, mark: &mut dyn FnMut(u32)| match kind {
+        Kind::M => through(view.definition(u32::from(number)), mark),
+        Kind::L => {
+            if let Some(definition) = download.l_defs.get(&number) {
+                through(*definition, mark);
+            }
+        }
+        Kind::P | Kind::Q | Kind::I => {}
+    };
+    for stmt in code {
+        match stmt.what {
+            What::Assign(Target::Var(kind, number), _) => write(kind, number, mark),
+            What::Assign(Target::Range { kind, first, count, step }, _) => {
+                for k in 0..count {
+                    write(kind, first.wrapping_add(k.wrapping_mul(step)), mark);
+                }
+            }
+            What::Define(index) => {
+                if let Some(define) = download.defines.get(index as usize) {
+                    (define.first..=define.last.min(layout.count - 1)).for_each(&mut *mark);
+                }
+            }
+            What::Word(space, address, _) => {
+                if let Place::Definition(number) = layout.place(space, address) {
+                    mark(number);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
 /// What code relies on that is made for the definitions after load: the M-variables that PLCs
-/// name, by rising number.
-pub(crate) fn after_load(download: &Download, loaded: &mut Loaded) -> Vec<Relied> {
+/// name, by rising number. What the text is seen to move is left to the host, so that moving it
+/// leaves all else as fast as it was.
+pub(crate) fn after_load(download: &Download, loaded: &Loaded) -> Vec<Relied> {
     let layout = loaded.layout;
     let mut named = vec![false; layout.count as usize];
     for (runs, code) in tasks(download, loaded) {
@@ -48,13 +92,23 @@ pub(crate) fn after_load(download: &Download, loaded: &mut Loaded) -> Vec<Relied
             });
         }
     }
-    let memory = Memory { image: &mut loaded.image, layout: &layout, far: &mut loaded.far };
-    let built_in = |number| {
-        let definition = memory.definition(number);
-        Direct::of(&layout, definition).map(|_| definition)
+    let view = View { image: &loaded.image, layout: &layout, far: &loaded.far };
+    let mut moved = vec![false; layout.count as usize];
+    for (_, code) in tasks(download, loaded) {
+        mark_moved(download, &view, code, &mut |number| {
+            if let Some(slot) = moved.get_mut(number as usize) {
+                *slot = true;
+            }
+        });
+    }
+    let built_in = |number, moved: bool| {
+        let definition = view.definition(number);
+        Direct::of(&layout, definition).filter(|_| !moved).map(|_| definition)
     };
-    let numbers = (0..).zip(named).filter(|(_, named)| *named);
-    numbers.map(|(number, _)| Relied { number, definition: built_in(number) }).collect()
+    let numbers = (0..).zip(named.into_iter().zip(moved)).filter(|(_, (named, _))| *named);
+    numbers
+        .map(|(number, (_, moved))| Relied { number, definition: built_in(number, moved) })
+        .collect()
 }
 
 /// Where code goes directly for each M-variable, by number.
@@ -71,6 +125,6 @@ pub(crate) fn places(layout: &Layout, relied: &[Relied]) -> Vec<Option<Direct>> 
 /// The same for every M-variable with its definition after load, named or not.
 pub(crate) fn places_after_load(loaded: &Loaded) -> Vec<Option<Direct>> {
     let layout = loaded.layout;
-    let view = plcc_abi::pmac::View { image: &loaded.image, layout: &layout, far: &loaded.far };
+    let view = View { image: &loaded.image, layout: &layout, far: &loaded.far };
     (0..layout.count).map(|number| Direct::of(&layout, view.definition(number))).collect()
 }

@@ -168,7 +168,8 @@ impl Recompiling {
             layout: Layout::new(turbo),
             named: relied.iter().map(named).collect(),
             epoch: 0,
-            unrest: None,
+            // What the compiler left to the host, since it saw that it moves, may well rest.
+            unrest: Some(0),
             quiet: 0,
             decided: false,
             ordered: false,
