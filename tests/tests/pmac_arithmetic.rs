@@ -197,6 +197,9 @@ fn integers_compute_what_floating_point_does() {
             panic!("seed {seed}: {}", shrunk(&statements, seed));
         }
         share.count(&built.explained);
+        if seed % 400 == 399 {
+            println!("up to seed {seed}: {share:?}");
+        }
     }
     let Share { integer, long, asked, sums, real } = share;
     let all = integer + long + asked + sums + real;

@@ -233,6 +233,35 @@ mod tests {
     }
 
     #[test]
+    fn remainders_stay_within_their_bounds() {
+        for by in [1, 2, 3, 8, -1, -2, -3, -8] {
+            let shape = Shape::binary(Bin::Mod, Shape::Int(-40, 40), Shape::Int(by, by));
+            let Shape::Int(low, high) = shape else { panic!("{by}") };
+            for x in -40..=40 {
+                let value = eval::binary(Bin::Mod, f64::from(x), by as f64) as i64;
+                assert!((low..=high).contains(&value), "{x} % {by}: {value}");
+            }
+        }
+    }
+
+    #[test]
+    fn fields_stay_within_their_bounds() {
+        let words = [0, 1, 0x80_0000, 0x7F_FFFF, 0xFF_FFFF, 0xAA_AAAA, 0x55_5555, 0x99_9999];
+        for width in 1..=24u8 {
+            for offset in 0..=24 - width {
+                for format in [Format::U, Format::S, Format::D, Format::C] {
+                    let field = Field { offset, width, format };
+                    let Shape::Int(low, high) = Shape::field(field) else { panic!("{field:?}") };
+                    for word in words {
+                        let value = plcc_abi::pmac::fixed::read_field(word, field).into();
+                        assert!((low..=high).contains(&value), "{field:?} {word:x}: {value}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
     fn doubles_know_what_they_can_become() {
         let sum = Shape::binary(Bin::Add, Shape::FINITE, Shape::constant(1.0));
         assert_eq!(sum.real(), (f64::MAX, false, false));
