@@ -9,7 +9,7 @@ use super::expr::Reader;
 use super::online::Flow;
 use super::origin::At;
 use super::preprocess::Flat;
-use crate::common::{Controller, Options};
+use crate::common::{Controller, Options, closest};
 
 /// An IF or WHILE that is open.
 pub(crate) struct Frame {
@@ -418,14 +418,35 @@ impl Checker<'_> {
             }
             return;
         }
+        let help = self.near_name(&fault).or(fault.help);
         let diagnostic = self.flat.origins.diagnose(at, |span| {
             let diagnostic = Diagnostic::error(fault.code, span, fault.message);
-            match fault.help {
+            match help {
                 Some(help) => diagnostic.help(help),
                 None => diagnostic,
             }
         });
         self.diagnostics.push(diagnostic);
+    }
+
+    /// The defined name that the word at an error may have been meant for, where nothing better is
+    /// known. Only the first errors are worth the search.
+    fn near_name(&self, fault: &Fault) -> Option<String> {
+        let at = fault.at;
+        let word = self.flat.text.get(at.start as usize..at.end as usize)?.trim();
+        let is_word = word.starts_with(|c: char| c.is_alphabetic() || c == '_');
+        let unhelped = fault.help.as_ref().is_none_or(|help| help.starts_with("if it is a name"));
+        if !is_word || !unhelped || self.diagnostics.len() >= 100 {
+            return None;
+        }
+        let name = closest(word, self.flat.names.iter().map(String::as_str))?;
+        Some(if name.eq_ignore_ascii_case(word) && name != word {
+            format!("did you mean {name}? capitals count in names")
+        } else if name == word {
+            format!("{name} is defined further down: its #define must come before")
+        } else {
+            format!("did you mean {name}?")
+        })
     }
 
     /// Whether what stands at a place, or the word before it on the line, may be a name that a

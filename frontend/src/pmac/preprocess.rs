@@ -30,6 +30,8 @@ pub(crate) struct Flat {
     pub(crate) poisoned: Vec<At>,
     /// An included file is missing: names that nothing defines may be defined there.
     pub(crate) incomplete: bool,
+    /// The names that are defined at the end, in alphabetical order.
+    pub(crate) names: Vec<String>,
 }
 
 struct Macro {
@@ -123,6 +125,8 @@ pub(crate) fn preprocess(
     for &file in files {
         this.file(file);
     }
+    this.flat.names = this.macros.into_keys().collect();
+    this.flat.names.sort_unstable();
     (this.flat, this.diagnostics)
 }
 

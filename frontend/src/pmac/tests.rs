@@ -304,6 +304,24 @@ fn slips_are_told_with_what_was_meant() {
 
 /// Found by noise: the first of these was read again and again.
 #[test]
+fn misspelt_names_are_told_with_what_is_defined() {
+    for (line, help) in [
+        ("PUNP=1", "did you mean PUMP?"),
+        ("P1=PUMMP", "did you mean PUMP?"),
+        ("pump=1", "did you mean PUMP? capitals count in names"),
+        ("P1=LATER", "LATER is defined further down: its #define must come before"),
+        ("OTHER=1", "if it is a name, its #define must come before"),
+    ] {
+        let text = format!("#define PUMP P1\nOPEN PLC1\n{line}\nCLOSE\n#define LATER 1\n");
+        let mut map = SourceMap::new();
+        let file = map.add("m", text.as_bytes());
+        let (_, found) = check(&mut map, &[file], &MemoryLoader::new(), &Options::default());
+        let error = found.iter().find(|d| d.is_error()).unwrap();
+        assert_eq!(error.help.as_deref(), Some(help), "{line}");
+    }
+}
+
+#[test]
 fn a_line_of_a_point_is_one_error() {
     assert_eq!(codes("\n."), [("PMAC-3", 2)]);
     assert_eq!(codes("P1=1\n.\nP2=2\n"), [("PMAC-3", 2)]);
