@@ -310,7 +310,7 @@ fn misspelt_names_are_told_with_what_is_defined() {
         ("P1=PUMMP", "did you mean PUMP?"),
         ("pump=1", "did you mean PUMP? capitals count in names"),
         ("P1=LATER", "LATER is defined further down: its #define must come before"),
-        ("OTHER=1", "if it is a name, its #define must come before"),
+        ("VALVE_17=1", "if it is a name, its #define must come before"),
     ] {
         let text = format!("#define PUMP P1\nOPEN PLC1\n{line}\nCLOSE\n#define LATER 1\n");
         let mut map = SourceMap::new();
