@@ -20,8 +20,12 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
         .with_color(color)
         .with_char_set(CharSet::Unicode)
         .with_index_type(IndexType::Byte);
-    let excerpts = Excerpts::new(map, diagnostic);
-    let main = excerpts.place(diagnostic.span.file, diagnostic.span.range());
+    let shown = short(map, diagnostic.span);
+    let (near, far): (Vec<&crate::Label>, Vec<_>) =
+        diagnostic.labels.iter().partition(|label| is_near(map, shown, short(map, label.span)));
+    let labels = near.iter().map(|label| short(map, label.span));
+    let excerpts = Excerpts::new(map, std::iter::once(shown).chain(labels).collect());
+    let main = excerpts.place(shown.file, shown.range());
     let tint = match diagnostic.severity {
         Severity::Error => Color::Red,
         Severity::Warning => Color::Yellow,
@@ -31,15 +35,21 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
         .with_config(config)
         .with_code(diagnostic.code)
         .with_message(&diagnostic.message)
-        .with_label(Label::new(main).with_message("here").with_color(tint).with_order(order(
-            map,
-            diagnostic,
-            diagnostic.span,
-        )));
-    for label in &diagnostic.labels {
-        let place = excerpts.place(label.span.file, label.span.range());
-        let order = order(map, diagnostic, label.span);
+        .with_label(
+            Label::new(main)
+                .with_message("here")
+                .with_color(tint)
+                .with_order(order(map, diagnostic, shown)),
+        );
+    for label in near {
+        let span = short(map, label.span);
+        let place = excerpts.place(span.file, span.range());
+        let order = order(map, diagnostic, span);
         report = report.with_label(Label::new(place).with_message(&label.text).with_order(order));
+    }
+    for label in far {
+        let (line, column) = map.line_col(label.span.file, label.span.start);
+        report = report.with_note(format!("line {line}, column {column}: {}", label.text));
     }
     let mut file = diagnostic.span.file;
     while let Some(at) = map.included_from(file) {
@@ -86,10 +96,39 @@ fn plain(text: &str) -> String {
 /// How far an excerpt reaches around what it shows.
 const LINE_CUT: usize = 240;
 
+/// The longest piece of a line between two places, or in one, that is drawn.
+const LONGEST: usize = 4 * LINE_CUT;
+
 /// The drawing library numbers the lines of what it is given from 1, so an excerpt gets as many
 /// empty lines in front. Beyond this many that would cost too much, and only the heading has the
 /// right number.
 const LEAD: usize = 100_000;
+
+/// Whether no line of a stretch is too long to be drawn.
+fn fits(text: &str, stretch: Range<usize>) -> bool {
+    let stretch = text.get(stretch).unwrap_or("");
+    stretch.split(['\n', '\r']).all(|line| line.len() <= LONGEST)
+}
+
+/// A place, or its start where it is too long to be drawn.
+fn short(map: &SourceMap, span: Span) -> Span {
+    let text = map.text(span.file);
+    if fits(text, span.range()) {
+        return span;
+    }
+    let mut end = (span.start as usize + LINE_CUT).min(text.len());
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    Span::new(span.file, span.start as usize, end)
+}
+
+/// Whether a place can be drawn together with the main one.
+fn is_near(map: &SourceMap, main: Span, other: Span) -> bool {
+    let from = main.start.min(other.start) as usize;
+    let to = main.end.max(other.end) as usize;
+    main.file != other.file || fits(map.text(main.file), from..to)
+}
 
 type Place = (FileId, Range<usize>);
 
@@ -109,15 +148,13 @@ struct Excerpts {
 }
 
 impl Excerpts {
-    fn new(map: &SourceMap, diagnostic: &Diagnostic) -> Self {
+    fn new(map: &SourceMap, spans: Vec<Span>) -> Self {
         let mut files: Vec<Excerpt> = Vec::new();
-        let spans =
-            std::iter::once(diagnostic.span).chain(diagnostic.labels.iter().map(|l| l.span));
-        let mut ids: Vec<FileId> = spans.clone().map(|s| s.file).collect();
+        let mut ids: Vec<FileId> = spans.iter().map(|s| s.file).collect();
         ids.sort();
         ids.dedup();
         for id in ids {
-            let here = spans.clone().filter(|s| s.file == id);
+            let here = spans.iter().filter(|s| s.file == id);
             let start = here.clone().map(|s| s.start as usize).min().unwrap_or(0);
             let end = here.map(|s| s.end as usize).max().unwrap_or(0);
             let text = map.text(id);
@@ -225,5 +262,11 @@ mod tests {
         let id = map.add("m.pmi", &text);
         let diagnostic = Diagnostic::error("PMI-5", Span::new(id, 500_000, 500_001), "no");
         assert!(super::draw(&map, &diagnostic, false).len() < 4096);
+        let far = diagnostic.label(Span::new(id, 7, 8), "it began here");
+        let drawn = super::draw(&map, &far, false);
+        assert!(drawn.contains("line 1, column 8: it began here"), "{drawn}");
+        assert!(drawn.len() < 4096, "{drawn}");
+        let all = Diagnostic::error("PMI-5", Span::new(id, 0, 1 << 20), "no");
+        assert!(super::draw(&map, &all, false).len() < 4096);
     }
 }
