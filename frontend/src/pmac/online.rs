@@ -383,6 +383,10 @@ impl Reader<'_> {
         let whole = self.cur.glued_word(at);
         let near = |word: &str| crate::common::closest(word, WORDS.iter().copied());
         let help = match near(&what).or_else(|| near(whole)) {
+            Some(word) if word.eq_ignore_ascii_case(&what) => format!(
+                "{word} can't stand here: statements stand in buffers, and there \
+                 COMMAND\"…\" gives on-line commands"
+            ),
             Some(word) => format!("did you mean {word}?"),
             None => "if it is a name, its #define must come before".to_owned(),
         };

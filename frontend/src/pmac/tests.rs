@@ -285,6 +285,11 @@ fn slips_are_told_with_what_was_meant() {
         ("WHIEL (P1=1)\nENDWHILE", "did you mean WHILE?"),
         ("WHILE (P1=1)\nENDWHLE", "did you mean ENDWHILE?"),
         ("WHITE=1", "did you mean WHILE?"),
+        (
+            "SAVE",
+            "SAVE can't stand here: statements stand in buffers, and there COMMAND\"…\" gives \
+             on-line commands",
+        ),
         ("IF (P1=1 && P2=1) ENDIF", "conditions are joined with AND"),
         ("IF (P1=1 || P2=1) ENDIF", "conditions are joined with OR"),
         ("IF (!(P1=1)) ENDIF", "`!` stands in comparators: != !> !< !~"),
