@@ -1,7 +1,7 @@
 //! Values at the edges.
 
-use plcc_abi::image::{write_f64, write_u32};
-use plcc_abi::pmac::Layout;
+use plcc_abi::image::{read_u64, write_f64, write_u32};
+use plcc_abi::pmac::{Definition, Layout};
 
 use super::generate::{INPUTS, WORDS};
 use crate::rng::Rng;
@@ -134,6 +134,13 @@ pub fn fill(image: &mut [u8], layout: &Layout, rng: &mut Rng, round: usize) {
     }
     for number in 1000..1024 {
         write_f64(image, layout.p_offset(number), value(rng, round));
+    }
+    for number in 0..64 {
+        let at = layout.mdef + 8 * number;
+        // An undefined one has its value where its definition would stand.
+        if Definition::decode(read_u64(image, at)) == Definition::Star {
+            write_u32(image, at, rng.bits() as u32 & 0x1F_FFFF);
+        }
     }
     let radians = rng.below(2) as f64;
     write_f64(image, layout.i_offset(15), radians);
