@@ -192,15 +192,29 @@ fn ticks_in(time: Duration, tick_ns: u64) -> u64 {
     u64::try_from(ticks).unwrap_or(u64::MAX)
 }
 
-/// Ctrl-C and a request to end raise the flag; a second one ends the process at once.
+/// Ctrl-C, a request to end and a terminal that goes away raise the flag. A second one of the first
+/// two ends the process at once; a terminal may well say twice that it goes.
 fn listen(flag: &Arc<AtomicBool>) -> Result<(), SessionError> {
     use signal_hook::{consts, flag};
+    let deaf = |error| SessionError(format!("Ctrl-C can't be listened for: {error}"));
     for signal in [consts::SIGINT, consts::SIGTERM] {
         flag::register_conditional_shutdown(signal, INTERRUPTED.into(), Arc::clone(flag))
             .and_then(|_| flag::register(signal, Arc::clone(flag)))
-            .map_err(|error| SessionError(format!("Ctrl-C can't be listened for: {error}")))?;
+            .map_err(deaf)?;
+    }
+    if !ignores_hangup() {
+        flag::register(consts::SIGHUP, Arc::clone(flag)).map_err(deaf)?;
     }
     Ok(())
+}
+
+/// Whether the process was started to survive its terminal (`nohup plcc run …`). Where the system
+/// does not tell, it was.
+fn ignores_hangup() -> bool {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_none_or(|mask| mask & 1 != 0)
 }
 
 /// Reads a stimulus for a control.
