@@ -12,7 +12,7 @@ use plcc_ir::Module;
 use plcc_ir::interp::Interpreter;
 use plcc_runtime::native::NativeEngine;
 use plcc_runtime::nct::{NctExecutive, NctOptions};
-use plcc_runtime::{Executive, Purpose};
+use plcc_runtime::{Artifact, Executive, Purpose, artifact};
 use plcc_tests::gen_nct::generate;
 use plcc_tests::gen_pmi::Case;
 
@@ -69,9 +69,16 @@ fn engines(lowered: &Lowered) -> Vec<(&'static str, Box<dyn Engine>)> {
     assert_eq!(plcc_ir::verify::verify(&lowered.module), []);
     let mut best = lowered.module.clone();
     plcc_ir::passes::optimize(&mut best, OptLevel::Speed);
-    let native = |module: &Module, target: Target| -> Box<dyn Engine> {
-        let code = compile(module, &target).unwrap();
+    let native = |module: &Module| -> Box<dyn Engine> {
+        let code = compile(module, &Target::host().unwrap()).unwrap();
         Box::new(NativeEngine::new(&code, &lowered.program).unwrap())
+    };
+    // Written as an artifact, and read back.
+    let loaded = |module: &Module| -> Box<dyn Engine> {
+        let code = compile(module, &Target::host_baseline().unwrap()).unwrap();
+        let read = Artifact::parse(&artifact::encode(&lowered.program, &code).unwrap()).unwrap();
+        assert_eq!(read.program, lowered.program);
+        Box::new(NativeEngine::new(&read.code, &read.program).unwrap())
     };
     let walked = |module: &Module| -> Box<dyn Engine> {
         Box::new(Interpreter::new(Arc::new(module.clone())))
@@ -79,9 +86,10 @@ fn engines(lowered: &Lowered) -> Vec<(&'static str, Box<dyn Engine>)> {
     vec![
         ("ir", walked(&lowered.module)),
         ("ir optimised", walked(&best)),
-        ("jit none", native(&lowered.module, Target::host().unwrap())),
-        ("jit speed", native(&best, Target::host().unwrap())),
-        ("aot speed", native(&best, Target::host_baseline().unwrap())),
+        ("jit none", native(&lowered.module)),
+        ("jit speed", native(&best)),
+        ("aot none", loaded(&lowered.module)),
+        ("aot speed", loaded(&best)),
     ]
 }
 
