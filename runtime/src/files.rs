@@ -1,6 +1,6 @@
 //! Files that are never half written.
 
-use std::fs::{self, File};
+use std::fs::{self, File, Permissions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
@@ -22,7 +22,8 @@ fn places(path: &Path) -> (PathBuf, PathBuf) {
     (place, name.into())
 }
 
-/// Puts a file in another's place: either the old one is there, or the new one, whole.
+/// Puts a file in another's place: either the old one is there, or the new one, whole. Who may do
+/// what with it stays; one that nobody may write is not replaced.
 ///
 /// # Errors
 /// When it can't be written; the old one then is there still.
@@ -45,8 +46,18 @@ pub fn can_replace(path: &Path) -> io::Result<()> {
     if place.is_dir() {
         return Err(ErrorKind::IsADirectory.into());
     }
+    permissions(&place)?;
     File::create(&temporary)?;
     fs::remove_file(&temporary)
+}
+
+/// Who may do what with a file, where there is one.
+fn permissions(place: &Path) -> io::Result<Option<Permissions>> {
+    match fs::metadata(place).map(|about| about.permissions()) {
+        Ok(permissions) if permissions.readonly() => Err(ErrorKind::PermissionDenied.into()),
+        Ok(permissions) => Ok(Some(permissions)),
+        Err(_) => Ok(None),
+    }
 }
 
 fn write_and_rename(
@@ -55,7 +66,11 @@ fn write_and_rename(
     bytes: &[u8],
     durable: Durable,
 ) -> io::Result<()> {
+    let permissions = permissions(place)?;
     let mut file = File::create(temporary)?;
+    if let Some(permissions) = permissions {
+        file.set_permissions(permissions)?;
+    }
     file.write_all(bytes)?;
     if durable == Durable::Yes {
         file.sync_all()?;
@@ -99,6 +114,28 @@ mod tests {
         assert!(link.is_symlink());
         assert_eq!(fs::read(&target).unwrap(), b"new");
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 2);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn permissions_stay_and_a_protected_file_too() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = std::env::temp_dir().join(format!("plcc-modes-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("file");
+        fs::write(&file, "old").unwrap();
+        let mode = |mode| fs::set_permissions(&file, Permissions::from_mode(mode)).unwrap();
+        mode(0o600);
+        replace(&file, b"new", Durable::No).unwrap();
+        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
+        mode(0o444);
+        let refused = [can_replace(&file), replace(&file, b"newer", Durable::No)];
+        for result in refused {
+            assert_eq!(result.unwrap_err().kind(), ErrorKind::PermissionDenied);
+        }
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
         fs::remove_dir_all(&folder).unwrap();
     }
 }
