@@ -151,7 +151,7 @@ fn ctrl_c_ends_cleanly() {
 }
 
 #[test]
-fn a_pipe_that_closes_is_exit_2() {
+fn a_pipe_that_closes_ends_it_quietly() {
     let shop = Shop::new("pipe");
     fs::write(shop.path("s.csv"), "tick,name,value\n0,@FRO,1\n1,@FRO,2\n").unwrap();
     let mut child = shop.spawn(&[
@@ -172,6 +172,5 @@ fn a_pipe_that_closes_is_exit_2() {
     drop(reader);
     let output = child.wait_with_output().unwrap();
     let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{message}");
-    assert!(message.contains("the trace can't be written"), "{message}");
+    assert_eq!((output.status.code(), message.as_str()), (Some(0), ""));
 }
