@@ -128,6 +128,7 @@ pub fn fcmp(cond: FloatCond, a: i64, b: i64) -> bool {
         FloatCond::Le => a <= b,
         FloatCond::Gt => a > b,
         FloatCond::Ge => a >= b,
+        FloatCond::Apart => a.partial_cmp(&b).is_some_and(std::cmp::Ordering::is_ne),
     }
 }
 
@@ -186,6 +187,8 @@ mod tests {
             assert_ne!(whole(other) as f64, other);
         }
         assert!(fcmp(FloatCond::Ne, bits(f64::NAN), bits(f64::NAN)));
+        assert!(!fcmp(FloatCond::Apart, bits(f64::NAN), bits(1.0)));
+        assert!(!fcmp(FloatCond::Apart, bits(0.0), bits(-0.0)));
         assert_eq!(unary(UnaryOp::Not, Type::I1, 1), 0);
     }
 }

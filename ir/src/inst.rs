@@ -199,6 +199,8 @@ words! {
         Gt = "gt",
         /// Greater or equal.
         Ge = "ge",
+        /// Less or greater: where there is no NaN, unequal, for one branch instead of two.
+        Apart = "apart",
     }
 }
 

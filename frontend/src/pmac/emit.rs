@@ -283,7 +283,7 @@ pub(crate) fn remainder(b: &mut FuncBuilder, x: Value, bounds: Shape, by: i64) -
     }
     if let Shape::Int(low, _) = bounds
         && b.func().ty(x) == Type::I32
-        && low > i64::from(i32::MIN)
+        && (low > i64::from(i32::MIN) || by <= 1 << 30)
     {
         return short_remainder(b, x, low < 0, by);
     }
@@ -293,7 +293,7 @@ pub(crate) fn remainder(b: &mut FuncBuilder, x: Value, bounds: Shape, by: i64) -
     b.select(negative, up, rest)
 }
 
-/// The same of an `i32` above the least one, without a division and without asking for its sign.
+/// The same of an `i32`, not the least one where `by` is above 2^30, without a division and without asking for its sign.
 ///
 /// With `by` below 2^l, 2^(31+l) / by rounded is a factor that makes a quotient, and half a
 /// quotient's unit more, which differ from the true ones by less than half of 1/by: the integer
@@ -522,9 +522,11 @@ mod tests {
         for by in small.chain(others).filter(|by| by & (by - 1) != 0) {
             let near = |x: i64| [x - 1, x, x + 1];
             let last = MOST / by * by;
-            let edges = [0, by, 2 * by, last - by, last, MOST - 1, last / 2 / by * by, last / 3];
+            let edges =
+                [0, by, 2 * by, last - by, last, MOST - 1, last / 2 / by * by, last / 3, MOST];
             for x in edges.into_iter().flat_map(near).flat_map(|x| [x, -x]) {
-                if x.abs() > MOST {
+                let least = if by <= 1 << 30 { -MOST - 1 } else { -MOST };
+                if !(least..=MOST).contains(&x) {
                     continue;
                 }
                 for negative in [true, false] {

@@ -399,7 +399,8 @@ impl Lowerer<'_> {
             let value = value.float(b);
             let narrow = b.convert(ConvertOp::Whole, Type::I32, value);
             let back = b.convert(ConvertOp::IntToFloat, Type::F64, narrow);
-            let other = b.fcmp(FloatCond::Ne, back, value);
+            // Variables hold no NaN.
+            let other = b.fcmp(FloatCond::Apart, back, value);
             any = Some(match any {
                 Some(others) => b.binary(BinaryOp::Or, others, other),
                 None => other,

@@ -152,6 +152,18 @@ impl Fold<'_> {
         None
     }
 
+    /// Two values under one mask: it is laid over what comes of them.
+    fn same_mask(&mut self, op: BinaryOp, [a, b]: [Value; 2]) -> Option<Simpler> {
+        let ([x, mask], [y, other]) =
+            (self.operands(a, BinaryOp::And)?, self.operands(b, BinaryOp::And)?);
+        let same = self.func.constant(mask)? == self.func.constant(other)?;
+        if !same || !self.is_single(a) || !self.is_single(b) {
+            return None;
+        }
+        let both = self.insert(InstData::Binary { op, args: [x, y] })?;
+        Some(Simpler::binary(BinaryOp::And, both, mask))
+    }
+
     /// Two unknowns.
     fn gate(&mut self, op: BinaryOp, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
         let (not_a, not_b) = (self.not_of(a), self.not_of(b));
@@ -171,6 +183,11 @@ impl Fold<'_> {
         }
         match op {
             BinaryOp::Mul => self.product(ty, [a, b]),
+            BinaryOp::And | BinaryOp::Or | BinaryOp::Xor
+                if let Some(simpler) = self.same_mask(op, [a, b]) =>
+            {
+                Some(simpler)
+            }
             BinaryOp::And | BinaryOp::Or => {
                 let dual = if op == BinaryOp::And { BinaryOp::Or } else { BinaryOp::And };
                 // `a & (a | x)` and `a | (a & x)` are `a`.
