@@ -18,6 +18,10 @@ use super::rangeanalysis::Shape;
 use super::reliance;
 use super::variables::{Regions, shape_of};
 
+/// Instructions after which a function is cut. A third of them is for what seldom happens, and
+/// each function has a row of registers to save.
+const CHUNK: usize = 3000;
+
 /// What a task does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Runs {
@@ -89,7 +93,7 @@ pub(crate) fn lower(
     relied: &[Relied],
 ) -> Module {
     let layout = loaded.layout;
-    let builder = ChunkBuilder::new(layout.size, layout.regions());
+    let builder = ChunkBuilder::new(layout.size, layout.regions()).with_limit(CHUNK);
     let region = |name: &str| builder.region(name).unwrap_or(plcc_ir::Region(0));
     let regions = Regions {
         p: region("p"),
