@@ -132,9 +132,6 @@ pub fn fcmp(cond: FloatCond, a: i64, b: i64) -> bool {
     }
 }
 
-/// 1.5 times 2^52: a sum with it has an integer for its low bits.
-pub const INTEGERS: f64 = 6_755_399_441_055_744.0;
-
 /// A value of type `from` as one of type `to`.
 pub fn convert(op: ConvertOp, from: Type, to: Type, x: i64) -> i64 {
     match op {
@@ -143,9 +140,14 @@ pub fn convert(op: ConvertOp, from: Type, to: Type, x: i64) -> i64 {
         ConvertOp::Zext => to.wrap(unsigned(from, x) as i64),
         ConvertOp::Trunc => to.wrap(x),
         ConvertOp::IntToFloat => bits(x as f64),
-        ConvertOp::Whole => Type::I32.wrap(bits(float(x) + INTEGERS)),
+        ConvertOp::Whole => whole(float(x)),
         ConvertOp::Bitcast => x,
     }
+}
+
+fn whole(x: f64) -> i64 {
+    let fits = x.abs() < 2_147_483_648.0;
+    i64::from(if fits { x as i32 } else { i32::MIN })
 }
 
 /// A NaN has many forms, and which one an operation gives is the machine's affair; so a constant

@@ -215,8 +215,8 @@ words! {
         Trunc = "trunc",
         /// A signed i32 or i64 to the nearest double, ties to even.
         IntToFloat = "itof",
-        /// A double to the i32 that it is, where it is one; else to some other, the low bits of
-        /// its sum with 1.5 times 2^52. What comes back equal from it by `itof` was an integer.
+        /// A double to an i32, towards zero; what does not fit, NaN too, to -2^31. What comes back
+        /// equal from it by `itof` was an integer.
         Whole = "whole",
         /// Between i64 and f64, the same bits.
         Bitcast = "bitcast",

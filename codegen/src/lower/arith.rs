@@ -2,7 +2,7 @@
 
 use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
 use cranelift_codegen::ir::{InstBuilder, MemFlagsData, Value as ClifValue, types};
-use plcc_ir::{BinaryOp, ConvertOp, FloatCond, InstData, IntCond, Type, UnaryOp, Value, eval};
+use plcc_ir::{BinaryOp, ConvertOp, FloatCond, Inst, InstData, IntCond, Type, UnaryOp, Value};
 
 use super::{Lowering, clif_type};
 
@@ -189,7 +189,7 @@ impl Lowering<'_> {
         self.builder.ins().fcmp(cond, a, b)
     }
 
-    pub(super) fn convert(&mut self, op: ConvertOp, to: Type, arg: Value) -> ClifValue {
+    pub(super) fn convert(&mut self, inst: Inst, op: ConvertOp, to: Type, arg: Value) -> ClifValue {
         let from = self.func.ty(arg);
         let x = self.value(arg);
         let wide = clif_type(to);
@@ -213,13 +213,8 @@ impl Lowering<'_> {
                 self.builder.ins().band_imm_u(narrow, 1)
             }
             ConvertOp::Trunc => self.builder.ins().ireduce(wide, x),
-            ConvertOp::IntToFloat => self.builder.ins().fcvt_from_sint(wide, x),
-            ConvertOp::Whole => {
-                let integers = self.builder.ins().f64const(eval::INTEGERS);
-                let sum = self.builder.ins().fadd(x, integers);
-                let bits = self.builder.ins().bitcast(types::I64, MemFlagsData::new(), sum);
-                self.builder.ins().ireduce(wide, bits)
-            }
+            ConvertOp::IntToFloat => self.int_to_float(arg),
+            ConvertOp::Whole => self.whole(inst, arg),
             ConvertOp::Bitcast => self.builder.ins().bitcast(wide, MemFlagsData::new(), x),
         }
     }

@@ -2,12 +2,17 @@
 
 use cranelift_codegen::ir::{BlockArg, InstBuilder, JumpTableData, Value as ClifValue, types};
 use plcc_abi::{RawOutcome, TrapCode};
-use plcc_ir::{Block, BlockCall, FloatCond, InstData, Label, Terminator};
+use plcc_ir::{
+    BinaryOp, Block, BlockCall, ConvertOp, FloatCond, InstData, Label, Terminator, Value,
+};
 
 use super::Lowering;
 
 /// A table may have this many empty places for each filled one.
 const SPARSE: u32 = 8;
+
+/// Bits below this are looked at by one instruction.
+const DIRECT: i64 = 31;
 
 impl Lowering<'_> {
     /// Goes to the entry block of the label.
@@ -95,7 +100,7 @@ impl Lowering<'_> {
                     Some(InstData::Fcmp { cond: FloatCond::Ge, args: [a, b] }) if a == b
                 );
                 let rare = [then, otherwise].map(|call| self.is_rare(call.block));
-                let cond = self.value(*cond);
+                let cond = self.truth(*cond);
                 let (then, then_args) = self.call(then);
                 let (otherwise, other_args) = self.call(otherwise);
                 self.builder.ins().brif(cond, then, &then_args, otherwise, &other_args);
@@ -129,6 +134,25 @@ impl Lowering<'_> {
             Terminator::Return => self.outcome(RawOutcome::new(RawOutcome::END, 0)),
             Terminator::Trap(code) => self.outcome(RawOutcome::trap(*code)),
         }
+    }
+
+    /// A truth value to branch by: 0, or anything else for true. A bit of a word is looked at where
+    /// it is.
+    pub(super) fn truth(&mut self, cond: Value) -> ClifValue {
+        let Some(&InstData::Convert { op: ConvertOp::Trunc, to: _, arg }) =
+            self.func.def_inst(cond)
+        else {
+            return self.value(cond);
+        };
+        let (mut word, mut bit) = (arg, 0);
+        if let Some(&InstData::Binary { op: BinaryOp::Lshr, args: [x, by] }) =
+            self.func.def_inst(arg)
+            && let Some(by) = self.constant(by).filter(|by| (0..DIRECT).contains(by))
+        {
+            (word, bit) = (x, by);
+        }
+        let word = self.value(word);
+        self.builder.ins().band_imm_u(word, 1 << bit)
     }
 
     /// Whether a block does what integers could not: PMAC's bit operators and roundings on any

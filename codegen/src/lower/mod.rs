@@ -4,6 +4,9 @@ mod arith;
 mod bases;
 mod control;
 mod memory;
+mod whole;
+
+use std::collections::HashMap;
 
 use cranelift_codegen::ir::{
     AbiParam, Block as ClifBlock, Function, InstBuilder, MemFlagsData, Signature, SourceLoc,
@@ -41,7 +44,8 @@ pub(crate) fn function(
     let offset = std::mem::offset_of!(ScanContext, image) as i32;
     let image = builder.ins().load(pointer, flags, context_value, offset);
     let mut bases = vec![];
-    if matches!(isa.triple().architecture, Architecture::X86_64) {
+    let is_x86 = matches!(isa.triple().architecture, Architecture::X86_64);
+    if is_x86 {
         for place in bases::bases(module, func) {
             // A difference: a sum would be folded back into every address.
             let less = builder.ins().iconst(pointer, -i64::from(place));
@@ -58,6 +62,8 @@ pub(crate) fn function(
         context: context_value,
         image,
         bases,
+        is_x86,
+        cut: HashMap::new(),
         call: None,
     };
     lowering.enter(label);
@@ -119,6 +125,9 @@ struct Lowering<'a> {
     image: ClifValue,
     /// Bases for short addresses, with their places in the image.
     bases: Vec<(i64, ClifValue)>,
+    is_x86: bool,
+    /// Integers that doubles were cut to, in the lanes that hold them.
+    cut: HashMap<Value, ClifValue>,
     /// The host call's signature, once one is needed.
     call: Option<cranelift_codegen::ir::SigRef>,
 }
@@ -178,10 +187,10 @@ impl Lowering<'_> {
             InstData::Icmp { cond, args } => Some(self.icmp(cond, args)),
             InstData::Fcmp { cond, args } => Some(self.fcmp(cond, args)),
             InstData::Select { cond, args } => {
-                let (cond, a, b) = (self.value(cond), self.value(args[0]), self.value(args[1]));
+                let (cond, a, b) = (self.truth(cond), self.value(args[0]), self.value(args[1]));
                 Some(self.builder.ins().select(cond, a, b))
             }
-            InstData::Convert { op, to, arg } => Some(self.convert(op, to, arg)),
+            InstData::Convert { op, to, arg } => Some(self.convert(inst, op, to, arg)),
             InstData::Load { ty, at } => Some(self.load(ty, at)),
             InstData::Store { at, value } => {
                 self.store(at, value);

@@ -119,20 +119,21 @@ impl Operand {
             return b.iconst(Type::I32, plcc_abi::pmac::fixed::bits(value) as i64);
         }
         // Most numbers are integers: these are known by coming back from one unchanged.
+        let (_, may_be_nan, _) = self.shape().real();
         let value = self.float(b);
         let whole = b.convert(ConvertOp::Whole, Type::I32, value);
         let back = b.convert(ConvertOp::IntToFloat, Type::F64, whole);
-        let same = b.fcmp(FloatCond::Eq, back, value);
-        either(
-            b,
-            same,
-            Type::I32,
-            |_| whole,
-            |b| match b.host_call(HostFn::PmacBits, &[value]) {
-                Some(bits) => b.sextend_or_trunc(Type::I32, bits),
-                None => whole,
-            },
-        )
+        let fixed = |b: &mut FuncBuilder| match b.host_call(HostFn::PmacBits, &[value]) {
+            Some(bits) => b.sextend_or_trunc(Type::I32, bits),
+            None => whole,
+        };
+        if may_be_nan {
+            let same = b.fcmp(FloatCond::Eq, back, value);
+            either(b, same, Type::I32, |_| whole, fixed)
+        } else {
+            let apart = b.fcmp(FloatCond::Apart, back, value);
+            either(b, apart, Type::I32, fixed, |_| whole)
+        }
     }
 }
 

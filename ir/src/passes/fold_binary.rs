@@ -119,6 +119,7 @@ impl Fold<'_> {
             B::Sdiv | B::Srem | B::Udiv | B::Urem => self.divide(op, ty, a, c),
             B::Mul => self.chain(op, ty, a, c).or_else(|| self.product(ty, [a, b])),
             B::Add | B::Or | B::Xor => self.chain(op, ty, a, c),
+            B::Shl if let Some(simpler) = self.put_bit(ty, a, c) => Some(simpler),
             B::Shl | B::Lshr => {
                 let [inner, by] = self.operands(a, op)?;
                 let first = self.func.constant(by).filter(|&by| by >= 0)?;
@@ -185,6 +186,12 @@ impl Fold<'_> {
             BinaryOp::Mul => self.product(ty, [a, b]),
             BinaryOp::And | BinaryOp::Or | BinaryOp::Xor
                 if let Some(simpler) = self.same_mask(op, [a, b]) =>
+            {
+                Some(simpler)
+            }
+            BinaryOp::And | BinaryOp::Or | BinaryOp::Xor
+                if ty == Type::I1
+                    && let Some(simpler) = self.gate_of_bits(op, [a, b]) =>
             {
                 Some(simpler)
             }

@@ -14,6 +14,7 @@ mod dead_stores;
 mod demand;
 mod fold;
 mod fold_binary;
+mod fold_bits;
 mod fold_compare;
 mod fold_convert;
 mod fold_divide;

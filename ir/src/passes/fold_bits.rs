@@ -1,0 +1,152 @@
+//! Simplifies what is done with single bits of words, which is most of what a PLC does.
+
+use super::fold::{Fold, Simpler};
+use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value};
+
+/// Gates in gates are looked through up to here.
+const DEPTH: u32 = 4;
+
+/// A truth value that is a bit of an integer.
+#[derive(Clone, Copy)]
+struct Bit {
+    of: Value,
+    ty: Type,
+    /// Which bit.
+    number: i64,
+    /// It is the opposite of it.
+    opposite: bool,
+}
+
+impl Fold<'_> {
+    /// The integer whose lowest bit a truth value is, or the opposite of it; the integer as a
+    /// shift right of another.
+    fn bit_of(&self, value: Value) -> Option<Bit> {
+        let opposite = self.not_of(value);
+        let &InstData::Convert { op: ConvertOp::Trunc, to: _, arg } =
+            self.func.def_inst(opposite.unwrap_or(value))?
+        else {
+            return None;
+        };
+        let ty = self.func.ty(arg);
+        let width = i64::from(ty.bits());
+        let shifted = self.operands(arg, BinaryOp::Lshr).and_then(|[x, by]| {
+            Some((x, self.func.constant(by).filter(|by| (0..width).contains(by))?))
+        });
+        let (of, number) = shifted.unwrap_or((arg, 0));
+        Some(Bit { of, ty, number, opposite: opposite.is_some() })
+    }
+
+    /// A gate of two bits: one of the words is shifted to where the bit of the other is, and the
+    /// gate is one of words. What comes of it is one bit, which a branch looks at where it is.
+    pub(super) fn gate_of_bits(&mut self, op: BinaryOp, [a, b]: [Value; 2]) -> Option<Simpler> {
+        let (x, y) = (self.bit_of(a)?, self.bit_of(b)?);
+        if x.ty != y.ty {
+            return None;
+        }
+        let number = x.number.min(y.number);
+        let neither = x.opposite && y.opposite && op != BinaryOp::Xor;
+        let [x_at, y_at] = [x, y].map(|bit| {
+            let shift = bit.number - number;
+            let at = match shift {
+                0 => bit.of,
+                _ => {
+                    let by = self.insert_const(bit.ty, shift)?;
+                    let args = [bit.of, by];
+                    self.insert(InstData::Binary { op: BinaryOp::Lshr, args })?
+                }
+            };
+            match bit.opposite && !neither {
+                true => self.insert(InstData::Unary { op: UnaryOp::Not, arg: at }),
+                false => Some(at),
+            }
+        });
+        let op = match (neither, op) {
+            (true, BinaryOp::And) => BinaryOp::Or,
+            (true, _) => BinaryOp::And,
+            (false, op) => op,
+        };
+        let mut word = self.insert(InstData::Binary { op, args: [x_at?, y_at?] })?;
+        if number > 0 {
+            let by = self.insert_const(x.ty, number)?;
+            word = self.insert(InstData::Binary { op: BinaryOp::Lshr, args: [word, by] })?;
+        }
+        let bit = InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: word };
+        match neither {
+            true => Some(Simpler::not(self.insert(bit)?)),
+            false => Some(Simpler::Inst(bit)),
+        }
+    }
+
+    /// A bit that is computed at the bottom of a word and put somewhere else: computed where it
+    /// goes, where that takes fewer shifts.
+    pub(super) fn put_bit(&mut self, ty: Type, a: Value, to: i64) -> Option<Simpler> {
+        let [word, mask] = self.operands(a, BinaryOp::And)?;
+        if self.func.constant(mask) != Some(1) || !self.is_single(a) {
+            return None;
+        }
+        if !(1..i64::from(ty.bits()) - 1).contains(&to) || self.extra_shifts(word, to, DEPTH)? > 0 {
+            return None;
+        }
+        let word = self.moved(ty, word, to, DEPTH)?;
+        let mask = self.insert_const(ty, 1 << to)?;
+        Some(Simpler::binary(BinaryOp::And, word, mask))
+    }
+
+    /// What a gate works on, where it is only used by the gate that is looked at.
+    fn gate_operands(&self, value: Value, depth: u32) -> Option<(InstData, [Value; 2])> {
+        let data = *self.func.def_inst(value)?;
+        match data {
+            _ if depth == 0 || !self.is_single(value) => None,
+            InstData::Binary { op: BinaryOp::And | BinaryOp::Or | BinaryOp::Xor, args: [x, y] } => {
+                Some((data, [x, y]))
+            }
+            InstData::Unary { op: UnaryOp::Not, arg } => Some((data, [arg, arg])),
+            _ => None,
+        }
+    }
+
+    /// How many more shifts there are when the lowest bit of a value is computed further up.
+    fn extra_shifts(&self, value: Value, to: i64, depth: u32) -> Option<i32> {
+        if self.func.constant(value).is_some() {
+            return None;
+        }
+        if let Some((data, [x, y])) = self.gate_operands(value, depth) {
+            let extra = self.extra_shifts(x, to, depth - 1)?;
+            return match data {
+                InstData::Unary { .. } => Some(extra),
+                _ => Some(extra + self.extra_shifts(y, to, depth - 1)?),
+            };
+        }
+        let shift = self.operands(value, BinaryOp::Lshr).and_then(|[_, by]| self.func.constant(by));
+        Some(match shift {
+            None => 1,
+            Some(by) => i32::from(by != to) - i32::from(self.is_single(value)),
+        })
+    }
+
+    /// A value whose bit `to` is the lowest of another.
+    fn moved(&mut self, ty: Type, value: Value, to: i64, depth: u32) -> Option<Value> {
+        if let Some((data, [x, y])) = self.gate_operands(value, depth) {
+            let x = self.moved(ty, x, to, depth - 1)?;
+            return match data {
+                InstData::Binary { op, .. } => {
+                    let y = self.moved(ty, y, to, depth - 1)?;
+                    self.insert(InstData::Binary { op, args: [x, y] })
+                }
+                _ => self.insert(InstData::Unary { op: UnaryOp::Not, arg: x }),
+            };
+        }
+        let shifted = self.operands(value, BinaryOp::Lshr).and_then(|[x, by]| {
+            let by = self.func.constant(by)?;
+            (0..i64::from(ty.bits())).contains(&by).then_some((x, by))
+        });
+        let (x, from) = shifted.unwrap_or((value, 0));
+        let (op, by) = match to - from {
+            0 => return Some(x),
+            by if by > 0 => (BinaryOp::Shl, by),
+            by => (BinaryOp::Lshr, -by),
+        };
+        let by = self.insert_const(ty, by)?;
+        self.insert(InstData::Binary { op, args: [x, by] })
+    }
+}
