@@ -452,8 +452,11 @@ impl Checker<'_> {
     /// Whether what stands at a place, or the word before it on the line, may be a name that a
     /// missing file defines.
     fn is_name(&self, at: At) -> bool {
-        let (start, end) = (at.start as usize, at.end as usize);
         let word = |c: char| c.is_alphanumeric() || c == '_';
+        let start = at.start as usize;
+        // m1MOVE is a name, though m1 alone would be a variable.
+        let rest = self.flat.text.get(at.end as usize..).unwrap_or("");
+        let end = at.end as usize + rest.find(|c| !word(c)).unwrap_or(rest.len());
         let line = self.flat.text.get(..end).unwrap_or("");
         let line = line.get(line.rfind('\n').map_or(0, |n| n + 1)..).unwrap_or("");
         let here = self.flat.text.get(start..end).unwrap_or("").trim();

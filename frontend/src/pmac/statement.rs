@@ -198,7 +198,7 @@ impl Checker<'_> {
     }
 
     fn in_plc0(&self) -> bool {
-        self.open.as_ref().is_some_and(|open| open.number == 0)
+        self.open.as_ref().is_some_and(|open| open.number == 0 && !open.lost)
     }
 
     /// ENDIF and ENDWHILE: short, in full, or in two words on one line.

@@ -388,10 +388,10 @@ fn what_macros_wrote_is_shown_with_its_definition() {
 #[test]
 fn what_a_missing_file_may_define_is_not_judged() {
     let text = "#include \"none.h\"\nI5=2\nOPEN PLC LIFT CLEAR\nIF (UP=1)\nGO_UP TIME=50 MSEC\n\
-                ENDIF\nLOOP_END\nP1=+1\nCLOSE\n";
+                ENDIF\nLOOP_END\nP1=+1\nADDRESS&2 m1MOVE = 0\nCLOSE\n";
     assert_eq!(codes(text), [("PMAC-X2", 1), ("PMAC-3", 8)]);
     // Without the include each of them is an error.
-    assert_eq!(codes(text.trim_start_matches("#include \"none.h\"")).len(), 5);
+    assert_eq!(codes(text.trim_start_matches("#include \"none.h\"")).len(), 6);
 }
 
 #[test]
