@@ -274,6 +274,8 @@ impl Preprocessor<'_> {
             "undef" => {
                 self.macros.remove(name);
             }
+            // A #define of nothing is left over where a name was taken out.
+            _ if name.is_empty() && strip_comment(trimmed).trim().is_empty() => {}
             _ if name.is_empty() => self.error(at, "PMAC-3", "#define needs a name"),
             _ => {
                 let rest = trimmed.get(name.len()..).unwrap_or("");
@@ -635,6 +637,12 @@ mod tests {
         assert_eq!(plain("#define FOO 4\n#include INC/A.PMC ; bare\nP1"), "P9=4 P1");
         assert_eq!(run("#include ; x\n", &Options::default()).1, ["PMAC-3"]);
         assert_eq!(run("#include <none.pmc>\n", &Options::default()).1, ["PMAC-X2"]);
+    }
+
+    #[test]
+    fn a_define_of_nothing_is_nothing() {
+        assert_eq!(plain("#define\n#Define ; none\nP1"), "P1");
+        assert_eq!(run("#define =5\n", &Options::default()).1, ["PMAC-3"]);
     }
 
     #[test]
