@@ -3,7 +3,7 @@
 use cranelift_codegen::ir::{BlockArg, InstBuilder, JumpTableData, Value as ClifValue, types};
 use plcc_abi::{RawOutcome, TrapCode};
 use plcc_ir::{
-    BinaryOp, Block, BlockCall, ConvertOp, FloatCond, InstData, Label, Terminator, Value,
+    BinaryOp, Block, BlockCall, ConvertOp, FloatCond, InstData, Label, Terminator, Type, Value,
 };
 
 use super::Lowering;
@@ -151,13 +151,17 @@ impl Lowering<'_> {
         {
             (word, bit) = (x, by);
         }
-        let word = self.value(word);
+        let mut word = self.value(word);
+        // A byte is looked at by a shorter instruction.
+        if bit < 8 && self.func.ty(arg) != Type::I8 {
+            word = self.builder.ins().ireduce(types::I8, word);
+        }
         self.builder.ins().band_imm_u(word, 1 << bit)
     }
 
     /// Whether a block does what integers could not: PMAC's bit operators and roundings on any
     /// doubles are calls, for integers they are not.
-    fn is_rare(&self, block: Block) -> bool {
+    pub(super) fn is_rare(&self, block: Block) -> bool {
         use plcc_abi::HostFn;
         self.func.block(block).insts.iter().any(|&inst| {
             matches!(

@@ -2,11 +2,30 @@
 
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{Endianness, InstBuilder, MemFlagsData, Value as ClifValue, types};
+use cranelift_frontend::Variable;
+use plcc_abi::ScanContext;
 use plcc_ir::{Address, BinaryOp, ConvertOp, Index, InstData, Type, Value};
 
 use super::{Lowering, clif_type};
 
 impl Lowering<'_> {
+    /// Takes the image's address from the context, and makes the bases. Behind a call that seldom
+    /// comes they are made anew, so that they need not stay in one of the few registers that a
+    /// call keeps, whose names take a byte more each.
+    pub(super) fn make_bases(&mut self) {
+        let pointer = self.builder.func.dfg.value_type(self.context);
+        let flags = MemFlagsData::trusted().with_readonly();
+        let offset = std::mem::offset_of!(ScanContext, image) as i32;
+        let image = self.builder.ins().load(pointer, flags, self.context, offset);
+        self.builder.def_var(self.image, image);
+        for &(place, base) in &self.bases {
+            // A difference: a sum would be folded back into every address.
+            let less = self.builder.ins().iconst(pointer, -place);
+            let value = self.builder.ins().isub(image, less);
+            self.builder.def_var(base, value);
+        }
+    }
+
     pub(super) fn load(&mut self, ty: Type, at: Address) -> ClifValue {
         let (base, offset) = self.address(at);
         self.builder.ins().load(clif_type(ty), flags(), base, offset)
@@ -25,17 +44,18 @@ impl Lowering<'_> {
         let base = match at.index {
             Some(index) => {
                 let moved = self.index(index);
-                self.builder.ins().iadd(self.image, moved)
+                let image = self.builder.use_var(self.image);
+                self.builder.ins().iadd(image, moved)
             }
             None => {
                 let near = |place: i64| i8::try_from(offset - place).ok().map(i32::from);
-                let based = |&(place, base): &(i64, ClifValue)| Some((base, near(place)?));
+                let based = |&(place, base): &(i64, Variable)| Some((base, near(place)?));
                 if near(0).is_none()
-                    && let Some(found) = self.bases.iter().find_map(based)
+                    && let Some((base, offset)) = self.bases.iter().find_map(based)
                 {
-                    return found;
+                    return (self.builder.use_var(base), offset);
                 }
-                self.image
+                self.builder.use_var(self.image)
             }
         };
         match i32::try_from(offset) {

@@ -13,7 +13,7 @@ use cranelift_codegen::ir::{
     UserFuncName, Value as ClifValue, types,
 };
 use cranelift_codegen::isa::{CallConv, TargetIsa};
-use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext, Variable};
 use plcc_abi::{HostFn, HostType, ScanContext};
 use plcc_ir::{Block, FuncData, Inst, InstData, Module, Type, Value};
 use target_lexicon::Architecture;
@@ -40,18 +40,11 @@ pub(crate) fn function(
     builder.switch_to_block(start);
     let context_value = builder.block_params(start)[0];
     let label = builder.block_params(start)[1];
-    let flags = MemFlagsData::trusted().with_readonly();
-    let offset = std::mem::offset_of!(ScanContext, image) as i32;
-    let image = builder.ins().load(pointer, flags, context_value, offset);
-    let mut bases = vec![];
     let is_x86 = matches!(isa.triple().architecture, Architecture::X86_64);
-    if is_x86 {
-        for place in bases::bases(module, func) {
-            // A difference: a sum would be folded back into every address.
-            let less = builder.ins().iconst(pointer, -i64::from(place));
-            bases.push((i64::from(place), builder.ins().isub(image, less)));
-        }
-    }
+    let places = if is_x86 { bases::bases(module, func) } else { vec![] };
+    let image = builder.declare_var(pointer);
+    let bases = places.into_iter().map(|place| (i64::from(place), builder.declare_var(pointer)));
+    let bases = bases.collect();
     let blocks: Vec<ClifBlock> = func.blocks().map(|_| builder.create_block()).collect();
     let mut lowering = Lowering {
         module,
@@ -62,10 +55,12 @@ pub(crate) fn function(
         context: context_value,
         image,
         bases,
+        rare: false,
         is_x86,
         cut: HashMap::new(),
         call: None,
     };
+    lowering.make_bases();
     lowering.enter(label);
     for (block, _) in func.blocks() {
         lowering.params(block);
@@ -75,6 +70,8 @@ pub(crate) fn function(
     }
     lowering.builder.seal_all_blocks();
     lowering.builder.finalize(isa.frontend_config());
+    // Variables leave values that are others.
+    out.dfg.resolve_all_aliases();
 }
 
 /// The blocks in an order in which definitions come before uses: reverse postorder from the
@@ -122,9 +119,11 @@ struct Lowering<'a> {
     blocks: Vec<ClifBlock>,
     values: Vec<Option<ClifValue>>,
     context: ClifValue,
-    image: ClifValue,
+    image: Variable,
     /// Bases for short addresses, with their places in the image.
-    bases: Vec<(i64, ClifValue)>,
+    bases: Vec<(i64, Variable)>,
+    /// The block at hand is for what seldom happens.
+    rare: bool,
     is_x86: bool,
     /// Integers that doubles were cut to, in the lanes that hold them.
     cut: HashMap<Value, ClifValue>,
@@ -155,6 +154,7 @@ impl Lowering<'_> {
     fn block(&mut self, block: Block) {
         self.builder.switch_to_block(self.blocks[block.index()]);
         let data = self.func.block(block);
+        self.rare = self.is_rare(block);
         for &inst in &data.insts {
             self.inst(inst);
         }
@@ -236,6 +236,9 @@ impl Lowering<'_> {
         }
         let call = self.builder.ins().call_indirect(signature, callee, &operands);
         let result = self.builder.inst_results(call)[0];
+        if self.rare {
+            self.make_bases();
+        }
         function.signature().1.map(|ty| match ty {
             HostType::I32 => self.builder.ins().ireduce(types::I32, result),
             HostType::I64 => result,

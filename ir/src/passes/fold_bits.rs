@@ -22,11 +22,17 @@ impl Fold<'_> {
     /// shift right of another.
     fn bit_of(&self, value: Value) -> Option<Bit> {
         let opposite = self.not_of(value);
-        let &InstData::Convert { op: ConvertOp::Trunc, to: _, arg } =
+        let &InstData::Convert { op: ConvertOp::Trunc, to: _, mut arg } =
             self.func.def_inst(opposite.unwrap_or(value))?
         else {
             return None;
         };
+        // A mask that leaves the bit is none.
+        if let Some([word, mask]) = self.operands(arg, BinaryOp::And)
+            && self.func.constant(mask).is_some_and(|mask| mask & 1 == 1)
+        {
+            arg = word;
+        }
         let ty = self.func.ty(arg);
         let width = i64::from(ty.bits());
         let shifted = self.operands(arg, BinaryOp::Lshr).and_then(|[x, by]| {
