@@ -151,7 +151,13 @@ impl Reader<'_> {
             let mut last = first;
             if self.cur.peek() == b'.' && self.cur.byte_at(1) == b'.' {
                 self.cur.pos += 2;
+                self.cur.blanks();
+                let from = self.cur.pos;
                 last = self.plc_number()?;
+                if last < first {
+                    let at = self.cur.since(from);
+                    return syntax(at, format!("a range rises: {first}..{last} does not"));
+                }
             }
             for number in first..=last {
                 set |= 1u32 << number;

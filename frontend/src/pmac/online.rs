@@ -9,6 +9,7 @@ use super::assign::Variable;
 use super::ast::{Action, Expr, Op, Plcs, Target, WriteKind};
 use super::cursor::{Fault, Parsed, syntax_help};
 use super::expr::Reader;
+use super::origin::At;
 
 /// What a command does to the reading of the text.
 #[derive(Clone, Debug, PartialEq)]
@@ -327,8 +328,14 @@ impl Reader<'_> {
 
     /// Takes a command that is only accepted: words, or single letters.
     fn accepted(&mut self, out: &mut Vec<Action>, words: bool) -> bool {
-        let single = !self.cur.byte_at(1).is_ascii_alphabetic() || self.glued();
+        let single =
+            (!self.cur.byte_at(1).is_ascii_alphabetic() || self.glued()) && !self.behind_word();
         for &(word, least, tail) in ACCEPTED {
+            // MX->Y:$FFC2,8 is no command of the ring.
+            let ring = matches!(word, "MS" | "MX");
+            if ring && matches!(self.cur.byte_at(2), b'-' | b'=' | b'(' | b'.' | b',') {
+                continue;
+            }
             if (word.len() > 1) == words && (words || single) && self.cur.short(word, least) {
                 self.tail(tail);
                 if matches!(word, "UNDEFINE" | "CLEAR" | "CLR") {
@@ -344,6 +351,14 @@ impl Reader<'_> {
     /// Whether a one-letter command is followed by one other.
     fn glued(&self) -> bool {
         self.cur.rest().bytes().take(3).take_while(u8::is_ascii_alphabetic).count() <= 2
+    }
+
+    /// Whether letters stand right before the place that make a word, so that one letter more is a
+    /// mistake in it: CLSE, DELETE GATHR. Homing is written so: #1HMZK.
+    fn behind_word(&self) -> bool {
+        let before = self.cur.glued_word(At::new(self.cur.pos, self.cur.pos));
+        before.len() > 1
+            && !["HM", "HMZ", "HOME", "HOMEZ"].iter().any(|w| before.eq_ignore_ascii_case(w))
     }
 
     /// The error for a word that nothing knows.

@@ -502,9 +502,14 @@ impl Checker<'_> {
         Ok(Target::Var(kind, number))
     }
 
-    fn ring_word(&mut self) -> bool {
-        let cur = &self.reader.cur;
-        ["MACRO", "MSR", "MSW", "MXR", "MXW", "MS", "MX"].iter().any(|w| cur.starts_with(w))
+    /// Whether the ring's word and the number of a node or station come next.
+    fn ring_word(&self) -> bool {
+        let mut ahead = self.reader.cur;
+        let known = ["MACRO", "MS", "MX"].iter().any(|w| ahead.starts_with(w));
+        while ahead.byte().is_ascii_alphabetic() {
+            ahead.pos += 1;
+        }
+        known && ahead.integer().is_some()
     }
 
     /// MACROSLVREAD and its kind: node, the other side's variable, ours.

@@ -263,11 +263,17 @@ fn errors_have_their_numbers_and_lines() {
         ("AND (P1=1)", "PMAC-3"),
         ("WHILE (P1=1) AND P2=1 ENDW", "PMAC-3"),
         ("P1=P(1=1)", "PMAC-3"),
+        ("DISABLE PLC 6..4", "PMAC-3"),
+        ("MX=1-M1", "PMAC-3"),
     ] {
         assert_eq!(plc(body), [(code, 2)], "{body}");
     }
     assert_eq!(codes("I5=2\nM1->Y:$FFC2,20,8\n"), [("PMAC-3", 2)]);
     assert_eq!(codes("I5=2\nM1->Y:$1FFC2,0\n"), [("PMAC-X1", 2)]);
+    assert_eq!(codes("I5=2\nMX->Y:$FFC2,8\n"), [("PMAC-3", 2)]);
+    assert_eq!(codes("I5=2\nOPEN PLC 5 CLEAR CLSE\n"), [("PMAC-3", 2)]);
+    assert_eq!(codes("I5=2\nDELETE GATHR\n"), [("PMAC-3", 2)]);
+    assert_eq!(codes("I5=2\n#1HMZK#2homek\n"), []);
     assert_eq!(codes("IF (P1=1)\n"), [("PMAC-5", 1)]);
     assert_eq!(codes("X10 Y10\n"), [("PMAC-5", 1)]);
     assert_eq!(codes("FOO=1\n"), [("PMAC-3", 1)]);
