@@ -147,7 +147,8 @@ impl Lowering<'_> {
         let (mut word, mut bit) = (arg, 0);
         if let Some(&InstData::Binary { op: BinaryOp::Lshr, args: [x, by] }) =
             self.func.def_inst(arg)
-            && let Some(by) = self.constant(by).filter(|by| (0..DIRECT).contains(by))
+            && let width = i64::from(self.func.ty(arg).bits())
+            && let Some(by) = self.constant(by).filter(|by| (0..width.min(DIRECT)).contains(by))
         {
             (word, bit) = (x, by);
         }
