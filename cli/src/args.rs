@@ -97,7 +97,9 @@ Examples:
   plcc explain ERR003    PMAC's own form of PMAC-3
   plcc explain @FRO
   plcc explain I510      the flag of NCT and the I-variable of PMAC
-  plcc explain M145 --dialect pmac")]
+  plcc explain M145 --dialect pmac
+  plcc explain Ix22 I5..8 M11..18
+  plcc explain I5111 --controller turbo")]
     Explain(ExplainArgs),
 
     /// Lists where an NCT program reads, writes and tests each variable
@@ -366,13 +368,17 @@ pub(crate) struct BenchArgs {
 
 #[derive(Args)]
 pub(crate) struct ExplainArgs {
-    /// Codes of diagnostics, and variables of a control, in any case
+    /// Codes of diagnostics, and variables of a control, in any case (PMAC's families and rows too)
     #[arg(required = true, value_name = "CODE|NAME")]
     pub(crate) what: Vec<String>,
 
     /// Only what it means there
     #[arg(long, value_name = "DIALECT")]
     pub(crate) dialect: Option<DialectArg>,
+
+    /// PMAC's variables: only what they mean on that controller
+    #[arg(long, value_name = "CONTROLLER")]
+    pub(crate) controller: Option<ControllerArg>,
 }
 
 #[derive(Args)]

@@ -91,6 +91,9 @@ fn explain_knows_codes_and_variables_in_any_case() {
         ("i510", vec!["NCT: I510", "PMAC: I510"]),
         ("M145", vec!["PMAC: M145"]),
         ("PMI-1 NCT-1", vec!["PMI-1: ", "NCT-1: "]),
+        ("ixx22 m11..12", vec!["PMAC: Ix22", "M12->Y:$FFC2,1,1: machine input 2"]),
+        ("I900", vec!["encoder 1", "motor 9"]),
+        ("I5111 --controller turbo", vec!["PLC timer 1"]),
     ] {
         let text = folder.plcc(&format!("explain {what}")).exits(0).stdout;
         for part in parts {
@@ -99,6 +102,9 @@ fn explain_knows_codes_and_variables_in_any_case() {
     }
     let text = folder.plcc("explain I510 --dialect nct").exits(0).stdout;
     assert!(!text.contains("PMAC"), "{text}");
+    let text = folder.plcc("explain I900 --controller turbo").exits(0).stdout;
+    assert!(text.contains("motor 9") && !text.contains("encoder"), "{text}");
+    folder.plcc("explain I5111 --controller pmac").exits(2).says(&["`I5111`"]);
     let done = folder.plcc("explain PMI-1 NONSENSE").exits(2).says(&["`NONSENSE`"]);
     assert!(done.stdout.contains("PMI-1: "));
 }

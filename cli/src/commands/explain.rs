@@ -5,7 +5,7 @@ use std::fmt::Write;
 use plcc_abi::Dialect;
 use plcc_diag::CodeInfo;
 use plcc_diag::code::TABLES;
-use plcc_frontend::common::closest;
+use plcc_frontend::common::{Controller, closest};
 use plcc_frontend::{nct, pmac, pmi};
 
 use crate::args::ExplainArgs;
@@ -17,7 +17,7 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
     let mut all = Vec::new();
     let mut unknown = Vec::new();
     for what in &args.what {
-        let pages = pages(what.trim(), dialect);
+        let pages = pages(what.trim(), dialect, args.controller.map(Controller::from));
         if pages.is_empty() {
             unknown.push(complaint(what.trim()));
         }
@@ -27,14 +27,15 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
     if unknown.is_empty() { Ok(DONE) } else { Err(Failure(unknown.join("\nerror: "))) }
 }
 
-fn pages(what: &str, dialect: Option<Dialect>) -> Vec<String> {
+fn pages(what: &str, dialect: Option<Dialect>, controller: Option<Controller>) -> Vec<String> {
     let wanted = |of: &str| dialect.is_none_or(|dialect| dialect.name().eq_ignore_ascii_case(of));
     let codes = codes(what).into_iter();
     let codes = codes.filter(|info| info.code.split_once('-').is_some_and(|(of, _)| wanted(of)));
     let mut pages: Vec<String> = codes.map(page).collect();
-    type Explain = fn(&str) -> Option<String>;
+    let pmac = |what: &str| pmac::describe::explain(what, controller);
+    type Explain<'a> = &'a dyn Fn(&str) -> Option<String>;
     let languages: [(&str, Explain); 3] =
-        [("PMI", pmi::explain), ("NCT", nct::names::explain), ("PMAC", pmac::tables::explain)];
+        [("PMI", &pmi::explain), ("NCT", &nct::names::explain), ("PMAC", &pmac)];
     for (title, explain) in languages {
         if wanted(title)
             && let Some(text) = explain(what)

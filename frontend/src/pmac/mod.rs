@@ -13,6 +13,7 @@ mod assign;
 mod ast;
 mod cursor;
 mod define;
+pub mod describe;
 mod download;
 mod emit;
 mod eval;

@@ -4,10 +4,11 @@
 //! `ivars.tsv` has a row for a variable or a family of them. Its names are `I5`, `I22..44`,
 //! `I8x` (motor x in the last digit), `Ix11` (motor x in the hundreds), `I900+5` (every fifth,
 //! one an encoder) and `Isx11` (coordinate system s of a Turbo PMAC: 51 to 59, 60 to 66 in the
-//! hundreds). A range is of integers, of reals (`real -2..2`), or `real` for any value. Defaults
-//! that differ from motor to motor stand with `/` between them.
+//! hundreds). A range is of integers, of reals (`real -2..2`), or `real` for any value; `real >0`
+//! and `real >=0` say what the variable is meant for, and take any value too. Defaults that differ
+//! from motor to motor stand with `/` between them. The controller is `both` where Turbo PMAC's
+//! variable is the same.
 
-use std::fmt::Write;
 use std::sync::OnceLock;
 
 use plcc_abi::pmac::Range;
@@ -24,14 +25,18 @@ pub struct IVariable {
     pub name: &'static str,
     /// What it takes; `None` for any real number.
     pub range: Option<Range>,
+    /// What it is meant to take, in words.
+    pub values: String,
     /// Its default, or one for each member of the family.
     pub defaults: Vec<f64>,
     /// Its unit, or `none`.
     pub unit: &'static str,
     /// What it means.
     pub meaning: &'static str,
-    pmac: bool,
-    turbo: bool,
+    /// PMAC has it.
+    pub pmac: bool,
+    /// Turbo PMAC has it, with the same range, default and meaning.
+    pub turbo: bool,
 }
 
 /// A suggested M-variable.
@@ -59,7 +64,8 @@ impl IVariable {
     fn parse(line: &'static str) -> Option<Self> {
         let mut columns = line.split('\t');
         let name = columns.next()?;
-        let range = parse_range(columns.next()?)?;
+        let range_text = columns.next()?;
+        let range = parse_range(range_text)?;
         let defaults = columns.next()?.split('/').map(number).collect::<Option<_>>()?;
         let unit = columns.next()?;
         let (pmac, turbo) = match columns.next()? {
@@ -72,6 +78,7 @@ impl IVariable {
         columns.next().is_none().then_some(Self {
             name,
             range,
+            values: in_words(range_text, range),
             defaults,
             unit,
             meaning,
@@ -111,7 +118,8 @@ impl IVariable {
         name.parse().into_iter().collect()
     }
 
-    fn default_of(&self, member: usize) -> f64 {
+    /// The default of a member of the family, from 0.
+    pub fn default_of(&self, member: usize) -> f64 {
         self.defaults.get(member).or(self.defaults.last()).copied().unwrap_or(0.0)
     }
 }
@@ -124,7 +132,7 @@ fn number(text: &str) -> Option<f64> {
 }
 
 fn parse_range(text: &str) -> Option<Option<Range>> {
-    if text == "real" {
+    if ["real", "real >0", "real >=0"].contains(&text) {
         return Some(None);
     }
     if let Some(text) = text.strip_prefix("real ") {
@@ -133,6 +141,20 @@ fn parse_range(text: &str) -> Option<Option<Range>> {
     }
     let (low, high) = text.split_once("..")?;
     Some(Some(Range::Integer(number(low)? as i64, number(high)? as i64)))
+}
+
+/// A range as the table has it, for people.
+fn in_words(text: &str, range: Option<Range>) -> String {
+    match range {
+        Some(Range::Integer(low, high)) if text.contains('$') => {
+            format!("integers {low} to ${high:X}, rolls over")
+        }
+        Some(Range::Integer(low, high)) => format!("integers {low} to {high}, rolls over"),
+        Some(Range::Real(low, high)) => format!("floating point {low} to {high}, rolls over"),
+        None if text.ends_with(">0") => "positive floating point".to_string(),
+        None if text.ends_with(">=0") => "floating point, not negative".to_string(),
+        None => "floating point".to_string(),
+    }
 }
 
 /// All rows, and for each number of a controller its row and its place in the family.
@@ -190,6 +212,16 @@ pub fn ranges(controller: Controller) -> Vec<(u32, Range)> {
         .collect()
 }
 
+/// All rows of appendix B.
+pub fn i_variables() -> &'static [IVariable] {
+    &index().rows
+}
+
+/// All suggested M-variables, by rising number.
+pub fn m_variables() -> &'static [MVariable] {
+    m_table()
+}
+
 fn m_table() -> &'static [MVariable] {
     static ROWS: OnceLock<Vec<MVariable>> = OnceLock::new();
     ROWS.get_or_init(|| {
@@ -210,117 +242,6 @@ pub fn m_variable(number: u32) -> Option<&'static MVariable> {
     let rows = m_table();
     let at = rows.binary_search_by_key(&number, |row| row.number).ok()?;
     rows.get(at)
-}
-
-/// What `plcc explain I5` and `plcc explain M145` print; also of a family, as `Ix11`.
-pub fn explain(name: &str) -> Option<String> {
-    let upper = name.trim().to_ascii_uppercase();
-    let mut chars = upper.chars();
-    let letter = chars.next()?;
-    let digits = chars.as_str();
-    if letter == 'I' && !digits.is_empty() && !digits.bytes().all(|b| b.is_ascii_digit()) {
-        let row = index().rows.iter().find(|row| row.name.eq_ignore_ascii_case(&upper))?;
-        return Some(describe(row.name, row, None));
-    }
-    if letter == 'M'
-        && let Some(rest) = digits.strip_prefix('X')
-    {
-        return motor_family(rest);
-    }
-    let number: u32 = digits.parse().ok()?;
-    match letter {
-        'I' => {
-            let pmac = i_variable(Controller::Pmac, number);
-            let (row, member) = pmac.or_else(|| i_variable(Controller::Turbo, number))?;
-            Some(describe(&format!("I{number}"), row, Some(member)))
-        }
-        'M' => {
-            let Some(row) = m_variable(number) else {
-                return turbo_motor(number);
-            };
-            Some(format!(
-                "M{number}\n  {}\n  usually M{number}->{}\n  PMAC guide, appendix {}\n",
-                row.meaning, row.definition, row.appendix
-            ))
-        }
-        'P' if number < count(Controller::Turbo) => Some(format!(
-            "P{number}\n  general variable, the same everywhere, floating point\n  \
-             PMAC guide, Computational Features\n"
-        )),
-        'Q' if number < count(Controller::Turbo) => Some(format!(
-            "Q{number}\n  general variable of the addressed coordinate system, floating point{}\n  \
-             PMAC guide, Computational Features\n",
-            if number == 0 { "; the cosine of ATAN2" } else { "" }
-        )),
-        _ => None,
-    }
-}
-
-/// The meaning of an M-variable of motor 1 or its channel, for another motor.
-fn for_motor(rest: u32, motor: &str) -> Option<String> {
-    let row = m_variable(100 + rest).filter(|row| rest < 100 && row.appendix == "E")?;
-    let (what, meaning) = row.meaning.split_once(" 1:")?;
-    Some(format!("{what} {motor}:{meaning}"))
-}
-
-/// `Mx45`, with the definitions of all motors.
-fn motor_family(rest: &str) -> Option<String> {
-    let rest = rest.parse().ok().filter(|_| rest.len() == 2)?;
-    let meaning = for_motor(rest, "x")?;
-    let members = (1..=8).filter_map(|motor| m_variable(100 * motor + rest));
-    let definitions: Vec<String> =
-        members.map(|row| format!("M{}->{}", row.number, row.definition)).collect();
-    Some(format!(
-        "Mx{rest:02}\n  {meaning}\n  usually {}\n  PMAC guide, appendix E\n",
-        definitions.join(", ")
-    ))
-}
-
-/// `M3245`: what appendix E suggests for the first eight motors is customary for all 32 of Turbo.
-fn turbo_motor(number: u32) -> Option<String> {
-    let motor = Some(number / 100).filter(|motor| (9..=32).contains(motor))?;
-    let meaning = for_motor(number % 100, &motor.to_string())?;
-    Some(format!(
-        "M{number} (one of Mx{:02})\n  {meaning}\n  on Turbo PMAC, with a definition of its own\n  \
-         PMAC guide, appendix E\n",
-        number % 100
-    ))
-}
-
-fn describe(name: &str, row: &IVariable, member: Option<usize>) -> String {
-    let mut text = name.to_string();
-    if row.name != name {
-        let _ = write!(text, " (one of {})", row.name);
-    }
-    let _ = write!(text, "\n  {}\n  ", row.meaning);
-    let _ = match row.range {
-        Some(Range::Integer(low, high)) => write!(text, "integers {low} to {high}, rolls over"),
-        Some(Range::Real(low, high)) => write!(text, "{low} to {high}, rolls over"),
-        None => write!(text, "floating point"),
-    };
-    text.push_str(", default ");
-    let hex = row.unit.contains("address");
-    let show = |value: f64| match hex && value != 0.0 {
-        true => format!("${:X}", value as u32),
-        false => value.to_string(),
-    };
-    match member {
-        Some(member) => text.push_str(&show(row.default_of(member))),
-        None => {
-            let all: Vec<_> = row.defaults.iter().map(|value| show(*value)).collect();
-            text.push_str(&all.join(", "));
-        }
-    }
-    if row.unit != "none" {
-        let _ = write!(text, "\n  unit: {}", row.unit);
-    }
-    let source = match (row.pmac, row.turbo) {
-        (false, _) => "Turbo PMAC only",
-        (true, true) => "PMAC guide, appendix B; the same on Turbo PMAC",
-        (true, false) => "PMAC guide, appendix B; on Turbo PMAC it may differ",
-    };
-    let _ = write!(text, "\n  {source}\n");
-    text
 }
 
 #[cfg(test)]
@@ -378,6 +299,7 @@ mod tests {
     fn variables_are_as_appendix_b_says() {
         let pmac = Controller::Pmac;
         for (number, default) in [
+            (3, 1.0),
             (5, 0.0),
             (8, 2.0),
             (10, 3_713_707.0),
@@ -418,31 +340,5 @@ mod tests {
         assert_eq!(i_default(turbo, 3211), 32000.0);
         assert_eq!(i_range(turbo, 5), Some(Range::Integer(0, 3)));
         assert!(ranges(turbo).windows(2).all(|pair| pair[0].0 < pair[1].0));
-    }
-
-    #[test]
-    fn explains_what_users_ask_for() {
-        let text = explain("i5").unwrap();
-        assert!(text.contains("which PLCs run") && text.contains("integers 0 to 3"), "{text}");
-        let text = explain("I302").unwrap();
-        assert!(text.contains("(one of Ix02)") && text.contains("default $C00B"), "{text}");
-        assert!(explain("Ix11").unwrap().contains("following error"));
-        assert!(explain("I5111").unwrap().contains("Turbo PMAC only"));
-        let text = explain("M145").unwrap();
-        assert!(
-            text.contains("homing is complete") && text.contains("M145->Y:$814,10,1"),
-            "{text}"
-        );
-        let text = explain("mx45").unwrap();
-        assert!(text.contains("motor x: homing is complete") && text.contains("M845->"), "{text}");
-        let text = explain("M3245").unwrap();
-        assert!(text.contains("motor 32: homing is complete") && text.contains("Mx45"), "{text}");
-        for name in ["Mx4", "Mx445", "Mx99", "M3299", "M3345", "M950", "Mx"] {
-            assert_eq!(explain(name), None, "{name}");
-        }
-        assert!(explain("Q0").unwrap().contains("ATAN2"));
-        for name in ["", "I", "I46", "M1000", "X5", "I99999999999", "PUMP", "Ié"] {
-            assert_eq!(explain(name), None, "{name}");
-        }
     }
 }
