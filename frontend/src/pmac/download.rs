@@ -9,6 +9,7 @@ use super::expr::Reader;
 use super::online::Flow;
 use super::origin::At;
 use super::preprocess::Flat;
+use super::recover::next_statement;
 use crate::common::{Controller, Options, closest};
 
 /// An IF or WHILE that is open.
@@ -169,17 +170,19 @@ impl Checker<'_> {
                     self.report(fault);
                     // The fault may have been found to lie on the line before.
                     self.reader.cur.pos = self.reader.cur.pos.max(start);
-                    self.reader.cur.skip_line();
-                    if open_plc {
-                        self.open = Some(Open {
-                            compiled: false,
-                            number: 0,
-                            lost: true,
-                            frames: Vec::new(),
-                            fault: None,
-                            unknown: false,
-                        });
+                    if !open_plc {
+                        self.recover(start);
+                        continue;
                     }
+                    self.reader.cur.skip_line();
+                    self.open = Some(Open {
+                        compiled: false,
+                        number: 0,
+                        lost: true,
+                        frames: Vec::new(),
+                        fault: None,
+                        unknown: false,
+                    });
                     return;
                 }
             }
@@ -481,9 +484,8 @@ impl Checker<'_> {
         At::new(from, start + after.find('\n').unwrap_or(after.len()))
     }
 
-    /// Behind an error: on to the next word that shapes the program, or the next line.
+    /// Behind an error: on to the next statement, or the line's end.
     fn recover(&mut self, start: usize) {
-        const WORDS: &[&str] = &["ENDI", "ENDW", "END IF", "END W", "ELSE", "IF", "WHILE", "CLOSE"];
         let cur = &mut self.reader.cur;
         let blank = |c: char| c.is_whitespace() || c.is_control();
         // Where there are only blanks before the place, it is on the line behind them.
@@ -496,22 +498,12 @@ impl Checker<'_> {
         if read.get(solid.len()..).is_some_and(|gap| gap.contains('\n')) {
             cur.pos = start + solid.len();
         }
-        let mut quoted = false;
-        let mut letter = true;
         if cur.pos == start {
             while cur.byte().is_ascii_alphanumeric() {
                 cur.pos += 1;
             }
         }
-        while !cur.at_end() && cur.byte() != b'\n' {
-            let byte = cur.byte();
-            if !quoted && !letter && WORDS.iter().any(|word| cur.starts_with(word)) {
-                return;
-            }
-            quoted ^= byte == b'"';
-            letter = byte.is_ascii_alphabetic() || byte == b'_';
-            cur.pos += 1;
-        }
+        cur.pos = next_statement(&self.flat.text, start, cur.pos, self.open.is_none());
     }
 
     /// A condition with the AND and OR lines behind it.

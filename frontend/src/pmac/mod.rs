@@ -28,6 +28,7 @@ mod origin;
 mod preprocess;
 mod program;
 mod rangeanalysis;
+mod recover;
 mod reliance;
 mod statement;
 mod steps;

@@ -359,7 +359,29 @@ fn structure_is_reported_at_the_close() {
 fn every_wrong_statement_is_reported_once() {
     let text = "I5=2\nOPEN PLC 1\nIF (P1) P2=+1 ENDIF\nWHILE(FOO=1)\nBAR=2 P1=1\nENDW\nCLOSE\n";
     let found = codes(text);
-    assert_eq!(found, [("PMAC-3", 3), ("PMAC-3", 4), ("PMAC-3", 5)]);
+    assert_eq!(found, [("PMAC-3", 3), ("PMAC-3", 3), ("PMAC-3", 4), ("PMAC-3", 5)]);
+}
+
+#[test]
+fn statements_of_one_line_have_an_error_each() {
+    for (line, errors) in [
+        ("P1=+1 P2=+2 P3=3", 2),
+        ("P1==2P(P2)==3M1|=+4", 3),
+        ("I5,2,1=+1 P6..7=+1 P8=3", 2),
+        ("SEND P1=+1 CMD\"P1=1 P3=3\" P2=+1", 3),
+        ("P1=+1 DISPLC40 DISABLE PLC 41 CMD\"A\" ADR#1", 3),
+        ("IF (P1) AND (P2=+1) P3=+1 ENDIF", 2),
+        // What may be the rest of the wrong one is not judged.
+        ("P1=(3 P2=+1 P3=(P4", 1),
+        ("IF P1=+1 P2=+2 ENDIF", 1),
+        ("IF (P1=1) AND P2=+1 P3=+2 ENDIF", 1),
+        ("IF (P1 P2=+3) ENDIF", 1),
+        ("P1=+1+P2=+3", 1),
+        ("P1=DISTANCE*SENDING", 1),
+    ] {
+        assert_eq!(plc(line).len(), errors, "{line}");
+    }
+    assert_eq!(codes("P1=+1 P2=+2 IF P3=+3"), [("PMAC-3", 1), ("PMAC-3", 1), ("PMAC-3", 1)]);
 }
 
 #[test]
