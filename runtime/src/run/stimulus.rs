@@ -7,7 +7,7 @@ use crate::{Executive, Purpose, Setting, Variable};
 /// So many mistakes of a stimulus are told, the rest is counted.
 const TOLD: usize = 20;
 
-/// No name or value has more bytes, and no more of a line is told.
+/// No name has more bytes, and no more of a line or value is told.
 const LONGEST: usize = 60;
 
 /// A row, its name found and its value checked.
@@ -186,8 +186,8 @@ impl<'t> Reader<'_, 't> {
             return Err(format!("`{}` is no tick: they are counted from 0", shown(tick)));
         }
         let tick = tick.parse().map_err(|_| format!("tick {} never comes", shown(tick)))?;
-        if let Some(long) = [name, value].into_iter().find(|field| field.len() > LONGEST) {
-            return Err(format!("`{}` is neither a name nor a value", shown(long)));
+        if name.len() > LONGEST {
+            return Err(format!("`{}` is no name", shown(name)));
         }
         let variable = match self.names.get(name) {
             Some(variable) => *variable,
@@ -199,7 +199,10 @@ impl<'t> Reader<'_, 't> {
             }
         };
         let value = self.executive.parse(variable, value);
-        let value = value.map_err(|error| format!("{name}: {error}"))?;
+        let value = value.map_err(|mut error| {
+            error.value = shown(&error.value);
+            format!("{name}: {error}")
+        })?;
         Ok(Some(Row { tick, variable, value }))
     }
 }

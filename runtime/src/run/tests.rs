@@ -213,6 +213,14 @@ fn a_huge_stimulus_with_mistakes_everywhere_is_cut_short() {
     assert_eq!((errors.lines.len(), errors.more), (20, 980));
 }
 
+#[test]
+fn a_value_may_have_any_length() {
+    let long = |end: &str| format!("tick,name,value\n0,A,{}{end}\n", "0".repeat(1000));
+    assert_eq!(stimulus(long("2").as_bytes()), stimulus(b"tick,name,value\n0,A,2\n"));
+    let errors = stimulus(long("x").as_bytes()).unwrap_err();
+    assert!(errors[0].contains("is no integer") && errors[0].len() < 200, "{errors:?}");
+}
+
 struct Full;
 
 impl Write for Full {
