@@ -85,6 +85,15 @@ impl Checked {
     }
 }
 
+/// What listings say of the variables that a program names, a line each; for the language whose
+/// numbers say nothing by themselves.
+pub fn notes(program: &Program) -> Vec<String> {
+    match &program.tables {
+        Tables::Pmac(tables) => pmac::notes::notes(tables),
+        Tables::Pmi(_) | Tables::Nct(_) => Vec::new(),
+    }
+}
+
 /// Why a checked program is not compiled: a defect of plcc, or a program beyond all measure.
 #[derive(Debug, Error)]
 pub enum CompileError {

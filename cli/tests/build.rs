@@ -145,6 +145,23 @@ fn standard_output_takes_an_artifact_too() {
 }
 
 #[test]
+fn pmac_listings_say_what_the_variables_are() {
+    let text = "M1->Y:$FFC2,8\nM2->Y:$800,0\nI5=2\nOPEN PLC 1 CLEAR\nM1=M2\nCLOSE\n";
+    let folder = Folder::with(&[("a.pmc", text), ("b.pmi", COUNTER)]);
+    for form in ["ir", "clif", "asm"] {
+        let done = folder.plcc(&format!("build a.pmc --emit {form}")).exits(0);
+        let notes: Vec<_> = done.stdout.lines().take_while(|line| line.starts_with(';')).collect();
+        let [i5, m1] = notes[..] else { panic!("{form}: {notes:?}") };
+        assert!(i5.starts_with("; I5: which PLCs run"), "{i5}");
+        assert_eq!(m1, "; M1->Y:$FFC2,8,1: machine output 1");
+        let done = folder.plcc(&format!("build b.pmi --emit {form}")).exits(0);
+        assert!(!done.stdout.starts_with('\n'), "{}", done.stdout);
+    }
+    let listing = folder.plcc("build a.pmc --emit ir").exits(0).stdout;
+    plcc_ir::text::parse(&listing).unwrap();
+}
+
+#[test]
 fn several_files_are_a_pmac_download_or_too_many() {
     let folder = Folder::with(&[
         ("a.pmi", COUNTER),

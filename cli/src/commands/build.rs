@@ -43,7 +43,12 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         return Ok(ERRORS);
     };
     let lowered = checked.optimized(opt);
-    let bytes = make(&lowered, &target, args.emit)?;
+    let mut bytes = make(&lowered, &target, args.emit)?;
+    if is_text {
+        let mut listing = notes(&lowered);
+        listing.append(&mut bytes);
+        bytes = listing;
+    }
     let mut read = args.files.clone();
     read.extend(args.source.machine.clone());
     output::write(&path, &bytes, &program.sources, &read)?;
@@ -55,6 +60,15 @@ fn named(stem: &Path, ending: &str) -> PathBuf {
     name.push(".");
     name.push(ending);
     name.into()
+}
+
+/// What stands above a listing: comments, in its own form.
+fn notes(lowered: &Lowered) -> Vec<u8> {
+    let notes = compile::notes(&lowered.program);
+    let end = if notes.is_empty() { "" } else { "\n" };
+    let mut text: String = notes.iter().map(|note| format!("; {note}\n")).collect();
+    text.push_str(end);
+    text.into_bytes()
 }
 
 /// What was asked for, as bytes.

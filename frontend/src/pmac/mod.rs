@@ -23,6 +23,7 @@ mod integer;
 mod interp;
 mod load;
 mod lower;
+pub mod notes;
 mod online;
 mod origin;
 mod preprocess;
