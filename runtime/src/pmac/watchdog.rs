@@ -11,13 +11,17 @@ const SLOWEST: Duration = Duration::from_millis(20);
 /// How many late interrupts in a row trip it: a hiccup of the host is no failure.
 const LATE: u32 = 25;
 /// Interrupts without background.
-const INTERRUPTS: f64 = 512.0;
+const INTERRUPTS: u32 = 512;
+
+const STARVED: &str = "background was not done within 512 real-time interrupts";
 
 /// When things last happened.
 #[derive(Debug, Default)]
 pub(super) struct Watchdog {
     interrupt: Option<Instant>,
     late: u32,
+    /// Interrupts since background was done.
+    alone: u32,
     background: Option<Instant>,
 }
 
@@ -44,15 +48,18 @@ impl Watchdog {
         if self.late >= LATE {
             return Err(trip("the real-time interrupt came less than 50 times a second"));
         }
-        Ok(())
+        self.alone += 1;
+        if self.alone >= INTERRUPTS { Err(trip(STARVED)) } else { Ok(()) }
     }
 
     fn background_at(&mut self, now: Instant, interval: f64) -> Result<(), Stop> {
+        self.alone = 0;
         let last = self.background.replace(now);
         let passed = last.map_or(Duration::ZERO, |last| now.saturating_duration_since(last));
         // Never less than the slowest interrupts would allow.
-        if passed.as_secs_f64() > INTERRUPTS * interval.max(SLOWEST.as_secs_f64() / 16.0) {
-            return Err(trip("background was not done within 512 real-time interrupts"));
+        if passed.as_secs_f64() > f64::from(INTERRUPTS) * interval.max(SLOWEST.as_secs_f64() / 16.0)
+        {
+            return Err(trip(STARVED));
         }
         Ok(())
     }
@@ -76,10 +83,26 @@ mod tests {
         }
         assert!(watchdog.interrupt_at(now).is_err());
         let mut watchdog = Watchdog::default();
-        for step in 0..1000 {
+        for step in 0..500 {
             now += Duration::from_millis(if step % 20 == 0 { 100 } else { 1 });
             assert_eq!(watchdog.interrupt_at(now), Ok(()));
         }
+    }
+
+    #[test]
+    fn interrupts_alone_trip_it() {
+        let mut watchdog = Watchdog::default();
+        let now = Instant::now();
+        for _ in 0..2 {
+            for _ in 1..INTERRUPTS {
+                assert_eq!(watchdog.interrupt_at(now), Ok(()));
+            }
+            assert_eq!(watchdog.background_at(now, 0.001), Ok(()));
+        }
+        for _ in 1..INTERRUPTS {
+            assert_eq!(watchdog.interrupt_at(now), Ok(()));
+        }
+        assert!(watchdog.interrupt_at(now).is_err());
     }
 
     #[test]
