@@ -158,6 +158,12 @@ pub static CODES: &[CodeInfo] = &[
         "Wrong:\n  CMD\"ENABLEPLC\"\nRight:\n  CMD\"ENABLE PLC 2\"",
     ),
     code(
+        "PMAC-W5",
+        "a constant that an I-variable does not take",
+        "The I-variable has a range, and the constant is outside. That is no error: the variable takes the value modulo its range.",
+        "Wrong:\n  I8=256      ; is 0\nRight:\n  I8=255      ; plcc explain I8 has the range",
+    ),
+    code(
         "PMAC-N1",
         "motion program skipped",
         "OPEN PROG, OPEN ROTARY and their kind hold motion programs. They are no PLC code and are passed over up to their CLOSE.",

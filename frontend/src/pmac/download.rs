@@ -157,6 +157,7 @@ impl Checker<'_> {
                     let at = self.reader.cur.since(start);
                     for action in actions {
                         self.note_i5(&action);
+                        self.warn_of_action(&action, at);
                         self.out.online.push(Online { action, at });
                     }
                     if self.flow(flow, at) {

@@ -26,6 +26,7 @@ mod lower;
 pub mod notes;
 mod online;
 mod origin;
+mod outofrange;
 mod preprocess;
 mod program;
 mod rangeanalysis;

@@ -218,7 +218,10 @@ impl Checker<'_> {
 
     fn assignment(&mut self, kind: Kind, start: usize) -> Parsed<()> {
         match self.reader.variable(kind)? {
-            Variable::Assign(target, expr) => self.push(What::Assign(target, expr), start),
+            Variable::Assign(target, expr) => {
+                self.warn_of_range(target, expr, self.reader.cur.since(start));
+                self.push(What::Assign(target, expr), start);
+            }
             Variable::Define(kind, first, count) => {
                 let definition = self.reader.definition()?;
                 self.warn_of_online(start);
@@ -244,6 +247,7 @@ impl Checker<'_> {
     fn take_online(&mut self, actions: Vec<Action>, at: super::origin::At) {
         for action in actions {
             self.note_i5(&action);
+            self.warn_of_action(&action, at);
             self.out.online.push(super::ast::Online { action, at });
         }
     }
@@ -586,6 +590,7 @@ impl Checker<'_> {
             Ok(actions) => {
                 for action in &actions {
                     self.note_i5(action);
+                    self.warn_of_action(action, at);
                 }
                 (None, self.command_code(actions, at))
             }
