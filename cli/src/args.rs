@@ -376,7 +376,7 @@ pub(crate) struct ExplainArgs {
     #[arg(long, value_name = "DIALECT")]
     pub(crate) dialect: Option<DialectArg>,
 
-    /// PMAC's variables: only what they mean on that controller
+    /// Only what PMAC's variables mean on that controller
     #[arg(long, value_name = "CONTROLLER")]
     pub(crate) controller: Option<ControllerArg>,
 }

@@ -104,6 +104,7 @@ fn explain_knows_codes_and_variables_in_any_case() {
     assert!(!text.contains("PMAC"), "{text}");
     let text = folder.plcc("explain I900 --controller turbo").exits(0).stdout;
     assert!(text.contains("motor 9") && !text.contains("encoder"), "{text}");
+    assert!(!text.contains("NCT"), "{text}");
     folder.plcc("explain I5111 --controller pmac").exits(2).says(&["`I5111`"]);
     let done = folder.plcc("explain PMI-1 NONSENSE").exits(2).says(&["`NONSENSE`"]);
     assert!(done.stdout.contains("PMI-1: "));

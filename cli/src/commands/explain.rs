@@ -13,7 +13,9 @@ use crate::failure::{DONE, Failure};
 use crate::output;
 
 pub(crate) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
-    let dialect = args.dialect.map(Dialect::from);
+    // Only PMAC has controllers to choose from.
+    let pmac = args.controller.map(|_| Dialect::Pmac);
+    let dialect = args.dialect.map(Dialect::from).or(pmac);
     let mut all = Vec::new();
     let mut unknown = Vec::new();
     for what in &args.what {

@@ -35,6 +35,9 @@ pub fn explain(name: &str, controller: Option<Controller>) -> Option<String> {
     if let Some(rest) = upper.strip_prefix("MX") {
         return motor_family(rest);
     }
+    if let Some(rest) = upper.strip_prefix("MSX") {
+        return system_family(rest);
+    }
     let (letter, rest) = upper.split_at_checked(1)?;
     let letter = letter.chars().next()?;
     if let Some((first, last)) = rest.split_once("..").or_else(|| rest.split_once('-')) {
@@ -206,6 +209,17 @@ fn motor_family(rest: &str) -> Option<String> {
     ))
 }
 
+/// `Msx80`, customary on Turbo PMAC: M5180 to M6680.
+fn system_family(rest: &str) -> Option<String> {
+    let tail = number(rest).filter(|_| rest.len() == 2)?;
+    m_variable(100 + tail).filter(|row| row.meaning.starts_with(SYSTEM) && tail != 65)?;
+    let meaning = for_motor(tail, "s")?;
+    Some(format!(
+        "Msx{tail:02}\n  {meaning}\n  on Turbo PMAC M51{tail:02} to M66{tail:02}, with definitions \
+         of its own\n  PMAC guide, appendix E\n"
+    ))
+}
+
 /// A row's meaning, with the motor's number where a member of the family is told of.
 pub(super) fn of_member(row: &IVariable, member: Option<usize>) -> String {
     let mut text = row.meaning.to_string();
@@ -307,8 +321,9 @@ mod tests {
         says("Mxx03", None, &["channel x", "M103->"]);
         says("M5180", None, &["coordinate system 1: a motion program", "on Turbo PMAC"]);
         says("M6698", None, &["coordinate system 16: time base in force"]);
+        says("msx80", None, &["coordinate system s: a motion program", "M5180 to M6680"]);
         says("M180", Some(Controller::Turbo), &["usually M5180"]);
-        for name in ["M980", "M5145", "M6780", "M5165"] {
+        for name in ["M980", "M5145", "M6780", "M5165", "Msx45", "Msx65", "Msx8"] {
             assert_eq!(explain(name, None), None, "{name}");
         }
         // Its memory is not PMAC's.

@@ -290,9 +290,43 @@ mod tests {
                 other => panic!("{other}"),
             }
         }
-        // Eight motors of 53 registers each, and appendix F.
-        let motors = rows.iter().filter(|row| row.appendix == "E").count();
-        assert_eq!(motors % 8, 0);
+        // Eight motors of 59 registers each, and appendix F.
+        let of = |appendix| rows.iter().filter(|row| row.appendix == appendix).count();
+        assert_eq!((of("E"), of("F")), (8 * 59, 102));
+    }
+
+    #[test]
+    fn motors_have_their_registers_at_equal_distances() {
+        let address = |row: &MVariable| {
+            let digits = row.definition.split(['$', ',']).nth(1).unwrap();
+            u32::from_str_radix(digits, 16).unwrap()
+        };
+        let field = |row: &MVariable| row.definition.split_once(',').map(|(_, field)| field);
+        let axes = [0x81F, 0x820, 0x821, 0x819, 0x81A, 0x81B, 0x81C, 0x81D];
+        for first in m_table().iter().filter(|row| row.number / 100 == 1) {
+            for motor in 0..8 {
+                let row = m_variable(first.number + 100 * motor).unwrap();
+                let start = address(first);
+                let expected = match first.number {
+                    // Two channels share an integrated circuit.
+                    102 => start + motor / 2 * 8 - motor % 2,
+                    105 => start + motor / 2 * 8 + motor % 2,
+                    104 => start + motor,
+                    165 => axes[motor as usize],
+                    101..=123 => start + 4 * motor,
+                    _ if start < 0x700 => start + 0x3C * motor,
+                    _ => start + 0xC0 * motor,
+                };
+                assert_eq!(address(row), expected, "M{}", row.number);
+                assert_eq!(row.definition[..2], first.definition[..2], "M{}", row.number);
+                assert_eq!(field(row), field(first), "M{}", row.number);
+                let number = (motor + 1).to_string();
+                if first.number != 165 {
+                    let meaning = first.meaning.replacen('1', &number, 1);
+                    assert_eq!(row.meaning, meaning, "M{}", row.number);
+                }
+            }
+        }
     }
 
     #[test]
