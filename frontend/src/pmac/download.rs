@@ -128,19 +128,14 @@ impl Checker<'_> {
 
     /// Warns of the CLOSE that is missing, at the last line; gives its place.
     fn warn_unclosed(&mut self) -> At {
-        let at = self.last_line(self.flat.text.trim_end().len());
+        let end = self.flat.text.len();
+        let at = At::new(end.saturating_sub(1), end);
         let diagnostic = self.flat.origins.diagnose(at, |span| {
             Diagnostic::warning("PMAC-W1", span, "the last buffer is not closed")
                 .help("end it with CLOSE")
         });
         self.diagnostics.push(diagnostic);
         at
-    }
-
-    fn last_line(&self, end: usize) -> At {
-        let before = self.flat.text.get(..end).unwrap_or("");
-        let start = before.rfind('\n').map_or(0, |line| line + 1);
-        At::new(start.max(self.flat.text.floor_char_boundary(end.saturating_sub(64))), end)
     }
 
     /// On-line commands up to the line's end, or to an OPEN.

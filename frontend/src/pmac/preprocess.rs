@@ -22,7 +22,7 @@ const MAX_PRODUCED: usize = 16 << 20;
 /// A preprocessed download.
 #[derive(Debug, Default)]
 pub(crate) struct Flat {
-    /// The text.
+    /// The text. Its last character stands for the last line of the last file.
     pub(crate) text: String,
     /// Where it comes from.
     pub(crate) origins: Origins,
@@ -125,9 +125,21 @@ pub(crate) fn preprocess(
     for &file in files {
         this.file(file);
     }
+    if let Some(end) = files.iter().rev().find_map(|&file| last_line(this.map, file)) {
+        this.flat.origins.expanded(this.flat.text.len(), end, end);
+        this.flat.text.push('\n');
+    }
     this.flat.names = this.macros.into_keys().collect();
     this.flat.names.sort_unstable();
     (this.flat, this.diagnostics)
+}
+
+/// The last line of a file that holds a character, where what is absent is missed.
+fn last_line(map: &SourceMap, file: FileId) -> Option<Span> {
+    let text = map.text(file).trim_end();
+    let start = text.rfind(['\n', '\r']).map_or(0, |line| line + 1);
+    let line = text.get(start..).unwrap_or("").trim_start();
+    (!line.is_empty()).then(|| Span::new(file, text.len() - line.len(), text.len()))
 }
 
 /// Whether a character may stand in a name.
@@ -166,8 +178,10 @@ impl Preprocessor<'_> {
         let Some(frame) = self.frames.pop() else { return };
         self.in_block = false;
         for open in self.conditionals.drain(frame.conditionals.min(self.conditionals.len())..) {
+            let end = last_line(self.map, frame.file).unwrap_or(open.at);
             self.diagnostics.push(
-                Diagnostic::error("PMAC-9", open.at, "this conditional has no #endif")
+                Diagnostic::error("PMAC-9", end, "an #endif is missing")
+                    .label(open.at, "this conditional has none")
                     .help("end it with #endif in the same file"),
             );
         }
@@ -585,7 +599,8 @@ mod tests {
         let file = map.add("m.pmc", text.as_bytes());
         let loader = MemoryLoader::new().with("inc/a.pmc", "P9=FOO\n");
         let (flat, diagnostics) = preprocess(&mut map, &[file], &loader, options);
-        (flat.text, diagnostics.iter().map(|d| d.code).collect())
+        let text = flat.text.strip_suffix('\n').unwrap_or_default();
+        (text.to_owned(), diagnostics.iter().map(|d| d.code).collect())
     }
 
     fn plain(text: &str) -> String {

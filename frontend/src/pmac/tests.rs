@@ -356,6 +356,16 @@ fn structure_is_reported_at_the_close() {
 }
 
 #[test]
+fn what_is_absent_is_missed_at_the_last_line_with_a_character() {
+    let tail = "#ifdef X\n P5=1\n#endif\n ; end\n\n";
+    assert_eq!(codes(&format!("I5=2\nOPEN PLC 1\nP1=1\n{tail}")), [("PMAC-W1", 7)]);
+    let text = format!("I5=2\nOPEN PLC 1\nIF (P1=1)\n{tail}");
+    assert_eq!(codes(&text), [("PMAC-W1", 7), ("PMAC-9", 7)]);
+    assert_eq!(codes(&format!("OPEN PROG 1\nX1\n{tail}")), [("PMAC-N1", 1), ("PMAC-W1", 6)]);
+    assert_eq!(codes("#ifndef X\nP1=1\n#ifdef Y\n; end\n\n"), [("PMAC-9", 4), ("PMAC-9", 4)]);
+}
+
+#[test]
 fn every_wrong_statement_is_reported_once() {
     let text = "I5=2\nOPEN PLC 1\nIF (P1) P2=+1 ENDIF\nWHILE(FOO=1)\nBAR=2 P1=1\nENDW\nCLOSE\n";
     let found = codes(text);
