@@ -195,9 +195,12 @@ pub fn i_variable(controller: Controller, number: u32) -> Option<(&'static IVari
     Some((index.rows.get(usize::from(row))?, usize::from(member)))
 }
 
-/// An I-variable's value before anything is assigned, which `I5=*` brings back.
+/// An I-variable's value before anything is assigned, which `I5=*` brings back: appendix B's, on
+/// Turbo PMAC too. From I900 on Turbo PMAC has motors, and no encoders and no ring.
 pub fn i_default(controller: Controller, number: u32) -> f64 {
-    i_variable(controller, number).map_or(0.0, |(row, member)| row.default_of(member))
+    let guide = || i_variable(Controller::Pmac, number).filter(|_| number < 900);
+    let row = i_variable(controller, number).or_else(guide);
+    row.map_or(0.0, |(row, member)| row.default_of(member))
 }
 
 /// An I-variable's range; `None` for any real number.
@@ -371,7 +374,13 @@ mod tests {
         }
         assert_eq!(i_range(turbo, 6712), None);
         assert_eq!(i_range(Controller::Pmac, 5111), None);
-        assert_eq!(i_default(turbo, 3211), 32000.0);
+        let defaults =
+            [(3211, 32000.0), (121, 50.0), (921, 0.0), (900, 0.0), (902, 0.0), (12, 10.0)];
+        for (number, default) in defaults {
+            assert_eq!(i_default(turbo, number), default, "I{number}");
+        }
+        // Other values are usual there.
+        assert_eq!(i_range(turbo, 172), None);
         assert_eq!(i_range(turbo, 5), Some(Range::Integer(0, 3)));
         assert!(ranges(turbo).windows(2).all(|pair| pair[0].0 < pair[1].0));
     }
