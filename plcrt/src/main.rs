@@ -61,7 +61,9 @@ fn run(cli: &Cli) -> Result<u8, String> {
     let mut engine = engine.map_err(|error| named(&error))?;
     let machine =
         cli.machine.as_deref().map(|path| machine(path, &artifact.program)).transpose()?;
-    Ok(session::run(&artifact.program, &mut engine, &cli.run, machine.as_ref()))
+    let reads = cli.machine.iter().chain([&cli.artifact]).cloned().collect();
+    let run = RunArgs { reads, ..cli.run.clone() };
+    Ok(session::run(&artifact.program, &mut engine, &run, machine.as_ref()))
 }
 
 /// What a machine file says of the control. What it says of variables was fixed when the program

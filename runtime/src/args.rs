@@ -87,6 +87,11 @@ pub struct RunArgs {
     #[arg(long, value_name = "FILE")]
     pub retain: Option<PathBuf>,
 
+    /// Files that are read besides the sources and the stimulus: an artifact, a machine file. No
+    /// output may overwrite them.
+    #[arg(skip)]
+    pub reads: Vec<PathBuf>,
+
     /// How the control is set.
     #[command(flatten)]
     pub control: ControlArgs,

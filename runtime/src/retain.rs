@@ -52,7 +52,7 @@ pub enum RetainError {
 }
 
 /// Where the second copy is.
-fn copy_of(path: &Path) -> PathBuf {
+pub(crate) fn copy_of(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".bak");
     name.into()

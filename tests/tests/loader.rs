@@ -124,6 +124,17 @@ fn a_damaged_artifact_is_refused() {
     }
 }
 
+#[test]
+fn the_artifact_is_not_overwritten() {
+    let shop = Shop::new("overwritten");
+    let whole = fs::read(shop.path("lathe.plcx")).unwrap();
+    for option in ["--dump", "--retain"] {
+        let output = shop.run(&["lathe.plcx", "--ticks", "1", option, "./lathe.plcx"]);
+        assert_eq!(output.status.code(), Some(2), "{option}");
+        assert_eq!(fs::read(shop.path("lathe.plcx")).unwrap(), whole, "{option}");
+    }
+}
+
 /// Ctrl-C, in real time and in simulated time.
 #[test]
 fn ctrl_c_ends_cleanly() {

@@ -141,6 +141,7 @@ fn wrong_usage_is_exit_2_and_touches_nothing() {
         "--ticks 1 --stimulus %good.csv --trace %good.csv",
         "--ticks 1 --dump %p.pmi",
         "--ticks 1 --trace %a --events %a",
+        "--ticks 1 --retain %a --dump %a.bak",
         "--ticks 1 --trace - --dump -",
         "--ticks 1 --dump %no/folder",
         "--ticks 1 --trace %no/folder",

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use plcc_abi::nct::NctSettings;
 use plcc_abi::{Dialect, Engine, Program};
+use plcc_runtime::args::RunArgs;
 use plcc_runtime::pmac::Settings;
 use plcc_runtime::{Artifact, NativeEngine, session};
 
@@ -46,7 +47,9 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     report.show(&program.sources, &shown, to)?;
     let (tables, mut engine) = engine(&checked, args)?;
     let machine = args.source.machine.as_ref().map(|_| &options.machine.nct);
-    Ok(session::run(&tables, engine.as_mut(), &args.run, machine))
+    let reads = args.source.machine.iter().cloned().collect();
+    let run = RunArgs { reads, ..args.run.clone() };
+    Ok(session::run(&tables, engine.as_mut(), &run, machine))
 }
 
 fn engine(checked: &Checked, args: &RunCommand) -> Result<(Program, Box<dyn Engine>), Failure> {
@@ -131,5 +134,7 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let mut engine = engine.map_err(|error| Failure::file(path, error))?;
     let settings: Option<&NctSettings> = machine.as_ref().map(|machine| &machine.nct);
-    Ok(session::run(&artifact.program, &mut engine, &args.run, settings))
+    let reads = source.machine.iter().cloned().chain([path.to_owned()]).collect();
+    let run = RunArgs { reads, ..args.run.clone() };
+    Ok(session::run(&artifact.program, &mut engine, &run, settings))
 }

@@ -8,6 +8,7 @@ use plcc_abi::Program;
 
 use crate::args::RunArgs;
 use crate::files::{Durable, can_replace, replace};
+use crate::retain::copy_of;
 
 use super::SessionError;
 
@@ -106,10 +107,12 @@ pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), Sessi
         option("--events", &args.events),
         option("--dump", &args.dump),
         option("--retain", &args.retain),
+        args.retain.as_deref().map(|path| ("--retain's copy", copy_of(path))),
     ];
+    let read = args.reads.iter().map(|path| ("what is read", path.clone()));
     let source = program.files.iter().map(|file| ("the program", PathBuf::from(file)));
     let mut seen: Vec<(&str, PathBuf)> =
-        option("--stimulus", &args.stimulus).into_iter().chain(source).collect();
+        option("--stimulus", &args.stimulus).into_iter().chain(source).chain(read).collect();
     for (name, path) in outputs.into_iter().flatten() {
         if let Some((other, _)) = seen.iter().find(|(_, other)| same(other, &path)) {
             return Err(SessionError(if is_stdout(&path) {
