@@ -14,6 +14,9 @@ const SWITCHES: &[&str] = &["ENABLE", "DISABLE", "PAUSE", "RESUME"];
 const TEXTS: &[&str] =
     &["COMMAND", "COMM", "CMD", "SEND", "SENDS", "SENDP", "SENDR", "SENDA", "DISPLAY", "DISP"];
 
+/// So many bytes of a line are looked ahead into, however many errors it has.
+const FAR: usize = 1024;
+
 /// The offset of the next statement behind `pos`, or of the line's end, in `text`, where the wrong
 /// statement begins at `start`. On-line text has no words that shape a program.
 pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool) -> usize {
@@ -27,6 +30,9 @@ pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool)
     let (mut depth, mut quoted) = (0usize, false);
     // Whether a condition's parentheses are still to come.
     let mut awaited = starts(start, &["IF", "WHI", "AND", "OR"]);
+    // Quotes that are left: where their number is odd, one of them is missing.
+    let line = bytes.iter().skip(pos).take(FAR).take_while(|b| **b != b'\n');
+    let mut quotes = line.filter(|b| **b == b'"').count();
     let mut letter = false;
     let mut last = b'\n';
     let mut at = start;
@@ -47,12 +53,16 @@ pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool)
             }
             let ends = last.is_ascii_alphanumeric() || matches!(last, b')' | b'"' | b'.');
             let rest = bytes.get(at..).unwrap_or(&[]);
-            if at >= pos && at > start && depth == 0 && !awaited && ends && begins(rest) {
+            let open = depth > 0 || awaited || quotes % 2 != 0;
+            if at >= pos && at > start && !open && ends && begins(rest) {
                 return at;
             }
         }
         match here {
-            b'"' => quoted = !quoted,
+            b'"' => {
+                quoted = !quoted;
+                quotes -= usize::from(at >= pos && quotes > 0);
+            }
             b'(' if !quoted => depth += 1,
             b')' if !quoted => {
                 depth = depth.saturating_sub(1);

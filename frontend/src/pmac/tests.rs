@@ -388,6 +388,7 @@ fn statements_of_one_line_have_an_error_each() {
         ("IF (P1 P2=+3) ENDIF", 1),
         ("P1=+1+P2=+3", 1),
         ("P1=DISTANCE*SENDING", 1),
+        ("CMD P1=1\"P2=+1", 1),
     ] {
         assert_eq!(plc(line).len(), errors, "{line}");
     }
