@@ -447,8 +447,12 @@ impl Checker<'_> {
     }
 
     fn display(&mut self, start: usize) -> Parsed<()> {
+        self.reader.cur.blanks();
+        let from = self.reader.cur.pos;
         let position = self.reader.cur.integer();
-        let position = u32::try_from(position.unwrap_or(0)).unwrap_or(u32::MAX);
+        let Ok(position) = u32::try_from(position.unwrap_or(0)) else {
+            return syntax(self.reader.cur.since(from), "no display has this position");
+        };
         let _ = self.reader.cur.eat(b',');
         if self.reader.cur.peek() == b'"' {
             let text = self.reader.quoted()?;
@@ -462,7 +466,10 @@ impl Checker<'_> {
             if width.is_none() {
                 return self.reader.cur.expected("a text in quotes, or width.decimals");
             }
-            return syntax(self.reader.cur.since(from), "a field has 1 to 80 characters");
+            return syntax(
+                self.reader.cur.since(from),
+                "a field has 1 to 80 characters and 0 to 40 decimals",
+            );
         };
         if !self.reader.cur.eat(b',') {
             return self.reader.cur.expected("`,` and a variable");

@@ -434,6 +434,14 @@ fn what_a_missing_file_may_define_is_not_judged() {
 }
 
 #[test]
+fn what_display_cannot_show_is_refused() {
+    for line in ["DISPLAY 4294967296\"A\"", "DISP 5,81.0,P1", "DISP 5,8.41,P1", "DISP 5,0.0,P1"] {
+        assert_eq!(plc(line), [("PMAC-3", 2)], "{line}");
+    }
+    assert_eq!(plc("DISP 5,80.40,P1 DISPLAY 79 \"A\""), []);
+}
+
+#[test]
 fn a_return_in_the_middle_is_for_motion_programs() {
     assert_eq!(plc("IF(P1=1)RETURN ENDIF"), [("PMAC-3", 2)]);
 }
