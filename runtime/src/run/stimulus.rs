@@ -45,7 +45,7 @@ pub struct StimulusError {
 
 impl Stimulus {
     /// Reads a stimulus: UTF-8 with or without a byte order mark, lines that end in LF, CR LF or
-    /// CR, empty lines anywhere, fields plain or in double quotes.
+    /// CR, empty lines anywhere, fields plain or in double quotes. DOS's end of a file ends it.
     ///
     /// # Errors
     /// A missing header, a row that has no three fields, a tick that is no number, a name that
@@ -53,6 +53,7 @@ impl Stimulus {
     pub fn parse(bytes: &[u8], executive: &mut dyn Executive) -> Result<Self, StimulusError> {
         let text = String::from_utf8_lossy(bytes);
         let text = text.strip_prefix('\u{FEFF}').unwrap_or(&text);
+        let text = text.trim_end().strip_suffix('\u{1A}').unwrap_or(text);
         let mut reader = Reader { executive, names: HashMap::new() };
         let mut rows: Vec<Row> = vec![];
         let mut errors = StimulusError { lines: vec![], more: 0 };

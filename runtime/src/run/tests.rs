@@ -180,6 +180,7 @@ fn tables_come_in_many_forms() {
     let plain = stimulus(b"tick,name,value\n1,A,2\n0,P10,3\n").unwrap();
     for other in [
         &b"\xEF\xBB\xBFtick,name,value\r\n1,A,2\r\n\r\n0,P10,3"[..],
+        b"tick,name,value\r\n1,A,2\r\n0,P10,3\r\n\x1A",
         b"Tick, Name ,Value\r1,\"A\",2\r0,P10,3\r",
         b"tick,name,value\n 1 , A , 2 \n\n0,\"P10\",\"3\"\n",
     ] {
