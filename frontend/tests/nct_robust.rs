@@ -1,11 +1,14 @@
 //! Text that nobody wrote on purpose: nothing falls over, and every place told is in the text.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
+mod random;
+
 use plcc_diag::SourceMap;
 use plcc_frontend::{
     common::{Limits, MemoryLoader, Options},
     nct,
 };
+use random::Random;
 
 /// Checks a text, and lowers what is good of it; the number of errors.
 fn errors(text: &[u8], limits: Limits) -> usize {
@@ -23,17 +26,6 @@ fn errors(text: &[u8], limits: Limits) -> usize {
         assert!(span.start <= span.end && sources.text(span.file).get(span.range()).is_some());
     }
     all.iter().filter(|d| d.is_error()).count()
-}
-
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 33) as usize % limit
-    }
 }
 
 #[test]

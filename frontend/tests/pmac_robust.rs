@@ -1,11 +1,14 @@
 //! Text that nobody wrote on purpose: nothing falls over, and every place told is in the text.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
+mod random;
+
 use plcc_diag::SourceMap;
 use plcc_frontend::{
     common::{Controller, Limits, MemoryLoader, Options},
     pmac,
 };
+use random::Random;
 
 /// Checks a text, and lowers what is good of it; the number of errors.
 fn errors(text: &[u8], controller: Controller) -> usize {
@@ -29,17 +32,6 @@ fn errors(text: &[u8], controller: Controller) -> usize {
         }
     }
     all.iter().filter(|d| d.is_error()).count()
-}
-
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 33) as usize % limit
-    }
 }
 
 const HEADS: [&str; 16] = [
