@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use cranelift_codegen::isa::{self, TargetIsa};
 use cranelift_codegen::settings::{self, Configurable, SetError};
-
 use target_lexicon::{Architecture, BinaryFormat, Triple};
 
 use crate::CodegenError;

@@ -121,20 +121,25 @@ impl Operand {
         // Most numbers are integers: these are known by coming back from one unchanged.
         let (_, may_be_nan, _) = self.shape().real();
         let value = self.float(b);
-        let whole = b.convert(ConvertOp::Whole, Type::I32, value);
-        let back = b.convert(ConvertOp::IntToFloat, Type::F64, whole);
+        let cond = if may_be_nan { FloatCond::Eq } else { FloatCond::Apart };
+        let (whole, answer) = ask(b, value, cond);
         let fixed = |b: &mut FuncBuilder| match b.host_call(HostFn::PmacBits, &[value]) {
             Some(bits) => b.sextend_or_trunc(Type::I32, bits),
             None => whole,
         };
         if may_be_nan {
-            let same = b.fcmp(FloatCond::Eq, back, value);
-            either(b, same, Type::I32, |_| whole, fixed)
+            either(b, answer, Type::I32, |_| whole, fixed)
         } else {
-            let apart = b.fcmp(FloatCond::Apart, back, value);
-            either(b, apart, Type::I32, fixed, |_| whole)
+            either(b, answer, Type::I32, fixed, |_| whole)
         }
     }
+}
+
+/// A double cut to an `i32`, and how that compares with it: equal if it is an integer.
+pub(crate) fn ask(b: &mut FuncBuilder, value: Value, cond: FloatCond) -> (Value, Value) {
+    let whole = b.convert(ConvertOp::Whole, Type::I32, value);
+    let back = b.convert(ConvertOp::IntToFloat, Type::F64, whole);
+    (whole, b.fcmp(cond, back, value))
 }
 
 /// The type that holds every integer of a shape.
@@ -381,9 +386,7 @@ fn bit_operator(b: &mut FuncBuilder, op: Bin, x: Value, y: Value, rare: bool) ->
     }
     let mut all = None;
     let [i, j] = [x, y].map(|value| {
-        let whole = b.convert(ConvertOp::Whole, Type::I32, value);
-        let back = b.convert(ConvertOp::IntToFloat, Type::F64, whole);
-        let fits = b.fcmp(FloatCond::Eq, back, value);
+        let (whole, fits) = ask(b, value, FloatCond::Eq);
         all = Some(match all {
             Some(others) => b.binary(BinaryOp::And, others, fits),
             None => fits,

@@ -394,17 +394,15 @@ impl Lowerer<'_> {
         asked: &[Name],
         mut write: impl FnMut(&mut Self) -> Option<Value>,
     ) -> Option<Value> {
-        use plcc_ir::{BinaryOp, ConvertOp, FloatCond};
+        use plcc_ir::{BinaryOp, FloatCond};
         let mut any = None;
         let (mut whole, mut real) = (Vec::new(), Vec::new());
         for &name in asked {
             let value = self.read(name.0, u32::from(name.1));
             let b = self.builder.ins();
             let value = value.float(b);
-            let narrow = b.convert(ConvertOp::Whole, Type::I32, value);
-            let back = b.convert(ConvertOp::IntToFloat, Type::F64, narrow);
             // Variables hold no NaN.
-            let other = b.fcmp(FloatCond::Apart, back, value);
+            let (narrow, other) = emit::ask(b, value, FloatCond::Apart);
             any = Some(match any {
                 Some(others) => b.binary(BinaryOp::Or, others, other),
                 None => other,

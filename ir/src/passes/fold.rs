@@ -195,6 +195,12 @@ impl Fold<'_> {
         self.insert(constant(ty, value))
     }
 
+    /// An operation with a constant before the instruction at hand.
+    pub(super) fn with(&mut self, op: BinaryOp, ty: Type, a: Value, c: i64) -> Option<Value> {
+        let c = self.insert_const(ty, c)?;
+        self.insert(InstData::Binary { op, args: [a, c] })
+    }
+
     /// Whether a value is used once at most, so that it goes when its use does.
     pub(super) fn is_single(&self, value: Value) -> bool {
         self.uses.get(value.index()).is_none_or(|&uses| uses < 2)

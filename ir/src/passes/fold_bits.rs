@@ -33,13 +33,15 @@ impl Fold<'_> {
         {
             arg = word;
         }
-        let ty = self.func.ty(arg);
-        let width = i64::from(ty.bits());
-        let shifted = self.operands(arg, BinaryOp::Lshr).and_then(|[x, by]| {
-            Some((x, self.func.constant(by).filter(|by| (0..width).contains(by))?))
-        });
-        let (of, number) = shifted.unwrap_or((arg, 0));
-        Some(Bit { of, ty, number, opposite: opposite.is_some() })
+        let (of, number) = self.shifted_right(arg).unwrap_or((arg, 0));
+        Some(Bit { of, ty: self.func.ty(arg), number, opposite: opposite.is_some() })
+    }
+
+    /// What a value is a shift right of, and by how much.
+    fn shifted_right(&self, value: Value) -> Option<(Value, i64)> {
+        let [x, by] = self.operands(value, BinaryOp::Lshr)?;
+        let width = i64::from(self.func.ty(value).bits());
+        Some((x, self.func.constant(by).filter(|by| (0..width).contains(by))?))
     }
 
     /// A gate of two bits: one of the words is shifted to where the bit of the other is, and the
@@ -52,14 +54,9 @@ impl Fold<'_> {
         let number = x.number.min(y.number);
         let neither = x.opposite && y.opposite && op != BinaryOp::Xor;
         let [x_at, y_at] = [x, y].map(|bit| {
-            let shift = bit.number - number;
-            let at = match shift {
+            let at = match bit.number - number {
                 0 => bit.of,
-                _ => {
-                    let by = self.insert_const(bit.ty, shift)?;
-                    let args = [bit.of, by];
-                    self.insert(InstData::Binary { op: BinaryOp::Lshr, args })?
-                }
+                shift => self.with(BinaryOp::Lshr, bit.ty, bit.of, shift)?,
             };
             match bit.opposite && !neither {
                 true => self.insert(InstData::Unary { op: UnaryOp::Not, arg: at }),
@@ -73,8 +70,7 @@ impl Fold<'_> {
         };
         let mut word = self.insert(InstData::Binary { op, args: [x_at?, y_at?] })?;
         if number > 0 {
-            let by = self.insert_const(x.ty, number)?;
-            word = self.insert(InstData::Binary { op: BinaryOp::Lshr, args: [word, by] })?;
+            word = self.with(BinaryOp::Lshr, x.ty, word, number)?;
         }
         let bit = InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: word };
         match neither {
@@ -123,10 +119,9 @@ impl Fold<'_> {
                 _ => Some(extra + self.extra_shifts(y, to, depth - 1)?),
             };
         }
-        let shift = self.operands(value, BinaryOp::Lshr).and_then(|[_, by]| self.func.constant(by));
-        Some(match shift {
+        Some(match self.shifted_right(value) {
             None => 1,
-            Some(by) => i32::from(by != to) - i32::from(self.is_single(value)),
+            Some((_, by)) => i32::from(by != to) - i32::from(self.is_single(value)),
         })
     }
 
@@ -142,17 +137,11 @@ impl Fold<'_> {
                 _ => self.insert(InstData::Unary { op: UnaryOp::Not, arg: x }),
             };
         }
-        let shifted = self.operands(value, BinaryOp::Lshr).and_then(|[x, by]| {
-            let by = self.func.constant(by)?;
-            (0..i64::from(ty.bits())).contains(&by).then_some((x, by))
-        });
-        let (x, from) = shifted.unwrap_or((value, 0));
-        let (op, by) = match to - from {
-            0 => return Some(x),
-            by if by > 0 => (BinaryOp::Shl, by),
-            by => (BinaryOp::Lshr, -by),
-        };
-        let by = self.insert_const(ty, by)?;
-        self.insert(InstData::Binary { op, args: [x, by] })
+        let (x, from) = self.shifted_right(value).unwrap_or((value, 0));
+        match to - from {
+            0 => Some(x),
+            by if by > 0 => self.with(BinaryOp::Shl, ty, x, by),
+            by => self.with(BinaryOp::Lshr, ty, x, -by),
+        }
     }
 }

@@ -83,8 +83,7 @@ impl Fold<'_> {
     /// Whether a value shifted left is 0: whether its low bits are.
     fn zero_below(&mut self, cond: IntCond, ty: Type, [x, by]: [Value; 2]) -> Option<Simpler> {
         let by = u32::try_from(self.func.constant(by)?).ok().filter(|&by| by < ty.bits())?;
-        let low = self.insert_const(ty, ty.wrap((mask(ty) >> by) as i64))?;
-        let low = self.insert(InstData::Binary { op: BinaryOp::And, args: [x, low] })?;
+        let low = self.with(BinaryOp::And, ty, x, (mask(ty) >> by) as i64)?;
         let zero = self.insert_const(ty, 0)?;
         Some(Simpler::icmp(cond, low, zero))
     }

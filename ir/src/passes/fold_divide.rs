@@ -23,9 +23,7 @@ impl Fold<'_> {
             BinaryOp::Sdiv if c < 0 => Some(Simpler::unary(crate::UnaryOp::Neg, quotient)),
             BinaryOp::Sdiv | BinaryOp::Udiv => Some(Simpler::Same(quotient)),
             _ => {
-                let by = self.insert_const(ty, size as i64)?;
-                let args = [quotient, by];
-                let product = self.insert(InstData::Binary { op: BinaryOp::Mul, args })?;
+                let product = self.with(BinaryOp::Mul, ty, quotient, size as i64)?;
                 Some(Simpler::binary(BinaryOp::Sub, a, product))
             }
         }
@@ -76,11 +74,5 @@ impl Fold<'_> {
         let product = self.with(BinaryOp::Mul, Type::I64, wide, factor as i64)?;
         let quotient = self.with(op, Type::I64, product, i64::from(shift))?;
         self.insert(InstData::Convert { op: ConvertOp::Trunc, to: ty, arg: quotient })
-    }
-
-    /// An operation with a constant.
-    fn with(&mut self, op: BinaryOp, ty: Type, a: Value, c: i64) -> Option<Value> {
-        let c = self.insert_const(ty, c)?;
-        self.insert(InstData::Binary { op, args: [a, c] })
     }
 }
