@@ -6,7 +6,7 @@ use plcc_diag::Diagnostic;
 use super::ast::{Action, Buffer, Download, Expr, Online, Op, Stmt, What};
 use super::cursor::{Fault, Parsed};
 use super::expr::Reader;
-use super::online::Flow;
+use super::online::{Flow, PERHAPS_A_NAME};
 use super::origin::At;
 use super::preprocess::Flat;
 use super::recover::next_statement;
@@ -434,7 +434,7 @@ impl Checker<'_> {
         let at = fault.at;
         let word = self.flat.text.get(at.start as usize..at.end as usize)?.trim();
         let is_word = word.starts_with(|c: char| c.is_alphabetic() || c == '_');
-        let unhelped = fault.help.as_ref().is_none_or(|help| help.starts_with("if it is a name"));
+        let unhelped = fault.help.as_ref().is_none_or(|help| help == PERHAPS_A_NAME);
         if !is_word || !unhelped || self.diagnostics.len() >= 100 {
             return None;
         }

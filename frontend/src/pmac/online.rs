@@ -11,6 +11,9 @@ use super::cursor::{Fault, Parsed, syntax_help};
 use super::expr::Reader;
 use super::origin::At;
 
+/// The help for a word that nothing is like.
+pub(crate) const PERHAPS_A_NAME: &str = "if it is a name, its #define must come before";
+
 /// What a command does to the reading of the text.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Flow {
@@ -403,7 +406,7 @@ impl Reader<'_> {
                  COMMAND\"…\" gives on-line commands"
             ),
             Some(word) => format!("did you mean {word}?"),
-            None => "if it is a name, its #define must come before".to_owned(),
+            None => PERHAPS_A_NAME.to_owned(),
         };
         syntax_help(at, format!("`{what}` is neither a statement nor defined"), help)
     }
