@@ -1,24 +1,25 @@
-//! The table of codes: what each means and how to mend it.
+//! The pages of diagnostic codes: what each code means and how to mend its cause.
 
 use crate::codes;
 
-/// A code's page, as `plcc explain` prints it.
+/// The page of one code, as `plcc explain` prints it.
 #[derive(Clone, Copy, Debug)]
 pub struct CodeInfo {
-    /// `PMI-31`, `PMI-X1`, `PMI-W1`…
+    /// The code: the manual's own number (`PMI-31`), one of ours where the manual has none
+    /// (`PMI-X1`), a warning (`PMI-W1`) or a note (`PMAC-N1`).
     pub code: &'static str,
-    /// A few words.
+    /// What is wrong, in a few words.
     pub title: &'static str,
     /// What it means and why it is refused or warned of.
     pub meaning: &'static str,
-    /// A wrong example and its mend.
+    /// A wrong example and the same example mended, or what to do.
     pub mend: &'static str,
 }
 
-/// All tables, one a language.
+/// The pages of all languages: one table for each.
 pub static TABLES: &[&[CodeInfo]] = &[codes::pmi::CODES, codes::nct::CODES, codes::pmac::CODES];
 
-/// Finds a code, whatever its case.
+/// Finds the page of a code, in upper or lower case. `None` for a code that does not exist.
 pub fn find_code(code: &str) -> Option<&'static CodeInfo> {
     TABLES.iter().flat_map(|t| t.iter()).find(|info| info.code.eq_ignore_ascii_case(code))
 }

@@ -1,13 +1,14 @@
-//! Bytes to text, as the tools of the time wrote them.
+//! Decodes source files as the DOS and Windows tools of the time wrote them.
 
-/// Decodes a source: UTF-8 with or without a byte order mark, UTF-16 with one, else Windows-1252.
+/// Decodes a source file: UTF-8 with or without a byte order mark, UTF-16 with one, and everything
+/// else as Windows-1252, in which every byte has a meaning.
 ///
-/// A DOS end-of-file mark (Ctrl-Z) and whatever stands behind it at the very end (only NUL or
-/// further Ctrl-Z, as old editors pad with) is dropped. Line ends stay as they are.
+/// DOS tools end a file with the character Ctrl-Z and may fill the rest of a disk block with further
+/// ones or with NUL; at the end of the text these are dropped. Line ends stay as they are.
 pub(crate) fn decode(bytes: &[u8]) -> String {
     let (text, _, had_errors) = encoding_rs::UTF_8.decode(bytes);
     let text = if had_errors {
-        // An editor may have put a mark in front of what it did not convert.
+        // An editor may have put the mark of UTF-8 in front of a text that it did not convert.
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         encoding_rs::WINDOWS_1252.decode_without_bom_handling(bytes).0
     } else {

@@ -1,20 +1,20 @@
-//! What a front end has to say.
+//! One finding about a program: an error, a warning or a note.
 
 use crate::Span;
 
-/// How bad it is.
+/// How serious a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
     /// The program is refused.
     Error,
-    /// The program runs, but perhaps not as meant.
+    /// The program is accepted, but perhaps does not do what its author meant.
     Warning,
-    /// Worth knowing.
+    /// Something worth knowing, such as what was passed over.
     Note,
 }
 
 impl Severity {
-    /// The word for it, as JSON has it.
+    /// The word for it in JSON: `error`, `warning` or `note`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Error => "error",
@@ -24,30 +24,30 @@ impl Severity {
     }
 }
 
-/// A second place that explains the first.
+/// A further place in the source that explains a diagnostic, such as an earlier declaration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
-    /// Where.
+    /// The place.
     pub span: Span,
-    /// What is to be seen there.
+    /// What the reader sees there.
     pub text: String,
 }
 
-/// One finding: its code, its place, and what to do.
+/// One finding: what is wrong, where, and what to do about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[must_use]
 pub struct Diagnostic {
-    /// `PMI-31`, `NCT-W2`, `PMAC-X1`…: an entry of the table of codes.
+    /// Its code, such as `PMI-31`; [`find_code`](crate::find_code) has a page for each.
     pub code: &'static str,
-    /// How bad it is.
+    /// How serious it is.
     pub severity: Severity,
-    /// One sentence without a full stop.
+    /// What is wrong: one sentence without a full stop.
     pub message: String,
-    /// Where it is.
+    /// The place that it is about.
     pub span: Span,
-    /// Further places.
+    /// Further places that explain it.
     pub labels: Vec<Label>,
-    /// Further facts.
+    /// Further facts, each a sentence.
     pub notes: Vec<String>,
     /// What to do about it.
     pub help: Option<String>,
@@ -58,40 +58,40 @@ impl Diagnostic {
         Self { code, severity, message, span, labels: vec![], notes: vec![], help: None }
     }
 
-    /// An error.
+    /// An error: the program is refused. `message` is one sentence without a full stop.
     pub fn error(code: &'static str, span: Span, message: impl Into<String>) -> Self {
         Self::new(Severity::Error, code, span, message.into())
     }
 
-    /// A warning.
+    /// A warning: the program is accepted. `message` is one sentence without a full stop.
     pub fn warning(code: &'static str, span: Span, message: impl Into<String>) -> Self {
         Self::new(Severity::Warning, code, span, message.into())
     }
 
-    /// A note that stands by itself.
+    /// A note that belongs to no error or warning.
     pub fn info(code: &'static str, span: Span, message: impl Into<String>) -> Self {
         Self::new(Severity::Note, code, span, message.into())
     }
 
-    /// Adds a second place.
+    /// Adds a further place with what the reader sees there.
     pub fn label(mut self, span: Span, text: impl Into<String>) -> Self {
         self.labels.push(Label { span, text: text.into() });
         self
     }
 
-    /// Adds a fact.
+    /// Adds a further fact.
     pub fn note(mut self, text: impl Into<String>) -> Self {
         self.notes.push(text.into());
         self
     }
 
-    /// Says what to do.
+    /// Says what to do about it.
     pub fn help(mut self, text: impl Into<String>) -> Self {
         self.help = Some(text.into());
         self
     }
 
-    /// Whether it refuses the program.
+    /// Whether it is an error, so that the program is refused.
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }

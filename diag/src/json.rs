@@ -27,8 +27,11 @@ struct Line<'a> {
     included_from: Vec<Include<'a>>,
 }
 
-/// One diagnostic as a line of JSON without its line end. Labels are notes with their place; the
-/// help, where there is one, is the last of the notes; the innermost include stands first.
+/// Prints one diagnostic as one line of JSON, without the line end.
+///
+/// Lines and columns count from 1, columns in characters. The labels come first among the notes,
+/// each with its place, and the help, where there is one, comes last. In `included_from` the
+/// innermost include stands first.
 pub fn line(map: &SourceMap, diagnostic: &Diagnostic) -> String {
     let span = diagnostic.span;
     let (line, column) = map.line_col(span.file, span.start);

@@ -1,8 +1,29 @@
-//! Places in source text, diagnostics, and the table of codes.
+//! Source texts, places in them, and diagnostics.
 //!
-//! Knows no language and does no IO: a [`SourceMap`] is given bytes and keeps text, a front end
-//! returns [`Diagnostic`]s, and whoever talks to a person draws them (feature `render`) or prints
-//! them as JSON.
+//! A front end reports what it finds in a program as [`Diagnostic`]s: errors, warnings and notes,
+//! each with a code (`PMI-31`) and the place that it is about. This crate holds what all languages
+//! need for that, and knows none of them:
+//!
+//! - [`SourceMap`] keeps the files of one compilation, decoded, and tells line and column of a
+//!   byte offset. It is given bytes; it reads no file itself.
+//! - [`Span`] is a stretch of one file's text.
+//! - [`Diagnostic`] is one finding. [`json::line`] prints it for programs, `render::draw` (with the
+//!   feature `render`) draws it for people with an excerpt of the source.
+//! - [`find_code`] gives a code's page: what it means, why, and an example of the mend.
+//!
+//! ```
+//! use plcc_diag::{Diagnostic, SourceMap, Span, find_code, json};
+//!
+//! let mut sources = SourceMap::new();
+//! let file = sources.add("pump.pmi", b"$END\r\nPUMP = REDY\r\n");
+//! let place = Span::new(file, 13, 17);
+//! let error = Diagnostic::error("PMI-31", place, "nothing is named REDY").help("declare it");
+//!
+//! assert_eq!(sources.slice(place), "REDY");
+//! assert_eq!(sources.line_col(file, place.start), (2, 8));
+//! assert!(json::line(&sources, &error).starts_with(r#"{"code":"PMI-31","severity":"error""#));
+//! assert_eq!(find_code("pmi-31").map(|page| page.title), Some("undefined variable"));
+//! ```
 
 pub mod code;
 pub mod codes;

@@ -1,4 +1,8 @@
-//! Diagnostics drawn for people, by ariadne.
+//! Draws diagnostics for people: an excerpt of the source with the place marked, by the library
+//! ariadne.
+//!
+//! The library is handed only the lines around the places, so that the cost of an excerpt does not
+//! grow with the file, and of very long lines only a piece.
 
 use std::ops::Range;
 
@@ -6,10 +10,8 @@ use ariadne::{CharSet, Color, Config, IndexType, Label, Report, ReportKind, Sour
 
 use crate::{Diagnostic, FileId, Severity, SourceMap, Span};
 
-/// Draws one diagnostic. `color` should be on for terminals only.
-///
-/// Of a long source only the lines around the places are handed to the drawing library, so that
-/// the cost of an excerpt does not grow with the file.
+/// Draws one diagnostic as text of several lines. `color` adds the escape sequences of colours and
+/// should be on for terminals only.
 pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
     let kind = match diagnostic.severity {
         Severity::Error => ReportKind::Error,
@@ -20,10 +22,12 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
         .with_color(color)
         .with_char_set(CharSet::Unicode)
         .with_index_type(IndexType::Byte);
-    let shown = short(map, diagnostic.span);
-    let (near, far): (Vec<&crate::Label>, Vec<_>) =
-        diagnostic.labels.iter().partition(|label| is_near(map, shown, short(map, label.span)));
-    let labels = near.iter().map(|label| short(map, label.span));
+    let shown = drawable(map, diagnostic.span);
+    let (drawn, told): (Vec<&crate::Label>, Vec<_>) = diagnostic
+        .labels
+        .iter()
+        .partition(|label| can_be_drawn_with(map, shown, drawable(map, label.span)));
+    let labels = drawn.iter().map(|label| drawable(map, label.span));
     let excerpts = Excerpts::new(map, std::iter::once(shown).chain(labels).collect());
     let main = excerpts.place(shown.file, shown.range());
     let tint = match diagnostic.severity {
@@ -39,15 +43,15 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
             Label::new(main)
                 .with_message("here")
                 .with_color(tint)
-                .with_order(order(map, diagnostic, shown)),
+                .with_order(label_order(map, diagnostic, shown)),
         );
-    for label in near {
-        let span = short(map, label.span);
+    for label in drawn {
+        let span = drawable(map, label.span);
         let place = excerpts.place(span.file, span.range());
-        let order = order(map, diagnostic, span);
+        let order = label_order(map, diagnostic, span);
         report = report.with_label(Label::new(place).with_message(&label.text).with_order(order));
     }
-    for label in far {
+    for label in told {
         let (line, column) = map.line_col(label.span.file, label.span.start);
         report = report.with_note(format!("line {line}, column {column}: {}", label.text));
     }
@@ -67,13 +71,14 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
     // Writing to memory does not fail.
     let _ = report.finish().write(excerpts, &mut out);
     let text = String::from_utf8_lossy(&out);
-    // The heading of a note has its colour in any case.
-    if color { text.into_owned() } else { plain(&text) }
+    // The library colours the heading of a note even when it is told not to.
+    if color { text.into_owned() } else { without_colors(&text) }
 }
 
-/// Labels are drawn by rising order, and those of a file in one frame only if their lines rise too:
-/// the diagnostic's own file by its lines, then the others.
-fn order(map: &SourceMap, diagnostic: &Diagnostic, span: Span) -> i32 {
+/// Where a label stands among the others. The library draws labels by rising order, and puts those
+/// of one file into one frame only if their lines rise too. So the labels of the diagnostic's own
+/// file come first, by their lines, and those of other files behind them.
+fn label_order(map: &SourceMap, diagnostic: &Diagnostic, span: Span) -> i32 {
     if span.file != diagnostic.span.file {
         return i32::MAX;
     }
@@ -81,8 +86,8 @@ fn order(map: &SourceMap, diagnostic: &Diagnostic, span: Span) -> i32 {
     i32::try_from(line).unwrap_or(i32::MAX - 1).min(i32::MAX - 1)
 }
 
-/// Text without the escape sequences of colours.
-fn plain(text: &str) -> String {
+/// Removes the escape sequences of colours.
+fn without_colors(text: &str) -> String {
     let mut pieces = text.split("\u{1b}[");
     let mut out = pieces.next().unwrap_or("").to_owned();
     for piece in pieces {
@@ -93,41 +98,41 @@ fn plain(text: &str) -> String {
     out
 }
 
-/// How far an excerpt reaches around what it shows.
-const LINE_CUT: usize = 240;
+/// How many bytes an excerpt reaches to the left and to the right of what it shows, on long lines.
+const CONTEXT: usize = 240;
 
-/// The longest piece of a line between two places, or in one, that is drawn.
-const LONGEST: usize = 4 * LINE_CUT;
+/// The most bytes of one line that an excerpt shows between its first and its last place.
+const LONGEST_PIECE: usize = 4 * CONTEXT;
 
-/// The drawing library numbers the lines of what it is given from 1, so an excerpt gets as many
-/// empty lines in front. Beyond this many that would cost too much, and only the heading has the
-/// right number.
-const LEAD: usize = 100_000;
+/// The library numbers the lines of the text that it is given from 1. So that the numbers are those
+/// of the file, an excerpt gets as many empty lines in front as the file has lines before it. Above
+/// this many that would cost too much time, and only the heading shows the right number.
+const MOST_EMPTY_LINES: usize = 100_000;
 
-/// Whether no line of a stretch is too long to be drawn.
-fn fits(text: &str, stretch: Range<usize>) -> bool {
+/// Whether every line in a stretch of a text is short enough to be drawn.
+fn lines_are_short(text: &str, stretch: Range<usize>) -> bool {
     let stretch = text.get(stretch).unwrap_or("");
-    stretch.split(['\n', '\r']).all(|line| line.len() <= LONGEST)
+    stretch.split(['\n', '\r']).all(|line| line.len() <= LONGEST_PIECE)
 }
 
-/// A place, or its start where it is too long to be drawn.
-fn short(map: &SourceMap, span: Span) -> Span {
+/// The place itself, or only its beginning where it is too long to be drawn.
+fn drawable(map: &SourceMap, span: Span) -> Span {
     let text = map.text(span.file);
-    if fits(text, span.range()) {
+    if lines_are_short(text, span.range()) {
         return span;
     }
-    let mut end = (span.start as usize + LINE_CUT).min(text.len());
+    let mut end = (span.start as usize + CONTEXT).min(text.len());
     while !text.is_char_boundary(end) {
         end -= 1;
     }
     Span::new(span.file, span.start as usize, end)
 }
 
-/// Whether a place can be drawn together with the main one.
-fn is_near(map: &SourceMap, main: Span, other: Span) -> bool {
+/// Whether a further place can be drawn in one excerpt with the main one; if not, it is told in a note.
+fn can_be_drawn_with(map: &SourceMap, main: Span, other: Span) -> bool {
     let from = main.start.min(other.start) as usize;
     let to = main.end.max(other.end) as usize;
-    main.file != other.file || fits(map.text(main.file), from..to)
+    main.file != other.file || lines_are_short(map.text(main.file), from..to)
 }
 
 type Place = (FileId, Range<usize>);
@@ -138,8 +143,8 @@ struct Excerpt {
     name: String,
     /// Where it starts in the file.
     start: usize,
-    /// Empty lines in front of it, which make the drawn line numbers the file's.
-    lead: usize,
+    /// The number of empty lines in front of it, see [`MOST_EMPTY_LINES`].
+    empty_lines: usize,
     source: Source<String>,
 }
 
@@ -163,29 +168,29 @@ impl Excerpts {
             let (line, column) = map.line_col(id, start as u32);
             let piece = text.get(start..end).unwrap_or("").replace('\t', " ");
             let lines = (line as usize).saturating_sub(1);
-            let lead = if lines <= LEAD { lines } else { 0 };
-            let source =
-                Source::from("\n".repeat(lead) + &piece).with_display_line_offset(lines - lead);
+            let empty_lines = if lines <= MOST_EMPTY_LINES { lines } else { 0 };
+            let source = Source::from("\n".repeat(empty_lines) + &piece)
+                .with_display_line_offset(lines - empty_lines);
             let mut name = map.path(id).to_owned();
             if column > 1 {
                 name.push_str(&format!(" (from column {column})"));
             }
-            files.push(Excerpt { id, name, start, lead, source });
+            files.push(Excerpt { id, name, start, empty_lines, source });
         }
         Self { files }
     }
 
     fn place(&self, id: FileId, range: Range<usize>) -> Place {
-        let (base, lead) =
-            self.files.iter().find(|f| f.id == id).map_or((0, 0), |f| (f.start, f.lead));
-        let start = range.start.saturating_sub(base) + lead;
-        (id, start..(range.end.saturating_sub(base) + lead).max(start))
+        let (base, empty_lines) =
+            self.files.iter().find(|f| f.id == id).map_or((0, 0), |f| (f.start, f.empty_lines));
+        let start = range.start.saturating_sub(base) + empty_lines;
+        (id, start..(range.end.saturating_sub(base) + empty_lines).max(start))
     }
 }
 
-/// The start of the line before `at`'s, but no further than [`LINE_CUT`] bytes back.
+/// The start of the line that holds the byte at `at`, but no further than [`CONTEXT`] bytes back.
 fn cut_before(text: &str, at: usize) -> usize {
-    let mut limit = at.saturating_sub(LINE_CUT);
+    let mut limit = at.saturating_sub(CONTEXT);
     while !text.is_char_boundary(limit) {
         limit += 1;
     }
@@ -196,8 +201,9 @@ fn cut_before(text: &str, at: usize) -> usize {
     }
 }
 
+/// The end of the line that holds the byte at `at`, but no further than [`CONTEXT`] bytes on.
 fn cut_behind(text: &str, at: usize) -> usize {
-    let mut limit = (at + LINE_CUT).min(text.len());
+    let mut limit = (at + CONTEXT).min(text.len());
     while !text.is_char_boundary(limit) {
         limit -= 1;
     }

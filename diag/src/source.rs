@@ -1,47 +1,53 @@
-//! The sources of one compilation.
+//! The source files of one compilation, and where lines begin in them.
+//!
+//! Diagnostics carry byte offsets; people want lines and columns. Each file therefore has a table of
+//! the offsets at which its lines begin, searched by bisection. A column is a number of characters,
+//! and a line may be a megabyte long, so a second table has the number of characters before every
+//! block of [`BLOCK`] bytes: only the characters of one block are ever counted.
 
 use crate::{FileId, Span, decode::decode};
 
-/// Bytes of a block.
+/// Length of a block in bytes.
 const BLOCK: usize = 1024;
 
 struct SourceFile {
     path: String,
     text: String,
-    /// Offset of each line's first byte; CR, LF and CR LF each end a line.
-    lines: Vec<u32>,
-    /// For each block of [`BLOCK`] bytes how many characters begin before it, so that a column
-    /// costs the same on a line of any length.
-    blocks: Vec<u32>,
+    /// The offset of each line's first byte, rising. CR, LF and CR LF each end a line.
+    line_starts: Vec<u32>,
+    /// For each block of [`BLOCK`] bytes the number of characters that begin before it.
+    characters_before_block: Vec<u32>,
     included_from: Option<Span>,
 }
 
 impl SourceFile {
-    /// How many characters begin before an offset. They are counted by their first bytes, so that
-    /// an offset inside one is no trouble.
-    fn characters(&self, offset: u32) -> u32 {
+    /// The number of characters that begin before a byte offset. An offset in the middle of a
+    /// character counts that character.
+    fn characters_before(&self, offset: u32) -> u32 {
         let offset = offset as usize;
-        let before = self.blocks.get(offset / BLOCK).copied().unwrap_or(0);
+        let before = self.characters_before_block.get(offset / BLOCK).copied().unwrap_or(0);
         let rest = self.text.as_bytes().get(offset / BLOCK * BLOCK..offset).unwrap_or(&[]);
-        before + first_bytes(rest)
+        before + count_characters(rest)
     }
 }
 
-fn first_bytes(bytes: &[u8]) -> u32 {
+/// Counts characters of UTF-8 by their first bytes: all bytes but those of the form 10xxxxxx.
+fn count_characters(bytes: &[u8]) -> u32 {
     bytes.iter().filter(|&&byte| byte & 0xC0 != 0x80).count() as u32
 }
 
-fn character_counts(text: &str) -> Vec<u32> {
+fn characters_before_blocks(text: &str) -> Vec<u32> {
     let mut counts = vec![0];
     let mut total = 0;
     for block in text.as_bytes().chunks(BLOCK) {
-        total += first_bytes(block);
+        total += count_characters(block);
         counts.push(total);
     }
     counts
 }
 
-/// Every file of a compilation with its decoded text.
+/// The files of one compilation with their decoded texts. A file is known by its [`FileId`], its
+/// number in the order in which files were added.
 #[derive(Default)]
 pub struct SourceMap {
     files: Vec<SourceFile>,
@@ -53,22 +59,29 @@ impl SourceMap {
         Self::default()
     }
 
-    /// Adds a file named on the command line. `path` is kept as the user wrote it.
+    /// Adds a file that the user named. `path` is kept as the user wrote it; `bytes` is decoded: UTF-8,
+    /// UTF-16 with a byte order mark, or Windows-1252.
     pub fn add(&mut self, path: impl Into<String>, bytes: &[u8]) -> FileId {
         self.push(path.into(), bytes, None)
     }
 
-    /// Adds a file that the statement at `at` includes.
+    /// Adds a file that the statement at `at` includes, decoded in the same way.
     pub fn add_included(&mut self, path: impl Into<String>, bytes: &[u8], at: Span) -> FileId {
         self.push(path.into(), bytes, Some(at))
     }
 
     fn push(&mut self, path: String, bytes: &[u8], included_from: Option<Span>) -> FileId {
         let text = decode(bytes);
-        let lines = line_starts(&text);
-        let blocks = character_counts(&text);
+        let line_starts = line_starts(&text);
+        let characters_before_block = characters_before_blocks(&text);
         let id = FileId(self.files.len() as u32);
-        self.files.push(SourceFile { path, text, lines, blocks, included_from });
+        self.files.push(SourceFile {
+            path,
+            text,
+            line_starts,
+            characters_before_block,
+            included_from,
+        });
         id
     }
 
@@ -86,7 +99,7 @@ impl SourceMap {
         self.files.is_empty()
     }
 
-    /// A file's decoded text; empty for a file that is not of this map.
+    /// A file's decoded text; empty for a file of another map.
     pub fn text(&self, id: FileId) -> &str {
         self.file(id).map_or("", |f| &f.text)
     }
@@ -96,40 +109,43 @@ impl SourceMap {
         self.file(id).map_or("", |f| &f.path)
     }
 
-    /// Where the file was included, if it was.
+    /// The statement that included the file; `None` for a file that the user named.
     pub fn included_from(&self, id: FileId) -> Option<Span> {
         self.file(id).and_then(|f| f.included_from)
     }
 
-    /// The text of a span; empty where it does not fit.
+    /// The text of a span; empty where the span does not fit the file.
     pub fn slice(&self, span: Span) -> &str {
         self.text(span.file).get(span.range()).unwrap_or("")
     }
 
-    /// Line and column of a byte offset, both from 1, the column in characters.
+    /// Line and column of a byte offset, both from 1, the column in characters. An offset beyond the
+    /// end counts as the end.
     pub fn line_col(&self, id: FileId, offset: u32) -> (u32, u32) {
         let Some(file) = self.file(id) else { return (1, 1) };
         let offset = offset.min(file.text.len() as u32);
-        let line = file.lines.partition_point(|&start| start <= offset);
-        let start = file.lines.get(line.wrapping_sub(1)).copied().unwrap_or(0);
-        let column = file.characters(offset) - file.characters(start);
+        let line = file.line_starts.partition_point(|&start| start <= offset);
+        let start = file.line_starts.get(line.wrapping_sub(1)).copied().unwrap_or(0);
+        let column = file.characters_before(offset) - file.characters_before(start);
         (line.max(1) as u32, column + 1)
     }
 
-    /// How many lines the file has; an empty file has one.
+    /// The number of lines of a file; an empty file has one.
     pub fn line_count(&self, id: FileId) -> u32 {
-        self.file(id).map_or(1, |f| f.lines.len() as u32)
+        self.file(id).map_or(1, |f| f.line_starts.len() as u32)
     }
 
-    /// A line's text (from 1) without its line end.
+    /// The text of a line, counted from 1, without its line end; empty for a line that does not exist.
     pub fn line_text(&self, id: FileId, line: u32) -> &str {
         let Some(file) = self.file(id) else { return "" };
-        let start = file.lines.get((line as usize).wrapping_sub(1)).copied().unwrap_or(0) as usize;
-        let end = file.lines.get(line as usize).map_or(file.text.len(), |&e| e as usize);
+        let start =
+            file.line_starts.get((line as usize).wrapping_sub(1)).copied().unwrap_or(0) as usize;
+        let end = file.line_starts.get(line as usize).map_or(file.text.len(), |&e| e as usize);
         file.text.get(start..end).unwrap_or("").trim_end_matches(['\r', '\n'])
     }
 }
 
+/// The offset of each line's first byte.
 fn line_starts(text: &str) -> Vec<u32> {
     let bytes = text.as_bytes();
     let mut lines = vec![0];

@@ -1,6 +1,6 @@
 //! Places in source text.
 
-/// A file of a [`SourceMap`](crate::SourceMap).
+/// A file of a [`SourceMap`](crate::SourceMap): its number in the order in which files were added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FileId(pub u32);
 
@@ -16,13 +16,13 @@ pub struct Span {
 }
 
 impl Span {
-    /// The span from `start` up to, not including, `end`.
+    /// The span from byte `start` up to, not including, byte `end`. Offsets beyond 4 GiB are cut to that.
     pub fn new(file: FileId, start: usize, end: usize) -> Self {
         let clamp = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         Self { file, start: clamp(start), end: clamp(end) }
     }
 
-    /// The smallest span that holds both; `self` where they lie in different files.
+    /// The smallest span that covers both; `self` where they lie in different files.
     pub fn to(self, other: Self) -> Self {
         if self.file != other.file {
             return self;
@@ -30,7 +30,7 @@ impl Span {
         Self { file: self.file, start: self.start.min(other.start), end: self.end.max(other.end) }
     }
 
-    /// The offsets, to slice a text with.
+    /// The byte offsets as a range, to slice the file's text with.
     pub fn range(self) -> std::ops::Range<usize> {
         self.start as usize..self.end as usize
     }

@@ -1,4 +1,4 @@
-//! One table of codes a language.
+//! The codes of each language, a table in a file of its own.
 
 pub mod nct;
 pub mod pmac;
