@@ -89,7 +89,7 @@ impl Checked {
 /// numbers say nothing by themselves.
 pub fn notes(program: &Program) -> Vec<String> {
     match &program.tables {
-        Tables::Pmac(tables) => pmac::notes::notes(tables),
+        Tables::Pmac(tables) => pmac::reference::listing_comments::notes(tables),
         Tables::Pmi(_) | Tables::Nct(_) => Vec::new(),
     }
 }

@@ -34,7 +34,7 @@ fn pages(what: &str, dialect: Option<Dialect>, controller: Option<Controller>) -
     let codes = codes(what).into_iter();
     let codes = codes.filter(|info| info.code.split_once('-').is_some_and(|(of, _)| wanted(of)));
     let mut pages: Vec<String> = codes.map(page).collect();
-    let pmac = |what: &str| pmac::describe::explain(what, controller);
+    let pmac = |what: &str| pmac::reference::describe::explain(what, controller);
     type Explain<'a> = &'a dyn Fn(&str) -> Option<String>;
     let languages: [(&str, Explain); 3] =
         [("PMI", &pmi::explain), ("NCT", &nct::names::explain), ("PMAC", &pmac)];

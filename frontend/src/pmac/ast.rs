@@ -6,7 +6,7 @@
 
 use plcc_abi::pmac::{Define, Definition, Kind, PlcOp, Space, Text};
 
-use super::origin::{At, Origins};
+use super::read::origin::{At, Origins};
 use crate::common::Controller;
 
 /// A mathematical function.

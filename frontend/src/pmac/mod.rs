@@ -8,37 +8,15 @@
 //! Architecture Invariant: trees are flat. Expressions are postfix rows in one arena, statements
 //! are steps with jump targets; nothing recurses on program size.
 
-mod analysis;
-mod assign;
+mod analyse;
 mod ast;
-mod cursor;
-mod define;
-pub mod describe;
-mod download;
-mod emit;
-mod eval;
-mod explain;
-mod expr;
-mod integer;
-mod interp;
-mod load;
 mod lower;
-pub mod notes;
-mod online;
-mod origin;
-mod outofrange;
-mod preprocess;
-mod program;
-mod rangeanalysis;
-mod recover;
-mod reliance;
-mod statement;
-mod steps;
-pub mod tables;
-mod template;
+mod oracle;
+mod read;
+pub mod reference;
+mod tables;
 #[cfg(test)]
 mod tests;
-mod variables;
 
 use plcc_abi::Engine;
 use plcc_abi::pmac::Relied;
@@ -46,7 +24,11 @@ use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 use crate::common::{FileLoader, Lowered, Options};
 
-pub use interp::Interpreter;
+pub use oracle::Interpreter;
+
+use analyse::load;
+use lower::explain;
+use read::{download, preprocess};
 
 /// A download that can run.
 #[derive(Clone, Debug)]
@@ -107,7 +89,7 @@ impl Program {
         let module = lower::lower(&self.download, &self.loaded, &self.files, relied);
         let names = self.files.iter().map(|(name, _)| name.clone()).collect();
         let tasks = module.tasks.clone();
-        let program = program::program(&self.download, &self.loaded, names, tasks);
+        let program = tables::program(&self.download, &self.loaded, names, tasks);
         Lowered { program, module }
     }
 

@@ -6,9 +6,11 @@ use plcc_abi::pmac::{
     layout::CONTEXTS, math,
 };
 
-use super::ast::{Action, Download, Op, Target, WriteKind};
-use super::{eval, reliance, tables};
+use super::eval;
 use crate::common::Controller;
+use crate::pmac::ast::{Action, Download, Op, Target, WriteKind};
+use crate::pmac::lower::reliance;
+use crate::pmac::reference::tables;
 
 /// What has become of PLCs 0 to 31, a bit for each.
 #[derive(Clone, Copy, Debug)]
@@ -157,7 +159,7 @@ impl Loader {
         }
     }
 
-    fn assign(&mut self, download: &Download, target: Target, expr: super::ast::Expr) {
+    fn assign(&mut self, download: &Download, target: Target, expr: crate::pmac::ast::Expr) {
         let ops = download.ops(expr);
         self.name_target(download, target);
         self.name_all(ops);

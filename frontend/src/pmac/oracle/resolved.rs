@@ -7,9 +7,9 @@ use std::collections::HashMap;
 
 use plcc_abi::pmac::{Definition, Direct, Field, Format, Kind, Layout, Place, PlcOp, Space};
 
-use super::ast::{Bin, Cmp, Download, Expr, Func, Op, Stmt, Target, What};
-use super::load::Loaded;
-use super::reliance::places_after_load;
+use crate::pmac::analyse::load::Loaded;
+use crate::pmac::ast::{Bin, Cmp, Download, Expr, Func, Op, Stmt, Target, What};
+use crate::pmac::lower::reliance::places_after_load;
 
 /// A field of a word in the image.
 #[derive(Clone, Copy, Debug)]

@@ -4,11 +4,11 @@ use plcc_abi::HostFn;
 use plcc_abi::pmac::{Definition, Direct, Field, Format, Kind, Layout, Place, Range, Space};
 use plcc_ir::{Address, BinaryOp, ConvertOp, IntCond, Region, Type, Value};
 
-use super::ast::Target;
+use super::Lowerer;
 use super::emit::{self, Operand};
-use super::lower::Lowerer;
 use super::rangeanalysis::Shape;
 use super::reliance::names_of_m;
+use crate::pmac::ast::Target;
 
 /// Regions of the image, as IR refers to them.
 #[derive(Clone, Copy, Debug)]
@@ -23,7 +23,7 @@ pub(crate) struct Regions {
 
 /// What is known of a variable's value while definitions are those built in.
 pub(crate) fn shape_of(
-    download: &super::ast::Download,
+    download: &crate::pmac::ast::Download,
     places: &[Option<Direct>],
     kind: Kind,
     number: u16,
@@ -369,7 +369,7 @@ impl Lowerer<'_> {
     }
 
     /// Whether statements name M-variables that are accessed directly.
-    pub(crate) fn relies_on_definitions(&self, code: &[super::ast::Stmt]) -> bool {
+    pub(crate) fn relies_on_definitions(&self, code: &[crate::pmac::ast::Stmt]) -> bool {
         let mut any = false;
         names_of_m(self.download, code, &mut |number| {
             any |= self.places_of_m.get(usize::from(number)).is_some_and(Option::is_some);

@@ -6,12 +6,12 @@ use plcc_abi::pmac::Kind;
 use plcc_diag::SourceMap;
 
 use super::analysis::{Name, Reason, analyse};
-use super::ast::{Bin, Download, Func, Stmt, Target, What};
-use super::load::Loaded;
-use super::lower::{Runs, tasks};
 use super::rangeanalysis::Shape;
 use super::reliance::places_after_load;
 use super::variables::shape_of;
+use super::{Runs, tasks};
+use crate::pmac::analyse::load::Loaded;
+use crate::pmac::ast::{Bin, Download, Func, Stmt, Target, What};
 
 /// One line a statement that computes something: file, line, what it is computed in, and the
 /// variable or operation that forces floating point. Then how many there are of each.
@@ -125,5 +125,5 @@ fn tell(reason: Reason) -> String {
 }
 
 fn name(func: Func) -> &'static str {
-    super::ast::FUNCTIONS.iter().find(|known| known.1 == func).map_or("", |known| known.0)
+    crate::pmac::ast::FUNCTIONS.iter().find(|known| known.1 == func).map_or("", |known| known.0)
 }

@@ -3,15 +3,17 @@
 //! Names are resolved to places beforehand; arithmetic is that of the `abi`, as the executive and
 //! the load evaluator use it.
 
+mod resolved;
+
 use plcc_abi::image::{read_f64, read_u8, read_u32, write_f64, write_u32};
 use plcc_abi::pmac::{Format, Kind, Layout, Range, Space, fixed, math};
 use plcc_abi::{Engine, HostFn, Outcome, Scan};
 
-use super::ast::{Bin, Cmp, Download, Func, Target};
-use super::eval;
-use super::load::Loaded;
-use super::lower::{Runs, addresses, runs_of, tasks};
-use super::steps::{Code, Long, Operand, Resolver, Step, Steps, Test, Whole, WholeStep};
+use self::resolved::{Code, Long, Operand, Resolver, Step, Steps, Test, Whole, WholeStep};
+use crate::pmac::analyse::eval;
+use crate::pmac::analyse::load::Loaded;
+use crate::pmac::ast::{Bin, Cmp, Download, Func, Target};
+use crate::pmac::lower::{Runs, addresses, runs_of, tasks};
 
 #[derive(Clone, Debug)]
 struct Plc {

@@ -3,10 +3,10 @@
 use plcc_abi::pmac::{Kind, Range};
 use plcc_diag::Diagnostic;
 
-use super::ast::{Action, Expr, Op, Target};
-use super::download::Checker;
-use super::origin::At;
-use super::tables::i_range;
+use crate::pmac::ast::{Action, Expr, Op, Target};
+use crate::pmac::read::download::Checker;
+use crate::pmac::read::origin::At;
+use crate::pmac::reference::tables::i_range;
 
 impl Checker<'_> {
     /// Warns of an on-line assignment.

@@ -2,10 +2,10 @@
 
 use plcc_abi::pmac::{Kind, PlcOp};
 
-use super::ast::{Bin, Expr, Op, Plcs, Target};
 use super::cursor::{Parsed, syntax, syntax_help};
 use super::expr::Reader;
 use super::origin::At;
+use crate::pmac::ast::{Bin, Expr, Op, Plcs, Target};
 
 /// What begins with a variable.
 pub(crate) enum Variable {

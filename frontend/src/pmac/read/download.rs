@@ -3,7 +3,6 @@
 use plcc_abi::pmac::Kind;
 use plcc_diag::Diagnostic;
 
-use super::ast::{Action, Buffer, Download, Expr, Online, Op, Stmt, What};
 use super::cursor::{Fault, Parsed};
 use super::expr::Reader;
 use super::online::{Flow, PERHAPS_A_NAME};
@@ -11,6 +10,7 @@ use super::origin::At;
 use super::preprocess::Flat;
 use super::recover::next_statement;
 use crate::common::{Controller, Options, closest};
+use crate::pmac::ast::{Action, Buffer, Download, Expr, Online, Op, Stmt, What};
 
 /// An IF or WHILE that is open.
 pub(crate) struct Frame {
@@ -277,7 +277,7 @@ impl Checker<'_> {
     pub(crate) fn push(&mut self, what: What, start: usize) {
         let at = self.reader.cur.since(start);
         let integer = self.is_integer(&what);
-        if let What::Assign(super::ast::Target::Var(Kind::I, 5), _) = what {
+        if let What::Assign(crate::pmac::ast::Target::Var(Kind::I, 5), _) = what {
             self.assigns_i5 = true;
         }
         if let Some(buffer) = self.buffer() {
@@ -288,7 +288,7 @@ impl Checker<'_> {
     /// Whether a statement is computed in integers: L-variables, integer constants, operators,
     /// ABS and INT only, and at least one L-variable.
     fn is_integer(&self, what: &What) -> bool {
-        use super::ast::{Func, Target};
+        use crate::pmac::ast::{Func, Target};
         if !self.open.as_ref().is_some_and(|open| open.compiled) {
             return false;
         }
@@ -338,7 +338,7 @@ impl Checker<'_> {
     }
 
     pub(crate) fn note_i5(&mut self, action: &Action) {
-        use super::ast::Target;
+        use crate::pmac::ast::Target;
         self.assigns_i5 |= match action {
             Action::Assign(Target::Var(Kind::I, number), _) => *number == 5,
             Action::Assign(Target::Range { kind: Kind::I, first, count, step }, _) => {

@@ -4,11 +4,11 @@ use plcc_abi::pmac::{Define, Kind, PlcOp, Space, Text};
 use plcc_diag::Diagnostic;
 
 use super::assign::Variable;
-use super::ast::{Action, Expr, Op, Stmt, Target, What, WriteKind};
 use super::cursor::{Fault, Parsed, syntax, syntax_help};
 use super::download::{Checker, Frame, FrameKind};
 use super::expr::Reader;
 use super::online::{Flow, control};
+use crate::pmac::ast::{Action, Expr, Op, Stmt, Target, What, WriteKind};
 
 /// Deepest nesting of IF and WHILE.
 const MAX_NESTING: usize = 256;
@@ -248,7 +248,7 @@ impl Checker<'_> {
         for action in actions {
             self.note_i5(&action);
             self.warn_of_action(&action, at);
-            self.out.online.push(super::ast::Online { action, at });
+            self.out.online.push(crate::pmac::ast::Online { action, at });
         }
     }
 
@@ -628,7 +628,7 @@ impl Checker<'_> {
                 Action::Defaults(first, count, step) => {
                     for k in 0..count {
                         let number = first + k * step;
-                        let expr = self.reader.constant(super::tables::i_default(
+                        let expr = self.reader.constant(crate::pmac::reference::tables::i_default(
                             self.out.controller,
                             u32::from(number),
                         ));

@@ -7,8 +7,8 @@ use plcc_ir::{
     Address, BinaryOp, ConvertOp, FloatCond, FuncBuilder, IntCond, Type, UnaryOp, Value,
 };
 
-use super::ast::{Bin, Cmp};
 use super::rangeanalysis::Shape;
+use crate::pmac::ast::{Bin, Cmp};
 
 /// A value with what is known of it.
 #[derive(Clone, Copy, Debug)]
@@ -227,7 +227,7 @@ pub(crate) fn binary(
     rare: bool,
 ) -> Operand {
     if let (Operand::Const(x), Operand::Const(y)) = (left, right) {
-        return Operand::Const(super::eval::binary(op, x, y));
+        return Operand::Const(crate::pmac::analyse::eval::binary(op, x, y));
     }
     let shape = Shape::binary(op, left.shape(), right.shape());
     let ty = whole_type(shape);
@@ -404,7 +404,7 @@ fn bit_operator(b: &mut FuncBuilder, op: Bin, x: Value, y: Value, rare: bool) ->
 /// A comparator.
 pub(crate) fn compare(b: &mut FuncBuilder, cmp: Cmp, left: Operand, right: Operand) -> Operand {
     if let (Operand::Const(x), Operand::Const(y)) = (left, right) {
-        let truth = super::eval::compare(cmp, x, y);
+        let truth = crate::pmac::analyse::eval::compare(cmp, x, y);
         return Operand::Value(b.iconst(Type::I1, i64::from(truth)), Shape::Truth);
     }
     let ty = common_type(left.shape(), right.shape());

@@ -8,8 +8,8 @@
 
 use plcc_abi::pmac::Kind;
 
-use super::ast::{Bin, Expr, Func, Op};
 use super::rangeanalysis::Shape;
+use crate::pmac::ast::{Bin, Expr, Func, Op};
 
 /// Most variables that a statement asks about.
 const MAX_ASKED: usize = 6;
@@ -110,10 +110,10 @@ pub(crate) fn analyse(ops: &[Op], mut shape: impl FnMut(Name) -> Shape) -> Analy
     out
 }
 
-impl super::ast::Download {
+impl crate::pmac::ast::Download {
     /// The expression or condition that a statement computes.
-    pub(crate) fn computed(what: &super::ast::What) -> Option<Expr> {
-        use super::ast::What;
+    pub(crate) fn computed(what: &crate::pmac::ast::What) -> Option<Expr> {
+        use crate::pmac::ast::What;
         match *what {
             What::Assign(_, expr)
             | What::If(expr, _)

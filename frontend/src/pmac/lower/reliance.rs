@@ -2,9 +2,9 @@
 
 use plcc_abi::pmac::{Definition, Direct, Kind, Layout, Place, Relied, Space, View};
 
-use super::ast::{Download, Op, Stmt, Target, What};
-use super::load::Loaded;
-use super::lower::{Runs, tasks};
+use super::{Runs, tasks};
+use crate::pmac::analyse::load::Loaded;
+use crate::pmac::ast::{Download, Op, Stmt, Target, What};
 
 /// Says the number of every M-variable that stands as such in statements, again and again where
 /// it stands there several times.

@@ -7,7 +7,7 @@
 
 use plcc_abi::pmac::{Field, Format};
 
-use super::ast::Bin;
+use crate::pmac::ast::Bin;
 
 /// What is known of a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -173,7 +173,7 @@ fn integer(op: Bin, a: (i64, i64), b: (i64, i64)) -> Option<Shape> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pmac::eval;
+    use crate::pmac::analyse::eval;
 
     /// Every pair of integers at the edges of some bounds: the integer result is the double's.
     #[test]

@@ -3,7 +3,7 @@
 
 use plcc_abi::pmac::{Kind, math};
 
-use super::ast::{Bin, Cmp, Func};
+use crate::pmac::ast::{Bin, Cmp, Func};
 
 /// Applies an operator.
 #[inline]
@@ -72,12 +72,12 @@ pub(crate) fn compare(cmp: Cmp, a: f64, b: f64) -> bool {
 
 /// The steps of an expression on plain numbers; truth values are 1 and 0.
 pub(crate) fn expression(
-    ops: &[super::ast::Op],
+    ops: &[crate::pmac::ast::Op],
     stack: &mut Vec<f64>,
     radians: bool,
     read: &mut dyn FnMut(Kind, u32) -> f64,
 ) -> f64 {
-    use super::ast::Op;
+    use crate::pmac::ast::Op;
     stack.clear();
     for op in ops {
         let value = match *op {

@@ -6,10 +6,10 @@
 use plcc_abi::pmac::{Kind, PlcOp};
 
 use super::assign::Variable;
-use super::ast::{Action, Expr, Op, Plcs, Target, WriteKind};
 use super::cursor::{Fault, Parsed, syntax_help};
 use super::expr::Reader;
 use super::origin::At;
+use crate::pmac::ast::{Action, Expr, Op, Plcs, Target, WriteKind};
 
 /// The help for a word that nothing is like.
 pub(crate) const PERHAPS_A_NAME: &str = "if it is a name, its #define must come before";

@@ -5,10 +5,10 @@
 
 use plcc_ir::{BinaryOp, FuncBuilder, IntCond, Type, UnaryOp, Value};
 
-use super::ast::{Bin, Expr, Func, Op};
+use super::Lowerer;
 use super::emit;
-use super::lower::Lowerer;
 use super::rangeanalysis::Shape;
+use crate::pmac::ast::{Bin, Expr, Func, Op};
 
 /// A value, and whether it is sign-extended from 24 bits. Truth values are `i1`s.
 type Integer = (Value, bool);

@@ -2,9 +2,9 @@
 
 use plcc_abi::pmac::Kind;
 
-use super::ast::{Bin, Cmp, Expr, FUNCTIONS, Func, Op};
 use super::cursor::{Cursor, Fault, Parsed, syntax, syntax_help};
 use super::origin::At;
+use crate::pmac::ast::{Bin, Cmp, Expr, FUNCTIONS, Func, Op};
 
 /// Deepest nesting of parentheses.
 const MAX_NESTING: usize = 256;

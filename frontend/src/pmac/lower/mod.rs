@@ -5,18 +5,26 @@
 //! The entry, every WHILE at which a scan may go on, and every statement that may move a
 //! definition choose between the two.
 
+mod analysis;
+pub(crate) mod emit;
+pub(crate) mod explain;
+mod integer;
+pub(crate) mod rangeanalysis;
+pub(crate) mod reliance;
+mod variables;
+
 use plcc_abi::pmac::{Direct, Kind, Layout, Range, Relied, layout};
 use plcc_abi::{HostFn, pmac};
 use plcc_diag::SourceMap;
 use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
 
-use super::analysis::{self, Name};
-use super::ast::{Download, Expr, Func, Op, Plcs, Stmt, Target, What};
-use super::emit::{self, Operand};
-use super::load::Loaded;
-use super::rangeanalysis::Shape;
-use super::reliance;
-use super::variables::{Regions, shape_of};
+use self::analysis::Name;
+use self::emit::Operand;
+use self::rangeanalysis::Shape;
+use crate::pmac::analyse::load::Loaded;
+use crate::pmac::ast::{Download, Expr, Func, Op, Plcs, Stmt, Target, What};
+
+use self::variables::{Regions, shape_of};
 
 /// Instructions after which a function is cut. A third of them is for what seldom happens, and
 /// each function has a row of registers to save.
@@ -488,7 +496,7 @@ impl Lowerer<'_> {
         if let (Operand::Const(value), Func::Sqrt | Func::Ln | Func::Exp | Func::Abs | Func::Int) =
             (x, func)
         {
-            return Operand::Const(super::eval::function(func, value, 0.0, false));
+            return Operand::Const(crate::pmac::analyse::eval::function(func, value, 0.0, false));
         }
         let trigonometric = match func {
             Func::Sin => Some(HostFn::PmacSin),

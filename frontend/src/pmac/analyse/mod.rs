@@ -1,0 +1,5 @@
+//! Statements to the checked program: the state after load, and values that can't be right.
+
+pub(crate) mod eval;
+pub(crate) mod load;
+mod outofrange;

@@ -1,0 +1,387 @@
+//! The I-variables of the guide's appendix B and the suggested M-variables of its appendices E
+//! and F, as data: for `plcc explain`, for defaults and ranges, and for notes in listings.
+//!
+//! `ivars.tsv` has a row for a variable or a family of them. Its names are `I5`, `I22..44`,
+//! `I8x` (motor x in the last digit), `Ix11` (motor x in the hundreds), `I900+5` (every fifth,
+//! one an encoder) and `Isx11` (coordinate system s of a Turbo PMAC: 51 to 59, 60 to 66 in the
+//! hundreds). A range is of integers, of reals (`real -2..2`), or `real` for any value; `real >0`
+//! and `real >=0` say what the variable is meant for, and take any value too. Defaults that differ
+//! from motor to motor stand with `/` between them. The controller is `both` where Turbo PMAC's
+//! variable is the same.
+
+use std::sync::OnceLock;
+
+use plcc_abi::pmac::Range;
+
+use crate::common::Controller;
+
+const I_TABLE: &str = include_str!("ivars.tsv");
+const M_TABLE: &str = include_str!("mvars.tsv");
+
+/// A row of appendix B.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IVariable {
+    /// The name of the variable or its family.
+    pub name: &'static str,
+    /// What it takes; `None` for any real number.
+    pub range: Option<Range>,
+    /// What it is meant to take, in words.
+    pub values: String,
+    /// Its default, or one for each member of the family.
+    pub defaults: Vec<f64>,
+    /// Its unit, or `none`.
+    pub unit: &'static str,
+    /// What it means.
+    pub meaning: &'static str,
+    /// PMAC has it.
+    pub pmac: bool,
+    /// Turbo PMAC has it, with the same range, default and meaning.
+    pub turbo: bool,
+}
+
+/// A suggested M-variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MVariable {
+    /// Its number.
+    pub number: u32,
+    /// Its definition, as behind `->`.
+    pub definition: &'static str,
+    /// What it means.
+    pub meaning: &'static str,
+    /// The appendix that suggests it.
+    pub appendix: &'static str,
+}
+
+/// How many variables of each kind a controller has.
+pub fn count(controller: Controller) -> u32 {
+    match controller {
+        Controller::Pmac => 1024,
+        Controller::Turbo => 8192,
+    }
+}
+
+impl IVariable {
+    fn parse(line: &'static str) -> Option<Self> {
+        let mut columns = line.split('\t');
+        let name = columns.next()?;
+        let range_text = columns.next()?;
+        let range = parse_range(range_text)?;
+        let defaults = columns.next()?.split('/').map(number).collect::<Option<_>>()?;
+        let unit = columns.next()?;
+        let (pmac, turbo) = match columns.next()? {
+            "both" => (true, true),
+            "pmac" => (true, false),
+            "turbo" => (false, true),
+            _ => return None,
+        };
+        let meaning = columns.next()?;
+        columns.next().is_none().then_some(Self {
+            name,
+            range,
+            values: in_words(range_text, range),
+            defaults,
+            unit,
+            meaning,
+            pmac,
+            turbo,
+        })
+    }
+
+    /// The members' numbers on a controller, in the order of the defaults.
+    fn members(&self, controller: Controller) -> Vec<u32> {
+        let turbo = controller == Controller::Turbo;
+        if if turbo { !self.turbo } else { !self.pmac } {
+            return Vec::new();
+        }
+        let name = self.name.get(1..).unwrap_or_default();
+        let motors = if turbo { 32 } else { 8 };
+        if let Some(tail) = name.strip_prefix("sx") {
+            let tail = tail.parse().unwrap_or(0);
+            return (1..=16).map(|system| 5000 + 100 * system + tail).collect();
+        }
+        if let Some(tail) = name.strip_prefix('x') {
+            let tail = tail.parse().unwrap_or(0);
+            return (1..=motors).map(|motor| 100 * motor + tail).collect();
+        }
+        if let Some(head) = name.strip_suffix('x') {
+            let head: u32 = head.parse().unwrap_or(0);
+            return (1..=8).map(|motor| 10 * head + motor).collect();
+        }
+        if let Some((first, last)) = name.split_once("..") {
+            return (first.parse().unwrap_or(0)..=last.parse().unwrap_or(0)).collect();
+        }
+        if let Some((first, step)) = name.split_once('+') {
+            let first: u32 = first.parse().unwrap_or(0);
+            let step: u32 = step.parse().unwrap_or(1);
+            return (0..16).map(|encoder| first + step * encoder).collect();
+        }
+        name.parse().into_iter().collect()
+    }
+
+    /// The default of a member of the family, from 0.
+    pub fn default_of(&self, member: usize) -> f64 {
+        self.defaults.get(member).or(self.defaults.last()).copied().unwrap_or(0.0)
+    }
+}
+
+fn number(text: &str) -> Option<f64> {
+    match text.strip_prefix('$') {
+        Some(hex) => u32::from_str_radix(hex, 16).ok().map(f64::from),
+        None => text.parse().ok(),
+    }
+}
+
+fn parse_range(text: &str) -> Option<Option<Range>> {
+    if ["real", "real >0", "real >=0"].contains(&text) {
+        return Some(None);
+    }
+    if let Some(text) = text.strip_prefix("real ") {
+        let (low, high) = text.split_once("..")?;
+        return Some(Some(Range::Real(number(low)?, number(high)?)));
+    }
+    let (low, high) = text.split_once("..")?;
+    Some(Some(Range::Integer(number(low)? as i64, number(high)? as i64)))
+}
+
+/// A range as the table has it, for people.
+fn in_words(text: &str, range: Option<Range>) -> String {
+    match range {
+        Some(Range::Integer(low, high)) if text.contains('$') => {
+            format!("integers {low} to ${high:X}, rolls over")
+        }
+        Some(Range::Integer(low, high)) => format!("integers {low} to {high}, rolls over"),
+        Some(Range::Real(low, high)) => format!("floating point {low} to {high}, rolls over"),
+        None if text.ends_with(">0") => "positive floating point".to_string(),
+        None if text.ends_with(">=0") => "floating point, not negative".to_string(),
+        None => "floating point".to_string(),
+    }
+}
+
+/// All rows, and for each number of a controller its row and its place in the family.
+struct Index {
+    rows: Vec<IVariable>,
+    pmac: Vec<Option<(u16, u16)>>,
+    turbo: Vec<Option<(u16, u16)>>,
+}
+
+fn index() -> &'static Index {
+    static INDEX: OnceLock<Index> = OnceLock::new();
+    INDEX.get_or_init(|| {
+        let rows: Vec<_> = I_TABLE.lines().skip(1).filter_map(IVariable::parse).collect();
+        let numbers = |controller| {
+            let mut numbers = vec![None; count(controller) as usize];
+            for (row, variable) in rows.iter().enumerate() {
+                for (member, number) in variable.members(controller).into_iter().enumerate() {
+                    if let Some(slot) = numbers.get_mut(number as usize) {
+                        *slot = Some((row as u16, member as u16));
+                    }
+                }
+            }
+            numbers
+        };
+        let (pmac, turbo) = (numbers(Controller::Pmac), numbers(Controller::Turbo));
+        Index { rows, pmac, turbo }
+    })
+}
+
+/// The row of an I-variable and its place in the family, from 0.
+pub fn i_variable(controller: Controller, number: u32) -> Option<(&'static IVariable, usize)> {
+    let index = index();
+    let numbers = match controller {
+        Controller::Pmac => &index.pmac,
+        Controller::Turbo => &index.turbo,
+    };
+    let (row, member) = (*numbers.get(number as usize)?)?;
+    Some((index.rows.get(usize::from(row))?, usize::from(member)))
+}
+
+/// An I-variable's value before anything is assigned, which `I5=*` brings back: appendix B's, on
+/// Turbo PMAC too. From I900 on Turbo PMAC has motors, and no encoders and no ring.
+pub fn i_default(controller: Controller, number: u32) -> f64 {
+    let guide = || i_variable(Controller::Pmac, number).filter(|_| number < 900);
+    let row = i_variable(controller, number).or_else(guide);
+    row.map_or(0.0, |(row, member)| row.default_of(member))
+}
+
+/// An I-variable's range; `None` for any real number.
+pub fn i_range(controller: Controller, number: u32) -> Option<Range> {
+    i_variable(controller, number)?.0.range
+}
+
+/// The ranges of all I-variables that have one, by rising number.
+pub fn ranges(controller: Controller) -> Vec<(u32, Range)> {
+    (0..count(controller))
+        .filter_map(|number| Some((number, i_range(controller, number)?)))
+        .collect()
+}
+
+/// All rows of appendix B.
+pub fn i_variables() -> &'static [IVariable] {
+    &index().rows
+}
+
+/// All suggested M-variables, by rising number.
+pub fn m_variables() -> &'static [MVariable] {
+    m_table()
+}
+
+fn m_table() -> &'static [MVariable] {
+    static ROWS: OnceLock<Vec<MVariable>> = OnceLock::new();
+    ROWS.get_or_init(|| {
+        let parse = |line: &'static str| {
+            let mut columns = line.split('\t');
+            let number = columns.next()?.strip_prefix('M')?.parse().ok()?;
+            let definition = columns.next()?;
+            let meaning = columns.next()?;
+            let appendix = columns.next()?;
+            columns.next().is_none().then_some(MVariable { number, definition, meaning, appendix })
+        };
+        M_TABLE.lines().skip(1).filter_map(parse).collect()
+    })
+}
+
+/// The suggested M-variable of a number.
+pub fn m_variable(number: u32) -> Option<&'static MVariable> {
+    let rows = m_table();
+    let at = rows.binary_search_by_key(&number, |row| row.number).ok()?;
+    rows.get(at)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_parses_and_no_number_stands_twice() {
+        assert_eq!(index().rows.len(), I_TABLE.lines().count() - 1);
+        for controller in [Controller::Pmac, Controller::Turbo] {
+            let mut numbers: Vec<u32> =
+                index().rows.iter().flat_map(|row| row.members(controller)).collect();
+            let all = numbers.len();
+            numbers.sort_unstable();
+            numbers.dedup();
+            assert_eq!(numbers.len(), all, "{controller:?}");
+            assert!(numbers.iter().all(|number| *number < count(controller)));
+        }
+        for row in &index().rows {
+            assert!(!row.meaning.is_empty() && !row.unit.is_empty());
+            let members =
+                row.members(Controller::Pmac).len().max(row.members(Controller::Turbo).len());
+            assert!(members > 0, "{}", row.name);
+            assert!([1, 8].contains(&row.defaults.len()), "{}", row.name);
+            if let Some(range) = row.range {
+                for default in &row.defaults {
+                    assert_eq!(range.convert(*default), *default, "{}", row.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_suggested_definitions_are_sorted_and_well_formed() {
+        let rows = m_table();
+        assert_eq!(rows.len(), M_TABLE.lines().count() - 1);
+        assert!(rows.windows(2).all(|pair| pair[0].number < pair[1].number));
+        for row in rows {
+            let (space, rest) = row.definition.split_once(":$").unwrap();
+            let mut parts = rest.split(',');
+            assert!(u32::from_str_radix(parts.next().unwrap(), 16).unwrap() <= 0xFFFF);
+            let fields = parts.count();
+            match space {
+                "X" | "Y" => assert!((2..=3).contains(&fields), "M{}", row.number),
+                "D" | "L" => assert_eq!(fields, 0, "M{}", row.number),
+                other => panic!("{other}"),
+            }
+        }
+        // Eight motors of 59 registers each, and appendix F.
+        let of = |appendix| rows.iter().filter(|row| row.appendix == appendix).count();
+        assert_eq!((of("E"), of("F")), (8 * 59, 102));
+    }
+
+    #[test]
+    fn motors_have_their_registers_at_equal_distances() {
+        let address = |row: &MVariable| {
+            let digits = row.definition.split(['$', ',']).nth(1).unwrap();
+            u32::from_str_radix(digits, 16).unwrap()
+        };
+        let field = |row: &MVariable| row.definition.split_once(',').map(|(_, field)| field);
+        let axes = [0x81F, 0x820, 0x821, 0x819, 0x81A, 0x81B, 0x81C, 0x81D];
+        for first in m_table().iter().filter(|row| row.number / 100 == 1) {
+            for motor in 0..8 {
+                let row = m_variable(first.number + 100 * motor).unwrap();
+                let start = address(first);
+                let expected = match first.number {
+                    // Two channels share an integrated circuit.
+                    102 => start + motor / 2 * 8 - motor % 2,
+                    105 => start + motor / 2 * 8 + motor % 2,
+                    104 => start + motor,
+                    165 => axes[motor as usize],
+                    101..=123 => start + 4 * motor,
+                    _ if start < 0x700 => start + 0x3C * motor,
+                    _ => start + 0xC0 * motor,
+                };
+                assert_eq!(address(row), expected, "M{}", row.number);
+                assert_eq!(row.definition[..2], first.definition[..2], "M{}", row.number);
+                assert_eq!(field(row), field(first), "M{}", row.number);
+                let number = (motor + 1).to_string();
+                if first.number != 165 {
+                    let meaning = first.meaning.replacen('1', &number, 1);
+                    assert_eq!(row.meaning, meaning, "M{}", row.number);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn variables_are_as_appendix_b_says() {
+        let pmac = Controller::Pmac;
+        for (number, default) in [
+            (3, 1.0),
+            (5, 0.0),
+            (8, 2.0),
+            (10, 3_713_707.0),
+            (11, 0.0),
+            (100, 1.0),
+            (200, 0.0),
+            (102, f64::from(0xC003)),
+            (803, f64::from(0x727)),
+            (115, 0.25),
+            (189, 1000.0),
+            (89, 0.998_48),
+            (900, 7.0),
+            (975, 7.0),
+            (977, 1.0),
+            (22, 0.0),
+            (700, 0.0),
+            (1023, 0.0),
+        ] {
+            assert_eq!(i_default(pmac, number), default, "I{number}");
+        }
+        assert_eq!(i_range(pmac, 3), Some(Range::Integer(0, 3)));
+        assert_eq!(i_range(pmac, 44), Some(Range::Integer(0, 0xFF_FFFF)));
+        assert_eq!(i_range(pmac, 736), Some(Range::Real(-2.0, 2.0)));
+        assert_eq!(i_range(pmac, 116), None);
+        assert_eq!(i_range(pmac, 46), None);
+        assert_eq!(i_range(pmac, 9999), None);
+    }
+
+    #[test]
+    fn turbo_has_its_timers() {
+        let turbo = Controller::Turbo;
+        let timer = Some(Range::Integer(-8_388_608, 8_388_607));
+        for number in [5111, 5112, 5911, 6011, 6612] {
+            assert_eq!(i_range(turbo, number), timer, "I{number}");
+        }
+        assert_eq!(i_range(turbo, 6712), None);
+        assert_eq!(i_range(Controller::Pmac, 5111), None);
+        let defaults =
+            [(3211, 32000.0), (121, 50.0), (921, 0.0), (900, 0.0), (902, 0.0), (12, 10.0)];
+        for (number, default) in defaults {
+            assert_eq!(i_default(turbo, number), default, "I{number}");
+        }
+        // Other values are usual there.
+        assert_eq!(i_range(turbo, 172), None);
+        assert_eq!(i_range(turbo, 5), Some(Range::Integer(0, 3)));
+        assert!(ranges(turbo).windows(2).all(|pair| pair[0].0 < pair[1].0));
+    }
+}
