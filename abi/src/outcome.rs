@@ -42,6 +42,8 @@ trap_codes! {
     Timeout = 2, "timeout";
     /// Calls nested too deep (NCT: `CALL DEPTH`).
     CallDepth = 3, "call_depth";
+    /// A host function panicked: a fault of the executive, never of a program (`INTERNAL ERROR`).
+    HostPanic = 4, "host_panic";
 }
 
 impl TrapCode {

@@ -71,6 +71,20 @@ pub struct Stop {
     pub message: String,
 }
 
+impl Stop {
+    /// The stop after a host function has panicked, the same for every control. The outputs are
+    /// not written from the scan in which it happened.
+    pub(crate) fn internal_error() -> Self {
+        Self {
+            code: "INTERNAL ERROR".into(),
+            message: "a function of the control failed while the program called it (an error in \
+                      plcc; please report it with the program); the outputs were not written \
+                      from this scan, and the control does not scan again"
+                .into(),
+        }
+    }
+}
+
 /// What a control does around its program. Owns the process image and all that is not the
 /// program's own; the engine comes from outside and is the same for all.
 pub trait Executive {

@@ -43,6 +43,8 @@ pub struct NativeEngine {
     /// For each task the label to go on with.
     resume: Vec<Option<u32>>,
     image_size: usize,
+    /// A host function has panicked: nothing is executed any more.
+    refuses: bool,
 }
 
 impl NativeEngine {
@@ -90,6 +92,7 @@ impl NativeEngine {
             resume: vec![None; tasks.len()],
             tasks,
             image_size: program.image_size as usize,
+            refuses: false,
         })
     }
 }
@@ -114,6 +117,12 @@ impl NativeEngine {
         true
     }
 
+    /// Whether a host function has panicked, after which every scan is refused with
+    /// [`TrapCode::HostPanic`].
+    pub fn refuses(&self) -> bool {
+        self.refuses
+    }
+
     /// Where the code is in this process.
     pub fn address(&self) -> usize {
         self.map.as_ptr() as usize
@@ -125,19 +134,25 @@ struct Call<'a> {
     image: *mut u8,
     image_len: usize,
     host: &'a mut dyn Host,
-    panicked: bool,
+    /// The image as it was when a host function panicked. Compiled code can't be left there: it
+    /// runs on to the end of its chunk with 0 as every result, and what it stores until then is
+    /// undone with this copy.
+    image_at_panic: Option<Vec<u8>>,
 }
 
 impl Engine for NativeEngine {
     fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
         let Some(&first) = self.tasks.get(task) else { return Outcome::End };
+        if self.refuses {
+            return Outcome::Trap(TrapCode::HostPanic);
+        }
         if scan.image.len() < self.image_size {
             return Outcome::Trap(TrapCode::BadLabel);
         }
         let mut label = self.resume.get_mut(task).and_then(Option::take).unwrap_or(first);
         let image = scan.image.as_mut_ptr();
         let image_len = scan.image.len();
-        let mut call = Call { image, image_len, host: &mut *scan.host, panicked: false };
+        let mut call = Call { image, image_len, host: &mut *scan.host, image_at_panic: None };
         let context = ScanContext {
             image,
             host: host_call,
@@ -149,6 +164,12 @@ impl Engine for NativeEngine {
                 return Outcome::Trap(TrapCode::BadLabel);
             };
             let raw = RawOutcome(entry(context, label));
+            if let Some(image) = call.image_at_panic.take() {
+                self.refuses = true;
+                // Both have the length of the image that this call was given.
+                scan.image.copy_from_slice(&image);
+                return Outcome::Trap(TrapCode::HostPanic);
+            }
             match raw.kind() {
                 RawOutcome::GOTO => label = raw.payload(),
                 RawOutcome::END => return Outcome::End,
@@ -173,8 +194,9 @@ impl Engine for NativeEngine {
     }
 }
 
-/// What compiled code calls. A host that panics is not called again, and every call gives 0: a
-/// panic must not cross compiled code.
+/// What compiled code calls. A panic must not cross compiled code: it is caught here, and from then
+/// on every call does nothing and gives 0, until the loop in [`Engine::call`] has control again and
+/// traps.
 extern "C" fn host_call(
     context: *const ScanContext,
     function: u32,
@@ -189,7 +211,7 @@ extern "C" fn host_call(
     // a host gets the image as a slice and has no way back into the code.
     let call = unsafe { &mut *(*context).host_data.cast::<Call<'_>>() };
     let Some(function) = HostFn::from_number(function) else { return 0 };
-    if call.panicked {
+    if call.image_at_panic.is_some() {
         return 0;
     }
     // SAFETY: pointer and length come from the `&mut [u8]` that `Engine::call` borrows for the
@@ -197,7 +219,14 @@ extern "C" fn host_call(
     let image = unsafe { std::slice::from_raw_parts_mut(call.image, call.image_len) };
     let host = &mut *call.host;
     // The host is not called again after a panic, so nobody sees what it left half done.
-    let result = catch_unwind(AssertUnwindSafe(move || host.call(image, function, [a, b, c, d])));
-    call.panicked |= result.is_err();
-    result.unwrap_or(0)
+    let result = catch_unwind(AssertUnwindSafe(|| host.call(image, function, [a, b, c, d])));
+    match result {
+        Ok(result) => result,
+        Err(payload) => {
+            // A payload may panic when it is dropped, which would leave this function.
+            std::mem::forget(payload);
+            call.image_at_panic = Some(image.to_vec());
+            0
+        }
+    }
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use plcc_abi::Dialect;
+use plcc_abi::{Dialect, Engine, Host, HostFn, Outcome, Scan};
 use plcc_frontend::common::Options;
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::session;
@@ -61,16 +61,28 @@ impl Shop {
         fs::read_to_string(self.path(name)).unwrap()
     }
 
-    /// Runs a program; words that begin with `%` are files of the folder.
+    /// Runs a program in the statement interpreter; words that begin with `%` are files of the
+    /// folder.
     fn run(&self, program: &str, args: &str) -> u8 {
+        self.run_in(Way::Statements, program, args, |engine| engine)
+    }
+
+    /// Runs a program in an engine that `wrap` has put something around.
+    fn run_in(
+        &self,
+        way: Way,
+        program: &str,
+        args: &str,
+        wrap: impl FnOnce(Box<dyn Engine>) -> Box<dyn Engine>,
+    ) -> u8 {
         let dialect = match program {
             "p.pmi" => Dialect::Pmi,
             "n.nct" => Dialect::Nct,
             _ => Dialect::Pmac,
         };
         let compiled = compile(&self.path(program), dialect, &Options::default());
-        let (program, mut engine) =
-            compiled.unwrap_or_else(|e| panic!("{e}")).engine(Way::Statements).unwrap();
+        let (program, engine) = compiled.unwrap_or_else(|e| panic!("{e}")).engine(way).unwrap();
+        let mut engine = wrap(engine);
         let words = args.split_whitespace().map(|word| match word.strip_prefix('%') {
             Some(file) => self.path(file).to_string_lossy().into_owned(),
             None => word.to_owned(),
@@ -120,6 +132,100 @@ fn all_outputs_of_a_stopped_run_are_complete() {
         ),
         "{variables}"
     );
+}
+
+/// An engine in which something panics: the host function `function` when it is called for the
+/// `at`-th time (from 0), or without a function the engine itself at the end of that scan.
+struct Panicking {
+    engine: Box<dyn Engine>,
+    function: Option<HostFn>,
+    at: usize,
+    count: usize,
+}
+
+struct PanickingHost<'a> {
+    host: &'a mut dyn Host,
+    function: HostFn,
+    at: usize,
+    count: &'a mut usize,
+}
+
+impl Host for PanickingHost<'_> {
+    fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64 {
+        if function == self.function {
+            *self.count += 1;
+            assert!(*self.count <= self.at, "a host that panics");
+        }
+        self.host.call(image, function, args)
+    }
+}
+
+impl Engine for Panicking {
+    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
+        let Some(function) = self.function else {
+            let outcome = self.engine.call(task, scan);
+            self.count += 1;
+            assert!(self.count <= self.at, "an engine that panics");
+            return outcome;
+        };
+        let count = &mut self.count;
+        let mut host = PanickingHost { host: &mut *scan.host, function, at: self.at, count };
+        self.engine.call(task, &mut Scan { image: &mut *scan.image, host: &mut host })
+    }
+
+    fn reset(&mut self, task: usize) {
+        self.engine.reset(task);
+    }
+}
+
+/// Whatever engine runs: after a panic in a host function nothing of the scan's rest is done, the
+/// physical outputs are not written from it, and the control stops with exit status 3.
+#[test]
+fn a_panic_stops_the_control() {
+    let shop = Shop::new("panic");
+    fs::write(shop.path("go.csv"), "tick,name,value\n0,GO,1\n").unwrap();
+    let nct = ":001\nLF500 +1 SF500 SY00\nADD220\nLF500 SY02\nJ1\n:000\nJ0\n";
+    fs::write(shop.path("n.nct"), nct).unwrap();
+    let pmac = "I5=2\nOPEN PLC 1 CLEAR\nP1=P1+1\nSEND\"tick\"\nP2=P1\nCLOSE\nENABLE PLC 1\n";
+    fs::write(shop.path("c.pmc"), pmac).unwrap();
+    let cases = [
+        (
+            "p.pmi",
+            None,
+            "--stimulus %go.csv --watch N,LAMP,PORT1.0,@ESTOP",
+            "0,N,1\n0,LAMP,1\n0,PORT1.0,1\n0,@ESTOP,0\n1,N,2\n2,N,3\n2,PORT1.0,0\n2,@ESTOP,1\n",
+        ),
+        (
+            "n.nct",
+            Some(HostFn::NctAdd),
+            "--watch F500,Y00,Y02,O000,O020",
+            "0,F500,1\n0,Y00,1\n0,Y02,1\n0,O000,1\n0,O020,1\n1,F500,2\n1,Y00,2\n1,Y02,2\n\
+             1,O000,0\n1,O020,0\n2,F500,3\n2,Y00,3\n",
+        ),
+        (
+            "c.pmc",
+            Some(HostFn::PmacEvent),
+            "--watch P1,P2",
+            "0,P1,1\n0,P2,1\n1,P1,2\n1,P2,2\n2,P1,3\n",
+        ),
+    ];
+    for (program, function, args, trace) in cases {
+        let args = format!("{args} --ticks 9 --trace %t.csv --events %e.jsonl --dump %d.json");
+        for way in Way::ALL {
+            let wrap = |engine| -> Box<dyn Engine> {
+                Box::new(Panicking { engine, function, at: 2, count: 0 })
+            };
+            assert_eq!(shop.run_in(way, program, &args, wrap), 3, "{program} {way:?}");
+            let written = shop.read("t.csv");
+            assert_eq!(written, format!("tick,name,value\n{trace}"), "{program} {way:?}");
+            let last = "{\"tick\":2,\"kind\":\"stop\",\"code\":\"INTERNAL ERROR\"}\n";
+            assert!(shop.read("e.jsonl").ends_with(last), "{program} {way:?}");
+            let dump = shop.read("d.json");
+            let stop = "\"ticks\":3,\"state\":\"stopped\",\"stop\":{\"tick\":2,\"code\":\"INTERNAL \
+                        ERROR\",\"message\":\"";
+            assert!(dump.contains(stop), "{program} {way:?}: {dump}");
+        }
+    }
 }
 
 #[test]

@@ -50,7 +50,11 @@ fn mistakes_are_told_with_their_place() {
         ("return\nreturn\n}", "6:1: the block has ended; another begins with its name and `:`"),
         ("}", "5:1: the last block does not end: `jump`, `return` and the like do"),
         ("return", "3:8: the function is not closed by `}`"),
-        ("trap x\n}", "5:6: `x` is no code; there are bad_label array_bounds timeout call_depth"),
+        (
+            "trap x\n}",
+            "5:6: `x` is no code; there are bad_label array_bounds timeout call_depth \
+          host_panic",
+        ),
         ("return 1\n}", "5:8: the end of the line is wanted here, not `1`"),
         ("hostcall pmac_save(\n}", "5:19: a value (`v0`) is wanted behind this line"),
         ("return\nblock2:\n}", "6:1: the next block is block1: they stand in order"),

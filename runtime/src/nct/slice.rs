@@ -243,6 +243,7 @@ impl NctExecutive {
                     nct::context::MAX_DEPTH
                 ),
             ),
+            TrapCode::HostPanic => return Stop::internal_error(),
             TrapCode::BadLabel | TrapCode::ArrayBounds => (
                 "PLC ERROR".to_string(),
                 format!("module :00{module} was left by a way that no NCT program has"),

@@ -1,7 +1,7 @@
 //! What happens in a servo cycle, and in which order (guide, PMAC Tasks; rulings, Time).
 
 use plcc_abi::{
-    Engine, Outcome, Scan,
+    Engine, Outcome, Scan, TrapCode,
     image::{read_f64, read_u32, write_f64, write_u32},
     pmac::{COMMAND_CONTEXT, Layout, Place, Space, context, fixed::sign_extend},
 };
@@ -187,6 +187,7 @@ impl PmacExecutive {
         let mut scan = Scan { image: &mut self.image, host: &mut self.control };
         match engine.call(task, &mut scan) {
             Outcome::End | Outcome::Suspended => Ok(()),
+            Outcome::Trap(TrapCode::HostPanic) => Err(Stop::internal_error()),
             Outcome::Trap(code) => Err(Stop {
                 code: "WATCHDOG".into(),
                 message: format!("a program was stopped from inside ({})", code.name()),

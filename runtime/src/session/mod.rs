@@ -21,7 +21,7 @@ use thiserror::Error;
 
 use crate::args::RunArgs;
 use crate::run::{End, Player, Run, Stimulus, Watch, dump};
-use crate::{Executive, retain};
+use crate::{Executive, PanicBarrier, retain};
 
 pub use control::executive;
 use keeper::Keeper;
@@ -123,9 +123,10 @@ fn session(
             keeper.look(executive);
         }
     };
+    let mut engine = PanicBarrier::new(engine);
     let end = Run {
         executive,
-        engine,
+        engine: &mut engine,
         player: Player::new(stimulus, args.repeat),
         watch: watch.clone(),
         trace: trace.as_mut().map(|out| out as &mut dyn Write),

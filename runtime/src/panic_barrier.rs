@@ -1,0 +1,48 @@
+//! An engine around another one that lets no panic out.
+//!
+//! Native code catches a panic of a host function itself, since it must not unwind through compiled
+//! code. The statement interpreter and the IR interpreter unwind. [`PanicBarrier`] gives them the
+//! same outcome: the trap [`TrapCode::HostPanic`], and no further scan. A session puts it around
+//! every engine.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use plcc_abi::{Engine, Outcome, Scan, TrapCode};
+
+/// An engine whose panics are traps.
+pub struct PanicBarrier<'a> {
+    engine: &'a mut dyn Engine,
+    /// A panic was caught: nothing is executed any more.
+    refuses: bool,
+}
+
+impl<'a> PanicBarrier<'a> {
+    /// A barrier around an engine.
+    pub fn new(engine: &'a mut dyn Engine) -> Self {
+        Self { engine, refuses: false }
+    }
+}
+
+impl Engine for PanicBarrier<'_> {
+    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
+        if self.refuses {
+            return Outcome::Trap(TrapCode::HostPanic);
+        }
+        // Engine and host are not used again after a panic, so nobody sees what they left half
+        // done; every byte of the image is valid whatever it holds.
+        let engine = &mut *self.engine;
+        let result = catch_unwind(AssertUnwindSafe(|| engine.call(task, scan)));
+        result.unwrap_or_else(|_| {
+            self.refuses = true;
+            Outcome::Trap(TrapCode::HostPanic)
+        })
+    }
+
+    fn reset(&mut self, task: usize) {
+        self.engine.reset(task);
+    }
+
+    fn begin_tick(&mut self, image: &mut [u8]) {
+        self.engine.begin_tick(image);
+    }
+}
