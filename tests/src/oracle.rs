@@ -1,6 +1,6 @@
 //! What fuzzing holds the compiler to. Each oracle takes any bytes and returns; it panics where a
-//! promise is broken. `fuzz/` runs them on what libFuzzer makes up, `tests/fuzz_replay.rs` on the
-//! committed corpus and on mutations of it.
+//! promise is broken. `fuzz/` runs them on what libFuzzer makes up,
+//! `tests/tests/all_languages/fuzz_replay.rs` on the committed corpus and on mutations of it.
 
 #![allow(clippy::panic)]
 

@@ -1,0 +1,7 @@
+//! Tests of the IR: text form, verifier, passes and interpreter, and native code made of it.
+
+mod divide;
+mod filetests;
+mod passes;
+mod rules;
+mod text;

@@ -1,0 +1,62 @@
+//! What front ends make keeps the IR's rules, before and behind the passes, and what must end
+//! provably ends.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use plcc_diag::SourceMap;
+use plcc_frontend::common::{Controller, Limits, Lowered, MemoryLoader, Options};
+use plcc_frontend::{nct, pmac, pmi};
+use plcc_ir::Module;
+use plcc_ir::passes::{OptLevel, optimize};
+use plcc_ir::verify::{ends_provably, verify};
+use plcc_tests::{gen_pmac, gen_pmi};
+
+fn look(lowered: Lowered, ends: bool, source: &str) -> Module {
+    let mut module = lowered.module;
+    assert_eq!(verify(&module), [], "{source}");
+    assert_eq!(ends_provably(&module), ends, "{source}");
+    optimize(&mut module, OptLevel::Speed);
+    assert_eq!(verify(&module), [], "{source}");
+    assert_eq!(ends_provably(&module), ends, "{source}");
+    module
+}
+
+fn pmi_module(source: &str, ends: bool) {
+    let mut sources = SourceMap::new();
+    let file = sources.add("a.pmi", source.as_bytes());
+    let options = Options { limits: Limits::None, ..Options::default() };
+    let (program, all) = pmi::check(&mut sources, file, &MemoryLoader::new(), &options);
+    look(program.unwrap_or_else(|| panic!("{all:?}")).lower(), ends, source);
+}
+
+#[test]
+fn pmi_ends() {
+    pmi_module(include_str!("../../../examples/pmi/lathe.pmi"), true);
+    for seed in 0..20 {
+        pmi_module(&gen_pmi::generate(seed, 40).source, true);
+    }
+}
+
+#[test]
+fn pmac_ends() {
+    for seed in 0..20 {
+        let source = gen_pmac::generate(seed, 40).source;
+        let mut sources = SourceMap::new();
+        let file = sources.add("a.pmc", source.as_bytes());
+        let options = Options { controller: Controller::Pmac, ..Options::default() };
+        let (program, all) = pmac::check(&mut sources, &[file], &MemoryLoader::new(), &options);
+        look(program.unwrap_or_else(|| panic!("{all:?}")).lower(), true, &source);
+    }
+}
+
+#[test]
+fn nct_may_not_end() {
+    for (source, ends) in
+        [(":001 LF500 J1 :000 J0", true), (":001 :010 LF500 G010 J1 :000 J0", false)]
+    {
+        let mut sources = SourceMap::new();
+        let file = sources.add("a.nct", source.as_bytes());
+        let (program, all) =
+            nct::check(&mut sources, file, &MemoryLoader::new(), &Options::default());
+        look(program.unwrap_or_else(|| panic!("{all:?}")).lower(), ends, source);
+    }
+}

@@ -1,0 +1,8 @@
+//! Tests of PMAC programs: arithmetic, corpus, documentation, and all engines held against each other.
+
+mod arithmetic;
+mod corpus;
+mod docs;
+mod engines;
+mod explain;
+mod recompile;

@@ -1,0 +1,8 @@
+//! Tests of PMI programs: errors, documented examples, and all engines held against each other.
+
+mod engines;
+mod errors;
+mod generated;
+mod harness;
+mod lathe;
+mod pins;
