@@ -6,7 +6,7 @@ use plcc_diag::Span;
 
 /// Where bits and bytes are addressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) enum Space {
+pub(crate) enum Space {
     /// Inputs as latched for the module (NCT 2.1.1, 2.2.1).
     I,
     /// Changes of inputs (NCT 4.3 `V`).
@@ -23,7 +23,7 @@ pub(super) enum Space {
 
 impl Space {
     /// The letter in the source.
-    pub(super) fn letter(self) -> char {
+    pub(crate) fn letter(self) -> char {
         match self {
             Self::I => 'I',
             Self::V => 'V',
@@ -35,7 +35,7 @@ impl Space {
     }
 
     /// How many bytes it has.
-    pub(super) fn bytes(self) -> u16 {
+    pub(crate) fn bytes(self) -> u16 {
         match self {
             Self::I | Self::V | Self::Y => 100,
             Self::P | Self::O => 40,
@@ -46,18 +46,18 @@ impl Space {
 
 /// A bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) struct Bit {
+pub(crate) struct Bit {
     /// Where.
-    pub(super) space: Space,
+    pub(crate) space: Space,
     /// The byte.
-    pub(super) byte: u16,
+    pub(crate) byte: u16,
     /// 0 to 7.
-    pub(super) bit: u8,
+    pub(crate) bit: u8,
 }
 
 /// A 16-bit variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) enum Word {
+pub(crate) enum Word {
     /// Two neighbouring bytes, the low one first.
     Bytes {
         /// Where.
@@ -83,7 +83,7 @@ pub(super) enum Word {
 
 /// What a load or store names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) enum Place {
+pub(crate) enum Place {
     /// A bit.
     Bit(Bit),
     /// A word.
@@ -125,7 +125,7 @@ impl fmt::Display for Place {
 
 /// A two-operand operation on OP (NCT 4.8, 4.9).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Arith {
+pub(crate) enum Arith {
     /// `+`
     Add,
     /// `-`
@@ -144,7 +144,7 @@ pub(super) enum Arith {
 
 /// How OP is compared, unsigned (NCT 4.10).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Relation {
+pub(crate) enum Relation {
     /// `<`
     Lt,
     /// `>`
@@ -159,7 +159,7 @@ pub(super) enum Relation {
 
 /// What an operation takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Operand {
+pub(crate) enum Operand {
     /// A number of the text.
     Const(u16),
     /// A variable or its complement.
@@ -173,7 +173,7 @@ pub(super) enum Operand {
 
 /// One test of a condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Test {
+pub(crate) enum Test {
     /// Of a bit.
     Bit {
         /// With `N`.
@@ -199,7 +199,7 @@ pub(super) enum Test {
 
 /// A condition is a row of these, in postfix order: a gate takes the two results before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Cond {
+pub(crate) enum Cond {
     /// A result.
     Test(Test),
     /// `And`, `Or` or `Xor` of the last two.
@@ -208,7 +208,7 @@ pub(super) enum Cond {
 
 /// A statement with a register area in F (NCT 4.14 to 4.16).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum AreaOp {
+pub(crate) enum AreaOp {
     /// Search in a table.
     Hf,
     /// Search for a free pot.
@@ -231,7 +231,7 @@ pub(super) enum AreaOp {
 
 impl AreaOp {
     /// The statement's name.
-    pub(super) fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Hf => "HF",
             Self::Pf => "PF",
@@ -246,7 +246,7 @@ impl AreaOp {
     }
 
     /// Bytes of its register area.
-    pub(super) fn area(self) -> u16 {
+    pub(crate) fn area(self) -> u16 {
         match self {
             Self::Hf => 10,
             Self::Pf | Self::Cmp => 6,
@@ -257,7 +257,7 @@ impl AreaOp {
 
 /// What a statement does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Op {
+pub(crate) enum Op {
     /// `U`: the bit becomes 1.
     Set(Bit),
     /// `D`: the bit becomes 0.
@@ -363,7 +363,7 @@ pub(super) enum Op {
 
 /// Whether a statement that could not be read began a condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Opens {
+pub(crate) enum Opens {
     /// It did.
     Yes,
     /// It did not.
@@ -374,43 +374,43 @@ pub(super) enum Opens {
 
 /// A statement.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stmt {
+pub(crate) struct Stmt {
     /// What it does.
-    pub(super) op: Op,
+    pub(crate) op: Op,
     /// Its text.
-    pub(super) span: Span,
+    pub(crate) span: Span,
 }
 
 /// The texts of the modules :197 to :200 (NCT 3.4 to 3.7).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Texts {
+pub(crate) struct Texts {
     /// Captions of the softkeys.
-    pub(super) softkeys: Vec<String>,
+    pub(crate) softkeys: Vec<String>,
     /// Messages with an index.
-    pub(super) indexed: Vec<String>,
+    pub(crate) indexed: Vec<String>,
     /// Error messages.
-    pub(super) messages: Vec<String>,
+    pub(crate) messages: Vec<String>,
     /// About the program.
-    pub(super) info: String,
+    pub(crate) info: String,
 }
 
 /// A checked program.
 #[derive(Clone, Debug)]
-pub(super) struct Program {
+pub(crate) struct Program {
     /// The source's name and text, for comments and line tables.
-    pub(super) name: String,
+    pub(crate) name: String,
     /// The decoded text.
-    pub(super) text: String,
+    pub(crate) text: String,
     /// The line of each statement, from 1.
-    pub(super) lines: Vec<u32>,
+    pub(crate) lines: Vec<u32>,
     /// Statements in the order of the text.
-    pub(super) stmts: Vec<Stmt>,
+    pub(crate) stmts: Vec<Stmt>,
     /// Parts of conditions.
-    pub(super) conds: Vec<Cond>,
+    pub(crate) conds: Vec<Cond>,
     /// Where each label stands: the index of its statement.
-    pub(super) labels: Vec<Option<u32>>,
+    pub(crate) labels: Vec<Option<u32>>,
     /// The texts.
-    pub(super) texts: Texts,
+    pub(crate) texts: Texts,
     /// Slots that brackets need.
-    pub(super) slots: u16,
+    pub(crate) slots: u16,
 }

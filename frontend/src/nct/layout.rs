@@ -12,33 +12,33 @@ use plcc_abi::{
     },
 };
 
-use super::ast::{Arith, Cond, Op, Operand, Place, Program, Space, Test, Word};
+use crate::nct::ast::{Arith, Cond, Op, Operand, Place, Program, Space, Test, Word};
 
 /// Bits of a condition that wait for their gate, at most.
-pub(super) const WAITING: u32 = 264;
+pub(crate) const WAITING: u32 = 264;
 
 /// The layout of one program.
 #[derive(Clone, Debug)]
-pub(super) struct Layout {
+pub(crate) struct Layout {
     /// All of the image's parts.
-    pub(super) regions: Vec<Region>,
+    pub(crate) regions: Vec<Region>,
     /// Its length.
-    pub(super) size: u32,
-    pub(super) inputs: Vec<NctHome>,
-    pub(super) previous: Vec<NctHome>,
-    pub(super) outputs: Vec<NctHome>,
-    pub(super) flags: Vec<NctHome>,
-    pub(super) context: u32,
-    pub(super) lines_in: u32,
-    pub(super) lines_out: u32,
-    pub(super) rh: u32,
-    pub(super) q: u32,
-    pub(super) t: u32,
-    pub(super) h: u32,
-    pub(super) m: u32,
-    pub(super) rp: u32,
+    pub(crate) size: u32,
+    pub(crate) inputs: Vec<NctHome>,
+    pub(crate) previous: Vec<NctHome>,
+    pub(crate) outputs: Vec<NctHome>,
+    pub(crate) flags: Vec<NctHome>,
+    pub(crate) context: u32,
+    pub(crate) lines_in: u32,
+    pub(crate) lines_out: u32,
+    pub(crate) rh: u32,
+    pub(crate) q: u32,
+    pub(crate) t: u32,
+    pub(crate) h: u32,
+    pub(crate) m: u32,
+    pub(crate) rp: u32,
     /// Kept values of OP in brackets.
-    pub(super) scratch: u32,
+    pub(crate) scratch: u32,
 }
 
 /// How the bytes of a kind of flags are used.
@@ -209,7 +209,7 @@ impl Regions {
 
 impl Layout {
     /// Lays out a program.
-    pub(super) fn new(program: &Program) -> Self {
+    pub(crate) fn new(program: &Program) -> Self {
         let uses = Uses::of(program);
         let mut regions = Regions::default();
         let words = |count: u16| u32::from(count) * 2;
@@ -252,7 +252,7 @@ impl Layout {
     }
 
     /// Where a byte of a kind of flags lies; V's are those of the inputs.
-    pub(super) fn home(&self, space: Space, byte: u16) -> Option<NctHome> {
+    pub(crate) fn home(&self, space: Space, byte: u16) -> Option<NctHome> {
         let byte = byte as usize;
         match space {
             Space::I | Space::V => self.inputs.get(byte).copied(),
@@ -265,7 +265,7 @@ impl Layout {
     }
 
     /// Where a register, counter, timer or constant lies.
-    pub(super) fn register(&self, word: Word) -> Option<u32> {
+    pub(crate) fn register(&self, word: Word) -> Option<u32> {
         let (base, n) = match word {
             Word::Rh(n) => (self.rh, n),
             Word::Q(n) => (self.q, n),

@@ -1,22 +1,14 @@
 //! NCT's PLC language (NCT 3 to 5): text to a checked program, and from there to IR and to the
 //! statement interpreter.
 
+mod analyse;
 mod ast;
-mod cursor;
-mod fail;
-mod group;
-mod interp;
 mod layout;
-mod live;
 mod lower;
-pub mod names;
-mod number;
-mod operand;
-mod parse;
-mod structure;
+mod oracle;
+mod read;
+mod reference;
 mod tables;
-mod text;
-mod xref;
 
 use std::sync::Arc;
 
@@ -25,8 +17,9 @@ use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 use crate::common::{FileLoader, Lowered, Options};
 
-pub use interp::Interpreter;
-pub use xref::{Xref, XrefRow};
+pub use analyse::cross_reference::{Xref, XrefRow};
+pub use oracle::Interpreter;
+pub use reference::names;
 
 /// A program without errors.
 #[derive(Clone, Debug)]
@@ -44,13 +37,13 @@ pub fn check(
     options: &Options,
 ) -> (Option<Program>, Vec<Diagnostic>) {
     let text = sources.text(file);
-    let (mut parsed, mut found) = parse::parse(file, text, options.limits);
-    let labels = structure::check(file, text, &mut parsed.stmts, &mut found);
+    let (mut parsed, mut found) = read::parser::parse(file, text, options.limits);
+    let labels = analyse::structure::check(file, text, &mut parsed.stmts, &mut found);
     found.sort_by_key(|d| d.span.start);
     if found.iter().any(Diagnostic::is_error) {
         return (None, found);
     }
-    let parse::Parsed { stmts, conds, texts, slots } = parsed;
+    let read::parser::Parsed { stmts, conds, texts, slots } = parsed;
     let lines = stmts.iter().map(|s| sources.line_col(file, s.span.start).0).collect();
     let name = sources.path(file).to_owned();
     let text = text.to_owned();
@@ -82,7 +75,7 @@ impl Program {
 
     /// Where each variable is read, written and tested.
     pub fn xref(&self) -> Xref {
-        xref::xref(&self.checked)
+        analyse::cross_reference::xref(&self.checked)
     }
 
     /// The statement interpreter, as an engine like the others.

@@ -5,17 +5,19 @@ use plcc_abi::{
     nct::{NctName, NctSettings, NctTables},
 };
 
-use super::ast::{Bit, Cond, Op, Operand, Place, Program, Space, Test, Texts, Word};
-use super::layout::Layout;
+use crate::nct::{
+    ast::{Bit, Cond, Op, Operand, Place, Program, Space, Test, Texts, Word},
+    layout::Layout,
+};
 
 /// The modules that run, in the order of their tasks: number and first statement.
-pub(super) fn modules(program: &Program) -> impl Iterator<Item = (u16, usize)> {
+pub(crate) fn modules(program: &Program) -> impl Iterator<Item = (u16, usize)> {
     (0..3).filter_map(|module| Some((module, (*program.labels.get(module as usize)?)? as usize)))
 }
 
 /// The name under which a variable is watched and dumped. V and what an indirect access leads to
 /// have none.
-pub(super) fn name(place: Place) -> Option<NctName> {
+pub(crate) fn name(place: Place) -> Option<NctName> {
     let (space, byte, bit) = match place {
         Place::Bit(Bit { space, byte, bit }) => (space, byte, Some(bit)),
         Place::Word(Word::Bytes { space, byte }) => (space, byte, None),
@@ -39,7 +41,7 @@ pub(super) fn name(place: Place) -> Option<NctName> {
 }
 
 /// Calls `f` for each variable that a statement's own text names, conditions aside.
-pub(super) fn places(op: &Op, mut f: impl FnMut(Place)) {
+pub(crate) fn places(op: &Op, mut f: impl FnMut(Place)) {
     let word = |byte| Place::Word(Word::Bytes { space: Space::F, byte });
     match *op {
         Op::Set(bit) | Op::Clear(bit) => f(Place::Bit(bit)),
@@ -71,7 +73,7 @@ pub(super) fn places(op: &Op, mut f: impl FnMut(Place)) {
 }
 
 /// The variable that a part of a condition names.
-pub(super) fn cond_place(cond: &Cond) -> Option<Place> {
+pub(crate) fn cond_place(cond: &Cond) -> Option<Place> {
     match *cond {
         Cond::Test(Test::Bit { bit, .. }) => Some(Place::Bit(bit)),
         Cond::Test(Test::Word { word, .. }) => Some(Place::Word(word)),
@@ -92,7 +94,7 @@ fn named(program: &Program) -> Vec<NctName> {
 }
 
 /// The program without its code.
-pub(super) fn program(
+pub(crate) fn program(
     program: &Program,
     layout: &Layout,
     settings: NctSettings,

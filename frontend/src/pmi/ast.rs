@@ -10,11 +10,11 @@ use plcc_diag::Span;
 
 /// An index into [`Checked::symbols`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(super) struct SymbolId(pub(super) u32);
+pub(crate) struct SymbolId(pub(super) u32);
 
 /// What a name stands for.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Meaning {
+pub(crate) enum Meaning {
     /// A variable that may be read and written; flip-flop data pins, faults and messages too.
     Variable,
     /// Digital inputs.
@@ -43,55 +43,55 @@ pub(super) enum Meaning {
 
 /// A name of the program.
 #[derive(Clone, Debug)]
-pub(super) struct Symbol {
-    pub(super) name: String,
-    pub(super) ty: Type,
-    pub(super) elements: Option<u32>,
-    pub(super) meaning: Meaning,
+pub(crate) struct Symbol {
+    pub(crate) name: String,
+    pub(crate) ty: Type,
+    pub(crate) elements: Option<u32>,
+    pub(crate) meaning: Meaning,
     /// Where it is declared; nowhere for executive variables.
-    pub(super) declared: Option<Span>,
+    pub(crate) declared: Option<Span>,
     /// The program declares or names it.
-    pub(super) named: bool,
+    pub(crate) named: bool,
     /// It is one of the executive's.
-    pub(super) executive: bool,
+    pub(crate) executive: bool,
 }
 
 /// A timer by its contacts.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TimerDef {
-    pub(super) kind: TimerKind,
-    pub(super) control: SymbolId,
-    pub(super) delayed: SymbolId,
-    pub(super) preset: i32,
+pub(crate) struct TimerDef {
+    pub(crate) kind: TimerKind,
+    pub(crate) control: SymbolId,
+    pub(crate) delayed: SymbolId,
+    pub(crate) preset: i32,
 }
 
 /// A flip-flop by its pins.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct FlipFlopDef {
-    pub(super) q: SymbolId,
-    pub(super) d: SymbolId,
-    pub(super) clock: SymbolId,
-    pub(super) preset: SymbolId,
-    pub(super) clear: SymbolId,
+pub(crate) struct FlipFlopDef {
+    pub(crate) q: SymbolId,
+    pub(crate) d: SymbolId,
+    pub(crate) clock: SymbolId,
+    pub(crate) preset: SymbolId,
+    pub(crate) clear: SymbolId,
 }
 
 /// A part of a fault's or message's text.
 #[derive(Clone, Debug)]
-pub(super) enum Item {
+pub(crate) enum Item {
     Text(String),
     Value(SymbolId),
 }
 
 /// A fault or message.
 #[derive(Clone, Debug)]
-pub(super) struct Announcement {
-    pub(super) symbol: SymbolId,
-    pub(super) items: Vec<Item>,
+pub(crate) struct Announcement {
+    pub(crate) symbol: SymbolId,
+    pub(crate) items: Vec<Item>,
 }
 
 /// A binary operation; all work on 32-bit values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Binary {
+pub(crate) enum Binary {
     /// Sum, of 16 bits unless `long`.
     Add {
         long: bool,
@@ -120,7 +120,7 @@ pub(super) enum Binary {
 
 /// An operation of an expression in postfix order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Op {
+pub(crate) enum Op {
     /// Pushes a value.
     Const(i32),
     /// Pushes a variable's value.
@@ -138,11 +138,11 @@ pub(super) enum Op {
 }
 
 /// A stretch of [`Checked::ops`].
-pub(super) type Ops = Range<u32>;
+pub(crate) type Ops = Range<u32>;
 
 /// Where an assignment goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Target {
+pub(crate) enum Target {
     /// A variable.
     Scalar(SymbolId),
     /// An element whose index is known.
@@ -153,7 +153,7 @@ pub(super) enum Target {
 
 /// What a step does.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Action {
+pub(crate) enum Action {
     /// Assigns a value.
     Assign { target: Target, value: Ops },
     /// Goes on with the next step if the condition is true, else at `otherwise`.
@@ -164,35 +164,35 @@ pub(super) enum Action {
 
 /// A step of the scan.
 #[derive(Clone, Debug)]
-pub(super) struct Step {
-    pub(super) action: Action,
-    pub(super) span: Span,
+pub(crate) struct Step {
+    pub(crate) action: Action,
+    pub(crate) span: Span,
     /// The line it starts at.
-    pub(super) line: u32,
+    pub(crate) line: u32,
 }
 
 /// A checked program.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Checked {
-    pub(super) symbols: Vec<Symbol>,
-    pub(super) timers: Vec<TimerDef>,
-    pub(super) flipflops: Vec<FlipFlopDef>,
-    pub(super) faults: Vec<Announcement>,
-    pub(super) messages: Vec<Announcement>,
+pub(crate) struct Checked {
+    pub(crate) symbols: Vec<Symbol>,
+    pub(crate) timers: Vec<TimerDef>,
+    pub(crate) flipflops: Vec<FlipFlopDef>,
+    pub(crate) faults: Vec<Announcement>,
+    pub(crate) messages: Vec<Announcement>,
     /// Texts of `$KEY`, in order.
-    pub(super) keys: Vec<(String, String)>,
+    pub(crate) keys: Vec<(String, String)>,
     /// `$AUXAXIS` lines: name and numbers.
-    pub(super) auxiliary: Vec<(String, Vec<i32>)>,
-    pub(super) ops: Vec<Op>,
-    pub(super) steps: Vec<Step>,
+    pub(crate) auxiliary: Vec<(String, Vec<i32>)>,
+    pub(crate) ops: Vec<Op>,
+    pub(crate) steps: Vec<Step>,
 }
 
 impl Checked {
-    pub(super) fn ops(&self, range: &Ops) -> &[Op] {
+    pub(crate) fn ops(&self, range: &Ops) -> &[Op] {
         self.ops.get(range.start as usize..range.end as usize).unwrap_or(&[])
     }
 
-    pub(super) fn symbol(&self, id: SymbolId) -> Option<&Symbol> {
+    pub(crate) fn symbol(&self, id: SymbolId) -> Option<&Symbol> {
         self.symbols.get(id.0 as usize)
     }
 }

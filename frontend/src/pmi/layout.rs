@@ -7,37 +7,37 @@
 
 use plcc_abi::{Region, pmi::Type};
 
-use super::ast::{Action, Checked, Meaning, Op, Ops, SymbolId, Target};
+use crate::pmi::ast::{Action, Checked, Meaning, Op, Ops, SymbolId, Target};
 
 /// The number of ports: 16 MAX boards of 128.
 const PORTS: u32 = 2048;
 
 /// Expressions with more operations than this may be cut into several functions, and then keep
 /// what waits for them in the image.
-pub(super) const LONG_EXPRESSION: u32 = 1000;
+pub(crate) const LONG_EXPRESSION: u32 = 1000;
 
 /// The name of the region for that.
-pub(super) const SCRATCH: &str = "scratch";
+pub(crate) const SCRATCH: &str = "scratch";
 
 /// The image's layout.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Layout {
+pub(crate) struct Layout {
     /// By rising offset: `logical`, `integer`, `long`, `port`.
-    pub(super) regions: Vec<Region>,
+    pub(crate) regions: Vec<Region>,
     /// The image's size in bytes.
-    pub(super) size: u32,
+    pub(crate) size: u32,
     /// Offset of each timer's counter.
-    pub(super) counters: Vec<u32>,
+    pub(crate) counters: Vec<u32>,
     /// Offset of each flip-flop's last clock.
-    pub(super) last_clocks: Vec<u32>,
+    pub(crate) last_clocks: Vec<u32>,
     /// Offset of the lines.
-    pub(super) ports: u32,
+    pub(crate) ports: u32,
     /// Offset of each symbol.
     places: Vec<u32>,
 }
 
 /// The region of a type's variables.
-pub(super) fn region_name(ty: Type) -> &'static str {
+pub(crate) fn region_name(ty: Type) -> &'static str {
     match ty {
         Type::Logical => "logical",
         Type::Integer => "integer",
@@ -47,7 +47,7 @@ pub(super) fn region_name(ty: Type) -> &'static str {
 
 impl Layout {
     /// Lays out a program's variables.
-    pub(super) fn new(checked: &Checked) -> Self {
+    pub(crate) fn new(checked: &Checked) -> Self {
         let mut this = Self { places: vec![0; checked.symbols.len()], ..Self::default() };
         for ty in [Type::Logical, Type::Integer, Type::Long] {
             let start = this.size;
@@ -90,12 +90,12 @@ impl Layout {
     }
 
     /// A symbol's offset in the image.
-    pub(super) fn place(&self, id: SymbolId) -> u32 {
+    pub(crate) fn place(&self, id: SymbolId) -> u32 {
         self.places.get(id.0 as usize).copied().unwrap_or(0)
     }
 
     /// The offset of a type's region.
-    pub(super) fn base(&self, ty: Type) -> u32 {
+    pub(crate) fn base(&self, ty: Type) -> u32 {
         let index = match ty {
             Type::Logical => 0,
             Type::Integer => 1,
@@ -124,7 +124,7 @@ fn scratch_depth(checked: &Checked) -> u32 {
 }
 
 /// Whether an expression may be cut.
-pub(super) fn is_long(ops: &Ops) -> bool {
+pub(crate) fn is_long(ops: &Ops) -> bool {
     ops.end - ops.start > LONG_EXPRESSION
 }
 

@@ -1,32 +1,21 @@
 //! The PMI language (Sieb & Meyer SERIES 8).
 //!
-//! Text to statements ([`reader`](self), `lex`), statements to a checked program (`spec`, `exec`,
-//! `expr`), and that to an image layout, IR and a statement interpreter. Where the manual is
+//! Text to statements (`read`), statements to a checked program (`analyse`), and that to an image
+//! layout, IR (`lower`) and the statement interpreter (`oracle`). Where the manual is
 //! silent or contradicts itself, the rulings in the project's documentation decide.
 //!
 //! Architecture Invariant: trees are flat. Expressions are postfix rows in one arena, statements
 //! are steps with jump targets; nothing recurses on program size.
 
+mod analyse;
 mod arith;
 mod ast;
-mod check;
-mod cursor;
-mod declare;
-mod exec;
-mod executive;
-mod expr;
-mod interp;
 mod layout;
-mod lex;
-mod lookup;
 mod lower;
-mod names;
-mod ports;
-mod reader;
-mod report;
-mod spec;
+mod oracle;
+mod read;
+mod reference;
 mod tables;
-mod token;
 
 use std::sync::Arc;
 
@@ -35,8 +24,8 @@ use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 use crate::common::{FileLoader, Lowered, Options};
 
-pub use executive::{executive_names, explain};
-pub use interp::Interpreter;
+pub use oracle::Interpreter;
+pub use reference::executive::{executive_names, explain};
 
 /// A program without errors.
 #[derive(Clone, Debug)]
@@ -55,7 +44,7 @@ pub fn check(
     loader: &dyn FileLoader,
     options: &Options,
 ) -> (Option<Program>, Vec<Diagnostic>) {
-    let (checked, diagnostics) = check::check(sources, file, loader, options);
+    let (checked, diagnostics) = analyse::check(sources, file, loader, options);
     if diagnostics.iter().any(Diagnostic::is_error) {
         return (None, diagnostics);
     }

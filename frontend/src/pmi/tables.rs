@@ -7,17 +7,17 @@ use plcc_abi::{
     },
 };
 
-use super::{
+use crate::common::natural_cmp;
+use crate::pmi::{
     ast::{self, Checked, Item, Meaning, SymbolId},
     layout::Layout,
 };
-use crate::common::natural_cmp;
 
 /// Executive variables that survive power-off (PMI 3.4).
 const RETAINED: [&str; 3] = ["@NVFLG", "@NVINT", "@NVLNG"];
 
 /// The program's tables; `files` are the sources' names and `tasks` where the code starts.
-pub(super) fn program(
+pub(crate) fn program(
     checked: &Checked,
     layout: &Layout,
     files: Vec<String>,

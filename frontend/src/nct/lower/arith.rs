@@ -4,8 +4,10 @@ use plcc_ir::{BinaryOp, IntCond, Type, Value};
 
 use super::Lowerer;
 use super::place::{Bcd, Indirect};
-use crate::nct::ast::{Arith, Operand, Place, Space, Word};
-use crate::nct::live::Set;
+use crate::nct::{
+    ast::{Arith, Operand, Place, Space, Word},
+    lower::liveness::Set,
+};
 
 /// The high word of products and dividends, later the remainder.
 const HIGH: Word = Word::Bytes { space: Space::F, byte: 0 };

@@ -5,9 +5,11 @@ use plcc_ir::{Address, BinaryOp, IntCond, Place, Type, Value};
 
 use super::Lowerer;
 use super::place::Bcd;
-use crate::nct::ast::{Op, Space, Word};
-use crate::nct::live::Set;
-use crate::nct::tables::modules;
+use crate::nct::{
+    ast::{Op, Space, Word},
+    lower::liveness::Set,
+    tables::modules,
+};
 
 /// The end of an indirect jump back, or of an indirect call, to one statement.
 pub(super) struct Stub {

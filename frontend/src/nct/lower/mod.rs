@@ -8,6 +8,7 @@
 mod arith;
 mod condition;
 mod flow;
+mod liveness;
 mod place;
 
 use plcc_abi::nct::context;
@@ -17,10 +18,12 @@ use plcc_ir::{
     Value,
 };
 
-use super::ast::{Op, Program};
-use super::interp::area_function;
-use super::layout::Layout;
-use super::live::{Set, live};
+use crate::nct::{
+    ast::{Op, Program},
+    layout::Layout,
+    lower::liveness::{Set, live},
+    oracle::area_function,
+};
 
 /// Lowers a program; its tasks are the modules in their order.
 pub(super) fn lower(program: &Program, layout: &Layout) -> Module {
@@ -247,7 +250,7 @@ impl Lowerer<'_> {
     }
 
     fn count(&mut self, counter: u8, up: bool) {
-        let at = self.register(super::ast::Word::Q(counter));
+        let at = self.register(crate::nct::ast::Word::Q(counter));
         let old = self.builder.ins().load(Type::I16, at);
         let value = self.builder.ins().binary_imm(BinaryOp::Add, old, if up { 1 } else { -1 });
         self.builder.ins().store(at, value);

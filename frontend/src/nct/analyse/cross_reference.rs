@@ -1,0 +1,292 @@
+//! The cross-reference (NCT 5, STAT): where each variable is read, written and tested, and what
+//! looks forgotten.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use plcc_abi::nct::NctName;
+use plcc_diag::{Diagnostic, Span};
+
+use crate::nct::{
+    ast::{Bit, Op, Place, Program, Space, Word},
+    tables::{cond_place, modules, name, places},
+};
+
+/// Where a variable occurs: lines of the source, rising, each once.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct XrefRow {
+    /// The variable; a `V` stands for the change of an input.
+    pub name: String,
+    /// What it means to the control, where it has a meaning.
+    pub meaning: Option<&'static str>,
+    /// Where its value is loaded or computed with.
+    pub read: Vec<u32>,
+    /// Where it gets a value.
+    pub written: Vec<u32>,
+    /// Where a condition looks at it.
+    pub tested: Vec<u32>,
+}
+
+/// A program's cross-reference.
+#[derive(Clone, Debug, Default)]
+pub struct Xref {
+    /// A row for each variable, in natural order.
+    pub rows: Vec<XrefRow>,
+    /// Bits that nothing reads or writes, and outputs of two modules.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// The order of rows: the letters, then the number, words before the bits of the same digits.
+type Key = (String, usize, String);
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Use {
+    Read,
+    Written,
+    Tested,
+}
+
+struct Finder<'a> {
+    program: &'a Program,
+    rows: BTreeMap<Key, XrefRow>,
+    /// For bits of F and Y: the first write and the first read.
+    bits: BTreeMap<Bit, [Option<Span>; 2]>,
+    /// Bytes of F and Y that words read or write.
+    words: BTreeMap<(Space, u16), [bool; 2]>,
+}
+
+/// Makes the cross-reference of a program.
+pub(crate) fn xref(program: &Program) -> Xref {
+    let mut finder =
+        Finder { program, rows: BTreeMap::new(), bits: BTreeMap::new(), words: BTreeMap::new() };
+    for (at, stmt) in program.stmts.iter().enumerate() {
+        finder.stmt(at, &stmt.op);
+    }
+    let mut warnings = finder.forgotten();
+    warnings.extend(outputs_of_two(program));
+    warnings.sort_by_key(|w| w.span.start);
+    Xref { rows: finder.rows.into_values().collect(), warnings }
+}
+
+impl Finder<'_> {
+    fn stmt(&mut self, at: usize, op: &Op) {
+        match *op {
+            Op::If { first, count, .. } => {
+                let range = first as usize..(first + count) as usize;
+                let program = self.program;
+                for cond in program.conds.get(range).unwrap_or_default() {
+                    if let Some(place) = cond_place(cond) {
+                        self.note(at, place, &[Use::Tested]);
+                    }
+                }
+            }
+            Op::Set(_) | Op::Clear(_) => self.each(at, op, &[Use::Written]),
+            Op::Store { place, .. } => {
+                let uses: &[Use] = match place {
+                    Place::Word(Word::Indirect(_)) => &[Use::Read],
+                    _ => &[Use::Written],
+                };
+                self.note(at, place, uses);
+            }
+            Op::Update { place: Place::Word(Word::Indirect(_)), .. } => {
+                self.each(at, op, &[Use::Read]);
+            }
+            Op::Count { .. } | Op::Update { .. } => {
+                self.each(at, op, &[Use::Read, Use::Written]);
+            }
+            _ => self.each(at, op, &[Use::Read]),
+        }
+    }
+
+    fn each(&mut self, at: usize, op: &Op, uses: &[Use]) {
+        places(op, |place| self.note(at, place, uses));
+    }
+
+    fn note(&mut self, at: usize, place: Place, uses: &[Use]) {
+        let line = self.program.lines.get(at).copied().unwrap_or(1);
+        let text = match place {
+            Place::Word(Word::Indirect(byte)) => format!("F{byte:03}"),
+            place => place.to_string(),
+        };
+        let known = name(place).or(match place {
+            Place::Bit(Bit { byte, bit, .. }) => {
+                Some(NctName::I { byte: byte as u8, bit: Some(bit) })
+            }
+            Place::Word(_) => None,
+        });
+        let digits = text.find(|c: char| c.is_ascii_digit()).unwrap_or(text.len());
+        let (letters, number) = text.split_at(digits);
+        let key = (letters.to_owned(), number.len(), number.to_owned());
+        let row = self.rows.entry(key).or_insert_with(|| XrefRow {
+            name: text.clone(),
+            meaning: known.and_then(crate::nct::reference::names::meaning),
+            ..XrefRow::default()
+        });
+        for used in uses {
+            let lines = match used {
+                Use::Read => &mut row.read,
+                Use::Written => &mut row.written,
+                Use::Tested => &mut row.tested,
+            };
+            if lines.last() != Some(&line) {
+                lines.push(line);
+            }
+        }
+        self.note_bits(at, place, uses);
+    }
+
+    fn note_bits(&mut self, at: usize, place: Place, uses: &[Use]) {
+        let slots = uses.iter().map(|used| usize::from(*used != Use::Written));
+        match place {
+            Place::Bit(bit) if matches!(bit.space, Space::F | Space::Y) => {
+                let span = self.program.stmts.get(at).map(|s| s.span);
+                let places = self.bits.entry(bit).or_default();
+                for slot in slots {
+                    if let Some(place) = places.get_mut(slot) {
+                        *place = place.or(span);
+                    }
+                }
+            }
+            Place::Word(Word::Bytes { space: space @ (Space::F | Space::Y), byte }) => {
+                for byte in [byte, byte + 1] {
+                    let used = self.words.entry((space, byte)).or_default();
+                    slots.clone().for_each(|slot| {
+                        if let Some(used) = used.get_mut(slot) {
+                            *used = true;
+                        }
+                    });
+                }
+            }
+            Place::Bit(_) | Place::Word(_) => {}
+        }
+    }
+
+    /// Bits that are written and never read, or read and never written. Outputs are read by the
+    /// machine and the NC; F000 to F009 belong to the control.
+    fn forgotten(&self) -> Vec<Diagnostic> {
+        let mut warnings = vec![];
+        for (bit, [written, read]) in &self.bits {
+            let [by_word_written, by_word_read] =
+                self.words.get(&(bit.space, bit.byte)).copied().unwrap_or_default();
+            if bit.space == Space::F && bit.byte < 10 {
+                continue;
+            }
+            match (written, read) {
+                (Some(span), None) if bit.space == Space::F && !by_word_read => {
+                    let message = format!("{bit} is written and never read");
+                    warnings.push(
+                        Diagnostic::warning("NCT-W4", *span, message)
+                            .help("remove what writes it, or look for the test that is missing"),
+                    );
+                }
+                (None, Some(span)) if !by_word_written => {
+                    let message = format!("{bit} is read and never written");
+                    warnings.push(
+                        Diagnostic::warning("NCT-W5", *span, message)
+                            .help("it stays 0 unless another device sets it"),
+                    );
+                }
+                _ => {}
+            }
+        }
+        warnings
+    }
+}
+
+/// For each statement the modules that can reach it, a bit each.
+fn reached(program: &Program) -> Vec<u8> {
+    let mut reached = vec![0_u8; program.stmts.len()];
+    let label = |label: u16| Some(program.labels.get(label as usize).copied().flatten()? as usize);
+    for (module, entry) in modules(program) {
+        let mark = 1 << module;
+        let mut open = vec![entry];
+        let mut any_label = false;
+        while let Some(at) = open.pop() {
+            let Some(seen) = reached.get_mut(at).filter(|seen| **seen & mark == 0) else {
+                continue;
+            };
+            *seen |= mark;
+            let Some(stmt) = program.stmts.get(at) else { continue };
+            match stmt.op {
+                Op::If { otherwise, .. } => open.extend([at + 1, otherwise as usize + 1]),
+                Op::Else { end } => open.push(end as usize + 1),
+                Op::Goto(to) => open.extend(label(to)),
+                Op::Call(to) => {
+                    open.extend(label(to));
+                    open.push(at + 1);
+                }
+                Op::GotoIndirect(_) | Op::CallIndirect(_) => {
+                    if !any_label {
+                        any_label = true;
+                        open.extend((3..=196).filter_map(label));
+                    }
+                    open.push(at + 1);
+                }
+                Op::Return | Op::End(_) => {}
+                _ => open.push(at + 1),
+            }
+        }
+    }
+    reached
+}
+
+/// Outputs that two modules switch.
+fn outputs_of_two(program: &Program) -> Vec<Diagnostic> {
+    let reached = reached(program);
+    let mut first: BTreeMap<Bit, (u8, Span)> = BTreeMap::new();
+    let mut told = std::collections::BTreeSet::new();
+    let mut warnings = vec![];
+    for (stmt, &modules) in program.stmts.iter().zip(&reached) {
+        let bit = match stmt.op {
+            Op::Set(bit) | Op::Clear(bit) => bit,
+            Op::Store { place: Place::Bit(bit), .. }
+            | Op::Update { place: Place::Bit(bit), .. } => bit,
+            _ => continue,
+        };
+        if modules == 0 || !matches!(bit.space, Space::Y | Space::O) {
+            continue;
+        }
+        let (before, at) = *first.entry(bit).or_insert((modules, stmt.span));
+        let both = before | modules;
+        if both.count_ones() < 2 || !told.insert(bit) {
+            continue;
+        }
+        let names: Vec<String> =
+            (0..3).filter(|m| both & (1 << m) != 0).map(|m| format!(":{m:03}")).collect();
+        let message = format!("{bit} is set by the modules {}", names.join(" and "));
+        let warning = Diagnostic::warning("NCT-W6", stmt.span, message)
+            .help("let one module set it, and the others a flag that this one looks at");
+        let elsewhere = at != stmt.span;
+        warnings.push(if elsewhere { warning.label(at, "here too") } else { warning });
+    }
+    warnings
+}
+
+fn lines(lines: &[u32]) -> String {
+    if lines.is_empty() {
+        return "-".into();
+    }
+    lines.iter().map(u32::to_string).collect::<Vec<_>>().join(" ")
+}
+
+impl fmt::Display for Xref {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let heads = ["name", "written", "read", "tested", "meaning"].map(str::to_owned);
+        let rows = self.rows.iter().map(|row| {
+            let meaning = row.meaning.unwrap_or("").to_owned();
+            [row.name.clone(), lines(&row.written), lines(&row.read), lines(&row.tested), meaning]
+        });
+        let rows: Vec<[String; 5]> = std::iter::once(heads).chain(rows).collect();
+        let width = |column: usize| {
+            let widths = rows.iter().map(|row| row.get(column).map_or(0, String::len));
+            widths.max().unwrap_or(0).min(40)
+        };
+        let widths = [width(0), width(1), width(2), width(3)];
+        for [name, written, read, tested, meaning] in &rows {
+            let [a, b, c, d] = widths;
+            let line = format!("{name:a$}  {written:b$}  {read:c$}  {tested:d$}  {meaning}");
+            writeln!(f, "{}", line.trim_end())?;
+        }
+        Ok(())
+    }
+}

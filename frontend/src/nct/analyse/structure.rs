@@ -1,0 +1,311 @@
+//! What holds between statements: conditions and their ends, labels, modules (NCT 3, 4.2, 4.11).
+
+use plcc_diag::{Diagnostic, FileId, Span};
+
+use crate::nct::{
+    ast::{Op, Opens, Stmt},
+    read::{
+        cursor::{is_blank, last_place},
+        diagnostic::error,
+    },
+};
+
+/// The deepest nesting of conditions.
+const MAX_NESTING: usize = 256;
+
+/// A condition whose `Z` has not come yet.
+struct Open {
+    stmt: usize,
+    otherwise: Option<usize>,
+    /// The J directly inside.
+    ends: Vec<usize>,
+}
+
+pub(crate) struct Checker<'a> {
+    text: &'a str,
+    stmts: &'a mut [Stmt],
+    found: &'a mut Vec<Diagnostic>,
+    labels: Vec<Option<u32>>,
+    last: Span,
+    /// From the first character of the last line that has one.
+    last_line: Span,
+}
+
+/// Checks and links the statements; gives the labels' places.
+pub(crate) fn check(
+    file: FileId,
+    text: &str,
+    stmts: &mut [Stmt],
+    found: &mut Vec<Diagnostic>,
+) -> Vec<Option<u32>> {
+    let last = last_place(file, text);
+    let line = text.get(..last.end as usize).unwrap_or("");
+    let line = line.get(line.rfind(['\r', '\n']).map_or(0, |at| at + 1)..).unwrap_or("");
+    let first = last.end as usize - line.trim_start_matches(is_blank).len();
+    let last_line = Span::new(file, first, last.end as usize);
+    let labels = vec![None; 201];
+    let mut checker = Checker { text, stmts, found, labels, last, last_line };
+    checker.nest();
+    checker.find_labels();
+    checker.targets();
+    checker.modules();
+    checker.returns();
+    checker.labels
+}
+
+impl Checker<'_> {
+    fn error(&mut self, number: u8, span: Span, message: impl Into<String>, help: &str) {
+        self.found.push(*error(number, span, message, help));
+    }
+
+    fn span(&self, at: usize) -> Span {
+        self.stmts.get(at).map_or(self.last, |s| s.span)
+    }
+
+    /// Matches conditions with their `E` and `Z`.
+    fn nest(&mut self) {
+        let mut open: Vec<Open> = vec![];
+        // How many `Z` may belong to statements that could not be read.
+        let mut slack = 0_usize;
+        let mut too_deep = false;
+        for at in 0..self.stmts.len() {
+            let Some(&Stmt { op, span }) = self.stmts.get(at) else { break };
+            match op {
+                Op::If { .. } | Op::Bad { opens: Opens::Yes } => {
+                    if open.len() >= MAX_NESTING && !too_deep {
+                        too_deep = true;
+                        let message = format!("conditions are nested more than {MAX_NESTING} deep");
+                        let fail = Diagnostic::error("NCT-X1", span, message);
+                        self.found.push(fail.help("put the inner ones into a subroutine"));
+                    }
+                    open.push(Open { stmt: at, otherwise: None, ends: vec![] });
+                }
+                Op::Bad { opens: Opens::Perhaps } => slack += 1,
+                Op::Else { .. } => match open.last_mut() {
+                    Some(top) if top.otherwise.is_none() => {
+                        top.otherwise = Some(at);
+                        let condition = top.stmt;
+                        if let Some(Op::If { otherwise, .. }) = self.op(condition) {
+                            *otherwise = at as u32;
+                        }
+                    }
+                    Some(_) => {
+                        let help = "a condition has one E at most; a Z may be missing before it";
+                        self.error(73, span, "a second E of the same condition", help);
+                    }
+                    None if slack > 0 => {}
+                    None => {
+                        let help = "E separates the two parts of a condition";
+                        self.error(73, span, "there is no condition that this E belongs to", help);
+                    }
+                },
+                Op::EndIf => match open.pop() {
+                    Some(top) => self.close(&top, at),
+                    None if slack > 0 => slack -= 1,
+                    None => {
+                        let help = "remove it, or look for the condition that is missing";
+                        self.error(2, span, "there is no condition that this Z ends", help);
+                    }
+                },
+                Op::End(_) => {
+                    // Outer ones are closed after inner ones, so the innermost is enough.
+                    if let Some(top) = open.last_mut() {
+                        top.ends.push(at);
+                    }
+                }
+                _ => {}
+            }
+        }
+        for top in open {
+            match top.otherwise {
+                Some(at) => {
+                    let help = "write Z where the part that begins with E ends";
+                    self.error(73, self.span(at), "the Z of this E is missing", help);
+                }
+                // What can't be read has its error already.
+                None if matches!(self.op(top.stmt), Some(Op::Bad { .. })) => {}
+                None if slack > 0 => slack -= 1,
+                None => {
+                    let help = "write Z where the part that depends on it ends";
+                    self.error(17, self.span(top.stmt), "nothing ends this condition", help);
+                }
+            }
+        }
+    }
+
+    fn op(&mut self, at: usize) -> Option<&mut Op> {
+        self.stmts.get_mut(at).map(|s| &mut s.op)
+    }
+
+    fn close(&mut self, top: &Open, at: usize) {
+        match top.otherwise {
+            Some(other) => {
+                if let Some(Op::Else { end }) = self.op(other) {
+                    *end = at as u32;
+                }
+            }
+            None => {
+                if let Some(Op::If { otherwise, .. }) = self.op(top.stmt) {
+                    *otherwise = at as u32;
+                }
+            }
+        }
+        for &end in &top.ends {
+            let condition = self.span(top.stmt);
+            let fail = error(
+                75,
+                self.span(end),
+                "a module can't end inside a condition",
+                "jump to a label before the J, as in G196 and :196 J0",
+            );
+            self.found.push(fail.label(condition, "inside this condition"));
+        }
+    }
+
+    /// Whether a statement is a label or was meant to be one.
+    fn is_label(&self, stmt: &Stmt) -> bool {
+        let begins = || self.text.get(stmt.span.start as usize..).unwrap_or("").starts_with(':');
+        matches!(stmt.op, Op::Label(_)) || (matches!(stmt.op, Op::Bad { .. }) && begins())
+    }
+
+    fn find_labels(&mut self) {
+        match self.stmts.iter().position(|s| self.is_label(s)) {
+            None => {
+                let help = "begin a module: :001 for the 20 ms module, :000 for the slow one";
+                self.error(8, self.last_line, "the program has no module", help);
+            }
+            Some(first) => {
+                let mut before = self.stmts.iter().take(first);
+                if let Some(stmt) = before.find(|s| !matches!(s.op, Op::Bad { .. })) {
+                    let span = stmt.span;
+                    let help = "begin a module: :001 for the 20 ms module, :000 for the slow one";
+                    self.error(8, span, "this statement belongs to no module", help);
+                }
+            }
+        }
+        for at in 0..self.stmts.len() {
+            let Some(&Stmt { op, span }) = self.stmts.get(at) else { break };
+            let Op::Label(label) = op else { continue };
+            match self.labels.get_mut(label as usize) {
+                Some(slot @ None) => *slot = Some(at as u32),
+                Some(Some(first)) => {
+                    let first = *first as usize;
+                    let fail = error(
+                        54,
+                        span,
+                        format!(":{label:03} stands twice"),
+                        "give one of them another number",
+                    );
+                    let before = self.span(first);
+                    self.found.push(fail.label(before, "here it stands first"));
+                }
+                None => {}
+            }
+            if label >= 197 {
+                self.before_text(at, label);
+            }
+        }
+    }
+
+    /// What stands before a text module must not run into it.
+    fn before_text(&mut self, at: usize, label: u16) {
+        let Some(before) = at.checked_sub(1).and_then(|before| self.stmts.get(before)) else {
+            return;
+        };
+        if matches!(before.op, Op::Goto(_) | Op::Return | Op::End(_) | Op::Text | Op::Bad { .. }) {
+            return;
+        }
+        let message = format!("the program could run into the texts of :{label}");
+        let help = "before them must stand Gnnn, R, J0, J1, J2 or the `$` of other texts";
+        self.error(74, self.span(at), message, help);
+    }
+
+    fn has(&self, label: u16) -> bool {
+        self.labels.get(label as usize).is_some_and(Option::is_some)
+    }
+
+    fn targets(&mut self) {
+        for at in 0..self.stmts.len() {
+            let Some(&Stmt { op, span }) = self.stmts.get(at) else { break };
+            if let Op::Goto(label) | Op::Call(label) = op
+                && !self.has(label)
+            {
+                let message = format!("there is no label :{label:03}");
+                let help = match self.nearest(label) {
+                    Some(other) => format!("did you mean :{other:03}?"),
+                    None => format!("write :{label:03} where the program is to go on"),
+                };
+                self.error(53, span, message, &help);
+            }
+        }
+    }
+
+    /// A label that differs in one digit.
+    fn nearest(&self, label: u16) -> Option<u16> {
+        let digits = |n: u16| [n / 100, n / 10 % 10, n % 10];
+        let wanted = digits(label);
+        (3..=196).filter(|other| self.has(*other)).min_by_key(|other| other.abs_diff(label)).filter(
+            |other| digits(*other).iter().zip(wanted).filter(|(a, b)| **a != *b).count() == 1,
+        )
+    }
+
+    fn modules(&mut self) {
+        let any = self.labels.iter().any(Option::is_some);
+        if !any {
+            return;
+        }
+        for (label, number) in [(0, 5), (1, 6)] {
+            if !self.has(label) {
+                let message = format!("there is no module :{label:03}");
+                let help =
+                    format!("write :{label:03} and J{label}, with nothing between if need be");
+                self.error(number, self.last, message, &help);
+            }
+        }
+        for module in 0..3_u8 {
+            let ends = self.stmts.iter().any(|s| s.op == Op::End(module));
+            if ends || !self.has(module.into()) {
+                continue;
+            }
+            let message = format!("there is no J{module}");
+            let help = format!("write J{module} where module :{module:03} ends");
+            if module < 2 {
+                self.error(61, self.last, message, &help);
+            } else {
+                let at = self.labels.get(2).copied().flatten().unwrap_or(0);
+                let span = self.span(at as usize);
+                self.found.push(Diagnostic::warning("NCT-W3", span, message).help(help));
+            }
+        }
+    }
+
+    /// R between a module's label and its J.
+    fn returns(&mut self) {
+        for module in 0..3_u8 {
+            let Some(from) = self.labels.get(module as usize).copied().flatten() else { continue };
+            let from = from as usize;
+            let rest = self.stmts.get(from..).unwrap_or_default();
+            let Some(len) = rest.iter().position(|s| s.op == Op::End(module)) else { continue };
+            let mut depth = 0_usize;
+            for at in from..from + len {
+                match self.stmts.get(at).map(|s| s.op) {
+                    Some(Op::If { .. } | Op::Bad { opens: Opens::Yes }) => depth += 1,
+                    Some(Op::EndIf) => depth = depth.saturating_sub(1),
+                    Some(Op::Return) if depth == 0 => {
+                        let message =
+                            format!("R stands in module :{module:03}, before its J{module}");
+                        let help = "R ends subroutines; put them behind the module's J";
+                        self.error(71, self.span(at), message, help);
+                    }
+                    Some(Op::Return) => {
+                        let message = format!("outside a call this R ends module :{module:03}");
+                        let help = format!("jump to a label before J{module} instead");
+                        let warning = Diagnostic::warning("NCT-W2", self.span(at), message);
+                        self.found.push(warning.help(help));
+                    }
+                    _ => {}
+                }
+            }
+        }
+    }
+}

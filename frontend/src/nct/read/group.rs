@@ -1,0 +1,320 @@
+//! What parentheses and brackets hold (NCT 4.4, 4.8): read without recursion, so that their depth
+//! costs no stack.
+
+use crate::common::Limits;
+use crate::nct::{
+    ast::{Arith, Cond, Op},
+    read::{
+        cursor::Cursor,
+        diagnostic::{Fail, Read, error, shown},
+        operand::{Prefix, begins_constant, constant, load, refuse},
+        parser::Parser,
+    },
+};
+
+/// The deepest nesting of the original compiler.
+const ORIGINAL_DEPTH: usize = 8;
+/// The deepest nesting in any case.
+const MAX_DEPTH: usize = 256;
+
+/// An open parenthesis or bracket and what is to be done with its value.
+struct Open<T> {
+    at: usize,
+    then: T,
+}
+
+fn gate(c: Option<char>) -> Option<Arith> {
+    match c {
+        Some('A') => Some(Arith::And),
+        Some('O') => Some(Arith::Or),
+        Some('X') => Some(Arith::Xor),
+        _ => None,
+    }
+}
+
+impl Parser<'_> {
+    fn check_depth(&mut self, depth: usize) -> Read<()> {
+        let most = match self.limits {
+            Limits::Original => ORIGINAL_DEPTH,
+            Limits::None => MAX_DEPTH,
+        };
+        if depth < most {
+            return Ok(());
+        }
+        let span = self.c.span_here();
+        let help = if depth < MAX_DEPTH {
+            "compute a part before and keep it in a flag, or use --limits none"
+        } else {
+            "compute a part before and keep it in a flag"
+        };
+        Err(error(12, span, format!("more than {most} levels of parentheses"), help))
+    }
+
+    /// A condition in parentheses, at its `(`.
+    pub(crate) fn group(&mut self) -> Read<()> {
+        let mut open = vec![];
+        let result = self.group_parts(&mut open);
+        result.map_err(|fail| self.leave(fail, open.iter().map(|o| o.at).collect(), '(', ')'))
+    }
+
+    fn group_parts(&mut self, open: &mut Vec<Open<Option<Arith>>>) -> Read<()> {
+        let mut waiting = None;
+        loop {
+            // A condition must begin here.
+            if self.c.at('(') {
+                self.check_depth(open.len())?;
+                open.push(Open { at: self.c.pos(), then: waiting.take() });
+                self.c.bump();
+                continue;
+            }
+            let first = waiting.is_none();
+            if !self.test()? {
+                return Err(self.no_test(first));
+            }
+            if let Some(gate) = waiting.take() {
+                self.out.conds.push(Cond::Gate(gate));
+            }
+            loop {
+                if self.c.eat(')') {
+                    match open.pop() {
+                        Some(Open { then: Some(gate), .. }) => {
+                            self.out.conds.push(Cond::Gate(gate));
+                        }
+                        Some(_) => {}
+                        None => return Ok(()),
+                    }
+                    if open.is_empty() {
+                        return Ok(());
+                    }
+                } else if let Some(gate) = gate(self.c.peek()) {
+                    waiting = Some(gate);
+                    self.c.bump();
+                    break;
+                } else {
+                    return Err(self.wrong_inside("A, O, X or `)`"));
+                }
+            }
+        }
+    }
+
+    fn no_test(&mut self, first: bool) -> Fail {
+        if !first {
+            return self.wrong_inside("a condition");
+        }
+        let found = self.c.peek();
+        let span = self.c.span_here();
+        let help = "a condition must follow `(`: a flag, a counter, a timer or a relation";
+        error(18, span, format!("{} begins no condition", shown(found)), help)
+    }
+
+    /// Something that may not stand inside parentheses or brackets.
+    fn wrong_inside(&mut self, wanted: &str) -> Fail {
+        let found = self.c.peek();
+        let lower = found
+            .is_some_and(|c| !matches!(c, 'A'..='Z' | '0'..='9') && !":,.$()[]<>=+-*/".contains(c));
+        let number = if lower { 44 } else { 62 };
+        let message = format!("{} can't stand here", shown(found));
+        let span = self.c.span_here();
+        if lower {
+            self.c.bump();
+        }
+        error(number, span, message, format!("{wanted} must stand here"))
+    }
+
+    /// Goes behind the parenthesis that was wrong, if it is closed; what nothing closes is the
+    /// error where one is.
+    fn leave(&mut self, fail: Fail, open: Vec<usize>, opening: char, closing: char) -> Fail {
+        if self.unclosed.is_none() {
+            self.unclosed = Some(find_unclosed(Cursor::new(self.file, self.text)));
+        }
+        let unclosed = self.unclosed.as_deref().unwrap_or_default();
+        let is_unclosed = |at: &usize| unclosed.binary_search(at).is_ok();
+        if let Some(&at) = open.iter().find(|at| is_unclosed(at)) {
+            let wrong = [
+                crate::nct::read::diagnostic::code(62),
+                crate::nct::read::diagnostic::code(18),
+                crate::nct::read::diagnostic::code(20),
+            ];
+            if !wrong.contains(&fail.code) {
+                return fail;
+            }
+            let span = plcc_diag::Span::new(self.file, at, at + 1);
+            let message = format!("nothing closes this `{opening}`");
+            return error(11, span, message, format!("write `{closing}` where it ends"));
+        }
+        let mut depth = open.len();
+        while depth > 0 {
+            match self.c.bump() {
+                Some(c) if c == opening => depth += 1,
+                Some(c) if c == closing => depth -= 1,
+                Some(_) => {}
+                None => break,
+            }
+        }
+        fail
+    }
+
+    /// A bracket, at its `[`; with an operation it is that one's operand.
+    pub(crate) fn bracket(&mut self, start: usize, then: Option<Arith>) -> Read<()> {
+        let before = self.out.stmts.len();
+        let mut open = vec![];
+        let result = self.bracket_parts(start, then, &mut open);
+        result.map_err(|fail| {
+            self.out.stmts.truncate(before);
+            self.leave(fail, open.iter().map(|o| o.at).collect(), '[', ']')
+        })
+    }
+
+    fn bracket_parts(
+        &mut self,
+        start: usize,
+        mut waiting: Option<Arith>,
+        open: &mut Vec<Open<Option<(Arith, u16)>>>,
+    ) -> Read<()> {
+        let mut start = start;
+        loop {
+            // OP's first value in the bracket must begin here, or a bracket inside.
+            if self.c.at('[') {
+                self.check_depth(open.len())?;
+                let slot = open.len() as u16;
+                let at = self.c.pos();
+                self.c.bump();
+                if waiting.is_some() {
+                    self.out.slots = self.out.slots.max(slot + 1);
+                    self.emit(start, Op::Push(slot));
+                }
+                open.push(Open { at, then: waiting.take().map(|op| (op, slot)) });
+                start = self.c.pos();
+                continue;
+            }
+            let operand = self.bracket_operand(start, waiting.is_none())?;
+            let op = match waiting.take() {
+                Some(op) => self.arith(start, op, operand)?,
+                None => Op::Load(operand),
+            };
+            self.emit(start, op);
+            loop {
+                start = self.c.pos();
+                if self.c.eat(']') {
+                    if let Some(Open { then: Some((op, slot)), .. }) = open.pop() {
+                        self.emit(start, Op::Apply { op, slot });
+                    }
+                    if open.is_empty() {
+                        return Ok(());
+                    }
+                } else if let Some(op) = self.bracket_operation(start)? {
+                    waiting = Some(op);
+                    break;
+                }
+            }
+        }
+    }
+
+    /// An operation that needs an operand, or `None` behind a shift or conversion.
+    fn bracket_operation(&mut self, start: usize) -> Read<Option<Arith>> {
+        let found = self.c.peek();
+        let op = match found {
+            Some('+') => Arith::Add,
+            Some('-') => Arith::Sub,
+            Some('*') => Arith::Mul,
+            Some('/') => Arith::Div,
+            Some('B') => {
+                self.c.bump();
+                let op = self.convert(start)?;
+                self.emit(start, op);
+                return Ok(None);
+            }
+            Some(arrow @ ('<' | '>')) => {
+                let mut ahead = self.c.clone();
+                ahead.bump();
+                if !ahead.eat(arrow) {
+                    return Err(self.wrong_inside("an operation or `]`"));
+                }
+                self.c = ahead;
+                let op = self.shift(start, arrow == '<')?;
+                self.emit(start, op);
+                return Ok(None);
+            }
+            other => match gate(other) {
+                Some(op) => op,
+                None => return Err(self.wrong_inside("an operation or `]`")),
+            },
+        };
+        self.c.bump();
+        Ok(Some(op))
+    }
+
+    fn bracket_operand(&mut self, start: usize, first: bool) -> Read<crate::nct::ast::Operand> {
+        let c = &mut self.c;
+        if begins_constant(c) && (!first || c.at('.')) {
+            return constant(c, start);
+        }
+        if first && c.eat(',') {
+            return crate::nct::read::number::decimal(c, start)
+                .map(crate::nct::ast::Operand::Const);
+        }
+        let mut ahead = c.clone();
+        let not = ahead.eat('N');
+        if ahead.eat('L') {
+            *c = ahead;
+            return load(c, start, if not { Prefix::LoadNot } else { Prefix::Load });
+        }
+        if matches!(ahead.peek(), Some('I' | 'Y' | 'V' | 'P' | 'F' | 'R' | 'Q' | 'T' | 'H' | 'M')) {
+            let name = ahead.peek().unwrap_or('F');
+            let n = if not { "N" } else { "" };
+            *c = ahead;
+            let help = format!("write {n}L{name}…: in brackets variables are loaded");
+            return Err(refuse(c, |c| {
+                error(20, c.span_from(start), "L is missing before the variable's name", help)
+            }));
+        }
+        Err(self.wrong_inside("a constant, a variable behind L, or `[`"))
+    }
+}
+
+/// The offsets, rising, of parentheses and brackets that nothing closes. Labels, `Z`, `J` and `$`
+/// can't stand in any, so whatever is open there stays so.
+fn find_unclosed(mut c: Cursor<'_>) -> Vec<usize> {
+    let mut open: Vec<(char, usize)> = vec![];
+    let mut unclosed = vec![];
+    let mut round = 0_usize;
+    loop {
+        let at = c.pos();
+        let Some(next) = c.bump() else { break };
+        match next {
+            '(' | '[' => {
+                round += usize::from(next == '(');
+                open.push((next, at));
+            }
+            ')' | ']' => {
+                let opening = if next == ')' { '(' } else { '[' };
+                let some = if next == ')' { round > 0 } else { open.len() > round };
+                while some && let Some((kind, at)) = open.pop() {
+                    round -= usize::from(kind == '(');
+                    if kind == opening {
+                        break;
+                    }
+                    unclosed.push(at);
+                }
+            }
+            ':' => {
+                round = 0;
+                unclosed.extend(open.drain(..).map(|(_, at)| at));
+                let label: String = (0..3).filter_map(|_| c.bump()).collect();
+                if matches!(label.as_str(), "197" | "198" | "199" | "200") {
+                    c.enter_raw();
+                    while c.bump_raw().is_some_and(|c| c != Some('$')) {}
+                    c.leave_raw();
+                }
+            }
+            'Z' | 'J' | '$' => {
+                round = 0;
+                unclosed.extend(open.drain(..).map(|(_, at)| at));
+            }
+            _ => {}
+        }
+    }
+    unclosed.extend(open.into_iter().map(|(_, at)| at));
+    unclosed.sort_unstable();
+    unclosed
+}

@@ -1,0 +1,9 @@
+//! NCT text to statements: the cursor, numbers, operands, conditions, text modules, the parser.
+
+pub(crate) mod cursor;
+pub(crate) mod diagnostic;
+pub(crate) mod group;
+pub(crate) mod number;
+pub(crate) mod operand;
+pub(crate) mod parser;
+pub(crate) mod text;

@@ -1,0 +1,269 @@
+//! Variables behind `L`, `NL`, `S` and `NS`, and the operands of operations and relations
+//! (NCT 4.6, 4.7).
+
+use crate::nct::{
+    ast::{Bit, Operand, Place, Space, Word},
+    read::{
+        cursor::Cursor,
+        diagnostic::{Fail, Read, error, shown},
+        number::{Digits, address, decimal, hexadecimal},
+    },
+};
+
+/// What stands before a variable's name.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Prefix {
+    Load,
+    LoadNot,
+    Store,
+    StoreNot,
+}
+
+impl Prefix {
+    fn stores(self) -> bool {
+        matches!(self, Self::Store | Self::StoreNot)
+    }
+
+    pub(crate) fn negates(self) -> bool {
+        matches!(self, Self::LoadNot | Self::StoreNot)
+    }
+
+    fn text(self) -> &'static str {
+        match self {
+            Self::Load => "L",
+            Self::LoadNot => "NL",
+            Self::Store => "S",
+            Self::StoreNot => "NS",
+        }
+    }
+
+    fn number(self) -> u8 {
+        match self {
+            Self::Load => 51,
+            Self::LoadNot => 14,
+            Self::Store => 30,
+            Self::StoreNot => 15,
+        }
+    }
+}
+
+/// A bit-or-word address behind its letter: two digits a word, three a bit (`F` one more).
+fn bytes(c: &mut Cursor<'_>, start: usize, space: Space) -> Read<Place> {
+    let least = if space == Space::F { 3 } else { 2 };
+    let found = address(c, start, least, least + 1, Digits::Octal)?;
+    let place = if found.len == least {
+        Place::Word(Word::Bytes { space, byte: found.value })
+    } else {
+        Place::Bit(split(space, found.value))
+    };
+    check_port(c, start, place)?;
+    Ok(place)
+}
+
+/// A bit's address: its digits as one number, the last one octal.
+fn split(space: Space, digits: u16) -> Bit {
+    Bit { space, byte: digits / 10, bit: (digits % 10) as u8 }
+}
+
+/// A bit behind its letter.
+pub(crate) fn bit(c: &mut Cursor<'_>, start: usize, space: Space) -> Read<Bit> {
+    let len = if space == Space::F { 4 } else { 3 };
+    let found = address(c, start, len, len, Digits::Octal)?;
+    let bit = split(space, found.value);
+    check_port(c, start, Place::Bit(bit))?;
+    Ok(bit)
+}
+
+fn check_port(c: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
+    let (space, byte) = match place {
+        Place::Bit(bit) => (bit.space, bit.byte),
+        Place::Word(Word::Bytes { space, byte }) => (space, byte),
+        Place::Word(_) => return Ok(()),
+    };
+    if matches!(space, Space::P | Space::O) && byte >= space.bytes() {
+        return Err(error(
+            60,
+            c.span_from(start),
+            format!("there is no interface board {} to reach directly", byte / 10),
+            "direct inputs and outputs are on boards 0 to 3; use I, U, D or S for flags",
+        ));
+    }
+    Ok(())
+}
+
+/// The number of a counter or timer behind its letter.
+pub(crate) fn counter(c: &mut Cursor<'_>, start: usize, letter: char) -> Read<Word> {
+    let len = if letter == 'M' { 1 } else { 2 };
+    let n = address(c, start, len, len, Digits::Decimal)?.value as u8;
+    let (number, most, what) = match letter {
+        'Q' => (42, 31, "counters are Q00 to Q31"),
+        'T' => (43, 49, "20 ms timers are T00 to T49"),
+        'H' => (43, 99, "second timers are H00 to H99"),
+        _ => (43, 9, "minute timers are M0 to M9"),
+    };
+    if n > most {
+        let message = format!("there is no {letter}{n:02}");
+        return Err(error(number, c.span_from(start), message, what));
+    }
+    Ok(match letter {
+        'Q' => Word::Q(n),
+        'T' => Word::T(n),
+        'H' => Word::H(n),
+        _ => Word::M(n),
+    })
+}
+
+/// A register or constant behind `R`.
+fn register(c: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Word> {
+    if c.eat('H') {
+        let n = address(c, start, 3, 3, Digits::Decimal)?.value;
+        let span = c.span_from(start);
+        let Some(register) = u8::try_from(n).ok().filter(|n| *n <= 199) else {
+            let help = "registers are RH000 to RH199; 050 to 099 and 150 to 199 can be stored to";
+            return Err(error(64, span, format!("there is no RH{n:03}"), help));
+        };
+        if prefix.stores() && n % 100 < 50 {
+            let message = format!("RH{n:03} is written by the NC, not by the PLC program");
+            let help = "store to RH050 to RH099 or RH150 to RH199";
+            return Err(error(66, span, message, help));
+        }
+        return Ok(Word::Rh(register));
+    }
+    if c.at('P') && prefix.stores() {
+        c.bump();
+        let _ = address(c, start, 3, 3, Digits::Decimal);
+        return Err(error(
+            22,
+            c.span_from(start),
+            "constants of the control can't be stored to",
+            "RP constants are set on the control or in the machine file; keep the value in F",
+        ));
+    }
+    if c.eat('P') {
+        let n = address(c, start, 3, 3, Digits::Decimal)?.value;
+        return match u8::try_from(n) {
+            Ok(n @ 1..=40) => Ok(Word::Rp(n)),
+            _ => Err(error(
+                49,
+                c.span_from(start),
+                format!("there is no RP{n:03}"),
+                "constants are RP001 to RP040",
+            )),
+        };
+    }
+    let found = c.peek();
+    Err(refuse(c, |c| {
+        error(
+            23,
+            c.span_from(start),
+            format!("H or P must follow R here, not {}", shown(found)),
+            "RHnnn is a register, RP0nn a constant",
+        )
+    }))
+}
+
+/// Takes a character that may not stand here, with the rest of the variable behind it, unless it
+/// is one that holds the program's structure together, then makes the error.
+pub(crate) fn refuse(c: &mut Cursor<'_>, make: impl FnOnce(&Cursor<'_>) -> Fail) -> Fail {
+    if !matches!(c.peek(), None | Some('Z' | 'E' | 'J' | ':' | '$' | '(' | ')' | '[' | ']')) {
+        c.bump();
+    }
+    let fail = make(c);
+    while !c.gap() && c.peek().is_some_and(|d| d.is_ascii_digit() || "IYVPFRQTHMLSN".contains(d)) {
+        c.bump();
+    }
+    fail
+}
+
+/// A variable behind `L`, `NL`, `S` or `NS`.
+pub(crate) fn place(c: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Place> {
+    let letter = c.peek();
+    let space = match letter {
+        Some('I') if !prefix.stores() => Some(Space::I),
+        Some('V') if !prefix.stores() => Some(Space::V),
+        Some('P') if !prefix.stores() => Some(Space::P),
+        Some('O') if prefix.stores() => Some(Space::O),
+        Some('Y') => Some(Space::Y),
+        Some('F') => Some(Space::F),
+        _ => None,
+    };
+    if let Some(space) = space {
+        c.bump();
+        if space == Space::F && c.eat('I') {
+            let at = address(c, start, 3, 3, Digits::Decimal)?.value;
+            return Ok(Place::Word(Word::Indirect(at)));
+        }
+        let place = bytes(c, start, space)?;
+        if prefix.stores() {
+            check_even(c, start, place)?;
+        }
+        return Ok(place);
+    }
+    match letter {
+        Some('R') => {
+            c.bump();
+            register(c, start, prefix).map(Place::Word)
+        }
+        Some(letter @ ('Q' | 'T' | 'H' | 'M')) => {
+            c.bump();
+            counter(c, start, letter).map(Place::Word)
+        }
+        _ => {
+            let names = if prefix.stores() { "Y O F R Q T H M" } else { "I Y V P F R Q T H M" };
+            Err(refuse(c, |c| {
+                error(
+                    prefix.number(),
+                    c.span_from(start),
+                    format!("{} can't follow {}", shown(letter), prefix.text()),
+                    format!("one of {names} must follow, the beginning of a variable's name"),
+                )
+            }))
+        }
+    }
+}
+
+/// Words are stored to even bytes of an interface board.
+fn check_even(c: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
+    match place {
+        Place::Word(Word::Bytes { space: space @ (Space::Y | Space::O), byte })
+            if byte < 40 && byte % 2 == 1 =>
+        {
+            Err(error(
+                58,
+                c.span_from(start),
+                format!("{}{byte:02} is at an odd byte of its board", space.letter()),
+                "store words to even bytes, or store the bits one by one",
+            ))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Whether what follows is an operand that a number or a load makes.
+pub(crate) fn begins_constant(c: &Cursor<'_>) -> bool {
+    c.peek().is_some_and(|d| d.is_ascii_digit() || d == '.')
+}
+
+/// A constant that needs no comma before it.
+pub(crate) fn constant(c: &mut Cursor<'_>, start: usize) -> Read<Operand> {
+    let value = if c.eat('.') { hexadecimal(c, start)? } else { decimal(c, start)? };
+    Ok(Operand::Const(value))
+}
+
+/// A variable behind `L` or `NL`, as an operand.
+pub(crate) fn load(c: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Operand> {
+    let place = place(c, start, prefix)?;
+    Ok(Operand::Load { negate: prefix.negates(), place })
+}
+
+/// Refuses a bit where a number of 16 bits is needed.
+pub(crate) fn whole(c: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
+    let Place::Bit(bit) = place else { return Ok(()) };
+    let digits = if bit.space == Space::F { "three digits" } else { "two digits" };
+    Err(error(
+        7,
+        c.span_from(start),
+        format!("{bit} is a bit, and this statement works on words"),
+        format!("name a word with {digits}; bits go with L, S, A, O and X"),
+    ))
+}

@@ -1,0 +1,595 @@
+//! From text to statements (NCT 4). Every statement that has an error is reported; the next one
+//! is looked for behind it.
+
+use plcc_diag::{Diagnostic, FileId, Span};
+
+use crate::common::Limits;
+use crate::nct::{
+    ast::{AreaOp, Arith, Bit, Cond, Op, Opens, Operand, Relation, Space, Stmt, Test},
+    ast::{Texts, Word},
+    read::{
+        cursor::Cursor,
+        diagnostic::{Fail, Read, error, shown},
+        number::{Digits, address, decimal, hexadecimal},
+        operand::{Prefix, begins_constant, bit, constant, counter, load, place, refuse, whole},
+    },
+};
+
+/// The most characters of a program, white space and comments aside (NCT 5).
+const MAX_TEXT: usize = 64 * 1024;
+
+/// What the text holds, before its structure is checked.
+#[derive(Default)]
+pub(crate) struct Parsed {
+    pub(crate) stmts: Vec<Stmt>,
+    pub(crate) conds: Vec<Cond>,
+    pub(crate) texts: Texts,
+    pub(crate) slots: u16,
+}
+
+pub(crate) struct Parser<'a> {
+    pub(crate) c: Cursor<'a>,
+    pub(crate) file: FileId,
+    pub(crate) text: &'a str,
+    pub(crate) limits: Limits,
+    pub(crate) out: Parsed,
+    pub(crate) found: Vec<Diagnostic>,
+    /// Offsets of parentheses and brackets that nothing closes, once they were looked for.
+    pub(crate) unclosed: Option<Vec<usize>>,
+}
+
+/// Reads a whole text.
+pub(crate) fn parse(file: FileId, text: &str, limits: Limits) -> (Parsed, Vec<Diagnostic>) {
+    let mut parser = Parser {
+        c: Cursor::new(file, text),
+        file,
+        text,
+        limits,
+        out: Parsed::default(),
+        found: vec![],
+        unclosed: None,
+    };
+    parser.all();
+    (parser.out, parser.found)
+}
+
+/// What a statement would do to the nesting of conditions if it could be read.
+fn opens(text: &str) -> Opens {
+    let mut chars = text.chars().filter(|c| !crate::nct::read::cursor::is_blank(*c));
+    match (chars.next(), chars.next()) {
+        (Some('N'), Some('L' | 'S')) | (Some('H' | 'P'), Some('F')) | (Some('<'), Some('<')) => {
+            Opens::No
+        }
+        (Some('>'), Some('>')) | (Some('M'), Some('R' | 'W' | 'U')) => Opens::No,
+        (Some('N'), Some('I' | 'Y' | 'V' | 'P' | 'F' | 'Q' | 'T' | 'H' | 'M'))
+        | (Some('P' | 'H' | 'M'), Some('0'..='9'))
+        | (Some('I' | 'Y' | 'V' | 'F' | 'Q' | 'T' | '<' | '>' | '=' | '('), _) => Opens::Yes,
+        (Some('N' | 'P' | 'H' | 'M'), _) => Opens::Perhaps,
+        (Some('A'..='Z' | ',' | '.' | '[' | ':' | '+' | '-' | '*' | '/'), _) => Opens::No,
+        _ => Opens::Perhaps,
+    }
+}
+
+impl Parser<'_> {
+    fn all(&mut self) {
+        // An error right behind another one, with nothing read between, says nothing new.
+        let mut quiet = false;
+        let mut too_long = false;
+        while self.c.peek().is_some() {
+            let start = self.c.pos();
+            quiet &= !self.c.gap();
+            match self.statement(start) {
+                Ok(()) => quiet = false,
+                Err(fail) => {
+                    if !quiet {
+                        self.found.push(*fail);
+                    }
+                    self.recover(start, quiet);
+                    quiet = true;
+                }
+            }
+            if self.c.taken() > MAX_TEXT && !too_long && self.limits == Limits::Original {
+                too_long = true;
+                self.found.push(*error(
+                    29,
+                    self.c.span_from(start),
+                    "the program has more than 64 kB of text, comments and spaces aside",
+                    "shorten the program, or lift the original limits with --limits none",
+                ));
+            }
+        }
+        if let Some(start) = self.c.open_comment() {
+            let span = Span::new(self.file, start, start + 2);
+            self.found.push(*error(
+                76,
+                span,
+                "nothing closes this comment",
+                "close it with `*/`, or use `;` for a comment up to the line's end",
+            ));
+        }
+    }
+
+    fn recover(&mut self, start: usize, again: bool) {
+        if self.c.pos() == start {
+            self.c.bump();
+        }
+        while !self.c.gap() && self.c.peek().is_some_and(|c| c.is_ascii_digit()) {
+            self.c.bump();
+        }
+        let opens = match opens(self.text.get(start..self.c.end()).unwrap_or("")) {
+            Opens::Yes if again => Opens::Perhaps,
+            other => other,
+        };
+        self.emit(start, Op::Bad { opens });
+    }
+
+    pub(crate) fn emit(&mut self, start: usize, op: Op) {
+        let span = self.c.span_from(start);
+        self.out.stmts.push(Stmt { op, span });
+    }
+
+    fn statement(&mut self, start: usize) -> Read<()> {
+        let Some(first) = self.c.peek() else { return Ok(()) };
+        let op = match first {
+            'I' | 'Y' | 'V' | 'F' | 'Q' | 'T' | '(' | '=' => return self.condition(start),
+            'P' | 'H' | 'M' | 'N' | '<' | '>' => return self.statement_or_test(start, first),
+            '[' => return self.bracket(start, None),
+            '+' | '-' | '*' | '/' | 'A' | 'O' | 'X' => return self.operation(start, first),
+            ':' => return self.label(start),
+            _ => {
+                self.c.bump();
+                self.simple(start, first)?
+            }
+        };
+        self.emit(start, op);
+        Ok(())
+    }
+
+    /// A statement whose first character, taken, leaves only one reading.
+    fn simple(&mut self, start: usize, first: char) -> Read<Op> {
+        let c = &mut self.c;
+        Ok(match first {
+            'U' | 'D' => return self.switch(start, first == 'U'),
+            ',' => Op::Load(Operand::Const(decimal(c, start)?)),
+            '.' => Op::Load(Operand::Const(hexadecimal(c, start)?)),
+            'L' => Op::Load(load(c, start, Prefix::Load)?),
+            'S' if c.eat('U') => return self.area(start, "SUB", AreaOp::Sub, 'B', 48),
+            'S' => Op::Store { negate: false, place: place(c, start, Prefix::Store)? },
+            'B' => return self.convert(start),
+            'E' => Op::Else { end: 0 },
+            'Z' => Op::EndIf,
+            'R' => Op::Return,
+            'G' | 'C' => return self.jump(start, first == 'C'),
+            'J' => return self.end(start),
+            _ => return Err(self.unknown(start, first)),
+        })
+    }
+
+    fn unknown(&mut self, start: usize, first: char) -> Fail {
+        let span = self.c.span_from(start);
+        if !matches!(first, 'A'..='Z' | '0'..='9' | ')' | ']' | '$') {
+            let upper = first.to_ascii_uppercase();
+            let help = if first.is_ascii_lowercase() {
+                format!("the language is written in capitals: `{upper}`")
+            } else {
+                "remove it, or make it a comment with `;`".to_owned()
+            };
+            return error(44, span, format!("`{first}` is no character of the language"), help);
+        }
+        let help = match first {
+            '0'..='9' => {
+                "a number stands behind a letter, `,` or `.`; the letter may be missing, \
+                          or I and O written as 1 and 0"
+            }
+            ')' | ']' => "no parenthesis or bracket is open here",
+            '$' => "`$` ends the texts of :197 to :200 only",
+            _ => "statements are listed in chapter 4 of the manual",
+        };
+        error(7, span, format!("no statement begins with `{first}`"), help)
+    }
+
+    /// Statements and tests that begin with the same letter.
+    fn statement_or_test(&mut self, start: usize, first: char) -> Read<()> {
+        let mut ahead = self.c.clone();
+        ahead.bump();
+        let op = match (first, ahead.peek()) {
+            ('P', Some('F')) => self.named_area(start, "PF", AreaOp::Pf)?,
+            ('H', Some('F')) => self.named_area(start, "HF", AreaOp::Hf)?,
+            ('M', Some('R')) => self.named_area(start, "MR", AreaOp::Mr)?,
+            ('M', Some('W')) => self.named_area(start, "MW", AreaOp::Mw)?,
+            ('M', Some('U')) => {
+                self.c.bump();
+                self.c.bump();
+                self.area(start, "MUL", AreaOp::Mul, 'L', 52)?
+            }
+            ('N', Some('L')) => {
+                self.c = ahead;
+                self.c.bump();
+                Op::Load(load(&mut self.c, start, Prefix::LoadNot)?)
+            }
+            ('N', Some('S')) => {
+                self.c = ahead;
+                self.c.bump();
+                let place = place(&mut self.c, start, Prefix::StoreNot)?;
+                Op::Store { negate: true, place }
+            }
+            ('<', Some('<')) | ('>', Some('>')) => {
+                self.c = ahead;
+                self.c.bump();
+                self.shift(start, first == '<')?
+            }
+            _ => return self.condition(start),
+        };
+        self.emit(start, op);
+        Ok(())
+    }
+
+    fn named_area(&mut self, start: usize, name: &str, op: AreaOp) -> Read<Op> {
+        for _ in name.chars() {
+            self.c.bump();
+        }
+        self.area_address(start, op)
+    }
+
+    /// A name of three letters of which two are taken.
+    fn area(&mut self, start: usize, name: &str, op: AreaOp, last: char, number: u8) -> Read<Op> {
+        if !self.c.eat(last) {
+            let found = self.c.peek();
+            let message = format!("{} can't follow here: {name} was begun", shown(found));
+            return Err(refuse(&mut self.c, |c| {
+                error(number, c.span_from(start), message, format!("write {name}nnn"))
+            }));
+        }
+        self.area_address(start, op)
+    }
+
+    fn area_address(&mut self, start: usize, op: AreaOp) -> Read<Op> {
+        let area = address(&mut self.c, start, 3, 3, Digits::Decimal)?.value;
+        let (name, bytes) = (op.name(), op.area());
+        if area + bytes > 1000 {
+            return Err(error(
+                46,
+                self.c.span_from(start),
+                format!("the {bytes} bytes of {name}'s registers reach beyond F999"),
+                format!("let them begin at F{:03} or before", 1000 - bytes),
+            ));
+        }
+        Ok(Op::Area { op, area })
+    }
+
+    pub(crate) fn shift(&mut self, start: usize, left: bool) -> Read<Op> {
+        let by = decimal(&mut self.c, start)?;
+        match u8::try_from(by) {
+            Ok(by @ 0..=15) => Ok(Op::Shift { left, by }),
+            _ => Err(error(
+                if left { 24 } else { 25 },
+                self.c.span_from(start),
+                format!("OP can't be shifted by {by} bits"),
+                "shift by 0 to 15",
+            )),
+        }
+    }
+
+    pub(crate) fn convert(&mut self, start: usize) -> Read<Op> {
+        let (second, last, number, op) = match self.c.peek() {
+            Some('I') => ('I', 'N', 27, Op::Bin),
+            Some('C') => ('C', 'D', 28, Op::Bcd),
+            _ => ('I', 'N', 26, Op::Bin),
+        };
+        if self.c.eat(second) && self.c.eat(last) {
+            return Ok(op);
+        }
+        let found = self.c.peek();
+        Err(refuse(&mut self.c, |c| {
+            let message = format!("{} can't follow here", shown(found));
+            let help = "only the statements BIN and BCD begin with B";
+            error(number, c.span_from(start), message, help)
+        }))
+    }
+
+    /// `U` and `D`.
+    fn switch(&mut self, start: usize, up: bool) -> Read<Op> {
+        let c = &mut self.c;
+        let bit = match c.peek() {
+            Some('F') => {
+                c.bump();
+                bit(c, start, Space::F)?
+            }
+            Some('O') => {
+                c.bump();
+                bit(c, start, Space::O)?
+            }
+            Some('Q') => {
+                c.bump();
+                let Word::Q(counter) = counter(c, start, 'Q')? else {
+                    return Ok(Op::Bad { opens: Opens::No });
+                };
+                return Ok(Op::Count { counter, up });
+            }
+            Some('I') if !up => {
+                c.bump();
+                return self.area(start, "DIV", AreaOp::Div, 'V', 56);
+            }
+            Some('Y') => {
+                let name = if up { 'U' } else { 'D' };
+                return Err(refuse(c, |c| {
+                    let message = format!("`Y` can't follow {name}");
+                    let help = format!("leave it out: {name}pqr switches the output Ypqr");
+                    error(9, c.span_from(start), message, help)
+                }));
+            }
+            _ => bit(c, start, Space::Y)?,
+        };
+        Ok(if up { Op::Set(bit) } else { Op::Clear(bit) })
+    }
+
+    /// `G` and `C`.
+    fn jump(&mut self, start: usize, call: bool) -> Read<Op> {
+        let c = &mut self.c;
+        if c.eat('F') {
+            let at = address(c, start, 3, 3, Digits::Decimal)?.value;
+            return Ok(if call { Op::CallIndirect(at) } else { Op::GotoIndirect(at) });
+        }
+        if call && c.eat('M') {
+            return self.area(start, "CMP", AreaOp::Cmp, 'P', 59);
+        }
+        let label = address(c, start, 3, 3, Digits::Decimal)?.value;
+        let span = c.span_from(start);
+        if label > 196 {
+            let message = format!(":{label:03} can't be jumped to or called");
+            let help = "program labels are :003 to :196; :197 to :200 hold texts";
+            return Err(error(41, span, message, help));
+        }
+        match label {
+            0..=2 if call => Err(error(
+                68,
+                span,
+                format!("module :{label:03} can't be called"),
+                "call a label from :003 to :196; modules are started by the control",
+            )),
+            1 | 2 => Err(error(
+                67,
+                span,
+                format!("module :{label:03} can't be jumped to"),
+                "jump to :000 or to a label from :003 to :196",
+            )),
+            _ if call => Ok(Op::Call(label)),
+            _ => Ok(Op::Goto(label)),
+        }
+    }
+
+    /// `J`.
+    fn end(&mut self, start: usize) -> Read<Op> {
+        if let Some(digit @ '0'..='2') = self.c.peek() {
+            self.c.bump();
+            return Ok(Op::End(digit as u8 - b'0'));
+        }
+        let found = self.c.peek();
+        Err(refuse(&mut self.c, |c| {
+            let message = format!("J0, J1 or J2 was begun, and {} follows", shown(found));
+            let help = "J0 ends module :000, J1 module :001, J2 module :002";
+            error(57, c.span_from(start), message, help)
+        }))
+    }
+
+    /// `:nnn`, and the texts behind :197 to :200.
+    fn label(&mut self, start: usize) -> Read<()> {
+        self.c.bump();
+        let label = address(&mut self.c, start, 3, 3, Digits::Decimal)?.value;
+        if label > 200 {
+            return Err(error(
+                1,
+                self.c.span_from(start),
+                format!("there is no label :{label:03}"),
+                "labels are :000 to :200",
+            ));
+        }
+        self.emit(start, Op::Label(label));
+        if label >= 197 {
+            self.text_module(label, start);
+        }
+        Ok(())
+    }
+
+    /// An operation on OP outside brackets.
+    fn operation(&mut self, start: usize, first: char) -> Read<()> {
+        self.c.bump();
+        let c = &mut self.c;
+        let op = match first {
+            '+' => Arith::Add,
+            '-' => Arith::Sub,
+            '*' => Arith::Mul,
+            '/' => Arith::Div,
+            'A' if c.at('D') => {
+                c.bump();
+                let op = self.area(start, "ADD", AreaOp::Add, 'D', 47)?;
+                self.emit(start, op);
+                return Ok(());
+            }
+            'A' => Arith::And,
+            'O' => Arith::Or,
+            _ => Arith::Xor,
+        };
+        let stores = !matches!(op, Arith::Mul | Arith::Div);
+        let not = c.at('N');
+        if not {
+            c.bump();
+        }
+        let found = c.peek();
+        let op = match found {
+            Some('L') => {
+                c.bump();
+                let operand = load(c, start, if not { Prefix::LoadNot } else { Prefix::Load })?;
+                self.arith(start, op, operand)?
+            }
+            Some('S') if stores => {
+                c.bump();
+                let prefix = if not { Prefix::StoreNot } else { Prefix::Store };
+                let place = place(c, start, prefix)?;
+                if matches!(op, Arith::Add | Arith::Sub) {
+                    whole(c, start, place)?;
+                }
+                Op::Update { op, negate: not, place }
+            }
+            Some('[') if !not => {
+                return self.bracket(start, Some(op));
+            }
+            _ if !not && begins_constant(c) => {
+                let operand = constant(c, start)?;
+                self.arith(start, op, operand)?
+            }
+            _ => return Err(self.bad_operand(start, first, not)),
+        };
+        self.emit(start, op);
+        Ok(())
+    }
+
+    /// An operation with its operand; arithmetic takes no bits.
+    pub(crate) fn arith(&mut self, start: usize, op: Arith, operand: Operand) -> Read<Op> {
+        if let Operand::Load { place, .. } = operand
+            && matches!(op, Arith::Add | Arith::Sub | Arith::Mul | Arith::Div)
+        {
+            whole(&self.c, start, place)?;
+        }
+        Ok(Op::Arith { op, operand })
+    }
+
+    fn bad_operand(&mut self, start: usize, first: char, not: bool) -> Fail {
+        let found = self.c.peek();
+        let tests = matches!(found, Some('I' | 'Y' | 'V' | 'P' | 'F' | 'Q' | 'T' | 'H' | 'M'));
+        let gate = matches!(first, 'A' | 'O' | 'X');
+        let number = match first {
+            '*' | '/' => 45,
+            _ if gate && (tests || matches!(found, Some('(' | '<' | '>' | '='))) => 63,
+            _ if not && !tests => 13,
+            _ => 7,
+        };
+        let help = match (number, found) {
+            (63, _) => format!(
+                "to combine conditions, put parentheses around them: (I001 {first} I002); to \
+                 combine OP with a variable, write {first}L before its name"
+            ),
+            (_, Some(',')) => format!("leave the comma out: {first}5"),
+            _ => format!("write {first}5, {first}.00FF, or {first}L and a variable's name"),
+        };
+        let n = if not { "N" } else { "" };
+        let message = format!("{} can't follow {first}{n}", shown(found));
+        refuse(&mut self.c, |c| error(number, c.span_from(start), message, help))
+    }
+
+    /// A condition: one test, or more in parentheses.
+    fn condition(&mut self, start: usize) -> Read<()> {
+        let first = self.out.conds.len();
+        let read = if self.c.at('(') { self.group() } else { self.test().map(|_| ()) };
+        if let Err(fail) = read {
+            self.out.conds.truncate(first);
+            return Err(fail);
+        }
+        let count = (self.out.conds.len() - first) as u32;
+        self.emit(start, Op::If { first: first as u32, count, otherwise: 0 });
+        Ok(())
+    }
+
+    /// One test; `false` where none begins here.
+    pub(crate) fn test(&mut self) -> Read<bool> {
+        let start = self.c.pos();
+        let c = &mut self.c;
+        let not = c.at('N');
+        if not {
+            c.bump();
+        }
+        let Some(letter) = c.peek() else {
+            return if not { Err(self.bad_not(start)) } else { Ok(false) };
+        };
+        let space = match letter {
+            'I' => Some(Space::I),
+            'Y' => Some(Space::Y),
+            'V' => Some(Space::V),
+            'P' => Some(Space::P),
+            'F' => Some(Space::F),
+            _ => None,
+        };
+        let test = match (space, letter) {
+            (Some(Space::P), _) => {
+                c.bump();
+                if !c.peek().is_some_and(|d| d.is_ascii_digit()) {
+                    return Err(self.bad_p(start));
+                }
+                Test::Bit { negate: not, bit: bit(c, start, Space::P)? }
+            }
+            (Some(space), _) => {
+                c.bump();
+                Test::Bit { negate: not, bit: self.flag(start, space)? }
+            }
+            (None, 'Q' | 'T' | 'H' | 'M') => {
+                c.bump();
+                Test::Word { negate: not, word: counter(c, start, letter)? }
+            }
+            (None, '<' | '>' | '=') if !not => self.relation(start)?,
+            _ if not => return Err(self.bad_not(start)),
+            _ => return Ok(false),
+        };
+        self.out.conds.push(Cond::Test(test));
+        Ok(true)
+    }
+
+    fn flag(&mut self, start: usize, space: Space) -> Read<Bit> {
+        bit(&mut self.c, start, space)
+    }
+
+    fn bad_p(&mut self, start: usize) -> Fail {
+        let found = self.c.peek();
+        refuse(&mut self.c, |c| {
+            let message = format!("{} can't follow P", shown(found));
+            error(50, c.span_from(start), message, "write Ppqr (p 0 to 3) or PFnnn")
+        })
+    }
+
+    fn bad_not(&mut self, start: usize) -> Fail {
+        let found = self.c.peek();
+        refuse(&mut self.c, |c| {
+            let message = format!("{} can't follow N", shown(found));
+            let help = "N stands before a test (I Y V P F Q T H M) or before L or S";
+            error(13, c.span_from(start), message, help)
+        })
+    }
+
+    fn relation(&mut self, start: usize) -> Read<Test> {
+        let c = &mut self.c;
+        let first = c.bump();
+        let (relation, text, number) = match first {
+            Some('=') => (Relation::Eq, "=", 33),
+            Some('<') if c.eat('=') => (Relation::Le, "<=", 37),
+            Some('<') => (Relation::Lt, "<", 31),
+            _ if c.eat('=') => (Relation::Ge, ">=", 39),
+            _ => (Relation::Gt, ">", 35),
+        };
+        let not = c.at('N');
+        if not {
+            c.bump();
+        }
+        if c.at('L') {
+            c.bump();
+            let operand = load(c, start, if not { Prefix::LoadNot } else { Prefix::Load })?;
+            if let Operand::Load { place, .. } = operand {
+                whole(c, start, place)?;
+            }
+            return Ok(Test::Relation { relation, operand });
+        }
+        if !not && begins_constant(c) {
+            return Ok(Test::Relation { relation, operand: constant(c, start)? });
+        }
+        let found = c.peek();
+        let number = number + u8::from(not);
+        let n = if not { "N" } else { "" };
+        Err(refuse(c, |c| {
+            let message = format!("{} can't follow {text}{n}", shown(found));
+            let help = if found == Some(',') {
+                format!("leave the comma out: {text}5")
+            } else {
+                format!("write {text}5, {text}.00FF, or {text}L and a variable's name")
+            };
+            error(number, c.span_from(start), message, help)
+        }))
+    }
+}

@@ -1,0 +1,126 @@
+//! The texts of :197 to :200 (NCT 3.4 to 3.7): up to `$`, separated by commas.
+
+use plcc_diag::{Diagnostic, Span};
+
+use crate::nct::{
+    ast::Op,
+    read::{
+        cursor::{is_blank, last_place},
+        diagnostic::error,
+        parser::Parser,
+    },
+};
+
+/// The longest text that the control shows whole, and the longest that the compiler takes.
+struct Lengths {
+    shown: usize,
+    most: usize,
+    number: u8,
+    count: usize,
+}
+
+fn lengths(label: u16) -> Option<Lengths> {
+    match label {
+        197 => Some(Lengths { shown: 9, most: 16, number: 72, count: 8 }),
+        198 => Some(Lengths { shown: 20, most: 20, number: 69, count: 8 }),
+        199 => Some(Lengths { shown: 20, most: 25, number: 65, count: 152 }),
+        _ => None,
+    }
+}
+
+/// Whether a text module begins where another's text still goes on: its `$` is missing.
+fn begins_module(rest: &str) -> bool {
+    [":197", ":198", ":199", ":200"].iter().any(|label| rest.starts_with(label))
+}
+
+impl Parser<'_> {
+    /// Reads the texts behind a label, up to `$`.
+    pub(crate) fn text_module(&mut self, label: u16, start: usize) {
+        self.c.enter_raw();
+        let mut texts = vec![];
+        let mut text = String::new();
+        let mut from = None;
+        let mut line_start = false;
+        let mut closed = false;
+        loop {
+            if line_start && begins_module(self.c.raw_rest()) {
+                break;
+            }
+            let at = self.c.pos();
+            let Some(c) = self.c.bump_raw() else { break };
+            match c {
+                None => {}
+                Some('$') => {
+                    closed = true;
+                    break;
+                }
+                Some(',') if label != 200 => {
+                    texts.push((std::mem::take(&mut text), from.take(), self.c.end()));
+                }
+                Some('\r' | '\n') => line_start = true,
+                Some(c) => {
+                    line_start &= is_blank(c);
+                    if !is_blank(c) {
+                        from.get_or_insert(at);
+                    }
+                    text.push(c);
+                }
+            }
+        }
+        let end = self.c.end();
+        // A comma may stand before the `$`, and then no text follows it.
+        if !text.trim_matches(is_blank).is_empty() {
+            texts.push((text, from, end));
+        }
+        if !closed {
+            self.unclosed_text(label);
+        }
+        self.c.leave_raw();
+        self.check_texts(label, start, &texts);
+        let mut texts: Vec<String> =
+            texts.into_iter().map(|(t, ..)| t.trim_matches(is_blank).to_owned()).collect();
+        let kept = &mut self.out.texts;
+        match label {
+            197 => kept.softkeys = texts,
+            198 => kept.indexed = texts,
+            199 => kept.messages = texts,
+            _ => kept.info = texts.pop().unwrap_or_default(),
+        }
+        self.emit(start, Op::Text);
+    }
+
+    fn unclosed_text(&mut self, label: u16) {
+        let span = if self.c.peek().is_none() {
+            last_place(self.file, self.text)
+        } else {
+            self.c.span_here()
+        };
+        let message = format!("the texts of :{label} do not end");
+        self.found.push(*error(55, span, message, "write `$` behind the last text"));
+    }
+
+    fn check_texts(&mut self, label: u16, start: usize, texts: &[(String, Option<usize>, usize)]) {
+        let Some(limits) = lengths(label) else { return };
+        if let Some((_, from, end)) = texts.get(limits.count) {
+            let span = Span::new(self.file, from.unwrap_or(*end), *end);
+            let message = format!("module :{label} has more than {} texts", limits.count);
+            self.found.push(*error(55, span, message, "remove the texts that no flag shows"));
+        }
+        for (text, from, end) in texts {
+            let count = text.trim_matches(is_blank).chars().count();
+            if count <= limits.shown {
+                continue;
+            }
+            let span = Span::new(self.file, from.unwrap_or(start), *end);
+            if count > limits.most {
+                let message = format!("this text has {count} characters");
+                let help = format!("texts of :{label} have at most {}", limits.most);
+                self.found.push(*error(limits.number, span, message, help));
+            } else {
+                let message = format!("this text has {count} characters");
+                let help = format!("{} are sure to be shown whole", limits.shown);
+                self.found.push(Diagnostic::warning("NCT-W1", span, message).help(help));
+            }
+        }
+    }
+}

@@ -1,0 +1,3 @@
+//! The manual's tables of names as data.
+
+pub mod names;

@@ -1,0 +1,246 @@
+//! Variables, constants, timers, flip-flops and auxiliary axes (PMI 3.1.3 to 3.1.5, 3.1.9,
+//! 3.1.10).
+
+use plcc_abi::pmi::{TimerKind, Type};
+use plcc_diag::Span;
+
+use crate::common::Limits;
+use crate::pmi::{
+    analyse::specification_section::{Result, Spec, fail},
+    ast::{FlipFlopDef, Meaning, SymbolId, TimerDef},
+    read::{cursor::Cursor, diagnostic::error, token::Kind},
+};
+
+/// Array elements that the original compiler allows (PMI 2.2.7).
+const ELEMENTS: std::ops::RangeInclusive<u32> = 2..=255;
+/// Arrays that it allows.
+const ARRAYS: u32 = 256;
+/// Bytes that all arrays together may take, whatever the limits.
+const BYTES: u64 = 64 << 20;
+
+impl Spec<'_> {
+    /// `NAME`, `NAME = constant`, `NAME[n]`, `NAME[n] = [constants]`, with commas between them.
+    pub(crate) fn variables(&mut self, cursor: &mut Cursor<'_>, ty: Type) -> Result {
+        loop {
+            let name = self.new_name(cursor)?;
+            self.check_new(name)?;
+            let elements = match cursor.kind() {
+                Some(Kind::LBracket) => Some(self.elements(cursor, name, ty)?),
+                _ => None,
+            };
+            let mut meaning = Meaning::Variable;
+            let mut too_many = None;
+            if cursor.eat(Kind::Eq) {
+                let (values, problem) = self.constants(cursor, ty, elements, name)?;
+                meaning = Meaning::Constant(values);
+                too_many = problem;
+            }
+            self.declare(name, ty, elements, meaning)?;
+            if let Some(problem) = too_many {
+                return Err(problem);
+            }
+            if cursor.kind().is_none() {
+                return Ok(());
+            }
+            if !cursor.eat(Kind::Comma) {
+                let what = format!("`,` is expected, not {}", cursor.found());
+                return fail(cursor.fail(11, what));
+            }
+        }
+    }
+
+    /// `[n]` of a declaration.
+    fn elements(&mut self, cursor: &mut Cursor<'_>, name: (&str, Span), ty: Type) -> Result<u32> {
+        cursor.at += 1;
+        let (written, span) = self.number(cursor)?;
+        let count = u32::try_from(written).unwrap_or(0);
+        let allowed = match self.limits {
+            Limits::Original => ELEMENTS.contains(&count),
+            Limits::None => count > 0,
+        };
+        if !allowed {
+            let help = match self.limits {
+                Limits::Original => "an array has 2 to 255 elements; `--limits none` allows any",
+                Limits::None => "an array has at least one element",
+            };
+            let what = format!("{} cannot have {written} elements", name.0);
+            return fail(error(19, span, what).help(help));
+        }
+        self.expect(cursor, Kind::RBracket, "]")?;
+        self.arrays += 1;
+        if self.arrays > ARRAYS && self.limits == Limits::Original {
+            return fail(
+                error(18, name.1, format!("{} is one array too many", name.0))
+                    .help("256 arrays are the most, or compile with `--limits none`"),
+            );
+        }
+        self.bytes += u64::from(count) * u64::from(ty.size());
+        if self.bytes > BYTES {
+            return fail(
+                error(40, name.1, format!("there is no room for {}", name.0))
+                    .help("all arrays together may take 64 MiB; make them smaller"),
+            );
+        }
+        Ok(count)
+    }
+
+    /// A constant's value, or an array's; a wrong number of them is the second result.
+    fn constants(
+        &mut self,
+        cursor: &mut Cursor<'_>,
+        ty: Type,
+        elements: Option<u32>,
+        name: (&str, Span),
+    ) -> Result<(Vec<i32>, Option<Box<plcc_diag::Diagnostic>>)> {
+        let Some(elements) = elements else {
+            return Ok((vec![self.constant(cursor, ty)?], None));
+        };
+        self.expect(cursor, Kind::LBracket, "[")?;
+        let mut values = vec![];
+        let mut extra = None;
+        loop {
+            let span = cursor.here();
+            values.push(self.constant(cursor, ty)?);
+            if values.len() > elements as usize {
+                extra = extra.or(Some(span));
+            }
+            if cursor.eat(Kind::RBracket) {
+                break;
+            }
+            if !cursor.eat(Kind::Comma) {
+                let what = format!("`,` or `]` is expected, not {}", cursor.found());
+                return fail(cursor.fail(11, what));
+            }
+        }
+        if values.len() == elements as usize {
+            return Ok((values, None));
+        }
+        let span = extra.unwrap_or(name.1);
+        let count = values.len();
+        let what = format!("{} has {elements} elements but {count} constants", name.0);
+        fail(error(20, span, what).help("give one constant for each element"))
+    }
+
+    /// A constant of a type.
+    fn constant(&mut self, cursor: &mut Cursor<'_>, ty: Type) -> Result<i32> {
+        let start = cursor.here();
+        let negative = cursor.eat(Kind::Minus);
+        let span = start.to(cursor.here());
+        let value = match cursor.token() {
+            Some(token) if token.kind == Kind::Name && !negative => match cursor.slice(token) {
+                "T" if ty == Type::Logical => 1,
+                "F" if ty == Type::Logical => 0,
+                other => {
+                    let what = format!("`{other}` is no constant of this type");
+                    return fail(error(30, span, what).help(range_of(ty)));
+                }
+            },
+            Some(token) => match token.kind {
+                Kind::Number(value) => {
+                    let value = i64::from(value);
+                    if negative { -value } else { value }
+                }
+                _ => {
+                    let what = format!("a constant is expected, not {}", cursor.found());
+                    return fail(cursor.fail(12, what));
+                }
+            },
+            None => return fail(cursor.fail(12, "a constant is expected here")),
+        };
+        cursor.at += 1;
+        let fits = match ty {
+            Type::Logical => (0..=1).contains(&value) && !negative,
+            Type::Integer => (-32_767..=32_767).contains(&value),
+            Type::Long => (-2_147_483_647..=2_147_483_647).contains(&value),
+        };
+        if !fits {
+            let what = format!("{value} is no constant of this type");
+            return fail(error(30, span, what).help(range_of(ty)));
+        }
+        Ok(value as i32)
+    }
+
+    /// `E/TC/DC = P`.
+    pub(crate) fn timer(&mut self, cursor: &mut Cursor<'_>) -> Result {
+        let span = cursor.here();
+        let kind = match cursor.name() {
+            Some(("E", _)) => TimerKind::E,
+            Some(("D", _)) => TimerKind::D,
+            Some((other, _)) => {
+                return fail(
+                    error(21, span, format!("`{other}` is no type of timer"))
+                        .help("E delays switching on, D switching off: E/TC/DC = 50"),
+                );
+            }
+            None => {
+                let what = format!("E or D is expected, not {}", cursor.found());
+                return fail(cursor.fail(21, what));
+            }
+        };
+        self.expect(cursor, Kind::Slash, "/")?;
+        let control = self.new_name(cursor)?;
+        let index = self.checked.timers.len() as u32;
+        let control = self.declare(control, Type::Logical, None, Meaning::TimerControl(index))?;
+        self.expect(cursor, Kind::Slash, "/")?;
+        let delayed = self.new_name(cursor)?;
+        let delayed = self.declare(delayed, Type::Logical, None, Meaning::Derived)?;
+        self.expect(cursor, Kind::Eq, "=")?;
+        let (preset, span) = self.number(cursor)?;
+        if !(1..=32_767).contains(&preset) {
+            return fail(
+                error(22, span, format!("{preset} is no delay"))
+                    .help("a delay is 1 to 32767 units of 20 ms"),
+            );
+        }
+        self.end(cursor)?;
+        let preset = preset as i32;
+        self.checked.timers.push(TimerDef { kind, control, delayed, preset });
+        Ok(())
+    }
+
+    /// `Q/D/CK/PR/CL`.
+    pub(crate) fn flipflop(&mut self, cursor: &mut Cursor<'_>) -> Result {
+        let index = self.checked.flipflops.len() as u32;
+        let q = self.pin(cursor, Meaning::Derived, true)?;
+        let d = self.pin(cursor, Meaning::Variable, true)?;
+        let clock = self.pin(cursor, Meaning::Clock(index), true)?;
+        let preset = self.pin(cursor, Meaning::Pin(index), true)?;
+        let clear = self.pin(cursor, Meaning::Pin(index), false)?;
+        self.end(cursor)?;
+        self.checked.flipflops.push(FlipFlopDef { q, d, clock, preset, clear });
+        Ok(())
+    }
+
+    fn pin(&mut self, cursor: &mut Cursor<'_>, meaning: Meaning, more: bool) -> Result<SymbolId> {
+        let name = self.new_name(cursor)?;
+        let symbol = self.declare(name, Type::Logical, None, meaning)?;
+        if more {
+            self.expect(cursor, Kind::Slash, "/")?;
+        }
+        Ok(symbol)
+    }
+
+    /// `name = number[, number…]`.
+    pub(crate) fn auxiliary(&mut self, cursor: &mut Cursor<'_>) -> Result {
+        let (name, _) = self.new_name(cursor)?;
+        self.expect(cursor, Kind::Eq, "=")?;
+        let mut numbers = vec![];
+        loop {
+            numbers.push(self.constant(cursor, Type::Long)?);
+            if cursor.kind().is_none() {
+                break;
+            }
+            self.expect(cursor, Kind::Comma, ",")?;
+        }
+        self.checked.auxiliary.push((name.to_owned(), numbers));
+        Ok(())
+    }
+}
+
+fn range_of(ty: Type) -> &'static str {
+    match ty {
+        Type::Logical => "a LOGICAL is 0, 1, T or F",
+        Type::Integer => "an INTEGER is -32767 to 32767; a LONG holds more",
+        Type::Long => "a LONG is -2147483647 to 2147483647",
+    }
+}

@@ -1,0 +1,567 @@
+//! Expressions (PMI 2.3): operator precedence with explicit stacks, so that neither length nor
+//! nesting costs stack; names, types and constants are checked on the way.
+
+use plcc_abi::pmi::Type;
+use plcc_diag::{Diagnostic, Span};
+
+use crate::common::Limits;
+use crate::pmi::{
+    analyse::{
+        lookup::resolve,
+        names::{Names, RESERVED},
+    },
+    arith,
+    ast::{Binary, Meaning, Op, Ops, SymbolId},
+    read::{
+        cursor::Cursor,
+        diagnostic::{self, error},
+        token::{Kind, Token},
+    },
+};
+
+/// Nested parentheses and brackets that the original compiler allows (PMI 2.3.7).
+const NESTING: u32 = 5;
+/// Those that anybody may have.
+const MAX_NESTING: u32 = 256;
+
+/// What ends an expression.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Until {
+    /// The end of the statement.
+    End,
+    /// The `)` of an IF, whose `(` is taken already.
+    Condition,
+    /// The `]` of an assignment's target, whose `[` is taken already.
+    Index(SymbolId),
+}
+
+/// Something on the operator stack.
+#[derive(Clone, Copy, Debug)]
+enum Pending {
+    Binary { symbol: Kind, at: Token },
+    Unary { not: bool, at: Token },
+    Paren { at: Option<Token> },
+    Bracket { array: Option<SymbolId>, at: Option<Token> },
+}
+
+/// An operand.
+#[derive(Clone, Copy, Debug)]
+struct Operand {
+    /// Nothing where an error made it unknown.
+    ty: Option<Type>,
+    /// Its value, if it is made of constants alone.
+    constant: Option<i32>,
+    /// All 32 bits of it, if it is a product of constants.
+    product: Option<i32>,
+    /// Its first operation.
+    start: usize,
+    at: Token,
+}
+
+/// What an index is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Index {
+    /// This element.
+    At(u32),
+    /// An element that is computed.
+    Computed,
+}
+
+/// A parsed expression.
+pub(crate) struct Parsed {
+    pub(crate) ops: Ops,
+    /// For [`Until::Index`].
+    pub(crate) index: Index,
+}
+
+/// What the parser needs of the statement's surroundings.
+pub(crate) struct Parser<'p, 'c> {
+    pub(crate) cursor: &'p mut Cursor<'c>,
+    pub(crate) names: &'p mut Names,
+    pub(crate) ops: &'p mut Vec<Op>,
+    pub(crate) limits: Limits,
+    pending: Vec<Pending>,
+    operands: Vec<Operand>,
+    depth: u32,
+    problem: Option<Box<Diagnostic>>,
+}
+
+/// How tightly an operator binds (PMI 2.3.7).
+fn precedence(kind: Kind) -> Option<u8> {
+    Some(match kind {
+        Kind::Star | Kind::Slash | Kind::Percent => 5,
+        Kind::Plus | Kind::Minus => 4,
+        Kind::Eq | Kind::Ne | Kind::Lt | Kind::Le | Kind::Gt | Kind::Ge => 3,
+        Kind::And => 2,
+        Kind::Or => 1,
+        _ => return None,
+    })
+}
+
+impl<'p, 'c> Parser<'p, 'c> {
+    pub(crate) fn new(
+        cursor: &'p mut Cursor<'c>,
+        names: &'p mut Names,
+        ops: &'p mut Vec<Op>,
+        limits: Limits,
+    ) -> Self {
+        let (pending, operands) = (vec![], vec![]);
+        Self { cursor, names, ops, limits, pending, operands, depth: 0, problem: None }
+    }
+
+    /// Parses an expression.
+    ///
+    /// # Errors
+    /// The error that stands first in the text.
+    pub(crate) fn parse(mut self, until: Until) -> Result<Parsed, Box<Diagnostic>> {
+        let from = self.ops.len();
+        match until {
+            Until::End => {}
+            Until::Condition => self.pending.push(Pending::Paren { at: None }),
+            Until::Index(array) => {
+                self.depth = 1;
+                self.pending.push(Pending::Bracket { array: Some(array), at: None });
+            }
+        }
+        let outcome = self.run(until);
+        if let Err(problem) = outcome {
+            self.note(*problem);
+        }
+        if let Some(problem) = self.problem {
+            self.ops.truncate(from);
+            return Err(problem);
+        }
+        let index = match self.operands.last() {
+            Some(Operand { constant: Some(value), .. }) if matches!(until, Until::Index(_)) => {
+                self.ops.truncate(from);
+                Index::At(*value as u32)
+            }
+            _ => Index::Computed,
+        };
+        Ok(Parsed { ops: from as u32..self.ops.len() as u32, index })
+    }
+
+    /// Keeps the error that stands first.
+    fn note(&mut self, problem: Diagnostic) {
+        match &self.problem {
+            Some(first) if first.span.start <= problem.span.start => {}
+            _ => self.problem = Some(Box::new(problem)),
+        }
+    }
+
+    fn run(&mut self, until: Until) -> Result<(), Box<Diagnostic>> {
+        let mut operand_expected = true;
+        loop {
+            let step = if operand_expected {
+                self.operand().map(|still| {
+                    operand_expected = still;
+                    false
+                })
+            } else {
+                self.operator(until).map(|(expected, done)| {
+                    operand_expected = expected;
+                    done
+                })
+            };
+            match step {
+                Ok(true) => return Ok(()),
+                Ok(false) => {}
+                Err(problem) => {
+                    self.flush(operand_expected);
+                    return Err(problem);
+                }
+            }
+        }
+    }
+
+    /// Applies what is complete, to find errors that stand before the one found.
+    fn flush(&mut self, operand_missing: bool) {
+        if operand_missing {
+            while matches!(self.pending.last(), Some(Pending::Unary { .. })) {
+                self.pending.pop();
+            }
+            self.pending.pop();
+        }
+        while let Some(pending) = self.pending.pop() {
+            match pending {
+                Pending::Binary { .. } | Pending::Unary { .. } => self.apply(pending),
+                Pending::Paren { .. } | Pending::Bracket { .. } => {}
+            }
+        }
+    }
+
+    fn fail<T>(
+        &self,
+        number: u8,
+        message: impl Into<String>,
+        help: &str,
+    ) -> Result<T, Box<Diagnostic>> {
+        let problem = self.cursor.fail(number, message);
+        Err(Box::new(if problem.help.is_none() { problem.help(help) } else { problem }))
+    }
+
+    /// Reads an operand, or an opening; whether an operand is still expected.
+    fn operand(&mut self) -> Result<bool, Box<Diagnostic>> {
+        let Some(token) = self.cursor.token() else {
+            return self.fail(
+                34,
+                "the expression ends where an operand is expected",
+                "finish the expression",
+            );
+        };
+        match token.kind {
+            Kind::Minus | Kind::Slash => {
+                if let Some(Pending::Unary { at, .. }) = self.pending.last() {
+                    let adjacent = self.names_of(*at, token);
+                    return self.fail(
+                        34,
+                        format!("{adjacent} stand side by side"),
+                        "put the second one and its operand in parentheses",
+                    );
+                }
+                self.pending.push(Pending::Unary { not: token.kind == Kind::Slash, at: token });
+                self.cursor.at += 1;
+                Ok(true)
+            }
+            Kind::LParen => {
+                self.open()?;
+                self.pending.push(Pending::Paren { at: Some(token) });
+                self.cursor.at += 1;
+                Ok(true)
+            }
+            Kind::Number(value) => {
+                let ty = if value <= 32_767 { Type::Integer } else { Type::Long };
+                self.constant(token, ty, value as i32);
+                self.cursor.at += 1;
+                Ok(false)
+            }
+            Kind::Name | Kind::Executive => self.variable(token),
+            _ => {
+                let what = format!("an operand is expected, not {}", self.cursor.found());
+                self.fail(34, what, "a name, a number, T, F or a parenthesis stands here")
+            }
+        }
+    }
+
+    fn names_of(&self, a: Token, b: Token) -> String {
+        let word = |token: Token| if token.kind == Kind::Slash { "NOT" } else { "NEGATE" };
+        format!("{} and {}", word(a), word(b))
+    }
+
+    fn open(&mut self) -> Result<(), Box<Diagnostic>> {
+        self.depth += 1;
+        if self.depth > NESTING && self.limits == Limits::Original {
+            return self.fail(
+                32,
+                "more than five parentheses and brackets are nested",
+                "compute a part in a statement of its own, or compile with `--limits none`",
+            );
+        }
+        if self.depth > MAX_NESTING {
+            return self.fail(
+                32,
+                "more than 256 parentheses and brackets are nested",
+                "compute a part in a statement of its own",
+            );
+        }
+        Ok(())
+    }
+
+    fn push(&mut self, token: Token, ty: Option<Type>, constant: Option<i32>, op: Op) {
+        let start = self.ops.len();
+        self.operands.push(Operand { ty, constant, product: None, start, at: token });
+        self.ops.push(op);
+    }
+
+    fn constant(&mut self, token: Token, ty: Type, value: i32) {
+        self.push(token, Some(ty), Some(value), Op::Const(value));
+    }
+
+    /// A variable, an element's beginning, or T or F.
+    fn variable(&mut self, token: Token) -> Result<bool, Box<Diagnostic>> {
+        let name = self.cursor.slice(token);
+        let span = self.cursor.span_of(token);
+        let indexed = self.cursor.next_kind() == Some(Kind::LBracket);
+        if RESERVED.contains(&name) && !matches!(name, "T" | "F") {
+            return self.fail(
+                34,
+                format!("{name} stands where an operand is expected"),
+                "a keyword starts a statement",
+            );
+        }
+        if matches!(name, "T" | "F") && !indexed {
+            self.constant(token, Type::Logical, i32::from(name == "T"));
+            self.cursor.at += 1;
+            return Ok(false);
+        }
+        let resolved = if matches!(name, "T" | "F") {
+            let what = format!("{name} is a constant, no array");
+            Err(Box::new(error(35, span, what).help("remove the brackets")))
+        } else {
+            resolve(self.names, name, span, indexed)
+        };
+        let array = match resolved {
+            Ok(array) => array,
+            Err(problem) => {
+                self.note(*problem);
+                None
+            }
+        };
+        self.cursor.at += 1;
+        if indexed {
+            let bracket = self.cursor.token();
+            self.open()?;
+            self.pending.push(Pending::Bracket { array, at: bracket });
+            self.cursor.at += 1;
+            return Ok(true);
+        }
+        let known = array.and_then(|id| Some((id, self.names.get(id)?)));
+        let (ty, constant, op) = match known {
+            None => (None, None, Op::Const(0)),
+            Some((id, symbol)) => match &symbol.meaning {
+                Meaning::Constant(values) => {
+                    let value = values.first().copied().unwrap_or(0);
+                    (Some(symbol.ty), Some(value), Op::Const(value))
+                }
+                _ => (Some(symbol.ty), None, Op::Load(id)),
+            },
+        };
+        self.push(token, ty, constant, op);
+        Ok(false)
+    }
+
+    /// Reads an operator, or a closing; whether an operand is expected next, and whether the
+    /// expression is over.
+    fn operator(&mut self, until: Until) -> Result<(bool, bool), Box<Diagnostic>> {
+        let Some(token) = self.cursor.token() else {
+            self.reduce(0);
+            return match self.pending.last() {
+                None => Ok((false, true)),
+                Some(Pending::Paren { at }) => {
+                    let open = at.map(|token| self.cursor.span_of(token));
+                    let problem = self.cursor.fail(32, "a parenthesis is not closed");
+                    let problem = if problem.help.is_none() {
+                        problem.help("put a `)` where it ends")
+                    } else {
+                        problem
+                    };
+                    Err(Box::new(match open {
+                        Some(open) => problem.label(open, "this one"),
+                        None => problem,
+                    }))
+                }
+                Some(_) => self.fail(34, "a bracket is not closed", "put a `]` behind the index"),
+            };
+        };
+        if let Some(binds) = precedence(token.kind) {
+            self.reduce(binds);
+            self.pending.push(Pending::Binary { symbol: token.kind, at: token });
+            self.cursor.at += 1;
+            return Ok((true, false));
+        }
+        match token.kind {
+            Kind::RParen => {
+                self.reduce(0);
+                match self.pending.last() {
+                    Some(Pending::Paren { .. }) => {
+                        self.pending.pop();
+                        self.depth = self.depth.saturating_sub(1);
+                        self.cursor.at += 1;
+                        Ok((false, self.pending.is_empty() && until == Until::Condition))
+                    }
+                    Some(_) => {
+                        self.fail(34, "`)` stands where `]` is expected", "close the bracket first")
+                    }
+                    None => self.fail(32, "`)` has no `(`", "remove it, or open it further left"),
+                }
+            }
+            Kind::RBracket => {
+                self.reduce(0);
+                match self.pending.last().copied() {
+                    Some(Pending::Bracket { array, at }) => {
+                        self.pending.pop();
+                        self.depth = self.depth.saturating_sub(1);
+                        let done = at.is_none();
+                        self.element(array, token, done);
+                        self.cursor.at += 1;
+                        Ok((false, done))
+                    }
+                    Some(_) => self.fail(
+                        32,
+                        "a parenthesis is not closed before `]`",
+                        "put a `)` before it",
+                    ),
+                    None => self.fail(34, "`]` has no `[`", "remove it"),
+                }
+            }
+            Kind::Name | Kind::Executive | Kind::Number(_) | Kind::LParen => {
+                let what = format!("an operator is expected, not {}", self.cursor.found());
+                self.fail(37, what, "put one of + - * / % & ! = /= < <= > >= between the two")
+            }
+            Kind::LBracket | Kind::Text => {
+                let what = format!("{} has no place in an expression", self.cursor.found());
+                self.fail(34, what, "brackets belong right behind an array's name")
+            }
+            _ => {
+                let what = format!("{} is too much in this statement", self.cursor.found());
+                self.fail(5, what, "remove it, or put it on a line of its own")
+            }
+        }
+    }
+
+    /// Applies the waiting operators that bind at least as tightly as `binds`.
+    fn reduce(&mut self, binds: u8) {
+        while let Some(pending) = self.pending.last().copied() {
+            let applies = match pending {
+                Pending::Unary { .. } => true,
+                Pending::Binary { symbol, .. } => precedence(symbol).is_some_and(|p| p >= binds),
+                Pending::Paren { .. } | Pending::Bracket { .. } => false,
+            };
+            if !applies {
+                return;
+            }
+            self.pending.pop();
+            self.apply(pending);
+        }
+    }
+
+    fn apply(&mut self, pending: Pending) {
+        match pending {
+            Pending::Unary { not, at } => self.unary(not, at),
+            Pending::Binary { symbol, at } => self.binary(symbol, at),
+            Pending::Paren { .. } | Pending::Bracket { .. } => {}
+        }
+    }
+
+    fn unary(&mut self, not: bool, at: Token) {
+        let Some(operand) = self.operands.last_mut() else { return };
+        operand.at = at;
+        operand.product = None;
+        let long = operand.ty == Some(Type::Long);
+        if not {
+            operand.ty = Some(Type::Logical);
+            operand.constant = operand.constant.map(|value| i32::from(value == 0));
+            self.ops.push(Op::Not);
+        } else {
+            operand.ty = operand.ty.map(|_| if long { Type::Long } else { Type::Integer });
+            operand.constant = operand.constant.map(|value| arith::negate(value, long));
+            self.ops.push(Op::Neg { long });
+        }
+    }
+
+    fn binary(&mut self, symbol: Kind, at: Token) {
+        let (Some(right), Some(left)) = (self.operands.pop(), self.operands.pop()) else { return };
+        let long = left.ty == Some(Type::Long) || right.ty == Some(Type::Long);
+        let span = self.cursor.span_of(at);
+        let (op, ty) = match symbol {
+            Kind::Plus => (Binary::Add { long }, if long { Type::Long } else { Type::Integer }),
+            Kind::Minus => (Binary::Sub { long }, if long { Type::Long } else { Type::Integer }),
+            Kind::Star => {
+                if long {
+                    self.note(
+                        error(42, span, "a LONG cannot be multiplied")
+                            .help("copy it to an INTEGER first"),
+                    );
+                }
+                (Binary::Mul { wide: false }, Type::Integer)
+            }
+            Kind::Slash | Kind::Percent => {
+                if right.ty == Some(Type::Long) {
+                    self.note(
+                        error(42, span, "a LONG cannot be a divisor")
+                            .help("copy it to an INTEGER first"),
+                    );
+                }
+                // A product enters a division with all its bits.
+                if let Some(Op::Binary(Binary::Mul { wide })) =
+                    right.start.checked_sub(1).and_then(|last| self.ops.get_mut(last))
+                {
+                    *wide = true;
+                }
+                (if symbol == Kind::Slash { Binary::Div } else { Binary::Rem }, Type::Integer)
+            }
+            Kind::Eq => (Binary::Eq, Type::Logical),
+            Kind::Ne => (Binary::Ne, Type::Logical),
+            Kind::Lt => (Binary::Lt, Type::Logical),
+            Kind::Le => (Binary::Le, Type::Logical),
+            Kind::Gt => (Binary::Gt, Type::Logical),
+            Kind::Ge => (Binary::Ge, Type::Logical),
+            Kind::And => (Binary::And, Type::Logical),
+            _ => (Binary::Or, Type::Logical),
+        };
+        self.ops.push(Op::Binary(op));
+        let dividend = matches!(op, Binary::Div | Binary::Rem).then_some(left.product).flatten();
+        let both = dividend.or(left.constant).zip(right.constant);
+        let constant = both.map(|(a, b)| arith::binary(op, a, b));
+        let product = match op {
+            Binary::Mul { .. } => {
+                both.map(|(a, b)| arith::binary(Binary::Mul { wide: true }, a, b))
+            }
+            _ => None,
+        };
+        let known = left.ty.is_some() && right.ty.is_some();
+        // What follows from an unknown operand is unknown where the type depends on it.
+        let ty = (known || ty == Type::Logical).then_some(ty);
+        let Operand { start, at, .. } = left;
+        self.operands.push(Operand { ty, constant, product, start, at });
+    }
+
+    /// Closes an index; the element takes its place as an operand unless it is a target's.
+    fn element(&mut self, array: Option<SymbolId>, close: Token, target: bool) {
+        let Some(index) = self.operands.last().copied() else { return };
+        let span = self.cursor.span_of(index.at).to(self.cursor.span_of(close));
+        let span = Span { end: close.start.max(span.start), ..span };
+        if index.ty == Some(Type::Long) {
+            self.note(
+                error(43, span, "the index is a LONG")
+                    .help("an index is an INTEGER or a LOGICAL; copy it to an INTEGER first"),
+            );
+        }
+        let symbol = array.and_then(|id| self.names.get(id));
+        let elements = symbol.and_then(|symbol| symbol.elements);
+        if let (Some(value), Some(elements), Some(symbol)) = (index.constant, elements, symbol)
+            && u32::try_from(value).map_or(true, |value| value >= elements)
+            && index.ty != Some(Type::Long)
+        {
+            let problem = Diagnostic::error(
+                diagnostic::OUT_OF_ARRAY,
+                span,
+                format!("{} has no element {value}", symbol.name),
+            )
+            .help(format!("its elements are 0 to {}", elements.saturating_sub(1)));
+            self.note(problem);
+        }
+        if target {
+            return;
+        }
+        let symbol = array.and_then(|id| self.names.get(id));
+        let (ty, values) = match symbol {
+            Some(symbol) => (
+                Some(symbol.ty),
+                match &symbol.meaning {
+                    Meaning::Constant(values) => Some(values),
+                    _ => None,
+                },
+            ),
+            None => (None, None),
+        };
+        let at = index.constant.and_then(|value| usize::try_from(value).ok());
+        let constant = at.and_then(|at| values.and_then(|values| values.get(at).copied()));
+        let op = match (array, constant, index.constant) {
+            (_, Some(value), _) => Some(Op::Const(value)),
+            (Some(id), None, Some(value)) => Some(Op::LoadAt(id, value as u32)),
+            _ => None,
+        };
+        match (op, array) {
+            (Some(op), _) => {
+                self.ops.truncate(index.start);
+                self.ops.push(op);
+            }
+            (None, Some(id)) => self.ops.push(Op::Element(id)),
+            (None, None) => {}
+        }
+        self.operands.pop();
+        let Operand { start, at, .. } = index;
+        self.operands.push(Operand { ty, constant, product: None, start, at });
+    }
+}

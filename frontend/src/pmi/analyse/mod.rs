@@ -1,0 +1,144 @@
+//! Sources to a checked program.
+
+pub(crate) mod declaration;
+pub(crate) mod execution_section;
+pub(crate) mod expression;
+pub(crate) mod lookup;
+pub(crate) mod names;
+pub(crate) mod ports;
+pub(crate) mod specification_section;
+
+use plcc_diag::{Diagnostic, FileId, SourceMap};
+
+use crate::common::{FileLoader, Options};
+use crate::pmi::{
+    analyse::{
+        execution_section::Exec,
+        lookup::resolve,
+        names::Names,
+        specification_section::{Pending, PendingItem, Section, Spec, array_in_text},
+    },
+    ast::{Announcement, Checked, Item},
+    read::{
+        cursor::Cursor,
+        diagnostic::{self, error},
+        lexer::lex,
+        statements::{self, Statement},
+        token::Token,
+    },
+    reference::executive::Executive,
+};
+
+/// Reads and checks a program. Without an error among the diagnostics the result is sound.
+pub(crate) fn check(
+    sources: &mut SourceMap,
+    file: FileId,
+    loader: &dyn FileLoader,
+    options: &Options,
+) -> (Checked, Vec<Diagnostic>) {
+    let mut diagnostics = vec![];
+    let text = statements::read(sources, file, loader, options, &mut diagnostics);
+    let mut checked = Checked::default();
+    let mut names = Names::new(&Executive::new(&options.machine));
+    let mut lexer = Lexer { sources, options, tokens: vec![] };
+
+    let mut spec = Spec::new(&mut names, &mut checked, options.limits);
+    let mut rest = text.statements.as_slice();
+    while let [statement, tail @ ..] = rest {
+        rest = tail;
+        let mut cursor = lexer.cursor(*statement);
+        if let Err(problem) = spec.statement(&mut cursor) {
+            diagnostics.push(*problem);
+        }
+        if spec.section == Some(Section::End) {
+            break;
+        }
+    }
+    let ended = spec.section == Some(Section::End);
+    let pending = std::mem::take(&mut spec.pending);
+    diagnostics.append(&mut spec.warnings);
+    // A file that ends in the middle of a statement has said so already.
+    if !ended && diagnostics.iter().all(|diagnostic| diagnostic.code != "PMI-2") {
+        diagnostics.push(
+            error(2, text.last, "the file ends without $END")
+                .help("put $END between the declarations and the logic"),
+        );
+    }
+
+    for statement in rest {
+        execution_section::declare(&mut names, &mut lexer.cursor(*statement));
+    }
+    announcements(pending, &mut names, &mut checked, &mut diagnostics);
+    let mut exec = Exec::new(&mut names, &mut checked, options.limits);
+    for statement in rest {
+        if let Err(problem) = exec.statement(&mut lexer.cursor(*statement)) {
+            diagnostics.push(*problem);
+        }
+    }
+    exec.finish(&mut diagnostics);
+    checked.symbols = names.into_symbols();
+    for step in &mut checked.steps {
+        step.line = sources.line_col(step.span.file, step.span.start).0;
+    }
+    for diagnostic in diagnostics.iter_mut().filter(|d| d.is_error() && d.help.is_none()) {
+        diagnostic.help = diagnostic::default_help(diagnostic.code).map(str::to_owned);
+    }
+    diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
+    (checked, diagnostics)
+}
+
+/// Lexes one statement at a time.
+struct Lexer<'a> {
+    sources: &'a SourceMap,
+    options: &'a Options,
+    tokens: Vec<Token>,
+}
+
+impl Lexer<'_> {
+    fn cursor(&mut self, statement: Statement) -> Cursor<'_> {
+        let text = self.sources.text(statement.file);
+        self.tokens.clear();
+        let Statement { start, end, .. } = statement;
+        lex(text, start, end, self.options.limits, &mut self.tokens);
+        Cursor::new(text, &self.tokens, statement)
+    }
+}
+
+/// Looks up the variables of the faults' and messages' texts, now that all are declared.
+fn announcements(
+    pending: Vec<Pending>,
+    names: &mut Names,
+    checked: &mut Checked,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    for Pending { symbol, fault, items } in pending {
+        let mut found = Ok(vec![]);
+        for item in items {
+            let Ok(list) = &mut found else { break };
+            match item {
+                PendingItem::Text(text) => list.push(Item::Text(text)),
+                PendingItem::Name(name, span) => match item_of(names, &name, span) {
+                    Ok(Some(id)) => list.push(Item::Value(id)),
+                    Ok(None) => {}
+                    Err(problem) => found = Err(problem),
+                },
+            }
+        }
+        match found {
+            Ok(items) => {
+                let list = if fault { &mut checked.faults } else { &mut checked.messages };
+                list.push(Announcement { symbol, items });
+            }
+            Err(problem) => diagnostics.push(*problem),
+        }
+    }
+}
+
+fn item_of(
+    names: &mut Names,
+    name: &str,
+    span: plcc_diag::Span,
+) -> Result<Option<crate::pmi::ast::SymbolId>, Box<Diagnostic>> {
+    let array = names.find(name).and_then(|id| names.get(id)).is_some_and(|s| s.elements.is_some());
+    if array { Err(Box::new(array_in_text(span))) } else { resolve(names, name, span, false) }
+}

@@ -1,0 +1,156 @@
+//! Digital inputs and outputs (PMI 3.1.2).
+
+use std::collections::HashMap;
+
+use plcc_abi::pmi::{Format, Lines, Type};
+use plcc_diag::Span;
+
+use crate::pmi::{
+    analyse::specification_section::{Result, Section, Spec, fail},
+    ast::Meaning,
+    read::{
+        cursor::Cursor,
+        diagnostic::{self, error},
+        token::Kind,
+    },
+};
+use plcc_diag::Diagnostic;
+
+/// The last port: 16 MAX boards of 128.
+const LAST_PORT: i64 = 2047;
+
+/// What each port is used for.
+#[derive(Default)]
+pub(crate) struct Ports {
+    used: HashMap<u16, Port>,
+}
+
+struct Port {
+    output: bool,
+    at: Span,
+    /// Of an output port: which bits are driven, and by whom.
+    bits: [Option<Span>; 8],
+}
+
+impl Spec<'_> {
+    /// `v = port/bit` or `v = port/bit1-bit2/type`.
+    pub(crate) fn line(&mut self, cursor: &mut Cursor<'_>, section: Section) -> Result {
+        let name = self.new_name(cursor)?;
+        self.check_new(name)?;
+        self.expect(cursor, Kind::Eq, "=")?;
+        let (port, port_span) = self.number(cursor)?;
+        if !(0..=LAST_PORT).contains(&port) {
+            return fail(
+                error(13, port_span, format!("there is no port {port}"))
+                    .help("ports go from 0 to 2047: 128 for each of 16 MAX boards"),
+            );
+        }
+        let output = section == Section::Output;
+        let port = port as u16;
+        if let Some(used) = self.ports.used.get(&port)
+            && used.output != output
+        {
+            let (number, was, is) =
+                if output { (15, "inputs", "outputs") } else { (14, "outputs", "inputs") };
+            return fail(
+                error(number, port_span, format!("port {port} has {was} and cannot have {is} too"))
+                    .label(used.at, format!("its {was} are declared here"))
+                    .help("all lines of a port go in one direction; use another port"),
+            );
+        }
+        self.expect(cursor, Kind::Slash, "/")?;
+        let low = self.bit(cursor)?;
+        let lines = match cursor.kind() {
+            None => Lines { port, low, count: 1, format: Format::Bit },
+            Some(Kind::Minus) => {
+                cursor.at += 1;
+                self.group(cursor, port, low)?
+            }
+            Some(_) => {
+                let what =
+                    format!("`-` or the end is expected behind the bit, not {}", cursor.found());
+                let help = "a group of bits is written port/bit-bit/type, for instance 2/0-7/BCD";
+                let problem = cursor.fail(11, what);
+                return fail(if problem.help.is_none() { problem.help(help) } else { problem });
+            }
+        };
+        self.end(cursor)?;
+        let shared = self.use_lines(lines, output, name.1);
+        let meaning = if output { Meaning::Output(lines) } else { Meaning::Input(lines) };
+        let ty = if lines.format == Format::Bit { Type::Logical } else { Type::Integer };
+        self.declare(name, ty, None, meaning)?;
+        match shared {
+            Some((bit, other)) => fail(
+                Diagnostic::error(
+                    diagnostic::SHARED_OUTPUT,
+                    name.1,
+                    format!("port {port} bit {bit} is an output already"),
+                )
+                .label(other, "it is declared here")
+                .help("give the output a line of its own"),
+            ),
+            None => Ok(()),
+        }
+    }
+
+    fn bit(&self, cursor: &mut Cursor<'_>) -> Result<u8> {
+        let (bit, span) = self.number(cursor)?;
+        match u8::try_from(bit) {
+            Ok(bit @ 0..=7) => Ok(bit),
+            _ => {
+                fail(error(16, span, format!("there is no bit {bit}")).help("bits go from 0 to 7"))
+            }
+        }
+    }
+
+    /// `bit2/type` of a group.
+    fn group(&self, cursor: &mut Cursor<'_>, port: u16, low: u8) -> Result<Lines> {
+        let span = cursor.here();
+        let high = self.bit(cursor)?;
+        if high <= low {
+            return fail(
+                error(16, span, format!("the last bit, {high}, is not above the first, {low}"))
+                    .help("name the lowest bit first"),
+            );
+        }
+        self.expect(cursor, Kind::Slash, "/")?;
+        let span = cursor.here();
+        let format = match cursor.name() {
+            Some(("B", _)) => Format::Binary,
+            Some(("BCD", _)) => Format::Bcd,
+            Some(("TWOC", _)) => Format::TwosComplement,
+            Some((other, _)) => {
+                return fail(
+                    error(17, span, format!("`{other}` is no type of number"))
+                        .help("the types are B (binary), BCD and TWOC (two's complement)"),
+                );
+            }
+            None => {
+                let what = format!("a type of number is expected, not {}", cursor.found());
+                let problem = cursor.fail(17, what);
+                let help = "the types are B (binary), BCD and TWOC (two's complement)";
+                return fail(if problem.help.is_none() { problem.help(help) } else { problem });
+            }
+        };
+        Ok(Lines { port, low, count: high - low + 1, format })
+    }
+
+    /// Notes the use; a bit that another output drives is the result.
+    fn use_lines(&mut self, lines: Lines, output: bool, at: Span) -> Option<(u8, Span)> {
+        let entry = self.ports.used.entry(lines.port);
+        let port = entry.or_insert(Port { output, at, bits: [None; 8] });
+        if !output {
+            return None;
+        }
+        let mut shared = None;
+        for bit in lines.low..lines.low + lines.count {
+            if let Some(slot) = port.bits.get_mut(usize::from(bit)) {
+                match *slot {
+                    Some(other) => shared = shared.or(Some((bit, other))),
+                    None => *slot = Some(at),
+                }
+            }
+        }
+        shared
+    }
+}

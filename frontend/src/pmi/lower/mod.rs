@@ -1,0 +1,451 @@
+//! Checked program to IR.
+//!
+//! Logic is branch-free: a LOGICAL is an i1 and both sides of every operator are computed.
+//! INTEGERs are i16, LONGs and products on their way into a division i32.
+
+use plcc_abi::{
+    TrapCode,
+    pmi::{TimerKind, Type as PmiType},
+};
+use plcc_ir::{
+    Address, BinaryOp, ChunkBuilder, ConvertOp, IntCond, Module, Place, Region, Statement, Type,
+    UnaryOp, Value,
+};
+
+use crate::pmi::{
+    ast::{
+        Action, Binary, Checked, FlipFlopDef, Meaning, Op, Ops, Step, SymbolId, Target, TimerDef,
+    },
+    layout::{LONG_EXPRESSION, Layout, SCRATCH, is_long, region_name},
+};
+
+/// Lowers a program; its scan is the module's one task.
+pub(crate) fn lower(checked: &Checked, layout: &Layout, files: &[(String, String)]) -> Module {
+    let builder = ChunkBuilder::new(layout.size, layout.regions.clone());
+    let regions = [PmiType::Logical, PmiType::Integer, PmiType::Long]
+        .map(|ty| builder.region(region_name(ty)).unwrap_or(Region(0)));
+    let scratch = builder.region(SCRATCH);
+    let mut lowerer = Lowerer { checked, layout, builder, regions, scratch, stack: vec![] };
+    lowerer.program(files);
+    lowerer.builder.finish()
+}
+
+/// A value on the evaluation stack.
+#[derive(Clone, Copy, Debug)]
+enum Operand {
+    Const(i32),
+    Value(Value, Type),
+}
+
+struct Lowerer<'a> {
+    checked: &'a Checked,
+    layout: &'a Layout,
+    builder: ChunkBuilder,
+    /// Of LOGICALs, INTEGERs and LONGs.
+    regions: [Region; 3],
+    /// Where long expressions keep what waits.
+    scratch: Option<Region>,
+    stack: Vec<Operand>,
+}
+
+fn ir_type(ty: PmiType) -> Type {
+    match ty {
+        PmiType::Logical => Type::I1,
+        PmiType::Integer => Type::I16,
+        PmiType::Long => Type::I32,
+    }
+}
+
+/// The narrowest type that holds a constant.
+fn const_type(value: i32) -> Type {
+    if i16::try_from(value).is_ok() { Type::I16 } else { Type::I32 }
+}
+
+impl Lowerer<'_> {
+    fn program(&mut self, files: &[(String, String)]) {
+        for (name, text) in files {
+            self.builder.add_file(name, text);
+        }
+        let count = self.checked.steps.len();
+        let mut places: Vec<Option<Place>> = vec![None; count + 1];
+        for step in &self.checked.steps {
+            let to = match step.action {
+                Action::If { otherwise, .. } => otherwise,
+                Action::Jump { to, .. } => to,
+                Action::Assign { .. } => continue,
+            };
+            if let Some(slot) = places.get_mut((to as usize).min(count))
+                && slot.is_none()
+            {
+                *slot = Some(self.builder.place());
+            }
+        }
+        let start = self.builder.place();
+        self.builder.bind(start);
+        self.builder.task("scan", start);
+        for (index, step) in self.checked.steps.iter().enumerate() {
+            if let Some(place) = places.get(index).copied().flatten() {
+                self.builder.bind(place);
+            }
+            self.step(step, &places);
+        }
+        if let Some(place) = places.last().copied().flatten() {
+            self.builder.bind(place);
+        }
+        self.builder.ret();
+    }
+
+    fn step(&mut self, step: &Step, places: &[Option<Place>]) {
+        let (span, line) = (step.span, step.line);
+        self.builder.statement(Statement {
+            file: span.file.0,
+            line,
+            start: span.start,
+            end: span.end,
+        });
+        let target = |to: u32| {
+            let index = (to as usize).min(places.len().saturating_sub(1));
+            places.get(index).copied().flatten()
+        };
+        match &step.action {
+            Action::Assign { target, value } => self.assign(target, value),
+            Action::If { condition, otherwise } => {
+                self.expression(condition);
+                let condition = self.pop();
+                let condition = self.logical(condition);
+                let next = self.builder.place();
+                let otherwise = target(*otherwise).unwrap_or(next);
+                self.builder.brif(condition, next, otherwise);
+                self.builder.bind(next);
+            }
+            Action::Jump { to, .. } => {
+                if let Some(place) = target(*to) {
+                    self.builder.jump(place);
+                }
+            }
+        }
+    }
+
+    fn region(&self, ty: PmiType) -> Region {
+        let [logical, integer, long] = self.regions;
+        match ty {
+            PmiType::Logical => logical,
+            PmiType::Integer => integer,
+            PmiType::Long => long,
+        }
+    }
+
+    /// The address of what stands at an offset of the image.
+    fn address(&self, ty: PmiType, offset: u32) -> Address {
+        Address::fixed(self.region(ty), offset - self.layout.base(ty))
+    }
+
+    fn type_of(&self, id: SymbolId) -> PmiType {
+        self.checked.symbol(id).map_or(PmiType::Logical, |symbol| symbol.ty)
+    }
+
+    fn elements(&self, id: SymbolId) -> u32 {
+        self.checked.symbol(id).and_then(|symbol| symbol.elements).unwrap_or(1)
+    }
+
+    fn load(&mut self, ty: PmiType, offset: u32) -> Value {
+        let at = self.address(ty, offset);
+        self.builder.ins().load(ir_type(ty), at)
+    }
+
+    fn store(&mut self, ty: PmiType, offset: u32, value: Value) {
+        let at = self.address(ty, offset);
+        self.builder.ins().store(at, value);
+    }
+
+    /// An expression's value, on top of the stack.
+    fn expression(&mut self, ops: &Ops) {
+        let long = is_long(ops);
+        for (row, &op) in (1..).zip(self.checked.ops(ops)) {
+            let operand = self.op(op);
+            self.stack.push(operand);
+            if long && row % LONG_EXPRESSION == 0 {
+                self.cut();
+            }
+        }
+    }
+
+    /// Lets the builder begin another function inside an expression: what waits on the stack goes
+    /// through the image.
+    fn cut(&mut self) {
+        let Some(scratch) = self.scratch else { return };
+        let stack = std::mem::take(&mut self.stack);
+        let slot = |depth: usize| Address::fixed(scratch, depth as u32 * 4);
+        for (depth, &operand) in stack.iter().enumerate() {
+            if let Operand::Value(..) = operand {
+                let value = self.as_type(operand, Type::I32);
+                self.builder.ins().store(slot(depth), value);
+            }
+        }
+        let next = self.builder.place();
+        self.builder.bind(next);
+        for (depth, operand) in stack.into_iter().enumerate() {
+            let operand = match operand {
+                Operand::Const(_) => operand,
+                Operand::Value(_, ty) => {
+                    let ins = self.builder.ins();
+                    let kept = ins.load(Type::I32, slot(depth));
+                    Operand::Value(ins.sextend_or_trunc(ty, kept), ty)
+                }
+            };
+            self.stack.push(operand);
+        }
+    }
+
+    fn pop(&mut self) -> Operand {
+        self.stack.pop().unwrap_or(Operand::Const(0))
+    }
+
+    fn op(&mut self, op: Op) -> Operand {
+        match op {
+            Op::Const(value) => Operand::Const(value),
+            Op::Load(id) => self.load_at(id, 0),
+            Op::LoadAt(id, index) => self.load_at(id, index),
+            Op::Element(id) => {
+                let index = self.pop();
+                let at = self.element(id, index);
+                let ty = ir_type(self.type_of(id));
+                Operand::Value(self.builder.ins().load(ty, at), ty)
+            }
+            Op::Neg { long } => {
+                let ty = if long { Type::I32 } else { Type::I16 };
+                let operand = self.pop();
+                let value = self.as_type(operand, ty);
+                Operand::Value(self.builder.ins().unary(UnaryOp::Neg, value), ty)
+            }
+            Op::Not => {
+                let operand = self.pop();
+                Operand::Value(self.not(operand), Type::I1)
+            }
+            Op::Binary(op) => {
+                let right = self.pop();
+                let left = self.pop();
+                self.binary(op, left, right)
+            }
+        }
+    }
+
+    fn load_at(&mut self, id: SymbolId, index: u32) -> Operand {
+        let ty = self.type_of(id);
+        let offset = self.layout.place(id) + index * ty.size();
+        Operand::Value(self.load(ty, offset), ir_type(ty))
+    }
+
+    /// An element's address; stops the program where there is no such element.
+    fn element(&mut self, id: SymbolId, index: Operand) -> Address {
+        let ty = self.type_of(id);
+        let elements = self.elements(id);
+        let fits = match index {
+            Operand::Const(value) => u32::try_from(value).is_ok_and(|value| value < elements),
+            Operand::Value(_, ty) => ty == Type::I1 && elements >= 2,
+        };
+        let index = self.as_type(index, Type::I32);
+        if !fits {
+            let ins = self.builder.ins();
+            let inside = ins.icmp_imm(IntCond::Ult, index, i64::from(elements));
+            let (go, stop) = (ins.create_block(), ins.create_block());
+            ins.brif(inside, go, stop);
+            ins.switch_to(stop);
+            ins.trap(TrapCode::ArrayBounds);
+            ins.switch_to(go);
+        }
+        let offset = self.layout.place(id) - self.layout.base(ty);
+        Address::indexed(self.region(ty), offset, index, ty.size(), elements)
+    }
+
+    /// An operand as a number of the type: truth values become 0 or 1.
+    fn as_type(&mut self, operand: Operand, to: Type) -> Value {
+        let ins = self.builder.ins();
+        match operand {
+            Operand::Const(value) => ins.iconst(to, i64::from(value)),
+            Operand::Value(value, Type::I1) => ins.zextend_or_trunc(to, value),
+            Operand::Value(value, _) => ins.sextend_or_trunc(to, value),
+        }
+    }
+
+    /// An operand as a truth value.
+    fn logical(&mut self, operand: Operand) -> Value {
+        let ins = self.builder.ins();
+        match operand {
+            Operand::Const(value) => ins.iconst(Type::I1, i64::from(value != 0)),
+            Operand::Value(value, Type::I1) => value,
+            Operand::Value(value, _) => ins.icmp_imm(IntCond::Ne, value, 0),
+        }
+    }
+
+    fn not(&mut self, operand: Operand) -> Value {
+        let ins = self.builder.ins();
+        match operand {
+            Operand::Const(value) => ins.iconst(Type::I1, i64::from(value == 0)),
+            Operand::Value(value, Type::I1) => ins.unary(UnaryOp::Not, value),
+            Operand::Value(value, _) => ins.icmp_imm(IntCond::Eq, value, 0),
+        }
+    }
+
+    fn arithmetic(&mut self, op: BinaryOp, long: bool, a: Operand, b: Operand) -> Operand {
+        let ty = if long { Type::I32 } else { Type::I16 };
+        let (a, b) = (self.as_type(a, ty), self.as_type(b, ty));
+        Operand::Value(self.builder.ins().binary(op, a, b), ty)
+    }
+
+    fn binary(&mut self, op: Binary, left: Operand, right: Operand) -> Operand {
+        match op {
+            Binary::Add { long } => self.arithmetic(BinaryOp::Add, long, left, right),
+            Binary::Sub { long } => self.arithmetic(BinaryOp::Sub, long, left, right),
+            Binary::Mul { wide } => self.arithmetic(BinaryOp::Mul, wide, left, right),
+            Binary::Div => self.divide(BinaryOp::Sdiv, left, right),
+            Binary::Rem => self.divide(BinaryOp::Srem, left, right),
+            Binary::Eq => self.compare(IntCond::Eq, left, right),
+            Binary::Ne => self.compare(IntCond::Ne, left, right),
+            Binary::Lt => self.compare(IntCond::Slt, left, right),
+            Binary::Le => self.compare(IntCond::Sle, left, right),
+            Binary::Gt => self.compare(IntCond::Sgt, left, right),
+            Binary::Ge => self.compare(IntCond::Sge, left, right),
+            Binary::And => self.logic(BinaryOp::And, left, right),
+            Binary::Or => self.logic(BinaryOp::Or, left, right),
+        }
+    }
+
+    fn logic(&mut self, op: BinaryOp, left: Operand, right: Operand) -> Operand {
+        let (a, b) = (self.logical(left), self.logical(right));
+        Operand::Value(self.builder.ins().binary(op, a, b), Type::I1)
+    }
+
+    /// A quotient or remainder of 16 bits; by zero it is the dividend.
+    fn divide(&mut self, op: BinaryOp, left: Operand, right: Operand) -> Operand {
+        let (a, b) = (self.as_type(left, Type::I32), self.as_type(right, Type::I32));
+        let ins = self.builder.ins();
+        let mut result = ins.binary(op, a, b);
+        if !matches!(right, Operand::Const(1..) | Operand::Const(..=-1)) {
+            let zero = ins.icmp_imm(IntCond::Eq, b, 0);
+            result = ins.select(zero, a, result);
+        }
+        Operand::Value(ins.convert(ConvertOp::Trunc, Type::I16, result), Type::I16)
+    }
+
+    fn compare(&mut self, cond: IntCond, left: Operand, right: Operand) -> Operand {
+        let equality = matches!(cond, IntCond::Eq | IntCond::Ne);
+        let type_of = |operand| match operand {
+            Operand::Const(0 | 1) if equality => Type::I1,
+            Operand::Const(value) => const_type(value),
+            Operand::Value(_, Type::I1) if !equality => Type::I16,
+            Operand::Value(_, ty) => ty,
+        };
+        let ty = type_of(left).max(type_of(right));
+        let (a, b) = (self.as_type(left, ty), self.as_type(right, ty));
+        Operand::Value(self.builder.ins().icmp(cond, a, b), Type::I1)
+    }
+
+    fn assign(&mut self, target: &Target, value: &Ops) {
+        // Nothing but a stop comes of either side, so it does not matter which goes first.
+        self.expression(value);
+        let (id, at) = match target {
+            Target::Scalar(id) => (*id, self.scalar(*id, 0)),
+            Target::At(id, index) => (*id, self.scalar(*id, *index)),
+            Target::Element(id, index) => {
+                self.expression(index);
+                let index = self.pop();
+                (*id, self.element(*id, index))
+            }
+        };
+        let operand = self.pop();
+        let ty = self.type_of(id);
+        let mut value = match ty {
+            PmiType::Logical => self.logical(operand),
+            PmiType::Integer => self.as_type(operand, Type::I16),
+            PmiType::Long => self.as_type(operand, Type::I32),
+        };
+        let checked = self.checked;
+        let meaning = checked.symbol(id).map(|symbol| &symbol.meaning);
+        let old_clock = match meaning {
+            Some(Meaning::ResetOnly) => {
+                let old = self.builder.ins().load(ir_type(ty), at);
+                value = self.builder.ins().binary(BinaryOp::And, old, value);
+                None
+            }
+            Some(Meaning::Clock(index)) => {
+                let offset = self.layout.last_clocks.get(*index as usize).copied();
+                offset.map(|offset| (offset, self.load(PmiType::Logical, offset)))
+            }
+            _ => None,
+        };
+        self.builder.ins().store(at, value);
+        match meaning {
+            Some(Meaning::TimerControl(index)) => {
+                let index = *index as usize;
+                let counter = self.layout.counters.get(index).copied();
+                if let Some((timer, counter)) = checked.timers.get(index).zip(counter) {
+                    self.timer(timer, counter, value);
+                }
+            }
+            Some(Meaning::Clock(index) | Meaning::Pin(index)) => {
+                let clocked = old_clock.map(|(offset, old)| (offset, old, value));
+                if let Some(flipflop) = checked.flipflops.get(*index as usize) {
+                    self.flipflop(flipflop, clocked);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn scalar(&self, id: SymbolId, index: u32) -> Address {
+        let ty = self.type_of(id);
+        self.address(ty, self.layout.place(id) + index * ty.size())
+    }
+
+    /// PMI 3.1.9: what a timer's control contact does at once.
+    fn timer(&mut self, timer: &TimerDef, counter: u32, control: Value) {
+        let delayed = self.layout.place(timer.delayed);
+        let old_delayed = self.load(PmiType::Logical, delayed);
+        let old = self.load(PmiType::Long, counter);
+        let ins = self.builder.ins();
+        let idle_mark = ins.iconst(Type::I32, -1);
+        let preset = ins.iconst(Type::I32, i64::from(timer.preset));
+        let idle = ins.icmp(IntCond::Eq, old, idle_mark);
+        let (new_delayed, new) = match timer.kind {
+            TimerKind::E => {
+                let running = ins.select(idle, preset, old);
+                let new = ins.select(control, running, idle_mark);
+                (ins.binary(BinaryOp::And, old_delayed, control), new)
+            }
+            TimerKind::D => {
+                let starts = ins.binary(BinaryOp::And, idle, old_delayed);
+                let running = ins.select(starts, preset, old);
+                let new = ins.select(control, idle_mark, running);
+                (ins.binary(BinaryOp::Or, old_delayed, control), new)
+            }
+        };
+        self.store(PmiType::Logical, delayed, new_delayed);
+        self.store(PmiType::Long, counter, new);
+    }
+
+    /// PMI 3.1.10: what a flip-flop's pin does at once. `clocked` is where the last clock stands,
+    /// its value, and the new one, if the pin is the clock.
+    fn flipflop(&mut self, pins: &FlipFlopDef, clocked: Option<(u32, Value, Value)>) {
+        let logical = PmiType::Logical;
+        let place = |id| self.layout.place(id);
+        let (q, d) = (place(pins.q), place(pins.d));
+        let (preset, clear) = (place(pins.preset), place(pins.clear));
+        let mut state = self.load(logical, q);
+        if let Some((last, old, new)) = clocked {
+            let data = self.load(logical, d);
+            let ins = self.builder.ins();
+            let was_low = ins.unary(UnaryOp::Not, old);
+            let rising = ins.binary(BinaryOp::And, new, was_low);
+            state = ins.select(rising, data, state);
+            self.store(logical, last, new);
+        }
+        let preset = self.load(logical, preset);
+        let clear = self.load(logical, clear);
+        let ins = self.builder.ins();
+        let set = ins.binary(BinaryOp::Or, state, preset);
+        let cleared = ins.unary(UnaryOp::Not, clear);
+        let state = ins.binary(BinaryOp::And, set, cleared);
+        self.store(logical, q, state);
+    }
+}

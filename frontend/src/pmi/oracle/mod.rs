@@ -1,0 +1,142 @@
+//! The statement interpreter: walks the checked program as the original control did.
+//!
+//! It is the oracle that the other engines are held against. It knows nothing of IR; names are
+//! resolved to offsets beforehand, and a scan allocates nothing.
+
+mod effect;
+mod resolve;
+mod row;
+
+use plcc_abi::{
+    Engine, Outcome, Scan, TrapCode,
+    image::{write_i16, write_i32, write_u8},
+    pmi::Type,
+};
+use plcc_diag::Span;
+
+use crate::pmi::{
+    arith,
+    ast::{Action, Checked},
+    layout::Layout,
+};
+use effect::Effect;
+use resolve::Resolver;
+use row::{Array, Place, Row, Rows};
+
+/// A step with everything resolved.
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    /// Assigns to a LOGICAL, and nothing else happens.
+    Logical { offset: u32, value: Row },
+    /// Assigns to a variable.
+    Assign { place: Place, value: Row, effect: u32 },
+    /// Assigns to an element.
+    AssignElement { array: Array, index: Row, value: Row, effect: u32 },
+    /// Goes on with the next step, or elsewhere.
+    If { condition: Row, otherwise: u32 },
+    /// Goes on elsewhere.
+    Jump(u32),
+}
+
+/// The statement interpreter.
+#[derive(Clone, Debug)]
+pub struct Interpreter {
+    rows: Rows,
+    steps: Vec<Step>,
+    /// What assignments set off, by the steps' numbers.
+    effects: Vec<Effect>,
+    /// How often each step ran; for those that are no statement of their own, nothing is told.
+    /// Empty where nobody asks.
+    counts: Vec<u64>,
+    /// Places of the statements that steps stand for.
+    spans: Vec<Option<Span>>,
+}
+
+impl Interpreter {
+    pub(crate) fn new(checked: &Checked, layout: &Layout) -> Self {
+        let mut resolver = Resolver::new(checked, layout);
+        let steps: Vec<Step> =
+            checked.steps.iter().map(|step| resolver.step(&step.action)).collect();
+        let Resolver { rows, effects, .. } = resolver;
+        let told = |action: &Action| !matches!(action, Action::Jump { counted: false, .. });
+        let spans = checked.steps.iter().map(|s| told(&s.action).then_some(s.span)).collect();
+        Self { rows, steps, effects, counts: vec![], spans }
+    }
+
+    /// The same, counting.
+    pub(crate) fn counting(self) -> Self {
+        Self { counts: vec![0; self.steps.len()], ..self }
+    }
+
+    /// Every executable statement (assignments, IF, ELSEIF, GOTO) with the number of times it
+    /// has run.
+    pub fn counts(&self) -> impl Iterator<Item = (Span, u64)> {
+        self.spans.iter().zip(&self.counts).filter_map(|(span, &count)| Some(((*span)?, count)))
+    }
+
+    /// A scan; nothing where an index is outside its array.
+    fn scan(&mut self, image: &mut [u8]) -> Option<()> {
+        let Self { rows, steps, effects, counts, .. } = self;
+        let mut at = 0;
+        while let Some(step) = steps.get(at) {
+            if let Some(count) = counts.get_mut(at) {
+                *count += 1;
+            }
+            at += 1;
+            match *step {
+                Step::Logical { offset, value } => {
+                    let value = rows.value(value, image)?;
+                    write_u8(image, offset, u8::from(value != 0));
+                }
+                Step::Assign { place, value, effect } => {
+                    let value = rows.value(value, image)?;
+                    assign(image, place, value, effects.get(effect as usize));
+                }
+                Step::AssignElement { array, index, value, effect } => {
+                    let place = array.at(rows.value(index, image)?)?;
+                    let value = rows.value(value, image)?;
+                    assign(image, place, value, effects.get(effect as usize));
+                }
+                Step::If { condition, otherwise } => {
+                    if rows.value(condition, image)? == 0 {
+                        at = otherwise as usize;
+                    }
+                }
+                Step::Jump(to) => at = to as usize,
+            }
+        }
+        Some(())
+    }
+}
+
+fn assign(image: &mut [u8], place: Place, value: i32, effect: Option<&Effect>) {
+    let mut value = arith::convert(value, place.ty);
+    if let Some(Effect::Reset) = effect {
+        value &= place.read(image);
+    }
+    match place.ty {
+        Type::Logical => write_u8(image, place.offset, value as u8),
+        Type::Integer => write_i16(image, place.offset, value as i16),
+        Type::Long => write_i32(image, place.offset, value),
+    }
+    match effect {
+        Some(Effect::Timer(timer)) => timer.control(image, value != 0),
+        Some(Effect::Clock(flipflop)) => flipflop.act(image, true),
+        Some(Effect::Pin(flipflop)) => flipflop.act(image, false),
+        Some(Effect::Reset) | None => {}
+    }
+}
+
+impl Engine for Interpreter {
+    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
+        if task != 0 {
+            return Outcome::End;
+        }
+        match self.scan(scan.image) {
+            Some(()) => Outcome::End,
+            None => Outcome::Trap(TrapCode::ArrayBounds),
+        }
+    }
+
+    fn reset(&mut self, _: usize) {}
+}

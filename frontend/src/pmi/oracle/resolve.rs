@@ -1,0 +1,125 @@
+//! Names to places, before the first scan.
+
+use plcc_abi::pmi::Type;
+
+use crate::pmi::{
+    ast::{Action, Checked, Meaning, Op, Ops, SymbolId, Target},
+    layout::Layout,
+};
+
+use super::{
+    Step,
+    effect::{Effect, FlipFlop, Timer},
+    row::{Array, Place, Row, Rows},
+};
+
+/// The number of no effect.
+const NONE: u32 = u32::MAX;
+
+/// Makes steps, and collects their rows and effects.
+pub(super) struct Resolver<'a> {
+    checked: &'a Checked,
+    layout: &'a Layout,
+    pub(super) rows: Rows,
+    pub(super) effects: Vec<Effect>,
+}
+
+impl<'a> Resolver<'a> {
+    pub(super) fn new(checked: &'a Checked, layout: &'a Layout) -> Self {
+        Self { checked, layout, rows: Rows::default(), effects: vec![] }
+    }
+
+    pub(super) fn step(&mut self, action: &Action) -> Step {
+        match action {
+            Action::Assign { target, value } => self.assign(target, value),
+            Action::If { condition, otherwise } => {
+                Step::If { condition: self.row(condition), otherwise: *otherwise }
+            }
+            Action::Jump { to, .. } => Step::Jump(*to),
+        }
+    }
+
+    fn assign(&mut self, target: &Target, value: &Ops) -> Step {
+        let (id, index) = match target {
+            Target::Scalar(id) => (*id, 0),
+            Target::At(id, index) => (*id, *index),
+            Target::Element(id, index) => {
+                let index = self.row(index);
+                let value = self.row(value);
+                let effect = self.effect(*id);
+                return Step::AssignElement {
+                    array: array(self.checked, self.layout, *id),
+                    index,
+                    value,
+                    effect,
+                };
+            }
+        };
+        let place = place(self.checked, self.layout, id, index);
+        let value = self.row(value);
+        match (self.effect(id), place) {
+            (NONE, Place { offset, ty: Type::Logical }) => Step::Logical { offset, value },
+            (effect, _) => Step::Assign { place, value, effect },
+        }
+    }
+
+    fn row(&mut self, ops: &Ops) -> Row {
+        let (checked, layout) = (self.checked, self.layout);
+        let scalar = |op: &Op| match *op {
+            Op::LoadAt(id, index) => place(checked, layout, id, index),
+            Op::Load(id) | Op::Element(id) => place(checked, layout, id, 0),
+            _ => Place { offset: u32::MAX, ty: Type::Logical },
+        };
+        let elements = |op: &Op| match *op {
+            Op::Element(id) => array(checked, layout, id),
+            _ => Array { first: scalar(op), elements: 0 },
+        };
+        self.rows.add(checked.ops(ops), scalar, elements)
+    }
+
+    /// The number of what an assignment to the variable sets off.
+    fn effect(&mut self, id: SymbolId) -> u32 {
+        let effect = match self.checked.symbol(id).map(|symbol| &symbol.meaning) {
+            Some(Meaning::ResetOnly) => Some(Effect::Reset),
+            Some(Meaning::TimerControl(index)) => self.timer(*index).map(Effect::Timer),
+            Some(Meaning::Clock(index)) => self.flipflop(*index).map(Effect::Clock),
+            Some(Meaning::Pin(index)) => self.flipflop(*index).map(Effect::Pin),
+            _ => None,
+        };
+        let Some(effect) = effect else { return NONE };
+        self.effects.push(effect);
+        self.effects.len() as u32 - 1
+    }
+
+    fn timer(&self, index: u32) -> Option<Timer> {
+        let timer = self.checked.timers.get(index as usize)?;
+        Some(Timer {
+            kind: timer.kind,
+            delayed: self.layout.place(timer.delayed),
+            counter: *self.layout.counters.get(index as usize)?,
+            preset: timer.preset,
+        })
+    }
+
+    fn flipflop(&self, index: u32) -> Option<FlipFlop> {
+        let pins = self.checked.flipflops.get(index as usize)?;
+        Some(FlipFlop {
+            q: self.layout.place(pins.q),
+            d: self.layout.place(pins.d),
+            clock: self.layout.place(pins.clock),
+            preset: self.layout.place(pins.preset),
+            clear: self.layout.place(pins.clear),
+            last_clock: *self.layout.last_clocks.get(index as usize)?,
+        })
+    }
+}
+
+fn place(checked: &Checked, layout: &Layout, id: SymbolId, index: u32) -> Place {
+    let ty = checked.symbol(id).map_or(Type::Logical, |symbol| symbol.ty);
+    Place { offset: layout.place(id) + index * ty.size(), ty }
+}
+
+fn array(checked: &Checked, layout: &Layout, id: SymbolId) -> Array {
+    let elements = checked.symbol(id).and_then(|symbol| symbol.elements).unwrap_or(1);
+    Array { first: place(checked, layout, id, 0), elements }
+}

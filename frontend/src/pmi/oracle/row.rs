@@ -1,0 +1,215 @@
+//! Expressions as the interpreter walks them: rows of small codes in postfix order, names
+//! resolved to offsets.
+//!
+//! The value computed last is at hand, what waits for it is on a stack. An operator whose right
+//! operand is a LOGICAL, a contact of a ladder diagram, is one code with it.
+
+use plcc_abi::{
+    image::{read_i16, read_i32, read_u8},
+    pmi::Type,
+};
+
+use crate::pmi::{
+    arith,
+    ast::{Binary, Op},
+};
+
+/// A variable's place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub(super) offset: u32,
+    pub(super) ty: Type,
+}
+
+impl Place {
+    pub(super) fn read(self, image: &[u8]) -> i32 {
+        match self.ty {
+            Type::Logical => i32::from(read_u8(image, self.offset)),
+            Type::Integer => i32::from(read_i16(image, self.offset)),
+            Type::Long => read_i32(image, self.offset),
+        }
+    }
+}
+
+/// An array's place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Array {
+    pub(super) first: Place,
+    pub(super) elements: u32,
+}
+
+impl Array {
+    /// The element of an index, if there is one.
+    pub(super) fn at(self, index: i32) -> Option<Place> {
+        let index = u32::try_from(index).ok().filter(|&index| index < self.elements)?;
+        let Place { offset, ty } = self.first;
+        Some(Place { offset: offset + index * ty.size(), ty })
+    }
+}
+
+/// What a row does next.
+#[derive(Clone, Copy, Debug)]
+enum Code {
+    /// A new value, what was at hand waits: a constant, a variable of a type, NOT of a LOGICAL.
+    Const(i32),
+    Logical(u32),
+    NotLogical(u32),
+    Integer(u32),
+    Long(u32),
+    /// A LOGICAL, or its NOT, is combined with the value at hand.
+    And(u32),
+    AndNot(u32),
+    Or(u32),
+    OrNot(u32),
+    /// The value at hand becomes the element that it is the index of, of the array of a number.
+    Element(u32),
+    Neg16,
+    Neg32,
+    Not,
+    /// The value that waits last is combined with the one at hand.
+    Binary(Binary),
+}
+
+/// A row's stretch of [`Rows`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    from: u32,
+    to: u32,
+}
+
+/// All rows of a program.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rows {
+    codes: Vec<Code>,
+    arrays: Vec<Array>,
+    stack: Vec<i32>,
+}
+
+impl Rows {
+    /// Adds an expression; `place` and `array` tell where variables are.
+    pub(super) fn add(
+        &mut self,
+        ops: &[Op],
+        place: impl Fn(&Op) -> Place,
+        array: impl Fn(&Op) -> Array,
+    ) -> Row {
+        let from = self.codes.len();
+        let (mut depth, mut deepest) = (0usize, 0);
+        for op in ops {
+            let code = match *op {
+                Op::Const(value) => Code::Const(value),
+                Op::Load(_) | Op::LoadAt(..) => {
+                    let Place { offset, ty } = place(op);
+                    match ty {
+                        Type::Logical => Code::Logical(offset),
+                        Type::Integer => Code::Integer(offset),
+                        Type::Long => Code::Long(offset),
+                    }
+                }
+                Op::Element(_) => {
+                    self.arrays.push(array(op));
+                    Code::Element(self.arrays.len() as u32 - 1)
+                }
+                Op::Neg { long: false } => Code::Neg16,
+                Op::Neg { long: true } => Code::Neg32,
+                Op::Not => Code::Not,
+                Op::Binary(op) => Code::Binary(op),
+            };
+            match op {
+                Op::Binary(_) => depth = depth.saturating_sub(1),
+                Op::Element(_) | Op::Neg { .. } | Op::Not => {}
+                Op::Const(_) | Op::Load(_) | Op::LoadAt(..) => depth += 1,
+            }
+            deepest = deepest.max(depth);
+            self.put(from, code);
+        }
+        if self.stack.len() < deepest {
+            self.stack.resize(deepest, 0);
+        }
+        Row { from: from as u32, to: self.codes.len() as u32 }
+    }
+
+    /// Puts a code behind those of its row, or makes one of it and the last of them.
+    fn put(&mut self, from: usize, code: Code) {
+        let last = self.codes.get_mut(from..).and_then(<[Code]>::last_mut);
+        match last.and_then(|last| joined(*last, code).map(|one| *last = one)) {
+            Some(()) => {}
+            None => self.codes.push(code),
+        }
+    }
+
+    /// An expression's value; nothing where an index is outside its array.
+    pub(super) fn value(&mut self, row: Row, image: &[u8]) -> Option<i32> {
+        let Self { codes, arrays, stack } = self;
+        let codes = codes.get(row.from as usize..row.to as usize).unwrap_or(&[]);
+        let stack = stack.as_mut_slice();
+        let (mut value, mut waiting) = (0, 0usize);
+        let logical = |offset| i32::from(read_u8(image, offset));
+        for code in codes {
+            let next = match *code {
+                Code::Const(next) => next,
+                Code::Logical(offset) => logical(offset),
+                Code::NotLogical(offset) => logical(offset) ^ 1,
+                Code::Integer(offset) => i32::from(read_i16(image, offset)),
+                Code::Long(offset) => read_i32(image, offset),
+                Code::And(offset) => {
+                    value = i32::from(value != 0) & logical(offset);
+                    continue;
+                }
+                Code::AndNot(offset) => {
+                    value = i32::from(value != 0) & (logical(offset) ^ 1);
+                    continue;
+                }
+                Code::Or(offset) => {
+                    value = i32::from(value != 0) | logical(offset);
+                    continue;
+                }
+                Code::OrNot(offset) => {
+                    value = i32::from(value != 0) | (logical(offset) ^ 1);
+                    continue;
+                }
+                Code::Element(array) => {
+                    value = arrays.get(array as usize)?.at(value)?.read(image);
+                    continue;
+                }
+                Code::Neg16 => {
+                    value = arith::negate(value, false);
+                    continue;
+                }
+                Code::Neg32 => {
+                    value = arith::negate(value, true);
+                    continue;
+                }
+                Code::Not => {
+                    value = i32::from(value == 0);
+                    continue;
+                }
+                Code::Binary(op) => {
+                    waiting = waiting.wrapping_sub(1);
+                    let left = stack.get(waiting).copied().unwrap_or(0);
+                    value = arith::binary(op, left, value);
+                    continue;
+                }
+            };
+            // Below the first value lies nothing that is ever taken back.
+            if let Some(slot) = stack.get_mut(waiting) {
+                *slot = value;
+            }
+            waiting += 1;
+            value = next;
+        }
+        Some(value)
+    }
+}
+
+/// Two codes as one: NOT of a LOGICAL, or a LOGICAL as a right operand.
+fn joined(last: Code, code: Code) -> Option<Code> {
+    Some(match (last, code) {
+        (Code::Logical(offset), Code::Not) => Code::NotLogical(offset),
+        (Code::Logical(offset), Code::Binary(Binary::And)) => Code::And(offset),
+        (Code::NotLogical(offset), Code::Binary(Binary::And)) => Code::AndNot(offset),
+        (Code::Logical(offset), Code::Binary(Binary::Or)) => Code::Or(offset),
+        (Code::NotLogical(offset), Code::Binary(Binary::Or)) => Code::OrNot(offset),
+        _ => return None,
+    })
+}

@@ -1,0 +1,144 @@
+//! Walking a statement's tokens.
+
+use plcc_diag::{Diagnostic, FileId, Span};
+
+use crate::pmi::read::{
+    diagnostic::error,
+    statements::Statement,
+    token::{Fault, Kind, Token},
+};
+
+/// A place in a statement.
+#[derive(Clone)]
+pub(crate) struct Cursor<'a> {
+    pub(crate) text: &'a str,
+    pub(crate) tokens: &'a [Token],
+    pub(crate) at: usize,
+    pub(crate) statement: Statement,
+}
+
+impl<'a> Cursor<'a> {
+    pub(crate) fn new(text: &'a str, tokens: &'a [Token], statement: Statement) -> Self {
+        Self { text, tokens, at: 0, statement }
+    }
+
+    fn file(&self) -> FileId {
+        self.statement.file
+    }
+
+    /// The token here.
+    pub(crate) fn token(&self) -> Option<Token> {
+        self.tokens.get(self.at).copied()
+    }
+
+    /// What the token here is.
+    pub(crate) fn kind(&self) -> Option<Kind> {
+        self.token().map(|token| token.kind)
+    }
+
+    /// What the token behind the one here is.
+    pub(crate) fn next_kind(&self) -> Option<Kind> {
+        self.tokens.get(self.at + 1).map(|token| token.kind)
+    }
+
+    /// A token's text.
+    pub(crate) fn slice(&self, token: Token) -> &'a str {
+        self.text.get(token.start as usize..token.end as usize).unwrap_or("")
+    }
+
+    /// A token's place.
+    pub(crate) fn span_of(&self, token: Token) -> Span {
+        Span { file: self.file(), start: token.start, end: token.end }
+    }
+
+    /// The place here: the token's, or behind the last one the last one's.
+    pub(crate) fn here(&self) -> Span {
+        match self.token().or(self.tokens.last().copied()) {
+            Some(token) => self.span_of(token),
+            None => {
+                Span { file: self.file(), start: self.statement.start, end: self.statement.end }
+            }
+        }
+    }
+
+    /// The whole statement's place.
+    pub(crate) fn whole(&self) -> Span {
+        Span { file: self.file(), start: self.statement.start, end: self.statement.end }
+    }
+
+    /// Takes the token here if it is a `kind`.
+    pub(crate) fn eat(&mut self, kind: Kind) -> bool {
+        let found = self.kind() == Some(kind);
+        self.at += usize::from(found);
+        found
+    }
+
+    /// The name here, if there is one.
+    pub(crate) fn name(&mut self) -> Option<(&'a str, Span)> {
+        let token = self.token().filter(|token| token.kind == Kind::Name)?;
+        self.at += 1;
+        Some((self.slice(token), self.span_of(token)))
+    }
+
+    /// The error `number` at this place, unless the token here is none, or the file is over.
+    pub(crate) fn fail(&self, number: u8, message: impl Into<String>) -> Diagnostic {
+        match self.kind() {
+            Some(Kind::Bad(fault)) => self.bad(fault),
+            None if self.statement.open => {
+                error(2, self.here(), "the file ends in the middle of a statement")
+                    .help("finish the statement, or remove the `#` that continues it")
+            }
+            _ => error(number, self.here(), message),
+        }
+    }
+
+    /// What stands here, for a message.
+    pub(crate) fn found(&self) -> String {
+        match self.token() {
+            Some(token) => {
+                let text = self.slice(token);
+                match text.char_indices().nth(20) {
+                    Some((cut, _)) => format!("`{}…`", text.get(..cut).unwrap_or("")),
+                    None => format!("`{text}`"),
+                }
+            }
+            None => "the end of the statement".to_owned(),
+        }
+    }
+
+    fn bad(&self, fault: Fault) -> Diagnostic {
+        let span = self.here();
+        let text = self.token().map_or("", |token| self.slice(token));
+        let short: String = text.chars().take(20).collect();
+        let before = self.text.get(..span.start as usize).unwrap_or("");
+        let word = before.trim_end_matches(|c: char| c.is_ascii_alphanumeric()).len();
+        let word = before.get(word..).unwrap_or("");
+        match fault {
+            Fault::Extraneous if text.starts_with(|c: char| c.is_ascii_lowercase()) => {
+                error(5, span, "small letters have no place in a PMI program")
+                    .help(format!("write it in capitals: {word}{}", short.to_ascii_uppercase()))
+            }
+            Fault::Extraneous if text.starts_with(|c: char| c.is_ascii_uppercase()) => {
+                error(5, span, format!("`{short}` stands right behind a number"))
+                    .help("a name starts with a letter, and a number has digits only")
+            }
+            Fault::Extraneous => error(5, span, format!("`{short}` has no meaning here"))
+                .help("remove it; only comments and texts may hold any character"),
+            Fault::LongName => error(4, span, format!("`{short}` has more than six characters"))
+                .help("shorten the name everywhere, or compile with `--limits none`"),
+            Fault::Digits => error(28, span, "the number has more than nine digits")
+                .help("nine digits are the most, or compile with `--limits none`"),
+            Fault::Fraction => error(30, span, format!("`{short}` is no whole number"))
+                .help("PMI knows whole numbers only; scale the value, and multiply first"),
+            Fault::TooLarge => error(30, span, format!("`{short}` does not fit in a LONG"))
+                .help("the largest number is 2147483647"),
+            Fault::HashInText => {
+                error(11, span, "`#` stands in a text, where it is taken for a continuation")
+                    .help("write the text without `#`")
+            }
+            Fault::OpenText => {
+                error(11, span, "the text is not closed on its line").help("put a \" behind it")
+            }
+        }
+    }
+}

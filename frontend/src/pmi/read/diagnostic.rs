@@ -1,0 +1,48 @@
+//! Errors by the manual's numbers (PMI 4.5), and the warnings.
+
+use plcc_diag::{Diagnostic, Span};
+
+/// The code of an error number.
+macro_rules! codes {
+    ($($n:literal)*) => {
+        /// `PMI-n` for the manual's error n.
+        fn code(number: u8) -> &'static str {
+            match number {
+                $($n => concat!("PMI-", $n),)*
+                _ => "PMI-45",
+            }
+        }
+    };
+}
+codes!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 28 29 30 31 32 34 35 36
+       37 38 39 40 41 42 43 44 46 47);
+
+/// An array index that is outside its array whatever happens.
+pub(crate) const OUT_OF_ARRAY: &str = "PMI-X1";
+/// Two outputs that share a line.
+pub(crate) const SHARED_OUTPUT: &str = "PMI-X2";
+/// A line of more than 71 characters.
+pub(crate) const LONG_LINE: &str = "PMI-W1";
+/// Curly quotes or dashes.
+pub(crate) const TYPOGRAPHY: &str = "PMI-W2";
+/// `$AUXAXIS` is kept and not acted on.
+pub(crate) const AUXAXIS: &str = "PMI-W3";
+/// A text that does not fit the display.
+pub(crate) const LONG_TEXT: &str = "PMI-W4";
+
+/// The manual's error `number`.
+pub(crate) fn error(number: u8, span: Span, message: impl Into<String>) -> Diagnostic {
+    Diagnostic::error(code(number), span, message)
+}
+
+/// What to do about an error whose place says nothing better.
+pub(crate) fn default_help(code: &str) -> Option<&'static str> {
+    Some(match code {
+        "PMI-9" => "a name is a letter and up to five letters and digits",
+        "PMI-11" => "`plcc explain PMI-11` lists what may be wrong",
+        "PMI-12" => "write a number without sign, fraction or name",
+        "PMI-21" => "E delays switching on, D switching off: E/TC/DC = 50",
+        "PMI-24" => "M codes are @M00 to @M299, G codes @G00 to @G199",
+        _ => return None,
+    })
+}

@@ -1,0 +1,312 @@
+//! The executive variables (PMI 3.2.2, 3.3.6, 3.3.7 and 3.4), with what the machine file adds.
+
+use std::{collections::HashMap, sync::OnceLock};
+
+use plcc_abi::pmi::Type;
+
+use crate::common::{Machine, VariableClass, VariableType};
+
+/// The table: name or family, type, class, elements, section, meaning.
+static TABLE: &str = include_str!("executive.tsv");
+
+/// A line of the table.
+#[derive(Clone, Debug)]
+pub(crate) struct Family {
+    /// First (or only) name.
+    pub(crate) first: &'static str,
+    /// Last name, the same as `first` for a single variable.
+    pub(crate) last: &'static str,
+    /// The variables' type.
+    pub(crate) ty: Type,
+    /// What a program may do with them.
+    pub(crate) class: VariableClass,
+    /// Elements, 0 where it is no array.
+    pub(crate) size: u32,
+    /// The manual's section; `example` for names that only its examples have.
+    pub(crate) section: &'static str,
+    /// One line of meaning.
+    pub(crate) meaning: &'static str,
+}
+
+/// An executive variable of a particular machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Variable {
+    /// Its name, with the `@`.
+    pub(crate) name: String,
+    /// Its type.
+    pub(crate) ty: Type,
+    /// What a program may do with it.
+    pub(crate) class: VariableClass,
+    /// The number of elements of an array.
+    pub(crate) elements: Option<u32>,
+}
+
+/// Every line of the table, in order.
+pub(crate) fn families() -> &'static [Family] {
+    static FAMILIES: OnceLock<Vec<Family>> = OnceLock::new();
+    FAMILIES.get_or_init(|| TABLE.lines().filter_map(parse_line).collect())
+}
+
+fn parse_line(line: &'static str) -> Option<Family> {
+    if line.starts_with('#') {
+        return None;
+    }
+    let mut fields = line.split('\t');
+    let names = fields.next()?;
+    let (first, last) = names.split_once('-').unwrap_or((names, names));
+    let ty = match fields.next()? {
+        "logical" => Type::Logical,
+        "integer" => Type::Integer,
+        "long" => Type::Long,
+        _ => return None,
+    };
+    let class = match fields.next()? {
+        "ro" => VariableClass::ReadOnly,
+        "rw" => VariableClass::ReadWrite,
+        "reset" => VariableClass::ResetOnly,
+        _ => return None,
+    };
+    let size = fields.next()?.parse().ok()?;
+    Some(Family { first, last, ty, class, size, section: fields.next()?, meaning: fields.next()? })
+}
+
+impl Family {
+    /// Whether its members exist only where `$MCODE` or `$GCODE` declares them.
+    pub(crate) fn is_code(&self) -> bool {
+        matches!(self.first, "@M00" | "@G00")
+    }
+
+    /// The names of all members.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let (a, b) = (self.first.as_bytes(), self.last.as_bytes());
+        let start = a.iter().zip(b).take_while(|(x, y)| x == y).count();
+        if self.first == self.last {
+            return vec![self.first.to_owned()];
+        }
+        // The number is the run of digits around the first difference.
+        let digit = |name: &str, i: usize| name.as_bytes().get(i).is_some_and(u8::is_ascii_digit);
+        let mut low = start.min(self.first.len());
+        while low > 0 && digit(self.first, low - 1) {
+            low -= 1;
+        }
+        let run = |name: &str| (low..name.len()).take_while(|&i| digit(name, i)).count();
+        let number =
+            |name: &str| name.get(low..low + run(name)).and_then(|n| n.parse::<u32>().ok());
+        let (Some(from), Some(to)) = (number(self.first), number(self.last)) else { return vec![] };
+        let width = run(self.first);
+        let head = self.first.get(..low).unwrap_or("");
+        let tail = self.first.get(low + width..).unwrap_or("");
+        (from..=to).map(|n| format!("{head}{n:0width$}{tail}")).collect()
+    }
+
+    fn has(&self, name: &str) -> bool {
+        name == self.first || self.first != self.last && self.names().iter().any(|n| n == name)
+    }
+}
+
+/// The executive variables of a machine.
+#[derive(Clone, Debug)]
+pub(crate) struct Executive {
+    variables: Vec<Variable>,
+    index: HashMap<String, usize>,
+}
+
+impl Executive {
+    /// The manual's variables with the machine file's additions and changes.
+    pub(crate) fn new(machine: &Machine) -> Self {
+        static MANUAL: OnceLock<Executive> = OnceLock::new();
+        let mut this = MANUAL.get_or_init(Self::manual).clone();
+        for change in &machine.variables {
+            let slot = this.index.get(&change.name).copied().unwrap_or_else(|| {
+                let plain = Variable {
+                    name: change.name.clone(),
+                    ty: Type::Logical,
+                    class: VariableClass::ReadWrite,
+                    elements: None,
+                };
+                this.push(plain)
+            });
+            let Some(variable) = this.variables.get_mut(slot) else { continue };
+            if let Some(ty) = change.ty {
+                variable.ty = abi_type(ty);
+            }
+            if let Some(class) = change.class {
+                variable.class = class;
+            }
+            if let Some(size) = change.size {
+                variable.elements = (size > 0).then_some(size);
+            }
+        }
+        this
+    }
+
+    fn manual() -> Self {
+        let mut this = Self { variables: vec![], index: HashMap::new() };
+        for family in families().iter().filter(|family| !family.is_code()) {
+            for name in family.names() {
+                let elements = (family.size > 0).then_some(family.size);
+                this.push(Variable { name, ty: family.ty, class: family.class, elements });
+            }
+        }
+        this
+    }
+
+    fn push(&mut self, variable: Variable) -> usize {
+        let slot = self.variables.len();
+        self.index.insert(variable.name.clone(), slot);
+        self.variables.push(variable);
+        slot
+    }
+
+    /// Every variable; M and G codes are not among them, since a program declares those.
+    pub(crate) fn variables(&self) -> &[Variable] {
+        &self.variables
+    }
+
+    /// The variable of a name.
+    #[cfg(test)]
+    fn find(&self, name: &str) -> Option<&Variable> {
+        self.index.get(name).and_then(|&slot| self.variables.get(slot))
+    }
+}
+
+fn abi_type(ty: VariableType) -> Type {
+    match ty {
+        VariableType::Logical => Type::Logical,
+        VariableType::Integer => Type::Integer,
+        VariableType::Long => Type::Long,
+    }
+}
+
+/// The executive variables' names, of a family the first; for "did you mean".
+pub fn executive_names() -> impl Iterator<Item = &'static str> {
+    families().iter().map(|family| family.first)
+}
+
+/// What `plcc explain` prints for an executive variable, or nothing where there is none of the
+/// name. Case and the `@` do not matter; a member of a family explains the family, an element
+/// its array.
+pub fn explain(name: &str) -> Option<String> {
+    let upper = name.trim().to_ascii_uppercase();
+    let (upper, index) = match upper.strip_suffix(']').and_then(|name| name.split_once('[')) {
+        Some((name, index)) => (name.to_owned(), Some(index.parse::<u32>().ok()?)),
+        None => (upper, None),
+    };
+    let name = if upper.starts_with('@') { upper } else { format!("@{upper}") };
+    let family = families().iter().find(|family| family.has(&name))?;
+    if index.is_some_and(|index| index >= family.size) {
+        return None;
+    }
+    let ty = match family.ty {
+        Type::Logical => "LOGICAL",
+        Type::Integer => "INTEGER",
+        Type::Long => "LONG",
+    };
+    let class = match family.class {
+        VariableClass::ReadOnly => "read-only",
+        VariableClass::ReadWrite => "read and write",
+        VariableClass::ResetOnly => "reset-only: an assignment can only clear it",
+    };
+    let mut text = name.clone();
+    if family.first != family.last {
+        text.push_str(&format!(" (of {} to {})", family.first, family.last));
+    }
+    text.push_str(&format!("\n  {}\n  {ty}, {class}", family.meaning));
+    if family.size > 0 {
+        let last = family.size - 1;
+        text.push_str(&format!(", array of {}: {name}[0] to {name}[{last}]", family.size));
+    }
+    if family.section == "example" {
+        text.push_str("\n  PMI manual: only in an example, 3.4 does not list it\n");
+    } else {
+        text.push_str(&format!("\n  PMI manual {}\n", family.section));
+    }
+    Some(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_element_explains_its_array() {
+        assert_eq!(explain("@NVINT[19]"), explain("@NVINT"));
+        assert!(explain("@NVINT[19]").is_some());
+        for name in ["@NVINT[20]", "@NVINT[]", "@NVINT[X]", "@FRO[0]"] {
+            assert_eq!(explain(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn every_line_of_the_table_is_well_formed_sorted_and_unique() {
+        let lines: Vec<_> = TABLE.lines().filter(|line| !line.starts_with('#')).collect();
+        assert_eq!(families().len(), lines.len(), "a line does not parse");
+        assert!(lines.is_sorted());
+        let mut seen = std::collections::HashSet::new();
+        for family in families() {
+            let names = family.names();
+            assert_eq!(names.first().map(String::as_str), Some(family.first));
+            assert_eq!(names.last().map(String::as_str), Some(family.last));
+            assert!(!family.meaning.is_empty() && !family.section.is_empty());
+            assert!(family.size != 1 && family.size <= 100, "{}", family.first);
+            for name in names {
+                assert!(name.len() <= 7 && name.starts_with('@'), "{name}");
+                assert!(seen.insert(name.clone()), "{name} stands twice");
+            }
+        }
+    }
+
+    #[test]
+    fn families_are_expanded() {
+        let executive = Executive::new(&Machine::default());
+        for name in ["@CP100", "@CP109", "@CP115", "@MLD11", "@Z1SEL", "@Z8SEL", "@4A102"] {
+            assert!(executive.find(name).is_some(), "{name}");
+        }
+        for name in ["@CP116", "@MLD12", "@Z9SEL", "@M03", "@G84"] {
+            assert!(executive.find(name).is_none(), "{name}");
+        }
+    }
+
+    /// Ruling: sizes that the manual gives, and 32 where it leaves them open.
+    #[test]
+    fn sizes_are_as_ruled() {
+        let executive = Executive::new(&Machine::default());
+        for (name, elements) in [
+            ("@AUREQ", Some(6)),
+            ("@AXRRQ", Some(6)),
+            ("@PIN", Some(100)),
+            ("@POUT", Some(100)),
+            ("@SLIDP", Some(16)),
+            ("@PCP", Some(50)),
+            ("@NVFLG", Some(20)),
+            ("@NHOME", Some(32)),
+            ("@AUSTP", Some(32)),
+            ("@FRO", None),
+        ] {
+            assert_eq!(executive.find(name).unwrap().elements, elements, "{name}");
+        }
+    }
+
+    #[test]
+    fn machine_file_adds_and_changes() {
+        let machine = Machine::parse(
+            "[variables]\n\"@HOMST\" = {type=\"integer\",class=\"rw\"}\n\"@OWN\" = {size=3}\n",
+        )
+        .unwrap();
+        let executive = Executive::new(&machine);
+        let homst = executive.find("@HOMST").unwrap();
+        assert_eq!((homst.ty, homst.class), (Type::Integer, VariableClass::ReadWrite));
+        assert_eq!(homst.elements, Some(32));
+        let own = executive.find("@OWN").unwrap();
+        assert_eq!((own.ty, own.elements), (Type::Logical, Some(3)));
+    }
+
+    #[test]
+    fn explains_in_any_case_and_by_member() {
+        assert!(explain("@FRO").unwrap().contains("INTEGER, read and write"));
+        assert!(explain("cp103").unwrap().contains("(of @CP100 to @CP115)"));
+        assert!(explain("@M299").unwrap().contains("reset-only"));
+        assert!(explain("@nvint").unwrap().contains("@NVINT[19]"));
+        assert_eq!(explain("@NONE"), None);
+    }
+}
