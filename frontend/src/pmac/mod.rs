@@ -15,6 +15,7 @@ mod oracle;
 mod read;
 pub mod reference;
 mod tables;
+mod tasks;
 #[cfg(test)]
 mod tests;
 

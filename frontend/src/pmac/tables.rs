@@ -5,7 +5,7 @@ use plcc_abi::{Program, Tables, Task};
 
 use super::analyse::load::Loaded;
 use super::ast::{Download, Expr, Op, Stmt, Target, What};
-use super::lower::{Runs, tasks};
+use super::tasks::{TaskKind, tasks};
 
 /// Puts a program together; `module_tasks` are those of its code.
 pub(crate) fn program(
@@ -18,8 +18,8 @@ pub(crate) fn program(
     let mut programs = Vec::new();
     let mut named = loaded.named.clone();
     let mut first_command = 0;
-    for (task, (runs, code)) in (0u32..).zip(&tasks) {
-        if let Runs::Plc { compiled, number } = *runs {
+    for (task, (kind, code)) in (0u32..).zip(&tasks) {
+        if let TaskKind::Plc { compiled, number } = *kind {
             let states = if compiled { loaded.plccs } else { loaded.plcs };
             let enabled = states.enabled & (1 << number) != 0;
             let paused = states.paused & (1 << number) != 0;

@@ -9,9 +9,9 @@ use super::analysis::{Name, Reason, analyse};
 use super::rangeanalysis::Shape;
 use super::reliance::places_after_load;
 use super::variables::shape_of;
-use super::{Runs, tasks};
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Bin, Download, Func, Stmt, Target, What};
+use crate::pmac::tasks::{TaskKind, tasks};
 
 /// One line a statement that computes something: file, line, what it is computed in, and the
 /// variable or operation that forces floating point. Then how many there are of each.
@@ -24,11 +24,11 @@ pub(crate) fn explain(download: &Download, loaded: &Loaded, files: &[(String, St
     let shape = |(kind, number): Name| shape_of(download, &places, kind, number);
     let mut out = String::new();
     let (mut integer, mut real) = (0, 0);
-    for (runs, code) in tasks(download, loaded) {
-        if matches!(runs, Runs::Command(_)) {
+    for (kind, code) in tasks(download, loaded) {
+        if matches!(kind, TaskKind::Command(_)) {
             continue;
         }
-        let _ = writeln!(out, "{}", runs.name());
+        let _ = writeln!(out, "{}", kind.name());
         for stmt in code {
             let Some(line) = statement(download, stmt, &shape) else { continue };
             *(if line.starts_with("integer") { &mut integer } else { &mut real }) += 1;

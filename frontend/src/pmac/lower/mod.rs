@@ -13,8 +13,8 @@ pub(crate) mod rangeanalysis;
 pub(crate) mod reliance;
 mod variables;
 
-use plcc_abi::pmac::{Direct, Kind, Layout, Range, Relied, layout};
-use plcc_abi::{HostFn, pmac};
+use plcc_abi::HostFn;
+use plcc_abi::pmac::{Direct, Kind, Layout, Range, Relied};
 use plcc_diag::SourceMap;
 use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
 
@@ -23,6 +23,7 @@ use self::emit::Operand;
 use self::rangeanalysis::Shape;
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Download, Expr, Func, Op, Plcs, Stmt, Target, What};
+use crate::pmac::tasks::{TaskKind, tasks};
 
 use self::variables::{Regions, shape_of};
 
@@ -30,59 +31,9 @@ use self::variables::{Regions, shape_of};
 /// each function has a row of registers to save.
 const CHUNK: usize = 3000;
 
-/// What a task does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Runs {
-    /// A PLC or PLCC.
-    Plc {
-        /// A PLCC.
-        compiled: bool,
-        /// Its number.
-        number: u32,
-    },
-    /// What a COMMAND does: its index.
-    Command(u32),
-}
-
-impl Runs {
-    /// The name of the task.
-    pub(crate) fn name(self) -> String {
-        match self {
-            Self::Plc { compiled: false, number } => format!("PLC{number}"),
-            Self::Plc { compiled: true, number } => format!("PLCC{number}"),
-            Self::Command(index) => format!("COMMAND{index}"),
-        }
-    }
-
-    /// Whose coordinate system is addressed.
-    pub(crate) fn context(self) -> u32 {
-        match self {
-            Self::Plc { compiled, number } => layout::context(compiled, number),
-            Self::Command(_) => pmac::COMMAND_CONTEXT,
-        }
-    }
-}
-
-/// Every task with its statements, in the order of their numbers. Empty PLCs have none.
-pub(crate) fn tasks<'a>(download: &'a Download, loaded: &Loaded) -> Vec<(Runs, &'a [Stmt])> {
-    let mut tasks = Vec::new();
-    for (compiled, buffers) in [(false, &download.plcs), (true, &download.plccs)] {
-        for (number, buffer) in (0u32..).zip(buffers) {
-            let erased = compiled && loaded.erased & (1 << number) != 0;
-            if !buffer.code.is_empty() && !erased {
-                tasks.push((Runs::Plc { compiled, number }, buffer.code.as_slice()));
-            }
-        }
-    }
-    for (index, code) in (0u32..).zip(&download.commands) {
-        tasks.push((Runs::Command(index), code.as_slice()));
-    }
-    tasks
-}
-
 /// Whether a task's statements address a coordinate system, or its context is set from outside.
-pub(crate) fn addresses(runs: Runs, code: &[Stmt]) -> bool {
-    matches!(runs, Runs::Command(_))
+fn addresses(kind: TaskKind, code: &[Stmt]) -> bool {
+    matches!(kind, TaskKind::Command(_))
         || code.iter().any(|stmt| match stmt.what {
             What::Address(_, system) => system.is_some(),
             What::AddressBy(_, system) => system.len > 0,
@@ -135,8 +86,8 @@ pub(crate) fn lower(
     for (name, text) in files {
         lowerer.builder.add_file(name, text);
     }
-    for (runs, code) in tasks(download, loaded) {
-        lowerer.task(runs, code);
+    for (kind, code) in tasks(download, loaded) {
+        lowerer.task(kind, code);
     }
     lowerer.builder.finish()
 }
@@ -172,12 +123,12 @@ struct Version {
 }
 
 impl Lowerer<'_> {
-    fn task(&mut self, runs: Runs, code: &[Stmt]) {
-        self.context = runs.context();
-        self.addresses = addresses(runs, code);
+    fn task(&mut self, kind: TaskKind, code: &[Stmt]) {
+        self.context = kind.context();
+        self.addresses = addresses(kind, code);
         let entry = self.builder.place();
         self.builder.bind(entry);
-        self.builder.task(runs.name(), entry);
+        self.builder.task(kind.name(), entry);
         let versions = [(); 2]
             .map(|()| Version { places: (0..=code.len()).map(|_| self.builder.place()).collect() });
         // A suspended loop goes on at a place of its own, which chooses the version.
@@ -190,7 +141,7 @@ impl Lowerer<'_> {
             self.builder.label(resume);
         }
         let [fast, guarded] = &versions;
-        let both = !matches!(runs, Runs::Command(_)) && self.relies_on_definitions(code);
+        let both = !matches!(kind, TaskKind::Command(_)) && self.relies_on_definitions(code);
         if both {
             self.choose(0, fast, guarded);
             self.version(code, fast, Some(guarded), &resumes);
@@ -360,7 +311,7 @@ impl Lowerer<'_> {
 
     /// Calls the host for each row of neighbours.
     fn plc(&mut self, op: i64, plcs: Plcs) {
-        for (first, last) in runs_of(plcs.set) {
+        for (first, last) in neighbours(plcs.set) {
             let b = self.builder.ins();
             let args = [op, i64::from(plcs.compiled), i64::from(first), i64::from(last)]
                 .map(|arg| b.iconst(Type::I32, arg));
@@ -596,7 +547,7 @@ fn targets(code: &[Stmt]) -> Vec<bool> {
 }
 
 /// First and last of each row of neighbouring bits.
-pub(crate) fn runs_of(set: u32) -> impl Iterator<Item = (u32, u32)> {
+fn neighbours(set: u32) -> impl Iterator<Item = (u32, u32)> {
     let mut at = 0;
     std::iter::from_fn(move || {
         let rest = u64::from(set) >> at;
@@ -612,12 +563,12 @@ pub(crate) fn runs_of(set: u32) -> impl Iterator<Item = (u32, u32)> {
 
 #[cfg(test)]
 mod tests {
-    use super::runs_of;
+    use super::neighbours;
 
     #[test]
     fn neighbours_go_together() {
-        assert_eq!(runs_of(0b1011_0111).collect::<Vec<_>>(), [(0, 2), (4, 5), (7, 7)]);
-        assert_eq!(runs_of(u32::MAX).collect::<Vec<_>>(), [(0, 31)]);
-        assert_eq!(runs_of(0).count(), 0);
+        assert_eq!(neighbours(0b1011_0111).collect::<Vec<_>>(), [(0, 2), (4, 5), (7, 7)]);
+        assert_eq!(neighbours(u32::MAX).collect::<Vec<_>>(), [(0, 31)]);
+        assert_eq!(neighbours(0).count(), 0);
     }
 }

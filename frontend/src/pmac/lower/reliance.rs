@@ -2,9 +2,9 @@
 
 use plcc_abi::pmac::{Definition, Direct, Kind, Layout, Place, Relied, Space, View};
 
-use super::{Runs, tasks};
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Download, Op, Stmt, Target, What};
+use crate::pmac::tasks::{TaskKind, tasks};
 
 /// Says the number of every M-variable that stands as such in statements, again and again where
 /// it stands there several times.
@@ -82,8 +82,8 @@ fn mark_moved(download: &Download, view: &View<'_>, code: &[Stmt], mark: &mut im
 pub(crate) fn after_load(download: &Download, loaded: &Loaded) -> Vec<Relied> {
     let layout = loaded.layout;
     let mut named = vec![false; layout.count as usize];
-    for (runs, code) in tasks(download, loaded) {
-        if matches!(runs, Runs::Plc { .. }) {
+    for (kind, code) in tasks(download, loaded) {
+        if matches!(kind, TaskKind::Plc { .. }) {
             names_of_m(download, code, &mut |number| {
                 if let Some(slot) = named.get_mut(usize::from(number) & (layout.count as usize - 1))
                 {

@@ -1,26 +1,36 @@
-//! The statement interpreter: walks the download's statements, knows nothing of IR.
+//! The statement interpreter: walks the download's statements, knows nothing of lowering and IR.
 //!
-//! Names are resolved to places beforehand; arithmetic is that of the `abi`, as the executive and
-//! the load evaluator use it.
+//! It is the oracle that compiled code is compared with, so it decides by itself how
+//! [variables reach memory](memory) and what [operators give](evaluate). Only the arithmetic
+//! library, the image's layout and the executive are shared.
 
+mod evaluate;
+mod memory;
+mod resolve;
 mod resolved;
 
-use plcc_abi::image::{read_f64, read_u8, read_u32, write_f64, write_u32};
-use plcc_abi::pmac::{Format, Kind, Layout, Range, Space, fixed, math};
+use plcc_abi::image::write_f64;
+use plcc_abi::pmac::{Kind, Layout, Range, fixed, math};
 use plcc_abi::{Engine, HostFn, Outcome, Scan};
 
-use self::resolved::{Code, Long, Operand, Resolver, Step, Steps, Test, Whole, WholeStep};
-use crate::pmac::analyse::eval;
-use crate::pmac::analyse::load::Loaded;
-use crate::pmac::ast::{Bin, Cmp, Download, Func, Target};
-use crate::pmac::lower::{Runs, addresses, runs_of, tasks};
+use self::evaluate::{integer_binary, integer_compare, truth, wrap};
+use self::memory::{Memory, MemoryMap};
+use self::resolve::{Resolver, Tables};
+use self::resolved::{
+    Comparison, Destination, IntegerOperand, IntegerOperation, Operand, Operation, Statement,
+    Stretch,
+};
+use super::analyse::load::Loaded;
+use super::ast::{Download, Func};
+use super::tasks::tasks;
 
+/// The statements of a PLC, a PLCC or a command.
 #[derive(Clone, Debug)]
-struct Plc {
-    code: Vec<Code>,
+struct Task {
+    statements: Vec<Statement>,
+    /// Where its addressed coordinate system is kept.
     context: u32,
-    addresses: bool,
-    /// Where the next scan starts.
+    /// The statement at which the next scan begins.
     next: u32,
 }
 
@@ -28,409 +38,300 @@ struct Plc {
 #[derive(Clone, Debug)]
 pub struct Interpreter {
     layout: Layout,
-    steps: Vec<Step>,
-    tests: Vec<Test>,
-    whole_steps: Vec<WholeStep>,
-    plcs: Vec<Plc>,
-    longs: Vec<Long>,
-    /// Ranges of I-variables.
+    map: MemoryMap,
+    tables: Tables,
+    tasks: Vec<Task>,
+    /// The ranges of I-variables, by rising number.
     ranges: Vec<(u32, Range)>,
-    stack: Vec<f64>,
-    integers: Vec<i32>,
+    /// Values that wait, kept from scan to scan so that none allocates.
+    waiting: Vec<f64>,
+    waiting_integers: Vec<i32>,
 }
 
 impl Interpreter {
     /// An interpreter at the state after load.
     pub(crate) fn new(download: &Download, loaded: &Loaded) -> Self {
         let mut resolver = Resolver::new(download, loaded);
-        let mut plcs = Vec::new();
-        for (runs, code) in tasks(download, loaded) {
-            let context = Runs::context(runs);
-            let addresses = addresses(runs, code);
-            resolver.addresses = addresses;
-            let code = code.iter().map(|stmt| resolver.statement(stmt)).collect();
-            plcs.push(Plc { code, context, addresses, next: 0 });
+        let mut all = Vec::new();
+        for (kind, code) in tasks(download, loaded) {
+            let statements = code.iter().map(|stmt| resolver.statement(stmt)).collect();
+            all.push(Task { statements, context: kind.context(), next: 0 });
         }
         Self {
             layout: loaded.layout,
-            steps: resolver.steps,
-            tests: resolver.tests,
-            whole_steps: resolver.whole_steps,
-            plcs,
-            longs: resolver.longs,
+            map: MemoryMap::new(loaded.layout.turbo),
+            tables: resolver.tables,
+            tasks: all,
             ranges: loaded.ranges.clone(),
-            stack: Vec::new(),
-            integers: Vec::new(),
+            waiting: Vec::new(),
+            waiting_integers: Vec::new(),
         }
     }
 }
 
-/// What a scan works with, apart from the stacks.
+/// What a scan works with, apart from the values that wait.
 struct Machine<'a, 'b> {
-    layout: &'a Layout,
-    steps: &'a [Step],
-    whole_steps: &'a [WholeStep],
-    longs: &'a [Long],
-    ranges: &'a [(u32, Range)],
-    context: u32,
-    /// Whether the task's coordinate system can be another than the first.
-    addresses: bool,
-    scan: &'a mut Scan<'b>,
+    tables: &'a Tables,
+    memory: Memory<'a, 'b>,
 }
 
 impl Machine<'_, '_> {
-    fn host(&mut self, function: HostFn, args: [u64; 4]) -> u64 {
-        self.scan.host.call(self.scan.image, function, args)
-    }
-
-    fn q_offset(&self, number: u32) -> u32 {
-        let base = if self.addresses {
-            read_u32(self.scan.image, self.layout.q_base + 4 * self.context)
-        } else {
-            0
-        };
-        self.layout.q_offset(base.wrapping_add(number))
-    }
-
-    fn read(&mut self, kind: Kind, number: u32) -> f64 {
-        let offset = match kind {
-            Kind::P => self.layout.p_offset(number),
-            Kind::I => self.layout.i_offset(number),
-            Kind::Q => self.q_offset(number),
-            Kind::M | Kind::L => {
-                return f64::from_bits(self.host(HostFn::PmacMRead, [number.into(), 0, 0, 0]));
-            }
-        };
-        read_f64(self.scan.image, offset)
-    }
-
-    fn word(&mut self, long: Long) -> u32 {
-        match long.offset {
-            Some(offset) => read_u32(self.scan.image, offset) & 0xFF_FFFF,
-            None => {
-                let space = u64::from(long.space == Space::Y);
-                self.host(HostFn::PmacWordRead, [space, long.address.into(), 0, 0]) as u32
-            }
-        }
-    }
-
-    fn read_long(&mut self, index: u32) -> i32 {
-        match self.longs.get(index as usize).copied() {
-            Some(long) => fixed::read_field(self.word(long), long.field),
-            None => 0,
-        }
-    }
-
-    fn write_long(&mut self, index: u32, value: f64) {
-        let Some(long) = self.longs.get(index as usize).copied() else { return };
-        self.write_long_bits(long, fixed::field_bits(value, long.field.format));
-    }
-
-    fn write_long_integer(&mut self, index: u32, value: i32) {
-        let Some(long) = self.longs.get(index as usize).copied() else { return };
-        let bits = match long.field.format {
-            Format::U | Format::S => value as u32,
-            Format::D | Format::C => fixed::field_bits(f64::from(value), long.field.format),
-        };
-        self.write_long_bits(long, bits);
-    }
-
-    fn write_long_bits(&mut self, long: Long, bits: u32) {
-        let word = fixed::insert_field(self.word(long), long.field, bits);
-        match long.offset {
-            Some(offset) => write_u32(self.scan.image, offset, word),
-            None => {
-                let space = u64::from(long.space == Space::Y);
-                let args = [space, long.address.into(), word.into(), 0];
-                self.host(HostFn::PmacWordWrite, args);
-            }
-        }
-    }
-
     #[inline(always)]
     fn operand(&mut self, operand: Operand) -> f64 {
         match operand {
-            Operand::Const(value) => value,
-            Operand::Double(offset) => read_f64(self.scan.image, offset),
-            Operand::Field(number, bits)
-                if read_u8(self.scan.image, self.layout.moved + u32::from(number)) == 0 =>
-            {
-                f64::from(bits.of(read_u32(self.scan.image, bits.offset)))
+            Operand::Constant(value) => value,
+            Operand::Double(offset) => self.memory.double(offset),
+            Operand::Field(number, bits) if self.memory.is_as_loaded(number) => {
+                f64::from(self.memory.bits(bits))
             }
-            other => self.far(other),
+            other => self.computed_operand(other),
         }
     }
 
     /// An operand that takes more than to read the image.
     #[inline(never)]
-    fn far(&mut self, operand: Operand) -> f64 {
+    fn computed_operand(&mut self, operand: Operand) -> f64 {
         match operand {
-            Operand::Const(value) => value,
-            Operand::Double(offset) => read_f64(self.scan.image, offset),
-            Operand::System(number) => read_f64(self.scan.image, self.q_offset(number)),
-            Operand::Field(number, _) => self.read(Kind::M, u32::from(number)),
-            Operand::General(number) => self.read(Kind::M, number),
-            Operand::Long(index) => f64::from(self.read_long(index)),
+            Operand::Constant(value) => value,
+            Operand::Double(offset) => self.memory.double(offset),
+            Operand::Q(number) => self.memory.read(Kind::Q, number),
+            Operand::Field(number, _) => self.memory.read(Kind::M, u32::from(number)),
+            Operand::M(number) => self.memory.read(Kind::M, number),
+            Operand::Long(index) => f64::from(self.memory.read_long(index)),
         }
     }
 
-    fn holds(&mut self, test: Test) -> bool {
-        eval::compare(test.cmp, self.operand(test.left), test.right)
+    fn holds(&mut self, comparison: Comparison) -> bool {
+        evaluate::compare(comparison.cmp, self.operand(comparison.left), comparison.right)
     }
 
-    fn value(&mut self, steps: Steps, stack: &mut Vec<f64>) -> f64 {
+    /// The value of an expression, or 1 or 0 of a condition.
+    fn value(&mut self, expression: Stretch, waiting: &mut Vec<f64>) -> f64 {
         let mut value = 0.0;
-        for step in steps.of(self.steps) {
-            value = match *step {
-                Step::Load(operand) => self.operand(operand),
-                Step::Push(operand) => {
-                    stack.push(value);
+        for operation in expression.of(&self.tables.operations) {
+            value = match *operation {
+                Operation::Load(operand) => self.operand(operand),
+                Operation::Push(operand) => {
+                    waiting.push(value);
                     self.operand(operand)
                 }
-                Step::Bin(bin, operand) => {
+                Operation::Binary(op, operand) => {
                     let right = self.operand(operand);
-                    eval::binary(bin, value, right)
+                    evaluate::binary(op, value, right)
                 }
-                Step::BinTop(bin) => eval::binary(bin, stack.pop().unwrap_or(0.0), value),
-                Step::Cmp(cmp, operand) => {
+                Operation::BinaryWaiting(op) => {
+                    evaluate::binary(op, waiting.pop().unwrap_or(0.0), value)
+                }
+                Operation::Compare(cmp, operand) => {
                     let right = self.operand(operand);
-                    truth(eval::compare(cmp, value, right))
+                    truth(evaluate::compare(cmp, value, right))
                 }
-                Step::CmpTop(cmp) => truth(eval::compare(cmp, stack.pop().unwrap_or(0.0), value)),
-                Step::Neg => -value,
-                Step::Call(func) => {
-                    let cosine = if func == Func::Atan2 { self.read(Kind::Q, 0) } else { 0.0 };
-                    let radians = read_f64(self.scan.image, self.layout.i_offset(15)) != 0.0;
-                    eval::function(func, value, cosine, radians)
+                Operation::CompareWaiting(cmp) => {
+                    truth(evaluate::compare(cmp, waiting.pop().unwrap_or(0.0), value))
                 }
-                Step::Indirect(kind) => self.read(kind, fixed::index(value, self.layout.count - 1)),
-                Step::Both => truth((stack.pop().unwrap_or(0.0) != 0.0) & (value != 0.0)),
-                Step::Either => truth((stack.pop().unwrap_or(0.0) != 0.0) | (value != 0.0)),
+                Operation::Negate => -value,
+                Operation::Call(func) => {
+                    let atan2 = func == Func::Atan2;
+                    let cosine = if atan2 { self.memory.read(Kind::Q, 0) } else { 0.0 };
+                    evaluate::function(func, value, cosine, self.memory.radians())
+                }
+                Operation::Indirect(kind) => {
+                    let number = self.memory.map.computed_number(value);
+                    self.memory.read(kind, number)
+                }
+                Operation::Both => {
+                    let left = waiting.pop().unwrap_or(0.0);
+                    truth((left != 0.0) & (value != 0.0))
+                }
+                Operation::Either => {
+                    let left = waiting.pop().unwrap_or(0.0);
+                    truth((left != 0.0) | (value != 0.0))
+                }
             };
         }
         value
     }
 
-    fn whole(&mut self, operand: Whole) -> i32 {
+    fn integer_operand(&mut self, operand: IntegerOperand) -> i32 {
         match operand {
-            Whole::Const(value) => value,
-            Whole::Bits(bits) => bits.of(read_u32(self.scan.image, bits.offset)),
-            Whole::Long(index) => wrap(self.read_long(index)),
+            IntegerOperand::Constant(value) => value,
+            IntegerOperand::Bits(bits) => self.memory.bits(bits),
+            IntegerOperand::Long(index) => wrap(self.memory.read_long(index)),
         }
     }
 
-    /// The steps of a statement of L-variables: 24 bits, wrapping after every operation.
-    fn integer(&mut self, steps: Steps, stack: &mut Vec<i32>) -> i32 {
+    /// The value of an expression or condition of L-variables: 24 bits, wrapping after every
+    /// operation.
+    fn integer(&mut self, expression: Stretch, waiting: &mut Vec<i32>) -> i32 {
         let mut value = 0;
-        for step in steps.of(self.whole_steps) {
-            value = match *step {
-                WholeStep::Load(operand) => self.whole(operand),
-                WholeStep::Push(operand) => {
-                    stack.push(value);
-                    self.whole(operand)
+        for operation in expression.of(&self.tables.integer_operations) {
+            value = match *operation {
+                IntegerOperation::Load(operand) => self.integer_operand(operand),
+                IntegerOperation::Push(operand) => {
+                    waiting.push(value);
+                    self.integer_operand(operand)
                 }
-                WholeStep::Bin(bin, operand) => integer_binary(bin, value, self.whole(operand)),
-                WholeStep::BinTop(bin) => integer_binary(bin, stack.pop().unwrap_or(0), value),
-                WholeStep::Cmp(cmp, operand) => compare(cmp, value, self.whole(operand)),
-                WholeStep::CmpTop(cmp) => compare(cmp, stack.pop().unwrap_or(0), value),
-                WholeStep::Neg => wrap(value.wrapping_neg()),
-                WholeStep::Abs => wrap(value.wrapping_abs()),
-                WholeStep::Both => stack.pop().unwrap_or(0) & value,
-                WholeStep::Either => stack.pop().unwrap_or(0) | value,
+                IntegerOperation::Binary(op, operand) => {
+                    integer_binary(op, value, self.integer_operand(operand))
+                }
+                IntegerOperation::BinaryWaiting(op) => {
+                    integer_binary(op, waiting.pop().unwrap_or(0), value)
+                }
+                IntegerOperation::Compare(cmp, operand) => {
+                    integer_compare(cmp, value, self.integer_operand(operand))
+                }
+                IntegerOperation::CompareWaiting(cmp) => {
+                    integer_compare(cmp, waiting.pop().unwrap_or(0), value)
+                }
+                IntegerOperation::Negate => wrap(value.wrapping_neg()),
+                IntegerOperation::Absolute => wrap(value.wrapping_abs()),
+                IntegerOperation::Both => waiting.pop().unwrap_or(0) & value,
+                IntegerOperation::Either => waiting.pop().unwrap_or(0) | value,
             };
         }
         value
     }
 
-    fn write(&mut self, kind: Kind, number: u32, value: f64) {
-        let value = math::finite(value);
-        match kind {
-            Kind::P => write_f64(self.scan.image, self.layout.p_offset(number), value),
-            Kind::Q => {
-                let offset = self.q_offset(number);
-                write_f64(self.scan.image, offset, value);
+    fn assign(&mut self, to: Destination, expression: Stretch, waiting: &mut Vec<f64>) {
+        match to {
+            Destination::Variable(Kind::L, index) => {
+                let value = math::finite(self.value(expression, waiting));
+                self.memory.write_long(index, value);
             }
-            Kind::I => {
-                let number = number & (self.layout.count - 1);
-                let range = self.ranges.binary_search_by_key(&number, |r| r.0).ok();
-                let range = range.and_then(|index| self.ranges.get(index));
-                let value = range.map_or(value, |r| r.1.convert(value));
-                write_f64(self.scan.image, self.layout.i_offset(number), value);
+            Destination::Variable(kind, number) => {
+                let value = self.value(expression, waiting);
+                self.memory.write(kind, number, value);
             }
-            Kind::M => {
-                self.host(HostFn::PmacMWrite, [number.into(), value.to_bits(), 0, 0]);
+            Destination::Indirect(kind, index) => {
+                let index = self.value(index, waiting);
+                let number = self.memory.map.computed_number(index);
+                let value = self.value(expression, waiting);
+                self.memory.write(kind, number, value);
             }
-            Kind::L => self.write_long(number, value),
+            // The right side is evaluated once.
+            Destination::Range { kind, first, count, step } => {
+                let value = self.value(expression, waiting);
+                for k in 0..count {
+                    self.memory.write(kind, first + k * step, value);
+                }
+            }
+            Destination::Longs(longs) => {
+                let value = math::finite(self.value(expression, waiting));
+                for &index in longs.of(&self.tables.long_ranges) {
+                    self.memory.write_long(index, value);
+                }
+            }
         }
     }
-}
-
-fn truth(value: bool) -> f64 {
-    f64::from(u8::from(value))
-}
-
-/// The low 24 bits, sign-extended.
-fn wrap(value: i32) -> i32 {
-    value << 8 >> 8
-}
-
-fn integer_binary(op: Bin, a: i32, b: i32) -> i32 {
-    match op {
-        Bin::Add => wrap(a.wrapping_add(b)),
-        Bin::Sub => wrap(a.wrapping_sub(b)),
-        Bin::Mul => wrap(a.wrapping_mul(b)),
-        Bin::Div => math::int_div(a, b),
-        Bin::Mod => math::int_modulo(a, b),
-        Bin::And => a & b,
-        Bin::Or => a | b,
-        Bin::Xor => a ^ b,
-    }
-}
-
-fn compare(cmp: Cmp, left: i32, right: i32) -> i32 {
-    i32::from(match cmp {
-        Cmp::Eq | Cmp::Near => left == right,
-        Cmp::Ne | Cmp::NotNear => left != right,
-        Cmp::Gt => left > right,
-        Cmp::NotGt => left <= right,
-        Cmp::Lt => left < right,
-        Cmp::NotLt => left >= right,
-    })
 }
 
 impl Engine for Interpreter {
     fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
-        let Some(plc) = self.plcs.get_mut(task) else { return Outcome::End };
-        let mut machine = Machine {
+        let Some(task) = self.tasks.get_mut(task) else { return Outcome::End };
+        let memory = Memory {
             layout: &self.layout,
-            steps: &self.steps,
-            whole_steps: &self.whole_steps,
-            longs: &self.longs,
+            map: &self.map,
+            longs: &self.tables.longs,
             ranges: &self.ranges,
-            context: plc.context,
-            addresses: plc.addresses,
+            definitions: &self.tables.definitions,
+            context: task.context,
             scan,
         };
-        let stack = &mut self.stack;
-        let mut pc = std::mem::take(&mut plc.next);
-        while let Some(code) = plc.code.get(pc as usize) {
-            pc += 1;
-            match *code {
-                Code::Store(offset, steps) => {
-                    let value = machine.value(steps, stack);
-                    write_f64(machine.scan.image, offset, math::finite(value));
+        let mut machine = Machine { tables: &self.tables, memory };
+        let waiting = &mut self.waiting;
+        let mut at = std::mem::take(&mut task.next);
+        while let Some(statement) = task.statements.get(at as usize) {
+            at += 1;
+            match *statement {
+                Statement::AssignDouble(offset, expression) => {
+                    let value = machine.value(expression, waiting);
+                    write_f64(machine.memory.scan.image, offset, math::finite(value));
                 }
-                Code::StoreField(number, offset, field, steps) => {
-                    let value = machine.value(steps, stack);
-                    if read_u8(machine.scan.image, machine.layout.moved + number) != 0 {
-                        machine.write(Kind::M, number, value);
+                Statement::AssignField(number, offset, field, expression) => {
+                    let value = machine.value(expression, waiting);
+                    if machine.memory.is_as_loaded(number) {
+                        machine.memory.write_bits(offset, field, value);
                     } else {
-                        let whole = value as i32;
-                        let bits = match field.format {
-                            Format::U | Format::S if f64::from(whole) == value => whole as u32,
-                            format => fixed::field_bits(value, format),
-                        };
-                        let word = read_u32(machine.scan.image, offset);
-                        let word = fixed::insert_field(word, field, bits);
-                        write_u32(machine.scan.image, offset, word);
+                        machine.memory.write(Kind::M, u32::from(number), value);
                     }
                 }
-                Code::Assign(target, index, steps) => match target {
-                    Target::Var(kind, number) => {
-                        let value = machine.value(steps, stack);
-                        machine.write(kind, u32::from(number), value);
-                    }
-                    Target::Indirect(kind, _) => {
-                        let index = machine.value(index, stack);
-                        let index = fixed::index(index, machine.layout.count - 1);
-                        let value = machine.value(steps, stack);
-                        machine.write(kind, index, value);
-                    }
-                    Target::Range { kind, first, count, step } => {
-                        let value = machine.value(steps, stack);
-                        for k in 0..u32::from(count) {
-                            machine.write(kind, u32::from(first) + k * u32::from(step), value);
-                        }
-                    }
-                },
-                Code::Integer(index, steps) => {
-                    let value = machine.integer(steps, &mut self.integers);
-                    machine.write_long_integer(index, value);
+                Statement::Assign(to, expression) => machine.assign(to, expression, waiting),
+                Statement::AssignInteger(index, expression) => {
+                    let value = machine.integer(expression, &mut self.waiting_integers);
+                    machine.memory.write_long_integer(index, value);
                 }
-                Code::If(steps, target) => {
-                    if machine.value(steps, stack) == 0.0 {
-                        pc = target;
+                Statement::AssignIntegers(longs, expression) => {
+                    let value = machine.integer(expression, &mut self.waiting_integers);
+                    for &index in longs.of(&self.tables.long_ranges) {
+                        machine.memory.write_long_integer(index, value);
                     }
                 }
-                Code::IfOne(test, target) => {
-                    if !machine.holds(test) {
-                        pc = target;
+                Statement::If(condition, target) => {
+                    if machine.value(condition, waiting) == 0.0 {
+                        at = target;
                     }
                 }
-                Code::IfAll(start, end, target) => {
-                    let tests = self.tests.get(start as usize..end as usize).unwrap_or(&[]);
-                    if !tests.iter().all(|&test| machine.holds(test)) {
-                        pc = target;
+                Statement::IfComparison(comparison, target) => {
+                    if !machine.holds(comparison) {
+                        at = target;
                     }
                 }
-                Code::IfOneInteger(cmp, left, right, target) => {
-                    if compare(cmp, machine.whole(left), right) == 0 {
-                        pc = target;
+                Statement::IfAll(comparisons, target) => {
+                    let comparisons = comparisons.of(&self.tables.comparisons);
+                    if !comparisons.iter().all(|&comparison| machine.holds(comparison)) {
+                        at = target;
                     }
                 }
-                Code::IfInteger(steps, target) => {
-                    if machine.integer(steps, &mut self.integers) == 0 {
-                        pc = target;
+                Statement::IfIntegerComparison(cmp, left, right, target) => {
+                    if integer_compare(cmp, machine.integer_operand(left), right) == 0 {
+                        at = target;
                     }
                 }
-                Code::Jump(target) => pc = target,
-                Code::EndWhile(head) => {
-                    plc.next = head;
+                Statement::IfInteger(condition, target) => {
+                    if machine.integer(condition, &mut self.waiting_integers) == 0 {
+                        at = target;
+                    }
+                }
+                Statement::Jump(target) => at = target,
+                Statement::EndWhile(head) => {
+                    task.next = head;
                     return Outcome::Suspended;
                 }
-                Code::Plc(op, compiled, set) => {
-                    for (first, last) in runs_of(set) {
-                        let args = [op as u64, u64::from(compiled), first.into(), last.into()];
-                        machine.host(HostFn::PmacPlc, args);
+                Statement::Plc(op, compiled, set) => {
+                    for number in (0..32_u64).filter(|number| set >> number & 1 != 0) {
+                        let args = [op as u64, u64::from(compiled), number, number];
+                        machine.memory.host(HostFn::PmacPlc, args);
                     }
                 }
-                Code::Address(base) => {
-                    let offset = machine.layout.q_base + 4 * machine.context;
-                    write_u32(machine.scan.image, offset, base);
+                Statement::Address(system) => machine.memory.address(system),
+                Statement::AddressBy(expression) => {
+                    let number = machine.value(expression, waiting);
+                    machine.memory.address(fixed::bits(number));
                 }
-                Code::AddressBy(steps) => {
-                    let number = fixed::bits(machine.value(steps, stack));
-                    let offset = machine.layout.q_base + 4 * machine.context;
-                    if (1..=u64::from(machine.layout.systems())).contains(&number) {
-                        let base = machine.layout.q_base_of(number as u32);
-                        write_u32(machine.scan.image, offset, base);
-                    }
-                }
-                Code::Text(index, steps) => {
-                    let value = steps.map_or(0.0, |steps| machine.value(steps, stack));
+                Statement::Text(index, shown) => {
+                    let value = shown.map_or(0.0, |expression| machine.value(expression, waiting));
                     let value = math::finite(value).to_bits();
-                    machine.host(HostFn::PmacEvent, [index.into(), value, 0, 0]);
+                    machine.memory.host(HostFn::PmacEvent, [index.into(), value, 0, 0]);
                 }
-                Code::Define(index) => {
-                    machine.host(HostFn::PmacDefine, [index.into(), 0, 0, 0]);
+                Statement::Define(index) => {
+                    machine.memory.host(HostFn::PmacDefine, [index.into(), 0, 0, 0]);
                 }
-                Code::Word(space, address, steps) => {
-                    let value = fixed::bits(machine.value(steps, stack)) & 0xFFFF_FFFF;
-                    let space = u64::from(space == Space::Y);
-                    machine.host(HostFn::PmacWordWrite, [space, address.into(), value, 0]);
+                Statement::Word(space, address, expression) => {
+                    let value = machine.value(expression, waiting);
+                    machine.memory.write_word(space, address, fixed::bits(value) as u32);
                 }
-                Code::Save => {
-                    machine.host(HostFn::PmacSave, [0; 4]);
+                Statement::Save => {
+                    machine.memory.host(HostFn::PmacSave, [0; 4]);
                 }
-                Code::Nothing => {}
+                Statement::Nothing => {}
             }
         }
         Outcome::End
     }
 
     fn reset(&mut self, task: usize) {
-        if let Some(plc) = self.plcs.get_mut(task) {
-            plc.next = 0;
+        if let Some(task) = self.tasks.get_mut(task) {
+            task.next = 0;
         }
     }
 }

@@ -1,0 +1,438 @@
+//! How variables reach memory, as the statement interpreter finds them.
+//!
+//! Written from the guide (Memory Map, M-Variables) and the rulings. P, Q and I are doubles in the
+//! image; which Q is meant depends on the coordinate system that the task addresses. An
+//! M-variable's definition is looked at whenever the variable is read or written, since programs
+//! move definitions. It leads to words of 24 bits. A word that is part of something else (half of
+//! a P or Q, an I-variable, a definition) or lies outside the image belongs to the executive, and
+//! is read and written through the host.
+
+use plcc_abi::image::{read_f64, read_u32, read_u64, write_f64, write_u32};
+use plcc_abi::pmac::{Definition, Field, Format, Kind, Layout, Place, Range, Space, fixed, math};
+use plcc_abi::{HostFn, Scan};
+
+use super::resolved::{Bits, LongVariable};
+
+/// What the guide says of a controller's memory.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MemoryMap {
+    /// Numbers of each kind of variable.
+    count: u32,
+    /// The largest address.
+    last: u32,
+    /// The address of P0.
+    p: u32,
+    /// The address of Q0 of coordinate system 1.
+    q: u32,
+    /// The address of the definition of M0, in Y.
+    definitions: u32,
+    /// Coordinate systems.
+    systems: u32,
+}
+
+impl MemoryMap {
+    /// The map of PMAC, or of Turbo PMAC.
+    pub(super) const fn new(turbo: bool) -> Self {
+        if turbo {
+            Self {
+                count: 8192,
+                last: 0xFF_FFFF,
+                p: 0x6000,
+                q: 0x8000,
+                definitions: 0x4000,
+                systems: 16,
+            }
+        } else {
+            Self {
+                count: 1024,
+                last: 0xFFFF,
+                p: 0x1000,
+                q: 0x1400,
+                definitions: 0xBC00,
+                systems: 8,
+            }
+        }
+    }
+
+    /// A variable's number; numbers that are too large begin again at 0.
+    fn number(&self, number: u32) -> u32 {
+        number % self.count
+    }
+
+    /// The number of a variable that an expression gives: rounded, and its low bits.
+    pub(super) fn computed_number(&self, value: f64) -> u32 {
+        self.number(fixed::bits(value) as u32)
+    }
+
+    /// The number that Q0 of a coordinate system has among all Q-variables. There is none for what
+    /// is no coordinate system's number.
+    pub(super) fn first_q(&self, system: u64) -> Option<u32> {
+        let before = u32::try_from(system.checked_sub(1)?).ok()?;
+        (before < self.systems).then(|| before * (self.count / self.systems))
+    }
+
+    /// The variable whose double an `L:` address means.
+    fn double_at(&self, address: u32) -> Option<(Kind, u32)> {
+        [(Kind::P, self.p), (Kind::Q, self.q)].into_iter().find_map(|(kind, start)| {
+            let number = address.checked_sub(start)?;
+            (number < self.count).then_some((kind, number))
+        })
+    }
+
+    /// The offset in the image of a word that is nothing but a word.
+    pub(super) fn plain_word(&self, layout: &Layout, space: Space, address: u32) -> Option<u32> {
+        let address = address & self.last;
+        let is_definition = space == Space::Y
+            && address.checked_sub(self.definitions).is_some_and(|number| number < self.count);
+        if is_definition || self.double_at(address).is_some() {
+            return None;
+        }
+        match layout.place(space, address) {
+            Place::Word(offset) => Some(offset),
+            _ => None,
+        }
+    }
+}
+
+/// The low `width` bits of a value, sign-extended.
+fn signed(value: u64, width: u32) -> f64 {
+    ((value << (64 - width)) as i64 >> (64 - width)) as f64
+}
+
+/// A task's way to the variables.
+pub(super) struct Memory<'a, 'b> {
+    pub(super) layout: &'a Layout,
+    pub(super) map: &'a MemoryMap,
+    /// L-variables.
+    pub(super) longs: &'a [LongVariable],
+    /// The ranges of I-variables, by rising number.
+    pub(super) ranges: &'a [(u32, Range)],
+    /// The definitions of M-variables after load, encoded, by number.
+    pub(super) definitions: &'a [u64],
+    /// Where the task's addressed coordinate system is kept.
+    pub(super) context: u32,
+    pub(super) scan: &'a mut Scan<'b>,
+}
+
+impl Memory<'_, '_> {
+    /// Calls a function of the executive.
+    pub(super) fn host(&mut self, function: HostFn, args: [u64; 4]) -> u64 {
+        self.scan.host.call(self.scan.image, function, args)
+    }
+
+    fn p_offset(&self, number: u32) -> u32 {
+        self.layout.p + 8 * self.map.number(number)
+    }
+
+    /// A Q-variable of coordinate system 1, or of another with its first number added.
+    fn q_offset(&self, number: u32) -> u32 {
+        self.layout.q + 8 * self.map.number(number)
+    }
+
+    fn i_offset(&self, number: u32) -> u32 {
+        self.layout.i + 8 * self.map.number(number)
+    }
+
+    /// Where the first Q-variable's number of the addressed coordinate system is kept.
+    fn addressed(&self) -> u32 {
+        self.layout.q_base + 4 * self.context
+    }
+
+    /// ADDRESS: a coordinate system for the Q-variables of this task from now on. What is no
+    /// coordinate system's number changes nothing.
+    pub(super) fn address(&mut self, system: u64) {
+        if let Some(first) = self.map.first_q(system) {
+            write_u32(self.scan.image, self.addressed(), first);
+        }
+    }
+
+    /// A Q-variable of the addressed coordinate system.
+    fn system_q_offset(&self, number: u32) -> u32 {
+        let first = read_u32(self.scan.image, self.addressed());
+        self.q_offset(first.wrapping_add(number))
+    }
+
+    /// The double at an offset of the image.
+    #[inline(always)]
+    pub(super) fn double(&self, offset: u32) -> f64 {
+        read_f64(self.scan.image, offset)
+    }
+
+    /// Whether angles are in radians: I15 is not 0.
+    pub(super) fn radians(&self) -> bool {
+        read_f64(self.scan.image, self.i_offset(15)) != 0.0
+    }
+
+    /// A variable's value. An L-variable has none by its number; see [`Self::read_long`].
+    pub(super) fn read(&mut self, kind: Kind, number: u32) -> f64 {
+        match kind {
+            Kind::P => read_f64(self.scan.image, self.p_offset(number)),
+            Kind::Q => read_f64(self.scan.image, self.system_q_offset(number)),
+            Kind::I => read_f64(self.scan.image, self.i_offset(number)),
+            Kind::M => self.read_m(number),
+            Kind::L => 0.0,
+        }
+    }
+
+    /// Puts a value into a variable.
+    pub(super) fn write(&mut self, kind: Kind, number: u32, value: f64) {
+        let value = math::finite(value);
+        let offset = match kind {
+            Kind::P => self.p_offset(number),
+            Kind::Q => self.system_q_offset(number),
+            Kind::I => return self.write_i(number, value),
+            Kind::M => return self.write_m(number, value),
+            Kind::L => return,
+        };
+        write_f64(self.scan.image, offset, value);
+    }
+
+    /// An I-variable with a range takes the value into it.
+    fn write_i(&mut self, number: u32, value: f64) {
+        let number = self.map.number(number);
+        let range = self.ranges.binary_search_by_key(&number, |(of, _)| *of).ok();
+        let range = range.and_then(|index| self.ranges.get(index));
+        let value = range.map_or(value, |(_, range)| range.convert(value));
+        write_f64(self.scan.image, self.i_offset(number), value);
+    }
+
+    fn word(&mut self, space: Space, address: u32) -> u32 {
+        match self.map.plain_word(self.layout, space, address) {
+            Some(offset) => read_u32(self.scan.image, offset) & 0xFF_FFFF,
+            None => {
+                let space = u64::from(space == Space::Y);
+                self.host(HostFn::PmacWordRead, [space, address.into(), 0, 0]) as u32 & 0xFF_FFFF
+            }
+        }
+    }
+
+    /// Puts 24 bits into a word.
+    pub(super) fn write_word(&mut self, space: Space, address: u32, word: u32) {
+        let word = word & 0xFF_FFFF;
+        match self.map.plain_word(self.layout, space, address) {
+            Some(offset) => write_u32(self.scan.image, offset, word),
+            None => {
+                let space = u64::from(space == Space::Y);
+                self.host(HostFn::PmacWordWrite, [space, address.into(), word.into(), 0]);
+            }
+        }
+    }
+
+    /// X over Y.
+    fn pair(&mut self, address: u32) -> (u32, u32) {
+        (self.word(Space::X, address), self.word(Space::Y, address))
+    }
+
+    fn write_pair(&mut self, address: u32, x: u32, y: u32) {
+        self.write_word(Space::X, address, x);
+        self.write_word(Space::Y, address, y);
+    }
+
+    /// The low 16 bits of X over those of Y.
+    fn halves(&mut self, address: u32) -> u32 {
+        let (x, y) = self.pair(address);
+        (x & 0xFFFF) << 16 | y & 0xFFFF
+    }
+
+    fn write_halves(&mut self, address: u32, bits: u32) {
+        let (x, y) = self.pair(address);
+        self.write_pair(address, x & 0xFF_0000 | bits >> 16, y & 0xFF_0000 | bits & 0xFFFF);
+    }
+
+    /// The double that an `L:` definition means where it leads to a P or a Q.
+    fn double_of(&self, address: u32) -> Option<u32> {
+        Some(match self.map.double_at(address & self.map.last)? {
+            (Kind::P, number) => self.p_offset(number),
+            (_, number) => self.q_offset(number),
+        })
+    }
+
+    /// Where an M-variable's definition stands; the value of an undefined one stands there too.
+    fn definition_offset(&self, number: u32) -> u32 {
+        self.layout.mdef + 8 * self.map.number(number)
+    }
+
+    /// An M-variable's definition as it is now.
+    fn definition(&self, number: u32) -> Definition {
+        Definition::decode(read_u64(self.scan.image, self.definition_offset(number)))
+    }
+
+    /// Whether an M-variable's definition is the one after load.
+    #[inline(always)]
+    pub(super) fn is_as_loaded(&self, number: u16) -> bool {
+        let now = read_u64(self.scan.image, self.layout.mdef + 8 * u32::from(number));
+        self.definitions.get(usize::from(number)) == Some(&now)
+    }
+
+    /// A field of a word at an offset of the image.
+    #[inline(always)]
+    pub(super) fn bits(&self, bits: Bits) -> i32 {
+        bits.of(read_u32(self.scan.image, bits.offset))
+    }
+
+    /// Puts the low bits of a value into a field of a word at an offset of the image.
+    pub(super) fn write_bits(&mut self, offset: u32, field: Field, value: f64) {
+        let integer = value as i32;
+        let bits = match field.format {
+            Format::U | Format::S if f64::from(integer) == value => integer as u32,
+            format => fixed::field_bits(value, format),
+        };
+        let word = read_u32(self.scan.image, offset);
+        write_u32(self.scan.image, offset, fixed::insert_field(word, field, bits));
+    }
+
+    fn read_m(&mut self, number: u32) -> f64 {
+        match self.definition(number) {
+            Definition::Star => {
+                let value = read_u32(self.scan.image, self.definition_offset(number));
+                signed(value.into(), 21)
+            }
+            Definition::Tw { .. } => {
+                let offset = self.layout.tw + 8 * self.map.number(number);
+                math::finite(read_f64(self.scan.image, offset))
+            }
+            Definition::X { address, field } => {
+                f64::from(fixed::read_field(self.word(Space::X, address), field))
+            }
+            Definition::Y { address, field } => {
+                f64::from(fixed::read_field(self.word(Space::Y, address), field))
+            }
+            Definition::D { address } => {
+                let (x, y) = self.pair(address);
+                signed(u64::from(x) << 24 | u64::from(y), 48)
+            }
+            Definition::Dp { address } => f64::from(self.halves(address) as i32),
+            Definition::L { address } => match self.double_of(address) {
+                Some(offset) => math::finite(read_f64(self.scan.image, offset)),
+                None => {
+                    let (x, y) = self.pair(address);
+                    fixed::from_float48(x, y)
+                }
+            },
+            Definition::F { address } => fixed::from_single(self.halves(address)),
+        }
+    }
+
+    fn write_m(&mut self, number: u32, value: f64) {
+        match self.definition(number) {
+            Definition::Star => {
+                let bits = fixed::bits(value) as u32 & 0x1F_FFFF;
+                write_u32(self.scan.image, self.definition_offset(number), bits);
+            }
+            Definition::Tw { .. } => {
+                let offset = self.layout.tw + 8 * self.map.number(number);
+                write_f64(self.scan.image, offset, value);
+            }
+            Definition::X { address, field } => self.write_field(Space::X, address, field, value),
+            Definition::Y { address, field } => self.write_field(Space::Y, address, field, value),
+            Definition::D { address } => {
+                let bits = fixed::bits(value);
+                self.write_pair(address, (bits >> 24) as u32, bits as u32);
+            }
+            Definition::Dp { address } => self.write_halves(address, fixed::bits(value) as u32),
+            Definition::L { address } => match self.double_of(address) {
+                Some(offset) => write_f64(self.scan.image, offset, value),
+                None => {
+                    let (x, y) = fixed::to_float48(value);
+                    self.write_pair(address, x, y);
+                }
+            },
+            Definition::F { address } => self.write_halves(address, fixed::to_single(value)),
+        }
+    }
+
+    fn write_field(&mut self, space: Space, address: u32, field: Field, value: f64) {
+        let word = self.word(space, address);
+        let bits = fixed::field_bits(value, field.format);
+        self.write_word(space, address, fixed::insert_field(word, field, bits));
+    }
+
+    /// The value of the L-variable at an index of the table.
+    pub(super) fn read_long(&mut self, index: u32) -> i32 {
+        let Some(long) = self.longs.get(index as usize).copied() else { return 0 };
+        fixed::read_field(self.long_word(long), long.field)
+    }
+
+    /// Puts a floating-point value into an L-variable.
+    pub(super) fn write_long(&mut self, index: u32, value: f64) {
+        let Some(long) = self.longs.get(index as usize).copied() else { return };
+        self.write_long_bits(long, fixed::field_bits(value, long.field.format));
+    }
+
+    /// Puts the result of an integer statement into an L-variable.
+    pub(super) fn write_long_integer(&mut self, index: u32, value: i32) {
+        let Some(long) = self.longs.get(index as usize).copied() else { return };
+        let bits = match long.field.format {
+            Format::U | Format::S => value as u32,
+            Format::D | Format::C => fixed::field_bits(f64::from(value), long.field.format),
+        };
+        self.write_long_bits(long, bits);
+    }
+
+    fn long_word(&mut self, long: LongVariable) -> u32 {
+        match long.offset {
+            Some(offset) => read_u32(self.scan.image, offset) & 0xFF_FFFF,
+            None => self.word(long.space, long.address),
+        }
+    }
+
+    fn write_long_bits(&mut self, long: LongVariable, bits: u32) {
+        let word = fixed::insert_field(self.long_word(long), long.field, bits);
+        match long.offset {
+            Some(offset) => write_u32(self.scan.image, offset, word),
+            None => self.write_word(long.space, long.address, word),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinate_systems_share_the_q_variables() {
+        let pmac = MemoryMap::new(false);
+        assert_eq!(pmac.first_q(1), Some(0));
+        assert_eq!(pmac.first_q(8), Some(0x380));
+        assert_eq!([0, 9, u64::MAX].map(|system| pmac.first_q(system)), [None; 3]);
+        let turbo = MemoryMap::new(true);
+        assert_eq!(turbo.first_q(2), Some(0x200));
+        assert_eq!(turbo.first_q(16), Some(0x1E00));
+        assert_eq!(turbo.first_q(17), None);
+    }
+
+    #[test]
+    fn addresses_are_what_the_guide_says() {
+        let (map, layout) = (MemoryMap::new(false), Layout::new(false));
+        assert_eq!(map.double_at(0x1000), Some((Kind::P, 0)));
+        assert_eq!(map.double_at(0x17FF), Some((Kind::Q, 1023)));
+        assert_eq!(map.double_at(0x1800), None);
+        assert_eq!(map.plain_word(&layout, Space::X, 0), Some(layout.words));
+        assert_eq!(map.plain_word(&layout, Space::Y, 0x1_0000), Some(layout.words + 4));
+        assert!(map.plain_word(&layout, Space::X, 0xBC00).is_some());
+        assert_eq!(map.plain_word(&layout, Space::Y, 0xBC00), None);
+        assert_eq!(map.plain_word(&layout, Space::Y, 0x1001), None);
+        assert_eq!(map.plain_word(&layout, Space::X, 0x2A), None);
+        let (map, layout) = (MemoryMap::new(true), Layout::new(true));
+        assert_eq!(map.double_at(0x9FFF), Some((Kind::Q, 8191)));
+        assert_eq!(map.plain_word(&layout, Space::Y, 0x4000), None);
+        assert_eq!(map.plain_word(&layout, Space::Y, 0x5_0000), None);
+        assert!(map.plain_word(&layout, Space::Y, 0x7_8000).is_some());
+    }
+
+    #[test]
+    fn numbers_that_are_computed_wrap() {
+        let map = MemoryMap::new(false);
+        assert_eq!(map.computed_number(-1.0), 1023);
+        assert_eq!(map.computed_number(1024.5), 1);
+        assert_eq!(map.computed_number(f64::NAN), 0);
+        assert_eq!(map.computed_number(1e300), 0);
+    }
+
+    #[test]
+    fn signs_are_extended() {
+        assert_eq!(signed(0x10_0000, 21), -1_048_576.0);
+        assert_eq!(signed(0x0F_FFFF, 21), 1_048_575.0);
+        assert_eq!(signed(0x8000_0000_0000, 48), -140_737_488_355_328.0);
+    }
+}

@@ -1,0 +1,309 @@
+//! Checked statements to resolved ones.
+
+use std::collections::HashMap;
+
+use plcc_abi::image::read_u64;
+use plcc_abi::pmac::{Definition, Field, Format, Kind, Layout, Space};
+
+use super::memory::MemoryMap;
+use super::resolved::{
+    Bits, Comparison, Destination, IntegerOperand, IntegerOperation, LongVariable, Operand,
+    Operation, Statement, Stretch,
+};
+use crate::pmac::analyse::load::Loaded;
+use crate::pmac::ast::{Download, Expr, Func, Op, Stmt, Target, What};
+
+/// What the resolved statements of all tasks refer to.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tables {
+    /// L-variables.
+    pub(super) longs: Vec<LongVariable>,
+    /// L-variables that range assignments write: their indices among `longs`.
+    pub(super) long_ranges: Vec<u32>,
+    /// The operations of all expressions.
+    pub(super) operations: Vec<Operation>,
+    /// The comparisons of conditions that consist of several.
+    pub(super) comparisons: Vec<Comparison>,
+    /// The operations of all integer expressions.
+    pub(super) integer_operations: Vec<IntegerOperation>,
+    /// The definitions of M-variables after load, encoded, by number.
+    pub(super) definitions: Vec<u64>,
+}
+
+/// Resolves names.
+pub(super) struct Resolver<'a> {
+    download: &'a Download,
+    layout: Layout,
+    map: MemoryMap,
+    /// The index of each L-variable in the table, by number.
+    long_index: HashMap<u16, u32>,
+    /// What it made.
+    pub(super) tables: Tables,
+}
+
+impl<'a> Resolver<'a> {
+    pub(super) fn new(download: &'a Download, loaded: &Loaded) -> Self {
+        let layout = loaded.layout;
+        let definition = |number| read_u64(&loaded.image, layout.mdef + 8 * number);
+        let definitions = (0..layout.count).map(definition).collect();
+        let mut this = Self {
+            download,
+            layout,
+            map: MemoryMap::new(layout.turbo),
+            long_index: HashMap::new(),
+            tables: Tables { definitions, ..Tables::default() },
+        };
+        for (&number, definition) in &download.l_defs {
+            let (space, address, field) = match *definition {
+                Definition::X { address, field } => (Space::X, address, field),
+                Definition::Y { address, field } => (Space::Y, address, field),
+                _ => continue,
+            };
+            let offset = this.map.plain_word(&layout, space, address);
+            this.long_index.insert(number, this.tables.longs.len() as u32);
+            this.tables.longs.push(LongVariable { space, address, field, offset });
+        }
+        this
+    }
+
+    pub(super) fn statement(&mut self, stmt: &Stmt) -> Statement {
+        match stmt.what {
+            What::Assign(target, value) if stmt.integer => self.assign_integer(target, value),
+            What::Assign(target, value) => self.assign(target, value),
+            What::If(condition, target) | What::While(condition, target) if stmt.integer => {
+                let operations = self.integer_expression(condition);
+                match *operations.of(&self.tables.integer_operations) {
+                    [
+                        IntegerOperation::Load(left),
+                        IntegerOperation::Compare(cmp, IntegerOperand::Constant(right)),
+                    ] => Statement::IfIntegerComparison(cmp, left, right, target),
+                    _ => Statement::IfInteger(operations, target),
+                }
+            }
+            What::If(condition, target) | What::While(condition, target) => {
+                let operations = self.expression(condition);
+                match Comparison::all(operations.of(&self.tables.operations)).as_deref() {
+                    Some(&[comparison]) => Statement::IfComparison(comparison, target),
+                    Some(comparisons) => {
+                        let start = self.tables.comparisons.len();
+                        self.tables.comparisons.extend_from_slice(comparisons);
+                        let all = Stretch::since(start, &self.tables.comparisons);
+                        Statement::IfAll(all, target)
+                    }
+                    None => Statement::If(operations, target),
+                }
+            }
+            What::Jump(target) => Statement::Jump(target),
+            What::EndWhile(head) => Statement::EndWhile(head),
+            What::Plc(op, plcs) => Statement::Plc(op, plcs.compiled, plcs.set),
+            What::Address(_, Some(system)) => Statement::Address(u64::from(system)),
+            What::AddressBy(_, system) if system.len > 0 => {
+                Statement::AddressBy(self.expression(system))
+            }
+            // Motors are addressed for commands only.
+            What::Address(_, None) | What::AddressBy(..) => Statement::Nothing,
+            What::Text(index, value) => {
+                Statement::Text(index, value.map(|value| self.expression(value)))
+            }
+            What::Define(index) => Statement::Define(index),
+            What::Word(space, address, value) => {
+                Statement::Word(space, address, self.expression(value))
+            }
+            What::Save => Statement::Save,
+        }
+    }
+
+    fn assign(&mut self, target: Target, value: Expr) -> Statement {
+        if let Target::Var(Kind::P, number) = target {
+            let offset = self.layout.p + 8 * u32::from(number);
+            return Statement::AssignDouble(offset, self.expression(value));
+        }
+        if let Target::Var(Kind::M, number) = target
+            && let Some((offset, field)) = self.field(number)
+        {
+            return Statement::AssignField(number, offset, field, self.expression(value));
+        }
+        let destination = match target {
+            Target::Var(Kind::L, number) => match self.long_index.get(&number) {
+                Some(&index) => Destination::Variable(Kind::L, index),
+                None => return Statement::Nothing,
+            },
+            Target::Var(kind, number) => Destination::Variable(kind, u32::from(number)),
+            Target::Indirect(kind, index) => Destination::Indirect(kind, self.expression(index)),
+            Target::Range { kind: Kind::L, first, count, step } => {
+                Destination::Longs(self.long_range(first, count, step))
+            }
+            Target::Range { kind, first, count, step } => Destination::Range {
+                kind,
+                first: first.into(),
+                count: count.into(),
+                step: step.into(),
+            },
+        };
+        Statement::Assign(destination, self.expression(value))
+    }
+
+    /// An assignment that integers compute: to L-variables.
+    fn assign_integer(&mut self, target: Target, value: Expr) -> Statement {
+        match target {
+            Target::Var(_, number) => match self.long_index.get(&number).copied() {
+                Some(index) => Statement::AssignInteger(index, self.integer_expression(value)),
+                None => Statement::Nothing,
+            },
+            Target::Range { first, count, step, .. } => {
+                let longs = self.long_range(first, count, step);
+                Statement::AssignIntegers(longs, self.integer_expression(value))
+            }
+            Target::Indirect(..) => Statement::Nothing,
+        }
+    }
+
+    fn long_range(&mut self, first: u16, count: u16, step: u16) -> Stretch {
+        let start = self.tables.long_ranges.len();
+        for k in 0..count {
+            let number = first.wrapping_add(k.wrapping_mul(step));
+            if let Some(&index) = self.long_index.get(&number) {
+                self.tables.long_ranges.push(index);
+            }
+        }
+        Stretch::since(start, &self.tables.long_ranges)
+    }
+
+    /// The field of a plain word in the image that an M-variable's definition after load means:
+    /// the word's offset, the field.
+    fn field(&self, number: u16) -> Option<(u32, Field)> {
+        let (space, address, field) =
+            match Definition::decode(*self.tables.definitions.get(usize::from(number))?) {
+                Definition::X { address, field } => (Space::X, address, field),
+                Definition::Y { address, field } => (Space::Y, address, field),
+                _ => return None,
+            };
+        Some((self.map.plain_word(&self.layout, space, address)?, field))
+    }
+
+    fn expression(&mut self, expr: Expr) -> Stretch {
+        let start = self.tables.operations.len();
+        let mut depth = 0;
+        let mut ops = self.download.ops(expr).iter().peekable();
+        while let Some(op) = ops.next() {
+            let operand = match *op {
+                Op::Const(value) => Operand::Constant(value),
+                Op::Var(kind, number) => self.variable(kind, number),
+                Op::Indirect(kind) => {
+                    self.tables.operations.push(Operation::Indirect(kind));
+                    continue;
+                }
+                Op::Neg => {
+                    self.tables.operations.push(Operation::Negate);
+                    continue;
+                }
+                Op::Call(func) => {
+                    self.tables.operations.push(Operation::Call(func));
+                    continue;
+                }
+                Op::Bin(_) | Op::Cmp(_) | Op::Both | Op::Either => {
+                    depth -= 1;
+                    self.tables.operations.push(match *op {
+                        Op::Bin(bin) => Operation::BinaryWaiting(bin),
+                        Op::Cmp(cmp) => Operation::CompareWaiting(cmp),
+                        Op::Both => Operation::Both,
+                        _ => Operation::Either,
+                    });
+                    continue;
+                }
+            };
+            let operation = match ops.peek() {
+                Some(Op::Bin(bin)) => Operation::Binary(*bin, operand),
+                Some(Op::Cmp(cmp)) => Operation::Compare(*cmp, operand),
+                _ => {
+                    depth += 1;
+                    self.tables.operations.push(match depth {
+                        1 => Operation::Load(operand),
+                        _ => Operation::Push(operand),
+                    });
+                    continue;
+                }
+            };
+            ops.next();
+            self.tables.operations.push(operation);
+        }
+        Stretch::since(start, &self.tables.operations)
+    }
+
+    fn integer_expression(&mut self, expr: Expr) -> Stretch {
+        let start = self.tables.integer_operations.len();
+        let mut depth = 0;
+        let mut ops = self.download.ops(expr).iter().peekable();
+        while let Some(op) = ops.next() {
+            let operand = match *op {
+                Op::Const(value) => IntegerOperand::Constant(value as i32),
+                Op::Var(_, number) => self.long(number),
+                Op::Neg => {
+                    self.tables.integer_operations.push(IntegerOperation::Negate);
+                    continue;
+                }
+                Op::Call(Func::Abs) => {
+                    self.tables.integer_operations.push(IntegerOperation::Absolute);
+                    continue;
+                }
+                // INT of an integer; nothing else comes here.
+                Op::Call(_) | Op::Indirect(_) => continue,
+                Op::Bin(_) | Op::Cmp(_) | Op::Both | Op::Either => {
+                    depth -= 1;
+                    self.tables.integer_operations.push(match *op {
+                        Op::Bin(bin) => IntegerOperation::BinaryWaiting(bin),
+                        Op::Cmp(cmp) => IntegerOperation::CompareWaiting(cmp),
+                        Op::Both => IntegerOperation::Both,
+                        _ => IntegerOperation::Either,
+                    });
+                    continue;
+                }
+            };
+            let operation = match ops.peek() {
+                Some(Op::Bin(bin)) => IntegerOperation::Binary(*bin, operand),
+                Some(Op::Cmp(cmp)) => IntegerOperation::Compare(*cmp, operand),
+                _ => {
+                    depth += 1;
+                    self.tables.integer_operations.push(match depth {
+                        1 => IntegerOperation::Load(operand),
+                        _ => IntegerOperation::Push(operand),
+                    });
+                    continue;
+                }
+            };
+            ops.next();
+            self.tables.integer_operations.push(operation);
+        }
+        Stretch::since(start, &self.tables.integer_operations)
+    }
+
+    /// An L-variable in a statement that integers compute.
+    fn long(&self, number: u16) -> IntegerOperand {
+        let Some(&index) = self.long_index.get(&number) else { return IntegerOperand::Constant(0) };
+        let bits = self.tables.longs.get(index as usize).and_then(|long| {
+            // Integers have 24 bits with a sign, whatever the format says of a whole word.
+            let field = match long.field {
+                Field { width: 24, format: Format::U, offset } => {
+                    Field { width: 24, format: Format::S, offset }
+                }
+                other => other,
+            };
+            Bits::new(long.offset?, field)
+        });
+        bits.map_or(IntegerOperand::Long(index), IntegerOperand::Bits)
+    }
+
+    fn variable(&self, kind: Kind, number: u16) -> Operand {
+        let wide = u32::from(number);
+        match kind {
+            Kind::P => Operand::Double(self.layout.p + 8 * wide),
+            Kind::I => Operand::Double(self.layout.i + 8 * wide),
+            Kind::Q => Operand::Q(wide),
+            Kind::L => Operand::Long(self.long_index.get(&number).copied().unwrap_or(u32::MAX)),
+            Kind::M => {
+                let bits = self.field(number).and_then(|(offset, field)| Bits::new(offset, field));
+                bits.map_or(Operand::M(wide), |bits| Operand::Field(number, bits))
+            }
+        }
+    }
+}
