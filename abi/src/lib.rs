@@ -15,20 +15,26 @@ pub mod host;
 pub mod image;
 #[cfg(feature = "machine")]
 pub mod machine;
-mod natural;
+mod natural_order;
 pub mod nct;
 pub mod outcome;
 pub mod pmac;
 pub mod pmi;
 pub mod program;
+#[cfg(feature = "suggest")]
+mod suggest;
+mod symbols;
 
 pub use code::{Code, CodeLine, FunctionRange};
 pub use context::{RawOutcome, ScanContext};
 pub use engine::{Engine, Host, Scan};
 pub use host::{HostFn, HostType};
-pub use natural::natural_cmp;
+pub use natural_order::natural_cmp;
 pub use outcome::{Outcome, TrapCode};
 pub use program::{Dialect, Program, Region, Tables, Task};
+#[cfg(feature = "suggest")]
+pub use suggest::closest;
+pub use symbols::{ImageSymbol, ImageType};
 
 /// The version of everything in this crate. An artifact of another version is refused.
 pub const ABI_VERSION: u32 = 1;

@@ -17,6 +17,7 @@
 mod home;
 mod name;
 mod settings;
+mod symbols;
 
 use alloc::{string::String, vec::Vec};
 
@@ -25,6 +26,7 @@ use serde::{Deserialize, Serialize};
 pub use home::NctHome;
 pub use name::{NctName, NctNameError};
 pub use settings::{NctControl, NctSettings, ToolPot};
+pub(crate) use symbols::symbols;
 
 /// Layout of the region `context`, which the executive exchanges with the module that runs.
 pub mod context {

@@ -6,27 +6,53 @@ use serde::{Deserialize, Serialize};
 
 use crate::{nct::NctTables, pmac::PmacTables, pmi::PmiTables};
 
-/// A language, and with it a control.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Dialect {
-    /// Sieb & Meyer SERIES 8.
-    Pmi,
-    /// NCT.
-    Nct,
-    /// Delta Tau PMAC and Turbo PMAC.
-    Pmac,
+/// Writes [`Dialect`] and [`Tables`] from one list of the languages, so that none can be in one and
+/// not in the other.
+macro_rules! dialects {
+    ($($(#[$doc:meta])* $variant:ident, $name:literal, $tables:ty;)*) => {
+        /// A language, and with it the control that runs its programs.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[serde(rename_all = "lowercase")]
+        pub enum Dialect {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl Dialect {
+            /// Every language, in the order of the list.
+            pub const ALL: &[Self] = &[$(Self::$variant),*];
+
+            /// The name on the command line and in dumps, in small letters.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+        }
+
+        /// The part of a program that only the executive of its language understands.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        pub enum Tables {
+            $($(#[$doc])* $variant($tables),)*
+        }
+
+        impl Tables {
+            /// The language that the tables belong to.
+            pub fn dialect(&self) -> Dialect {
+                match self {
+                    $(Self::$variant(_) => Dialect::$variant,)*
+                }
+            }
+        }
+    };
 }
 
-impl Dialect {
-    /// The name on the command line and in dumps.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Pmi => "pmi",
-            Self::Nct => "nct",
-            Self::Pmac => "pmac",
-        }
-    }
+dialects! {
+    /// Sieb & Meyer SERIES 8.
+    Pmi, "pmi", PmiTables;
+    /// NCT.
+    Nct, "nct", NctTables;
+    /// Delta Tau PMAC and Turbo PMAC.
+    Pmac, "pmac", PmacTables;
 }
 
 /// A stretch of the process image that holds one kind of state. Accesses to different regions
@@ -67,25 +93,10 @@ pub struct Program {
     pub tables: Tables,
 }
 
-/// The part of a program that only its dialect's executive understands.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Tables {
-    /// For PMI's executive.
-    Pmi(PmiTables),
-    /// For NCT's executive.
-    Nct(NctTables),
-    /// For PMAC's executive.
-    Pmac(PmacTables),
-}
-
 impl Program {
     /// The program's dialect.
     pub fn dialect(&self) -> Dialect {
-        match self.tables {
-            Tables::Pmi(_) => Dialect::Pmi,
-            Tables::Nct(_) => Dialect::Nct,
-            Tables::Pmac(_) => Dialect::Pmac,
-        }
+        self.tables.dialect()
     }
 
     /// The region of a name.

@@ -85,7 +85,7 @@ fn compiling(criterion: &mut Criterion) {
     for subject in subjects() {
         group.bench_function(&subject.name, |bencher| {
             bencher.iter(|| {
-                let lowered = subject.check()?.optimized(OptLevel::Speed);
+                let lowered = subject.check()?.optimized(OptLevel::Speed).ok()?;
                 black_box(compile::jit(&lowered).ok())
             });
         });
@@ -100,7 +100,10 @@ fn ticks(criterion: &mut Criterion) {
             eprintln!("{}: it has errors", subject.name);
             continue;
         };
-        let lowered = checked.optimized(OptLevel::Speed);
+        let Ok(lowered) = checked.optimized(OptLevel::Speed) else {
+            eprintln!("{}: it can't be lowered", subject.name);
+            continue;
+        };
         let (Ok((jit, _)), Ok((aot, _))) = (compile::jit(&lowered), compile::aot(&lowered)) else {
             eprintln!("{}: it can't be compiled", subject.name);
             continue;

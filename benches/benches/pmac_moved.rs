@@ -9,7 +9,8 @@
 use std::error::Error;
 use std::time::Instant;
 
-use plcc::compile::{jit, recompiler};
+use plcc::compile::jit;
+use plcc::recompile::PmacRecompiler;
 use plcc_abi::image::write_u32;
 use plcc_abi::pmac::{Definition, Definitions, Field, Format, Layout, Place, Relied, Space};
 use plcc_abi::{Engine, Scan};
@@ -146,7 +147,7 @@ impl Machine {
     ) -> Result<Self, Box<dyn Error>> {
         let (native, _) = jit(lowered)?;
         let relied: &[Relied] = program.relied();
-        let compiler = recompiler(program, OptLevel::Speed);
+        let compiler = Box::new(PmacRecompiler::new(Box::new(program.clone()), OptLevel::Speed));
         let engine = Recompiling::new(native, relied, false, compiler, settings);
         let executive = PmacExecutive::new(&lowered.program, PmacOptions::default());
         Ok(Self { engine, executive: executive.ok_or("no PMAC")? })

@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 
 use clap::builder::styling::{AnsiColor, Styles};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum};
 use plcc_abi::Dialect;
 use plcc_codegen::OptLevel;
+use plcc_frontend::LANGUAGES;
 use plcc_frontend::common::{Controller, Limits};
 use plcc_runtime::args::{ControlArgs, RunArgs};
 
@@ -29,6 +31,7 @@ Exit status:
   1    the source has errors
   2    wrong usage, or a file that can't be read or is not valid
   3    the program was stopped by a run-time fault
+  4    the compiler has made a mistake; please report it
   130  Ctrl-C";
 
 /// Native code for the PLC programs of machine tools: PMI, NCT and PMAC.
@@ -116,24 +119,15 @@ Examples:
     },
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum DialectArg {
-    /// Sieb & Meyer SERIES 8
-    Pmi,
-    /// NCT
-    Nct,
-    /// Delta Tau PMAC and Turbo PMAC
-    Pmac,
-}
-
-impl From<DialectArg> for Dialect {
-    fn from(arg: DialectArg) -> Self {
-        match arg {
-            DialectArg::Pmi => Self::Pmi,
-            DialectArg::Nct => Self::Nct,
-            DialectArg::Pmac => Self::Pmac,
-        }
-    }
+/// The languages by their names, each with its maker.
+fn dialect() -> impl TypedValueParser<Value = Dialect> {
+    let known = LANGUAGES
+        .iter()
+        .map(|language| PossibleValue::new(language.dialect().name()).help(language.maker()));
+    PossibleValuesParser::new(known).try_map(|name| {
+        let of_name = |dialect: &&Dialect| dialect.name() == name;
+        Dialect::ALL.iter().find(of_name).copied().ok_or("there is no such language")
+    })
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -215,8 +209,8 @@ pub(crate) enum FormatArg {
 #[command(next_help_heading = "Source")]
 pub(crate) struct SourceArgs {
     /// The language; without it the file's ending or its text decides
-    #[arg(long, value_name = "DIALECT")]
-    pub(crate) dialect: Option<DialectArg>,
+    #[arg(long, value_name = "DIALECT", value_parser = dialect())]
+    pub(crate) dialect: Option<Dialect>,
 
     /// Whether the original compiler's limits hold [default: original]
     #[arg(long, value_name = "LIMITS")]
@@ -317,8 +311,8 @@ pub(crate) struct RunCommand {
     #[arg(long, value_name = "LEVEL")]
     pub(crate) opt: Option<OptArg>,
 
-    /// PMAC, --engine jit: makes code anew when definitions of M-variables that the program has
-    /// moved rest for so many ticks [default: 100]
+    /// PMAC, --engine jit: when the program has changed definitions of M-variables, compiles it
+    /// again once they have stayed as they are for so many ticks [default: 100]
     #[arg(long, value_name = "TICKS|never", value_parser = rest)]
     pub(crate) recompile_after: Option<Rest>,
 
@@ -373,8 +367,8 @@ pub(crate) struct ExplainArgs {
     pub(crate) what: Vec<String>,
 
     /// Only what it means there
-    #[arg(long, value_name = "DIALECT")]
-    pub(crate) dialect: Option<DialectArg>,
+    #[arg(long, value_name = "DIALECT", value_parser = dialect())]
+    pub(crate) dialect: Option<Dialect>,
 
     /// Only what PMAC's variables mean on that controller
     #[arg(long, value_name = "CONTROLLER")]
@@ -401,7 +395,7 @@ fn define(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// How long definitions rest before code is made anew.
+/// How long changed definitions must stay as they are before the program is compiled again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rest {
     Never,

@@ -1,33 +1,24 @@
-//! From source text to engines. The one place that tells the languages apart.
+//! From source text to engines.
 
-use plcc_abi::pmac::Relied;
-use plcc_abi::{Code, Dialect, Engine, Program, Tables};
+use plcc_abi::{Code, Dialect, Engine, Program};
 use plcc_codegen::{CodegenError, OptLevel, Target};
 use plcc_diag::{Diagnostic, FileId, SourceMap};
-use plcc_frontend::common::{FileLoader, Lowered, Options};
-use plcc_frontend::{nct, pmac, pmi};
+use plcc_frontend::common::{CrossReference, FileLoader, InternalError, Lowered, Options};
+use plcc_frontend::{CheckedProgram, Recompilable, language};
 use plcc_runtime::NativeEngine;
 use plcc_runtime::artifact::{self, Artifact, ArtifactError};
 use plcc_runtime::native::NativeError;
-use plcc_runtime::pmac::{Recompiler, Recompiling, Settings};
 use thiserror::Error;
 
 /// A program without errors, or one whose broken parts may be left out.
-#[derive(Clone, Debug)]
-pub enum Checked {
-    /// PMI's.
-    Pmi(pmi::Program),
-    /// NCT's.
-    Nct(nct::Program),
-    /// PMAC's.
-    Pmac(pmac::Program),
-}
+#[derive(Debug)]
+pub struct Checked(Box<dyn CheckedProgram>);
 
-/// Reads and checks a program: one file, or for PMAC several as one download. Included files are
-/// added to `sources`.
+/// Reads and checks a program: one file, or several where the language loads several as one
+/// program. Included files are added to `sources`.
 ///
-/// There is a program where there is no error, and for PMAC also where all errors are broken
-/// structures: the caller decides whether it runs without those PLCs (`--keep-going`).
+/// There is a program where there is no error, and where the language can run the rest of a program
+/// whose broken parts are left out: the caller decides whether it does (`--keep-going`).
 pub fn check(
     sources: &mut SourceMap,
     files: &[FileId],
@@ -35,68 +26,58 @@ pub fn check(
     loader: &dyn FileLoader,
     options: &Options,
 ) -> (Option<Checked>, Vec<Diagnostic>) {
-    fn wrap<P>(
-        (program, diagnostics): (Option<P>, Vec<Diagnostic>),
-        checked: fn(P) -> Checked,
-    ) -> (Option<Checked>, Vec<Diagnostic>) {
-        (program.map(checked), diagnostics)
-    }
-    let first = files.first().copied().unwrap_or(FileId(0));
-    match dialect {
-        Dialect::Pmi => wrap(pmi::check(sources, first, loader, options), Checked::Pmi),
-        Dialect::Nct => wrap(nct::check(sources, first, loader, options), Checked::Nct),
-        Dialect::Pmac => wrap(pmac::check(sources, files, loader, options), Checked::Pmac),
-    }
+    let (program, diagnostics) = language(dialect).check(sources, files, loader, options);
+    (program.map(Checked), diagnostics)
 }
 
 impl Checked {
     /// The statement interpreter.
     pub fn interpreter(&self) -> Box<dyn Engine> {
-        match self {
-            Self::Pmi(program) => program.interpreter(),
-            Self::Nct(program) => program.interpreter(),
-            Self::Pmac(program) => program.interpreter(),
-        }
+        self.0.interpreter()
     }
 
     /// Tables for the executive, and IR as the front end makes it.
-    pub fn lower(&self) -> Lowered {
-        match self {
-            Self::Pmi(program) => program.lower(),
-            Self::Nct(program) => program.lower(),
-            Self::Pmac(program) => program.lower(),
-        }
+    ///
+    /// # Errors
+    /// When the front end notices a mistake of its own.
+    pub fn lower(&self) -> Result<Lowered, InternalError> {
+        self.0.lower()
     }
 
-    /// What each statement is computed in, integers or floating point; for the language where that
-    /// is a question.
+    /// What each statement is computed in, integers or floating point; for languages where the
+    /// compiler chooses.
     pub fn explain_arithmetic(&self) -> Option<String> {
-        match self {
-            Self::Pmac(program) => Some(program.explain_arithmetic()),
-            Self::Pmi(_) | Self::Nct(_) => None,
-        }
+        self.0.explain_arithmetic()
+    }
+
+    /// The program for a compiler that makes other code for it while it runs, where its code
+    /// assumes what the program may change.
+    pub fn recompilable(&self) -> Option<Box<dyn Recompilable>> {
+        self.0.recompilable()
+    }
+
+    /// Where each variable is read, written and tested.
+    pub fn cross_reference(&self) -> Option<CrossReference> {
+        self.0.cross_reference()
     }
 
     /// The same as [`lower`](Self::lower) after the passes.
-    pub fn optimized(&self, opt: OptLevel) -> Lowered {
-        let mut lowered = self.lower();
+    ///
+    /// # Errors
+    /// When the front end notices a mistake of its own.
+    pub fn optimized(&self, opt: OptLevel) -> Result<Lowered, InternalError> {
+        let mut lowered = self.lower()?;
         plcc_ir::passes::optimize(&mut lowered.module, opt);
-        lowered
+        Ok(lowered)
     }
 }
 
-/// What listings say of the variables that a program names, a line each; for the language whose
-/// numbers say nothing by themselves.
-pub fn notes(program: &Program) -> Vec<String> {
-    match &program.tables {
-        Tables::Pmac(tables) => pmac::reference::listing_comments::notes(tables),
-        Tables::Pmi(_) | Tables::Nct(_) => Vec::new(),
-    }
-}
-
-/// Why a checked program is not compiled: a defect of plcc, or a program beyond all measure.
+/// Why a checked program is not compiled.
 #[derive(Debug, Error)]
 pub enum CompileError {
+    /// No IR could be made.
+    #[error(transparent)]
+    Lower(#[from] InternalError),
     /// No machine code could be made.
     #[error(transparent)]
     Codegen(#[from] CodegenError),
@@ -108,6 +89,19 @@ pub enum CompileError {
     Artifact(#[from] ArtifactError),
 }
 
+impl CompileError {
+    /// Whether the compiler is to blame. Else the program is beyond what can be addressed, or the
+    /// system does not give what is needed.
+    pub fn is_internal(&self) -> bool {
+        match self {
+            Self::Codegen(CodegenError::Target { .. } | CodegenError::TooLong) => false,
+            Self::Native(NativeError::Map(_) | NativeError::Machine(_)) => false,
+            Self::Artifact(ArtifactError::TooLarge { .. }) => false,
+            Self::Lower(_) | Self::Codegen(_) | Self::Native(_) | Self::Artifact(_) => true,
+        }
+    }
+}
+
 /// Code for this very machine, mapped, and its size in bytes.
 ///
 /// # Errors
@@ -115,45 +109,6 @@ pub enum CompileError {
 pub fn jit(lowered: &Lowered) -> Result<(NativeEngine, usize), CompileError> {
     let code = plcc_codegen::compile(&lowered.module, &Target::host()?)?;
     Ok((NativeEngine::new(&code, &lowered.program)?, code.bytes.len()))
-}
-
-/// Native code of a PMAC download for other definitions of its M-variables.
-struct Anew {
-    program: pmac::Program,
-    opt: OptLevel,
-}
-
-impl Recompiler for Anew {
-    fn recompile(&mut self, relied: &[Relied]) -> Result<NativeEngine, String> {
-        let mut lowered = self.program.lower_for(relied);
-        plcc_ir::passes::optimize(&mut lowered.module, self.opt);
-        let compiled = jit(&lowered);
-        compiled.map(|(engine, _)| engine).map_err(|error| error.to_string())
-    }
-}
-
-/// What compiles a PMAC download for other definitions of its M-variables.
-pub fn recompiler(program: &pmac::Program, opt: OptLevel) -> Box<dyn Recompiler> {
-    Box::new(Anew { program: program.clone(), opt })
-}
-
-/// Native code as it is, or for a PMAC download code that is made anew when the program has moved
-/// definitions of M-variables. `tables` and `native` are those of `checked` as it was lowered.
-pub fn anew(
-    checked: &Checked,
-    tables: &Program,
-    native: NativeEngine,
-    opt: OptLevel,
-    settings: Settings,
-) -> Box<dyn Engine> {
-    match (checked, &tables.tables) {
-        (Checked::Pmac(program), Tables::Pmac(tables)) => {
-            let compiler = recompiler(program, opt);
-            let relied = program.relied();
-            Box::new(Recompiling::new(native, relied, tables.turbo, compiler, settings))
-        }
-        _ => Box::new(native),
-    }
 }
 
 /// Code for a target.

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use plcc_abi::Dialect;
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 use plcc_frontend::common::{FileLoader, Machine, Options};
+use plcc_frontend::{LANGUAGES, detect, language};
 use plcc_runtime::Artifact;
 
 use crate::args::SourceArgs;
 use crate::compile::{self, Checked};
-use crate::detect;
 use crate::disk::Disk;
 use crate::failure::Failure;
 
@@ -91,16 +91,19 @@ impl Input {
             raw.iter().map(|raw| sources.add(raw.path.to_string_lossy(), &raw.bytes)).collect();
         let paths: Vec<&Path> = raw.iter().map(|raw| raw.path.as_path()).collect();
         let dialect = match args.dialect {
-            Some(dialect) => dialect.into(),
+            Some(dialect) => dialect,
             None => detect_all(&sources, &files, &paths)?,
         };
-        if files.len() > 1 && dialect != Dialect::Pmac {
-            let name = dialect.name();
+        if files.len() > 1 && !language(dialect).joins_files() {
+            let joining: Vec<_> =
+                LANGUAGES.iter().filter(|l| l.joins_files()).map(|l| l.title()).collect();
             let message = format!(
-                "a {name} program is one file; {} were given (several are a PMAC download)",
-                files.len()
+                "a {} program is one file; {} were given (several are a {} download)",
+                dialect.name(),
+                files.len(),
+                joining.join(" or ")
             );
-            return Err(Failure(message));
+            return Err(Failure::usage(message));
         }
         Ok(Self { sources, files, dialect })
     }
@@ -132,14 +135,14 @@ fn detect_all(sources: &SourceMap, files: &[FileId], paths: &[&Path]) -> Result<
     let mut found: Option<(Dialect, &Path)> = None;
     let mut doubt: Option<(&Path, Vec<Dialect>)> = None;
     for (&path, &file) in paths.iter().zip(files) {
-        match detect::dialect(path, sources.text(file)) {
+        match detect::detect(path, sources.text(file)) {
             Ok(dialect) => match found {
                 Some((other, first)) if other != dialect => {
                     let (a, b) = (first.display(), path.display());
                     let (x, y) = (other.name(), dialect.name());
                     let message =
                         format!("{a} is {x} and {b} is {y}; --dialect says what both are");
-                    return Err(Failure(message));
+                    return Err(Failure::usage(message));
                 }
                 _ => found = Some((dialect, path)),
             },
@@ -148,19 +151,33 @@ fn detect_all(sources: &SourceMap, files: &[FileId], paths: &[&Path]) -> Result<
     }
     match (found, doubt) {
         (Some((dialect, _)), None) => Ok(dialect),
-        // One file of a download may be definitions alone.
-        (Some((Dialect::Pmac, _)), Some((_, like))) if like.is_empty() => Ok(Dialect::Pmac),
+        // One file of a program of several may be definitions alone.
+        (Some((dialect, _)), Some((_, like)))
+            if like.is_empty() && language(dialect).joins_files() =>
+        {
+            Ok(dialect)
+        }
         (_, Some((path, like))) => Err(Failure::file(path, undecided(&like))),
-        (None, None) => Err(Failure("no file was given".into())),
+        (None, None) => Err(Failure::usage("no file was given")),
     }
 }
 
 fn undecided(like: &[Dialect]) -> String {
     let names: Vec<&str> = like.iter().map(|dialect| dialect.name()).collect();
     if names.is_empty() {
-        "neither its name nor its text says which language it is; use --dialect pmi, nct or pmac"
-            .into()
+        let all: Vec<&str> = Dialect::ALL.iter().map(|dialect| dialect.name()).collect();
+        let all = list(&all, "or");
+        format!("neither its name nor its text says which language it is; use --dialect {all}")
     } else {
         format!("its text looks like {}; use --dialect", names.join(" and like "))
+    }
+}
+
+/// `a, b or c`.
+pub(crate) fn list(words: &[&str], before_last: &str) -> String {
+    match words {
+        [] => String::new(),
+        [one] => (*one).into(),
+        [first @ .., last] => format!("{} {before_last} {last}", first.join(", ")),
     }
 }

@@ -1,34 +1,78 @@
-//! The command line of plcc, and [`compile`], the one place where the languages are told apart.
+//! The command line of plcc.
+//!
+//! [`compile`] goes from source text to engines, for any language; the commands are in `commands`,
+//! a file each. What a command can't do is a `Failure`, which decides the exit status.
 
 mod args;
 mod commands;
 pub mod compile;
-pub mod detect;
 pub mod disk;
 mod failure;
 mod input;
 mod output;
+pub mod recompile;
 mod report;
 
+use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
+use std::sync::Mutex;
 
 use clap::Parser;
+
+use failure::Failure;
 
 /// Does what the command line says.
 pub fn main() -> ExitCode {
     let cli = args::Cli::parse();
     let report = report::Report::new(cli.color);
-    let result = match cli.command {
-        args::Command::Check(args) => commands::check::check(&args, &report),
-        args::Command::Build(args) => commands::build::build(&args, &report),
-        args::Command::Run(args) => commands::run::run(&args, &report),
-        args::Command::Bench(args) => commands::bench::bench(&args, &report),
-        args::Command::Explain(args) => commands::explain::explain(&args),
-        args::Command::Xref(args) => commands::xref::xref(&args, &report),
-        args::Command::Completions { shell } => commands::completions::completions(shell),
-    };
+    let result = catch_panics(|| run(cli.command, &report));
     ExitCode::from(match result {
         Ok(status) => status,
         Err(failure) => report.failure(&failure),
     })
+}
+
+/// Runs a command.
+fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
+    match command {
+        args::Command::Check(args) => commands::check::check(&args, report),
+        args::Command::Build(args) => commands::build::build(&args, report),
+        args::Command::Run(args) => commands::run::run(&args, report),
+        args::Command::Bench(args) => commands::bench::bench(&args, report),
+        args::Command::Explain(args) => commands::explain::explain(&args),
+        args::Command::Xref(args) => commands::xref::xref(&args, report),
+        args::Command::Completions { shell } => commands::completions::completions(shell),
+    }
+}
+
+/// Does the work. A panic in it, which is a mistake of the compiler like any other internal error,
+/// ends as one; without the text that a panic prints by itself.
+fn catch_panics(work: impl FnOnce() -> Result<u8, Failure>) -> Result<u8, Failure> {
+    static MESSAGE: Mutex<Option<String>> = Mutex::new(None);
+    panic::set_hook(Box::new(|about| {
+        let what = about.payload_as_str().unwrap_or("a panic without a message");
+        let place = about.location().map(|place| format!(" (at {place})")).unwrap_or_default();
+        if let Ok(mut message) = MESSAGE.lock() {
+            message.get_or_insert(format!("{what}{place}"));
+        }
+    }));
+    let result = panic::catch_unwind(AssertUnwindSafe(work));
+    // What follows is reported as usual.
+    drop(panic::take_hook());
+    result.unwrap_or_else(|_| {
+        let message = MESSAGE.lock().ok().and_then(|mut message| message.take());
+        Err(Failure::internal(message.unwrap_or_else(|| "a panic".into())))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_an_internal_error() {
+        let result = catch_panics(|| panic!("index {} is missing", 7));
+        let Err(Failure::Internal(message)) = result else { panic!("{result:?}") };
+        assert!(message.starts_with("index 7 is missing (at cli/src/lib.rs:"), "{message}");
+    }
 }

@@ -21,7 +21,7 @@ pub(crate) fn print(bytes: &[u8]) -> Result<(), Failure> {
 pub(crate) fn unless_closed(result: io::Result<()>) -> Result<(), Failure> {
     match result {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Failure(format!("standard output can't be written: {error}")))
+            Err(Failure::usage(format!("standard output can't be written: {error}")))
         }
         _ => Ok(()),
     }
@@ -55,5 +55,5 @@ pub(crate) fn write(
     }
     // What a link points to is replaced, not the link.
     let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    write_whole(&place, bytes).map_err(|error| Failure(format!("-o: {error}")))
+    write_whole(&place, bytes).map_err(|error| Failure::usage(format!("-o: {error}")))
 }

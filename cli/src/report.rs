@@ -6,7 +6,7 @@ use clap::ColorChoice;
 use plcc_diag::{Diagnostic, Severity, SourceMap, json, render};
 
 use crate::args::FormatArg;
-use crate::failure::{Failure, USAGE};
+use crate::failure::Failure;
 use crate::output::unless_closed;
 
 /// So many diagnostics are drawn; the rest are counted.
@@ -63,9 +63,10 @@ impl Report {
     }
 
     /// Says why a command failed, and gives its exit status.
-    pub(crate) fn failure(&self, Failure(message): &Failure) -> u8 {
+    pub(crate) fn failure(&self, failure: &Failure) -> u8 {
+        let message = failure.text(&command_line());
         self.tell(&format!("{}: {message}", self.paint("error", "31;1")));
-        USAGE
+        failure.status()
     }
 
     /// A line for people, on standard error. That nobody reads it changes nothing.
@@ -166,6 +167,12 @@ impl From<FormatArg> for To {
     fn from(format: FormatArg) -> Self {
         Self { format, stdout_taken: false }
     }
+}
+
+/// The command line as it was given, its words divided by blanks.
+fn command_line() -> String {
+    let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
+    words.collect::<Vec<_>>().join(" ")
 }
 
 /// `1 error`, `2 errors`.

@@ -7,6 +7,10 @@
 //! Architecture Invariant: nothing here does IO. Files are asked of a [`common::FileLoader`].
 
 pub mod common;
+pub mod detect;
+pub mod language;
 pub mod nct;
 pub mod pmac;
 pub mod pmi;
+
+pub use language::{CheckedProgram, LANGUAGES, Language, Recompilable, Topic, language};

@@ -3,11 +3,11 @@
 
 use plcc_diag::SourceMap;
 use plcc_frontend::{
-    common::{MemoryLoader, Options},
+    common::{CrossReference, MemoryLoader, Options},
     nct,
 };
 
-fn xref(text: &str) -> (nct::Xref, Vec<(&'static str, u32)>) {
+fn xref(text: &str) -> (CrossReference, Vec<(&'static str, u32)>) {
     let mut sources = SourceMap::new();
     let file = sources.add("main.nct", text.as_bytes());
     let (program, all) = nct::check(&mut sources, file, &MemoryLoader::new(), &Options::default());

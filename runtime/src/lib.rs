@@ -15,7 +15,6 @@ pub mod executive;
 pub mod files;
 pub mod native;
 pub mod nct;
-mod nearest;
 pub mod panic_barrier;
 pub mod perf;
 pub mod pmac;

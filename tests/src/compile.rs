@@ -77,11 +77,11 @@ pub fn compile_sources(
     let Some(checked) = checked.filter(|_| errors.is_empty()) else {
         return Err(errors.join("\n"));
     };
-    let plain = checked.lower();
+    let plain = checked.lower().map_err(text)?;
     if let Some(error) = verify::verify(&plain.module).first() {
         return Err(format!("the IR breaks a rule: {error}"));
     }
-    let best = checked.optimized(OptLevel::Speed);
+    let best = checked.optimized(OptLevel::Speed).map_err(text)?;
     Ok(Compiled { checked, plain, best })
 }
 

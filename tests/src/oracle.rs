@@ -87,10 +87,10 @@ fn place(sources: &SourceMap, diagnostic: &Diagnostic) {
 }
 
 fn program(checked: &Checked) {
-    let lowered = checked.lower();
+    let Ok(lowered) = checked.lower() else { panic!("it is not lowered") };
     let found = verify::verify(&lowered.module);
     assert!(found.is_empty(), "lowered IR breaks a rule: {found:?}");
-    let best = checked.optimized(OptLevel::Speed);
+    let Ok(best) = checked.optimized(OptLevel::Speed) else { panic!("it is not lowered") };
     let found = verify::verify(&best.module);
     assert!(found.is_empty(), "optimised IR breaks a rule: {found:?}");
     drop(checked.interpreter());
@@ -135,7 +135,7 @@ pub fn artifacts() -> Vec<(&'static str, Vec<u8>)> {
         let file = sources.add(name, text.as_bytes());
         let options = Options::default();
         let (checked, _) = check(&mut sources, &[file], dialect, &MemoryLoader::new(), &options);
-        let lowered = checked?.optimized(OptLevel::Speed);
+        let lowered = checked?.optimized(OptLevel::Speed).ok()?;
         let target = Target::host_baseline().ok()?;
         let code = plcc_codegen::compile(&lowered.module, &target).ok()?;
         Some((name, artifact::encode(&lowered.program, &code).ok()?))

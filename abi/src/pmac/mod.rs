@@ -11,6 +11,7 @@ pub mod memory;
 pub mod pure;
 pub mod range;
 pub mod reliance;
+mod symbols;
 pub mod tables;
 
 pub use definition::{Definition, Field, Format};
@@ -19,4 +20,5 @@ pub use layout::{COMMAND_CONTEXT, Layout, Place, Run, Space, context};
 pub use memory::{Memory, View};
 pub use range::Range;
 pub use reliance::{Definitions, Direct, Relied};
+pub(crate) use symbols::symbols;
 pub use tables::{Define, Kind, PlcOp, PmacTables, Program, Text, Variable};

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use plcc_abi::{Engine, Program};
 use plcc_codegen::OptLevel;
-use plcc_frontend::common::Options;
+use plcc_frontend::common::{Lowered, Options};
 use plcc_runtime::pmac::Settings;
 use plcc_runtime::run::{Player, Stimulus};
 use plcc_runtime::{Event, Executive, session};
@@ -15,10 +15,11 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use crate::args::BenchArgs;
-use crate::compile;
+use crate::compile::{self, CompileError};
 use crate::failure::{DONE, ERRORS, Failure, STOPPED};
 use crate::input::{self, Input};
 use crate::output;
+use crate::recompile::recompiling;
 use crate::report::{Count, Report, To};
 use engine::Timed;
 use figures::{Figures, Samples};
@@ -72,11 +73,10 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
     let jit_ms = compile_ms(args, &options, |lowered| compile::jit(lowered).map(drop))?;
     let aot_ms = compile_ms(args, &options, |lowered| compile::aot(lowered).map(drop))?;
 
-    let lowered = checked.optimized(opt);
-    let fail = |error| Failure(format!("the program can't be compiled: {error}"));
-    let (jit, jit_bytes) = compile::jit(&lowered).map_err(fail)?;
-    let (aot, aot_bytes) = compile::aot(&lowered).map_err(fail)?;
-    let jit = compile::anew(&checked, &lowered.program, jit, opt, Settings::default());
+    let lowered = checked.optimized(opt).map_err(CompileError::from)?;
+    let (jit, jit_bytes) = compile::jit(&lowered)?;
+    let (aot, aot_bytes) = compile::aot(&lowered)?;
+    let jit = recompiling(&checked, &lowered.program, jit, opt, Settings::default());
     let engines: [(&'static str, Box<dyn Engine>); 3] =
         [("interp", checked.interpreter()), ("jit", jit), ("aot", Box::new(aot))];
     let mut contestants = Vec::new();
@@ -118,7 +118,7 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
 fn compile_ms(
     args: &BenchArgs,
     options: &Options,
-    make: impl Fn(&plcc_frontend::common::Lowered) -> Result<(), compile::CompileError>,
+    make: impl Fn(&Lowered) -> Result<(), CompileError>,
 ) -> Result<f64, Failure> {
     let opt: OptLevel = args.opt.into();
     let mut least = Duration::MAX;
@@ -127,8 +127,7 @@ fn compile_ms(
         let start = Instant::now();
         let program = input.check(options);
         if let Some(checked) = &program.checked {
-            let result = make(&checked.optimized(opt));
-            result.map_err(|error| format!("the program can't be compiled: {error}"))?;
+            make(&checked.optimized(opt).map_err(CompileError::from)?)?;
         }
         least = least.min(start.elapsed());
     }
@@ -144,10 +143,10 @@ fn contestant(
 ) -> Result<Contestant, Failure> {
     let machine = args.source.machine.as_ref().map(|_| &options.machine.nct);
     let executive = session::executive(program, &args.control, false, machine);
-    let mut executive = executive.map_err(|error| Failure(error.to_string()))?;
+    let mut executive = executive.map_err(|error| Failure::usage(error.to_string()))?;
     let stimulus = match &args.stimulus {
         Some(path) => session::stimulus(path, executive.as_mut())
-            .map_err(|error| Failure(error.to_string()))?,
+            .map_err(|error| Failure::usage(error.to_string()))?,
         None => Stimulus::default(),
     };
     Ok(Contestant {
@@ -203,10 +202,8 @@ fn agree(contestants: &mut [Contestant]) -> Result<(), Failure> {
     for (other, values) in states {
         let differs = state.iter().zip(&values).find(|(a, b)| a != b);
         if let Some(((variable, a), (_, b))) = differs {
-            return Err(Failure(format!(
-                "{variable} is {a:?} in {name} and {b:?} in {other}: a fault of plcc; please \
-                 report it"
-            )));
+            let message = format!("{variable} is {a:?} in {name} and {b:?} in {other}");
+            return Err(Failure::internal(message));
         }
     }
     Ok(())

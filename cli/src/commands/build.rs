@@ -3,11 +3,13 @@
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
+use plcc_abi::Program;
 use plcc_codegen::{OptLevel, Target, emit};
 use plcc_frontend::common::Lowered;
+use plcc_frontend::language;
 
 use crate::args::{BuildArgs, Emit};
-use crate::compile;
+use crate::compile::{self, CompileError};
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{self, Input};
 use crate::output;
@@ -20,7 +22,7 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         Some(triple) => Target::baseline(triple),
         None => Target::host_baseline(),
     };
-    let target = target.map_err(|error| format!("--target: {error}"))?;
+    let target = target.map_err(|error| Failure::usage(format!("--target: {error}")))?;
     let stem = args.files.first().and_then(|file| file.file_stem());
     let stem = Path::new(stem.unwrap_or(std::ffi::OsStr::new("program")));
     let path = match (&args.output, args.emit) {
@@ -33,7 +35,7 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
     let is_text = matches!(args.emit, Emit::Ir | Emit::Clif | Emit::Asm);
     if stdout_taken && !is_text && std::io::stdout().is_terminal() {
         let what = "machine code is nothing for a terminal; -o FILE says where to";
-        return Err(Failure(what.into()));
+        return Err(Failure::usage(what));
     }
     let program = Input::read(&args.files, &args.source)?.check(&options);
     let to = To { format: args.message_format, stdout_taken };
@@ -42,10 +44,10 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         report.tell(&format!("{count}: nothing is built"));
         return Ok(ERRORS);
     };
-    let lowered = checked.optimized(opt);
+    let lowered = checked.optimized(opt).map_err(CompileError::from)?;
     let mut bytes = make(&lowered, &target, args.emit)?;
     if is_text {
-        let mut listing = notes(&lowered);
+        let mut listing = listing_comments(&lowered.program);
         listing.append(&mut bytes);
         bytes = listing;
     }
@@ -62,29 +64,28 @@ fn named(stem: &Path, ending: &str) -> PathBuf {
     name.into()
 }
 
-/// What stands above a listing: comments, in its own form.
-fn notes(lowered: &Lowered) -> Vec<u8> {
-    let notes = compile::notes(&lowered.program);
-    let end = if notes.is_empty() { "" } else { "\n" };
-    let mut text: String = notes.iter().map(|note| format!("; {note}\n")).collect();
+/// What stands above a listing: what the variables are that the program names, as comments.
+fn listing_comments(program: &Program) -> Vec<u8> {
+    let comments = language(program.dialect()).listing_comments(&program.tables);
+    let end = if comments.is_empty() { "" } else { "\n" };
+    let mut text: String = comments.iter().map(|comment| format!("; {comment}\n")).collect();
     text.push_str(end);
     text.into_bytes()
 }
 
 /// What was asked for, as bytes.
-fn make(lowered: &Lowered, target: &Target, form: Emit) -> Result<Vec<u8>, String> {
-    let fail = |error: &dyn std::fmt::Display| format!("the program can't be compiled: {error}");
+fn make(lowered: &Lowered, target: &Target, form: Emit) -> Result<Vec<u8>, CompileError> {
     Ok(match form {
         Emit::Artifact => {
-            let code = compile::code(lowered, target).map_err(|error| fail(&error))?;
-            compile::artifact(&lowered.program, &code).map_err(|error| fail(&error))?
+            let code = compile::code(lowered, target)?;
+            compile::artifact(&lowered.program, &code)?
         }
         Emit::Obj => {
-            let code = compile::code(lowered, target).map_err(|error| fail(&error))?;
-            emit::object(&lowered.program, &code, target).map_err(|error| fail(&error))?
+            let code = compile::code(lowered, target)?;
+            emit::object(&lowered.program, &code, target)?
         }
         Emit::Ir => plcc_ir::text::print(&lowered.module).into_bytes(),
         Emit::Clif => emit::clif(&lowered.module, target).into_bytes(),
-        Emit::Asm => emit::asm(&lowered.module, target).map_err(|error| fail(&error))?.into_bytes(),
+        Emit::Asm => emit::asm(&lowered.module, target)?.into_bytes(),
     })
 }

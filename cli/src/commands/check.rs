@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 use plcc_abi::{Dialect, natural_cmp};
 use plcc_diag::FileId;
 use plcc_frontend::common::Options;
+use plcc_frontend::detect::{self, Ending, ending};
+use plcc_frontend::language;
 
 use crate::args::{CheckArgs, FormatArg};
 use crate::compile::Checked;
-use crate::detect::{Ending, ending};
 use crate::disk::real;
 use crate::failure::{DONE, ERRORS, Failure, USAGE};
 use crate::input::{self, Input, Program, Raw};
@@ -48,9 +49,11 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
     let mut results = Results::default();
     named(&files, args, &options, &mut results);
     for path in folders {
-        let found = sources_in(&path, args.source.dialect.map(Dialect::from), report);
+        let found = sources_in(&path, args.source.dialect, report);
         if found.is_empty() {
-            let what = "no .pmi, .nct, .pmc, .pmac or .plc file is in it";
+            let endings = detect::endings();
+            let endings: Vec<&str> = endings.iter().map(String::as_str).collect();
+            let what = format!("no {} file is in it", input::list(&endings, "or"));
             results.failures.push(Failure::file(&path, what));
         }
         folder(&found, args, &options, &mut results);
@@ -103,8 +106,9 @@ fn summary(results: &Results, count: Count, report: &Report) {
     report.tell(&line);
 }
 
-/// Checks files that were named: each on its own, but PMAC's as the one download that they are
-/// to `build` and `run`. Files that could be anything belong to it, if there is one.
+/// Checks files that were named: each on its own, but those of a language that joins files (PMAC)
+/// as the one program that they are to `build` and `run`. A file that no language is known of
+/// belongs to it, if there is one.
 fn named(paths: &[PathBuf], args: &CheckArgs, options: &Options, results: &mut Results) {
     let mut files = Vec::new();
     for path in paths {
@@ -114,12 +118,12 @@ fn named(paths: &[PathBuf], args: &CheckArgs, options: &Options, results: &mut R
         }
     }
     let one = |raw: &Raw| Input::of(&[raw], &args.source);
-    let is_pmac = |raw: &Raw| one(raw).is_ok_and(|input| input.dialect == Dialect::Pmac);
-    let first = files.iter().find(|raw| is_pmac(raw));
+    let is_part = |raw: &Raw| one(raw).is_ok_and(|input| language(input.dialect).joins_files());
+    let first = files.iter().find(|raw| is_part(raw));
     let joins = |raw: &Raw| {
         let with_first =
             |first| one(raw).is_err() && Input::of(&[first, raw], &args.source).is_ok();
-        is_pmac(raw) || first.is_some_and(with_first)
+        is_part(raw) || first.is_some_and(with_first)
     };
     let (download, others): (Vec<&Raw>, Vec<&Raw>) = files.iter().partition(|raw| joins(raw));
     if !download.is_empty() {
@@ -191,7 +195,7 @@ fn sources_in(folder: &Path, dialect: Option<Dialect>, report: &Report) -> Vec<P
             let fits = match ending(&path) {
                 Ending::Of(of) => dialect.is_none_or(|dialect| dialect == of),
                 Ending::Shared => true,
-                Ending::Other => false,
+                Ending::Unknown => false,
             };
             if hidden {
                 continue;

@@ -6,43 +6,41 @@ use plcc_abi::Dialect;
 use plcc_diag::CodeInfo;
 use plcc_diag::code::TABLES;
 use plcc_frontend::common::{Controller, closest};
-use plcc_frontend::{nct, pmac, pmi};
+use plcc_frontend::{LANGUAGES, Language};
 
 use crate::args::ExplainArgs;
 use crate::failure::{DONE, Failure};
 use crate::output;
 
 pub(crate) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
-    // Only PMAC has controllers to choose from.
-    let pmac = args.controller.map(|_| Dialect::Pmac);
-    let dialect = args.dialect.map(Dialect::from).or(pmac);
     let mut all = Vec::new();
     let mut unknown = Vec::new();
     for what in &args.what {
-        let pages = pages(what.trim(), dialect, args.controller.map(Controller::from));
+        let pages = pages(what.trim(), args.dialect, args.controller.map(Controller::from));
         if pages.is_empty() {
             unknown.push(complaint(what.trim()));
         }
         all.extend(pages);
     }
     output::print(all.join("\n").as_bytes())?;
-    if unknown.is_empty() { Ok(DONE) } else { Err(Failure(unknown.join("\nerror: "))) }
+    if unknown.is_empty() { Ok(DONE) } else { Err(Failure::usage(unknown.join("\nerror: "))) }
 }
 
 fn pages(what: &str, dialect: Option<Dialect>, controller: Option<Controller>) -> Vec<String> {
-    let wanted = |of: &str| dialect.is_none_or(|dialect| dialect.name().eq_ignore_ascii_case(of));
-    let codes = codes(what).into_iter();
-    let codes = codes.filter(|info| info.code.split_once('-').is_some_and(|(of, _)| wanted(of)));
-    let mut pages: Vec<String> = codes.map(page).collect();
-    let pmac = |what: &str| pmac::reference::describe::explain(what, controller);
-    type Explain<'a> = &'a dyn Fn(&str) -> Option<String>;
-    let languages: [(&str, Explain); 3] =
-        [("PMI", &pmi::explain), ("NCT", &nct::names::explain), ("PMAC", &pmac)];
-    for (title, explain) in languages {
-        if wanted(title)
-            && let Some(text) = explain(what)
-        {
-            pages.push(format!("{title}: {}\n", text.trim_end()));
+    // A controller alone says that only languages with several controllers are meant.
+    let meant = |language: &&dyn Language| match dialect {
+        Some(dialect) => dialect == language.dialect(),
+        None => controller.is_none() || language.has_controllers(),
+    };
+    let wanted: Vec<&dyn Language> = LANGUAGES.iter().copied().filter(meant).collect();
+    let titles: Vec<&str> = wanted.iter().map(|language| language.title()).collect();
+    let of_wanted = |info: &&CodeInfo| {
+        info.code.split_once('-').is_some_and(|(title, _)| titles.contains(&title))
+    };
+    let mut pages: Vec<String> = codes(what).into_iter().filter(of_wanted).map(page).collect();
+    for language in wanted {
+        if let Some(text) = language.explain(what, controller) {
+            pages.push(format!("{}: {}\n", language.title(), text.trim_end()));
         }
     }
     pages
@@ -77,7 +75,8 @@ fn page(info: &CodeInfo) -> String {
 
 fn complaint(what: &str) -> String {
     let codes = TABLES.iter().flat_map(|table| table.iter()).map(|info| info.code);
-    let near = closest(what, codes.chain(pmi::executive_names()));
+    let topics: Vec<_> = LANGUAGES.iter().flat_map(|language| language.topics()).collect();
+    let near = closest(what, codes.chain(topics.iter().map(|topic| topic.name.as_str())));
     let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
     format!(
         "`{what}` is neither a code (as PMI-31) nor a variable that a control gives a meaning \

@@ -5,16 +5,17 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use plcc_abi::nct::NctSettings;
-use plcc_abi::{Dialect, Engine, Program};
+use plcc_abi::{Engine, Program};
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::pmac::Settings;
 use plcc_runtime::{Artifact, NativeEngine, session};
 
 use crate::args::{EngineArg, FormatArg, Rest, RunCommand};
-use crate::compile::{self, Checked};
+use crate::compile::{self, Checked, CompileError};
 use crate::failure::{ERRORS, Failure};
 use crate::input::{self, Input};
 use crate::output;
+use crate::recompile::recompiling;
 use crate::report::{Count, Report, To, number};
 
 pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
@@ -54,26 +55,28 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
 
 fn engine(checked: &Checked, args: &RunCommand) -> Result<(Program, Box<dyn Engine>), Failure> {
     let opt = args.opt.unwrap_or_default().into();
-    let fail = |error| Failure(format!("the program can't be compiled: {error}"));
     Ok(match args.engine.unwrap_or_default() {
-        EngineArg::Interp => (checked.lower().program, checked.interpreter()),
+        EngineArg::Interp => {
+            let program = checked.lower().map_err(CompileError::from)?.program;
+            (program, checked.interpreter())
+        }
         EngineArg::Jit => {
-            let lowered = checked.optimized(opt);
-            let (native, _) = compile::jit(&lowered).map_err(fail)?;
+            let lowered = checked.optimized(opt).map_err(CompileError::from)?;
+            let (native, _) = compile::jit(&lowered)?;
             let standard = Settings { beside: args.run.realtime, ..Settings::default() };
             let engine: Box<dyn Engine> = match args.recompile_after {
                 Some(Rest::Never) => Box::new(native),
                 Some(Rest::Ticks(rest)) => {
                     let settings = Settings { rest, ..standard };
-                    compile::anew(checked, &lowered.program, native, opt, settings)
+                    recompiling(checked, &lowered.program, native, opt, settings)
                 }
-                None => compile::anew(checked, &lowered.program, native, opt, standard),
+                None => recompiling(checked, &lowered.program, native, opt, standard),
             };
             (lowered.program, engine)
         }
         EngineArg::Aot => {
-            let lowered = checked.optimized(opt);
-            let (engine, _) = compile::aot(&lowered).map_err(fail)?;
+            let lowered = checked.optimized(opt).map_err(CompileError::from)?;
+            let (engine, _) = compile::aot(&lowered)?;
             (lowered.program, Box::new(engine))
         }
     })
@@ -112,7 +115,7 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
         ("--machine's [variables]", variables),
     ];
     if let Some((option, _)) = fixed.iter().find(|(_, given)| *given) {
-        let what = format!("{option} was settled when this artifact was built; build it anew");
+        let what = format!("{option} was settled when this artifact was built; build it again");
         return Err(Failure::file(path, what));
     }
     let idle = [
@@ -128,7 +131,7 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
     }
     let artifact = Artifact::open(path).map_err(|error| Failure::file(path, error))?;
     let dialect = artifact.program.dialect();
-    if source.dialect.is_some_and(|said| Dialect::from(said) != dialect) {
+    if source.dialect.is_some_and(|named| named != dialect) {
         return Err(Failure::file(path, format!("--dialect: the program is {}", dialect.name())));
     }
     let engine = NativeEngine::new(&artifact.code, &artifact.program);

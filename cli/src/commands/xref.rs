@@ -5,7 +5,6 @@ use std::slice;
 use serde_json::json;
 
 use crate::args::{FormatArg, XrefArgs};
-use crate::compile::Checked;
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{self, Input};
 use crate::output;
@@ -17,25 +16,20 @@ pub(crate) fn xref(args: &XrefArgs, report: &Report) -> Result<u8, Failure> {
     // The table has standard output; as JSON everything is a line of it.
     let to = To::from(args.message_format);
     let count = report.show(&program.sources, &program.diagnostics, to)?;
-    let checked = match program.checked {
-        Some(Checked::Nct(checked)) => checked,
-        Some(_) => {
-            let what =
-                format!("it is {}; a cross-reference is made of NCT", program.dialect.name());
-            return Err(Failure::file(&args.file, what));
-        }
-        None => {
-            report.tell(&count.to_string());
-            return Ok(ERRORS);
-        }
+    let Some(checked) = program.checked.filter(|_| count.errors == 0) else {
+        report.tell(&count.to_string());
+        return Ok(ERRORS);
     };
-    let xref = checked.xref();
+    let Some(xref) = checked.cross_reference() else {
+        let what = format!("it is {}; a cross-reference is made of NCT", program.dialect.name());
+        return Err(Failure::file(&args.file, what));
+    };
     match args.message_format {
         FormatArg::Human => output::print(xref.to_string().as_bytes())?,
         FormatArg::Json => {
             for row in &xref.rows {
                 let line = json!({
-                    "name": row.name, "meaning": row.meaning,
+                    "name": row.name, "file": row.file, "meaning": row.meaning,
                     "read": row.read, "written": row.written, "tested": row.tested,
                 });
                 output::print(format!("{line}\n").as_bytes())?;

@@ -1,15 +1,17 @@
 //! What the languages share: options, files and includes, the machine file.
 
+mod cross_reference;
 mod include;
+mod internal_error;
 mod loader;
 mod lowered;
 mod options;
-mod suggest;
 
+pub use cross_reference::{CrossReference, CrossReferenceRow};
 pub use include::{Included, find_include};
+pub use internal_error::InternalError;
 pub use loader::{FileLoader, MemoryLoader};
 pub use lowered::Lowered;
 pub use options::{Controller, Limits, Options};
 pub use plcc_abi::machine::{Machine, MachineError, MachineVariable, VariableClass, VariableType};
-pub use plcc_abi::natural_cmp;
-pub use suggest::closest;
+pub use plcc_abi::{closest, natural_cmp};

@@ -3,6 +3,7 @@
 
 mod analyse;
 mod ast;
+mod language;
 mod layout;
 mod lower;
 mod oracle;
@@ -15,9 +16,9 @@ use std::sync::Arc;
 use plcc_abi::Engine;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{FileLoader, Lowered, Options};
+use crate::common::{CrossReference, FileLoader, Lowered, Options};
 
-pub use analyse::cross_reference::{Xref, XrefRow};
+pub use language::Nct;
 pub use oracle::Interpreter;
 pub use reference::names;
 
@@ -74,7 +75,7 @@ impl Program {
     }
 
     /// Where each variable is read, written and tested.
-    pub fn xref(&self) -> Xref {
+    pub fn xref(&self) -> CrossReference {
         analyse::cross_reference::xref(&self.checked)
     }
 

@@ -10,6 +10,7 @@
 
 mod analyse;
 mod ast;
+mod language;
 mod lower;
 mod oracle;
 mod read;
@@ -25,6 +26,7 @@ use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 use crate::common::{FileLoader, Lowered, Options};
 
+pub use language::Pmac;
 pub use oracle::Interpreter;
 
 use analyse::load;

@@ -10,6 +10,7 @@
 mod analyse;
 mod arith;
 mod ast;
+mod language;
 mod layout;
 mod lower;
 mod oracle;
@@ -24,6 +25,7 @@ use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 use crate::common::{FileLoader, Lowered, Options};
 
+pub use language::Pmi;
 pub use oracle::Interpreter;
 pub use reference::executive::{executive_names, explain};
 

@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
+use plcc_abi::closest;
 use plcc_abi::pmi::{PmiTables, Role, Symbol, Timer};
 
-use crate::nearest::nearest;
 use crate::{NameError, Purpose, Variable};
 
 use super::load::PORTS;
@@ -119,7 +119,7 @@ impl Names {
 
     fn unknown(&self, name: &str, base: &str) -> NameError {
         let candidates = self.symbols.iter().map(|symbol| symbol.name.as_str());
-        let suggestion = nearest(base, candidates).map(str::to_owned);
+        let suggestion = closest(base, candidates).map(str::to_owned);
         NameError::Unknown { name: name.into(), suggestion }
     }
 

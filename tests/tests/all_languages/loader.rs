@@ -50,7 +50,7 @@ impl Shop {
         let file = sources.add("lathe.pmi", &fs::read(source).unwrap());
         let options = Options::default();
         let (checked, _) = compile::check(&mut sources, &[file], Dialect::Pmi, &Disk, &options);
-        let lowered = checked.unwrap().optimized(OptLevel::Speed);
+        let lowered = checked.unwrap().optimized(OptLevel::Speed).unwrap();
         let target = Target::host_baseline().unwrap();
         let code = compile::code(&lowered, &target).unwrap();
         let bytes = compile::artifact(&lowered.program, &code).unwrap();

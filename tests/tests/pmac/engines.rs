@@ -2,6 +2,7 @@
 //! image, events and stops after every servo cycle, on PMAC and Turbo PMAC.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use plcc::recompile::PmacRecompiler;
 use plcc_abi::{Engine, pmac::Layout};
 use plcc_codegen::{OptLevel, Target, compile};
 use plcc_diag::SourceMap;
@@ -57,7 +58,8 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
         let mut lowered = lowered.clone();
         plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
         let (engine, _) = plcc::compile::jit(&lowered).unwrap();
-        let compiler = plcc::compile::recompiler(&checked, OptLevel::Speed);
+        let program = Box::new(checked.clone());
+        let compiler = Box::new(PmacRecompiler::new(program, OptLevel::Speed));
         let turbo = controller == Controller::Turbo;
         Box::new(Recompiling::new(engine, checked.relied(), turbo, compiler, settings))
     };

@@ -9,7 +9,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-use plcc::compile::{jit, recompiler};
+use plcc::compile::jit;
+use plcc::recompile::PmacRecompiler;
 use plcc_abi::pmac::{Definition, Layout, Relied};
 use plcc_abi::{Engine, Host, HostFn, Outcome, Scan};
 use plcc_codegen::OptLevel;
@@ -67,6 +68,10 @@ fn check(source: &str) -> pmac::Program {
     program.unwrap()
 }
 
+fn recompiler(program: &pmac::Program) -> Box<dyn Recompiler> {
+    Box::new(PmacRecompiler::new(Box::new(program.clone()), OptLevel::Speed))
+}
+
 /// A download in the statement interpreter and in code that is made anew, side by side.
 struct Pair {
     interpreter: Box<dyn Engine>,
@@ -83,7 +88,7 @@ impl Pair {
         let mut lowered = program.lower();
         plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
         let (native, _) = jit(&lowered).unwrap();
-        let compiler = recompiler(&program, OptLevel::Speed);
+        let compiler = recompiler(&program);
         Self::with(&program, native, compiler, settings)
     }
 
@@ -384,7 +389,7 @@ fn a_compiler_beside_holds_nothing_up() {
     let source = format!("I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM3->*\nM1=1\n{LOGIC}");
     let program = check(&source);
     let (native, _) = jit(&program.lower()).unwrap();
-    let compiler = Box::new(Slow(recompiler(&program, OptLevel::Speed)));
+    let compiler = Box::new(Slow(recompiler(&program)));
     let mut pair = Pair::with(&program, native, compiler, Settings { beside: true, ..AT_ONCE });
     pair.set("Y:$BC01", "$07F5");
     pair.run(12);

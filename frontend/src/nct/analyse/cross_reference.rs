@@ -2,39 +2,15 @@
 //! looks forgotten.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use plcc_abi::nct::NctName;
 use plcc_diag::{Diagnostic, Span};
 
+use crate::common::{CrossReference, CrossReferenceRow};
 use crate::nct::{
     ast::{Bit, Op, Place, Program, Space, Word},
     tables::{cond_place, modules, name, places},
 };
-
-/// Where a variable occurs: lines of the source, rising, each once.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct XrefRow {
-    /// The variable; a `V` stands for the change of an input.
-    pub name: String,
-    /// What it means to the control, where it has a meaning.
-    pub meaning: Option<&'static str>,
-    /// Where its value is loaded or computed with.
-    pub read: Vec<u32>,
-    /// Where it gets a value.
-    pub written: Vec<u32>,
-    /// Where a condition looks at it.
-    pub tested: Vec<u32>,
-}
-
-/// A program's cross-reference.
-#[derive(Clone, Debug, Default)]
-pub struct Xref {
-    /// A row for each variable, in natural order.
-    pub rows: Vec<XrefRow>,
-    /// Bits that nothing reads or writes, and outputs of two modules.
-    pub warnings: Vec<Diagnostic>,
-}
 
 /// The order of rows: the letters, then the number, words before the bits of the same digits.
 type Key = (String, usize, String);
@@ -48,7 +24,7 @@ enum Use {
 
 struct Finder<'a> {
     program: &'a Program,
-    rows: BTreeMap<Key, XrefRow>,
+    rows: BTreeMap<Key, CrossReferenceRow>,
     /// For bits of F and Y: the first write and the first read.
     bits: BTreeMap<Bit, [Option<Span>; 2]>,
     /// Bytes of F and Y that words read or write.
@@ -56,7 +32,7 @@ struct Finder<'a> {
 }
 
 /// Makes the cross-reference of a program.
-pub(crate) fn xref(program: &Program) -> Xref {
+pub(crate) fn xref(program: &Program) -> CrossReference {
     let mut finder =
         Finder { program, rows: BTreeMap::new(), bits: BTreeMap::new(), words: BTreeMap::new() };
     for (at, stmt) in program.stmts.iter().enumerate() {
@@ -65,7 +41,7 @@ pub(crate) fn xref(program: &Program) -> Xref {
     let mut warnings = finder.forgotten();
     warnings.extend(outputs_of_two(program));
     warnings.sort_by_key(|w| w.span.start);
-    Xref { rows: finder.rows.into_values().collect(), warnings }
+    CrossReference { rows: finder.rows.into_values().collect(), warnings }
 }
 
 impl Finder<'_> {
@@ -117,10 +93,11 @@ impl Finder<'_> {
         let digits = text.find(|c: char| c.is_ascii_digit()).unwrap_or(text.len());
         let (letters, number) = text.split_at(digits);
         let key = (letters.to_owned(), number.len(), number.to_owned());
-        let row = self.rows.entry(key).or_insert_with(|| XrefRow {
+        let row = self.rows.entry(key).or_insert_with(|| CrossReferenceRow {
             name: text.clone(),
-            meaning: known.and_then(crate::nct::reference::names::meaning),
-            ..XrefRow::default()
+            file: self.program.name.clone(),
+            meaning: known.and_then(crate::nct::reference::names::meaning).map(str::to_owned),
+            ..CrossReferenceRow::default()
         });
         for used in uses {
             let lines = match used {
@@ -260,33 +237,4 @@ fn outputs_of_two(program: &Program) -> Vec<Diagnostic> {
         warnings.push(if elsewhere { warning.label(at, "here too") } else { warning });
     }
     warnings
-}
-
-fn lines(lines: &[u32]) -> String {
-    if lines.is_empty() {
-        return "-".into();
-    }
-    lines.iter().map(u32::to_string).collect::<Vec<_>>().join(" ")
-}
-
-impl fmt::Display for Xref {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let heads = ["name", "written", "read", "tested", "meaning"].map(str::to_owned);
-        let rows = self.rows.iter().map(|row| {
-            let meaning = row.meaning.unwrap_or("").to_owned();
-            [row.name.clone(), lines(&row.written), lines(&row.read), lines(&row.tested), meaning]
-        });
-        let rows: Vec<[String; 5]> = std::iter::once(heads).chain(rows).collect();
-        let width = |column: usize| {
-            let widths = rows.iter().map(|row| row.get(column).map_or(0, String::len));
-            widths.max().unwrap_or(0).min(40)
-        };
-        let widths = [width(0), width(1), width(2), width(3)];
-        for [name, written, read, tested, meaning] in &rows {
-            let [a, b, c, d] = widths;
-            let line = format!("{name:a$}  {written:b$}  {read:c$}  {tested:d$}  {meaning}");
-            writeln!(f, "{}", line.trim_end())?;
-        }
-        Ok(())
-    }
 }

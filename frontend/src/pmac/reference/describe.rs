@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use super::tables::{IVariable, count, i_variable, i_variables, m_variable};
+use super::tables::{IVariable, count, i_variable, i_variables, m_variable, m_variables};
 use crate::common::Controller;
+use crate::language::Topic;
 
 /// Motors for which appendix E suggests M-variables.
 const MOTORS: u32 = 8;
@@ -61,6 +62,14 @@ pub fn explain(name: &str, controller: Option<Controller>) -> Option<String> {
         }),
         _ => None,
     }
+}
+
+/// The I-variables of appendix B, families by their name, and the M-variables of appendices E and
+/// F, as topics of `plcc explain`.
+pub(crate) fn topics() -> Vec<Topic> {
+    let of_i = i_variables().iter().map(|row| (row.name.to_owned(), row.meaning));
+    let of_m = m_variables().iter().map(|row| (format!("M{}", row.number), row.meaning));
+    of_i.chain(of_m).map(|(name, meaning)| Topic { name, meaning: meaning.to_owned() }).collect()
 }
 
 const SAME: &str = "PMAC guide, appendix B; the same on Turbo PMAC";

@@ -5,6 +5,7 @@ use std::{collections::HashMap, sync::OnceLock};
 use plcc_abi::pmi::Type;
 
 use crate::common::{Machine, VariableClass, VariableType};
+use crate::language::Topic;
 
 /// The table: name or family, type, class, elements, section, meaning.
 static TABLE: &str = include_str!("executive.tsv");
@@ -181,6 +182,15 @@ fn abi_type(ty: VariableType) -> Type {
 /// The executive variables' names, of a family the first; for "did you mean".
 pub fn executive_names() -> impl Iterator<Item = &'static str> {
     families().iter().map(|family| family.first)
+}
+
+/// The executive variables as topics of `plcc explain`, of a family the first.
+pub(crate) fn topics() -> Vec<Topic> {
+    let topic = |family: &Family| Topic {
+        name: family.first.to_owned(),
+        meaning: family.meaning.to_owned(),
+    };
+    families().iter().map(topic).collect()
 }
 
 /// What `plcc explain` prints for an executive variable, or nothing where there is none of the

@@ -1,18 +1,20 @@
-//! "Did you mean".
+//! The name that was probably meant: what messages suggest behind "did you mean".
 
-/// The candidate nearest to `word`, if one is near enough to be a slip of the finger: at most one
-/// edit for up to four characters, two for up to eight, else three. Case does not count.
+use alloc::string::String;
+
+/// The candidate that is nearest to `word`, if one is near enough to be a typing error: at most one
+/// edit (a letter changed, added, left out, or two neighbours swapped) for up to four characters,
+/// two for up to eight, else three. Case does not count. `None` for words of one character, which
+/// resemble everything, and of more than 64.
 pub fn closest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let length = word.chars().count();
-    let allowed = match length {
-        0 | 1 => return None,
+    let allowed = match word.chars().count() {
         2..=4 => 1,
         5..=8 => 2,
         9..=64 => 3,
-        // Nobody mistypes a name of this length; and distance takes quadratic time.
+        // Computing the distance takes quadratic time.
         _ => return None,
     };
-    let word = word.to_lowercase();
+    let word: String = word.to_lowercase();
     candidates
         .into_iter()
         .filter(|name| name.len().abs_diff(word.len()) <= 3 * allowed)

@@ -1,4 +1,4 @@
-//! The order in which people expect names.
+//! Natural sort order: names compare as people expect, numbers in them by their value.
 
 use core::cmp::Ordering;
 

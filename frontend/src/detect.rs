@@ -1,35 +1,59 @@
-//! Which dialect a source is in.
+//! Which language a source is in.
+//!
+//! A file's ending decides where one language alone has it. Else the text does: each language says
+//! which marks it knows its programs by ([`Language::has_marks`]), and the one whose marks stand in
+//! the text is taken.
 
 use std::path::Path;
 
 use plcc_abi::Dialect;
 
+use crate::language::{LANGUAGES, Language};
+
 /// What a file's ending says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// One dialect's own.
+    /// One language alone has it.
     Of(Dialect),
-    /// `.plc`, which NCT and PMAC share.
+    /// Several languages have it (`.plc`).
     Shared,
-    /// None that is known.
-    Other,
+    /// No language has it.
+    Unknown,
 }
 
-/// The dialect by a file's ending, in any case.
+/// What a file's ending says, in any case.
 pub fn ending(path: &Path) -> Ending {
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
-    match ending.as_deref() {
-        Some("pmi") => Ending::Of(Dialect::Pmi),
-        Some("nct") => Ending::Of(Dialect::Nct),
-        Some("pmc" | "pmac") => Ending::Of(Dialect::Pmac),
-        Some("plc") => Ending::Shared,
-        _ => Ending::Other,
+    let Some(ending) = path.extension() else { return Ending::Unknown };
+    let ending = ending.to_string_lossy().to_ascii_lowercase();
+    let having: Vec<Dialect> = LANGUAGES
+        .iter()
+        .filter(|language| language.endings().contains(&ending.as_str()))
+        .map(|language| language.dialect())
+        .collect();
+    match having.as_slice() {
+        [] => Ending::Unknown,
+        [one] => Ending::Of(*one),
+        _ => Ending::Shared,
     }
 }
 
-/// The dialect of a file, by its ending, else by its text; `Err` with those that the text looks
-/// like when that is none or several.
-pub fn dialect(path: &Path, text: &str) -> Result<Dialect, Vec<Dialect>> {
+/// Every ending that a language has, with its point, each once: `.pmi`, `.nct`, `.plc`…
+pub fn endings() -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for ending in LANGUAGES.iter().flat_map(|language| language.endings()) {
+        let ending = format!(".{ending}");
+        if !all.contains(&ending) {
+            all.push(ending);
+        }
+    }
+    all
+}
+
+/// The language of a file, by its ending, else by its text.
+///
+/// # Errors
+/// The languages that the text looks like, when that is none or several.
+pub fn detect(path: &Path, text: &str) -> Result<Dialect, Vec<Dialect>> {
     if let Ending::Of(dialect) = ending(path) {
         return Ok(dialect);
     }
@@ -40,20 +64,15 @@ pub fn dialect(path: &Path, text: &str) -> Result<Dialect, Vec<Dialect>> {
     }
 }
 
-/// The languages whose marks stand in a text, comments and quoted texts aside: `:000` or `:001`
-/// for NCT; `OPEN PLC`, `->` or `#define` for PMAC; a directive of PMI.
+/// The languages whose marks stand in a text, comments and quoted texts aside.
 pub fn looks_like(text: &str) -> Vec<Dialect> {
     let plain = without_comments(text);
-    let marks = [
-        (Dialect::Pmi, has_directive(&plain)),
-        (Dialect::Nct, has_module(&plain)),
-        (Dialect::Pmac, has_download(&plain)),
-    ];
-    marks.into_iter().filter(|&(_, there)| there).map(|(dialect, _)| dialect).collect()
+    let having = |language: &&&dyn Language| language.has_marks(&plain);
+    LANGUAGES.iter().filter(having).map(|language| language.dialect()).collect()
 }
 
-/// The text in capitals, with blanks for the comments of all three languages and for what stands
-/// in quotes.
+/// The text in capitals, with blanks for the comments of all languages and for what stands in
+/// quotes.
 fn without_comments(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut rest = text;
@@ -64,7 +83,7 @@ fn without_comments(text: &str) -> String {
         let len = if tail.starts_with("/*") {
             tail.get(2..).and_then(|t| t.find("*/")).map_or(tail.len(), |close| close + 4)
         } else if tail.starts_with('"') {
-            // Quotes close on their line, or are none.
+            // A quote that is not closed on its line quotes nothing.
             let end = behind.find(['"', '\r', '\n']).unwrap_or(behind.len());
             if behind.get(end..).is_some_and(|t| t.starts_with('"')) { end + 2 } else { 1 }
         } else if tail.starts_with('/') && !behind.starts_with('/') {
@@ -82,52 +101,12 @@ fn without_comments(text: &str) -> String {
     out
 }
 
-/// The directives of PMI.
-const DIRECTIVES: [&str; 15] = [
-    "INPUT", "OUTPUT", "LOGICAL", "INTEGER", "LONG", "FAULT", "MESSAGE", "KEY", "MCODE", "GCODE",
-    "TIMER", "FLIPFLOP", "AUXAXIS", "INCLUDE", "END",
-];
-
-fn has_directive(plain: &str) -> bool {
-    plain.split(['\r', '\n']).any(|line| {
-        let word = line.trim_start_matches(|c: char| c.is_whitespace() || c == '\u{feff}');
-        let Some(word) = word.strip_prefix('$') else { return false };
-        let end = word.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(word.len());
-        word.get(..end).is_some_and(|word| DIRECTIVES.contains(&word))
-    })
-}
-
-/// Whether a module of NCT begins somewhere. An address of PMAC (`Y:0001`) is none.
-fn has_module(plain: &str) -> bool {
-    plain.match_indices(':').any(|(at, _)| {
-        let (before, behind) = plain.split_at(at);
-        let mut digits = behind.chars().skip(1).filter(|c| !c.is_whitespace());
-        let module = digits.next() == Some('0')
-            && digits.next() == Some('0')
-            && matches!(digits.next(), Some('0' | '1'));
-        let before = before.trim_end();
-        let address = before.ends_with(['X', 'Y', 'L', 'D', 'P', 'F'])
-            || ["TWB", "TWS", "TWR"].iter().any(|word| before.ends_with(word));
-        module && !address
-    })
-}
-
-fn has_download(plain: &str) -> bool {
-    let follows = |word: &str, next: &str| {
-        plain.match_indices(word).any(|(at, _)| {
-            let tail = plain.get(at + word.len()..).unwrap_or("");
-            tail.trim_start().starts_with(next)
-        })
-    };
-    plain.contains("->") || follows("OPEN", "PLC") || follows("#", "DEFINE")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn of(path: &str, text: &str) -> Result<Dialect, Vec<Dialect>> {
-        dialect(Path::new(path), text)
+        detect(Path::new(path), text)
     }
 
     #[test]

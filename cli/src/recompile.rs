@@ -1,0 +1,57 @@
+//! Compiling a PMAC program again while it runs.
+//!
+//! Code for PMAC assumes that the definitions of M-variables stay as they are. When the program has
+//! changed some, its code still gives the right results, but slowly; the runtime then asks a
+//! [`PmacRecompiler`] for code that assumes the definitions as they are now.
+
+use plcc_abi::pmac::Relied;
+use plcc_abi::{Engine, Program, Tables};
+use plcc_codegen::OptLevel;
+use plcc_frontend::Recompilable;
+use plcc_runtime::NativeEngine;
+use plcc_runtime::pmac::{Recompiler, Recompiling, Settings};
+
+use crate::compile::{Checked, jit};
+
+/// Compiles a PMAC program again for other definitions of its M-variables.
+pub struct PmacRecompiler {
+    program: Box<dyn Recompilable>,
+    opt: OptLevel,
+}
+
+impl PmacRecompiler {
+    /// A compiler for one program.
+    pub fn new(program: Box<dyn Recompilable>, opt: OptLevel) -> Self {
+        Self { program, opt }
+    }
+}
+
+impl Recompiler for PmacRecompiler {
+    fn recompile(&mut self, assumptions: &[Relied]) -> Result<NativeEngine, String> {
+        let lowered = self.program.lower_for(assumptions);
+        let mut lowered = lowered.map_err(|error| error.to_string())?;
+        plcc_ir::passes::optimize(&mut lowered.module, self.opt);
+        let compiled = jit(&lowered);
+        compiled.map(|(engine, _)| engine).map_err(|error| error.to_string())
+    }
+}
+
+/// An engine that recompiles the program when it has invalidated what its code assumes; for
+/// programs whose code assumes nothing, `native` as it is. `tables` and `native` are those of
+/// `checked` as it was lowered.
+pub fn recompiling(
+    checked: &Checked,
+    tables: &Program,
+    native: NativeEngine,
+    opt: OptLevel,
+    settings: Settings,
+) -> Box<dyn Engine> {
+    match (checked.recompilable(), &tables.tables) {
+        (Some(program), Tables::Pmac(tables)) => {
+            let assumptions = program.assumptions().to_vec();
+            let compiler = Box::new(PmacRecompiler::new(program, opt));
+            Box::new(Recompiling::new(native, &assumptions, tables.turbo, compiler, settings))
+        }
+        _ => Box::new(native),
+    }
+}

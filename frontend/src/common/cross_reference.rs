@@ -1,0 +1,63 @@
+//! Cross-references: where a program reads, writes and tests each of its variables.
+
+use std::fmt;
+
+use plcc_diag::Diagnostic;
+
+/// Where a variable occurs in one file: line numbers from 1, rising, each once.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct CrossReferenceRow {
+    /// The variable.
+    pub name: String,
+    /// The file that the lines are of.
+    pub file: String,
+    /// What the variable means to the control, where it has a meaning.
+    pub meaning: Option<String>,
+    /// Where its value is loaded or computed with.
+    pub read: Vec<u32>,
+    /// Where it gets a value.
+    pub written: Vec<u32>,
+    /// Where a condition looks at it.
+    pub tested: Vec<u32>,
+}
+
+/// A program's cross-reference. Its [`Display`](fmt::Display) is a table with a row a line.
+#[derive(Clone, Debug, Default)]
+pub struct CrossReference {
+    /// A row for each variable and each file that it occurs in, in natural sort order.
+    pub rows: Vec<CrossReferenceRow>,
+    /// What looks forgotten or doubtful, where the language looks for such things.
+    pub warnings: Vec<Diagnostic>,
+}
+
+fn lines(lines: &[u32]) -> String {
+    if lines.is_empty() {
+        return "-".into();
+    }
+    lines.iter().map(u32::to_string).collect::<Vec<_>>().join(" ")
+}
+
+impl fmt::Display for CrossReference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let several = self.rows.array_windows().any(|[a, b]| a.file != b.file);
+        let heads = ["name", "written", "read", "tested", "meaning"].map(str::to_owned);
+        let rows = self.rows.iter().map(|row| {
+            let name =
+                if several { format!("{} {}", row.name, row.file) } else { row.name.clone() };
+            let meaning = row.meaning.clone().unwrap_or_default();
+            [name, lines(&row.written), lines(&row.read), lines(&row.tested), meaning]
+        });
+        let rows: Vec<[String; 5]> = std::iter::once(heads).chain(rows).collect();
+        let width = |column: usize| {
+            let widths = rows.iter().map(|row| row.get(column).map_or(0, String::len));
+            widths.max().unwrap_or(0).min(40)
+        };
+        let widths = [width(0), width(1), width(2), width(3)];
+        for [name, written, read, tested, meaning] in &rows {
+            let [a, b, c, d] = widths;
+            let line = format!("{name:a$}  {written:b$}  {read:c$}  {tested:d$}  {meaning}");
+            writeln!(f, "{}", line.trim_end())?;
+        }
+        Ok(())
+    }
+}

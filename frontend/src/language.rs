@@ -1,0 +1,149 @@
+//! What every language can be asked, and the list of the languages.
+//!
+//! The command line knows languages through [`Language`] and [`CheckedProgram`] alone. A further
+//! language implements the two in a folder of its own and is added to [`LANGUAGES`].
+
+use std::fmt;
+
+use plcc_abi::pmac::Relied;
+use plcc_abi::{Dialect, Engine, Tables};
+use plcc_diag::{Diagnostic, FileId, SourceMap};
+
+use crate::common::{Controller, CrossReference, FileLoader, InternalError, Lowered, Options};
+use crate::{nct, pmac, pmi};
+
+/// The languages, in the order of [`Dialect::ALL`]. Whatever is done for every language goes
+/// through this list.
+pub const LANGUAGES: &[&dyn Language] = &[&pmi::Pmi, &nct::Nct, &pmac::Pmac];
+
+const _: () = assert!(LANGUAGES.len() == Dialect::ALL.len(), "LANGUAGES misses a language");
+
+/// The language of a dialect.
+pub fn language(dialect: Dialect) -> &'static dyn Language {
+    LANGUAGES[dialect as usize]
+}
+
+/// A language: how its sources are recognised, checked and explained.
+pub trait Language: Sync {
+    /// The dialect of the programs; its name is the language's name on the command line.
+    fn dialect(&self) -> Dialect;
+
+    /// The name in headings, in capitals.
+    fn title(&self) -> &'static str;
+
+    /// Whose language it is, one line for `--help`.
+    fn maker(&self) -> &'static str;
+
+    /// The endings of file names, in small letters and without the point. An ending that several
+    /// languages have decides nothing.
+    fn endings(&self) -> &'static [&'static str];
+
+    /// Whether a text holds a mark that only this language has. `plain` is the text in capitals,
+    /// with blanks for comments and for what stands in quotes.
+    fn has_marks(&self, plain: &str) -> bool;
+
+    /// Whether several files can be one program, loaded in their order.
+    fn joins_files(&self) -> bool {
+        false
+    }
+
+    /// Whether `--controller` chooses among several controllers.
+    fn has_controllers(&self) -> bool {
+        false
+    }
+
+    /// Reads and checks a program: one file, or several where the language
+    /// [joins files](Self::joins_files). Included files are asked of `loader` and added to
+    /// `sources`.
+    ///
+    /// There is a program where no diagnostic is an error, and where the language can run the rest
+    /// of a program whose broken parts are left out (`run --keep-going`).
+    fn check(
+        &self,
+        sources: &mut SourceMap,
+        files: &[FileId],
+        loader: &dyn FileLoader,
+        options: &Options,
+    ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>);
+
+    /// What `plcc explain` prints for a name of the language: a variable, a keyword, a word of
+    /// memory. Where the language has several controllers and none is given, what it means to each
+    /// of them. `None` for a name without a meaning of its own.
+    fn explain(&self, name: &str, controller: Option<Controller>) -> Option<String>;
+
+    /// Every name that [`explain`](Self::explain) knows by a line of a table, families by their
+    /// first member.
+    fn topics(&self) -> Vec<Topic>;
+
+    /// Comments that head the listings of a program: what the variables are that it names, where
+    /// their names do not say it.
+    fn listing_comments(&self, _tables: &Tables) -> Vec<String> {
+        Vec::new()
+    }
+}
+
+/// A name that `plcc explain` can explain.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Topic {
+    /// The name as it is written in programs.
+    pub name: String,
+    /// Its meaning in one line.
+    pub meaning: String,
+}
+
+/// A program without errors, or one whose broken parts may be left out.
+pub trait CheckedProgram: fmt::Debug + Send + Sync {
+    /// The tables for the executive, and the IR as the front end makes it, before any pass.
+    ///
+    /// # Errors
+    /// When the front end notices a mistake of its own.
+    fn lower(&self) -> Result<Lowered, InternalError>;
+
+    /// The statement interpreter, as an engine like the others.
+    fn interpreter(&self) -> Box<dyn Engine>;
+
+    /// Where each variable is read, written and tested; `None` where the language has no
+    /// cross-reference.
+    fn cross_reference(&self) -> Option<CrossReference> {
+        None
+    }
+
+    /// What each statement is computed in, integers or floating point, a line each; for languages
+    /// where the compiler chooses.
+    fn explain_arithmetic(&self) -> Option<String> {
+        None
+    }
+
+    /// The program for a compiler that makes other code for it while it runs; for languages whose
+    /// code assumes what a program may change.
+    fn recompilable(&self) -> Option<Box<dyn Recompilable>> {
+        None
+    }
+}
+
+/// A program whose code holds assumptions that the program itself may invalidate: PMAC's
+/// definitions of M-variables.
+pub trait Recompilable: Send {
+    /// The assumptions of the code that [`CheckedProgram::lower`] gives.
+    fn assumptions(&self) -> &[Relied];
+
+    /// The same program with other assumptions. Tables, tasks and the places at which tasks can be
+    /// suspended are the same, so that a task suspended in one code is resumed in the other.
+    ///
+    /// # Errors
+    /// When the front end notices a mistake of its own.
+    fn lower_for(&self, assumptions: &[Relied]) -> Result<Lowered, InternalError>;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_language_is_found_by_its_dialect() {
+        for &dialect in Dialect::ALL {
+            assert_eq!(language(dialect).dialect(), dialect);
+            assert_eq!(language(dialect).title().to_lowercase(), dialect.name());
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! NCT as one of the languages.
+
+use plcc_abi::{Dialect, Engine};
+use plcc_diag::{Diagnostic, FileId, SourceMap};
+
+use super::Program;
+use crate::common::{Controller, CrossReference, FileLoader, InternalError, Lowered, Options};
+use crate::language::{CheckedProgram, Language, Topic};
+
+/// The PLC language of NCT's controls.
+#[derive(Clone, Copy, Debug)]
+pub struct Nct;
+
+impl Language for Nct {
+    fn dialect(&self) -> Dialect {
+        Dialect::Nct
+    }
+
+    fn title(&self) -> &'static str {
+        "NCT"
+    }
+
+    fn maker(&self) -> &'static str {
+        "NCT"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["nct", "plc"]
+    }
+
+    /// The label of a module, `:000` or `:001`. An address of PMAC (`Y:0001`) is none.
+    fn has_marks(&self, plain: &str) -> bool {
+        plain.match_indices(':').any(|(at, _)| {
+            let (before, behind) = plain.split_at(at);
+            let mut digits = behind.chars().skip(1).filter(|c| !c.is_whitespace());
+            let module = digits.next() == Some('0')
+                && digits.next() == Some('0')
+                && matches!(digits.next(), Some('0' | '1'));
+            let before = before.trim_end();
+            let address = before.ends_with(['X', 'Y', 'L', 'D', 'P', 'F'])
+                || ["TWB", "TWS", "TWR"].iter().any(|word| before.ends_with(word));
+            module && !address
+        })
+    }
+
+    fn check(
+        &self,
+        sources: &mut SourceMap,
+        files: &[FileId],
+        loader: &dyn FileLoader,
+        options: &Options,
+    ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>) {
+        let file = files.first().copied().unwrap_or(FileId(0));
+        let (program, diagnostics) = super::check(sources, file, loader, options);
+        (program.map(|program| Box::new(program) as _), diagnostics)
+    }
+
+    fn explain(&self, name: &str, _controller: Option<Controller>) -> Option<String> {
+        super::names::explain(name)
+    }
+
+    fn topics(&self) -> Vec<Topic> {
+        let topic =
+            |row: &super::names::Name| Topic { name: row.name.into(), meaning: row.meaning.into() };
+        super::names::all().iter().map(topic).collect()
+    }
+}
+
+impl CheckedProgram for Program {
+    fn lower(&self) -> Result<Lowered, InternalError> {
+        Ok(self.lower())
+    }
+
+    fn interpreter(&self) -> Box<dyn Engine> {
+        self.interpreter()
+    }
+
+    fn cross_reference(&self) -> Option<CrossReference> {
+        Some(self.xref())
+    }
+}

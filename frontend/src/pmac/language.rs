@@ -1,0 +1,104 @@
+//! PMAC as one of the languages.
+
+use plcc_abi::pmac::Relied;
+use plcc_abi::{Dialect, Engine, Tables};
+use plcc_diag::{Diagnostic, FileId, SourceMap};
+
+use super::Program;
+use crate::common::{Controller, FileLoader, InternalError, Lowered, Options};
+use crate::language::{CheckedProgram, Language, Recompilable, Topic};
+
+/// The PLC language of PMAC and Turbo PMAC.
+#[derive(Clone, Copy, Debug)]
+pub struct Pmac;
+
+impl Language for Pmac {
+    fn dialect(&self) -> Dialect {
+        Dialect::Pmac
+    }
+
+    fn title(&self) -> &'static str {
+        "PMAC"
+    }
+
+    fn maker(&self) -> &'static str {
+        "Delta Tau PMAC and Turbo PMAC"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["pmc", "pmac", "plc"]
+    }
+
+    /// `OPEN PLC`, the arrow of a definition, or `#define`.
+    fn has_marks(&self, plain: &str) -> bool {
+        let follows = |word: &str, next: &str| {
+            plain.match_indices(word).any(|(at, _)| {
+                let tail = plain.get(at + word.len()..).unwrap_or("");
+                tail.trim_start().starts_with(next)
+            })
+        };
+        plain.contains("->") || follows("OPEN", "PLC") || follows("#", "DEFINE")
+    }
+
+    fn joins_files(&self) -> bool {
+        true
+    }
+
+    fn has_controllers(&self) -> bool {
+        true
+    }
+
+    fn check(
+        &self,
+        sources: &mut SourceMap,
+        files: &[FileId],
+        loader: &dyn FileLoader,
+        options: &Options,
+    ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>) {
+        let (program, diagnostics) = super::check(sources, files, loader, options);
+        (program.map(|program| Box::new(program) as _), diagnostics)
+    }
+
+    fn explain(&self, name: &str, controller: Option<Controller>) -> Option<String> {
+        super::reference::describe::explain(name, controller)
+    }
+
+    fn topics(&self) -> Vec<Topic> {
+        super::reference::describe::topics()
+    }
+
+    fn listing_comments(&self, tables: &Tables) -> Vec<String> {
+        match tables {
+            Tables::Pmac(tables) => super::reference::listing_comments::notes(tables),
+            _ => Vec::new(),
+        }
+    }
+}
+
+impl CheckedProgram for Program {
+    fn lower(&self) -> Result<Lowered, InternalError> {
+        Ok(self.lower())
+    }
+
+    fn interpreter(&self) -> Box<dyn Engine> {
+        self.interpreter()
+    }
+
+    fn explain_arithmetic(&self) -> Option<String> {
+        Some(self.explain_arithmetic())
+    }
+
+    fn recompilable(&self) -> Option<Box<dyn Recompilable>> {
+        Some(Box::new(self.clone()))
+    }
+}
+
+impl Recompilable for Program {
+    fn assumptions(&self) -> &[Relied] {
+        self.relied()
+    }
+
+    fn lower_for(&self, assumptions: &[Relied]) -> Result<Lowered, InternalError> {
+        Ok(self.lower_for(assumptions))
+    }
+}

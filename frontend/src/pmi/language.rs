@@ -1,0 +1,76 @@
+//! PMI as one of the languages.
+
+use plcc_abi::{Dialect, Engine};
+use plcc_diag::{Diagnostic, FileId, SourceMap};
+
+use super::Program;
+use crate::common::{Controller, FileLoader, InternalError, Lowered, Options};
+use crate::language::{CheckedProgram, Language, Topic};
+
+/// The PMI language.
+#[derive(Clone, Copy, Debug)]
+pub struct Pmi;
+
+/// The directives of PMI (PMI 2.1): what its programs are known by.
+const DIRECTIVES: [&str; 15] = [
+    "INPUT", "OUTPUT", "LOGICAL", "INTEGER", "LONG", "FAULT", "MESSAGE", "KEY", "MCODE", "GCODE",
+    "TIMER", "FLIPFLOP", "AUXAXIS", "INCLUDE", "END",
+];
+
+impl Language for Pmi {
+    fn dialect(&self) -> Dialect {
+        Dialect::Pmi
+    }
+
+    fn title(&self) -> &'static str {
+        "PMI"
+    }
+
+    fn maker(&self) -> &'static str {
+        "Sieb & Meyer SERIES 8"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["pmi"]
+    }
+
+    /// A line that begins with a directive.
+    fn has_marks(&self, plain: &str) -> bool {
+        plain.split(['\r', '\n']).any(|line| {
+            let word = line.trim_start_matches(|c: char| c.is_whitespace() || c == '\u{feff}');
+            let Some(word) = word.strip_prefix('$') else { return false };
+            let end = word.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(word.len());
+            word.get(..end).is_some_and(|word| DIRECTIVES.contains(&word))
+        })
+    }
+
+    fn check(
+        &self,
+        sources: &mut SourceMap,
+        files: &[FileId],
+        loader: &dyn FileLoader,
+        options: &Options,
+    ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>) {
+        let file = files.first().copied().unwrap_or(FileId(0));
+        let (program, diagnostics) = super::check(sources, file, loader, options);
+        (program.map(|program| Box::new(program) as _), diagnostics)
+    }
+
+    fn explain(&self, name: &str, _controller: Option<Controller>) -> Option<String> {
+        super::explain(name)
+    }
+
+    fn topics(&self) -> Vec<Topic> {
+        super::reference::executive::topics()
+    }
+}
+
+impl CheckedProgram for Program {
+    fn lower(&self) -> Result<Lowered, InternalError> {
+        Ok(self.lower())
+    }
+
+    fn interpreter(&self) -> Box<dyn Engine> {
+        self.interpreter()
+    }
+}
