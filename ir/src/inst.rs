@@ -223,11 +223,17 @@ words! {
     }
 }
 
-/// Up to four operands of a host call.
+/// Up to four operands of a host call; none by default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Args {
     len: u8,
     values: [Value; 4],
+}
+
+impl Default for Args {
+    fn default() -> Self {
+        Self { len: 0, values: [Value(0); 4] }
+    }
 }
 
 impl Args {

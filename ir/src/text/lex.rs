@@ -1,201 +1,131 @@
-//! Words, numbers, quoted strings and signs of one line.
+//! Cuts the text into tokens.
+//!
+//! | token | what it is |
+//! | --- | --- |
+//! | word | letters, digits, `_` and `.`; may begin with `@`. A number is a word too: it may begin with `-`, and `+` or `-` may stand behind the `e` of its exponent |
+//! | quoted text | what stands between two `"`, escapes not yet replaced |
+//! | line of text | what stands behind a `\|` at the very beginning of a line, escapes not yet replaced |
+//! | sign | any other character that is no space |
+//! | end of a line | behind each line that has tokens and is no line of text |
+//!
+//! A `;` outside quotes begins a comment, which is left out.
+
+use chumsky::prelude::*;
 
 use super::ParseError;
 
-/// What a line is made of.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Token {
-    /// A word of letters, digits, `_` and `.`, or a number.
-    Word(String),
-    /// A string in quotes, without them.
-    Quoted(String),
-    /// One sign.
+/// A part of the text.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Token<'t> {
+    /// A word or a number.
+    Word(&'t str),
+    /// Text in quotes, without them.
+    Quoted(&'t str),
+    /// A line of a source file, without the `|` and one space behind it.
+    Line(&'t str),
+    /// Any other character.
     Sign(char),
+    /// The end of a line.
+    End,
 }
 
-impl Token {
-    /// How it is named in a message.
-    fn shown(&self) -> String {
+impl Token<'_> {
+    /// How a message shows it.
+    pub(super) fn shown(&self) -> String {
         match self {
             Self::Word(word) => format!("`{word}`"),
-            Self::Quoted(text) => format!("{text:?}"),
+            Self::Quoted(text) => format!("`\"{text}\"`"),
+            Self::Line(_) => "a line of text".into(),
             Self::Sign(sign) => format!("`{sign}`"),
+            Self::End => "the end of the line".into(),
         }
     }
 }
 
-/// A line and how far it was read.
-pub(super) struct Line {
-    number: usize,
-    /// Tokens with their columns.
-    tokens: Vec<(usize, Token)>,
-    at: usize,
-    /// The column behind the line's end.
-    end: usize,
+/// The tokens of a text, and where each begins.
+pub(super) struct Tokens<'t> {
+    text: &'t str,
+    /// In the order of the text.
+    pub(super) tokens: Vec<Token<'t>>,
+    /// For each token the offset of its first byte in the text; that of an end of a line is
+    /// behind the line's last token.
+    offsets: Vec<usize>,
 }
 
-impl Line {
-    /// Splits a line; a comment does not count.
-    pub(super) fn new(number: usize, text: &str) -> Result<Self, ParseError> {
-        let mut line = Self { number, tokens: vec![], at: 0, end: 1 };
-        let mut chars = text.chars().enumerate().map(|(at, c)| (at + 1, c)).peekable();
-        while let Some((column, c)) = chars.next() {
-            line.end = column;
-            if c == ';' {
-                break;
-            }
-            if c.is_whitespace() {
-                continue;
-            }
-            let token = if c == '"' {
-                let mut inner = String::new();
-                loop {
-                    match chars.next() {
-                        Some((_, '"')) => break,
-                        Some((_, c)) => inner.push(c),
-                        None => return Err(line.error_at(column, "the quote is not closed")),
-                    }
-                }
-                Token::Quoted(unescaped(&inner).ok_or_else(|| {
-                    line.error_at(column, "a backslash wants `\\`, `r` or `{hex}` behind it")
-                })?)
-            } else if is_word(c) || c == '-' || c == '@' {
-                let mut word = String::from(c);
-                let number = c == '-' || c.is_ascii_digit();
-                while let Some(&(_, c)) = chars.peek() {
-                    // The sign of an exponent belongs to its number.
-                    let exponent = number
-                        && matches!(c, '+' | '-')
-                        && word.ends_with(['e', 'E'])
-                        && !word.starts_with("0x");
-                    if !is_word(c) && !exponent {
-                        break;
-                    }
-                    word.push(c);
-                    chars.next();
-                }
-                Token::Word(word)
+impl<'t> Tokens<'t> {
+    /// Cuts a text into tokens.
+    ///
+    /// # Errors
+    /// At a quote that is not closed on its line.
+    pub(super) fn new(text: &'t str) -> Result<Self, ParseError> {
+        let lexer = lexer();
+        let mut all = Self { text, tokens: vec![], offsets: vec![] };
+        let mut begin = 0;
+        for full in text.split_inclusive('\n') {
+            let line = full.strip_suffix('\n').unwrap_or(full);
+            let line = line.strip_suffix('\r').unwrap_or(line);
+            if let Some(source) = line.strip_prefix('|') {
+                all.push(Token::Line(source.strip_prefix(' ').unwrap_or(source)), begin);
             } else {
-                Token::Sign(c)
-            };
-            line.tokens.push((column, token));
-        }
-        Ok(line)
-    }
-
-    fn error_at(&self, column: usize, message: impl Into<String>) -> ParseError {
-        ParseError { line: self.number, column, message: message.into() }
-    }
-
-    /// A complaint about the token just read.
-    pub(super) fn error_before(&self, message: impl Into<String>) -> ParseError {
-        let token = self.at.checked_sub(1).and_then(|at| self.tokens.get(at));
-        self.error_at(token.map_or(1, |(column, _)| *column), message)
-    }
-
-    fn wanted(&self, what: &str) -> ParseError {
-        match self.tokens.get(self.at) {
-            Some((column, token)) => {
-                self.error_at(*column, format!("{what} is wanted here, not {}", token.shown()))
+                // The lexer takes every line: what is nothing else is a sign.
+                let found = lexer.parse(line).into_output().unwrap_or_default();
+                let mut end = None;
+                for (token, span) in found {
+                    let offset = begin + span.start;
+                    let Some(token) = token else {
+                        return Err(all.error_at(offset, "the quote is not closed".into()));
+                    };
+                    all.push(token, offset);
+                    end = Some(begin + span.end);
+                }
+                if let Some(end) = end {
+                    all.push(Token::End, end);
+                }
             }
-            None => self.error_at(self.end, format!("{what} is wanted behind this line")),
+            begin += full.len();
         }
+        Ok(all)
     }
 
-    /// Where the next token stands.
-    pub(super) fn place(&self) -> (usize, usize) {
-        let column = self.tokens.get(self.at).map_or(self.end, |(column, _)| *column);
-        (self.number, column)
+    fn push(&mut self, token: Token<'t>, offset: usize) {
+        self.tokens.push(token);
+        self.offsets.push(offset);
     }
 
-    /// Whether nothing is left.
-    pub(super) fn is_done(&self) -> bool {
-        self.at >= self.tokens.len()
+    /// A message about the token of an index, or about the end of the text behind the last.
+    pub(super) fn error(&self, token: usize, message: impl Into<String>) -> ParseError {
+        let offset = self.offsets.get(token).copied().unwrap_or(self.text.len());
+        self.error_at(offset, message.into())
     }
 
-    /// Takes a sign if it comes next.
-    pub(super) fn take(&mut self, sign: char) -> bool {
-        let found = matches!(self.tokens.get(self.at), Some((_, Token::Sign(s))) if *s == sign);
-        self.at += usize::from(found);
-        found
-    }
-
-    /// Takes a sign.
-    pub(super) fn sign(&mut self, sign: char) -> Result<(), ParseError> {
-        if self.take(sign) { Ok(()) } else { Err(self.wanted(&format!("`{sign}`"))) }
-    }
-
-    /// Takes a word if this one comes next.
-    pub(super) fn take_word(&mut self, word: &str) -> bool {
-        let found = self.peek() == Some(word);
-        self.at += usize::from(found);
-        found
-    }
-
-    /// The word that comes next.
-    pub(super) fn peek(&self) -> Option<&str> {
-        match self.tokens.get(self.at) {
-            Some((_, Token::Word(word))) => Some(word),
-            _ => None,
-        }
-    }
-
-    /// Takes a word; `what` says what for.
-    pub(super) fn word(&mut self, what: &str) -> Result<String, ParseError> {
-        match self.tokens.get(self.at) {
-            Some((_, Token::Word(word))) => {
-                self.at += 1;
-                Ok(word.clone())
-            }
-            _ => Err(self.wanted(what)),
-        }
-    }
-
-    /// Takes this word.
-    pub(super) fn keyword(&mut self, word: &str) -> Result<(), ParseError> {
-        if self.take_word(word) { Ok(()) } else { Err(self.wanted(&format!("`{word}`"))) }
-    }
-
-    /// Takes a quoted string.
-    pub(super) fn quoted(&mut self, what: &str) -> Result<String, ParseError> {
-        match self.tokens.get(self.at) {
-            Some((_, Token::Quoted(text))) => {
-                self.at += 1;
-                Ok(text.clone())
-            }
-            _ => Err(self.wanted(what)),
-        }
-    }
-
-    /// Takes a number.
-    pub(super) fn number<N: std::str::FromStr>(&mut self, what: &str) -> Result<N, ParseError> {
-        let word = self.word(what)?;
-        word.parse().map_err(|_| self.error_before(format!("`{word}` is no {what}")))
-    }
-
-    /// Takes a reference: a prefix and a number.
-    pub(super) fn reference(&mut self, prefix: &str, what: &str) -> Result<u32, ParseError> {
-        let number = |word: &str| word.strip_prefix(prefix)?.parse().ok();
-        match self.peek().and_then(number) {
-            Some(number) => {
-                self.at += 1;
-                Ok(number)
-            }
-            None => Err(self.wanted(&format!("{what} (`{prefix}0`)"))),
-        }
-    }
-
-    /// Makes sure that nothing is left.
-    pub(super) fn end(&self) -> Result<(), ParseError> {
-        if self.is_done() { Ok(()) } else { Err(self.wanted("the end of the line")) }
+    fn error_at(&self, offset: usize, message: String) -> ParseError {
+        let before = self.text.get(..offset).unwrap_or(self.text);
+        let begin = before.rfind('\n').map_or(0, |at| at + 1);
+        let line = before.matches('\n').count() + 1;
+        let column = before.get(begin..).unwrap_or("").chars().count() + 1;
+        ParseError { line, column, message }
     }
 }
 
-fn is_word(c: char) -> bool {
-    c.is_ascii_alphanumeric() || c == '_' || c == '.'
+/// The tokens of one line with their spans in it; `None` for a quote that is not closed.
+fn lexer<'t>() -> impl Parser<'t, &'t str, Vec<(Option<Token<'t>>, SimpleSpan)>> {
+    let letter = any().filter(|&c: &char| c.is_ascii_alphanumeric() || c == '_' || c == '.');
+    let digit = any().filter(char::is_ascii_digit);
+    let exponent = one_of("eE").then(one_of("+-")).ignored();
+    let number =
+        just('-').or_not().then(digit).then(choice((exponent, letter.ignored())).repeated());
+    let name = choice((just('@'), letter)).then(letter.repeated());
+    let word = choice((number.to_slice(), name.to_slice())).map(|word| Some(Token::Word(word)));
+    let quoted = just('"').ignore_then(none_of('"').repeated().to_slice()).then(just('"').or_not());
+    let quoted = quoted.map(|(text, closed)| closed.map(|_| Token::Quoted(text)));
+    let sign = none_of(";").map(|sign| Some(Token::Sign(sign)));
+    let token = choice((word, quoted, sign)).map_with(|token, place| (token, place.span()));
+    let comment = just(';').then(any().repeated()).or_not();
+    token.padded().repeated().collect().padded().then_ignore(comment)
 }
 
-/// Text as it was before control characters were written out.
+/// Text as it was before control characters were written out; `None` where something else than
+/// `\`, `r` or `{hex}` stands behind a backslash.
 pub(super) fn unescaped(text: &str) -> Option<String> {
     let mut out = String::with_capacity(text.len());
     let mut chars = text.chars();

@@ -38,14 +38,17 @@
 //! A `|` begins a line of a file's text, in which a backslash stands before `\`, `r` (return)
 //! and hexadecimal digits in braces.
 //!
-//! What is printed numbers values in the order in which they stand, so it is the same again when
-//! it was parsed.
+//! The printer numbers values in the order in which they stand, so that text which is printed,
+//! read and printed again stays the same.
+//!
+//! Text is read in three steps, a file each: `lex` cuts it into tokens, `grammar` finds its
+//! structure, and `resolve` looks up what its names stand for.
 
+mod grammar;
 mod lex;
 mod parse;
-mod parse_func;
-mod parse_inst;
 mod print;
+mod resolve;
 
 pub use parse::{ParseError, parse};
 pub use print::print;

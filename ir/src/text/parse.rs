@@ -1,11 +1,14 @@
-//! Reads a module from text.
+//! Reads a module from text: [tokens](super::lex), their [structure](super::grammar), and then
+//! what each name stands for.
 
-use plcc_abi::{Region, Task};
+use chumsky::Parser;
+use chumsky::error::{Rich, RichPattern, RichReason};
 use thiserror::Error;
 
-use super::lex::{Line, unescaped};
-use super::parse_func::FuncParser;
-use crate::{Module, SourceFile, Statement};
+use super::grammar::module;
+use super::lex::{Token, Tokens};
+use super::resolve::resolve;
+use crate::Module;
 
 /// Text that is no module.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -19,133 +22,44 @@ pub struct ParseError {
     pub message: String,
 }
 
-/// Reads a module. What is read has references that lead somewhere; whether it keeps the other
-/// rules, the [verifier](crate::verify) says.
+/// Reads a module. Every name in what is read leads somewhere; whether the module keeps the
+/// other rules of IR, the [verifier](crate::verify) says.
 ///
 /// # Errors
-/// At the first place that cannot be read.
+/// At the first place that cannot be read: what was expected there and what was found, or the
+/// name that stands for nothing.
 pub fn parse(text: &str) -> Result<Module, ParseError> {
-    let mut parser = Parser { module: Module::default(), named: vec![], in_text: false };
-    let mut func: Option<FuncParser> = None;
-    for (number, text) in (1..).zip(text.lines()) {
-        if let Some(rest) = text.strip_prefix('|') {
-            parser.file_line(number, rest)?;
-            continue;
-        }
-        let mut line = Line::new(number, text)?;
-        if line.is_done() {
-            continue;
-        }
-        match func.take() {
-            Some(mut open) => {
-                if line.take('}') {
-                    line.end()?;
-                    let (data, named) = open.finish(line.place())?;
-                    parser.module.funcs.push(data);
-                    parser.named.extend(named);
-                } else {
-                    open.line(&mut line, &parser.module)?;
-                    func = Some(open);
-                }
-            }
-            None if line.take_word("fn") => {
-                let name = line.quoted("the function's name in quotes")?;
-                line.sign('{')?;
-                line.end()?;
-                func = Some(FuncParser::new(name, line.place()));
-            }
-            None => parser.item(&mut line)?,
-        }
-    }
-    match func {
-        Some(open) => Err(open.unclosed()),
-        None => parser.finish(),
+    let tokens = Tokens::new(text)?;
+    let items = module().parse(tokens.tokens.as_slice()).into_result().map_err(|errors| {
+        let message = errors.first().map(message).unwrap_or_default();
+        let at = errors.first().map_or(0, |error| error.span().start);
+        tokens.error(at, message)
+    })?;
+    resolve(&tokens, items)
+}
+
+/// `expected A, B or C, found D`.
+fn message(error: &Rich<'_, Token<'_>>) -> String {
+    let (expected, found) = match error.reason() {
+        RichReason::ExpectedFound { expected, found } => (expected, found),
+        RichReason::Custom(message) => return message.clone(),
+    };
+    let mut expected: Vec<String> = expected.iter().filter_map(shown).collect();
+    expected.sort_unstable();
+    expected.dedup();
+    let last = expected.pop().unwrap_or_default();
+    let found = found.as_ref().map_or("the end of the text".into(), |token| token.shown());
+    match expected.as_slice() {
+        [] => format!("expected {last}, found {found}"),
+        others => format!("expected {} or {last}, found {found}", others.join(", ")),
     }
 }
 
-struct Parser {
-    module: Module,
-    /// Labels that are named, with their places in the text.
-    named: Vec<(u32, (usize, usize))>,
-    /// Whether the file at hand has lines already.
-    in_text: bool,
-}
-
-impl Parser {
-    fn item(&mut self, line: &mut Line) -> Result<(), ParseError> {
-        match line.word("`image`, `region`, `task`, `fn`, `statement` or `file`")?.as_str() {
-            "image" => self.module.image_size = line.number("size in bytes")?,
-            "region" => {
-                let name = line.word("the region's name")?;
-                line.keyword("at")?;
-                let offset = line.number("offset in bytes")?;
-                line.keyword("size")?;
-                let size = line.number("size in bytes")?;
-                let bits = line.take_word("bits");
-                self.module.regions.push(Region { name, offset, size, bits });
-            }
-            "task" => {
-                let name = line.quoted("the task's name in quotes")?;
-                let place = line.place();
-                let entry = line.reference("L", "a label")?;
-                self.named.push((entry, place));
-                self.module.tasks.push(Task { name, entry });
-            }
-            "statement" => {
-                let mut field = |word| {
-                    line.keyword(word)?;
-                    line.number::<u32>("number")
-                };
-                let statement = Statement {
-                    file: field("file")?,
-                    line: field("line")?,
-                    start: field("from")?,
-                    end: field("to")?,
-                };
-                self.module.statements.push(statement);
-            }
-            "file" => {
-                let name = line.quoted("the file's name in quotes")?;
-                self.module.files.push(SourceFile { name, text: String::new() });
-                self.in_text = false;
-            }
-            other => {
-                return Err(line.error_before(format!(
-                    "`{other}` begins nothing; `image`, `region`, `task`, `fn`, `statement` and \
-                     `file` do"
-                )));
-            }
-        }
-        line.end()
-    }
-
-    /// A line of a file's text.
-    fn file_line(&mut self, number: usize, rest: &str) -> Result<(), ParseError> {
-        let error =
-            |column, message: &str| ParseError { line: number, column, message: message.into() };
-        let Some(file) = self.module.files.last_mut() else {
-            return Err(error(1, "a line of text wants a `file` before it"));
-        };
-        let rest = rest.strip_prefix(' ').unwrap_or(rest);
-        let text = unescaped(rest)
-            .ok_or_else(|| error(2, "a backslash wants `\\`, `r` or `{hex}` behind it"))?;
-        // Lines are joined by line feeds.
-        if std::mem::replace(&mut self.in_text, true) {
-            file.text.push('\n');
-        }
-        file.text.push_str(&text);
-        Ok(())
-    }
-
-    fn finish(mut self) -> Result<Module, ParseError> {
-        let count: usize = self.module.funcs.iter().map(|func| func.entries.len()).sum();
-        for (label, (line, column)) in self.named {
-            if label as usize >= count {
-                let message = format!("L{label} stands nowhere: there are {count} labels, from L0");
-                return Err(ParseError { line, column, message });
-            }
-        }
-        self.module.label_count = count as u32;
-        Ok(self.module)
+fn shown(pattern: &RichPattern<'_, Token<'_>>) -> Option<String> {
+    match pattern {
+        RichPattern::Token(token) => Some(token.shown()),
+        RichPattern::Label(label) => Some(label.to_string()),
+        RichPattern::EndOfInput => Some("the end of the text".into()),
+        _ => None,
     }
 }

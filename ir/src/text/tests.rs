@@ -40,31 +40,53 @@ fn names_and_text_keep_odd_characters() {
 fn mistakes_are_told_with_their_place() {
     let head = "image 8\nregion r at 0 size 8\nfn \"f\" {\nblock0 (L0):\n";
     for (body, message) in [
-        ("v0: i7 = iconst 1\nreturn\n}", "5:5: `i7` is no type; there are i1 i8 i16 i32 i64 f64"),
-        ("v0: i8 = lode r:0\nreturn\n}", "5:10: `lode` is no instruction with a result"),
+        (
+            "v0: i7 = iconst 1\nreturn\n}",
+            "5:5: expected a type (i1 i8 i16 i32 i64 f64), found `i7`",
+        ),
+        (
+            "v0: i8 = lode r:0\nreturn\n}",
+            "5:10: expected an instruction with a result, found `lode`",
+        ),
         ("v0: i8 = load q:0\nreturn\n}", "5:15: `q` is no region; they stand above the functions"),
         ("store r:0, v9\nreturn\n}", "5:12: v9 is defined nowhere"),
         ("v0: i8 = iconst 1\nv0: i8 = iconst 1\nreturn\n}", "6:1: v0 is defined twice"),
         ("jump block3\n}", "5:6: block3 is not there; there are 1"),
         ("goto L5\n}", "5:6: L5 stands nowhere: there are 1 labels, from L0"),
-        ("return\nreturn\n}", "6:1: the block has ended; another begins with its name and `:`"),
-        ("}", "5:1: the last block does not end: `jump`, `return` and the like do"),
-        ("return", "3:8: the function is not closed by `}`"),
+        ("return\nreturn\n}", "6:1: expected `}` or a block (`block0`), found `return`"),
+        (
+            "}",
+            "5:1: expected a terminator (`jump`, `return` and the like) or an instruction, found `}`",
+        ),
+        ("return", "5:7: expected `}` or a block (`block0`), found the end of the text"),
         (
             "trap x\n}",
-            "5:6: `x` is no code; there are bad_label array_bounds timeout call_depth \
-          host_panic",
+            "5:6: expected a code (bad_label array_bounds timeout call_depth host_panic), found `x`",
         ),
-        ("return 1\n}", "5:8: the end of the line is wanted here, not `1`"),
-        ("hostcall pmac_save(\n}", "5:19: a value (`v0`) is wanted behind this line"),
-        ("return\nblock2:\n}", "6:1: the next block is block1: they stand in order"),
+        ("return 1\n}", "5:8: expected the end of the line, found `1`"),
+        (
+            "hostcall pmac_save(\n}",
+            "5:20: expected `)` or a value (`v0`), found the end of the line",
+        ),
+        ("return\nblock2:\nreturn\n}", "6:1: the next block is block1: they stand in order"),
+        ("v0: i1 = icmp le v1, v2\n}", "5:15: expected a comparison (eq ne slt"),
+        (
+            "v0: f64 = fconst 1e999\n}",
+            "5:18: expected a finite number, or bits (`0x0`), found `1e999`",
+        ),
+        ("store r:0 v0\n}", "5:11: expected `,` or `[`, found `v0`"),
+        ("v0: i8 = load r:x\n}", "5:17: expected an offset in bytes, found `x`"),
+        ("v0: i8 = load r:4294967296\n}", "5:17: expected an offset in bytes, found `4294967296`"),
+        ("hostcall pmac_define(v0, v1, v2, v3, v4)\n}", "5:36: expected"),
+        ("@1 @2\n}", "5:4: expected the end of the line, found `@2`"),
     ] {
         let found = parse(&format!("{head}{body}")).unwrap_err().to_string();
         assert!(found.starts_with(message), "{found}\n{message}");
     }
     assert_eq!(
         parse("| x").unwrap_err().to_string(),
-        "1:1: a line of text wants a `file` before it"
+        "1:1: expected `file`, `fn`, `image`, `region`, `statement`, `task` or the end of the text, \
+         found a line of text"
     );
     assert_eq!(parse("task \"x").unwrap_err().column, 6);
 }

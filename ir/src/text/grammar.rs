@@ -1,0 +1,358 @@
+//! The grammar of the text form, over the [tokens](super::lex) of a whole text.
+//!
+//! What it gives is the text's structure. Names are not looked up yet: where a [`Value`],
+//! [`Block`], [`Label`] or [`Region`] is mentioned, its number here is the *index of the token* that
+//! names it, so that [`resolve`](super::resolve) finds both the name and its place.
+//!
+//! There is no recursion in it, so no text makes it go deep, and it decides by one token in
+//! almost every place, so time is proportional to length.
+
+use std::str::FromStr;
+
+use chumsky::prelude::*;
+use chumsky::primitive::select;
+use plcc_abi::{HostFn, TrapCode};
+
+use super::lex::{Token, unescaped};
+use crate::{
+    Address, Args, BinaryOp, Block, BlockCall, ConvertOp, FloatCond, InstData, IntCond, Label,
+    Region, SourceFile, SourceLoc, Statement, Terminator, Type, UnaryOp, Value,
+};
+
+/// What stands at the top of the text.
+pub(super) enum Item {
+    /// `image`: the size in bytes.
+    Image(u32),
+    /// `region`.
+    Region(plcc_abi::Region),
+    /// `task`: its name, and the label where it starts.
+    Task(String, Label),
+    /// `fn`.
+    Func(Func),
+    /// `statement`.
+    Statement(Statement),
+    /// `file` with its lines.
+    File(SourceFile),
+}
+
+/// A function.
+pub(super) struct Func {
+    pub(super) name: String,
+    pub(super) blocks: Vec<BlockText>,
+}
+
+/// A block.
+pub(super) struct BlockText {
+    /// The name it has at its head.
+    pub(super) head: Block,
+    /// What stands in parentheses behind that.
+    pub(super) params: Vec<Param>,
+    pub(super) lines: Vec<Line>,
+    pub(super) terminator: Terminator,
+}
+
+/// What the parentheses of a block's head hold.
+pub(super) enum Param {
+    /// A label that stands at the block.
+    Label(Label),
+    /// A parameter.
+    Value(Value, Type),
+}
+
+/// A line in a block.
+pub(super) enum Line {
+    /// `@…`: the statement that the following instructions belong to.
+    Location(SourceLoc),
+    /// An instruction with its result.
+    Inst(Option<(Value, Type)>, InstData),
+}
+
+/// What is read: tokens, known by their indices.
+pub(super) type Input<'t> = &'t [Token<'t>];
+/// The errors: what was expected at which token.
+type Extra<'t> = extra::Err<Rich<'t, Token<'t>>>;
+
+/// A parser of tokens. A short name for the bounds.
+pub(super) trait Grammar<'t, O>: Parser<'t, Input<'t>, O, Extra<'t>> + Clone {}
+impl<'t, O, P: Parser<'t, Input<'t>, O, Extra<'t>> + Clone> Grammar<'t, O> for P {}
+
+/// A word that `read` takes; `what` it is for messages.
+fn word<'t, O: 't>(
+    what: impl Into<String>,
+    read: impl Fn(&'t str) -> Option<O> + Clone + 't,
+) -> impl Grammar<'t, O> {
+    let taken = move |token: Token<'t>| match token {
+        Token::Word(word) => read(word),
+        _ => None,
+    };
+    select(move |token, _| taken(token)).labelled(what.into())
+}
+
+/// This word.
+fn keyword<'t>(word: &'static str) -> impl Grammar<'t, Token<'t>> {
+    just(Token::Word(word))
+}
+
+/// This sign.
+fn sign<'t>(sign: char) -> impl Grammar<'t, Token<'t>> {
+    just(Token::Sign(sign))
+}
+
+fn end_of_line<'t>() -> impl Grammar<'t, Token<'t>> {
+    just(Token::End)
+}
+
+/// Text in quotes.
+fn quoted<'t>(what: &'static str) -> impl Grammar<'t, String> {
+    let read = |token: Token<'t>| match token {
+        Token::Quoted(text) => unescaped(text),
+        _ => None,
+    };
+    select(move |token, _| read(token)).labelled(format!(
+        "{what} in quotes, where `\\\\`, `\\r` or `\\{{hex}}` stands for a special character"
+    ))
+}
+
+fn number<'t, N: FromStr + 't>(what: &'static str) -> impl Grammar<'t, N> {
+    word(what, |word| word.parse().ok())
+}
+
+/// The index of the token at hand, where that is a prefix and a number.
+fn reference<'t>(prefix: &'static str, what: &str) -> impl Grammar<'t, u32> {
+    word(format!("{what} (`{prefix}0`)"), move |word| name(prefix, word))
+        .map_with(|_, place| token_index(place.span()))
+}
+
+/// The number in a name that is made of a prefix and a number.
+pub(super) fn name(prefix: &str, word: &str) -> Option<u32> {
+    word.strip_prefix(prefix)?.parse().ok()
+}
+
+fn token_index(span: SimpleSpan) -> u32 {
+    u32::try_from(span.start).unwrap_or(u32::MAX)
+}
+
+fn value<'t>() -> impl Grammar<'t, Value> {
+    reference("v", "a value").map(Value)
+}
+
+fn block<'t>() -> impl Grammar<'t, Block> {
+    reference("block", "a block").map(Block)
+}
+
+fn label<'t>() -> impl Grammar<'t, Label> {
+    reference("L", "a label").map(Label)
+}
+
+fn type_name<'t>() -> impl Grammar<'t, Type> {
+    let names: Vec<_> = Type::ALL.iter().map(|ty| ty.name()).collect();
+    word(format!("a type ({})", names.join(" ")), Type::from_name)
+}
+
+/// One of some words, which a message lists.
+fn one_of_words<'t, T: Copy + 't>(
+    what: &str,
+    all: &[T],
+    spelt: fn(T) -> &'static str,
+    find: fn(&str) -> Option<T>,
+) -> impl Grammar<'t, T> {
+    let words: Vec<_> = all.iter().map(|&one| spelt(one)).collect();
+    word(format!("{what} ({})", words.join(" ")), find)
+}
+
+/// The whole text.
+pub(super) fn module<'t>() -> impl Grammar<'t, Vec<Item>> {
+    let image = keyword("image").ignore_then(number("a size in bytes")).map(Item::Image);
+    let items = choice((image, region(), task(), statement())).then_ignore(end_of_line());
+    choice((items, function().map(Item::Func), file())).repeated().collect().then_ignore(end())
+}
+
+fn region<'t>() -> impl Grammar<'t, Item> {
+    let name = word("the region's name", |word| Some(word.to_owned()));
+    let offset = keyword("at").ignore_then(number("an offset in bytes"));
+    let size = keyword("size").ignore_then(number("a size in bytes"));
+    let bits = keyword("bits").or_not();
+    keyword("region").ignore_then(name).then(offset).then(size).then(bits).map(
+        |(((name, offset), size), bits)| {
+            Item::Region(plcc_abi::Region { name, offset, size, bits: bits.is_some() })
+        },
+    )
+}
+
+fn task<'t>() -> impl Grammar<'t, Item> {
+    let name = quoted("the task's name");
+    keyword("task").ignore_then(name).then(label()).map(|(name, entry)| Item::Task(name, entry))
+}
+
+fn statement<'t>() -> impl Grammar<'t, Item> {
+    let field = |word| keyword(word).ignore_then(number("a number"));
+    keyword("statement")
+        .ignore_then(field("file"))
+        .then(field("line"))
+        .then(field("from"))
+        .then(field("to"))
+        .map(|(((file, line), start), end)| Item::Statement(Statement { file, line, start, end }))
+}
+
+fn file<'t>() -> impl Grammar<'t, Item> {
+    let read = |token: Token<'t>| match token {
+        Token::Line(text) => unescaped(text),
+        _ => None,
+    };
+    let line = select(move |token, _| read(token)).labelled(
+        "a line of text behind `|`, where a backslash stands before `\\`, `r` or `{hex}`",
+    );
+    let lines = line.repeated().collect::<Vec<_>>();
+    let name = keyword("file").ignore_then(quoted("the file's name")).then_ignore(end_of_line());
+    name.then(lines).map(|(name, lines)| Item::File(SourceFile { name, text: lines.join("\n") }))
+}
+
+fn function<'t>() -> impl Grammar<'t, Func> {
+    let name = quoted("the function's name");
+    let head = keyword("fn").ignore_then(name).then_ignore(sign('{')).then_ignore(end_of_line());
+    let foot = sign('}').then_ignore(end_of_line());
+    let blocks = block_text().repeated().collect();
+    head.then(blocks).then_ignore(foot).map(|(name, blocks)| Func { name, blocks })
+}
+
+fn block_text<'t>() -> impl Grammar<'t, BlockText> {
+    let value = value().then_ignore(sign(':')).then(type_name());
+    let param = choice((label().map(Param::Label), value.map(|(v, ty)| Param::Value(v, ty))));
+    let list = param.separated_by(sign(',')).at_least(1).collect::<Vec<_>>();
+    let params = list.delimited_by(sign('('), sign(')')).repeated().collect::<Vec<_>>();
+    let head = block().then(params).then_ignore(sign(':')).then_ignore(end_of_line());
+    let lines = line().then_ignore(end_of_line()).repeated().collect();
+    head.then(lines).then(terminator().then_ignore(end_of_line())).map(
+        |(((head, params), lines), terminator)| {
+            let params = params.into_iter().flatten().collect();
+            BlockText { head, params, lines, terminator }
+        },
+    )
+}
+
+fn line<'t>() -> impl Grammar<'t, Line> {
+    let location = word("a statement (`@0`, `@none`)", |word| match word {
+        "@none" => Some(SourceLoc::NONE),
+        _ => name("@", word).map(SourceLoc),
+    });
+    let result = value().then_ignore(sign(':')).then(type_name()).then_ignore(sign('='));
+    let with_result = result
+        .then(choice((operation(), host_call())).labelled("an instruction with a result"))
+        .map(|((value, ty), data)| Line::Inst(Some((value, ty)), typed(data, ty)));
+    let store = keyword("store").ignore_then(address()).then_ignore(sign(',')).then(self::value());
+    let store = store.map(|(at, value)| InstData::Store { at, value });
+    let alone = choice((store, host_call())).map(|data| Line::Inst(None, data));
+    choice((with_result, location.map(Line::Location), alone)).labelled("an instruction")
+}
+
+/// An instruction whose type is that of its result, which is written before it.
+fn typed(mut data: InstData, result: Type) -> InstData {
+    match &mut data {
+        InstData::Iconst { ty, .. } | InstData::Load { ty, .. } => *ty = result,
+        InstData::Convert { to, .. } => *to = result,
+        _ => {}
+    }
+    data
+}
+
+/// What stands for a type that [`typed`] puts in.
+const LATER: Type = Type::I1;
+
+/// An instruction with a result, but for calls of the host.
+fn operation<'t>() -> impl Grammar<'t, InstData> {
+    let pair = || value().then_ignore(sign(',')).then(value()).map(|(a, b)| [a, b]);
+    let unary = word("", UnaryOp::from_name).then(value());
+    let binary = word("", BinaryOp::from_name).then(pair());
+    let convert = word("", ConvertOp::from_name).then(value());
+    let iconst = keyword("iconst").ignore_then(number("an integer of 64 bits"));
+    let fconst = keyword("fconst").ignore_then(word("a finite number, or bits (`0x0`)", double));
+    let ints = one_of_words("a comparison", IntCond::ALL, IntCond::name, IntCond::from_name);
+    let icmp = keyword("icmp").ignore_then(ints).then(pair());
+    let floats =
+        one_of_words("a comparison", FloatCond::ALL, FloatCond::name, FloatCond::from_name);
+    let fcmp = keyword("fcmp").ignore_then(floats).then(pair());
+    let select = keyword("select").ignore_then(value()).then_ignore(sign(',')).then(pair());
+    let load = keyword("load").ignore_then(address());
+    choice((
+        load.map(|at| InstData::Load { ty: LATER, at }),
+        binary.map(|(op, args)| InstData::Binary { op, args }),
+        iconst.map(|value| InstData::Iconst { ty: LATER, value }),
+        convert.map(|(op, arg)| InstData::Convert { op, to: LATER, arg }),
+        unary.map(|(op, arg)| InstData::Unary { op, arg }),
+        icmp.map(|(cond, args)| InstData::Icmp { cond, args }),
+        fconst.map(|bits| InstData::Fconst { bits }),
+        fcmp.map(|(cond, args)| InstData::Fcmp { cond, args }),
+        select.map(|(cond, args)| InstData::Select { cond, args }),
+    ))
+}
+
+/// A double's bits.
+fn double(word: &str) -> Option<u64> {
+    match word.strip_prefix("0x") {
+        Some(digits) => u64::from_str_radix(digits, 16).ok(),
+        None => word.parse().ok().filter(|number: &f64| number.is_finite()).map(f64::to_bits),
+    }
+}
+
+fn host_call<'t>() -> impl Grammar<'t, InstData> {
+    let function = word("a function of the host", HostFn::from_name);
+    let args = value().separated_by(sign(',')).at_most(4).collect::<Vec<_>>();
+    let args = args.delimited_by(sign('('), sign(')'));
+    keyword("hostcall").ignore_then(function).then(args).map(|(function, args)| {
+        // There are four at most, so they have room.
+        let args = Args::new(&args).unwrap_or_default();
+        InstData::HostCall { function, args }
+    })
+}
+
+fn address<'t>() -> impl Grammar<'t, Address> {
+    let region =
+        word("a region's name", Some).map_with(|_, place| Region(token_index(place.span())));
+    let element = value()
+        .then_ignore(sign('*'))
+        .then(number("a distance in bytes"))
+        .then_ignore(sign(','))
+        .then(number("a number of elements"))
+        .delimited_by(sign('['), sign(']'));
+    let offset = sign(':').ignore_then(number("an offset in bytes"));
+    let place = region.then(offset).then(element.or_not());
+    keyword("volatile").or_not().then(place).map(|(volatile, ((region, offset), element))| {
+        let at = match element {
+            Some(((value, scale), count)) => Address::indexed(region, offset, value, scale, count),
+            None => Address::fixed(region, offset),
+        };
+        if volatile.is_some() { at.volatile() } else { at }
+    })
+}
+
+fn terminator<'t>() -> impl Grammar<'t, Terminator> {
+    let args = value().separated_by(sign(',')).collect::<Vec<_>>();
+    let args = args.delimited_by(sign('('), sign(')')).or_not();
+    let call =
+        block().then(args).map(|(block, args)| BlockCall { block, args: args.unwrap_or_default() });
+    let comma = || sign(',');
+    let jump = keyword("jump").ignore_then(call.clone()).map(Terminator::Jump);
+    let brif = keyword("brif")
+        .ignore_then(value())
+        .then(comma().ignore_then(call.clone()))
+        .then(comma().ignore_then(call))
+        .map(|((cond, then), otherwise)| Terminator::Brif { cond, then, otherwise });
+    let targets = block().separated_by(sign(',')).collect::<Vec<_>>();
+    let switch = keyword("switch")
+        .ignore_then(value())
+        .then(comma().ignore_then(targets.delimited_by(sign('['), sign(']'))))
+        .then(comma().ignore_then(block()))
+        .map(|((arg, targets), default)| Terminator::Switch { arg, targets, default });
+    let codes = one_of_words("a code", TrapCode::ALL, TrapCode::name, TrapCode::from_name);
+    choice((
+        jump,
+        brif,
+        keyword("return").to(Terminator::Return),
+        keyword("goto").ignore_then(label()).map(Terminator::Goto),
+        switch,
+        keyword("goto_indirect").ignore_then(value()).map(Terminator::GotoIndirect),
+        keyword("suspend").ignore_then(label()).map(Terminator::Suspend),
+        keyword("trap").ignore_then(codes).map(Terminator::Trap),
+    ))
+    .labelled("a terminator (`jump`, `return` and the like)")
+}
