@@ -1,4 +1,9 @@
 //! A defect of the compiler that it has noticed itself.
+//!
+//! Analysis promises much to lowering: every label stands somewhere, every variable has a place,
+//! every region is in the layout. Where such a promise is broken the compiler has a mistake. To go
+//! on with a default would make code that looks sound and does something else, so lowering returns
+//! an [`InternalError`], never a guess.
 
 use std::fmt;
 
@@ -22,6 +27,18 @@ impl InternalError {
     pub fn at(message: impl Into<String>, file: impl Into<String>, line: u32) -> Self {
         Self { message: message.into(), place: Some((file.into(), line)) }
     }
+
+    /// A defect: something that must be there is not. `what` names it: `the place of :012`.
+    pub fn missing(what: impl fmt::Display) -> Self {
+        Self::new(format!("{what} is missing"))
+    }
+
+    /// The same with the place of the statement, unless it has one already.
+    #[must_use]
+    pub fn or_at(mut self, file: impl Into<String>, line: u32) -> Self {
+        self.place.get_or_insert_with(|| (file.into(), line));
+        self
+    }
 }
 
 impl fmt::Display for InternalError {
@@ -34,3 +51,18 @@ impl fmt::Display for InternalError {
 }
 
 impl std::error::Error for InternalError {}
+
+/// Makes an [`InternalError`] of what is absent.
+pub trait OrMissing<T> {
+    /// The value.
+    ///
+    /// # Errors
+    /// Where there is none; `what` names it.
+    fn or_missing<S: fmt::Display>(self, what: impl FnOnce() -> S) -> Result<T, InternalError>;
+}
+
+impl<T> OrMissing<T> for Option<T> {
+    fn or_missing<S: fmt::Display>(self, what: impl FnOnce() -> S) -> Result<T, InternalError> {
+        self.ok_or_else(|| InternalError::missing(what()))
+    }
+}

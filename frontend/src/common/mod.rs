@@ -1,15 +1,19 @@
-//! What the languages share: options, files and includes, the machine file.
+//! What the languages share: options, files and includes, the machine file, the loader of tables,
+//! expressions, internal errors.
 
 mod cross_reference;
+pub mod expression;
 mod include;
 mod internal_error;
 mod loader;
 mod lowered;
 mod options;
+pub mod tsv;
 
 pub use cross_reference::{CrossReference, CrossReferenceRow};
+pub use expression::{Evaluate, EvaluationError, Expression, Value};
 pub use include::{Included, find_include};
-pub use internal_error::InternalError;
+pub use internal_error::{InternalError, OrMissing};
 pub use loader::{FileLoader, MemoryLoader};
 pub use lowered::Lowered;
 pub use options::{Controller, Limits, Options};

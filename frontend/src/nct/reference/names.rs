@@ -1,10 +1,32 @@
-//! The names that the control gives a meaning: flags, registers, lines (NCT 2).
+//! The names that the control gives a meaning: flags, registers, lines (NCT 2). They are the table
+//! `names.tsv` beside this file.
 
 use std::sync::LazyLock;
 
 use plcc_abi::nct::{NctName, RETAINED_FROM};
 
+use crate::common::tsv::{self, Row, TsvError};
+
 const TABLE: &str = include_str!("names.tsv");
+
+/// The table's columns.
+const COLUMNS: &[&str] = &["name", "kind", "meaning", "section"];
+
+/// What a name may be.
+const KINDS: [&str; 12] = [
+    "constant",
+    "counter",
+    "input flag",
+    "input line",
+    "input register",
+    "output flag",
+    "output line",
+    "output register",
+    "status flag",
+    "status word",
+    "table",
+    "timer",
+];
 
 /// A name with a meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,14 +41,27 @@ pub struct Name {
     pub section: &'static str,
 }
 
-static NAMES: LazyLock<Vec<Name>> =
-    LazyLock::new(|| TABLE.lines().filter(|line| !line.starts_with('#')).filter_map(row).collect());
+static NAMES: LazyLock<Vec<Name>> = LazyLock::new(|| tsv::built_in(load(TABLE)));
 
-fn row(line: &'static str) -> Option<Name> {
-    let mut cells = line.split('\t');
-    let mut cell = || cells.next();
-    let (name, kind, meaning, section) = (cell()?, cell()?, cell()?, cell()?);
-    cell().is_none().then_some(Name { name, kind, meaning, section })
+fn load(table: &'static str) -> Result<Vec<Name>, TsvError> {
+    tsv::load("frontend/src/nct/reference/names.tsv", table, COLUMNS, str::cmp, name)
+}
+
+fn name(row: &Row<'static>) -> Result<Name, TsvError> {
+    let name = row.text("name")?;
+    let parsed = name.parse::<NctName>().ok().filter(|parsed| parsed.to_string() == name);
+    let Some(parsed) = parsed else {
+        return Err(row.error("name", format!("`{name}` is no variable as programs are listed")));
+    };
+    let section = row.text("section")?;
+    let expected = kind('I', parsed).1;
+    if section != expected {
+        return Err(
+            row.error("section", format!("`{name}` stands in {expected}, not in {section}"))
+        );
+    }
+    let kind = row.word("kind", &KINDS.map(|kind| (kind, kind)))?;
+    Ok(Name { name, kind, meaning: row.text("meaning")?, section })
 }
 
 /// Every name, sorted.
@@ -160,16 +195,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_line_of_the_table_is_well_formed_sorted_and_unique() {
-        let lines: Vec<_> = TABLE.lines().filter(|line| !line.starts_with('#')).collect();
-        assert_eq!(all().len(), lines.len(), "a line does not parse");
-        assert!(all().is_sorted_by(|a, b| a.name < b.name));
-        assert_eq!(all().len(), 1534);
-        for row in all() {
-            let name: NctName = row.name.parse().unwrap();
-            assert_eq!(name.to_string(), row.name);
+    fn the_table_is_sound() {
+        let names = load(TABLE).unwrap();
+        assert_eq!(names.len(), 1534);
+        for row in names {
             assert!((3..=100).contains(&row.meaning.len()), "{}", row.name);
-            assert_eq!(row.section, kind('I', name).1, "{}", row.name);
+        }
+    }
+
+    #[test]
+    fn a_wrong_row_is_named() {
+        for (rows, message) in [
+            ("F40\ttimer\tx\t2.3", "2: name: `F40` is no variable as programs are listed"),
+            ("T00\ttimer\tx\t2.4.3", "2: section: `T00` stands in 2.4.2, not in 2.4.3"),
+            ("T00\tclock\tx\t2.4.2", "2: kind: `clock` is none of: constant, counter"),
+            ("T00\ttimer\t\t2.4.2", "2: meaning: the cell is empty"),
+            ("T01\ttimer\tx\t2.4.2\nT00\ttimer\tx\t2.4.2", "3: name: `T00` stands behind `T01`"),
+        ] {
+            let table = format!("{}\n{rows}\n", COLUMNS.join("\t"));
+            let error = load(table.leak()).unwrap_err().to_string();
+            let expected = format!("frontend/src/nct/reference/names.tsv:{message}");
+            assert!(error.starts_with(&expected), "{error}");
         }
     }
 

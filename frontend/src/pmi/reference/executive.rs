@@ -1,14 +1,21 @@
-//! The executive variables (PMI 3.2.2, 3.3.6, 3.3.7 and 3.4), with what the machine file adds.
+//! The executive variables (PMI 3.2.2, 3.3.6, 3.3.7 and 3.4), with what the machine file adds:
+//! the table `executive.tsv` beside this file, and what `plcc explain` says of a variable.
 
 use std::{collections::HashMap, sync::OnceLock};
 
 use plcc_abi::pmi::Type;
 
-use crate::common::{Machine, VariableClass, VariableType};
+use crate::common::{
+    Machine, VariableClass, VariableType,
+    tsv::{self, Row, TsvError},
+};
 use crate::language::Topic;
 
-/// The table: name or family, type, class, elements, section, meaning.
+/// The table: a variable or a family of them (`@CP100-@CP115`) a row; 0 elements for no array.
 static TABLE: &str = include_str!("executive.tsv");
+
+/// Its columns.
+const COLUMNS: &[&str] = &["name", "type", "class", "elements", "section", "meaning"];
 
 /// A line of the table.
 #[derive(Clone, Debug)]
@@ -42,33 +49,44 @@ pub(crate) struct Variable {
     pub(crate) elements: Option<u32>,
 }
 
-/// Every line of the table, in order.
+/// Every row of the table, in order.
 pub(crate) fn families() -> &'static [Family] {
     static FAMILIES: OnceLock<Vec<Family>> = OnceLock::new();
-    FAMILIES.get_or_init(|| TABLE.lines().filter_map(parse_line).collect())
+    FAMILIES.get_or_init(|| tsv::built_in(load(TABLE)))
 }
 
-fn parse_line(line: &'static str) -> Option<Family> {
-    if line.starts_with('#') {
-        return None;
-    }
-    let mut fields = line.split('\t');
-    let names = fields.next()?;
+fn load(table: &'static str) -> Result<Vec<Family>, TsvError> {
+    tsv::load("frontend/src/pmi/reference/executive.tsv", table, COLUMNS, str::cmp, family)
+}
+
+fn family(row: &Row<'static>) -> Result<Family, TsvError> {
+    let names = row.text("name")?;
     let (first, last) = names.split_once('-').unwrap_or((names, names));
-    let ty = match fields.next()? {
-        "logical" => Type::Logical,
-        "integer" => Type::Integer,
-        "long" => Type::Long,
-        _ => return None,
+    let types = [("logical", Type::Logical), ("integer", Type::Integer), ("long", Type::Long)];
+    let classes = [
+        ("ro", VariableClass::ReadOnly),
+        ("rw", VariableClass::ReadWrite),
+        ("reset", VariableClass::ResetOnly),
+    ];
+    let size = row.number("elements", 0..=100)?;
+    if size == 1 {
+        return Err(row.error("elements", "an array has at least two elements"));
+    }
+    let family = Family {
+        first,
+        last,
+        ty: row.word("type", &types)?,
+        class: row.word("class", &classes)?,
+        size,
+        section: row.text("section")?,
+        meaning: row.text("meaning")?,
     };
-    let class = match fields.next()? {
-        "ro" => VariableClass::ReadOnly,
-        "rw" => VariableClass::ReadWrite,
-        "reset" => VariableClass::ResetOnly,
-        _ => return None,
-    };
-    let size = fields.next()?.parse().ok()?;
-    Some(Family { first, last, ty, class, size, section: fields.next()?, meaning: fields.next()? })
+    let members = family.names();
+    let ends = (members.first().map(String::as_str), members.last().map(String::as_str));
+    if !first.starts_with('@') || ends != (Some(first), Some(last)) {
+        return Err(row.error("name", format!("`{names}` is no variable and no family of them")));
+    }
+    Ok(family)
 }
 
 impl Family {
@@ -248,21 +266,38 @@ mod tests {
     }
 
     #[test]
-    fn every_line_of_the_table_is_well_formed_sorted_and_unique() {
-        let lines: Vec<_> = TABLE.lines().filter(|line| !line.starts_with('#')).collect();
-        assert_eq!(families().len(), lines.len(), "a line does not parse");
-        assert!(lines.is_sorted());
+    fn the_table_is_sound_and_no_member_stands_twice() {
+        let families = load(TABLE).unwrap();
+        assert_eq!(families.len(), TABLE.lines().count() - 1);
         let mut seen = std::collections::HashSet::new();
-        for family in families() {
-            let names = family.names();
-            assert_eq!(names.first().map(String::as_str), Some(family.first));
-            assert_eq!(names.last().map(String::as_str), Some(family.last));
-            assert!(!family.meaning.is_empty() && !family.section.is_empty());
-            assert!(family.size != 1 && family.size <= 100, "{}", family.first);
-            for name in names {
-                assert!(name.len() <= 7 && name.starts_with('@'), "{name}");
-                assert!(seen.insert(name.clone()), "{name} stands twice");
-            }
+        for name in families.iter().flat_map(Family::names) {
+            assert!(name.len() <= 7, "{name}");
+            assert!(seen.insert(name.clone()), "{name} stands twice");
+        }
+    }
+
+    #[test]
+    fn a_wrong_row_is_named() {
+        for (row, message) in [
+            ("@A\tbyte\tro\t0\t3.4\tx", "type: `byte` is none of: logical, integer, long"),
+            ("@A\tlong\two\t0\t3.4\tx", "class: `wo` is none of: ro, rw, reset"),
+            ("@A\tlong\tro\t101\t3.4\tx", "elements: `101` is no number from 0 to 100"),
+            ("@A\tlong\tro\t1\t3.4\tx", "elements: an array has at least two elements"),
+            ("@A\tlong\tro\t0\t\tx", "section: the cell is empty"),
+            (
+                "@A1-@B2\tlong\tro\t0\t3.4\tx",
+                "name: `@A1-@B2` is no variable and no family of them",
+            ),
+            (
+                "@A2-@A1\tlong\tro\t0\t3.4\tx",
+                "name: `@A2-@A1` is no variable and no family of them",
+            ),
+            ("A\tlong\tro\t0\t3.4\tx", "name: `A` is no variable and no family of them"),
+        ] {
+            let table = format!("{}\n{row}\n", COLUMNS.join("\t"));
+            let error = load(table.leak()).unwrap_err().to_string();
+            let at = "frontend/src/pmi/reference/executive.tsv:2: ";
+            assert_eq!(error, format!("{at}{message}"));
         }
     }
 
