@@ -8,9 +8,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
+use plcc_abi::Program;
 use plcc_abi::machine::Machine;
-use plcc_abi::nct::NctSettings;
-use plcc_abi::{Dialect, Program};
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::{Artifact, ArtifactError, NativeEngine, session};
 
@@ -68,14 +67,14 @@ fn run(cli: &Cli) -> Result<u8, String> {
 
 /// What a machine file says of the control. What it says of variables was fixed when the program
 /// was compiled.
-fn machine(path: &Path, program: &Program) -> Result<NctSettings, String> {
+fn machine(path: &Path, program: &Program) -> Result<Machine, String> {
     let named = |error: &dyn Display| format!("{}: {error}", path.display());
     let text = fs::read_to_string(path).map_err(|error| named(&error))?;
     let machine = Machine::parse(&text).map_err(|error| named(&error))?;
-    if !machine.variables.is_empty() || program.dialect() != Dialect::Nct {
+    if !machine.variables.is_empty() || !session::takes_machine_file(program) {
         let fixed = "what it says was fixed when the program was compiled; an artifact takes an \
                      NCT control's settings only";
         return Err(named(&fixed));
     }
-    Ok(machine.nct)
+    Ok(machine)
 }

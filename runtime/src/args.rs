@@ -4,39 +4,27 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
-use plcc_abi::nct::NctControl;
 
-/// How the control is set; part of [`RunArgs`], and of commands that run programs otherwise.
+pub use crate::nct::NctArgs;
+pub use crate::pmac::PmacArgs;
+pub use crate::pmi::PmiArgs;
+
+/// How the control is set; part of [`RunArgs`], and of commands that run programs otherwise. Each
+/// language has its own options.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Control")]
 pub struct ControlArgs {
-    /// PMI: time between two scans in milliseconds [default: 20]
-    #[arg(long, value_name = "MS", value_parser = period)]
-    pub period: Option<Duration>,
+    /// PMI's.
+    #[command(flatten)]
+    pub pmi: PmiArgs,
 
-    /// NCT: sets an NC parameter, as in --param 61=24; 61 is MAGAZINE, 62 PLC_TAB (repeatable)
-    #[arg(long, value_name = "N=VALUE", value_parser = parameter)]
-    pub param: Vec<(u16, i64)>,
+    /// NCT's.
+    #[command(flatten)]
+    pub nct: NctArgs,
 
-    /// NCT: sets a PLC constant, 1 for RP001 to 40 (repeatable)
-    #[arg(long = "const", value_name = "N=VALUE", value_parser = constant)]
-    pub constants: Vec<(u16, u16)>,
-
-    /// NCT: sets a macro variable, as in --macro 180=12.5 (repeatable)
-    #[arg(long = "macro", value_name = "N=VALUE", value_parser = macro_variable)]
-    pub macros: Vec<(u16, f64)>,
-
-    /// NCT: the type of control, which says how often :002 runs [default: nct104]
-    #[arg(long = "control", value_name = "TYPE", value_parser = control)]
-    pub control: Option<NctControl>,
-
-    /// NCT: backward jumps and calls after which :000 waits for the next slice [default: 10000]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub level0_safepoints: Option<u32>,
-
-    /// PMAC: background steps in each servo cycle [default: 1]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100_000))]
-    pub background_steps: Option<u32>,
+    /// PMAC's.
+    #[command(flatten)]
+    pub pmac: PmacArgs,
 }
 
 /// What a run does. `--machine` is not among them: a compiler reads more from that file.
@@ -98,12 +86,13 @@ pub struct RunArgs {
 }
 
 /// A decimal number with or without a fraction.
-fn decimal(text: &str) -> Option<f64> {
+pub(crate) fn decimal(text: &str) -> Option<f64> {
     let plain = text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
     (plain && text.bytes().any(|byte| byte.is_ascii_digit())).then(|| text.parse().ok())?
 }
 
-fn seconds(number: f64, unit: f64) -> Option<Duration> {
+/// So many units of `unit` seconds, if that is a time.
+pub(crate) fn seconds(number: f64, unit: f64) -> Option<Duration> {
     Duration::try_from_secs_f64(number * unit).ok()
 }
 
@@ -121,55 +110,6 @@ fn duration(text: &str) -> Result<Duration, String> {
     seconds(number, unit).ok_or_else(|| "that is too long".into())
 }
 
-fn period(text: &str) -> Result<Duration, String> {
-    let number = decimal(text).ok_or("a number of milliseconds is expected, as in 20 or 2.5")?;
-    let period = seconds(number, 0.001).filter(|period| period.as_secs() < 3600);
-    period
-        .filter(|period| !period.is_zero())
-        .ok_or_else(|| "it is more than 0, at most an hour".into())
-}
-
-/// The parts of `N=VALUE`.
-fn assignment(text: &str, low: u16, high: u16) -> Result<(u16, &str), String> {
-    let (number, value) = text.split_once('=').ok_or("N=VALUE is expected, as in 61=24")?;
-    let number = number.trim();
-    let digits = number.bytes().all(|byte| byte.is_ascii_digit());
-    let parsed = number.parse().ok().filter(|n| digits && (low..=high).contains(n));
-    let parsed = parsed.ok_or_else(|| format!("`{number}` is no number from {low} to {high}"))?;
-    Ok((parsed, value.trim()))
-}
-
-fn integer(text: &str) -> Result<i64, String> {
-    text.parse().map_err(|_| format!("`{text}` is no integer"))
-}
-
-fn parameter(text: &str) -> Result<(u16, i64), String> {
-    let (number, value) = assignment(text, 0, 9999)?;
-    Ok((number, integer(value)?))
-}
-
-fn constant(text: &str) -> Result<(u16, u16), String> {
-    let (number, value) = assignment(text, 1, 40)?;
-    let value = integer(value)?;
-    if !(-0x8000..=0xFFFF).contains(&value) {
-        return Err(format!("{value} does not fit 16 bits"));
-    }
-    Ok((number, value as u16))
-}
-
-fn macro_variable(text: &str) -> Result<(u16, f64), String> {
-    let (number, value) = assignment(text, 1, 9999)?;
-    let parsed = value.parse().ok().filter(|value: &f64| value.is_finite());
-    Ok((number, parsed.ok_or_else(|| format!("`{value}` is no number"))?))
-}
-
-fn control(text: &str) -> Result<NctControl, String> {
-    NctControl::from_name(text).ok_or_else(|| {
-        let known: Vec<&str> = NctControl::ALL.iter().map(|control| control.name()).collect();
-        format!("the types are {}", known.join(", "))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -182,26 +122,5 @@ mod tests {
         for text in ["5", "s", "", "-5s", "1e3s", "5d", "99999999999999999999h", "NaNs"] {
             assert!(duration(text).is_err(), "{text}");
         }
-    }
-
-    #[test]
-    fn periods_are_milliseconds() {
-        assert_eq!(period("2.5"), Ok(Duration::from_micros(2500)));
-        for text in ["0", "-1", "", ".", "20ms", "3600000", "inf"] {
-            assert!(period(text).is_err(), "{text}");
-        }
-    }
-
-    #[test]
-    fn settings_have_their_ranges() {
-        assert_eq!(parameter("61=24"), Ok((61, 24)));
-        assert_eq!(constant("1=-1"), Ok((1, 0xFFFF)));
-        assert_eq!(macro_variable("180=12.5"), Ok((180, 12.5)));
-        for text in ["0=1", "41=1", "1=65536", "1", "=1", "+1=1", "1=x"] {
-            assert!(constant(text).is_err(), "{text}");
-        }
-        assert!(macro_variable("1=inf").is_err());
-        assert_eq!(control("NCT98"), Ok(NctControl::Nct98));
-        assert!(control("nct1").is_err());
     }
 }

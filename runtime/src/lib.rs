@@ -9,6 +9,7 @@
 #[cfg(feature = "args")]
 pub mod args;
 pub mod artifact;
+mod control;
 pub mod cpu;
 pub mod event;
 pub mod executive;

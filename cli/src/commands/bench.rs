@@ -141,7 +141,7 @@ fn contestant(
     args: &BenchArgs,
     options: &Options,
 ) -> Result<Contestant, Failure> {
-    let machine = args.source.machine.as_ref().map(|_| &options.machine.nct);
+    let machine = args.source.machine.as_ref().map(|_| &options.machine);
     let executive = session::executive(program, &args.control, false, machine);
     let mut executive = executive.map_err(|error| Failure::usage(error.to_string()))?;
     let stimulus = match &args.stimulus {

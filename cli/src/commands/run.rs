@@ -4,7 +4,6 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use plcc_abi::nct::NctSettings;
 use plcc_abi::{Engine, Program};
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::pmac::Settings;
@@ -47,7 +46,7 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     };
     report.show(&program.sources, &shown, to)?;
     let (tables, mut engine) = engine(&checked, args)?;
-    let machine = args.source.machine.as_ref().map(|_| &options.machine.nct);
+    let machine = args.source.machine.as_ref().map(|_| &options.machine);
     let reads = args.source.machine.iter().cloned().collect();
     let run = RunArgs { reads, ..args.run.clone() };
     Ok(session::run(&tables, engine.as_mut(), &run, machine))
@@ -136,8 +135,7 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
     }
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let mut engine = engine.map_err(|error| Failure::file(path, error))?;
-    let settings: Option<&NctSettings> = machine.as_ref().map(|machine| &machine.nct);
     let reads = source.machine.iter().cloned().chain([path.to_owned()]).collect();
     let run = RunArgs { reads, ..args.run.clone() };
-    Ok(session::run(&artifact.program, &mut engine, &run, settings))
+    Ok(session::run(&artifact.program, &mut engine, &run, machine.as_ref()))
 }

@@ -24,7 +24,7 @@ pub mod header;
 mod payload;
 #[cfg(test)]
 mod tests;
-mod validate;
+pub(crate) mod validate;
 
 use std::fs::File;
 use std::io::Read;

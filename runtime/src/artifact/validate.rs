@@ -3,18 +3,42 @@
 //! Executives and the host keep to the image whatever a table says, and the dispatcher to the
 //! labels; this finds a file that was put together wrongly before it does something odd.
 
-mod dialect;
-
 use plcc_abi::{Code, CodeLine, FunctionRange, Program, Region, Task};
 
 use super::MAX_IMAGE;
 use super::error::{ArtifactError, inconsistent};
+use crate::control::control;
 
-type Check = Result<(), ArtifactError>;
+/// Nothing, or what does not fit.
+pub(crate) type Check = Result<(), ArtifactError>;
 
-/// Whether `what` holds.
-fn ensure(holds: bool, what: impl FnOnce() -> String) -> Check {
+/// An error that says `what` is inconsistent, unless a condition holds.
+pub(crate) fn ensure(holds: bool, what: impl FnOnce() -> String) -> Check {
     if holds { Ok(()) } else { Err(inconsistent(what())) }
+}
+
+/// The process image, of which only the size is known yet.
+#[derive(Clone, Copy)]
+pub(crate) struct Image {
+    /// Its length in bytes.
+    pub(crate) size: u64,
+}
+
+impl Image {
+    /// An image of `size` bytes.
+    pub(crate) fn new(size: u32) -> Self {
+        Self { size: size.into() }
+    }
+
+    /// Whether `length` bytes from `offset` are inside.
+    pub(crate) fn holds(self, offset: u32, length: u32) -> bool {
+        u64::from(offset) + u64::from(length) <= self.size
+    }
+
+    /// Refuses `what` unless its `length` bytes from `offset` are inside.
+    pub(crate) fn check(self, offset: u32, length: u32, what: &str) -> Check {
+        ensure(self.holds(offset, length), || format!("{what} is outside the image"))
+    }
 }
 
 /// The tables against the image.
@@ -36,7 +60,7 @@ pub(super) fn program(program: &Program) -> Check {
         end = u64::from(*offset) + u64::from(*size);
     }
     ensure(end <= u64::from(*image_size), || "its regions exceed the image".into())?;
-    dialect::tables(tables, *image_size)
+    control(tables).validate(*image_size)
 }
 
 /// The code against the tables.

@@ -7,11 +7,42 @@ mod image;
 mod memory;
 mod messages;
 mod operand;
+#[cfg(feature = "args")]
+mod options;
 mod search;
 mod slice;
+mod validate;
 mod variables;
 
 #[cfg(test)]
 mod tests;
 
+use crate::artifact::ArtifactError;
+use crate::artifact::validate::Image;
+#[cfg(feature = "args")]
+use crate::control::Choices;
+use crate::control::Control;
+
+#[cfg(feature = "args")]
+pub use options::NctArgs;
 pub use slice::{NctExecutive, NctLoadError, NctOptions};
+
+impl Control for plcc_abi::nct::NctTables {
+    fn validate(&self, image_size: u32) -> Result<(), ArtifactError> {
+        validate::tables(self, Image::new(image_size))
+    }
+
+    #[cfg(feature = "args")]
+    fn executive(
+        &self,
+        program: &plcc_abi::Program,
+        choices: &Choices<'_>,
+    ) -> Result<Box<dyn crate::Executive>, String> {
+        options::executive(self, program, choices)
+    }
+
+    #[cfg(feature = "args")]
+    fn takes_machine_file(&self) -> bool {
+        true
+    }
+}

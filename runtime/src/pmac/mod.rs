@@ -8,11 +8,14 @@
 mod control;
 pub(crate) mod display;
 mod names;
+#[cfg(feature = "args")]
+mod options;
 mod recompile;
 mod save;
 mod schedule;
 #[cfg(test)]
 mod tests;
+mod validate;
 mod watchdog;
 
 use std::collections::HashMap;
@@ -26,6 +29,8 @@ use plcc_abi::{
 use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
 use control::Control;
 use names::Name;
+#[cfg(feature = "args")]
+pub use options::PmacArgs;
 pub use recompile::{Recompiler, Recompiling, Settings};
 use schedule::Clocks;
 use watchdog::Watchdog;

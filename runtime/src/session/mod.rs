@@ -1,7 +1,7 @@
 //! Everything that `plcc run` and `plcrt` do once a program is compiled: the control, its files,
 //! Ctrl-C, progress, and the exit status.
 
-mod control;
+mod executive;
 mod keeper;
 mod output;
 mod progress;
@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use plcc_abi::nct::NctSettings;
+use plcc_abi::machine::Machine;
 use plcc_abi::{Dialect, Engine, Program};
 use thiserror::Error;
 
@@ -23,7 +23,7 @@ use crate::args::RunArgs;
 use crate::run::{End, Player, Run, Stimulus, Watch, dump};
 use crate::{Executive, PanicBarrier, retain};
 
-pub use control::executive;
+pub use executive::{executive, takes_machine_file};
 use keeper::Keeper;
 pub use output::write_whole;
 use output::{Output, check_paths, check_writable};
@@ -45,13 +45,13 @@ pub struct SessionError(pub String);
 
 /// Runs a program as the options say, messages on standard error. The result is the exit status.
 ///
-/// `machine` is what a machine file says of an NCT control, where one is given; else the
-/// program's own settings hold.
+/// `machine` is the machine file of the run, where one is given; else the one that the program was
+/// compiled with holds.
 pub fn run(
     program: &Program,
     engine: &mut dyn Engine,
     args: &RunArgs,
-    machine: Option<&NctSettings>,
+    machine: Option<&Machine>,
 ) -> u8 {
     match session(program, engine, args, machine) {
         Ok(status) => status,
@@ -71,7 +71,7 @@ fn session(
     program: &Program,
     engine: &mut dyn Engine,
     args: &RunArgs,
-    machine: Option<&NctSettings>,
+    machine: Option<&Machine>,
 ) -> Result<u8, SessionError> {
     if args.ticks.is_none() && args.duration.is_none() && !args.realtime {
         let message = "how long is it to run? Give --ticks N or --for 5s; with --realtime it runs \

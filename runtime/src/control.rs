@@ -1,0 +1,70 @@
+//! What the runtime asks of each control, and the one place where the controls are told apart.
+//!
+//! A [`Control`] belongs to the tables of a program: they say which control the program is for. A
+//! further language implements the trait for its tables in its own folder; the two matches below do
+//! not compile until it is named in them.
+
+use plcc_abi::Tables;
+#[cfg(feature = "args")]
+use plcc_abi::{Dialect, Program, machine::Machine};
+
+use crate::artifact::ArtifactError;
+#[cfg(feature = "args")]
+use crate::{Executive, args::ControlArgs};
+
+/// What the runtime asks of the control that a program is for.
+pub(crate) trait Control {
+    /// Checks that the tables fit an image of `image_size` bytes, before anything runs.
+    ///
+    /// # Errors
+    /// [`ArtifactError::Inconsistent`] with what does not fit.
+    fn validate(&self, image_size: u32) -> Result<(), ArtifactError>;
+
+    /// Makes the executive of a program whose tables these are.
+    ///
+    /// # Errors
+    /// When the tables do not fit together; the message is for people.
+    #[cfg(feature = "args")]
+    fn executive(
+        &self,
+        program: &Program,
+        choices: &Choices<'_>,
+    ) -> Result<Box<dyn Executive>, String>;
+
+    /// Whether a machine file says something that is used when the program runs, rather than when
+    /// it is compiled.
+    #[cfg(feature = "args")]
+    fn takes_machine_file(&self) -> bool {
+        false
+    }
+}
+
+/// What is chosen for a run.
+#[cfg(feature = "args")]
+pub(crate) struct Choices<'a> {
+    /// The options of the command line.
+    pub(crate) args: &'a ControlArgs,
+    /// Whether the clock paces the ticks.
+    pub(crate) realtime: bool,
+    /// The machine file in place of the one that the program was compiled with.
+    pub(crate) machine: Option<&'a Machine>,
+}
+
+/// The control that a program's tables are for.
+pub(crate) fn control(tables: &Tables) -> &dyn Control {
+    match tables {
+        Tables::Pmi(tables) => tables,
+        Tables::Nct(tables) => tables,
+        Tables::Pmac(tables) => tables,
+    }
+}
+
+/// The first option on the command line that only controls of one language have.
+#[cfg(feature = "args")]
+pub(crate) fn option_of(dialect: Dialect, args: &ControlArgs) -> Option<&'static str> {
+    match dialect {
+        Dialect::Pmi => args.pmi.first_given(),
+        Dialect::Nct => args.nct.first_given(),
+        Dialect::Pmac => args.pmac.first_given(),
+    }
+}

@@ -1,0 +1,73 @@
+//! Whether the tables of a PMAC program fit its image.
+
+use plcc_abi::pmac::{Definition, Field, Kind, Layout, PmacTables, Run, Text};
+
+use crate::artifact::ArtifactError;
+use crate::artifact::validate::{Check, Image, ensure};
+#[cfg(feature = "args")]
+use crate::control::Choices;
+use crate::control::Control;
+
+impl Control for PmacTables {
+    fn validate(&self, image_size: u32) -> Result<(), ArtifactError> {
+        tables(self, Image::new(image_size))
+    }
+
+    #[cfg(feature = "args")]
+    fn executive(
+        &self,
+        program: &plcc_abi::Program,
+        choices: &Choices<'_>,
+    ) -> Result<Box<dyn crate::Executive>, String> {
+        super::options::executive(program, choices)
+    }
+}
+
+/// Checks numbers, definitions and the order of the tables, and that the image is long enough.
+fn tables(tables: &PmacTables, image: Image) -> Check {
+    let PmacTables { turbo, programs, texts, defines, ranges, l, named, initial, far: _, save: _ } =
+        tables;
+    let layout = Layout::new(*turbo);
+    ensure(u64::from(layout.size) <= image.size, || "its image is too short".into())?;
+    for program in programs {
+        ensure(program.number < 32, || "it has a PLC beyond 31".into())?;
+    }
+    for text in texts {
+        if let Text::Value { position: _, width, decimals } = *text {
+            ensure(width <= 255 && decimals <= 255, || "a DISPLAY is too wide".into())?;
+        }
+    }
+    for define in defines {
+        let fits = define.first <= define.last && define.last < layout.count;
+        ensure(fits && sound(define.definition), || "a definition makes no sense".into())?;
+    }
+    let rising = ranges.is_sorted_by_key(|&(number, _)| number)
+        && l.is_sorted_by_key(|&(number, _)| number)
+        && l.iter().all(|&(_, definition)| sound(definition));
+    ensure(rising, || "its tables of variables are out of order".into())?;
+    for variable in named {
+        let fits = match variable.kind {
+            Kind::Q => (1..=layout.systems()).contains(&variable.system),
+            _ => variable.system == 1,
+        };
+        ensure(fits && variable.number < layout.count, || {
+            "it names a variable that does not exist".into()
+        })?;
+    }
+    for Run { offset, bytes } in initial {
+        let length = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
+        image.check(*offset, length, "its initial state")?;
+    }
+    Ok(())
+}
+
+/// Whether a definition's bits are those of a word.
+fn sound(definition: Definition) -> bool {
+    match definition {
+        Definition::X { field, .. } | Definition::Y { field, .. } => {
+            let Field { offset, width, format: _ } = field;
+            offset < 24 && (1..=24 - offset).contains(&width)
+        }
+        _ => true,
+    }
+}

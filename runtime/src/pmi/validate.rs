@@ -1,0 +1,61 @@
+//! Whether the tables of a PMI program fit its image.
+
+use plcc_abi::pmi::{
+    Announcement, FlipFlop, Lines, PmiTables, Role, Special, Symbol, TextItem, Timer, Type,
+};
+
+use crate::artifact::validate::{Check, Image, ensure};
+
+/// Ports of PMI (rulings, PMI: 16 boards of 128), a byte each.
+const PORTS: u32 = 2048;
+
+/// Checks that every place in the tables is inside the image, and every index inside its table.
+pub(super) fn tables(tables: &PmiTables, image: Image) -> Check {
+    let PmiTables { symbols, timers, flipflops, faults, messages, special, ports, initial } =
+        tables;
+    for Symbol { name, ty, offset, elements, role, dumped: _, retained: _ } in symbols {
+        let length = u64::from(elements.unwrap_or(1)) * u64::from(ty.size());
+        ensure(u64::from(*offset) + length <= image.size, || {
+            format!("its variable `{name}` is outside the image")
+        })?;
+        let fits = match *role {
+            Role::Variable | Role::Constant => true,
+            Role::Input(lines) | Role::Output(lines) => lines_fit(lines),
+            Role::TimerControl(index) => (index as usize) < timers.len(),
+            Role::FlipFlopPin(index) => (index as usize) < flipflops.len(),
+        };
+        ensure(fits, || format!("its variable `{name}` belongs to nothing"))?;
+    }
+    for Timer { kind: _, control, delayed, counter, preset: _ } in timers {
+        image.check(*control, 1, "a timer")?;
+        image.check(*delayed, 1, "a timer")?;
+        image.check(*counter, 4, "a timer")?;
+    }
+    for FlipFlop { q, d, clock, preset, clear, last_clock } in flipflops {
+        for pin in [Some(*q), *d, *clock, *preset, *clear, Some(*last_clock)].into_iter().flatten()
+        {
+            image.check(pin, 1, "a flip-flop")?;
+        }
+    }
+    for Announcement { name: _, offset, text } in faults.iter().chain(messages) {
+        image.check(*offset, 1, "a fault or message")?;
+        for item in text {
+            if let TextItem::Value { ty, offset } = item {
+                image.check(*offset, ty.size(), "a value in a text")?;
+            }
+        }
+    }
+    let Special { ipl, estop, crset } = *special;
+    for offset in [ipl, estop, crset] {
+        image.check(offset, Type::Logical.size(), "a variable of the executive")?;
+    }
+    image.check(*ports, PORTS, "a port")?;
+    for &(offset, ty, _) in initial {
+        image.check(offset, ty.size(), "a constant")?;
+    }
+    Ok(())
+}
+
+fn lines_fit(Lines { port, low, count, format: _ }: Lines) -> bool {
+    u32::from(port) < PORTS && count >= 1 && low < 8 && count <= 8 - low
+}
