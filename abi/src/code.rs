@@ -1,12 +1,23 @@
-//! Machine code, ready to be mapped.
+//! Machine code that may be executed.
+//!
+//! [`CodeParts`] is plain data: bytes and the tables that describe them. Anybody can make it, and it
+//! can't be run. [`Code`] is the same, sealed: it can only be made by the `unsafe` [`Code::seal`],
+//! whose caller vouches for the bytes, and nothing in it can be changed afterwards. So whatever
+//! takes a [`Code`] may run it without being `unsafe` itself. Two places seal: code generation, and
+//! the artifact reader after its checks.
+//!
+//! [`CodeMemory`] is memory in which code lies ready to be executed.
+#![allow(unsafe_code)]
 
-use alloc::{string::String, vec::Vec};
+use alloc::{format, string::String, vec::Vec};
+use core::fmt;
+use core::ops::Deref;
 
 use serde::{Deserialize, Serialize};
 
-/// A compiled program's code: one position-independent blob without relocations.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Code {
+/// A compiled program's code and its tables: one position-independent blob without relocations.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct CodeParts {
     /// The machine code.
     pub bytes: Vec<u8>,
     /// For each label the offset in `bytes` of the function to enter with it.
@@ -20,6 +31,8 @@ pub struct Code {
     /// What a processor must have beyond its architecture to run it, by the names that Rust's
     /// feature detection uses.
     pub features: Vec<String>,
+    /// Bytes of the process image that the code may access, from its beginning.
+    pub image_size: u32,
 }
 
 /// One compiled function.
@@ -44,7 +57,19 @@ pub struct CodeLine {
     pub line: u32,
 }
 
-impl Code {
+/// The tables of some code contradict each other or its bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CodeError(String);
+
+impl fmt::Display for CodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl core::error::Error for CodeError {}
+
+impl CodeParts {
     /// The source line that the code at an offset belongs to.
     pub fn line_at(&self, offset: u32) -> Option<CodeLine> {
         let function = self.function_at(offset)?;
@@ -60,6 +85,82 @@ impl Code {
         let function = self.functions.get(behind.checked_sub(1)?)?;
         (offset - function.offset < function.len).then_some(function)
     }
+
+    /// Whether the tables fit the bytes and each other: functions lie in the code one behind the
+    /// other and are not empty, every label is at a function, lines are sorted and lie in the code.
+    ///
+    /// # Errors
+    /// With what does not fit.
+    pub fn check(&self) -> Result<(), CodeError> {
+        let ensure = |holds: bool, what: &dyn Fn() -> String| {
+            if holds { Ok(()) } else { Err(CodeError(what())) }
+        };
+        ensure(!self.architecture.is_empty(), &|| "the code is for no architecture".into())?;
+        let length = self.bytes.len() as u64;
+        let mut end = 0;
+        for FunctionRange { name, offset, len } in &self.functions {
+            let start = u64::from(*offset);
+            ensure(*len > 0 && start >= end, &|| format!("function `{name}` overlaps another"))?;
+            end = start + u64::from(*len);
+        }
+        ensure(end <= length, &|| "the functions exceed the code".into())?;
+        for label in &self.labels {
+            let found = self.functions.binary_search_by_key(label, |function| function.offset);
+            ensure(found.is_ok(), &|| "a label is at no function".into())?;
+        }
+        let mut last = 0;
+        for &CodeLine { offset, file: _, line } in &self.lines {
+            let fits = offset >= last && u64::from(offset) < length && line > 0;
+            ensure(fits, &|| "the line table does not fit the code".into())?;
+            last = offset;
+        }
+        Ok(())
+    }
+}
+
+/// Code that may be executed. Its parts can be read, not changed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Code(CodeParts);
+
+impl Code {
+    /// Makes code of its parts.
+    ///
+    /// # Errors
+    /// When the tables do not fit, see [`CodeParts::check`].
+    ///
+    /// # Safety
+    /// Every function of `parts.functions` is machine code for `parts.architecture` (with
+    /// `parts.features`) that can be called as a [`ChunkFn`](crate::context::ChunkFn) with a valid
+    /// context and any label. It works at whatever address the bytes lie. Called so, it accesses
+    /// no memory but its stack, its own constants, the context, and the first `parts.image_size`
+    /// bytes of the context's image; it calls nothing but the context's host function; and it
+    /// leaves by returning.
+    pub unsafe fn seal(parts: CodeParts) -> Result<Self, CodeError> {
+        parts.check()?;
+        Ok(Self(parts))
+    }
+}
+
+impl Deref for Code {
+    type Target = CodeParts;
+
+    fn deref(&self) -> &CodeParts {
+        &self.0
+    }
+}
+
+/// Memory in which machine code lies ready to be executed. It is given back when the value is
+/// dropped, so whoever runs the code keeps the value as long as a scan can be in it.
+///
+/// # Safety
+/// [`bytes`](Self::bytes) gives the same address and length as long as the value lives, also when
+/// it is moved. The bytes there are never written again and may be executed, and every thread of
+/// the process that does so sees them as they are: where the architecture needs it, the
+/// instruction caches were made coherent and the pipelines of all processors flushed before the
+/// value came into being.
+pub unsafe trait CodeMemory: Send {
+    /// The bytes where they lie.
+    fn bytes(&self) -> &[u8];
 }
 
 #[cfg(test)]
@@ -68,20 +169,57 @@ mod tests {
 
     use super::*;
 
-    #[test]
-    fn offsets_are_found_where_there_is_code() {
-        let function = |offset, len| FunctionRange { name: String::new(), offset, len };
-        let line = |offset, line| CodeLine { offset, file: 0, line };
-        let code = Code {
+    fn function(offset: u32, len: u32) -> FunctionRange {
+        FunctionRange { name: String::new(), offset, len }
+    }
+
+    fn line(offset: u32, line: u32) -> CodeLine {
+        CodeLine { offset, file: 0, line }
+    }
+
+    fn parts() -> CodeParts {
+        CodeParts {
+            bytes: vec![0; 24],
+            labels: vec![16, 0],
             functions: vec![function(0, 10), function(16, 8)],
             lines: vec![line(2, 1), line(5, 2), line(18, 3)],
-            ..Code::default()
-        };
+            architecture: "pdp11".into(),
+            ..CodeParts::default()
+        }
+    }
+
+    #[test]
+    fn offsets_are_found_where_there_is_code() {
+        let code = parts();
         let cases = [(0, None), (2, Some(1)), (4, Some(1)), (9, Some(2)), (10, None), (16, None)];
         for (offset, expected) in cases.into_iter().chain([(23, Some(3)), (24, None)]) {
             assert_eq!(code.line_at(offset).map(|line| line.line), expected, "{offset}");
         }
         assert_eq!(code.function_at(23).map(|function| function.offset), Some(16));
         assert!(code.function_at(15).is_none());
+    }
+
+    #[test]
+    fn tables_that_do_not_fit_are_found() {
+        assert_eq!(parts().check(), Ok(()));
+        let changes: [fn(&mut CodeParts); 12] = [
+            |parts| parts.architecture.clear(),
+            |parts| parts.bytes.truncate(23),
+            |parts| parts.labels[0] = 1,
+            |parts| parts.labels[0] = 24,
+            |parts| parts.functions.clear(),
+            |parts| parts.functions.swap(0, 1),
+            |parts| parts.functions[0].len = 17,
+            |parts| parts.functions[1].len = 0,
+            |parts| parts.functions[1].len = u32::MAX,
+            |parts| parts.lines[2].offset = 24,
+            |parts| parts.lines[1].line = 0,
+            |parts| parts.lines.swap(0, 1),
+        ];
+        for (number, change) in changes.iter().enumerate() {
+            let mut changed = parts();
+            change(&mut changed);
+            assert!(changed.check().is_err(), "change {number}");
+        }
     }
 }

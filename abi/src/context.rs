@@ -23,10 +23,15 @@ pub struct ScanContext {
 
 /// The type of [`ScanContext::host`]: context, the number of a [`HostFn`](crate::HostFn), four
 /// arguments. Integers travel zero-extended, floating point as its bits.
-pub type HostCall = extern "C" fn(*const ScanContext, u32, u64, u64, u64, u64) -> u64;
+///
+/// It may be called only with the context that the compiled function was given.
+pub type HostCall = unsafe extern "C" fn(*const ScanContext, u32, u64, u64, u64, u64) -> u64;
 
 /// The type of every compiled function: context and label to a [`RawOutcome`].
-pub type ChunkFn = extern "C" fn(*const ScanContext, u32) -> u64;
+///
+/// It may be called only with a context whose image has the size that the code was made for and
+/// whose host function and data belong together.
+pub type ChunkFn = unsafe extern "C" fn(*const ScanContext, u32) -> u64;
 
 /// A compiled function's result: a kind in the high 32 bits, a label or trap code in the low.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -25,7 +25,7 @@ pub mod program;
 mod suggest;
 mod symbols;
 
-pub use code::{Code, CodeLine, FunctionRange};
+pub use code::{Code, CodeError, CodeLine, CodeMemory, CodeParts, FunctionRange};
 pub use context::{RawOutcome, ScanContext};
 pub use engine::{Engine, Host, Scan};
 pub use host::{HostFn, HostType};
@@ -37,4 +37,4 @@ pub use suggest::closest;
 pub use symbols::{ImageSymbol, ImageType};
 
 /// The version of everything in this crate. An artifact of another version is refused.
-pub const ABI_VERSION: u32 = 1;
+pub const ABI_VERSION: u32 = 2;

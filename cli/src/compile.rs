@@ -1,7 +1,7 @@
 //! From source text to engines.
 
 use plcc_abi::{Code, Dialect, Engine, Program};
-use plcc_codegen::{CodegenError, OptLevel, Target};
+use plcc_codegen::{CodegenError, JitMemory, OptLevel, Target};
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 use plcc_frontend::common::{CrossReference, FileLoader, InternalError, Lowered, Options};
 use plcc_frontend::{CheckedProgram, Recompilable, language};
@@ -94,7 +94,9 @@ impl CompileError {
     /// system does not give what is needed.
     pub fn is_internal(&self) -> bool {
         match self {
-            Self::Codegen(CodegenError::Target { .. } | CodegenError::TooLong) => false,
+            Self::Codegen(
+                CodegenError::Target { .. } | CodegenError::Memory { .. } | CodegenError::TooLong,
+            ) => false,
             Self::Native(NativeError::Map(_) | NativeError::Machine(_)) => false,
             Self::Artifact(ArtifactError::TooLarge { .. }) => false,
             Self::Lower(_) | Self::Codegen(_) | Self::Native(_) | Self::Artifact(_) => true,
@@ -102,13 +104,14 @@ impl CompileError {
     }
 }
 
-/// Code for this very machine, mapped, and its size in bytes.
+/// Code for this very machine, in memory of cranelift-jit, and its size in bytes.
 ///
 /// # Errors
 /// When the code can't be made or mapped.
 pub fn jit(lowered: &Lowered) -> Result<(NativeEngine, usize), CompileError> {
     let code = plcc_codegen::compile(&lowered.module, &Target::host()?)?;
-    Ok((NativeEngine::new(&code, &lowered.program)?, code.bytes.len()))
+    let memory = Box::new(JitMemory::new(&code)?);
+    Ok((NativeEngine::with_memory(&code, &lowered.program, memory)?, code.bytes.len()))
 }
 
 /// Code for a target.

@@ -1,11 +1,12 @@
 //! Compiles a module's functions, side by side, into one blob.
+#![allow(unsafe_code)]
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cranelift_codegen::Context;
 use cranelift_codegen::control::ControlPlane;
 use cranelift_frontend::FunctionBuilderContext;
-use plcc_abi::{Code, CodeLine, FunctionRange};
+use plcc_abi::{Code, CodeLine, CodeParts, FunctionRange};
 use plcc_ir::{FuncData, Module};
 
 use crate::{CodegenError, Target, lower};
@@ -68,10 +69,19 @@ pub fn compile(module: &Module, target: &Target) -> Result<Code, CodegenError> {
             reason: "a thread of the compiler was lost".into(),
         });
     }
-    let mut code = assemble(module, &compiled)?;
-    code.architecture = target.architecture();
-    code.features = target.features().iter().map(ToString::to_string).collect();
-    Ok(code)
+    let mut parts = assemble(module, &compiled)?;
+    parts.architecture = target.architecture();
+    parts.features = target.features().iter().map(ToString::to_string).collect();
+    // SAFETY: Cranelift made every function for this target, with the signature of a `ChunkFn` and
+    // the calling convention of C, and without relocations, so that it works at any address. The
+    // lowering accesses nothing but the context and, by addresses that it has checked against
+    // `image_size`, the image; its only call is that of the context's host function; and every
+    // block ends in a jump within the function or a return.
+    let sealed = unsafe { Code::seal(parts) };
+    sealed.map_err(|error| CodegenError::Function {
+        function: "?".into(),
+        reason: format!("its tables are wrong: {error}"),
+    })
 }
 
 fn one(
@@ -121,9 +131,9 @@ pub fn compile_function(
     })
 }
 
-fn assemble(module: &Module, compiled: &[Compiled]) -> Result<Code, CodegenError> {
+fn assemble(module: &Module, compiled: &[Compiled]) -> Result<CodeParts, CodegenError> {
     let offset_of = |n: usize| u32::try_from(n).map_err(|_| CodegenError::TooLong);
-    let mut code = Code::default();
+    let mut code = CodeParts { image_size: module.image_size, ..CodeParts::default() };
     for ((_, func), piece) in module.funcs().zip(compiled) {
         code.bytes.resize(code.bytes.len().next_multiple_of(ALIGNMENT), 0);
         let offset = offset_of(code.bytes.len())?;

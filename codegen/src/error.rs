@@ -23,6 +23,12 @@ pub enum CodegenError {
         /// What Cranelift says.
         reason: String,
     },
+    /// The system gives no memory to execute code in.
+    #[error("no executable memory: {reason}")]
+    Memory {
+        /// Why not.
+        reason: String,
+    },
     /// The code is too long to be addressed.
     #[error("the program's code is over 2 GiB long; split the program")]
     TooLong,

@@ -10,10 +10,12 @@
 mod compile;
 pub mod emit;
 mod error;
+mod jit_memory;
 mod lower;
 mod target;
 
 pub use compile::{compile, compile_function};
 pub use error::CodegenError;
+pub use jit_memory::JitMemory;
 pub use plcc_ir::passes::OptLevel;
 pub use target::Target;

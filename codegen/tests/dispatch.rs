@@ -5,8 +5,7 @@
 use plcc_abi::engine::NoHost;
 use plcc_abi::pmi::PmiTables;
 use plcc_abi::{
-    Code, Engine, FunctionRange, Host, HostFn, Outcome, Program, Region, Scan, Tables, TrapCode,
-    image,
+    Code, Engine, Host, HostFn, Outcome, Program, Region, Scan, Tables, TrapCode, image,
 };
 use plcc_codegen::{Target, compile};
 use plcc_ir::interp::Interpreter;
@@ -363,15 +362,17 @@ fn what_does_not_fit_is_not_run() {
     let mut image = [0; IMAGE as usize - 1];
     let outcome = engine.call(0, &mut Scan { image: &mut image, host: &mut NoHost });
     assert_eq!(outcome, Outcome::Trap(TrapCode::BadLabel));
-    let refuse = |code: Code| assert!(NativeEngine::new(&code, &program).is_err());
-    refuse(Code { architecture: "pdp11".into(), ..code.clone() });
-    refuse(Code { features: vec!["warp9".into()], ..code.clone() });
-    refuse(Code { labels: vec![1], ..code.clone() });
-    refuse(Code { labels: vec![], ..code.clone() });
-    let long = FunctionRange { name: "x".into(), offset: 0, len: u32::MAX };
-    refuse(Code { functions: vec![long], ..code.clone() });
+    let refuse = |code: &Code, program: &Program| {
+        assert!(NativeEngine::new(code, program).is_err());
+    };
+    let mut other = program.clone();
+    other.image_size += 1;
+    refuse(&code, &other);
+    let mut other = program.clone();
+    other.tasks[0].entry = code.labels.len() as u32;
+    refuse(&code, &other);
     let foreign = Target::baseline("aarch64-unknown-linux-gnu").unwrap();
     if std::env::consts::ARCH != "aarch64" {
-        refuse(compile(&module, &foreign).unwrap());
+        refuse(&compile(&module, &foreign).unwrap(), &program);
     }
 }

@@ -162,7 +162,7 @@ fn an_object_runs_in_c() {
             struct plcc_context context = { image, host, 0 };
             struct plcc_task task = plcc_task_at(0);
             int n;
-            if (plcc_abi_version != 1 || plcc_image_size > sizeof image) return 1;
+            if (plcc_abi_version != VERSION || plcc_image_size > sizeof image) return 1;
             for (n = 0; n < 4; n++) printf("%d ", plcc_scan(&task, &context));
             printf("%d %d\n", image[0], image[8]);
             fputs(plcc_layout, stdout);
@@ -174,6 +174,7 @@ fn an_object_runs_in_c() {
     let status = Command::new("cc")
         .args(["-Wall", "-Werror", "-Wextra", "-Wno-unused-parameter", "-g", "-I"])
         .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/include"))
+        .arg(format!("-DVERSION={}", plcc_abi::ABI_VERSION))
         .args(["-o", "main", "main.c", "count.o"])
         .current_dir(&folder)
         .status()

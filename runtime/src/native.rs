@@ -1,20 +1,22 @@
-//! Runs compiled code. The only file of the project with `unsafe` in it.
+//! Runs compiled code.
 //!
-//! What makes it sound, together: the code was written by this project's compiler (an artifact
-//! carries a checksum and is refused when anything about it is off); all it reaches is the image,
-//! whose length is checked against the program's before each call, and the host through one
-//! function of the context; and it leaves by returning, always.
+//! What makes it sound, together: a [`Code`] vouches for its bytes (see [`Code::seal`]); all that
+//! they reach is the image, whose length is checked against the code's before each call, and the
+//! host through one function of the context; and they leave by returning, always.
 #![allow(unsafe_code)]
 
 use std::ffi::c_void;
+use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use memmap2::{Mmap, MmapMut};
 use plcc_abi::context::ChunkFn;
 use plcc_abi::{
-    Code, Engine, Host, HostFn, Outcome, Program, RawOutcome, Scan, ScanContext, TrapCode,
+    Code, CodeMemory, Engine, Host, HostFn, Outcome, Program, RawOutcome, Scan, ScanContext,
+    TrapCode,
 };
 use thiserror::Error;
+use wasmtime_internal_jit_icache_coherence as icache;
 
 use crate::perf;
 
@@ -23,19 +25,21 @@ use crate::perf;
 pub enum NativeError {
     /// The system gives no memory to execute.
     #[error("no executable memory: {0}")]
-    Map(#[from] std::io::Error),
-    /// A label lies outside the code, or a task outside the labels.
-    #[error("the code's tables do not fit its code")]
-    Tables,
+    Map(#[from] io::Error),
+    /// The program has another process image than the code, or a task outside the code's labels;
+    /// or the memory does not hold the code.
+    #[error("the code does not fit the program: {0}")]
+    Misfit(&'static str),
     /// The code is for another machine, or a processor with more features.
     #[error("the code is for {0}, not for this machine")]
     Machine(String),
 }
 
-/// Compiled code, mapped, with where each task was suspended.
+/// Compiled code in executable memory, with where each task was suspended.
 pub struct NativeEngine {
-    /// Keeps the code mapped; the entries point into it.
-    map: Mmap,
+    /// Keeps the code in memory; the entries point into it. It is dropped with the engine, when no
+    /// scan can be in it: a scan borrows the engine.
+    memory: Box<dyn CodeMemory>,
     /// For each label the function to call with it.
     entries: Vec<ChunkFn>,
     /// For each task its first label.
@@ -47,51 +51,91 @@ pub struct NativeEngine {
     refuses: bool,
 }
 
+/// A copy of some code in pages of its own, which can be executed and not written.
+struct MappedCode(Mmap);
+
+impl MappedCode {
+    fn new(code: &Code) -> io::Result<Self> {
+        let mut map = MmapMut::map_anon(code.bytes.len().max(1))?;
+        if let Some(room) = map.get_mut(..code.bytes.len()) {
+            room.copy_from_slice(&code.bytes);
+        }
+        // SAFETY: address and length are those of the mapping. Nothing of it is executed yet.
+        unsafe { icache::clear_cache(map.as_ptr().cast(), map.len()) }.map_err(other)?;
+        let map = map.make_exec()?;
+        // Reaches all threads of the process, so that the code may be executed by another one.
+        icache::pipeline_flush_mt().map_err(other)?;
+        Ok(Self(map))
+    }
+}
+
+/// On some systems the error is of the crate's own.
+fn other(error: impl ToString) -> io::Error {
+    io::Error::other(error.to_string())
+}
+
+// SAFETY: a mapping stays where it is until it is dropped, and this one is private, not writable
+// and executable; `new` has made the instruction caches coherent and flushed the pipelines.
+unsafe impl CodeMemory for MappedCode {
+    fn bytes(&self) -> &[u8] {
+        &self.0
+    }
+}
+
 impl NativeEngine {
-    /// Maps a program's code.
+    /// Copies a program's code into executable memory.
     ///
     /// # Errors
-    /// When there is no memory for it, or its tables do not fit.
+    /// When there is no memory for it, it is for another machine, or for another program.
     pub fn new(code: &Code, program: &Program) -> Result<Self, NativeError> {
+        Self::with_memory(code, program, Box::new(MappedCode::new(code)?))
+    }
+
+    /// Runs a program's code where it lies in `memory`, which holds a copy of `code.bytes` at its
+    /// beginning.
+    ///
+    /// # Errors
+    /// When the memory holds something else, or the code is for another machine or program.
+    pub fn with_memory(
+        code: &Code,
+        program: &Program,
+        memory: Box<dyn CodeMemory>,
+    ) -> Result<Self, NativeError> {
         let missing = crate::cpu::missing(&code.features);
         if code.architecture != std::env::consts::ARCH || !missing.is_empty() {
             let needed = std::iter::once(&code.architecture).chain(&missing);
             let needed: Vec<&str> = needed.map(String::as_str).collect();
             return Err(NativeError::Machine(needed.join(" with ")));
         }
-        let starts: Vec<u32> = code.functions.iter().map(|function| function.offset).collect();
-        let fits = |function: &plcc_abi::FunctionRange| {
-            let end = u64::from(function.offset) + u64::from(function.len);
-            function.len > 0 && end <= code.bytes.len() as u64
-        };
-        if !code.functions.iter().all(fits)
-            || !code.labels.iter().all(|label| starts.binary_search(label).is_ok())
-            || !program.tasks.iter().all(|task| (task.entry as usize) < code.labels.len())
-        {
-            return Err(NativeError::Tables);
+        if code.image_size != program.image_size {
+            return Err(NativeError::Misfit("their process images differ in size"));
         }
-        let mut map = MmapMut::map_anon(code.bytes.len().max(1))?;
-        if let Some(room) = map.get_mut(..code.bytes.len()) {
-            room.copy_from_slice(&code.bytes);
+        if !program.tasks.iter().all(|task| (task.entry as usize) < code.labels.len()) {
+            return Err(NativeError::Misfit("a task starts at no label"));
         }
-        let map = map.make_exec()?;
+        let bytes = memory.bytes();
+        if !bytes.starts_with(&code.bytes) {
+            return Err(NativeError::Misfit("the memory holds other code"));
+        }
         let entry = |&offset: &u32| {
-            // SAFETY: the offset is that of a function inside the mapping (checked above), which
-            // lives as long as the pointer: both are owned by the engine. The compiler gives
-            // every function this signature.
-            unsafe { std::mem::transmute::<*const u8, ChunkFn>(map.as_ptr().add(offset as usize)) }
+            // SAFETY: the offset is that of a function of the code (`Code::seal` has checked it),
+            // so it lies in the memory, which holds this code and stays where it is as long as
+            // the engine, and with it the pointer, lives. The function has this type.
+            unsafe {
+                std::mem::transmute::<*const u8, ChunkFn>(bytes.as_ptr().add(offset as usize))
+            }
         };
         let entries = code.labels.iter().map(entry).collect();
         let tasks: Vec<u32> = program.tasks.iter().map(|task| task.entry).collect();
         if std::env::var_os(perf::VARIABLE).is_some_and(|value| value == "1") {
-            perf::write_map(code, &program.files, map.as_ptr() as usize);
+            perf::write_map(code, &program.files, bytes.as_ptr() as usize);
         }
         Ok(Self {
-            map,
+            memory,
             entries,
             resume: vec![None; tasks.len()],
             tasks,
-            image_size: program.image_size as usize,
+            image_size: code.image_size as usize,
             refuses: false,
         })
     }
@@ -99,10 +143,11 @@ impl NativeEngine {
 
 impl NativeEngine {
     /// The offset in the code of an address of this process: what
-    /// [`Code::line_at`] and [`Code::function_at`] understand.
+    /// [`line_at`](plcc_abi::CodeParts::line_at) and
+    /// [`function_at`](plcc_abi::CodeParts::function_at) understand.
     pub fn offset_of(&self, address: usize) -> Option<u32> {
-        let offset = address.checked_sub(self.map.as_ptr() as usize)?;
-        u32::try_from(offset).ok().filter(|_| offset < self.map.len())
+        let offset = address.checked_sub(self.address())?;
+        u32::try_from(offset).ok().filter(|_| offset < self.memory.bytes().len())
     }
 
     /// Lets every task go on where it is suspended in other code of the same program, whose tasks
@@ -125,7 +170,7 @@ impl NativeEngine {
 
     /// Where the code is in this process.
     pub fn address(&self) -> usize {
-        self.map.as_ptr() as usize
+        self.memory.bytes().as_ptr() as usize
     }
 }
 
@@ -163,7 +208,10 @@ impl Engine for NativeEngine {
             let Some(entry) = self.entries.get(label as usize) else {
                 return Outcome::Trap(TrapCode::BadLabel);
             };
-            let raw = RawOutcome(entry(context, label));
+            // SAFETY: the code was made for images of `image_size`, and this one is as long
+            // (checked above); context, host function and data belong together and live until it
+            // returns. Nothing else touches the image meanwhile.
+            let raw = RawOutcome(unsafe { entry(context, label) });
             if let Some(image) = call.image_at_panic.take() {
                 self.refuses = true;
                 // Both have the length of the image that this call was given.
@@ -197,7 +245,10 @@ impl Engine for NativeEngine {
 /// What compiled code calls. A panic must not cross compiled code: it is caught here, and from then
 /// on every call does nothing and gives 0, until the loop in [`Engine::call`] has control again and
 /// traps.
-extern "C" fn host_call(
+///
+/// # Safety
+/// Only compiled code calls it, with the context that [`Engine::call`] has given to it.
+unsafe extern "C" fn host_call(
     context: *const ScanContext,
     function: u32,
     a: u64,

@@ -8,14 +8,14 @@ use std::fmt::Write as _;
 use std::fs::OpenOptions;
 use std::io::Write as _;
 
-use plcc_abi::{Code, CodeLine};
+use plcc_abi::{CodeLine, CodeParts};
 
 /// The environment variable that asks for a map.
 pub const VARIABLE: &str = "PLCC_PERF";
 
 /// Appends code that is mapped at `base` to this process's map. A profile without names is all
 /// that is lost when the file can't be written.
-pub(crate) fn write_map(code: &Code, files: &[String], base: usize) {
+pub(crate) fn write_map(code: &CodeParts, files: &[String], base: usize) {
     // perf looks here and nowhere else.
     let path = format!("/tmp/perf-{}.map", std::process::id());
     let file = OpenOptions::new().create(true).append(true).open(path);
@@ -23,7 +23,7 @@ pub(crate) fn write_map(code: &Code, files: &[String], base: usize) {
 }
 
 /// A line a function: address, length, name.
-fn map(code: &Code, files: &[String], base: usize) -> String {
+fn map(code: &CodeParts, files: &[String], base: usize) -> String {
     let mut text = String::new();
     for function in &code.functions {
         let start = base + function.offset as usize;
@@ -44,16 +44,16 @@ fn map(code: &Code, files: &[String], base: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use plcc_abi::{Code, CodeLine, FunctionRange};
+    use plcc_abi::{CodeLine, CodeParts, FunctionRange};
 
     #[test]
     fn functions_are_named_with_their_lines() {
         let function = |name: &str, offset| FunctionRange { name: name.into(), offset, len: 16 };
         let line = |offset, line| CodeLine { offset, file: 0, line };
-        let code = Code {
+        let code = CodeParts {
             functions: vec![function("chunk0", 0), function("chunk1", 16)],
             lines: vec![line(0, 3), line(8, 7)],
-            ..Code::default()
+            ..CodeParts::default()
         };
         let map = super::map(&code, &["a.pmi".into()], 0x1000);
         assert_eq!(map, "1000 10 plcc:chunk0 a.pmi:3-7\n1010 10 plcc:chunk1\n");

@@ -21,7 +21,13 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
 ];
 
 /// The only files that may hold `unsafe`.
-const UNSAFE: &[&str] = &["runtime/src/native.rs"];
+const UNSAFE: &[&str] = &[
+    "abi/src/code.rs",
+    "codegen/src/compile.rs",
+    "codegen/src/jit_memory.rs",
+    "runtime/src/artifact/mod.rs",
+    "runtime/src/native.rs",
+];
 
 /// The longest that a source file may get.
 const LINES: usize = 800;
@@ -111,7 +117,8 @@ fn only_codegen_knows_cranelift() {
 fn every_crate_takes_the_lints() {
     for (name, manifest) in manifests() {
         let lints = &manifest["lints"];
-        if name == "plcc-runtime" {
+        let folder = format!("{}/", name.strip_prefix("plcc-").unwrap_or(&name));
+        if UNSAFE.iter().any(|path| path.starts_with(&folder)) {
             assert_eq!(lints["rust"]["unsafe_code"].as_str(), Some("deny"), "{name}");
         } else {
             assert_eq!(lints["workspace"].as_bool(), Some(true), "{name}");
@@ -126,10 +133,10 @@ fn unsafe_stands_only_where_it_may() {
             continue;
         }
         for (number, line) in text.lines().enumerate() {
-            let code = line.split("//").next().unwrap_or("");
-            let found = ["unsafe {", "unsafe fn", "unsafe impl", "unsafe extern", "(unsafe_code)"]
-                .iter()
-                .any(|word| code.contains(word));
+            // The type of a pointer to an unsafe function does nothing by itself.
+            let code = line.split("//").next().unwrap_or("").replace("unsafe extern \"C\" fn(", "");
+            let words = ["unsafe {", "unsafe fn", "unsafe impl", "unsafe trait", "unsafe extern"];
+            let found = words.iter().chain(&["(unsafe_code)"]).any(|word| code.contains(word));
             assert!(!found, "{path}:{}: {line}", number + 1);
         }
     }
@@ -141,8 +148,12 @@ fn every_unsafe_block_says_why() {
         let text = fs::read_to_string(root().join(path)).unwrap();
         let blocks = text.matches("unsafe {").count() + text.matches("unsafe impl").count();
         let reasons = text.matches("SAFETY:").count();
-        assert!(blocks > 0, "{path} holds none: take it off the list");
+        // What callers and implementors have to see to.
+        let duties = text.matches("unsafe fn").count() + text.matches("unsafe trait").count();
+        let told = text.matches("/// # Safety").count();
+        assert!(blocks + duties > 0, "{path} holds none: take it off the list");
         assert!(reasons >= blocks, "{path}: {blocks} blocks, {reasons} reasons");
+        assert!(told >= duties, "{path}: {duties} functions and traits, {told} explained");
     }
 }
 

@@ -11,7 +11,8 @@
 //! | 32 | 4 | number of lines |
 //! | 36 | 4 | length of the code |
 //! | 40 | 24 | the architecture's name, padded with zeros |
-//! | 64 | 124 | what the processor must have besides, names with commas between, padded |
+//! | 64 | 120 | what the processor must have besides, names with commas between, padded |
+//! | 184 | 4 | bytes of the process image that the code was made for |
 //! | 188 | 4 | CRC-32 of the bytes before |
 //!
 //! Magic, version, and the last checksum stay where they are in all versions to come.
@@ -31,7 +32,8 @@ const PAYLOAD_CRC: usize = 12;
 const FILE_LENGTH: usize = 16;
 const PARTS: usize = 24;
 const ARCHITECTURE: std::ops::Range<usize> = 40..64;
-const FEATURES: std::ops::Range<usize> = 64..CRC;
+const FEATURES: std::ops::Range<usize> = 64..IMAGE_SIZE;
+const IMAGE_SIZE: usize = 184;
 const CRC: usize = 188;
 
 /// How long the parts behind the header are.
@@ -62,6 +64,8 @@ pub struct Header {
     pub architecture: String,
     /// What the processor must have besides, by the names of Rust's feature detection.
     pub features: Vec<String>,
+    /// Bytes of the process image that the code was made for.
+    pub image_size: u32,
 }
 
 /// The checksum that artifacts use.
@@ -90,7 +94,8 @@ impl Header {
         let mut bytes = [0; LENGTH];
         bytes[..MAGIC.len()].copy_from_slice(&MAGIC);
         let Parts { tables, labels, lines, code } = self.parts;
-        let words = [(VERSION, self.version), (PAYLOAD_CRC, self.checksum)];
+        let words =
+            [(VERSION, self.version), (PAYLOAD_CRC, self.checksum), (IMAGE_SIZE, self.image_size)];
         let parts = [tables, labels, lines, code];
         let parts = parts.into_iter().enumerate().map(|(i, part)| (PARTS + 4 * i, part));
         for (at, word) in words.into_iter().chain(parts) {
@@ -146,6 +151,7 @@ impl Header {
             },
             architecture: text(&head[ARCHITECTURE])?,
             features: features.split(',').filter(|s| !s.is_empty()).map(str::to_owned).collect(),
+            image_size: word(head, IMAGE_SIZE),
         };
         match header.length.cmp(&(bytes.len() as u64)) {
             std::cmp::Ordering::Greater => return Err(truncated(bytes, header.length)),

@@ -19,6 +19,8 @@
 //! longer writable, by [`NativeEngine`](crate::NativeEngine), and only when everything has been
 //! found right: nothing of an artifact that is refused is ever executed.
 
+#![allow(unsafe_code)]
+
 mod error;
 pub mod header;
 mod payload;
@@ -30,9 +32,10 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use plcc_abi::{ABI_VERSION, Code, Program};
+use plcc_abi::{ABI_VERSION, Code, CodeParts, Program};
 
 pub use error::ArtifactError;
+use error::inconsistent;
 use header::Header;
 
 /// The longest artifact that is read, in bytes.
@@ -56,6 +59,11 @@ pub struct Artifact {
 /// # Errors
 /// When the program exceeds what the loader accepts, or program and code do not fit each other.
 pub fn encode(program: &Program, code: &Code) -> Result<Vec<u8>, ArtifactError> {
+    write(program, code)
+}
+
+/// [`encode`], also for parts that nobody vouches for.
+fn write(program: &Program, code: &CodeParts) -> Result<Vec<u8>, ArtifactError> {
     validate::program(program)?;
     validate::code(program, code)?;
     let payload = payload::encode(program, code)?;
@@ -66,6 +74,7 @@ pub fn encode(program: &Program, code: &Code) -> Result<Vec<u8>, ArtifactError> 
         parts: payload.parts,
         architecture: code.architecture.clone(),
         features: code.features.clone(),
+        image_size: code.image_size,
     };
     if header.length > MAX_FILE {
         return Err(ArtifactError::TooLarge {
@@ -98,15 +107,12 @@ impl Artifact {
     /// # Errors
     /// When anything about it is off; see [`ArtifactError`].
     pub fn parse(bytes: &[u8]) -> Result<Self, ArtifactError> {
-        if bytes.len() as u64 > MAX_FILE {
-            let size = bytes.len() as u64;
-            return Err(ArtifactError::TooLarge { what: "file", size, limit: MAX_FILE });
-        }
-        let (header, payload) = Header::decode(bytes)?;
-        header.check_machine()?;
-        let (program, code) = payload::decode(&header, payload)?;
-        validate::program(&program)?;
-        validate::code(&program, &code)?;
+        let (program, parts) = read(bytes)?;
+        // SAFETY: the checksums say that the bytes are those that were written, and only
+        // `encode` writes artifacts, for code that was sealed. As with any executable, whoever can
+        // forge a file can run code. All that the tables say has been checked, and that the code
+        // is for this machine.
+        let code = unsafe { Code::seal(parts) }.map_err(|error| inconsistent(error.to_string()))?;
         Ok(Self { program, code })
     }
 
@@ -114,4 +120,18 @@ impl Artifact {
     pub fn is_artifact(bytes: &[u8]) -> bool {
         bytes.starts_with(&header::MAGIC)
     }
+}
+
+/// Takes a file's bytes apart and checks everything about them.
+fn read(bytes: &[u8]) -> Result<(Program, CodeParts), ArtifactError> {
+    if bytes.len() as u64 > MAX_FILE {
+        let size = bytes.len() as u64;
+        return Err(ArtifactError::TooLarge { what: "file", size, limit: MAX_FILE });
+    }
+    let (header, payload) = Header::decode(bytes)?;
+    header.check_machine()?;
+    let (program, code) = payload::decode(&header, payload)?;
+    validate::program(&program)?;
+    validate::code(&program, &code)?;
+    Ok((program, code))
 }

@@ -1,6 +1,6 @@
 //! What stands behind the header: tables, labels, lines, code.
 
-use plcc_abi::{Code, CodeLine, FunctionRange, Program};
+use plcc_abi::{CodeLine, CodeParts, FunctionRange, Program};
 use serde::{Deserialize, Serialize};
 
 use super::error::{ArtifactError, inconsistent};
@@ -23,9 +23,9 @@ pub(super) struct Payload {
     pub(super) parts: Parts,
 }
 
-pub(super) fn encode(program: &Program, code: &Code) -> Result<Payload, ArtifactError> {
-    // Architecture and features stand in the header.
-    let Code { bytes: machine_code, labels, functions, lines, architecture: _, features: _ } = code;
+pub(super) fn encode(program: &Program, code: &CodeParts) -> Result<Payload, ArtifactError> {
+    // What is not named here stands in the header.
+    let CodeParts { bytes: machine_code, labels, functions, lines, .. } = code;
     let tables = Tables { program, functions };
     let mut bytes = postcard::to_allocvec(&tables)
         .map_err(|error| inconsistent(format!("its tables can't be written: {error}")))?;
@@ -64,7 +64,10 @@ fn check_tables(size: u64) -> Result<(), ArtifactError> {
 }
 
 /// Takes the payload apart. Nothing is allocated that the bytes at hand do not bear out.
-pub(super) fn decode(header: &Header, payload: &[u8]) -> Result<(Program, Code), ArtifactError> {
+pub(super) fn decode(
+    header: &Header,
+    payload: &[u8],
+) -> Result<(Program, CodeParts), ArtifactError> {
     let Parts { tables, labels, lines, code } = header.parts;
     check_tables(u64::from(tables))?;
     let (tables, rest) = split(payload, 1, tables)?;
@@ -87,13 +90,14 @@ pub(super) fn decode(header: &Header, payload: &[u8]) -> Result<(Program, Code),
         let [offset, file, line] = entry.map(u32::from_le_bytes);
         CodeLine { offset, file, line }
     });
-    let code = Code {
+    let code = CodeParts {
         bytes: machine_code.to_vec(),
         labels,
         functions: tables.functions,
         lines: lines.collect(),
         architecture: header.architecture.clone(),
         features: header.features.clone(),
+        image_size: header.image_size,
     };
     Ok((tables.program, code))
 }

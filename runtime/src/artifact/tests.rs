@@ -2,10 +2,10 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use plcc_abi::pmi::{PmiTables, Role, Symbol, Type};
-use plcc_abi::{Code, CodeLine, FunctionRange, Program, Region, Tables, Task};
+use plcc_abi::{CodeLine, CodeParts, FunctionRange, Program, Region, Tables, Task};
 
 use super::header::{self, Header};
-use super::{Artifact, ArtifactError, encode};
+use super::{Artifact, ArtifactError, read, write};
 
 fn program() -> Program {
     let symbol = Symbol {
@@ -30,8 +30,8 @@ fn program() -> Program {
     }
 }
 
-fn code() -> Code {
-    Code {
+fn code() -> CodeParts {
+    CodeParts {
         // Traps at once, in case a refused artifact is ever entered.
         bytes: vec![0xCC; 48],
         labels: vec![32, 0, 32],
@@ -45,11 +45,12 @@ fn code() -> Code {
         ],
         architecture: std::env::consts::ARCH.into(),
         features: vec![],
+        image_size: 8 + 2048,
     }
 }
 
 /// What `encode` itself would refuse, written all the same.
-fn forged(program: &Program, code: &Code) -> Vec<u8> {
+fn forged(program: &Program, code: &CodeParts) -> Vec<u8> {
     let payload = super::payload::encode(program, code).unwrap();
     let header = Header {
         version: plcc_abi::ABI_VERSION,
@@ -58,6 +59,7 @@ fn forged(program: &Program, code: &Code) -> Vec<u8> {
         parts: payload.parts,
         architecture: code.architecture.clone(),
         features: code.features.clone(),
+        image_size: code.image_size,
     };
     [&header.encode().unwrap()[..], &payload.bytes].concat()
 }
@@ -65,14 +67,15 @@ fn forged(program: &Program, code: &Code) -> Vec<u8> {
 #[test]
 fn what_was_written_is_read() {
     let (program, code) = (program(), code());
-    let bytes = encode(&program, &code).unwrap();
+    let bytes = write(&program, &code).unwrap();
     assert!(Artifact::is_artifact(&bytes));
-    assert_eq!(Artifact::parse(&bytes).unwrap(), Artifact { program, code });
+    assert_eq!(read(&bytes).unwrap(), (program, code.clone()));
+    assert_eq!(*Artifact::parse(&bytes).unwrap().code, code);
 }
 
 #[test]
 fn every_shorter_file_is_refused() {
-    let bytes = encode(&program(), &code()).unwrap();
+    let bytes = write(&program(), &code()).unwrap();
     for length in 0..bytes.len() {
         match Artifact::parse(&bytes[..length]) {
             Err(ArtifactError::NotAnArtifact) => assert_eq!(length, 0),
@@ -86,7 +89,7 @@ fn every_shorter_file_is_refused() {
 
 #[test]
 fn every_changed_bit_is_refused() {
-    let bytes = encode(&program(), &code()).unwrap();
+    let bytes = write(&program(), &code()).unwrap();
     for at in 0..bytes.len() {
         for mask in (0..8).map(|bit| 1 << bit).chain([0xFF]) {
             let mut copy = bytes.clone();
@@ -106,7 +109,7 @@ fn every_changed_bit_is_refused() {
 /// With the checksums made right again a change may mean something, but nothing panics.
 #[test]
 fn changes_with_right_checksums_are_judged() {
-    let bytes = encode(&program(), &code()).unwrap();
+    let bytes = write(&program(), &code()).unwrap();
     let mut refused = 0;
     for at in header::LENGTH..bytes.len() {
         for value in [0, 1, 0x7F, 0x80, 0xFF] {
@@ -121,7 +124,7 @@ fn changes_with_right_checksums_are_judged() {
 
 #[test]
 fn others_versions_and_machines_are_refused() {
-    let bytes = encode(&program(), &code()).unwrap();
+    let bytes = write(&program(), &code()).unwrap();
     let with = |at: usize, value: &[u8]| {
         let mut copy = bytes.clone();
         copy[at..at + value.len()].copy_from_slice(value);
@@ -144,7 +147,7 @@ fn others_versions_and_machines_are_refused() {
 
 #[test]
 fn lengths_that_were_forged_allocate_nothing() {
-    let bytes = encode(&program(), &code()).unwrap();
+    let bytes = write(&program(), &code()).unwrap();
     for at in [24, 28, 32, 36] {
         for value in [0_u32, 1, 0x1000_0000, u32::MAX] {
             let mut copy = bytes.clone();
@@ -161,10 +164,10 @@ fn lengths_that_were_forged_allocate_nothing() {
 }
 
 /// Refused by the compiler's side and by the loader's.
-fn inconsistent(change: impl Fn(&mut Program, &mut Code)) {
+fn inconsistent(change: impl Fn(&mut Program, &mut CodeParts)) {
     let (mut program, mut code) = (program(), code());
     change(&mut program, &mut code);
-    let wrote = encode(&program, &code).unwrap_err();
+    let wrote = write(&program, &code).unwrap_err();
     let read = Artifact::parse(&forged(&program, &code)).unwrap_err();
     for error in [wrote, read] {
         let expected =
@@ -182,6 +185,7 @@ fn pmi(program: &mut Program) -> &mut PmiTables {
 
 #[test]
 fn tables_that_point_outside_are_refused() {
+    inconsistent(|_, code| code.image_size += 1);
     inconsistent(|_, code| code.labels[0] = 16);
     inconsistent(|_, code| code.labels[0] = 4000);
     inconsistent(|_, code| code.functions[1].len = 17);
@@ -211,7 +215,7 @@ fn tables_that_point_outside_are_refused() {
 #[test]
 fn a_file_is_read_or_its_name_is_told() {
     let path = std::env::temp_dir().join(format!("plcc-artifact-{}.plcx", std::process::id()));
-    std::fs::write(&path, encode(&program(), &code()).unwrap()).unwrap();
+    std::fs::write(&path, write(&program(), &code()).unwrap()).unwrap();
     assert_eq!(Artifact::open(&path).unwrap().program, program());
     std::fs::remove_file(&path).unwrap();
     let error = Artifact::open(&path).unwrap_err();

@@ -3,7 +3,7 @@
 //! Executives and the host keep to the image whatever a table says, and the dispatcher to the
 //! labels; this finds a file that was put together wrongly before it does something odd.
 
-use plcc_abi::{Code, CodeLine, FunctionRange, Program, Region, Task};
+use plcc_abi::{CodeParts, Program, Region, Task};
 
 use super::MAX_IMAGE;
 use super::error::{ArtifactError, inconsistent};
@@ -63,33 +63,17 @@ pub(super) fn program(program: &Program) -> Check {
     control(tables).validate(*image_size)
 }
 
-/// The code against the tables.
-pub(super) fn code(program: &Program, code: &Code) -> Check {
-    let Code { bytes, labels, functions, lines, architecture, features: _ } = code;
-    ensure(!architecture.is_empty(), || "its code is for no architecture".into())?;
-    let length = bytes.len() as u64;
-    let mut end = 0;
-    for FunctionRange { name, offset, len } in functions {
-        let start = u64::from(*offset);
-        ensure(*len > 0 && start >= end, || format!("its function `{name}` overlaps another"))?;
-        end = start + u64::from(*len);
-    }
-    ensure(end <= length, || "its functions exceed its code".into())?;
-    for label in labels {
-        let found = functions.binary_search_by_key(label, |function| function.offset);
-        ensure(found.is_ok(), || "one of its labels is at no function".into())?;
-    }
+/// The code's tables against the code and against the program.
+pub(super) fn code(program: &Program, code: &CodeParts) -> Check {
+    code.check().map_err(|error| inconsistent(error.to_string()))?;
+    ensure(code.image_size == program.image_size, || {
+        "its code is for a process image of another size".into()
+    })?;
     for Task { name, entry } in &program.tasks {
-        ensure((*entry as usize) < labels.len(), || format!("its task `{name}` starts nowhere"))?;
+        let known = (*entry as usize) < code.labels.len();
+        ensure(known, || format!("its task `{name}` starts nowhere"))?;
     }
-    let mut last = 0;
-    for &CodeLine { offset, file, line } in lines {
-        let fits = offset >= last
-            && u64::from(offset) < length
-            && (file as usize) < program.files.len()
-            && line > 0;
-        ensure(fits, || "its line table does not fit".into())?;
-        last = offset;
-    }
-    Ok(())
+    ensure(code.lines.iter().all(|line| (line.file as usize) < program.files.len()), || {
+        "its line table names a file that is not there".into()
+    })
 }
