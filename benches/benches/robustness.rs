@@ -14,9 +14,9 @@ use std::{env, fs};
 
 use plcc::compile;
 use plcc_abi::Dialect;
-use plcc_benches::random::Random;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{MemoryLoader, Options};
+use plcc_random::Rng;
 
 const MEBIBYTE: usize = 1 << 20;
 const SECONDS: f64 = 1.0;
@@ -133,8 +133,8 @@ fn inputs(dialect: Dialect) -> Vec<(&'static str, Vec<u8>)> {
 }
 
 fn noise() -> Vec<u8> {
-    let mut random = Random::new(1);
-    (0..MEBIBYTE).map(|_| random.below(256) as u8).collect()
+    let mut rng = Rng::new(1);
+    (0..MEBIBYTE).map(|_| rng.below(256) as u8).collect()
 }
 
 /// One statement of half a million terms.

@@ -6,13 +6,14 @@
 
 use std::fmt::Write as _;
 
-use crate::random::Random;
+use plcc_random::Rng;
+
+use crate::{INPUT_SEED, c_rows};
 
 /// Bits of an image: a hundred bytes.
 pub const BITS: usize = 800;
 /// Patterns of the inputs; scan `n` sees pattern `n % PATTERNS`.
 pub const PATTERNS: usize = 64;
-const SEED: u64 = 88_172_645_463_325_252;
 
 /// How the C keeps bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,12 +43,12 @@ impl Conditions {
     /// `count` conditions, the same for the same seed. With `again` they switch any outputs, else
     /// each its own bit.
     pub fn new(count: usize, seed: u64, again: bool) -> Self {
-        let mut random = Random::new(seed);
+        let mut rng = Rng::new(seed);
         let condition = |n| Condition {
             // Every input is used, so that their bytes lie together.
-            input: if n < BITS { n } else { random.below(BITS) },
-            output: random.below(BITS),
-            target: if again { random.below(BITS) } else { n },
+            input: if n < BITS { n } else { rng.below(BITS) },
+            output: rng.below(BITS),
+            target: if again { rng.below(BITS) } else { n },
         };
         Self { all: (0..count).map(condition).collect() }
     }
@@ -76,9 +77,14 @@ impl Conditions {
     pub fn c(&self, layout: Layout) -> String {
         let part = if layout == Layout::Bytes { 1 } else { 8 };
         let (size, states) = (BITS / part, self.states().max(BITS).div_ceil(part));
+        let rows = match layout {
+            Layout::Bytes => c_rows(&patterns()),
+            Layout::Packed => c_rows(&patterns().map(|row| packed(&row))),
+        };
         let mut out = format!(
             "#include <stdio.h>\n#include <stdlib.h>\n#include <string.h>\n#include <time.h>\n\
-             static unsigned char in[{size}], y[{states}], patterns[{PATTERNS}][{size}];\n\
+             static unsigned char in[{size}], y[{states}];\n\
+             static const unsigned char patterns[{PATTERNS}][{size}] = {{ {rows} }};\n\
              __attribute__((noinline)) void scan(void) {{\n"
         );
         for Condition { input, output, target } in &self.all {
@@ -98,9 +104,9 @@ impl Conditions {
                 ),
             };
         }
-        let [set, get] = match layout {
-            Layout::Bytes => ["patterns[p][i] = bit", "y[i]"],
-            Layout::Packed => ["patterns[p][i / 8] |= bit << (i % 8)", "(y[i / 8] >> (i % 8) & 1)"],
+        let get = match layout {
+            Layout::Bytes => "y[i]",
+            Layout::Packed => "(y[i / 8] >> (i % 8) & 1)",
         };
         let (count, set_all) = (self.states(), if part == 1 { 1 } else { 255 });
         let _ = write!(
@@ -108,13 +114,6 @@ impl Conditions {
             r#"}}
 int main(int argc, char **argv) {{
     long scans = argc > 1 ? atol(argv[1]) : 1000;
-    unsigned long long x = {SEED}ull;
-    for (int p = 0; p < {PATTERNS}; p++)
-        for (int i = 0; i < {BITS}; i++) {{
-            x ^= x << 13; x ^= x >> 7; x ^= x << 17;
-            int bit = (x >> 16) & 1;
-            {set};
-        }}
     memset(y, {set_all}, {size});
     struct timespec a, b;
     clock_gettime(CLOCK_MONOTONIC, &a);
@@ -135,7 +134,12 @@ int main(int argc, char **argv) {{
 }
 
 /// The patterns of the inputs, one byte an input.
-pub fn patterns() -> Vec<[u8; BITS]> {
-    let mut random = Random::new(SEED);
-    (0..PATTERNS).map(|_| std::array::from_fn(|_| (random.draw() >> 16) as u8 & 1)).collect()
+pub fn patterns() -> [[u8; BITS]; PATTERNS] {
+    let mut rng = Rng::new(INPUT_SEED);
+    std::array::from_fn(|_| std::array::from_fn(|_| u8::from(rng.chance(50))))
+}
+
+/// Bits eight to a byte, the first in the lowest place.
+fn packed(bits: &[u8; BITS]) -> [u8; BITS / 8] {
+    std::array::from_fn(|byte| (0..8).map(|bit| bits[byte * 8 + bit] << bit).sum())
 }

@@ -5,7 +5,9 @@
 
 use std::fmt::Write as _;
 
-use crate::random::Random;
+use plcc_random::Rng;
+
+use crate::{INPUT_SEED, c_rows};
 
 /// Inputs, eight to a port from port 0.
 pub const INPUTS: usize = 256;
@@ -35,8 +37,8 @@ enum Source {
 impl Equations {
     /// `count` equations, the same for the same seed.
     pub fn new(count: usize, seed: u64) -> Self {
-        let mut random = Random::new(seed);
-        let equations = (0..count).map(|i| equation(&mut random, i, count)).collect();
+        let mut rng = Rng::new(seed);
+        let equations = (0..count).map(|i| equation(&mut rng, i, count)).collect();
         Self { equations }
     }
 
@@ -88,18 +90,13 @@ impl Equations {
             "#include <stdio.h>\n#include <stdlib.h>\n#include <string.h>\n#include <time.h>\n",
         );
         out.push_str(&self.c());
+        let patterns = c_rows(&patterns());
         let _ = write!(
             out,
             r#"
-static unsigned char patterns[{PATTERNS}][{INPUTS}];
+static const unsigned char patterns[{PATTERNS}][{INPUTS}] = {{ {patterns} }};
 int main(int argc, char **argv) {{
     long scans = argc > 1 ? atol(argv[1]) : 1000;
-    unsigned long long x = {SEED}ull;
-    for (int p = 0; p < {PATTERNS}; p++)
-        for (int i = 0; i < {INPUTS}; i++) {{
-            x ^= x << 13; x ^= x >> 7; x ^= x << 17;
-            patterns[p][i] = (x >> 16) & 1;
-        }}
     struct timespec a, b;
     clock_gettime(CLOCK_MONOTONIC, &a);
     for (long n = 0; n < scans; n++) {{
@@ -118,28 +115,26 @@ int main(int argc, char **argv) {{
     }
 }
 
-const SEED: u64 = 88_172_645_463_325_252;
-
 /// The patterns of the inputs, one byte an input.
 pub fn patterns() -> Vec<[u8; INPUTS]> {
-    let mut random = Random::new(SEED);
-    (0..PATTERNS).map(|_| std::array::from_fn(|_| (random.draw() >> 16) as u8 & 1)).collect()
+    let mut rng = Rng::new(INPUT_SEED);
+    (0..PATTERNS).map(|_| std::array::from_fn(|_| u8::from(rng.chance(50)))).collect()
 }
 
-fn equation(random: &mut Random, index: usize, count: usize) -> Vec<Group> {
-    let groups = 2 + random.below(3);
+fn equation(rng: &mut Rng, index: usize, count: usize) -> Vec<Group> {
+    let groups = 2 + rng.below(3);
     (0..groups)
-        .map(|_| (0..1 + random.below(3)).map(|_| contact(random, index, count)).collect())
+        .map(|_| (0..1 + rng.below(3)).map(|_| contact(rng, index, count)).collect())
         .collect()
 }
 
-fn contact(random: &mut Random, index: usize, count: usize) -> Contact {
-    let source = match random.below(10) {
-        0..3 => Source::Input(random.below(INPUTS)),
-        3..8 => Source::Relay(index.saturating_sub(1 + random.below(40)) % count),
-        _ => Source::Relay(random.below(count)),
+fn contact(rng: &mut Rng, index: usize, count: usize) -> Contact {
+    let source = match rng.below(10) {
+        0..3 => Source::Input(rng.below(INPUTS)),
+        3..8 => Source::Relay(index.saturating_sub(1 + rng.below(40)) % count),
+        _ => Source::Relay(rng.below(count)),
     };
-    Contact { source, inverted: random.below(3) == 0 }
+    Contact { source, inverted: rng.below(3) == 0 }
 }
 
 fn name(source: Source) -> String {

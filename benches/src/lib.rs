@@ -4,10 +4,18 @@ pub mod compiled;
 pub mod conditions;
 pub mod equations;
 pub mod pmac;
-pub mod random;
 
 /// The least of several timings. Whatever else the machine does only adds to a time, so this one
 /// comes nearest to the program's own.
 pub fn least(times: Vec<f64>) -> f64 {
     times.into_iter().fold(f64::NAN, f64::min)
+}
+
+/// The seed of the inputs' patterns, which are the same in each language and in C.
+pub const INPUT_SEED: u64 = 1;
+
+/// Rows of bytes as the initialiser of a two-dimensional array in C, without the outer braces.
+pub fn c_rows<const N: usize>(rows: &[[u8; N]]) -> String {
+    let row = |row: &[u8; N]| format!("{{{}}}", row.map(|byte| byte.to_string()).join(","));
+    rows.iter().map(row).collect::<Vec<_>>().join(",\n")
 }

@@ -3,7 +3,9 @@
 
 use std::fmt::Write as _;
 
-use crate::random::Random;
+use plcc_random::Rng;
+
+use crate::INPUT_SEED;
 
 /// Which kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,7 +84,7 @@ impl Kernel {
 
 fn logic(kind: Form, statements: usize, seed: u64) -> Kernel {
     let names = Names { form: kind };
-    let mut random = Random::new(seed);
+    let mut rng = Rng::new(seed);
     let mut pmac = String::from("I5=3\n");
     let arrow = if kind == Form::Long { 'L' } else { 'M' };
     for index in 0..BIT_COUNT {
@@ -98,11 +100,11 @@ fn logic(kind: Form, statements: usize, seed: u64) -> Kernel {
     );
     let mut done = 0;
     while done < statements {
-        let mut bit = || random.below(BIT_COUNT);
+        let mut bit = || rng.below(BIT_COUNT);
         let (a, b, to) = (bit(), bit(), 32 + bit() % 64);
-        let form = random.below(6);
+        let form = rng.below(6);
         let (least, most) = if form == 3 { (0, WORD_COUNT) } else { (WORD_COUNT, COUNT) };
-        let mut number = || least + random.below(most - least);
+        let mut number = || least + rng.below(most - least);
         let (x, z) = (number(), number());
         let (bit, n) = (|i| names.bit(i), |i| names.number(i));
         done += match form {
@@ -167,7 +169,7 @@ fn logic(kind: Form, statements: usize, seed: u64) -> Kernel {
 }
 
 fn float(statements: usize, seed: u64) -> Kernel {
-    let mut random = Random::new(seed);
+    let mut rng = Rng::new(seed);
     let mut pmac = String::from("I5=3\nOPEN PLC 1 CLEAR\n");
     let mut c = String::from(
         "#include <float.h>\n#include <math.h>\nstatic double p[64];
@@ -183,11 +185,11 @@ void scan(void) {\n",
     );
     let mut done = 0;
     while done < statements {
-        let mut any = || random.below(64);
+        let mut any = || rng.below(64);
         let (a, b, d, e) = (any(), any(), any(), any());
         let (to, input) = (INPUT_P + any() % (64 - INPUT_P), b % INPUT_P);
         // Nothing grows without bound: what is measured is not how the largest number behaves.
-        let (count, line, c_line) = match random.below(5) {
+        let (count, line, c_line) = match rng.below(5) {
             0 => (
                 1,
                 format!("P{to}=P{a}*P{input}*0.002+P{d}/(P{input}+200)-0.5"),
@@ -233,8 +235,8 @@ void scan(void) {\n",
 
 /// The numbers that inputs take in turn.
 pub fn patterns() -> Vec<u64> {
-    let mut random = Random::new(88_172_645_463_325_252);
-    (0..64).map(|_| random.draw()).collect()
+    let mut rng = Rng::new(INPUT_SEED);
+    (0..64).map(|_| rng.bits()).collect()
 }
 
 impl Kernel {

@@ -1,14 +1,12 @@
 //! Text that nobody wrote on purpose: nothing falls over, and every place told is in the text.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
-mod random;
-
 use plcc_diag::SourceMap;
 use plcc_frontend::{
     common::{Limits, MemoryLoader, Options},
     nct,
 };
-use random::Random;
+use plcc_random::Rng;
 
 /// Checks a text, and lowers what is good of it; the number of errors.
 fn errors(text: &[u8], limits: Limits) -> usize {
@@ -51,10 +49,10 @@ fn words_in_any_order() {
         ".FF", ",7", "<<3", "BIN", "BCD", "HF120", "MUL100", ":199", "TEXT", "$", ";", "\n", " ",
         "/*", "*/", "\u{e9}",
     ];
-    let mut random = Random(88_172_645_463_325_252);
+    let mut rng = Rng::new(1);
     for _ in 0..3000 {
-        let count = 1 + random.below(40);
-        let text: String = (0..count).map(|_| words[random.below(words.len())]).collect();
+        let count = 1 + rng.below(40);
+        let text: String = (0..count).map(|_| words[rng.below(words.len())]).collect();
         errors(text.as_bytes(), Limits::Original);
         errors(format!(":001 {text} Z J1 :000 J0").as_bytes(), Limits::None);
     }
@@ -62,9 +60,9 @@ fn words_in_any_order() {
 
 #[test]
 fn any_bytes() {
-    let mut random = Random(7);
+    let mut rng = Rng::new(7);
     for _ in 0..2000 {
-        let bytes: Vec<u8> = (0..random.below(200)).map(|_| random.below(256) as u8).collect();
+        let bytes: Vec<u8> = (0..rng.below(200)).map(|_| rng.below(256) as u8).collect();
         errors(&bytes, Limits::None);
     }
 }

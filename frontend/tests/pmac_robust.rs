@@ -1,14 +1,12 @@
 //! Text that nobody wrote on purpose: nothing falls over, and every place told is in the text.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
-mod random;
-
 use plcc_diag::SourceMap;
 use plcc_frontend::{
     common::{Controller, Limits, MemoryLoader, Options},
     pmac,
 };
-use random::Random;
+use plcc_random::Rng;
 
 /// Checks a text, and lowers what is good of it; the number of errors.
 fn errors(text: &[u8], controller: Controller) -> usize {
@@ -163,10 +161,10 @@ fn words_in_any_order() {
         "\u{201c}",
         "\u{2212}",
     ];
-    let mut random = Random(88_172_645_463_325_252);
+    let mut rng = Rng::new(1);
     for _ in 0..500 {
-        let count = 1 + random.below(40);
-        let text: String = (0..count).map(|_| words[random.below(words.len())]).collect();
+        let count = 1 + rng.below(40);
+        let text: String = (0..count).map(|_| words[rng.below(words.len())]).collect();
         errors(text.as_bytes(), Controller::Pmac);
         errors(format!("OPEN PLC 1 CLEAR {text}\nCLOSE").as_bytes(), Controller::Turbo);
         errors(format!("OPEN PLCC 2\n{}", text.replace(' ', "\n")).as_bytes(), Controller::Pmac);
@@ -175,10 +173,10 @@ fn words_in_any_order() {
 
 #[test]
 fn any_bytes() {
-    let mut random = Random(7);
+    let mut rng = Rng::new(7);
     for round in 0..1500 {
         let head = HEADS[round % HEADS.len()].as_bytes();
-        let bytes = (0..random.below(200)).map(|_| random.below(256) as u8);
+        let bytes = (0..rng.below(200)).map(|_| rng.below(256) as u8);
         let text: Vec<u8> = head.iter().copied().chain(bytes).collect();
         errors(&text, Controller::Pmac);
     }

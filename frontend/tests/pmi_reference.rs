@@ -5,6 +5,7 @@
 mod support;
 
 use plcc_abi::Outcome;
+use plcc_random::Rng;
 use support::Control;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,7 +74,7 @@ fn binary(operator: &str, a: Value, b: Value) -> Option<Value> {
 }
 
 struct Maker {
-    state: u64,
+    rng: Rng,
 }
 
 /// Variables and constants with their values; the program assigns the variables first.
@@ -98,10 +99,7 @@ const LEVELS: [&[&str]; 5] =
 
 impl Maker {
     fn below(&mut self, n: usize) -> usize {
-        self.state ^= self.state << 13;
-        self.state ^= self.state >> 7;
-        self.state ^= self.state << 17;
-        (self.state % n as u64) as usize
+        self.rng.below(n)
     }
 
     fn chain(&mut self, level: usize, depth: usize) -> (String, Value) {
@@ -156,7 +154,7 @@ impl Maker {
 
 #[test]
 fn expressions_give_what_the_rules_say() {
-    let mut maker = Maker { state: 0x9E37_79B9_7F4A_7C15 };
+    let mut maker = Maker { rng: Rng::new(1) };
     for _ in 0..60 {
         let cases: Vec<(String, Value)> = (0..50).map(|_| maker.chain(0, 0)).collect();
         let mut text = "$INTEGER\nA,B,C,D,Z,RI[50],KI=181\n$LONG\nL,M,N,RL[50],KL=-70000\n\

@@ -8,6 +8,7 @@ use plcc_frontend::{
     common::{Limits, MemoryLoader, Options},
     pmi,
 };
+use plcc_random::Rng;
 
 /// Checks a text, and lowers what is good of it; the number of errors.
 fn errors(text: &[u8], limits: Limits) -> usize {
@@ -92,17 +93,11 @@ fn words_in_any_order() {
         "a",
         "2/0-7/BCD",
     ];
-    let mut state = 88_172_645_463_325_252u64;
-    let mut random = || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        state
-    };
+    let mut rng = Rng::new(1);
     for round in 0..400 {
         let mut text = String::from(if round % 2 == 0 { "$END\n" } else { "" });
         for _ in 0..400 {
-            text.push_str(words[(random() % words.len() as u64) as usize]);
+            text.push_str(words[rng.below(words.len())]);
         }
         errors(text.as_bytes(), if round % 3 == 0 { Limits::None } else { Limits::Original });
     }

@@ -7,7 +7,7 @@ use plcc_ir::{
     SourceFile, Statement, Type, UnaryOp, Value,
 };
 
-use crate::rng::Rng;
+use plcc_random::Rng;
 
 /// Bytes of the image.
 const IMAGE: usize = 192;

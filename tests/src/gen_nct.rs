@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use crate::gen_pmi::Case;
-use crate::rng::Rng;
+use plcc_random::Rng;
 
 /// The subroutines' labels.
 const SUBROUTINES: std::ops::Range<u16> = 10..16;

@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 
 pub use crate::gen_pmi::Case;
-use crate::rng::Rng;
+use plcc_random::Rng;
 
 /// M-variables that are defined in every program, with their definitions.
 const M: &[(u32, &str)] = &[

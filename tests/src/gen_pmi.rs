@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use crate::rng::Rng;
+use plcc_random::Rng;
 
 /// A program and what to do to it.
 #[derive(Clone, Debug)]

@@ -9,5 +9,4 @@ pub mod gen_pmi;
 pub mod mutate;
 pub mod no_fault;
 pub mod oracle;
-pub mod rng;
 pub mod shrink;

@@ -1,6 +1,6 @@
 //! Mutations of sources and artifacts, the same for the same seed.
 
-use crate::rng::Rng;
+use plcc_random::Rng;
 
 /// The longest that comes out.
 const LONGEST: usize = 1 << 16;

@@ -6,7 +6,7 @@ use plcc_abi::pmac::{Definition, Field, Format, Kind, Space};
 
 use super::values::EDGES;
 use super::{Bin, Cmp, Condition, Expr, Statement, Statements};
-use crate::rng::Rng;
+use plcc_random::Rng;
 
 /// P, Q and I100 on below this are read.
 pub(crate) const INPUTS: u32 = 24;

@@ -4,7 +4,7 @@ use plcc_abi::image::{read_u64, write_f64, write_u32};
 use plcc_abi::pmac::{Definition, Layout};
 
 use super::generate::{INPUTS, WORDS};
-use crate::rng::Rng;
+use plcc_random::Rng;
 
 /// Magnitudes at which something changes: of bits, bytes, words, 32-bit integers, fixed point and
 /// doubles.

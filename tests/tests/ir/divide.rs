@@ -7,7 +7,7 @@ use plcc_ir::interp::Interpreter;
 use plcc_ir::passes::{OptLevel, optimize};
 use plcc_ir::text::{parse, print};
 use plcc_ir::{BinaryOp, Type, eval};
-use plcc_tests::rng::Rng;
+use plcc_random::Rng;
 
 const OPS: [BinaryOp; 4] = [BinaryOp::Sdiv, BinaryOp::Srem, BinaryOp::Udiv, BinaryOp::Urem];
 

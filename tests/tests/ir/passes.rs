@@ -7,9 +7,9 @@ use plcc_codegen::{Target, compile};
 use plcc_ir::interp::Interpreter;
 use plcc_ir::passes::{self, OptLevel, Pass};
 use plcc_ir::{Module, verify};
+use plcc_random::Rng;
 use plcc_runtime::native::NativeEngine;
 use plcc_tests::gen_ir::{generate, trace};
-use plcc_tests::rng::Rng;
 
 fn interpreted(module: &Module, seed: u64) -> Vec<(Vec<u8>, Outcome, u64)> {
     trace(&mut Interpreter::new(module.clone()), seed)

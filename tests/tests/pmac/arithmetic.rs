@@ -15,13 +15,13 @@ use plcc_frontend::{
     common::{MemoryLoader, Options},
     pmac,
 };
+use plcc_random::Rng;
 use plcc_runtime::{
     Executive,
     native::NativeEngine,
     pmac::{PmacExecutive, PmacOptions},
 };
 use plcc_tests::arithmetic::{Kinds, Machine, Statements, fill, program};
-use plcc_tests::rng::Rng;
 
 /// Statements to a program.
 const STATEMENTS: usize = 250;

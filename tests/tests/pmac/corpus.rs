@@ -9,10 +9,10 @@ use plcc_abi::{Dialect, Engine};
 use plcc_diag::{Diagnostic, SourceMap};
 use plcc_frontend::common::{Controller, Options};
 use plcc_frontend::pmac;
+use plcc_random::Rng;
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 use plcc_runtime::{Event, Executive, Purpose};
 use plcc_tests::compile::{Way, add, compile_sources};
-use plcc_tests::rng::Rng;
 
 /// Servo cycles that each file runs for.
 const TICKS: u32 = 500;

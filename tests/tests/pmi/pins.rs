@@ -8,12 +8,12 @@ use std::path::{Path, PathBuf};
 
 use plcc_abi::Dialect;
 use plcc_frontend::common::Options;
+use plcc_random::Rng;
 use plcc_runtime::args::ControlArgs;
 use plcc_runtime::run::{Player, Stimulus};
 use plcc_runtime::session::executive;
 use plcc_runtime::{Purpose, Value};
 use plcc_tests::compile::{Compiled, Way, compile};
-use plcc_tests::rng::Rng;
 
 const TICKS: u64 = 600;
 
