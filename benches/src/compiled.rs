@@ -62,7 +62,7 @@ pub fn pmi(source: &str) -> Result<Compiled, String> {
         return Err(diagnostics.first().map_or_else(String::new, |first| first.message.clone()));
     };
     let start = Instant::now();
-    let lowered = program.lower();
+    let lowered = program.lower().map_err(|error| error.to_string())?;
     times.lower = start.elapsed();
     finish(lowered, program.interpreter(), times)
 }
@@ -105,7 +105,7 @@ pub fn nct(source: &str) -> Result<Compiled, String> {
         return Err(all.first().map_or_else(String::new, |first| first.message.clone()));
     };
     let start = Instant::now();
-    let lowered = program.lower();
+    let lowered = program.lower().map_err(|error| error.to_string())?;
     times.lower = start.elapsed();
     finish(lowered, program.interpreter(), times)
 }

@@ -15,7 +15,7 @@ fn errors(text: &[u8], limits: Limits) -> usize {
     let options = Options { limits, ..Options::default() };
     let (program, all) = nct::check(&mut sources, file, &MemoryLoader::new(), &options);
     if let Some(program) = program {
-        program.lower();
+        program.lower().unwrap();
         program.interpreter();
         program.xref().to_string();
     }

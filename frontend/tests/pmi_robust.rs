@@ -17,7 +17,7 @@ fn errors(text: &[u8], limits: Limits) -> usize {
     let options = Options { limits, ..Options::default() };
     let (program, all) = pmi::check(&mut sources, file, &MemoryLoader::new(), &options);
     if let Some(program) = program {
-        program.lower();
+        program.lower().unwrap();
         program.interpreter();
     }
     for diagnostic in &all {

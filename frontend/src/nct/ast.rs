@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use plcc_abi::HostFn;
 use plcc_diag::Span;
 
 /// Where bits and bytes are addressed.
@@ -242,6 +243,21 @@ impl AreaOp {
             Self::Mul => "MUL",
             Self::Div => "DIV",
             Self::Cmp => "CMP",
+        }
+    }
+
+    /// The host function that performs it.
+    pub(crate) fn host_function(self) -> HostFn {
+        match self {
+            Self::Hf => HostFn::NctHf,
+            Self::Pf => HostFn::NctPf,
+            Self::Mr => HostFn::NctMr,
+            Self::Mw => HostFn::NctMw,
+            Self::Add => HostFn::NctAdd,
+            Self::Sub => HostFn::NctSub,
+            Self::Mul => HostFn::NctMul,
+            Self::Div => HostFn::NctDiv,
+            Self::Cmp => HostFn::NctCmp,
         }
     }
 

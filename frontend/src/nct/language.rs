@@ -68,7 +68,7 @@ impl Language for Nct {
 
 impl CheckedProgram for Program {
     fn lower(&self) -> Result<Lowered, InternalError> {
-        Ok(self.lower())
+        self.lower()
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

@@ -192,18 +192,18 @@ impl Regions {
 
     /// The regions of a kind of flags and where each byte lies. The bytes have one more behind
     /// them, always 0, so that the word of the last one can be read as a whole.
-    fn homes(&mut self, name: &str, unpacked: &[bool]) -> Vec<NctHome> {
+    fn locations(&mut self, name: &str, unpacked: &[bool]) -> Vec<NctHome> {
         let bytes = self.add(&format!("{name}_bytes"), unpacked.len() as u32 + 1, false);
         let count = unpacked.iter().filter(|u| **u).count() as u32;
         let mut next = self.add(&format!("{name}_bits"), count * 8, true);
-        let mut home = |(byte, &unpacked): (usize, &bool)| {
+        let mut location = |(byte, &unpacked): (usize, &bool)| {
             if !unpacked {
                 return NctHome { offset: bytes + byte as u32, unpacked };
             }
             next += 8;
             NctHome { offset: next - 8, unpacked }
         };
-        unpacked.iter().enumerate().map(&mut home).collect()
+        unpacked.iter().enumerate().map(&mut location).collect()
     }
 }
 
@@ -214,10 +214,10 @@ impl Layout {
         let mut regions = Regions::default();
         let words = |count: u16| u32::from(count) * 2;
         let context = regions.add("context", context::SIZE, false);
-        let inputs = regions.homes("input", &uses.inputs.unpacked());
-        let previous = regions.homes("previous", &uses.inputs.unpacked());
-        let outputs = regions.homes("output", &uses.outputs.unpacked());
-        let flags = regions.homes("flag", &uses.flags.unpacked());
+        let inputs = regions.locations("input", &uses.inputs.unpacked());
+        let previous = regions.locations("previous", &uses.inputs.unpacked());
+        let outputs = regions.locations("output", &uses.outputs.unpacked());
+        let flags = regions.locations("flag", &uses.flags.unpacked());
         let lines_in = regions.add("lines_in", LINE_BYTES as u32 + 1, false);
         let lines_out = regions.add("lines_out", LINE_BYTES as u32 + 1, false);
         let rh = regions.add("rh", words(RH_COUNT), false);
@@ -252,7 +252,7 @@ impl Layout {
     }
 
     /// Where a byte of a kind of flags lies; V's are those of the inputs.
-    pub(crate) fn home(&self, space: Space, byte: u16) -> Option<NctHome> {
+    pub(crate) fn location(&self, space: Space, byte: u16) -> Option<NctHome> {
         let byte = byte as usize;
         match space {
             Space::I | Space::V => self.inputs.get(byte).copied(),

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use plcc_abi::Engine;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{CrossReference, FileLoader, Lowered, Options};
+use crate::common::{CrossReference, FileLoader, InternalError, Lowered, Options};
 
 pub use language::Nct;
 pub use oracle::Interpreter;
@@ -56,15 +56,21 @@ pub fn check(
 
 impl Program {
     /// The program as IR, with the executive's tables.
-    pub fn lower(&self) -> Lowered {
-        let module = lower::lower(&self.checked, &self.layout);
-        self.with_tables(module)
+    ///
+    /// # Errors
+    /// When the compiler finds its own data inconsistent.
+    pub fn lower(&self) -> Result<Lowered, InternalError> {
+        let module = lower::lower(&self.checked, &self.layout)?;
+        Ok(self.with_tables(module))
     }
 
-    /// The same, cut into functions of another length, for tests.
-    pub fn lower_with_limit(&self, limit: usize) -> Lowered {
-        let module = lower::lower_with(&self.checked, &self.layout, limit);
-        self.with_tables(module)
+    /// The same, cut into functions of at most `limit` instructions and blocks, for tests.
+    ///
+    /// # Errors
+    /// When the compiler finds its own data inconsistent.
+    pub fn lower_with_limit(&self, limit: usize) -> Result<Lowered, InternalError> {
+        let module = lower::lower_with(&self.checked, &self.layout, limit)?;
+        Ok(self.with_tables(module))
     }
 
     fn with_tables(&self, module: plcc_ir::Module) -> Lowered {
@@ -87,5 +93,34 @@ impl Program {
     /// The statement interpreter, which counts how often each statement runs.
     pub fn counting_interpreter(&self) -> Interpreter {
         Interpreter::new(Arc::clone(&self.checked), Arc::clone(&self.layout))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::MemoryLoader;
+
+    #[test]
+    fn what_lowering_misses_is_an_internal_error_with_its_line() {
+        let text = ":001 J1 :000\nI000 U000 Z\nC010 J0\n:010 R\n";
+        let mut sources = SourceMap::new();
+        let file = sources.add("a.nct", text.as_bytes());
+        let sound = check(&mut sources, file, &MemoryLoader::new(), &Options::default()).0.unwrap();
+        assert!(sound.lower().is_ok());
+        let message = |change: fn(&mut ast::Program, &mut layout::Layout)| {
+            let mut broken = sound.clone();
+            change(Arc::make_mut(&mut broken.checked), Arc::make_mut(&mut broken.layout));
+            broken.lower().unwrap_err().to_string()
+        };
+
+        let found = message(|_, layout| layout.regions.clear());
+        assert_eq!(found, "region `context` is missing");
+        let found = message(|_, layout| layout.inputs.clear());
+        assert_eq!(found, "the location of I00 is missing (at a.nct:2)");
+        let found = message(|program, _| program.conds.clear());
+        assert_eq!(found, "a part of a condition is missing (at a.nct:2)");
+        let found = message(|program, _| program.labels.truncate(10));
+        assert_eq!(found, "label :010 is missing (at a.nct:3)");
     }
 }

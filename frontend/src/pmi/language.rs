@@ -67,7 +67,7 @@ impl Language for Pmi {
 
 impl CheckedProgram for Program {
     fn lower(&self) -> Result<Lowered, InternalError> {
-        Ok(self.lower())
+        self.lower()
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

@@ -90,8 +90,8 @@ impl Layout {
     }
 
     /// A symbol's offset in the image.
-    pub(crate) fn place(&self, id: SymbolId) -> u32 {
-        self.places.get(id.0 as usize).copied().unwrap_or(0)
+    pub(crate) fn place(&self, id: SymbolId) -> Option<u32> {
+        self.places.get(id.0 as usize).copied()
     }
 
     /// The offset of a type's region.

@@ -23,7 +23,7 @@ use std::sync::Arc;
 use plcc_abi::Engine;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{FileLoader, Lowered, Options};
+use crate::common::{FileLoader, InternalError, Lowered, Options};
 
 pub use language::Pmi;
 pub use oracle::Interpreter;
@@ -58,11 +58,14 @@ pub fn check(
 
 impl Program {
     /// The program as IR, with the executive's tables.
-    pub fn lower(&self) -> Lowered {
-        let module = lower::lower(&self.checked, &self.layout, &self.files);
+    ///
+    /// # Errors
+    /// When the compiler finds its own data inconsistent.
+    pub fn lower(&self) -> Result<Lowered, InternalError> {
+        let module = lower::lower(&self.checked, &self.layout, &self.files)?;
         let names = self.files.iter().map(|(name, _)| name.clone()).collect();
-        let program = tables::program(&self.checked, &self.layout, names, module.tasks.clone());
-        Lowered { program, module }
+        let program = tables::program(&self.checked, &self.layout, names, module.tasks.clone())?;
+        Ok(Lowered { program, module })
     }
 
     /// The statement interpreter, as an engine like the others.
@@ -73,5 +76,43 @@ impl Program {
     /// The statement interpreter, which counts how often each statement runs.
     pub fn counting_interpreter(&self) -> Interpreter {
         Interpreter::new(&self.checked, &self.layout).counting()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::MemoryLoader;
+
+    fn program(text: &str) -> Program {
+        let mut sources = SourceMap::new();
+        let file = sources.add("a.pmi", text.as_bytes());
+        check(&mut sources, file, &MemoryLoader::new(), &Options::default()).0.unwrap()
+    }
+
+    #[test]
+    fn what_lowering_misses_is_an_internal_error_with_its_line() {
+        let sound = program("$TIMER\nE/TC/DC = 5\n$END\nX = T\nTC = X\n");
+        assert!(sound.lower().is_ok());
+        let message = |broken: Program| broken.lower().unwrap_err().to_string();
+
+        let mut broken = sound.clone();
+        broken.layout = layout::Layout::default();
+        assert_eq!(message(broken), "region `logical` is missing");
+
+        let mut broken = sound.clone();
+        broken.layout.counters.clear();
+        assert_eq!(message(broken), "the timer of TC is missing (at a.pmi:5)");
+
+        let mut broken = sound.clone();
+        broken.checked.symbols.pop();
+        assert!(message(broken).ends_with("is missing (at a.pmi:4)"));
+
+        let mut broken = sound;
+        broken.checked.steps.iter_mut().for_each(|step| {
+            step.action =
+                ast::Action::Assign { target: ast::Target::Scalar(ast::SymbolId(0)), value: 0..0 };
+        });
+        assert_eq!(message(broken), "an operand is missing (at a.pmi:4)");
     }
 }

@@ -2,19 +2,19 @@
 
 use plcc_abi::{
     Program, Tables, Task,
-    pmi::{
-        Announcement, FlipFlop, PmiTables, Role, Special, Symbol, TextItem, Timer, TimerKind, Type,
-    },
+    pmi::{Announcement, FlipFlop, PmiTables, Role, Special, Symbol, TextItem, Timer, Type},
 };
 
-use crate::common::natural_cmp;
+use crate::common::{InternalError, OrMissing, natural_cmp};
 use crate::pmi::{
-    ast::{self, Checked, Item, Meaning, SymbolId},
+    ast::{self, Checked, FlipFlopDef, Item, Meaning, SymbolId, TimerDef},
     layout::Layout,
 };
 
 /// Executive variables that survive power-off (PMI 3.4).
 const RETAINED: [&str; 3] = ["@NVFLG", "@NVINT", "@NVLNG"];
+
+type Result<T> = std::result::Result<T, InternalError>;
 
 /// The program's tables; `files` are the sources' names and `tasks` where the code starts.
 pub(crate) fn program(
@@ -22,138 +22,128 @@ pub(crate) fn program(
     layout: &Layout,
     files: Vec<String>,
     tasks: Vec<Task>,
-) -> Program {
+) -> Result<Program> {
     let tables = PmiTables {
-        symbols: symbols(checked, layout),
-        timers: timers(checked, layout),
-        flipflops: flipflops(checked, layout),
-        faults: announcements(checked, layout, &checked.faults),
-        messages: announcements(checked, layout, &checked.messages),
-        special: special(checked, layout),
+        symbols: symbols(checked, layout)?,
+        timers: timers(checked, layout)?,
+        flipflops: flipflops(checked, layout)?,
+        faults: announcements(checked, layout, &checked.faults)?,
+        messages: announcements(checked, layout, &checked.messages)?,
+        special: special(checked, layout)?,
         ports: layout.ports,
-        initial: initial(checked, layout),
+        initial: initial(checked, layout)?,
     };
-    Program {
+    Ok(Program {
         files,
         image_size: layout.size,
         regions: layout.regions.clone(),
         tasks,
         tables: Tables::Pmi(tables),
-    }
+    })
 }
 
-fn symbols(checked: &Checked, layout: &Layout) -> Vec<Symbol> {
-    let mut symbols: Vec<Symbol> = checked
-        .symbols
-        .iter()
-        .enumerate()
-        .filter_map(|(index, symbol)| {
-            let role = match &symbol.meaning {
-                Meaning::Variable | Meaning::ReadOnly | Meaning::ResetOnly | Meaning::Derived => {
-                    Role::Variable
-                }
-                Meaning::Input(lines) => Role::Input(*lines),
-                Meaning::Output(lines) => Role::Output(*lines),
-                Meaning::Constant(_) => Role::Constant,
-                Meaning::TimerControl(timer) => Role::TimerControl(*timer),
-                Meaning::Clock(flipflop) | Meaning::Pin(flipflop) => Role::FlipFlopPin(*flipflop),
-                Meaning::Label(_) | Meaning::Unknown => return None,
-            };
-            Some(Symbol {
-                name: symbol.name.clone(),
-                ty: symbol.ty,
-                offset: layout.place(SymbolId(index as u32)),
-                elements: symbol.elements,
-                role,
-                dumped: symbol.named,
-                retained: symbol.executive && RETAINED.contains(&symbol.name.as_str()),
-            })
-        })
-        .collect();
+/// A symbol's offset in the image.
+fn place(layout: &Layout, id: SymbolId) -> Result<u32> {
+    layout.place(id).or_missing(|| format!("the place of symbol {}", id.0))
+}
+
+fn symbols(checked: &Checked, layout: &Layout) -> Result<Vec<Symbol>> {
+    let symbols = checked.symbols.iter().enumerate().filter_map(|(index, symbol)| {
+        let role = match &symbol.meaning {
+            Meaning::Variable | Meaning::ReadOnly | Meaning::ResetOnly | Meaning::Derived => {
+                Role::Variable
+            }
+            Meaning::Input(lines) => Role::Input(*lines),
+            Meaning::Output(lines) => Role::Output(*lines),
+            Meaning::Constant(_) => Role::Constant,
+            Meaning::TimerControl(timer) => Role::TimerControl(*timer),
+            Meaning::Clock(flipflop) | Meaning::Pin(flipflop) => Role::FlipFlopPin(*flipflop),
+            Meaning::Label(_) | Meaning::Unknown => return None,
+        };
+        let offset = place(layout, SymbolId(index as u32));
+        Some(offset.map(|offset| Symbol {
+            name: symbol.name.clone(),
+            ty: symbol.ty,
+            offset,
+            elements: symbol.elements,
+            role,
+            dumped: symbol.named,
+            retained: symbol.executive && RETAINED.contains(&symbol.name.as_str()),
+        }))
+    });
+    let mut symbols = symbols.collect::<Result<Vec<Symbol>>>()?;
     symbols.sort_by(|a, b| natural_cmp(&a.name, &b.name));
-    symbols
+    Ok(symbols)
 }
 
-fn timers(checked: &Checked, layout: &Layout) -> Vec<Timer> {
-    let counters = layout.counters.iter();
-    checked
-        .timers
-        .iter()
-        .zip(counters)
-        .map(|(timer, &counter)| Timer {
-            kind: match timer.kind {
-                TimerKind::E => TimerKind::E,
-                TimerKind::D => TimerKind::D,
-            },
-            control: layout.place(timer.control),
-            delayed: layout.place(timer.delayed),
-            counter,
+fn timers(checked: &Checked, layout: &Layout) -> Result<Vec<Timer>> {
+    let timer = |(index, timer): (usize, &TimerDef)| {
+        let counter = layout.counters.get(index).copied();
+        Ok(Timer {
+            kind: timer.kind,
+            control: place(layout, timer.control)?,
+            delayed: place(layout, timer.delayed)?,
+            counter: counter.or_missing(|| format!("the counter of timer {index}"))?,
             preset: timer.preset,
         })
-        .collect()
+    };
+    checked.timers.iter().enumerate().map(timer).collect()
 }
 
-fn flipflops(checked: &Checked, layout: &Layout) -> Vec<FlipFlop> {
-    let place = |id| Some(layout.place(id));
-    checked
-        .flipflops
-        .iter()
-        .zip(&layout.last_clocks)
-        .map(|(flipflop, &last_clock)| FlipFlop {
-            q: layout.place(flipflop.q),
-            d: place(flipflop.d),
-            clock: place(flipflop.clock),
-            preset: place(flipflop.preset),
-            clear: place(flipflop.clear),
-            last_clock,
+fn flipflops(checked: &Checked, layout: &Layout) -> Result<Vec<FlipFlop>> {
+    let flipflop = |(index, flipflop): (usize, &FlipFlopDef)| {
+        let last_clock = layout.last_clocks.get(index).copied();
+        Ok(FlipFlop {
+            q: place(layout, flipflop.q)?,
+            d: Some(place(layout, flipflop.d)?),
+            clock: Some(place(layout, flipflop.clock)?),
+            preset: Some(place(layout, flipflop.preset)?),
+            clear: Some(place(layout, flipflop.clear)?),
+            last_clock: last_clock.or_missing(|| format!("the last clock of flip-flop {index}"))?,
         })
-        .collect()
+    };
+    checked.flipflops.iter().enumerate().map(flipflop).collect()
 }
 
 fn announcements(
     checked: &Checked,
     layout: &Layout,
     list: &[ast::Announcement],
-) -> Vec<Announcement> {
-    list.iter()
-        .filter_map(|announcement| {
-            let symbol = checked.symbol(announcement.symbol)?;
-            let text = announcement
-                .items
-                .iter()
-                .filter_map(|item| match item {
-                    Item::Text(text) => Some(TextItem::Text(text.clone())),
-                    Item::Value(id) => {
-                        let ty = checked.symbol(*id)?.ty;
-                        Some(TextItem::Value { ty, offset: layout.place(*id) })
-                    }
-                })
-                .collect();
-            let offset = layout.place(announcement.symbol);
-            Some(Announcement { name: symbol.name.clone(), offset, text })
+) -> Result<Vec<Announcement>> {
+    let symbol = |id: SymbolId| checked.symbol(id).or_missing(|| format!("symbol {}", id.0));
+    let item = |item: &Item| match item {
+        Item::Text(text) => Ok(TextItem::Text(text.clone())),
+        Item::Value(id) => Ok(TextItem::Value { ty: symbol(*id)?.ty, offset: place(layout, *id)? }),
+    };
+    let announcement = |announcement: &ast::Announcement| {
+        Ok(Announcement {
+            name: symbol(announcement.symbol)?.name.clone(),
+            offset: place(layout, announcement.symbol)?,
+            text: announcement.items.iter().map(item).collect::<Result<_>>()?,
         })
-        .collect()
+    };
+    list.iter().map(announcement).collect()
 }
 
-fn special(checked: &Checked, layout: &Layout) -> Special {
-    let place = |name: &str| {
+fn special(checked: &Checked, layout: &Layout) -> Result<Special> {
+    let offset = |name: &str| {
         let index = checked.symbols.iter().position(|symbol| symbol.name == name);
-        index.map_or(0, |index| layout.place(SymbolId(index as u32)))
+        place(layout, SymbolId(index.or_missing(|| name)? as u32))
     };
-    Special { ipl: place("@IPL"), estop: place("@ESTOP"), crset: place("@CRSET") }
+    Ok(Special { ipl: offset("@IPL")?, estop: offset("@ESTOP")?, crset: offset("@CRSET")? })
 }
 
 /// What is not 0 at power-up: constants, and the counters of timers that do not run.
-fn initial(checked: &Checked, layout: &Layout) -> Vec<(u32, Type, i32)> {
+fn initial(checked: &Checked, layout: &Layout) -> Result<Vec<(u32, Type, i32)>> {
     let mut initial = vec![];
     for (index, symbol) in checked.symbols.iter().enumerate() {
         if let Meaning::Constant(values) = &symbol.meaning {
-            let place = layout.place(SymbolId(index as u32));
+            let first = place(layout, SymbolId(index as u32))?;
             for (i, &value) in values.iter().enumerate().filter(|&(_, &value)| value != 0) {
-                initial.push((place + i as u32 * symbol.ty.size(), symbol.ty, value));
+                initial.push((first + i as u32 * symbol.ty.size(), symbol.ty, value));
             }
         }
     }
     initial.extend(layout.counters.iter().map(|&counter| (counter, Type::Long, -1)));
-    initial
+    Ok(initial)
 }

@@ -26,7 +26,7 @@ impl Control {
         let options = Options::default();
         let (program, diagnostics) = pmi::check(&mut sources, file, &MemoryLoader::new(), &options);
         let program = program.unwrap_or_else(|| panic!("{text}\n{diagnostics:?}"));
-        let lowered = program.lower();
+        let lowered = program.lower().unwrap();
         let mut image = vec![0; lowered.program.image_size as usize];
         let Tables::Pmi(tables) = &lowered.program.tables else { panic!() };
         for &(offset, ty, value) in &tables.initial {

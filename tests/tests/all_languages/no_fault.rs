@@ -95,7 +95,7 @@ fn generated_programs() {
         let file = sources.add("generated.pmi", case.source.as_bytes());
         let (program, _) =
             pmi::check(&mut sources, file, &MemoryLoader::new(), &Options::default());
-        look_at_both(&format!("PMI {seed}"), &program.unwrap().lower().module);
+        look_at_both(&format!("PMI {seed}"), &program.unwrap().lower().unwrap().module);
         let case = gen_pmac::generate(seed, 30);
         let mut sources = SourceMap::new();
         let file = sources.add("generated.pmc", case.source.as_bytes());

@@ -167,7 +167,7 @@ fn nct_ir(text: &str) -> (Module, Program) {
     let mut sources = SourceMap::new();
     let file = sources.add("test.nct", text.as_bytes());
     let (program, all) = nct::check(&mut sources, file, &MemoryLoader::new(), &Options::default());
-    let lowered = program.unwrap_or_else(|| panic!("{all:?}")).lower();
+    let lowered = program.unwrap_or_else(|| panic!("{all:?}")).lower().unwrap();
     let mut module = lowered.module;
     passes::optimize(&mut module, OptLevel::Speed);
     (module, lowered.program)

@@ -25,7 +25,7 @@ fn pmi_module(source: &str, ends: bool) {
     let file = sources.add("a.pmi", source.as_bytes());
     let options = Options { limits: Limits::None, ..Options::default() };
     let (program, all) = pmi::check(&mut sources, file, &MemoryLoader::new(), &options);
-    look(program.unwrap_or_else(|| panic!("{all:?}")).lower(), ends, source);
+    look(program.unwrap_or_else(|| panic!("{all:?}")).lower().unwrap(), ends, source);
 }
 
 #[test]
@@ -57,6 +57,6 @@ fn nct_may_not_end() {
         let file = sources.add("a.nct", source.as_bytes());
         let (program, all) =
             nct::check(&mut sources, file, &MemoryLoader::new(), &Options::default());
-        look(program.unwrap_or_else(|| panic!("{all:?}")).lower(), ends, source);
+        look(program.unwrap_or_else(|| panic!("{all:?}")).lower().unwrap(), ends, source);
     }
 }

@@ -98,7 +98,7 @@ fn agree(seeds: std::ops::Range<u64>) {
     for seed in seeds {
         let case = generate(seed, 20 + seed as usize % 150);
         let program = program(&case, seed);
-        let lowered = program.lower_with_limit(if seed % 3 == 0 { 30 } else { 2000 });
+        let lowered = program.lower_with_limit(if seed % 3 == 0 { 30 } else { 2000 }).unwrap();
         let wanted = run(&case, &lowered.program, &mut program.interpreter());
         for (name, mut engine) in engines(&lowered) {
             let found = run(&case, &lowered.program, engine.as_mut());

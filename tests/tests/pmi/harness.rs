@@ -78,7 +78,7 @@ fn ahead(module: &Module, program: &Program) -> Box<dyn Engine> {
 impl Machines {
     /// The statement interpreter first, then all that are held against it.
     pub(crate) fn new(program: &pmi::Program, interpreter: Box<dyn Engine>) -> Self {
-        let lowered = program.lower();
+        let lowered = program.lower().expect("it is lowered");
         let (module, program) = (lowered.module, lowered.program);
         assert_eq!(plcc_ir::verify::verify(&module), []);
         let mut best = module.clone();

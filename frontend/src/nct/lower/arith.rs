@@ -2,8 +2,8 @@
 
 use plcc_ir::{BinaryOp, IntCond, Type, Value};
 
-use super::Lowerer;
 use super::place::{Bcd, Indirect};
+use super::{Lowerer, Result};
 use crate::nct::{
     ast::{Arith, Operand, Place, Space, Word},
     lower::liveness::Set,
@@ -26,71 +26,72 @@ fn binary(op: Arith) -> BinaryOp {
 
 impl Lowerer<'_> {
     /// Writes bits of F of one byte, where the guard holds.
-    fn flags(&mut self, byte: u16, guard: Option<Value>, bits: &[(u8, Value)]) {
+    fn flags(&mut self, byte: u16, guard: Option<Value>, bits: &[(u8, Value)]) -> Result {
         let mut kept = Vec::with_capacity(bits.len());
         for (bit, value) in bits {
             let value = match guard {
                 None => *value,
                 Some(guard) => {
                     let at = crate::nct::ast::Bit { space: Space::F, byte, bit: *bit };
-                    let old = self.bit(at);
+                    let old = self.bit(at)?;
                     self.builder.ins().select(guard, *value, old)
                 }
             };
             kept.push((*bit, value));
         }
-        self.store_bits(Space::F, byte, &kept);
+        self.store_bits(Space::F, byte, &kept)
     }
 
     /// F0080 and F0082 of an indirect access.
-    fn note(&mut self, to: &Indirect) {
-        self.flags(8, None, &[(0, to.syntax), (2, to.not_bcd)]);
+    fn note(&mut self, to: &Indirect) -> Result {
+        self.flags(8, None, &[(0, to.syntax), (2, to.not_bcd)])
     }
 
     /// A load's value and, of an indirect one, whether it was done.
-    pub(super) fn operand(&mut self, operand: Operand) -> (Value, Option<Value>) {
+    pub(super) fn operand(&mut self, operand: Operand) -> Result<(Value, Option<Value>)> {
         let (negate, place) = match operand {
             Operand::Const(value) => {
-                return (self.builder.ins().iconst(Type::I16, value.into()), None);
+                return Ok((self.builder.ins().iconst(Type::I16, value.into()), None));
             }
             Operand::Load { negate, place } => (negate, place),
         };
         match place {
             Place::Bit(bit) => {
-                let mut value = self.bit(bit);
+                let mut value = self.bit(bit)?;
                 if negate {
                     value = self.not(value);
                 }
-                (self.builder.ins().zextend_or_trunc(Type::I16, value), None)
+                Ok((self.builder.ins().zextend_or_trunc(Type::I16, value), None))
             }
             Place::Word(word) => {
                 let (mut value, guard) = match word {
                     Word::Indirect(at) => {
-                        let to = self.indirect(at);
+                        let to = self.indirect(at)?;
                         let value = self.indirect_word(&to);
-                        self.note(&to);
+                        self.note(&to)?;
                         (value, Some(to.ok))
                     }
-                    word => (self.word(word), None),
+                    word => (self.word(word)?, None),
                 };
                 if negate {
                     value = self.not(value);
                 }
-                (value, guard)
+                Ok((value, guard))
             }
         }
     }
 
-    pub(super) fn load(&mut self, operand: Operand) {
-        let (mut value, guard) = self.operand(operand);
+    pub(super) fn load(&mut self, operand: Operand) -> Result {
+        let (mut value, guard) = self.operand(operand)?;
         if guard.is_some() {
             let op = self.op();
             value = self.guarded(guard, value, op);
         }
         self.set_op(value);
+        Ok(())
     }
 
-    pub(super) fn store(&mut self, negate: bool, place: Place) {
+    pub(super) fn store(&mut self, negate: bool, place: Place) -> Result {
         let mut value = self.op();
         if negate {
             value = self.not(value);
@@ -98,27 +99,28 @@ impl Lowerer<'_> {
         match place {
             Place::Bit(bit) => {
                 let value = self.builder.ins().zextend_or_trunc(Type::I1, value);
-                self.store_bit(bit, value);
+                self.store_bit(bit, value)?;
             }
             Place::Word(Word::Indirect(at)) => {
-                let to = self.indirect(at);
+                let to = self.indirect(at)?;
                 let old = self.indirect_word(&to);
                 let value = self.guarded(Some(to.ok), value, old);
                 self.store_indirect(&to, value);
-                self.note(&to);
+                self.note(&to)?;
             }
-            Place::Word(word) => self.store_word(word, value),
+            Place::Word(word) => self.store_word(word, value)?,
         }
+        Ok(())
     }
 
-    pub(super) fn arith(&mut self, op: Arith, operand: Operand, after: Set) {
-        let (mut with, guard) = self.operand(operand);
+    pub(super) fn arith(&mut self, op: Arith, operand: Operand, after: Set) -> Result {
+        let (mut with, guard) = self.operand(operand)?;
         if op == Arith::And && matches!(operand, Operand::Load { place: Place::Bit(_), .. }) {
             // A bit meets bit 0 alone.
             with = self.builder.ins().binary_imm(BinaryOp::Or, with, -2);
         }
         let old = self.op();
-        self.combine(op, old, with, guard, after);
+        self.combine(op, old, with, guard, after)
     }
 
     /// OP becomes `a` with `b` where the guard holds; `after` is what may be looked at then.
@@ -129,18 +131,19 @@ impl Lowerer<'_> {
         b: Value,
         guard: Option<Value>,
         after: Set,
-    ) {
+    ) -> Result {
         let value = match op {
-            Arith::Mul => self.multiply(a, b, guard, after),
-            Arith::Div => self.divide(a, b, guard, after),
+            Arith::Mul => self.multiply(a, b, guard, after)?,
+            Arith::Div => self.divide(a, b, guard, after)?,
             _ => {
                 let value = self.builder.ins().binary(binary(op), a, b);
-                self.sum_flags(op, (a, b), value, guard, after);
+                self.sum_flags(op, (a, b), value, guard, after)?;
                 value
             }
         };
         let value = self.guarded(guard, value, a);
         self.set_op(value);
+        Ok(())
     }
 
     /// F0040, F0046 and F0047 of a sum or difference, as far as they may be looked at.
@@ -151,18 +154,18 @@ impl Lowerer<'_> {
         value: Value,
         guard: Option<Value>,
         after: Set,
-    ) {
+    ) -> Result {
         let mut bits = vec![];
         let carry = match op {
             Arith::Add => Some((value, a)),
             Arith::Sub => Some((a, b)),
-            _ => return,
+            _ => return Ok(()),
         };
         if let Some((less, than)) = carry.filter(|_| after.has(Set::CARRY)) {
             bits.push((0, self.builder.ins().icmp(IntCond::Ult, less, than)));
         }
         bits.extend(self.value_flags(value, after));
-        self.flags(4, guard, &bits);
+        self.flags(4, guard, &bits)
     }
 
     /// F0046 and F0047 of a result, as far as they may be looked at.
@@ -181,30 +184,30 @@ impl Lowerer<'_> {
         self.builder.ins().zextend_or_trunc(Type::I32, value)
     }
 
-    fn multiply(&mut self, a: Value, b: Value, guard: Option<Value>, after: Set) -> Value {
+    fn multiply(&mut self, a: Value, b: Value, guard: Option<Value>, after: Set) -> Result<Value> {
         let (a, b) = (self.wide(a), self.wide(b));
         let ins = self.builder.ins();
         let product = ins.binary(BinaryOp::Mul, a, b);
         let low = ins.zextend_or_trunc(Type::I16, product);
         if !after.has(Set::HIGH) && !after.has(Set::MUL_OVERFLOW) {
-            return low;
+            return Ok(low);
         }
         let high = ins.binary_imm(BinaryOp::Lshr, product, 16);
         let high = ins.zextend_or_trunc(Type::I16, high);
         if after.has(Set::HIGH) {
-            let old = if guard.is_some() { self.word(HIGH) } else { high };
+            let old = if guard.is_some() { self.word(HIGH)? } else { high };
             let value = self.guarded(guard, high, old);
-            self.store_word(HIGH, value);
+            self.store_word(HIGH, value)?;
         }
         if after.has(Set::MUL_OVERFLOW) {
             let some = self.builder.ins().icmp_imm(IntCond::Ne, high, 0);
-            self.flags(8, guard, &[(3, some)]);
+            self.flags(8, guard, &[(3, some)])?;
         }
-        low
+        Ok(low)
     }
 
-    fn divide(&mut self, a: Value, b: Value, guard: Option<Value>, after: Set) -> Value {
-        let high = self.word(HIGH);
+    fn divide(&mut self, a: Value, b: Value, guard: Option<Value>, after: Set) -> Result<Value> {
+        let high = self.word(HIGH)?;
         let (low, upper, divisor) = (self.wide(a), self.wide(high), self.wide(b));
         let ins = self.builder.ins();
         let upper = ins.binary_imm(BinaryOp::Shl, upper, 16);
@@ -215,71 +218,73 @@ impl Lowerer<'_> {
         let rest = ins.zextend_or_trunc(Type::I16, rest);
         let by_zero = self.is_zero(b);
         if after.has(Set::SYNTAX) {
-            self.flags(8, guard, &[(0, by_zero)]);
+            self.flags(8, guard, &[(0, by_zero)])?;
         }
         if after.has(Set::HIGH) {
             let rest = self.builder.ins().select(by_zero, high, rest);
             let rest = self.guarded(guard, rest, high);
-            self.store_word(HIGH, rest);
+            self.store_word(HIGH, rest)?;
         }
-        self.builder.ins().select(by_zero, a, quotient)
+        Ok(self.builder.ins().select(by_zero, a, quotient))
     }
 
     /// The variable, or its complement, with OP; the result in the variable.
-    pub(super) fn update(&mut self, op: Arith, negate: bool, place: Place, after: Set) {
+    pub(super) fn update(&mut self, op: Arith, negate: bool, place: Place, after: Set) -> Result {
         let with = self.op();
         match place {
             Place::Bit(bit) => {
-                let mut old = self.bit(bit);
+                let mut old = self.bit(bit)?;
                 if negate {
                     old = self.not(old);
                 }
                 let with = self.builder.ins().zextend_or_trunc(Type::I1, with);
                 let value = self.builder.ins().binary(binary(op), old, with);
-                self.store_bit(bit, value);
+                self.store_bit(bit, value)?;
             }
             Place::Word(Word::Indirect(at)) => {
-                let to = self.indirect(at);
+                let to = self.indirect(at)?;
                 let before = self.indirect_word(&to);
                 let old = if negate { self.not(before) } else { before };
                 let value = self.builder.ins().binary(binary(op), old, with);
                 let kept = self.guarded(Some(to.ok), value, before);
                 self.store_indirect(&to, kept);
-                self.note(&to);
-                self.sum_flags(op, (old, with), value, Some(to.ok), after);
+                self.note(&to)?;
+                self.sum_flags(op, (old, with), value, Some(to.ok), after)?;
             }
             Place::Word(word) => {
-                let mut old = self.word(word);
+                let mut old = self.word(word)?;
                 if negate {
                     old = self.not(old);
                 }
                 let value = self.builder.ins().binary(binary(op), old, with);
-                self.store_word(word, value);
-                self.sum_flags(op, (old, with), value, None, after);
+                self.store_word(word, value)?;
+                self.sum_flags(op, (old, with), value, None, after)?;
             }
         }
+        Ok(())
     }
 
     /// BCD to binary, negative where F0087 says so.
-    pub(super) fn bin(&mut self, after: Set) {
+    pub(super) fn bin(&mut self, after: Set) -> Result {
         let op = self.op();
         let word = self.wide(op);
         let Bcd { number, wrong } = self.take_bcd(word);
-        let sign = self.bit(crate::nct::ast::Bit { space: Space::F, byte: 8, bit: 7 });
+        let sign = self.bit(crate::nct::ast::Bit { space: Space::F, byte: 8, bit: 7 })?;
         let ins = self.builder.ins();
         let value = ins.zextend_or_trunc(Type::I16, number);
         let negative = ins.unary(plcc_ir::UnaryOp::Neg, value);
         let value = ins.select(sign, negative, value);
         let result = ins.select(wrong, op, value);
-        self.flags(8, None, &[(2, wrong)]);
+        self.flags(8, None, &[(2, wrong)])?;
         let right = self.not(wrong);
         let bits = self.value_flags(value, after);
-        self.flags(4, Some(right), &bits);
+        self.flags(4, Some(right), &bits)?;
         self.set_op(result);
+        Ok(())
     }
 
     /// Binary to BCD.
-    pub(super) fn bcd(&mut self, after: Set) {
+    pub(super) fn bcd(&mut self, after: Set) -> Result {
         let op = self.op();
         let ins = self.builder.ins();
         let negative = ins.icmp_imm(IntCond::Slt, op, 0);
@@ -294,7 +299,7 @@ impl Lowerer<'_> {
             result = ins.binary(BinaryOp::Or, result, digit);
         }
         let result = ins.select(over, op, result);
-        self.flags(5, None, &[(3, over)]);
+        self.flags(5, None, &[(3, over)])?;
         let within = self.not(over);
         let mut bits = vec![];
         if after.has(Set::ZERO) {
@@ -303,7 +308,8 @@ impl Lowerer<'_> {
         if after.has(Set::SIGN) {
             bits.push((7, negative));
         }
-        self.flags(4, Some(within), &bits);
+        self.flags(4, Some(within), &bits)?;
         self.set_op(result);
+        Ok(())
     }
 }

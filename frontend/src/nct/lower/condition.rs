@@ -3,7 +3,8 @@
 
 use plcc_ir::{Address, BinaryOp, IntCond, Type, Value};
 
-use super::Lowerer;
+use super::{Lowerer, Result};
+use crate::common::{InternalError, OrMissing};
 use crate::nct::ast::{Arith, Bit, Cond, Op, Relation, Space, Test};
 
 /// So many switched flags are computed rather than jumped over.
@@ -33,11 +34,11 @@ impl Lowerer<'_> {
         first: u32,
         count: u32,
         otherwise: usize,
-    ) -> usize {
-        let holds = self.condition(at, first, count);
+    ) -> Result<usize> {
+        let holds = self.condition(at, first, count)?;
         if let Some((then, other, next)) = self.switches(at, otherwise) {
-            self.switch_all(holds, &then, &other);
-            return next;
+            self.switch_all(holds, &then, &other)?;
+            return Ok(next);
         }
         let live = self.live_at(at);
         self.leave(live);
@@ -45,7 +46,7 @@ impl Lowerer<'_> {
         let to = self.place(otherwise + 1);
         self.builder.brif(holds, then, to);
         self.bind(then);
-        at + 1
+        Ok(at + 1)
     }
 
     /// The flags that both parts of a condition switch, if they do nothing else, and the
@@ -73,7 +74,7 @@ impl Lowerer<'_> {
         self.program.stmts.get(from..to)?.iter().map(|stmt| switch(&stmt.op)).collect()
     }
 
-    fn switch_all(&mut self, holds: Value, then: &[Switch], other: &[Switch]) {
+    fn switch_all(&mut self, holds: Value, then: &[Switch], other: &[Switch]) -> Result {
         let fails = self.not(holds);
         if let ([a], [b]) = (then, other)
             && a.bit == b.bit
@@ -84,26 +85,28 @@ impl Lowerer<'_> {
         let then = then.iter().map(|switch| (switch, holds, fails));
         let other = other.iter().map(|switch| (switch, fails, holds));
         for (switch, when, unless) in then.chain(other) {
-            let old = self.bit(switch.bit);
+            let old = self.bit(switch.bit)?;
             let (op, with) = if switch.on { (BinaryOp::Or, when) } else { (BinaryOp::And, unless) };
             let value = self.builder.ins().binary(op, old, with);
-            self.store_bit(switch.bit, value);
+            self.store_bit(switch.bit, value)?;
         }
+        Ok(())
     }
 
     /// A condition's result, an i1.
-    fn condition(&mut self, at: usize, first: u32, count: u32) -> Value {
+    fn condition(&mut self, at: usize, first: u32, count: u32) -> Result<Value> {
         let mut waiting: Vec<Waiting> = vec![];
         for part in 0..count {
             if part % STRETCH == STRETCH - 1 {
                 self.keep(&mut waiting);
-                self.begin(at);
+                self.begin(at)?;
             }
-            let value = match self.program.conds.get((first + part) as usize) {
-                Some(Cond::Test(test)) => self.test(*test),
-                Some(Cond::Gate(gate)) => {
-                    let b = self.take(&mut waiting);
-                    let a = self.take(&mut waiting);
+            let cond = self.program.conds.get((first + part) as usize);
+            let value = match cond.or_missing(|| "a part of a condition")? {
+                Cond::Test(test) => self.test(*test)?,
+                Cond::Gate(gate) => {
+                    let b = self.take(&mut waiting)?;
+                    let a = self.take(&mut waiting)?;
                     let op = match gate {
                         Arith::And => BinaryOp::And,
                         Arith::Or => BinaryOp::Or,
@@ -111,7 +114,6 @@ impl Lowerer<'_> {
                     };
                     self.builder.ins().binary(op, a, b)
                 }
-                None => continue,
             };
             waiting.push(Waiting::Value(value));
         }
@@ -129,30 +131,30 @@ impl Lowerer<'_> {
         }
     }
 
-    fn take(&mut self, waiting: &mut Vec<Waiting>) -> Value {
+    fn take(&mut self, waiting: &mut Vec<Waiting>) -> Result<Value> {
         match waiting.pop() {
-            Some(Waiting::Value(value)) => value,
+            Some(Waiting::Value(value)) => Ok(value),
             Some(Waiting::Kept) => {
                 let at = Address::fixed(self.regions.waiting, waiting.len() as u32);
-                self.builder.ins().load(Type::I1, at)
+                Ok(self.builder.ins().load(Type::I1, at))
             }
-            None => self.builder.ins().iconst(Type::I1, 0),
+            None => Err(InternalError::missing("an operand of a condition")),
         }
     }
 
-    fn test(&mut self, test: Test) -> Value {
+    fn test(&mut self, test: Test) -> Result<Value> {
         match test {
             Test::Bit { negate, bit } => {
-                let value = self.bit(bit);
-                if negate { self.not(value) } else { value }
+                let value = self.bit(bit)?;
+                Ok(if negate { self.not(value) } else { value })
             }
             Test::Word { negate, word } => {
-                let value = self.word(word);
+                let value = self.word(word)?;
                 let how = if negate { IntCond::Eq } else { IntCond::Ne };
-                self.builder.ins().icmp_imm(how, value, 0)
+                Ok(self.builder.ins().icmp_imm(how, value, 0))
             }
             Test::Relation { relation, operand } => {
-                let (with, guard) = self.operand(operand);
+                let (with, guard) = self.operand(operand)?;
                 let op = self.op();
                 let how = match relation {
                     Relation::Lt => IntCond::Ult,
@@ -162,10 +164,10 @@ impl Lowerer<'_> {
                     Relation::Ge => IntCond::Uge,
                 };
                 let holds = self.builder.ins().icmp(how, op, with);
-                match guard {
+                Ok(match guard {
                     Some(guard) => self.both(holds, guard),
                     None => holds,
-                }
+                })
             }
         }
     }

@@ -3,8 +3,9 @@
 use plcc_abi::{TrapCode, nct::context};
 use plcc_ir::{Address, BinaryOp, IntCond, Place, Type, Value};
 
-use super::Lowerer;
 use super::place::Bcd;
+use super::{Lowerer, Result};
+use crate::common::OrMissing;
 use crate::nct::{
     ast::{Op, Space, Word},
     lower::liveness::Set,
@@ -100,8 +101,8 @@ impl Lowerer<'_> {
         self.builder.brif(empty, emptied, target);
     }
 
-    pub(super) fn goto(&mut self, at: usize, label: u16) {
-        let Some(to) = self.target(label) else { return };
+    pub(super) fn goto(&mut self, at: usize, label: u16) -> Result {
+        let to = self.target(label).or_missing(|| format!("label :{label:03}"))?;
         self.leave(Set::ALL);
         if to <= at {
             self.safepoint(to);
@@ -109,14 +110,21 @@ impl Lowerer<'_> {
             let place = self.place(to);
             self.builder.jump(place);
         }
+        Ok(())
     }
 
-    pub(super) fn call(&mut self, at: usize, label: u16) {
-        let (Some(to), Ok(site)) = (self.target(label), self.sites.binary_search(&at)) else {
-            return;
-        };
+    pub(super) fn call(&mut self, at: usize, label: u16) -> Result {
+        let to = self.target(label).or_missing(|| format!("label :{label:03}"))?;
+        let site = self.site(at)?;
         self.leave(Set::ALL);
-        self.enter(Site::Number(site as i64), to);
+        self.enter(Site::Number(site), to);
+        Ok(())
+    }
+
+    /// The number of the return behind the call at a statement.
+    fn site(&self, at: usize) -> Result<i64> {
+        let site = self.sites.binary_search(&at).ok();
+        Ok(site.or_missing(|| format!("the call at statement {at}"))? as i64)
     }
 
     /// Keeps the number of the return and goes to a statement.
@@ -171,17 +179,18 @@ impl Lowerer<'_> {
     }
 
     /// `GF` and `CF`: on to the label that the BCD word at a byte of F names.
-    pub(super) fn jump_indirect(&mut self, at: usize, word: u16, call: bool) {
+    pub(super) fn jump_indirect(&mut self, at: usize, word: u16, call: bool) -> Result {
         self.leave(Set::ALL);
-        let word = self.word(Word::Bytes { space: Space::F, byte: word });
+        let word = self.word(Word::Bytes { space: Space::F, byte: word })?;
         let word = self.builder.ins().zextend_or_trunc(Type::I32, word);
         let Bcd { number, wrong } = self.take_bcd(word);
         let none = self.builder.ins().iconst(Type::I32, i64::from(u16::MAX));
         let number = self.builder.ins().select(wrong, none, number);
         let zero = self.builder.ins().iconst(Type::I1, 0);
-        self.store_bits(Space::F, 8, &[(0, zero), (2, wrong)]);
-        if call && let Ok(site) = self.sites.binary_search(&at) {
-            let site = self.builder.ins().iconst(Type::I32, site as i64);
+        self.store_bits(Space::F, 8, &[(0, zero), (2, wrong)])?;
+        if call {
+            let site = self.site(at)?;
+            let site = self.builder.ins().iconst(Type::I32, site);
             let pending = self.pending();
             self.builder.ins().store(pending, site);
         }
@@ -196,9 +205,9 @@ impl Lowerer<'_> {
         self.builder.switch(number, targets, refused);
         self.bind(refused);
         // A digit that is none is told already; otherwise there is no such label.
-        let wrong = self.bit(crate::nct::ast::Bit { space: Space::F, byte: 8, bit: 2 });
+        let wrong = self.bit(crate::nct::ast::Bit { space: Space::F, byte: 8, bit: 2 })?;
         let missing = self.not(wrong);
-        self.store_bits(Space::F, 8, &[(0, missing)]);
+        self.store_bits(Space::F, 8, &[(0, missing)])
     }
 
     /// Where the number of an indirect call's return waits.

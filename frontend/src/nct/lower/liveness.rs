@@ -116,7 +116,7 @@ fn arith(op: Arith) -> (Set, Set) {
 }
 
 /// What may be looked at before each statement; one more entry stands for the text's end.
-pub(crate) fn live(program: &Program) -> Vec<Set> {
+pub(crate) fn liveness(program: &Program) -> Vec<Set> {
     let count = program.stmts.len();
     let mut live = vec![Set::ALL; count + 1];
     for (at, stmt) in program.stmts.iter().enumerate().rev() {

@@ -2,7 +2,7 @@
 //!
 //! Logic is branch-free and a condition that only switches a few flags becomes plain bit
 //! operations. OP is kept in a value between branches and written back where somebody may look at
-//! it; so are the status flags (`live`). Calls keep the number of their place of return in the
+//! it; so are the status flags (`liveness`). Calls keep the number of their place of return in the
 //! image, so that :000 can be suspended anywhere.
 
 mod arith;
@@ -18,32 +18,37 @@ use plcc_ir::{
     Value,
 };
 
+use crate::common::{InternalError, OrMissing};
 use crate::nct::{
-    ast::{Op, Program},
+    ast::{Op, Program, Stmt, Word},
     layout::Layout,
-    lower::liveness::{Set, live},
-    oracle::area_function,
+    lower::liveness::{Set, liveness},
 };
 
+type Result<T = ()> = std::result::Result<T, InternalError>;
+
 /// Lowers a program; its tasks are the modules in their order.
-pub(super) fn lower(program: &Program, layout: &Layout) -> Module {
+///
+/// # Errors
+/// Where the checked program or its layout is inconsistent.
+pub(super) fn lower(program: &Program, layout: &Layout) -> Result<Module> {
     lower_with(program, layout, DEFAULT_LIMIT)
 }
 
 /// Lowers with another length of functions, for tests.
-pub(super) fn lower_with(program: &Program, layout: &Layout, limit: usize) -> Module {
+pub(super) fn lower_with(program: &Program, layout: &Layout, limit: usize) -> Result<Module> {
     let builder = ChunkBuilder::new(layout.size, layout.regions.clone()).with_limit(limit);
-    let region = |name: &str| builder.region(name).unwrap_or(Region(0));
+    let region = |name: &str| builder.region(name).or_missing(|| format!("region `{name}`"));
     let regions = Regions {
-        context: region("context"),
-        scratch: region("scratch"),
-        waiting: region("waiting"),
-        flag_bytes: region("flag_bytes"),
+        context: region("context")?,
+        scratch: region("scratch")?,
+        waiting: region("waiting")?,
+        flag_bytes: region("flag_bytes")?,
     };
     let mut lowerer = Lowerer {
         program,
         layout,
-        live: live(program),
+        liveness: liveness(program),
         limit,
         regions,
         places: vec![None; program.stmts.len() + 1],
@@ -57,11 +62,11 @@ pub(super) fn lower_with(program: &Program, layout: &Layout, limit: usize) -> Mo
         dirty: false,
         builder,
     };
-    lowerer.program();
-    lowerer.builder.finish()
+    lowerer.program()?;
+    Ok(lowerer.builder.finish())
 }
 
-/// The regions that are reached by more than a home.
+/// The regions that are reached by more than the location of a flag.
 struct Regions {
     context: Region,
     scratch: Region,
@@ -72,7 +77,7 @@ struct Regions {
 struct Lowerer<'a> {
     program: &'a Program,
     layout: &'a Layout,
-    live: Vec<Set>,
+    liveness: Vec<Set>,
     limit: usize,
     regions: Regions,
     /// The place before each statement, where something leads there.
@@ -95,35 +100,45 @@ struct Lowerer<'a> {
 }
 
 impl Lowerer<'_> {
-    fn program(&mut self) {
+    fn program(&mut self) -> Result {
         self.builder.add_file(self.program.name.clone(), self.program.text.clone());
         self.find_places();
         self.entries();
         let mut at = 0;
         while at < self.program.stmts.len() {
-            at = self.stmt(at);
+            at = self.stmt(at).map_err(|error| {
+                let line = self.program.lines.get(at).copied().unwrap_or(1);
+                error.or_at(&self.program.name, line)
+            })?;
         }
         self.go_on_at(at);
         self.leave(Set::ALL);
         self.builder.ret();
         self.tails();
+        Ok(())
     }
 
     /// Begins a statement; the code may be cut here.
-    fn begin(&mut self, at: usize) {
-        let span = self.program.stmts.get(at).map(|s| s.span);
-        let (start, end) = span.map_or((0, 0), |span| (span.start, span.end));
-        let line = self.program.lines.get(at).copied().unwrap_or(1);
+    fn begin(&mut self, at: usize) -> Result {
+        let span = self.statement(at)?.span;
+        let (start, end) = (span.start, span.end);
+        let line = self.program.lines.get(at).copied();
+        let line = line.or_missing(|| format!("the line of statement {at}"))?;
         let func = self.builder.ins().func();
         if func.inst_count() >= self.limit || func.block_count() >= self.limit {
             self.leave(self.live_at(at));
             self.op = None;
         }
         self.builder.statement(Statement { file: 0, line, start, end });
+        Ok(())
+    }
+
+    fn statement(&self, at: usize) -> Result<&Stmt> {
+        self.program.stmts.get(at).or_missing(|| format!("statement {at}"))
     }
 
     fn live_at(&self, at: usize) -> Set {
-        self.live.get(at).copied().unwrap_or(Set::ALL)
+        self.liveness.get(at).copied().unwrap_or(Set::ALL)
     }
 
     /// Binds the place before a statement, if something leads there.
@@ -183,32 +198,32 @@ impl Lowerer<'_> {
     }
 
     /// Lowers a statement; gives the next one.
-    fn stmt(&mut self, at: usize) -> usize {
+    fn stmt(&mut self, at: usize) -> Result<usize> {
         self.go_on_at(at);
-        let Some(stmt) = self.program.stmts.get(at) else { return at + 1 };
+        let stmt = *self.statement(at)?;
         let after = self.live_at(at + 1);
         if !matches!(stmt.op, Op::EndIf | Op::Label(_) | Op::Text) {
-            self.begin(at);
+            self.begin(at)?;
         }
         match stmt.op {
             Op::Set(bit) | Op::Clear(bit) => {
                 let on = matches!(stmt.op, Op::Set(_));
                 let value = self.builder.ins().iconst(Type::I1, on.into());
-                self.store_bit(bit, value);
+                self.store_bit(bit, value)?;
             }
-            Op::Count { counter, up } => self.count(counter, up),
-            Op::Load(operand) => self.load(operand),
-            Op::Store { negate, place } => self.store(negate, place),
-            Op::Arith { op, operand } => self.arith(op, operand, after),
-            Op::Update { op, negate, place } => self.update(op, negate, place, after),
+            Op::Count { counter, up } => self.count(counter, up)?,
+            Op::Load(operand) => self.load(operand)?,
+            Op::Store { negate, place } => self.store(negate, place)?,
+            Op::Arith { op, operand } => self.arith(op, operand, after)?,
+            Op::Update { op, negate, place } => self.update(op, negate, place, after)?,
             Op::Shift { left, by } => {
                 let op = self.op();
                 let how = if left { BinaryOp::Shl } else { BinaryOp::Lshr };
                 let value = self.builder.ins().binary_imm(how, op, by.into());
                 self.set_op(value);
             }
-            Op::Bin => self.bin(after),
-            Op::Bcd => self.bcd(after),
+            Op::Bin => self.bin(after)?,
+            Op::Bcd => self.bcd(after)?,
             Op::Push(slot) => {
                 let op = self.op();
                 let at = Address::fixed(self.regions.scratch, u32::from(slot) * 2);
@@ -218,7 +233,7 @@ impl Lowerer<'_> {
                 let with = self.op();
                 let at = Address::fixed(self.regions.scratch, u32::from(slot) * 2);
                 let kept = self.builder.ins().load(Type::I16, at);
-                self.combine(op, kept, with, None, after);
+                self.combine(op, kept, with, None, after)?;
             }
             Op::If { first, count, otherwise } => {
                 return self.conditional(at, first, count, otherwise as usize);
@@ -228,10 +243,10 @@ impl Lowerer<'_> {
                 let place = self.place(end as usize + 1);
                 self.builder.jump(place);
             }
-            Op::Goto(label) => self.goto(at, label),
-            Op::GotoIndirect(word) => self.jump_indirect(at, word, false),
-            Op::Call(label) => self.call(at, label),
-            Op::CallIndirect(word) => self.jump_indirect(at, word, true),
+            Op::Goto(label) => self.goto(at, label)?,
+            Op::GotoIndirect(word) => self.jump_indirect(at, word, false)?,
+            Op::Call(label) => self.call(at, label)?,
+            Op::CallIndirect(word) => self.jump_indirect(at, word, true)?,
             Op::Return => self.ret(),
             Op::End(_) => {
                 self.leave(Set::ALL);
@@ -242,18 +257,19 @@ impl Lowerer<'_> {
                 let ins = self.builder.ins();
                 let with = ins.zextend_or_trunc(Type::I32, with);
                 let area = ins.iconst(Type::I32, area.into());
-                ins.host_call(area_function(op), &[area, with]);
+                ins.host_call(op.host_function(), &[area, with]);
             }
             Op::EndIf | Op::Label(_) | Op::Text | Op::Bad { .. } => {}
         }
-        at + 1
+        Ok(at + 1)
     }
 
-    fn count(&mut self, counter: u8, up: bool) {
-        let at = self.register(crate::nct::ast::Word::Q(counter));
+    fn count(&mut self, counter: u8, up: bool) -> Result {
+        let at = self.register(Word::Q(counter))?;
         let old = self.builder.ins().load(Type::I16, at);
         let value = self.builder.ins().binary_imm(BinaryOp::Add, old, if up { 1 } else { -1 });
         self.builder.ins().store(at, value);
+        Ok(())
     }
 
     fn not(&mut self, value: Value) -> Value {

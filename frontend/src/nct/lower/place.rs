@@ -3,7 +3,8 @@
 use plcc_abi::nct::{FLAG_BYTES, IMAGE_BYTES, LINE_BYTES, NctHome};
 use plcc_ir::{Address, BinaryOp, IntCond, Region, Type, Value};
 
-use super::Lowerer;
+use super::{Lowerer, Result};
+use crate::common::OrMissing;
 use crate::nct::ast::{Bit, Space, Word};
 
 /// Where an indirect access leads.
@@ -28,72 +29,80 @@ pub(super) struct Bcd {
 
 impl Lowerer<'_> {
     /// The address of an offset in the image.
-    pub(super) fn address(&self, offset: u32) -> Address {
+    pub(super) fn address(&self, offset: u32) -> Result<Address> {
         let regions = &self.layout.regions;
-        let index = regions.partition_point(|region| region.offset <= offset).saturating_sub(1);
-        let start = regions.get(index).map_or(0, |region| region.offset);
-        Address::fixed(Region(index as u32), offset - start)
+        let index = regions.partition_point(|region| region.offset <= offset).checked_sub(1);
+        let found = index.and_then(|index| Some((index, regions.get(index)?)));
+        let (index, region) = found.or_missing(|| format!("a region at offset {offset}"))?;
+        Ok(Address::fixed(Region(index as u32), offset - region.offset))
+    }
+
+    /// Where a byte of flags lies.
+    fn location(&self, space: Space, byte: u16) -> Result<NctHome> {
+        let location = self.layout.location(space, byte);
+        location.or_missing(|| format!("the location of {}{byte:02}", space.letter()))
+    }
+
+    /// Where a byte of the image before lies, for V.
+    fn previous(&self, byte: u16) -> Result<NctHome> {
+        let location = self.layout.previous.get(byte as usize).copied();
+        location.or_missing(|| format!("the location of V{byte:02}"))
     }
 
     /// The address of a register, counter, timer or constant.
-    pub(super) fn register(&self, word: Word) -> Address {
-        self.address(self.layout.register(word).unwrap_or(0))
+    pub(super) fn register(&self, word: Word) -> Result<Address> {
+        let offset = self.layout.register(word);
+        self.address(offset.or_missing(|| format!("the place of {word}"))?)
     }
 
-    fn byte_address(&self, space: Space, home: NctHome) -> Address {
-        let at = self.address(home.offset);
-        if matches!(space, Space::P | Space::O) { at.volatile() } else { at }
+    fn byte_address(&self, space: Space, location: NctHome) -> Result<Address> {
+        let at = self.address(location.offset)?;
+        Ok(if matches!(space, Space::P | Space::O) { at.volatile() } else { at })
     }
 
-    fn home_bit(&mut self, space: Space, home: NctHome, bit: u8) -> Value {
-        if home.unpacked {
-            let at = self.address(home.offset + u32::from(bit));
-            return self.builder.ins().load(Type::I1, at);
+    fn bit_at(&mut self, space: Space, location: NctHome, bit: u8) -> Result<Value> {
+        if location.unpacked {
+            let at = self.address(location.offset + u32::from(bit))?;
+            return Ok(self.builder.ins().load(Type::I1, at));
         }
-        let at = self.byte_address(space, home);
+        let at = self.byte_address(space, location)?;
         let ins = self.builder.ins();
         let byte = ins.load(Type::I8, at);
         let byte = if bit == 0 { byte } else { ins.binary_imm(BinaryOp::Lshr, byte, bit.into()) };
-        ins.zextend_or_trunc(Type::I1, byte)
-    }
-
-    fn nothing(&mut self, ty: Type) -> Value {
-        self.builder.ins().iconst(ty, 0)
+        Ok(ins.zextend_or_trunc(Type::I1, byte))
     }
 
     /// A bit, as an i1.
-    pub(super) fn bit(&mut self, bit: Bit) -> Value {
-        let Some(home) = self.layout.home(bit.space, bit.byte) else {
-            return self.nothing(Type::I1);
-        };
-        let now = self.home_bit(bit.space, home, bit.bit);
+    pub(super) fn bit(&mut self, bit: Bit) -> Result<Value> {
+        let location = self.location(bit.space, bit.byte)?;
+        let now = self.bit_at(bit.space, location, bit.bit)?;
         if bit.space != Space::V {
-            return now;
+            return Ok(now);
         }
-        let Some(home) = self.layout.previous.get(bit.byte as usize).copied() else { return now };
-        let before = self.home_bit(bit.space, home, bit.bit);
-        self.builder.ins().binary(BinaryOp::Xor, now, before)
+        let location = self.previous(bit.byte)?;
+        let before = self.bit_at(bit.space, location, bit.bit)?;
+        Ok(self.builder.ins().binary(BinaryOp::Xor, now, before))
     }
 
     /// Writes an i1.
-    pub(super) fn store_bit(&mut self, bit: Bit, value: Value) {
-        self.store_bits(bit.space, bit.byte, &[(bit.bit, value)]);
+    pub(super) fn store_bit(&mut self, bit: Bit, value: Value) -> Result {
+        self.store_bits(bit.space, bit.byte, &[(bit.bit, value)])
     }
 
     /// Writes bits of one byte.
-    pub(super) fn store_bits(&mut self, space: Space, byte: u16, bits: &[(u8, Value)]) {
-        let Some(home) = self.layout.home(space, byte) else { return };
+    pub(super) fn store_bits(&mut self, space: Space, byte: u16, bits: &[(u8, Value)]) -> Result {
+        let location = self.location(space, byte)?;
         if bits.is_empty() {
-            return;
+            return Ok(());
         }
-        if home.unpacked {
+        if location.unpacked {
             for (bit, value) in bits {
-                let at = self.address(home.offset + u32::from(*bit));
+                let at = self.address(location.offset + u32::from(*bit))?;
                 self.builder.ins().store(at, *value);
             }
-            return;
+            return Ok(());
         }
-        let at = self.byte_address(space, home);
+        let at = self.byte_address(space, location)?;
         let ins = self.builder.ins();
         let mask: i64 = bits.iter().map(|(bit, _)| 1 << bit).sum();
         let old = ins.load(Type::I8, at);
@@ -104,40 +113,41 @@ impl Lowerer<'_> {
             new = ins.binary(BinaryOp::Or, new, wide);
         }
         ins.store(at, new);
+        Ok(())
     }
 
     /// The word of two bytes; behind the last byte of each kind lies one that is 0.
-    fn bytes(&mut self, space: Space, byte: u16) -> Value {
-        let Some(home) = self.layout.home(space, byte) else { return self.nothing(Type::I16) };
-        let at = self.byte_address(space, home);
+    fn bytes(&mut self, space: Space, byte: u16) -> Result<Value> {
+        let location = self.location(space, byte)?;
+        let at = self.byte_address(space, location)?;
         let now = self.builder.ins().load(Type::I16, at);
         if space != Space::V {
-            return now;
+            return Ok(now);
         }
-        let Some(home) = self.layout.previous.get(byte as usize).copied() else { return now };
-        let at = self.address(home.offset);
+        let location = self.previous(byte)?;
+        let at = self.address(location.offset)?;
         let before = self.builder.ins().load(Type::I16, at);
-        self.builder.ins().binary(BinaryOp::Xor, now, before)
+        Ok(self.builder.ins().binary(BinaryOp::Xor, now, before))
     }
 
     /// A word that is named directly.
-    pub(super) fn word(&mut self, word: Word) -> Value {
+    pub(super) fn word(&mut self, word: Word) -> Result<Value> {
         if let Word::Bytes { space, byte } = word {
             return self.bytes(space, byte);
         }
-        let at = self.register(word);
-        self.builder.ins().load(Type::I16, at)
+        let at = self.register(word)?;
+        Ok(self.builder.ins().load(Type::I16, at))
     }
 
     /// Writes a word that is named directly.
-    pub(super) fn store_word(&mut self, word: Word, value: Value) {
+    pub(super) fn store_word(&mut self, word: Word, value: Value) -> Result {
         let Word::Bytes { space, byte } = word else {
-            let at = self.register(word);
+            let at = self.register(word)?;
             self.builder.ins().store(at, value);
-            return;
+            return Ok(());
         };
-        let Some(home) = self.layout.home(space, byte) else { return };
-        let at = self.byte_address(space, home);
+        let location = self.location(space, byte)?;
+        let at = self.byte_address(space, location)?;
         let last = match space {
             Space::I | Space::V | Space::Y => IMAGE_BYTES,
             Space::P | Space::O => LINE_BYTES,
@@ -146,6 +156,7 @@ impl Lowerer<'_> {
         let ty = if byte as usize == last { Type::I8 } else { Type::I16 };
         let value = self.builder.ins().zextend_or_trunc(ty, value);
         self.builder.ins().store(at, value);
+        Ok(())
     }
 
     /// Takes a word, as an i32, as BCD.
@@ -169,8 +180,8 @@ impl Lowerer<'_> {
     }
 
     /// Where the address at a byte of F leads.
-    pub(super) fn indirect(&mut self, at: u16) -> Indirect {
-        let word = self.bytes(Space::F, at);
+    pub(super) fn indirect(&mut self, at: u16) -> Result<Indirect> {
+        let word = self.bytes(Space::F, at)?;
         let word = self.builder.ins().zextend_or_trunc(Type::I32, word);
         let Bcd { number, wrong: not_bcd } = self.take_bcd(word);
         let out = self.builder.ins().icmp_imm(IntCond::Ugt, number, 999);
@@ -178,7 +189,7 @@ impl Lowerer<'_> {
         let syntax = self.both(out, bcd);
         let within = self.not(out);
         let ok = self.both(within, bcd);
-        Indirect { index: number, ok, syntax, not_bcd }
+        Ok(Indirect { index: number, ok, syntax, not_bcd })
     }
 
     /// The word that an indirect access leads to.

@@ -6,31 +6,16 @@
 use std::sync::Arc;
 
 use plcc_abi::{
-    Engine, HostFn, Outcome, Scan, TrapCode,
+    Engine, Outcome, Scan, TrapCode,
     image::{read_u8, read_u16, read_u32, write_u16, write_u32},
     nct::context,
 };
 
 use crate::nct::{
-    ast::{AreaOp, Arith, Bit, Cond, Op, Operand, Place, Program, Relation, Space},
+    ast::{Arith, Bit, Cond, Op, Operand, Place, Program, Relation, Space},
     ast::{Test, Word},
     layout::Layout,
 };
-
-/// The host function of a statement with a register area.
-pub(crate) fn area_function(op: AreaOp) -> HostFn {
-    match op {
-        AreaOp::Hf => HostFn::NctHf,
-        AreaOp::Pf => HostFn::NctPf,
-        AreaOp::Mr => HostFn::NctMr,
-        AreaOp::Mw => HostFn::NctMw,
-        AreaOp::Add => HostFn::NctAdd,
-        AreaOp::Sub => HostFn::NctSub,
-        AreaOp::Mul => HostFn::NctMul,
-        AreaOp::Div => HostFn::NctDiv,
-        AreaOp::Cmp => HostFn::NctCmp,
-    }
-}
 
 /// Walks the statements of a program.
 pub struct Interpreter {
@@ -84,7 +69,7 @@ impl Engine for Interpreter {
             }
             if let Op::Area { op, area } = stmt.op {
                 let args = [area.into(), run.op.into(), 0, 0];
-                scan.host.call(run.image, area_function(op), args);
+                scan.host.call(run.image, op.host_function(), args);
                 at += 1;
                 continue;
             }
@@ -165,29 +150,29 @@ impl Run<'_> {
     }
 
     fn bit(&self, bit: Bit) -> bool {
-        let Some(home) = self.layout.home(bit.space, bit.byte) else { return false };
-        let now = home.bit(self.image, bit.bit);
+        let Some(location) = self.layout.location(bit.space, bit.byte) else { return false };
+        let now = location.bit(self.image, bit.bit);
         if bit.space != Space::V {
             return now;
         }
         let before = self.layout.previous.get(bit.byte as usize);
-        before.is_some_and(|home| home.bit(self.image, bit.bit)) != now
+        before.is_some_and(|location| location.bit(self.image, bit.bit)) != now
     }
 
     fn set(&mut self, bit: Bit, value: bool) {
-        if let Some(home) = self.layout.home(bit.space, bit.byte) {
-            home.set_bit(self.image, bit.bit, value);
+        if let Some(location) = self.layout.location(bit.space, bit.byte) {
+            location.set_bit(self.image, bit.bit, value);
         }
     }
 
     fn byte(&self, space: Space, byte: u16) -> u8 {
-        let Some(home) = self.layout.home(space, byte) else { return 0 };
-        let now = home.read(self.image);
+        let Some(location) = self.layout.location(space, byte) else { return 0 };
+        let now = location.read(self.image);
         if space != Space::V {
             return now;
         }
         let before = self.layout.previous.get(byte as usize);
-        before.map_or(now, |home| home.read(self.image) ^ now)
+        before.map_or(now, |location| location.read(self.image) ^ now)
     }
 
     /// Where an indirect access leads, with its flags to be set afterwards.
@@ -211,8 +196,8 @@ impl Run<'_> {
     fn set_word(&mut self, word: Word, value: u16) {
         if let Word::Bytes { space, byte } = word {
             for (byte, value) in [byte, byte + 1].into_iter().zip(value.to_le_bytes()) {
-                if let Some(home) = self.layout.home(space, byte) {
-                    home.write(self.image, value);
+                if let Some(location) = self.layout.location(space, byte) {
+                    location.write(self.image, value);
                 }
             }
         } else if let Some(offset) = self.layout.register(word) {

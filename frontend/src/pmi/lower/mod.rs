@@ -12,22 +12,37 @@ use plcc_ir::{
     UnaryOp, Value,
 };
 
+use crate::common::{InternalError, OrMissing};
 use crate::pmi::{
     ast::{
-        Action, Binary, Checked, FlipFlopDef, Meaning, Op, Ops, Step, SymbolId, Target, TimerDef,
+        Action, Binary, Checked, FlipFlopDef, Meaning, Op, Ops, Step, Symbol, SymbolId, Target,
+        TimerDef,
     },
     layout::{LONG_EXPRESSION, Layout, SCRATCH, is_long, region_name},
 };
 
-/// Lowers a program; its scan is the module's one task.
-pub(crate) fn lower(checked: &Checked, layout: &Layout, files: &[(String, String)]) -> Module {
+type Result<T = ()> = std::result::Result<T, InternalError>;
+
+/// Lowers a program; its scan is the module's one task. `files` are names and texts of the
+/// sources, by their ids.
+///
+/// # Errors
+/// Where the checked program or its layout is inconsistent.
+pub(crate) fn lower(
+    checked: &Checked,
+    layout: &Layout,
+    files: &[(String, String)],
+) -> Result<Module> {
     let builder = ChunkBuilder::new(layout.size, layout.regions.clone());
-    let regions = [PmiType::Logical, PmiType::Integer, PmiType::Long]
-        .map(|ty| builder.region(region_name(ty)).unwrap_or(Region(0)));
+    let region = |ty| {
+        let name = region_name(ty);
+        builder.region(name).or_missing(|| format!("region `{name}`"))
+    };
+    let regions = [region(PmiType::Logical)?, region(PmiType::Integer)?, region(PmiType::Long)?];
     let scratch = builder.region(SCRATCH);
     let mut lowerer = Lowerer { checked, layout, builder, regions, scratch, stack: vec![] };
-    lowerer.program(files);
-    lowerer.builder.finish()
+    lowerer.program(files)?;
+    Ok(lowerer.builder.finish())
 }
 
 /// A value on the evaluation stack.
@@ -62,7 +77,7 @@ fn const_type(value: i32) -> Type {
 }
 
 impl Lowerer<'_> {
-    fn program(&mut self, files: &[(String, String)]) {
+    fn program(&mut self, files: &[(String, String)]) -> Result {
         for (name, text) in files {
             self.builder.add_file(name, text);
         }
@@ -87,15 +102,19 @@ impl Lowerer<'_> {
             if let Some(place) = places.get(index).copied().flatten() {
                 self.builder.bind(place);
             }
-            self.step(step, &places);
+            self.step(step, &places).map_err(|error| {
+                let file = files.get(step.span.file.0 as usize).map_or("", |(name, _)| name);
+                error.or_at(file, step.line)
+            })?;
         }
         if let Some(place) = places.last().copied().flatten() {
             self.builder.bind(place);
         }
         self.builder.ret();
+        Ok(())
     }
 
-    fn step(&mut self, step: &Step, places: &[Option<Place>]) {
+    fn step(&mut self, step: &Step, places: &[Option<Place>]) -> Result {
         let (span, line) = (step.span, step.line);
         self.builder.statement(Statement {
             file: span.file.0,
@@ -105,25 +124,25 @@ impl Lowerer<'_> {
         });
         let target = |to: u32| {
             let index = (to as usize).min(places.len().saturating_sub(1));
-            places.get(index).copied().flatten()
+            places.get(index).copied().flatten().or_missing(|| format!("the place of step {index}"))
         };
         match &step.action {
-            Action::Assign { target, value } => self.assign(target, value),
+            Action::Assign { target, value } => self.assign(target, value)?,
             Action::If { condition, otherwise } => {
-                self.expression(condition);
-                let condition = self.pop();
+                self.expression(condition)?;
+                let condition = self.pop()?;
                 let condition = self.logical(condition);
                 let next = self.builder.place();
-                let otherwise = target(*otherwise).unwrap_or(next);
+                let otherwise = target(*otherwise)?;
                 self.builder.brif(condition, next, otherwise);
                 self.builder.bind(next);
             }
             Action::Jump { to, .. } => {
-                if let Some(place) = target(*to) {
-                    self.builder.jump(place);
-                }
+                let place = target(*to)?;
+                self.builder.jump(place);
             }
         }
+        Ok(())
     }
 
     fn region(&self, ty: PmiType) -> Region {
@@ -135,45 +154,59 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The address of what stands at an offset of the image.
-    fn address(&self, ty: PmiType, offset: u32) -> Address {
-        Address::fixed(self.region(ty), offset - self.layout.base(ty))
+    /// The address of what stands at an offset of the image, in the region of its type.
+    fn address(&self, ty: PmiType, offset: u32) -> Result<Address> {
+        let within = offset.checked_sub(self.layout.base(ty));
+        let within = within.or_missing(|| format!("offset {offset} of {}", region_name(ty)))?;
+        Ok(Address::fixed(self.region(ty), within))
     }
 
-    fn type_of(&self, id: SymbolId) -> PmiType {
-        self.checked.symbol(id).map_or(PmiType::Logical, |symbol| symbol.ty)
+    fn symbol(&self, id: SymbolId) -> Result<&Symbol> {
+        self.checked.symbol(id).or_missing(|| format!("symbol {}", id.0))
     }
 
-    fn elements(&self, id: SymbolId) -> u32 {
-        self.checked.symbol(id).and_then(|symbol| symbol.elements).unwrap_or(1)
+    fn type_of(&self, id: SymbolId) -> Result<PmiType> {
+        Ok(self.symbol(id)?.ty)
     }
 
-    fn load(&mut self, ty: PmiType, offset: u32) -> Value {
-        let at = self.address(ty, offset);
-        self.builder.ins().load(ir_type(ty), at)
+    /// A symbol's offset in the image.
+    fn offset(&self, id: SymbolId) -> Result<u32> {
+        self.layout.place(id).or_missing(|| format!("the place of symbol {}", id.0))
     }
 
-    fn store(&mut self, ty: PmiType, offset: u32, value: Value) {
-        let at = self.address(ty, offset);
+    fn elements(&self, id: SymbolId) -> Result<u32> {
+        let symbol = self.symbol(id)?;
+        symbol.elements.or_missing(|| format!("the number of elements of {}", symbol.name))
+    }
+
+    fn load(&mut self, ty: PmiType, offset: u32) -> Result<Value> {
+        let at = self.address(ty, offset)?;
+        Ok(self.builder.ins().load(ir_type(ty), at))
+    }
+
+    fn store(&mut self, ty: PmiType, offset: u32, value: Value) -> Result {
+        let at = self.address(ty, offset)?;
         self.builder.ins().store(at, value);
+        Ok(())
     }
 
     /// An expression's value, on top of the stack.
-    fn expression(&mut self, ops: &Ops) {
+    fn expression(&mut self, ops: &Ops) -> Result {
         let long = is_long(ops);
         for (row, &op) in (1..).zip(self.checked.ops(ops)) {
-            let operand = self.op(op);
+            let operand = self.op(op)?;
             self.stack.push(operand);
             if long && row % LONG_EXPRESSION == 0 {
-                self.cut();
+                self.cut()?;
             }
         }
+        Ok(())
     }
 
     /// Lets the builder begin another function inside an expression: what waits on the stack goes
     /// through the image.
-    fn cut(&mut self) {
-        let Some(scratch) = self.scratch else { return };
+    fn cut(&mut self) -> Result {
+        let scratch = self.scratch.or_missing(|| format!("region `{SCRATCH}`"))?;
         let stack = std::mem::take(&mut self.stack);
         let slot = |depth: usize| Address::fixed(scratch, depth as u32 * 4);
         for (depth, &operand) in stack.iter().enumerate() {
@@ -195,51 +228,52 @@ impl Lowerer<'_> {
             };
             self.stack.push(operand);
         }
+        Ok(())
     }
 
-    fn pop(&mut self) -> Operand {
-        self.stack.pop().unwrap_or(Operand::Const(0))
+    fn pop(&mut self) -> Result<Operand> {
+        self.stack.pop().or_missing(|| "an operand")
     }
 
-    fn op(&mut self, op: Op) -> Operand {
+    fn op(&mut self, op: Op) -> Result<Operand> {
         match op {
-            Op::Const(value) => Operand::Const(value),
+            Op::Const(value) => Ok(Operand::Const(value)),
             Op::Load(id) => self.load_at(id, 0),
             Op::LoadAt(id, index) => self.load_at(id, index),
             Op::Element(id) => {
-                let index = self.pop();
-                let at = self.element(id, index);
-                let ty = ir_type(self.type_of(id));
-                Operand::Value(self.builder.ins().load(ty, at), ty)
+                let index = self.pop()?;
+                let at = self.element(id, index)?;
+                let ty = ir_type(self.type_of(id)?);
+                Ok(Operand::Value(self.builder.ins().load(ty, at), ty))
             }
             Op::Neg { long } => {
                 let ty = if long { Type::I32 } else { Type::I16 };
-                let operand = self.pop();
+                let operand = self.pop()?;
                 let value = self.as_type(operand, ty);
-                Operand::Value(self.builder.ins().unary(UnaryOp::Neg, value), ty)
+                Ok(Operand::Value(self.builder.ins().unary(UnaryOp::Neg, value), ty))
             }
             Op::Not => {
-                let operand = self.pop();
-                Operand::Value(self.not(operand), Type::I1)
+                let operand = self.pop()?;
+                Ok(Operand::Value(self.not(operand), Type::I1))
             }
             Op::Binary(op) => {
-                let right = self.pop();
-                let left = self.pop();
-                self.binary(op, left, right)
+                let right = self.pop()?;
+                let left = self.pop()?;
+                Ok(self.binary(op, left, right))
             }
         }
     }
 
-    fn load_at(&mut self, id: SymbolId, index: u32) -> Operand {
-        let ty = self.type_of(id);
-        let offset = self.layout.place(id) + index * ty.size();
-        Operand::Value(self.load(ty, offset), ir_type(ty))
+    fn load_at(&mut self, id: SymbolId, index: u32) -> Result<Operand> {
+        let ty = self.type_of(id)?;
+        let offset = self.offset(id)? + index * ty.size();
+        Ok(Operand::Value(self.load(ty, offset)?, ir_type(ty)))
     }
 
     /// An element's address; stops the program where there is no such element.
-    fn element(&mut self, id: SymbolId, index: Operand) -> Address {
-        let ty = self.type_of(id);
-        let elements = self.elements(id);
+    fn element(&mut self, id: SymbolId, index: Operand) -> Result<Address> {
+        let ty = self.type_of(id)?;
+        let elements = self.elements(id)?;
         let fits = match index {
             Operand::Const(value) => u32::try_from(value).is_ok_and(|value| value < elements),
             Operand::Value(_, ty) => ty == Type::I1 && elements >= 2,
@@ -254,8 +288,8 @@ impl Lowerer<'_> {
             ins.trap(TrapCode::ArrayBounds);
             ins.switch_to(go);
         }
-        let offset = self.layout.place(id) - self.layout.base(ty);
-        Address::indexed(self.region(ty), offset, index, ty.size(), elements)
+        let offset = self.offset(id)? - self.layout.base(ty);
+        Ok(Address::indexed(self.region(ty), offset, index, ty.size(), elements))
     }
 
     /// An operand as a number of the type: truth values become 0 or 1.
@@ -341,68 +375,71 @@ impl Lowerer<'_> {
         Operand::Value(self.builder.ins().icmp(cond, a, b), Type::I1)
     }
 
-    fn assign(&mut self, target: &Target, value: &Ops) {
+    fn assign(&mut self, target: &Target, value: &Ops) -> Result {
         // Nothing but a stop comes of either side, so it does not matter which goes first.
-        self.expression(value);
+        self.expression(value)?;
         let (id, at) = match target {
-            Target::Scalar(id) => (*id, self.scalar(*id, 0)),
-            Target::At(id, index) => (*id, self.scalar(*id, *index)),
+            Target::Scalar(id) => (*id, self.scalar(*id, 0)?),
+            Target::At(id, index) => (*id, self.scalar(*id, *index)?),
             Target::Element(id, index) => {
-                self.expression(index);
-                let index = self.pop();
-                (*id, self.element(*id, index))
+                self.expression(index)?;
+                let index = self.pop()?;
+                (*id, self.element(*id, index)?)
             }
         };
-        let operand = self.pop();
-        let ty = self.type_of(id);
+        let operand = self.pop()?;
+        let ty = self.type_of(id)?;
         let mut value = match ty {
             PmiType::Logical => self.logical(operand),
             PmiType::Integer => self.as_type(operand, Type::I16),
             PmiType::Long => self.as_type(operand, Type::I32),
         };
         let checked = self.checked;
-        let meaning = checked.symbol(id).map(|symbol| &symbol.meaning);
-        let old_clock = match meaning {
-            Some(Meaning::ResetOnly) => {
+        let symbol = checked.symbol(id).or_missing(|| format!("symbol {}", id.0))?;
+        let old_clock = match symbol.meaning {
+            Meaning::ResetOnly => {
                 let old = self.builder.ins().load(ir_type(ty), at);
                 value = self.builder.ins().binary(BinaryOp::And, old, value);
                 None
             }
-            Some(Meaning::Clock(index)) => {
-                let offset = self.layout.last_clocks.get(*index as usize).copied();
-                offset.map(|offset| (offset, self.load(PmiType::Logical, offset)))
+            Meaning::Clock(index) => {
+                let offset = self.layout.last_clocks.get(index as usize).copied();
+                let offset = offset.or_missing(|| format!("the last clock of {}", symbol.name))?;
+                Some((offset, self.load(PmiType::Logical, offset)?))
             }
             _ => None,
         };
         self.builder.ins().store(at, value);
-        match meaning {
-            Some(Meaning::TimerControl(index)) => {
-                let index = *index as usize;
-                let counter = self.layout.counters.get(index).copied();
-                if let Some((timer, counter)) = checked.timers.get(index).zip(counter) {
-                    self.timer(timer, counter, value);
-                }
+        match symbol.meaning {
+            Meaning::TimerControl(index) => {
+                let counter = self.layout.counters.get(index as usize).copied();
+                let timer = checked.timers.get(index as usize).zip(counter);
+                let (timer, counter) =
+                    timer.or_missing(|| format!("the timer of {}", symbol.name))?;
+                self.timer(timer, counter, value)?;
             }
-            Some(Meaning::Clock(index) | Meaning::Pin(index)) => {
+            Meaning::Clock(index) | Meaning::Pin(index) => {
                 let clocked = old_clock.map(|(offset, old)| (offset, old, value));
-                if let Some(flipflop) = checked.flipflops.get(*index as usize) {
-                    self.flipflop(flipflop, clocked);
-                }
+                let flipflop = checked.flipflops.get(index as usize);
+                let flipflop =
+                    flipflop.or_missing(|| format!("the flip-flop of {}", symbol.name))?;
+                self.flipflop(flipflop, clocked)?;
             }
             _ => {}
         }
+        Ok(())
     }
 
-    fn scalar(&self, id: SymbolId, index: u32) -> Address {
-        let ty = self.type_of(id);
-        self.address(ty, self.layout.place(id) + index * ty.size())
+    fn scalar(&self, id: SymbolId, index: u32) -> Result<Address> {
+        let ty = self.type_of(id)?;
+        self.address(ty, self.offset(id)? + index * ty.size())
     }
 
     /// PMI 3.1.9: what a timer's control contact does at once.
-    fn timer(&mut self, timer: &TimerDef, counter: u32, control: Value) {
-        let delayed = self.layout.place(timer.delayed);
-        let old_delayed = self.load(PmiType::Logical, delayed);
-        let old = self.load(PmiType::Long, counter);
+    fn timer(&mut self, timer: &TimerDef, counter: u32, control: Value) -> Result {
+        let delayed = self.offset(timer.delayed)?;
+        let old_delayed = self.load(PmiType::Logical, delayed)?;
+        let old = self.load(PmiType::Long, counter)?;
         let ins = self.builder.ins();
         let idle_mark = ins.iconst(Type::I32, -1);
         let preset = ins.iconst(Type::I32, i64::from(timer.preset));
@@ -420,32 +457,31 @@ impl Lowerer<'_> {
                 (ins.binary(BinaryOp::Or, old_delayed, control), new)
             }
         };
-        self.store(PmiType::Logical, delayed, new_delayed);
-        self.store(PmiType::Long, counter, new);
+        self.store(PmiType::Logical, delayed, new_delayed)?;
+        self.store(PmiType::Long, counter, new)
     }
 
     /// PMI 3.1.10: what a flip-flop's pin does at once. `clocked` is where the last clock stands,
     /// its value, and the new one, if the pin is the clock.
-    fn flipflop(&mut self, pins: &FlipFlopDef, clocked: Option<(u32, Value, Value)>) {
+    fn flipflop(&mut self, pins: &FlipFlopDef, clocked: Option<(u32, Value, Value)>) -> Result {
         let logical = PmiType::Logical;
-        let place = |id| self.layout.place(id);
-        let (q, d) = (place(pins.q), place(pins.d));
-        let (preset, clear) = (place(pins.preset), place(pins.clear));
-        let mut state = self.load(logical, q);
+        let (q, d) = (self.offset(pins.q)?, self.offset(pins.d)?);
+        let (preset, clear) = (self.offset(pins.preset)?, self.offset(pins.clear)?);
+        let mut state = self.load(logical, q)?;
         if let Some((last, old, new)) = clocked {
-            let data = self.load(logical, d);
+            let data = self.load(logical, d)?;
             let ins = self.builder.ins();
             let was_low = ins.unary(UnaryOp::Not, old);
             let rising = ins.binary(BinaryOp::And, new, was_low);
             state = ins.select(rising, data, state);
-            self.store(logical, last, new);
+            self.store(logical, last, new)?;
         }
-        let preset = self.load(logical, preset);
-        let clear = self.load(logical, clear);
+        let preset = self.load(logical, preset)?;
+        let clear = self.load(logical, clear)?;
         let ins = self.builder.ins();
         let set = ins.binary(BinaryOp::Or, state, preset);
         let cleared = ins.unary(UnaryOp::Not, clear);
         let state = ins.binary(BinaryOp::And, set, cleared);
-        self.store(logical, q, state);
+        self.store(logical, q, state)
     }
 }

@@ -95,7 +95,7 @@ impl<'a> Resolver<'a> {
         let timer = self.checked.timers.get(index as usize)?;
         Some(Timer {
             kind: timer.kind,
-            delayed: self.layout.place(timer.delayed),
+            delayed: offset(self.layout, timer.delayed),
             counter: *self.layout.counters.get(index as usize)?,
             preset: timer.preset,
         })
@@ -104,19 +104,25 @@ impl<'a> Resolver<'a> {
     fn flipflop(&self, index: u32) -> Option<FlipFlop> {
         let pins = self.checked.flipflops.get(index as usize)?;
         Some(FlipFlop {
-            q: self.layout.place(pins.q),
-            d: self.layout.place(pins.d),
-            clock: self.layout.place(pins.clock),
-            preset: self.layout.place(pins.preset),
-            clear: self.layout.place(pins.clear),
+            q: offset(self.layout, pins.q),
+            d: offset(self.layout, pins.d),
+            clock: offset(self.layout, pins.clock),
+            preset: offset(self.layout, pins.preset),
+            clear: offset(self.layout, pins.clear),
             last_clock: *self.layout.last_clocks.get(index as usize)?,
         })
     }
 }
 
+/// A symbol's offset in the image. A checked program has only symbols that the layout knows; any
+/// other would lie outside every image, where reads give 0 and writes do nothing.
+fn offset(layout: &Layout, id: SymbolId) -> u32 {
+    layout.place(id).unwrap_or(u32::MAX)
+}
+
 fn place(checked: &Checked, layout: &Layout, id: SymbolId, index: u32) -> Place {
     let ty = checked.symbol(id).map_or(Type::Logical, |symbol| symbol.ty);
-    Place { offset: layout.place(id) + index * ty.size(), ty }
+    Place { offset: offset(layout, id).saturating_add(index * ty.size()), ty }
 }
 
 fn array(checked: &Checked, layout: &Layout, id: SymbolId) -> Array {
