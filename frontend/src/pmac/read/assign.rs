@@ -1,6 +1,6 @@
 //! What statements of buffers and on-line commands share: assignments and lists of PLCs.
 
-use plcc_abi::pmac::{Kind, PlcOp};
+use plcc_abi::pmac::Kind;
 
 use super::cursor::{Parsed, syntax, syntax_help};
 use super::expr::Reader;
@@ -181,26 +181,6 @@ impl Reader<'_> {
             }
             None => self.cur.expected("a PLC's number"),
         }
-    }
-
-    /// ENABLE, DISABLE, PAUSE or RESUME with PLC behind it, in full or shortened.
-    pub(crate) fn plc_word(&mut self) -> Option<PlcOp> {
-        for (word, op) in [
-            ("ENABLE", PlcOp::Enable),
-            ("DISABLE", PlcOp::Disable),
-            ("PAUSE", PlcOp::Pause),
-            ("RESUME", PlcOp::Resume),
-        ] {
-            let mut ahead = self.cur;
-            if ahead.short(word, 3) {
-                ahead.blanks();
-                if ahead.starts_with("PLC") {
-                    self.cur = ahead;
-                    return Some(op);
-                }
-            }
-        }
-        None
     }
 
     /// The number of a motor or coordinate system.

@@ -106,7 +106,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Takes as much of `word` as stands here, at least its first `least` letters.
-    pub(crate) fn short(&mut self, word: &str, least: usize) -> bool {
+    pub(crate) fn shortened(&mut self, word: &str, least: usize) -> bool {
         self.blanks();
         let bytes = self.text.as_bytes().get(self.pos..).unwrap_or(&[]);
         let same =

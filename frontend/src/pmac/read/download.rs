@@ -3,29 +3,14 @@
 use plcc_abi::pmac::Kind;
 use plcc_diag::Diagnostic;
 
-use super::cursor::{Fault, Parsed};
+use super::cursor::Fault;
 use super::expr::Reader;
-use super::online::{Flow, PERHAPS_A_NAME};
+use super::online::Flow;
 use super::origin::At;
 use super::preprocess::Flat;
-use super::recover::next_statement;
-use crate::common::{Controller, Options, closest};
+use super::structure::{Frame, FrameKind};
+use crate::common::{Controller, Options};
 use crate::pmac::ast::{Action, Buffer, Download, Expr, Online, Op, Stmt, What};
-
-/// An IF or WHILE that is open.
-pub(crate) struct Frame {
-    pub(crate) at: At,
-    /// The statement whose target is not known yet.
-    pub(crate) patch: usize,
-    pub(crate) kind: FrameKind,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum FrameKind {
-    If,
-    Else,
-    While,
-}
 
 /// The buffer that is open.
 pub(crate) struct Open {
@@ -55,7 +40,7 @@ pub(crate) struct Checker<'a> {
     assigns_i5: bool,
     has_plc: Option<At>,
     /// Statements that are not judged, since they need a file that is missing.
-    unjudged: usize,
+    pub(crate) unjudged: usize,
 }
 
 /// A download that was read.
@@ -248,7 +233,7 @@ impl Checker<'_> {
             }
         }
         self.reader.cur.pos += end;
-        let closed = self.reader.cur.short("CLOSE", 5) || self.reader.cur.word("CLS");
+        let closed = self.reader.cur.word("CLOSE") || self.reader.cur.word("CLS");
         let diagnostic = self.flat.origins.diagnose(at, |span| {
             Diagnostic::info("PMAC-N1", span, "this motion program is skipped")
                 .note("only PLC programs are compiled")
@@ -400,133 +385,5 @@ impl Checker<'_> {
         self.note_l_uses();
         self.open = None;
         self.reader.l_used = None;
-    }
-
-    /// Reports an error unless a template that nothing defines is to blame.
-    pub(crate) fn report(&mut self, fault: Fault) {
-        let at = fault.at;
-        let line = self.line_of(at);
-        let blamed = self.flat.poisoned.partition_point(|p| p.end <= line.start);
-        if self.flat.poisoned.get(blamed).is_some_and(|p| p.start < line.end) {
-            return;
-        }
-        if self.flat.incomplete && self.is_name(at) {
-            self.unjudged += 1;
-            if let Some(open) = &mut self.open {
-                open.unknown = true;
-            }
-            return;
-        }
-        let help = self.near_name(&fault).or(fault.help);
-        let diagnostic = self.flat.origins.diagnose(at, |span| {
-            let diagnostic = Diagnostic::error(fault.code, span, fault.message);
-            match help {
-                Some(help) => diagnostic.help(help),
-                None => diagnostic,
-            }
-        });
-        self.diagnostics.push(diagnostic);
-    }
-
-    /// The defined name that the word at an error may have been meant for, where nothing better is
-    /// known. Only the first errors are worth the search.
-    fn near_name(&self, fault: &Fault) -> Option<String> {
-        let at = fault.at;
-        let word = self.flat.text.get(at.start as usize..at.end as usize)?.trim();
-        let is_word = word.starts_with(|c: char| c.is_alphabetic() || c == '_');
-        let unhelped = fault.help.as_ref().is_none_or(|help| help == PERHAPS_A_NAME);
-        if !is_word || !unhelped || self.diagnostics.len() >= 100 {
-            return None;
-        }
-        let name = closest(word, self.flat.names.iter().map(String::as_str))?;
-        Some(if name.eq_ignore_ascii_case(word) && name != word {
-            format!("did you mean {name}? capitals count in names")
-        } else if name == word {
-            format!("{name} is defined further down: its #define must come before")
-        } else {
-            format!("did you mean {name}?")
-        })
-    }
-
-    /// Whether what stands at a place, or the word before it on the line, may be a name that a
-    /// missing file defines.
-    fn is_name(&self, at: At) -> bool {
-        let word = |c: char| c.is_alphanumeric() || c == '_';
-        let start = at.start as usize;
-        // m1MOVE is a name, though m1 alone would be a variable.
-        let rest = self.flat.text.get(at.end as usize..).unwrap_or("");
-        let end = at.end as usize + rest.find(|c| !word(c)).unwrap_or(rest.len());
-        let line = self.flat.text.get(..end).unwrap_or("");
-        let line = line.get(line.rfind('\n').map_or(0, |n| n + 1)..).unwrap_or("");
-        let here = self.flat.text.get(start..end).unwrap_or("").trim();
-        let before = line.get(..line.len().saturating_sub(end - start)).unwrap_or("").trim_end();
-        let before = before.rsplit(|c| !word(c)).next().unwrap_or("");
-        [here, before].into_iter().any(|name| {
-            let name = name.trim_end_matches(|c| !word(c));
-            let letters = name.chars().filter(|c| c.is_alphabetic() || *c == '_').count();
-            letters > 1 && name.chars().all(word)
-        })
-    }
-
-    /// The line around a place, as far as templates are concerned.
-    fn line_of(&self, at: At) -> At {
-        if self.flat.poisoned.is_empty() {
-            return at;
-        }
-        let start = at.start as usize;
-        let before = self.flat.text.get(..start).unwrap_or("");
-        let after = self.flat.text.get(start..).unwrap_or("");
-        let from = before.rfind('\n').map_or(0, |line| line + 1);
-        At::new(from, start + after.find('\n').unwrap_or(after.len()))
-    }
-
-    /// Behind an error: on to the next statement, or the line's end.
-    fn recover(&mut self, start: usize) {
-        let cur = &mut self.reader.cur;
-        let blank = |c: char| c.is_whitespace() || c.is_control();
-        // Where there are only blanks before the place, it is on the line behind them.
-        let rest = self.flat.text.get(start..).unwrap_or("");
-        let start = start + (rest.len() - rest.trim_start_matches(blank).len());
-        cur.pos = cur.pos.max(start);
-        // Blanks that were skipped may have led into the next line.
-        let read = self.flat.text.get(start..cur.pos).unwrap_or("");
-        let solid = read.trim_end_matches(blank);
-        if read.get(solid.len()..).is_some_and(|gap| gap.contains('\n')) {
-            cur.pos = start + solid.len();
-        }
-        if cur.pos == start {
-            while cur.byte().is_ascii_alphanumeric() {
-                cur.pos += 1;
-            }
-        }
-        cur.pos = next_statement(&self.flat.text, start, cur.pos, self.open.is_none());
-    }
-
-    /// A condition with the AND and OR lines behind it.
-    pub(crate) fn whole_condition(&mut self) -> Parsed<Expr> {
-        let start = self.reader.ops.len();
-        self.reader.condition()?;
-        let mut pending = false;
-        loop {
-            let mut ahead = self.reader.cur;
-            let both = ahead.word("AND");
-            if !both && !ahead.word("OR") {
-                break;
-            }
-            self.reader.cur = ahead;
-            if !both && pending {
-                self.reader.ops.push(Op::Either);
-            }
-            self.reader.condition()?;
-            if both {
-                self.reader.ops.push(Op::Both);
-            } else {
-                pending = true;
-            }
-        }
-        if pending {
-            self.reader.ops.push(Op::Either);
-        }
-        Ok(self.reader.since(start))
     }
 }

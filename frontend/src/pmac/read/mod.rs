@@ -2,6 +2,8 @@
 //! on-line commands, and how reading goes on behind an error.
 
 pub(crate) mod assign;
+mod buffers;
+mod command;
 pub(crate) mod cursor;
 pub(crate) mod define;
 pub(crate) mod download;
@@ -10,5 +12,10 @@ pub(crate) mod online;
 pub(crate) mod origin;
 pub(crate) mod preprocess;
 mod recover;
+mod report;
+mod ring;
 pub(crate) mod statement;
+mod structure;
 mod template;
+mod texts;
+mod words;

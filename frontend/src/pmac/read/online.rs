@@ -9,6 +9,7 @@ use super::assign::Variable;
 use super::cursor::{Fault, Parsed, syntax_help};
 use super::expr::Reader;
 use super::origin::At;
+use super::words::{self, Keyword, LETTER, MOTION, ONLINE, PLC, Tail};
 use crate::pmac::ast::{Action, Expr, Op, Plcs, Target, WriteKind};
 
 /// The help for a word that nothing is like.
@@ -33,120 +34,6 @@ pub(crate) enum Flow {
     /// An L-variable definition: first, count.
     DefineL(u16, u16, plcc_abi::pmac::Definition),
 }
-
-/// What follows a command's word.
-#[derive(Clone, Copy)]
-enum Tail {
-    Nothing,
-    /// Perhaps a number.
-    Number,
-    /// Perhaps a list in parentheses.
-    List,
-    /// Perhaps numbers with commas and `..` between.
-    Numbers,
-    /// Anything up to the line's end.
-    Line,
-}
-
-/// Commands that are only accepted: word, letters at least, what follows. Longer words stand
-/// before shorter ones that they begin with.
-const ACCEPTED: &[(&str, usize, Tail)] = &[
-    ("ABS", 3, Tail::List),
-    ("ABR", 3, Tail::Number),
-    ("CID", 3, Tail::Nothing),
-    ("CLEAR", 3, Tail::Nothing),
-    ("CLRF", 4, Tail::Nothing),
-    ("CLR", 3, Tail::Nothing),
-    ("CPU", 3, Tail::Nothing),
-    ("DATE", 3, Tail::Nothing),
-    ("DKILL", 5, Tail::Nothing),
-    ("EAVERSION", 3, Tail::Nothing),
-    ("ENDGATHER", 4, Tail::Nothing),
-    ("ENDTRACE", 4, Tail::Nothing),
-    ("FRAX2", 5, Tail::List),
-    ("FRAX", 4, Tail::List),
-    ("GATHER", 3, Tail::Number),
-    ("HOMEZ", 5, Tail::Numbers),
-    ("HMZ", 3, Tail::Numbers),
-    ("HOME", 4, Tail::Numbers),
-    ("HM", 2, Tail::Numbers),
-    ("IDC", 3, Tail::Line),
-    ("IDNUMBER", 3, Tail::Line),
-    ("INC", 3, Tail::List),
-    ("LEARN", 3, Tail::List),
-    ("LRN", 3, Tail::List),
-    ("LIST", 3, Tail::Line),
-    ("LMOVERLAY", 3, Tail::Line),
-    ("LOCK", 4, Tail::Line),
-    ("MACRO", 5, Tail::Line),
-    ("MACSTA", 6, Tail::Line),
-    ("MFLUSH", 3, Tail::Nothing),
-    ("MS", 2, Tail::Line),
-    ("MX", 2, Tail::Line),
-    ("NOFRAX", 3, Tail::Nothing),
-    ("NORMAL", 4, Tail::Line),
-    ("NRM", 3, Tail::Line),
-    ("PASSWORD", 4, Tail::Line),
-    ("PMATCH", 3, Tail::Nothing),
-    ("PC", 2, Tail::Nothing),
-    ("PE", 2, Tail::Nothing),
-    ("PR", 2, Tail::Nothing),
-    ("SETPHASE", 4, Tail::Numbers),
-    ("SID", 3, Tail::Nothing),
-    ("SIZE", 3, Tail::Nothing),
-    ("STOPINVERSE", 5, Tail::Nothing),
-    ("STN", 3, Tail::Line),
-    ("TIME", 4, Tail::Line),
-    ("TODAY", 4, Tail::Line),
-    ("TRACE", 4, Tail::Nothing),
-    ("TRIGGER", 4, Tail::Nothing),
-    ("TYPE", 3, Tail::Nothing),
-    ("UNDEFINE", 5, Tail::Nothing),
-    ("UNLOCK", 3, Tail::Number),
-    ("UPDATE", 3, Tail::Nothing),
-    ("VERSION", 3, Tail::Nothing),
-    ("VID", 3, Tail::Nothing),
-    ("A", 1, Tail::Nothing),
-    ("B", 1, Tail::Number),
-    ("D", 1, Tail::Nothing),
-    ("E", 1, Tail::Nothing),
-    ("F", 1, Tail::Nothing),
-    ("H", 1, Tail::Nothing),
-    ("K", 1, Tail::Nothing),
-    ("O", 1, Tail::Number),
-    ("P", 1, Tail::Nothing),
-    ("Q", 1, Tail::Nothing),
-    ("R", 1, Tail::Nothing),
-    ("S", 1, Tail::Nothing),
-    ("V", 1, Tail::Nothing),
-    ("Z", 1, Tail::Nothing),
-];
-
-/// Words that need an open buffer.
-const BUFFERED: &[&str] = &[
-    "IF", "WHILE", "ELSE", "ENDI", "ENDW", "AND", "OR", "COMMAND", "CMD", "SENDS", "SENDP", "SEND",
-    "DISP", "ADDRESS", "ADR", "LINEAR", "LIN", "RAPID", "RPD", "DWELL", "DWE", "DELAY", "DLY",
-    "CIR", "SPLINE", "PVT", "RETURN", "RET", "GOTO", "GOSUB", "CALL", "READ", "WAIT", "STOP", "TA",
-    "TM", "TS", "PSET", "CC0", "CC1", "CC2", "BLOCKST", "TSEL", "TINIT", "ADIS", "IDIS", "AROT",
-    "IROT", "PRELUDE", "DTOGREAD",
-];
-
-/// What a buffer of DEFINE and DELETE may be.
-const BUFFERS: &[(&str, usize)] = &[
-    ("GATHER", 3),
-    ("TRACE", 4),
-    ("ROTARY", 3),
-    ("TBUF", 2),
-    ("TCOMP", 2),
-    ("BLCOMP", 2),
-    ("COMP", 4),
-    ("UBUFFER", 2),
-    ("LOOKAHEAD", 4),
-    ("CCUBUF", 3),
-    ("CCBUF", 3),
-    ("TEMPS", 4),
-    ("ALL", 3),
-];
 
 impl Reader<'_> {
     /// One on-line command. `table` says, and is told, that the entries of a compensation table
@@ -221,11 +108,6 @@ impl Reader<'_> {
         if let Some(kind) = self.variable_kind() {
             return self.online_variable(kind, out);
         }
-        if let Some(op) = self.plc_word() {
-            let plcs = self.plcs()?;
-            out.push(Action::Plc(op, plcs));
-            return Ok(Flow::Go);
-        }
         self.online_word(byte, out, table)
     }
 
@@ -257,98 +139,90 @@ impl Reader<'_> {
     }
 
     fn online_word(&mut self, byte: u8, out: &mut Vec<Action>, table: &mut bool) -> Parsed<Flow> {
-        let start = self.cur.pos;
-        match byte {
-            b'O' if self.cur.word("OPEN") => return self.open(),
-            b'C' if self.cur.short("CLOSE", 4) || self.cur.word("CLS") => {
-                let _ = self.cur.word("ALL");
-                return Ok(Flow::Close);
-            }
-            b'D' if self.cur.starts_with("DEF") => {
-                let _ = self.cur.short("DEFINE", 3);
-                self.cur.blanks();
-                let at = self.cur.here();
-                let what = self.cur.what(at);
-                let Some((name, _)) =
-                    BUFFERS.iter().find(|(name, least)| self.cur.short(name, *least))
-                else {
-                    let what = format!("`{what}` is no buffer that can be defined");
-                    return syntax_help(at, what, "GATHER, ROTARY, TBUF, UBUFFER, COMP…");
-                };
-                *table = name.ends_with("COMP");
-                self.cur.skip_line();
-                return Ok(Flow::Go);
-            }
-            b'D' if self.cur.starts_with("DEL") && !self.cur.starts_with("DELA") => {
-                let _ = self.cur.short("DELETE", 3);
-                return self.delete(out);
-            }
-            b'S' if self.cur.word("SAVE") => {
-                out.push(Action::Save);
-                return Ok(Flow::Go);
-            }
-            b'E' if self.cur.word("END") => {
-                if self.cur.short("GATHER", 1) || self.cur.short("TRACE", 1) {
-                    return Ok(Flow::Go);
-                }
-                self.cur.pos = start;
-            }
-            b'J' => {
+        if byte == b'J' {
+            self.cur.pos += 1;
+            while matches!(self.cur.byte(), b'+' | b'-' | b'/' | b'=' | b':' | b'^' | b'*')
+                || matches!(self.cur.byte(), b'!' | b'.' | b'$' | b'0'..=b'9')
+            {
                 self.cur.pos += 1;
-                while matches!(self.cur.byte(), b'+' | b'-' | b'/' | b'=' | b':' | b'^' | b'*')
-                    || matches!(self.cur.byte(), b'!' | b'.' | b'$' | b'0'..=b'9')
-                {
-                    self.cur.pos += 1;
-                }
-                return Ok(Flow::Go);
             }
-            b'W' | b'R' if self.memory_command(byte, out)? => return Ok(Flow::Go),
-            _ => {}
-        }
-        if self.accepted(out, true) {
             return Ok(Flow::Go);
         }
-        if BUFFERED.iter().any(|word| self.cur.starts_with(word)) || self.is_move(byte) {
-            let at = self.cur.here();
-            let what = self.cur.what(at);
-            return Err(Fault {
-                code: "PMAC-5",
-                at,
-                message: format!("`{what}` is for programs, and no buffer is open"),
-                help: Some("open one with OPEN PLC n CLEAR; a CLOSE may stand too early".into()),
-            });
+        if matches!(byte, b'W' | b'R') && self.memory_command(byte, out)? {
+            return Ok(Flow::Go);
+        }
+        if let Some((word, behind)) = words::find(self.cur, ONLINE.or(PLC).or(MOTION)) {
+            if !word.is_in(ONLINE) {
+                // WHICH=1 is no shortened WHILE but a name without #define. Nothing that begins
+                // with a letter follows these three.
+                let unglued =
+                    matches!(word.keyword, Keyword::While | Keyword::Address | Keyword::Command);
+                let name = unglued
+                    && behind.pos - self.cur.pos < word.spelling.len()
+                    && behind.byte().is_ascii_alphabetic();
+                return if name { self.unknown() } else { self.for_programs() };
+            }
+            self.cur = behind;
+            let tail = match word.keyword {
+                Keyword::Open => return self.open(),
+                Keyword::Close => {
+                    self.tail(Tail::All);
+                    return Ok(Flow::Close);
+                }
+                Keyword::Define => return self.define_buffer(table),
+                Keyword::Delete => return self.delete(out),
+                Keyword::Switch(op) => {
+                    let plcs = self.plcs()?;
+                    out.push(Action::Plc(op, plcs));
+                    return Ok(Flow::Go);
+                }
+                Keyword::Save => {
+                    out.push(Action::Save);
+                    return Ok(Flow::Go);
+                }
+                Keyword::Clear | Keyword::Undefine => Tail::All,
+                Keyword::Ring | Keyword::RingRead | Keyword::Lock => Tail::Line,
+                Keyword::Unlock => Tail::Number,
+                Keyword::SetPhase => Tail::Numbers,
+                Keyword::Accepted(tail) => tail,
+                _ => Tail::Nothing,
+            };
+            self.tail(tail);
+            out.push(Action::Motion);
+            return Ok(Flow::Go);
+        }
+        if self.is_move(byte) {
+            return self.for_programs();
         }
         if matches!(byte, b'A'..=b'C' | b'U'..=b'Z') && self.cur.byte_at(1) == b'=' {
             self.cur.pos += 2;
             self.signed()?;
             return Ok(Flow::Go);
         }
-        if self.accepted(out, false) {
+        let single =
+            (!self.cur.byte_at(1).is_ascii_alphabetic() || self.glued()) && !self.behind_word();
+        if single
+            && let Some((word, behind)) = words::find(self.cur, LETTER)
+            && let Keyword::Accepted(tail) = word.keyword
+        {
+            self.cur = behind;
+            self.tail(tail);
+            out.push(Action::Motion);
             return Ok(Flow::Go);
         }
         self.unknown()
     }
 
-    /// Takes a command that is only accepted: words, or single letters.
-    fn accepted(&mut self, out: &mut Vec<Action>, words: bool) -> bool {
-        let single =
-            (!self.cur.byte_at(1).is_ascii_alphabetic() || self.glued()) && !self.behind_word();
-        for &(word, least, tail) in ACCEPTED {
-            // MX->Y:$FFC2,8 is no command of the ring.
-            let ring = matches!(word, "MS" | "MX");
-            if ring && matches!(self.cur.byte_at(2), b'-' | b'=' | b'(' | b'.' | b',') {
-                continue;
-            }
-            if (word.len() > 1) == words && (words || single) && self.cur.short(word, least) {
-                self.tail(tail);
-                if matches!(word, "UNDEFINE" | "CLEAR" | "CLR") {
-                    let _ = self.cur.word("ALL");
-                }
-                out.push(Action::Motion);
-                return true;
-            }
-        }
-        false
+    /// The error for a statement outside any buffer.
+    fn for_programs(&mut self) -> Parsed<Flow> {
+        let at = self.cur.here();
+        let what = self.cur.what(at);
+        Err(Fault {
+            code: "PMAC-5",
+            at,
+            message: format!("`{what}` is for programs, and no buffer is open"),
+            help: Some("open one with OPEN PLC n CLEAR; a CLOSE may stand too early".into()),
+        })
     }
 
     /// Whether a one-letter command is followed by one other.
@@ -366,32 +240,6 @@ impl Reader<'_> {
 
     /// The error for a word that nothing knows.
     pub(crate) fn unknown<T>(&mut self) -> Parsed<T> {
-        const WORDS: &[&str] = &[
-            "OPEN",
-            "CLOSE",
-            "CLEAR",
-            "DELETE",
-            "DEFINE",
-            "ENABLE",
-            "DISABLE",
-            "PAUSE",
-            "RESUME",
-            "UNDEFINE",
-            "SAVE",
-            "COMMAND",
-            "ADDRESS",
-            "DISPLAY",
-            "SEND",
-            "WHILE",
-            "ENDWHILE",
-            "ENDIF",
-            "ELSE",
-            "GATHER",
-            "ENDGATHER",
-            "HOME",
-            "LIST",
-            "PASSWORD",
-        ];
         let at = self.cur.here();
         let what = self.cur.what(at).to_owned();
         if !what.is_ascii() || !what.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
@@ -399,7 +247,7 @@ impl Reader<'_> {
         }
         // ENDWHLE: a short keyword was taken off its front.
         let whole = self.cur.glued_word(at);
-        let near = |word: &str| crate::common::closest(word, WORDS.iter().copied());
+        let near = |word: &str| crate::common::closest(word, words::suggested());
         let help = match near(&what).or_else(|| near(whole)) {
             Some(word) if word.eq_ignore_ascii_case(&what) => format!(
                 "{word} can't stand here: statements stand in buffers, and there \
@@ -420,15 +268,13 @@ impl Reader<'_> {
     fn tail(&mut self, tail: Tail) {
         match tail {
             Tail::Nothing => {}
+            Tail::All => {
+                let _ = self.cur.word("ALL");
+            }
             Tail::Number => {
                 let _ = self.cur.number();
             }
-            Tail::Numbers => {
-                while self.cur.number().is_some()
-                    && (self.cur.eat(b',') || (self.cur.eat(b'.') && self.cur.eat(b'.')))
-                {
-                }
-            }
+            Tail::Numbers => self.numbers(),
             Tail::List => {
                 if self.cur.peek() == b'(' {
                     let rest = self.cur.rest();
@@ -438,6 +284,13 @@ impl Reader<'_> {
             }
             Tail::Line => self.cur.skip_line(),
         }
+    }
+
+    /// Takes numbers with `,` or `..` between, as far as they go.
+    pub(crate) fn numbers(&mut self) {
+        while self.cur.number().is_some()
+            && (self.cur.eat(b',') || (self.cur.eat(b'.') && self.cur.eat(b'.')))
+        {}
     }
 
     /// A number with a sign or none.
@@ -471,43 +324,6 @@ impl Reader<'_> {
             self.cur.pos += rest.find(['#', '&', '\n']).unwrap_or(rest.len());
         }
         Ok(())
-    }
-
-    fn open(&mut self) -> Parsed<Flow> {
-        if self.cur.word("PLC") {
-            let compiled = matches!(self.cur.byte(), b'C' | b'c')
-                && !self.cur.starts_with("CLEAR")
-                && !self.cur.starts_with("CLR");
-            self.cur.pos += usize::from(compiled);
-            let number = self.plc_number()?;
-            return Ok(Flow::Open { compiled, number: Some(number) });
-        }
-        for word in ["PROGRAM", "ROTARY", "FORWARD", "INVERSE", "SERVO", "BINARY", "FWD", "SUBPROG"]
-        {
-            if self.cur.short(word, 3) {
-                return Ok(Flow::OpenMotion);
-            }
-        }
-        self.cur.expected("PLC, PLCC, PROG, ROTARY, FORWARD or INVERSE")
-    }
-
-    fn delete(&mut self, out: &mut Vec<Action>) -> Parsed<Flow> {
-        if self.cur.word("PLCC") {
-            if let Some(number @ 0..=31) = self.cur.integer() {
-                out.push(Action::DeletePlcc(number as u8));
-            }
-            return Ok(Flow::Go);
-        }
-        if self.cur.word("PLC") || self.cur.short("PROGRAM", 4) {
-            let _ = self.cur.integer();
-            return Ok(Flow::Go);
-        }
-        let all = self.cur.short("ALL", 3);
-        if BUFFERS.iter().any(|(name, least)| self.cur.short(name, *least)) || all {
-            let _ = self.cur.integer();
-            return Ok(Flow::Go);
-        }
-        self.cur.expected("GATHER, TRACE, ROTARY, COMP, PLCC or another buffer")
     }
 
     /// `WX:$700,5` and `RHX:$700`: memory written and read.

@@ -4,61 +4,54 @@
 //! beginning where it can't be the rest of the wrong one: outside parentheses and quotes, and behind
 //! something that an expression can end with.
 
-/// Words that shape the program.
-const SHAPES: &[&str] = &["ENDI", "ENDW", "END IF", "END W", "ELSE", "IF", "WHILE", "CLOSE"];
+use super::cursor::Cursor;
+use super::words::{self, Keyword, PLC, Word};
 
-/// Words that begin a statement when `PLC` follows, of which three letters are enough.
-const SWITCHES: &[&str] = &["ENABLE", "DISABLE", "PAUSE", "RESUME"];
-
-/// Words that begin a statement when a text follows.
-const TEXTS: &[&str] =
-    &["COMMAND", "COMM", "CMD", "SEND", "SENDS", "SENDP", "SENDR", "SENDA", "DISPLAY", "DISP"];
-
-/// So many bytes of a line are looked ahead into, however many errors it has.
-const FAR: usize = 1024;
+/// How many bytes of a line are searched for quotes, however many errors it has.
+const QUOTES_AHEAD: usize = 1024;
 
 /// The offset of the next statement behind `pos`, or of the line's end, in `text`, where the wrong
 /// statement begins at `start`. On-line text has no words that shape a program.
 pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool) -> usize {
     let bytes = text.as_bytes();
     let byte = |at: usize| bytes.get(at).copied().unwrap_or(b'\n');
-    let starts = |at: usize, words: &[&str]| {
-        words.iter().any(|word| {
-            bytes.get(at..at + word.len()).is_some_and(|b| b.eq_ignore_ascii_case(word.as_bytes()))
-        })
+    let conditional = |keyword: Option<Keyword>| {
+        use Keyword::{And, If, Or, While};
+        matches!(keyword, Some(If | While | And | Or))
     };
     let (mut depth, mut quoted) = (0usize, false);
     // Whether a condition's parentheses are still to come.
-    let mut awaited = starts(start, &["IF", "WHI", "AND", "OR"]);
+    let mut awaited = conditional(word_at(text, start).map(|(word, _)| word.keyword));
     // Quotes that are left: where their number is odd, one of them is missing.
-    let line = bytes.iter().skip(pos).take(FAR).take_while(|b| **b != b'\n');
+    let line = bytes.iter().skip(pos).take(QUOTES_AHEAD).take_while(|b| **b != b'\n');
     let mut quotes = line.filter(|b| **b == b'"').count();
     let mut letter = false;
     let mut last = b'\n';
     let mut at = start;
     while at < text.len() {
-        let here = byte(at);
-        if here == b'\n' {
+        let current = byte(at);
+        if current == b'\n' {
             if at >= pos {
                 return at;
             }
             quoted = false;
         }
         if !quoted && !letter {
-            if at >= pos && at > start && !online && starts(at, SHAPES) {
+            let word = word_at(text, at);
+            let behind = at >= pos && at > start;
+            if behind && !online && word.is_some_and(|(word, end)| shapes(word, end.pos - at)) {
                 return at;
             }
-            if depth == 0 && starts(at, &["AND", "OR"]) {
+            if depth == 0 && word.is_some_and(|(word, _)| joins(word)) {
                 awaited = true;
             }
             let ends = last.is_ascii_alphanumeric() || matches!(last, b')' | b'"' | b'.');
-            let rest = bytes.get(at..).unwrap_or(&[]);
             let open = depth > 0 || awaited || quotes % 2 != 0;
-            if at >= pos && at > start && !open && ends && begins(rest) {
+            if behind && !open && ends && begins(text, at, word) {
                 return at;
             }
         }
-        match here {
+        match current {
             b'"' => {
                 quoted = !quoted;
                 quotes -= usize::from(at >= pos && quotes > 0);
@@ -70,34 +63,63 @@ pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool)
             }
             _ => {}
         }
-        letter = here.is_ascii_alphabetic() || here == b'_';
-        if here > b' ' {
-            last = here;
+        letter = current.is_ascii_alphabetic() || current == b'_';
+        if current > b' ' {
+            last = current;
         }
         at += 1;
     }
     text.len()
 }
 
-/// Whether a text begins with an assignment or a statement that can't be taken for anything else.
-fn begins(text: &[u8]) -> bool {
-    let letters = text.iter().take_while(|b| b.is_ascii_alphabetic()).count();
-    let (word, rest) = text.split_at(letters);
-    let is = |words: &[&str]| words.iter().any(|w| word.eq_ignore_ascii_case(w.as_bytes()));
-    let rest = rest.trim_ascii_start();
-    match word {
-        [b'P' | b'Q' | b'M' | b'I' | b'L' | b'p' | b'q' | b'm' | b'i' | b'l'] => assigned(rest),
-        _ if is(TEXTS) => matches!(rest.first(), Some(b'"' | b'^')),
-        _ if is(&["ADDRESS", "ADDR", "ADR"]) => matches!(rest.first(), Some(b'#' | b'&')),
-        _ => {
-            let upper = word.to_ascii_uppercase();
-            let glued = upper.strip_suffix(b"PLCC").or_else(|| upper.strip_suffix(b"PLC"));
-            let switch = glued.unwrap_or(&upper);
-            let follows = rest.get(..3).is_some_and(|b| b.eq_ignore_ascii_case(b"PLC"));
-            (glued.is_some() || follows)
-                && switch.len() >= 3
-                && SWITCHES.iter().any(|word| word.as_bytes().starts_with(switch))
+/// The word of a PLC's statement that stands at an offset, and the place behind it.
+fn word_at(text: &str, at: usize) -> Option<(&'static Word, Cursor<'_>)> {
+    let mut cur = Cursor::new(text);
+    cur.pos = at;
+    cur.lines = true;
+    if !cur.byte().is_ascii_alphabetic() {
+        return None;
+    }
+    words::find(cur, PLC)
+}
+
+/// Whether a word gives the program its structure, so that a statement begins with it wherever it
+/// stands. CLS and shortened forms of WHILE are not sure enough: they may be parts of names.
+fn shapes(word: &Word, length: usize) -> bool {
+    match word.keyword {
+        Keyword::If | Keyword::Else | Keyword::EndIf | Keyword::EndWhile => true,
+        Keyword::While | Keyword::Close => length == "WHILE".len(),
+        _ => false,
+    }
+}
+
+/// Whether a word joins a further condition to the one before.
+fn joins(word: &Word) -> bool {
+    matches!(word.keyword, Keyword::And | Keyword::Or)
+}
+
+/// Whether an assignment, or a statement that can't be taken for anything else, begins at an
+/// offset, where `word` is the word that stands there.
+fn begins(text: &str, at: usize, word: Option<(&Word, Cursor<'_>)>) -> bool {
+    let rest = text.as_bytes().get(at..).unwrap_or(&[]);
+    let Some((word, mut behind)) = word else {
+        let [letter, number @ ..] = rest else { return false };
+        let variable = matches!(letter.to_ascii_uppercase(), b'P' | b'Q' | b'M' | b'I' | b'L');
+        let glued = number.first().is_some_and(u8::is_ascii_alphabetic);
+        return variable && !glued && assigned(number.trim_ascii_start());
+    };
+    match word.keyword {
+        Keyword::Switch(_) => true,
+        Keyword::Command | Keyword::Send | Keyword::Display => {
+            if word.keyword != Keyword::Display {
+                let _ = words::port(&mut behind);
+            }
+            !behind.byte().is_ascii_alphabetic() && matches!(behind.peek(), b'"' | b'^')
         }
+        Keyword::Address => {
+            !behind.byte().is_ascii_alphabetic() && matches!(behind.peek(), b'#' | b'&')
+        }
+        _ => false,
     }
 }
 

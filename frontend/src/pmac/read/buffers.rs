@@ -1,0 +1,66 @@
+//! On-line commands that open, define and delete buffers.
+
+use super::cursor::{Parsed, syntax_help};
+use super::expr::Reader;
+use super::online::Flow;
+use super::words::{self, BUFFER, OPENED};
+use crate::pmac::ast::Action;
+
+impl Reader<'_> {
+    /// DEFINE, whose word is taken: which buffer, and what else stands on the line. `table` is told
+    /// whether the entries of a compensation table may follow.
+    pub(crate) fn define_buffer(&mut self, table: &mut bool) -> Parsed<Flow> {
+        self.cur.blanks();
+        let at = self.cur.here();
+        let Some((word, _)) = words::find(self.cur, BUFFER) else {
+            let what = format!("`{}` is no buffer that can be defined", self.cur.what(at));
+            return syntax_help(at, what, "GATHER, ROTARY, TBUF, UBUFFER, COMP…");
+        };
+        *table = word.spelling.ends_with("COMP");
+        self.cur.skip_line();
+        Ok(Flow::Go)
+    }
+
+    /// OPEN, whose word is taken.
+    pub(crate) fn open(&mut self) -> Parsed<Flow> {
+        if self.cur.word("PLC") {
+            let compiled = matches!(self.cur.byte(), b'C' | b'c')
+                && !self.cur.starts_with("CLEAR")
+                && !self.cur.starts_with("CLR");
+            self.cur.pos += usize::from(compiled);
+            let number = self.plc_number()?;
+            return Ok(Flow::Open { compiled, number: Some(number) });
+        }
+        match words::find(self.cur, OPENED) {
+            Some((_, behind)) => {
+                self.cur = behind;
+                Ok(Flow::OpenMotion)
+            }
+            None => self.cur.expected("PLC, PLCC, PROG, ROTARY, FORWARD or INVERSE"),
+        }
+    }
+
+    /// DELETE, whose word is taken.
+    pub(crate) fn delete(&mut self, out: &mut Vec<Action>) -> Parsed<Flow> {
+        if self.cur.word("PLCC") {
+            if let Some(number @ 0..=31) = self.cur.integer() {
+                out.push(Action::DeletePlcc(number as u8));
+            }
+            return Ok(Flow::Go);
+        }
+        if !self.cur.word("PLC") {
+            let all = self.cur.shortened("ALL", 3);
+            match words::find(self.cur, BUFFER.or(OPENED)) {
+                Some((_, behind)) => self.cur = behind,
+                None if all => {}
+                None => {
+                    return self
+                        .cur
+                        .expected("GATHER, TRACE, ROTARY, COMP, PLCC or another buffer");
+                }
+            }
+        }
+        let _ = self.cur.integer();
+        Ok(Flow::Go)
+    }
+}

@@ -1,0 +1,120 @@
+//! COMMAND: the on-line commands in its text, and the statements that do what they say.
+
+use plcc_abi::pmac::{Define, Kind, Space, Text};
+use plcc_diag::Diagnostic;
+
+use super::cursor::{Cursor, Parsed, syntax};
+use super::download::Checker;
+use super::expr::Reader;
+use super::online::{Flow, control};
+use super::words::{self, Keyword, PLC};
+use crate::pmac::ast::{Action, Stmt, Target, What, WriteKind};
+
+impl Checker<'_> {
+    /// COMMAND: its text is read now, and done when the statement runs.
+    pub(crate) fn command(&mut self, start: usize) -> Parsed<()> {
+        // Turbo PMAC's forms say which port the answer goes to; a command here has none.
+        let _ = words::port(&mut self.reader.cur);
+        let text = self.reader.quoted()?;
+        let ops = std::mem::take(&mut self.reader.ops);
+        let mut inner = Reader::new(&text, self.reader.turbo);
+        inner.ops = ops;
+        let actions = read_command(&mut inner);
+        self.reader.ops = std::mem::take(&mut inner.ops);
+        let at = self.reader.cur.since(start);
+        let (error, task) = match actions {
+            Ok(actions) => {
+                for action in &actions {
+                    self.note_i5(action);
+                    self.warn_of_action(action, at);
+                }
+                (None, self.command_code(actions, at))
+            }
+            Err(fault) => {
+                let diagnostic = self.flat.origins.diagnose(at, |span| {
+                    Diagnostic::warning("PMAC-W4", span, "this command will be refused (ERR003)")
+                        .note(fault.message)
+                });
+                self.diagnostics.push(diagnostic);
+                (Some("ERR003".to_owned()), None)
+            }
+        };
+        self.text(Text::Command { text, error, task }, None, start);
+        // Some write a row of commands with commas between.
+        let mut ahead = self.reader.cur;
+        if ahead.eat(b',') && is_command(ahead) {
+            let _ = self.reader.cur.eat(b',');
+        }
+        Ok(())
+    }
+
+    /// The statements that do what a command says; none for one that only concerns motion.
+    fn command_code(&mut self, actions: Vec<Action>, at: super::origin::At) -> Option<u32> {
+        let mut code = Vec::new();
+        for action in actions {
+            match action {
+                Action::Assign(target, expr) => code.push(What::Assign(target, expr)),
+                Action::Defaults(first, count, step) => {
+                    for k in 0..count {
+                        let number = first + k * step;
+                        let expr = self.reader.constant(crate::pmac::reference::tables::i_default(
+                            self.out.controller,
+                            u32::from(number),
+                        ));
+                        code.push(What::Assign(Target::Var(Kind::I, number), expr));
+                    }
+                }
+                Action::Define(first, count, definition) => {
+                    let (first, last) = (u32::from(first), u32::from(first + count) - 1);
+                    self.out.defines.push(Define { first, last, definition });
+                    code.push(What::Define(self.out.defines.len() as u32 - 1));
+                }
+                Action::Plc(op, plcs) => code.push(What::Plc(op, plcs)),
+                Action::System(system) => code.push(What::Address(None, Some(system))),
+                Action::Write(kind, addr, values) => {
+                    let space = match kind {
+                        WriteKind::X => Space::X,
+                        WriteKind::Y => Space::Y,
+                        WriteKind::Long | WriteKind::Double | WriteKind::Program => continue,
+                    };
+                    for (k, value) in values.into_iter().enumerate() {
+                        code.push(What::Word(space, addr.wrapping_add(k as u32), value));
+                    }
+                }
+                Action::Save => code.push(What::Save),
+                Action::Reset | Action::DeletePlcc(_) | Action::Motion => {}
+            }
+        }
+        if !code.iter().any(|what| !matches!(what, What::Address(..))) {
+            return None;
+        }
+        let code = code.into_iter().map(|what| Stmt { what, at, integer: false }).collect();
+        self.out.commands.push(code);
+        Some(self.out.commands.len() as u32 - 1)
+    }
+}
+
+/// Whether the word COMMAND stands at a place.
+pub(crate) fn is_command(cur: Cursor<'_>) -> bool {
+    words::find(cur, PLC).is_some_and(|(word, _)| word.keyword == Keyword::Command)
+}
+
+/// Reads a COMMAND's text.
+fn read_command(reader: &mut Reader<'_>) -> Parsed<Vec<Action>> {
+    let mut actions = Vec::new();
+    if reader.cur.byte() == b'^' && reader.cur.rest().len() == 2 {
+        control(reader.cur.byte_at(1), &mut actions);
+        return Ok(actions);
+    }
+    let mut table = false;
+    loop {
+        reader.cur.blanks();
+        if reader.cur.at_end() {
+            return Ok(actions);
+        }
+        let start = reader.cur.pos;
+        if let Flow::DefineL(..) = reader.online(&mut actions, &mut table)? {
+            return syntax(reader.cur.since(start), "L-variables are the compiler's: no command");
+        }
+    }
+}

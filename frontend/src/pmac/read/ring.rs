@@ -1,0 +1,65 @@
+//! Statements for the MACRO ring: reads and writes of another station's variables.
+
+use plcc_abi::pmac::Text;
+
+use super::cursor::{Parsed, syntax};
+use super::download::Checker;
+use crate::pmac::ast::What;
+
+impl Checker<'_> {
+    /// MACROSLVREAD and its kind: node, the other side's variable, ours. A `read` gives our variable
+    /// 0, since no station answers; a write is an event. The other side's variable may follow the
+    /// word at once: `MSR4,MI910,P1`.
+    pub(crate) fn ring(&mut self, read: bool, start: usize) -> Parsed<()> {
+        let rest = self.reader.cur.rest();
+        let line = rest.find('\n').map_or(rest, |end| rest.get(..end).unwrap_or("")).trim_end();
+        let letters = line.bytes().take_while(u8::is_ascii_alphabetic).count();
+        if self.in_plc0() {
+            return syntax(self.reader.cur.here(), "the MACRO ring is for PLCs 1 to 31");
+        }
+        let known = self.reader.cur;
+        if !self.ring_items(letters) {
+            // Another form: what concerns us, if anything, stands behind the last comma.
+            self.reader.cur = known;
+            self.reader.cur.pos += line.len();
+            if !read {
+                self.text(Text::Macro { text: line.to_owned() }, None, start);
+                return Ok(());
+            }
+            let tail = line.rfind(',').map_or(0, |comma| comma + 1);
+            self.reader.cur.pos = known.pos + tail;
+        }
+        if read {
+            let target = self.plain_variable()?;
+            let expr = self.reader.constant(0.0);
+            self.push(What::Assign(target, expr), start);
+            return Ok(());
+        }
+        let expr = self.variable_value()?;
+        let at = self.reader.cur.since(start);
+        let text = self.reader.cur.what(at).to_owned();
+        self.text(Text::Macro { text }, Some(expr), start);
+        Ok(())
+    }
+
+    /// Takes the ring's word, the node and the other side's variable or parameter; false where
+    /// they are not followed by a variable of ours.
+    fn ring_items(&mut self, word: usize) -> bool {
+        let cur = &mut self.reader.cur;
+        cur.pos += word;
+        if cur.integer().is_none() {
+            return false;
+        }
+        let _ = cur.eat(b',');
+        cur.blanks();
+        while cur.byte().is_ascii_alphabetic() {
+            cur.pos += 1;
+        }
+        if cur.integer().is_none() {
+            return false;
+        }
+        let _ = cur.eat(b',');
+        cur.blanks();
+        self.reader.variable_kind().is_some()
+    }
+}

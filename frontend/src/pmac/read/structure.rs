@@ -1,0 +1,177 @@
+//! The structure of PLCs: IF, ELSE and WHILE with their ends, and the conditions of branches.
+//!
+//! A branch is written with an open target when it is read. Its end fills the target in. What is
+//! wrong with the structure is kept until the buffer is closed, where the controller reports it.
+
+use super::cursor::{Cursor, Parsed};
+use super::download::Checker;
+use super::origin::At;
+use super::words::{self, Keyword, PLC};
+use crate::pmac::ast::{Expr, Op, What};
+
+/// Deepest nesting of IF and WHILE.
+const MAX_NESTING: usize = 256;
+
+/// An IF or WHILE that is open.
+pub(crate) struct Frame {
+    pub(crate) at: At,
+    /// The statement whose target is not known yet.
+    pub(crate) patch: usize,
+    pub(crate) kind: FrameKind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FrameKind {
+    If,
+    Else,
+    While,
+}
+
+impl Checker<'_> {
+    pub(crate) fn branch(&mut self, kind: FrameKind, start: usize) -> Parsed<()> {
+        let at = self.reader.cur.since(start);
+        let byte = self.reader.cur.byte();
+        let condition = if byte.is_ascii_alphanumeric() || byte == b'_' {
+            // A longer word. In front of a parenthesis it is meant for this one: WHIEL (P1=1).
+            self.reader.cur.pos = start;
+            let mut ahead = self.reader.cur;
+            ahead.pos = ahead.here().end as usize;
+            if ahead.peek() != b'(' {
+                return self.reader.unknown();
+            }
+            self.reader.unknown()
+        } else {
+            self.whole_condition()
+        };
+        let expr = *condition.as_ref().unwrap_or(&Expr::default());
+        let patch = self.here() as usize;
+        let what = if kind == FrameKind::While { What::While } else { What::If };
+        self.push(what(expr, 0), start);
+        if let Some(open) = &mut self.open {
+            if open.frames.len() >= MAX_NESTING && open.fault.is_none() {
+                open.fault = Some((at, "this is nested deeper than 256 levels".into()));
+            }
+            open.frames.push(Frame { at, patch, kind });
+        }
+        match condition {
+            Ok(_) => Ok(()),
+            Err(fault) => {
+                self.skip_condition_lines();
+                Err(fault)
+            }
+        }
+    }
+
+    /// Behind a wrong condition: the AND and OR lines that belong to it are skipped.
+    fn skip_condition_lines(&mut self) {
+        let mut ahead = self.reader.cur;
+        loop {
+            ahead.skip_line();
+            if let Some((_, behind)) = joining(ahead) {
+                ahead = behind;
+                if ahead.peek() != b'(' {
+                    return;
+                }
+                // The rest of the line goes with the error.
+                self.reader.cur = ahead;
+            } else {
+                return;
+            }
+        }
+    }
+
+    fn misplaced(&mut self, start: usize, message: &str) {
+        let at = self.reader.cur.since(start);
+        if let Some(open) = &mut self.open
+            && open.fault.is_none()
+        {
+            open.fault = Some((at, message.into()));
+        }
+    }
+
+    pub(crate) fn else_branch(&mut self, start: usize) {
+        let here = self.here();
+        let frame = match self.open.as_mut().and_then(|open| open.frames.last_mut()) {
+            Some(frame) if frame.kind == FrameKind::If => frame,
+            _ => return self.misplaced(start, "this ELSE has no IF"),
+        };
+        let patch = frame.patch;
+        frame.kind = FrameKind::Else;
+        frame.patch = here as usize;
+        self.push(What::Jump(0), start);
+        self.patch(patch, here + 1);
+    }
+
+    fn patch(&mut self, index: usize, to: u32) {
+        if let Some(stmt) = self.buffer().and_then(|buffer| buffer.code.get_mut(index)) {
+            match &mut stmt.what {
+                What::If(_, target) | What::While(_, target) | What::Jump(target) => *target = to,
+                _ => {}
+            }
+        }
+    }
+
+    pub(crate) fn end_if(&mut self, start: usize) {
+        let here = self.here();
+        match self.open.as_mut().and_then(|open| open.frames.pop()) {
+            Some(frame) if frame.kind != FrameKind::While => self.patch(frame.patch, here),
+            Some(frame) => {
+                if let Some(open) = &mut self.open {
+                    open.frames.push(frame);
+                }
+                self.misplaced(start, "this ENDIF stands in a WHILE whose ENDWHILE is missing");
+            }
+            None => self.misplaced(start, "this ENDIF has no IF"),
+        }
+    }
+
+    pub(crate) fn end_while(&mut self, start: usize) {
+        let here = self.here();
+        match self.open.as_mut().and_then(|open| open.frames.pop()) {
+            Some(frame) if frame.kind == FrameKind::While => {
+                self.push(What::EndWhile(frame.patch as u32), start);
+                self.patch(frame.patch, here + 1);
+            }
+            Some(frame) => {
+                if let Some(open) = &mut self.open {
+                    open.frames.push(frame);
+                }
+                self.misplaced(start, "this ENDWHILE stands in an IF whose ENDIF is missing");
+            }
+            None => self.misplaced(start, "this ENDWHILE has no WHILE"),
+        }
+    }
+
+    /// A condition with the AND and OR lines behind it.
+    pub(crate) fn whole_condition(&mut self) -> Parsed<Expr> {
+        let start = self.reader.ops.len();
+        self.reader.condition()?;
+        let mut pending = false;
+        while let Some((both, behind)) = joining(self.reader.cur) {
+            self.reader.cur = behind;
+            if !both && pending {
+                self.reader.ops.push(Op::Either);
+            }
+            self.reader.condition()?;
+            if both {
+                self.reader.ops.push(Op::Both);
+            } else {
+                pending = true;
+            }
+        }
+        if pending {
+            self.reader.ops.push(Op::Either);
+        }
+        Ok(self.reader.since(start))
+    }
+}
+
+/// The AND (true) or OR (false) that joins a further condition at a place, and the place behind it.
+fn joining(cur: Cursor<'_>) -> Option<(bool, Cursor<'_>)> {
+    let (word, behind) = words::find(cur, PLC)?;
+    match word.keyword {
+        Keyword::And => Some((true, behind)),
+        Keyword::Or => Some((false, behind)),
+        _ => None,
+    }
+}

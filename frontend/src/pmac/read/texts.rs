@@ -1,0 +1,57 @@
+//! Statements that say something: SEND and DISPLAY.
+
+use plcc_abi::pmac::Text;
+
+use super::cursor::{Parsed, syntax};
+use super::download::Checker;
+use super::words;
+use crate::pmac::ast::{Expr, What};
+
+impl Checker<'_> {
+    pub(crate) fn text(&mut self, text: Text, value: Option<Expr>, start: usize) {
+        self.out.texts.push(text);
+        let index = self.out.texts.len() as u32 - 1;
+        self.push(What::Text(index, value), start);
+    }
+
+    pub(crate) fn send(&mut self, start: usize) -> Parsed<()> {
+        let port = words::port(&mut self.reader.cur).map(String::from);
+        let text = self.reader.quoted()?;
+        self.text(Text::Send { text, port }, None, start);
+        Ok(())
+    }
+
+    pub(crate) fn display(&mut self, start: usize) -> Parsed<()> {
+        self.reader.cur.blanks();
+        let from = self.reader.cur.pos;
+        let position = self.reader.cur.integer();
+        let Ok(position) = u32::try_from(position.unwrap_or(0)) else {
+            return syntax(self.reader.cur.since(from), "no display has this position");
+        };
+        let _ = self.reader.cur.eat(b',');
+        if self.reader.cur.peek() == b'"' {
+            let text = self.reader.quoted()?;
+            self.text(Text::Show { text, position }, None, start);
+            return Ok(());
+        }
+        let from = self.reader.cur.pos;
+        let width = self.reader.cur.integer();
+        let decimals = self.reader.cur.eat(b'.').then(|| self.reader.cur.integer()).flatten();
+        let (Some(width @ 1..=80), decimals @ 0..=40) = (width, decimals.unwrap_or(0)) else {
+            if width.is_none() {
+                return self.reader.cur.expected("a text in quotes, or width.decimals");
+            }
+            return syntax(
+                self.reader.cur.since(from),
+                "a field has 1 to 80 characters and 0 to 40 decimals",
+            );
+        };
+        if !self.reader.cur.eat(b',') {
+            return self.reader.cur.expected("`,` and a variable");
+        }
+        let expr = self.variable_value()?;
+        let (width, decimals) = (width as u32, decimals as u32);
+        self.text(Text::Value { position, width, decimals }, Some(expr), start);
+        Ok(())
+    }
+}
