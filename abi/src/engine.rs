@@ -1,5 +1,7 @@
 //! What an executive calls, and what program code may call in return.
 
+use serde::{Deserialize, Serialize};
+
 use crate::{HostFn, Outcome};
 
 /// The ways out of program code, one method for all of them so that every engine, native or not,
@@ -19,15 +21,24 @@ pub struct Scan<'a> {
     pub host: &'a mut dyn Host,
 }
 
-/// Something that executes a program: the statement interpreter, the IR interpreter, or native
-/// code.
-pub trait Engine {
-    /// Runs one scan of a task, from its entry or from where it was suspended. A task that does
-    /// not exist ends at once.
-    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome;
+/// Where a suspended task goes on: the number of a place, counted from 0 in the source's order
+/// over all places at which this task can be suspended.
+///
+/// It is the same in every engine, at every optimisation level and in every specialisation of the
+/// code, so that a task which one engine has suspended can go on in another. In PMAC the places
+/// are the WHILE statements of the PLC; in NCT they are the labels at which a safepoint can find
+/// the fuel used up, the same for all modules.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct ResumePoint(pub u32);
 
-    /// Forgets where a task was suspended, so that its next scan starts at the top.
-    fn reset(&mut self, task: usize);
+/// Something that executes a program: the statement interpreter, the IR interpreter, or native
+/// code. It keeps nothing between two calls that a program could notice: where a task was
+/// suspended is told to the caller, who gives it back.
+pub trait Engine {
+    /// Runs one scan of a task, from its entry (`None`) or from where an earlier scan of it was
+    /// suspended. A task that does not exist ends at once. A resume point that the task does not
+    /// have is [`TrapCode::BadLabel`](crate::TrapCode::BadLabel), and nothing is executed.
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome;
 
     /// A tick begins and no task runs: an engine that makes its code anew does it here. Controls
     /// say it to engines whose code may cease to fit their image (PMAC's does).
@@ -35,12 +46,8 @@ pub trait Engine {
 }
 
 impl<E: Engine + ?Sized> Engine for alloc::boxed::Box<E> {
-    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
-        (**self).call(task, scan)
-    }
-
-    fn reset(&mut self, task: usize) {
-        (**self).reset(task);
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+        (**self).call(task, from, scan)
     }
 
     fn begin_tick(&mut self, image: &mut [u8]) {

@@ -21,17 +21,19 @@ pub mod outcome;
 pub mod pmac;
 pub mod pmi;
 pub mod program;
+pub mod resume;
 #[cfg(feature = "suggest")]
 mod suggest;
 mod symbols;
 
 pub use code::{Code, CodeError, CodeLine, CodeMemory, CodeParts, FunctionRange};
 pub use context::{RawOutcome, ScanContext};
-pub use engine::{Engine, Host, Scan};
+pub use engine::{Engine, Host, ResumePoint, Scan};
 pub use host::{HostFn, HostType};
 pub use natural_order::natural_cmp;
 pub use outcome::{Outcome, TrapCode};
 pub use program::{Dialect, Program, Region, Tables, Task};
+pub use resume::ResumeLabels;
 #[cfg(feature = "suggest")]
 pub use suggest::closest;
 pub use symbols::{ImageSymbol, ImageType};

@@ -40,7 +40,8 @@ pub mod context {
     /// What happens when the fuel is used up, 8 bits: 0 suspends, 1 traps with
     /// [`TrapCode::Timeout`](crate::TrapCode::Timeout).
     pub const ON_EMPTY: u32 = 8;
-    /// Return addresses, 32 bits each; their meaning is the engine's.
+    /// Return addresses, 32 bits each, in all engines alike: the number of the calling statement
+    /// (`C…` or `CF…`), counted from 0 over all of them in the source's order.
     pub const SITES: u32 = 12;
     /// How deep calls nest at most.
     pub const MAX_DEPTH: u16 = 32;
@@ -50,6 +51,8 @@ pub mod context {
 
 /// Bytes of an input or output image (`Ipq` is byte pq).
 pub const IMAGE_BYTES: usize = 100;
+/// Modules that run at most: :000, :001 and :002.
+pub const MODULES: usize = 3;
 /// Bytes of the physical lines: four boards of ten.
 pub const LINE_BYTES: usize = 40;
 /// Bytes of local variables, F000 to F999 (NCT 2.3).

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::ResumePoint;
+
 macro_rules! trap_codes {
     ($($(#[$doc:meta])* $name:ident = $number:literal, $text:literal;)*) => {
         /// Why a program was stopped from inside.
@@ -58,8 +60,18 @@ impl TrapCode {
 pub enum Outcome {
     /// The scan is over; the next starts at the top.
     End,
-    /// The scan is over in the middle; the next goes on there.
-    Suspended,
+    /// The scan is over in the middle; the next goes on at the resume point.
+    Suspended(ResumePoint),
     /// The program is stopped.
     Trap(TrapCode),
+}
+
+impl Outcome {
+    /// Where the task's next scan begins: at a resume point, or at the top (`None`).
+    pub fn resume_point(self) -> Option<ResumePoint> {
+        match self {
+            Self::Suspended(point) => Some(point),
+            Self::End | Self::Trap(_) => None,
+        }
+    }
 }

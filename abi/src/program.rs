@@ -76,6 +76,9 @@ pub struct Task {
     pub name: String,
     /// The label at which it starts.
     pub entry: u32,
+    /// The labels at which a suspended scan of it goes on, in the source's order: the label of
+    /// [`ResumePoint(n)`](crate::ResumePoint) is the n-th.
+    pub resume_points: Vec<u32>,
 }
 
 /// A program without its code: all that an executive needs besides an [`Engine`](crate::Engine).

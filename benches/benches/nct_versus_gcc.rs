@@ -125,7 +125,7 @@ fn run(
     let start = Instant::now();
     for n in 0..scans {
         image[first..first + BITS].copy_from_slice(&patterns[n % patterns.len()]);
-        engine.call(MODULE, &mut Scan { image: &mut image, host: &mut host });
+        engine.call(MODULE, None, &mut Scan { image: &mut image, host: &mut host });
     }
     let ns = start.elapsed().as_secs_f64() * 1e9 / scans as f64;
     let bit = |n: usize| {

@@ -171,7 +171,7 @@ fn run(engine: &mut dyn Engine, executive: &mut PmacExecutive, form: Form, scans
                 write_u32(image, word, (x >> (i * 16) & 0xFFFF) as u32);
             }
         }
-        engine.call(0, &mut Scan { image, host });
+        engine.call(0, None, &mut Scan { image, host });
     }
     start.elapsed().as_secs_f64() * 1e9 / scans as f64
 }

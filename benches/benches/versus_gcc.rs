@@ -147,7 +147,7 @@ fn run(engine: &mut dyn Engine, tables: &PmiTables, image: &mut [u8], scans: usi
                 image[offset] = pattern[number];
             }
         }
-        engine.call(0, &mut Scan { image, host: &mut host });
+        engine.call(0, None, &mut Scan { image, host: &mut host });
     }
     start.elapsed().as_secs_f64() * 1e9 / scans as f64
 }

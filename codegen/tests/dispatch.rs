@@ -1,11 +1,12 @@
-//! Control flow between and within functions: goto, switch, suspend and resume, reset, trap, host
+//! Control flow between and within functions: goto, switch, suspend and resume, trap, host
 //! calls; the same in the interpreter and in native code however the program is cut.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use plcc_abi::engine::NoHost;
 use plcc_abi::pmi::PmiTables;
 use plcc_abi::{
-    Code, Engine, Host, HostFn, Outcome, Program, Region, Scan, Tables, TrapCode, image,
+    Code, Engine, Host, HostFn, Outcome, Program, Region, ResumePoint, Scan, Tables, TrapCode,
+    image,
 };
 use plcc_codegen::{Target, compile};
 use plcc_ir::interp::Interpreter;
@@ -93,28 +94,39 @@ fn loops_pause_and_go_on() {
         b.bind(second);
         b.task("second", second);
         b.jump(middle);
+        for task in [0, 1] {
+            b.resume_points(task, &[middle, top]);
+        }
     };
     for (name, mut engine) in engines(make) {
         let mut image = [0; IMAGE as usize];
-        let mut call =
-            |task, image: &mut [u8]| engine.call(task, &mut Scan { image, host: &mut NoHost });
+        let mut call = |task, from: Option<u32>, image: &mut [u8]| {
+            engine.call(task, from.map(ResumePoint), &mut Scan { image, host: &mut NoHost })
+        };
         let words = |image: &[u8]| [0, 4, 8, 12].map(|offset| image::read_u32(image, offset));
-        let outcomes: Vec<_> = (0..7).map(|_| call(0, &mut image)).collect();
-        assert_eq!(outcomes, [Outcome::Suspended; 7], "{name}");
+        let mut from = None;
+        for turn in 0..7 {
+            let outcome = call(0, from, &mut image);
+            // Registered in this order: the middle, the top.
+            from = Some(turn % 2);
+            assert_eq!(outcome, Outcome::Suspended(ResumePoint(turn % 2)), "{name}");
+        }
         assert_eq!(words(&image), [1, 4 * 210, 3, 0], "{name}");
-        assert_eq!(call(1, &mut image), Outcome::End, "{name}");
+        assert_eq!(call(1, None, &mut image), Outcome::End, "{name}");
         assert_eq!(words(&image), [1, 4 * 210, 4, 1], "{name}");
-        assert_eq!(call(0, &mut image), Outcome::End, "{name}");
+        assert_eq!(call(0, from, &mut image), Outcome::End, "{name}");
         assert_eq!(words(&image), [1, 4 * 210, 5, 2], "{name}");
-        assert_eq!(call(0, &mut image), Outcome::Suspended, "{name}");
+        let suspended = Outcome::Suspended(ResumePoint(0));
+        assert_eq!(call(0, None, &mut image), suspended, "{name}");
         assert_eq!(words(&image), [2, 5 * 210, 5, 2], "{name}: starts at the top again");
-        engine.reset(0);
-        engine.reset(9);
-        let mut scan = Scan { image: &mut image, host: &mut NoHost };
-        assert_eq!(engine.call(0, &mut scan), Outcome::Suspended, "{name}");
-        assert_eq!(words(&image), [3, 6 * 210, 5, 2], "{name}: reset");
-        let mut scan = Scan { image: &mut image, host: &mut NoHost };
-        assert_eq!(engine.call(7, &mut scan), Outcome::End, "{name}: no such task");
+        assert_eq!(call(0, None, &mut image), suspended, "{name}");
+        assert_eq!(words(&image), [3, 6 * 210, 5, 2], "{name}: and whenever it is not resumed");
+        for (task, beyond) in [(0, 2), (0, u32::MAX), (1, 2)] {
+            let outcome = call(task, Some(beyond), &mut image);
+            assert_eq!(outcome, Outcome::Trap(TrapCode::BadLabel), "{name}");
+        }
+        assert_eq!(words(&image), [3, 6 * 210, 5, 2], "{name}: nothing was executed");
+        assert_eq!(call(7, None, &mut image), Outcome::End, "{name}: no such task");
     }
 }
 
@@ -153,7 +165,7 @@ fn numbers_choose() {
                 let mut image = [0; IMAGE as usize];
                 image::write_i32(&mut image, 0, number);
                 let mut scan = Scan { image: &mut image, host: &mut NoHost };
-                let outcome = engine.call(task, &mut scan);
+                let outcome = engine.call(task, None, &mut scan);
                 let result = image::read_i32(&image, 4);
                 match (number, task) {
                     (0..30, _) => {
@@ -190,7 +202,7 @@ fn traps_stop_at_once() {
         for (name, mut engine) in engines(make) {
             let mut image = [0; IMAGE as usize];
             let outcomes: Vec<_> = (0..3)
-                .map(|_| engine.call(0, &mut Scan { image: &mut image, host: &mut NoHost }))
+                .map(|_| engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost }))
                 .collect();
             assert_eq!(outcomes, [Outcome::End, Outcome::End, Outcome::Trap(code)], "{name}");
             assert_eq!((image[0], image[4]), (3, 2), "{name}");
@@ -247,7 +259,7 @@ fn hosts_get_and_give_every_type() {
     for (name, mut engine) in engines(calls) {
         let mut image = [0; IMAGE as usize];
         let mut host = Recorder::default();
-        let outcome = engine.call(0, &mut Scan { image: &mut image, host: &mut host });
+        let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut host });
         assert_eq!(outcome, Outcome::End);
         let (minus, half) = (0xFFFF_FFFF, 0.5_f64.to_bits());
         let expected = [
@@ -297,14 +309,14 @@ fn a_panic_of_the_host_is_a_trap_and_the_last_scan() {
             }
             let mut image = [0; IMAGE as usize];
             let mut host = Recorder { panics_at: Some(at), ..Recorder::default() };
-            let outcome = engine.call(0, &mut Scan { image: &mut image, host: &mut host });
+            let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut host });
             assert_eq!(outcome, Outcome::Trap(TrapCode::HostPanic), "{name}, call {at}");
             assert_eq!(host.calls.len(), at + 1, "{name}, call {at}: called again");
             assert_eq!(image[40], at as u8 + 1, "{name}, call {at}: what the host did stays");
             assert_eq!(image[41], 0, "{name}, call {at}: a store behind the panic stays");
             let before = image;
             host.panics_at = None;
-            let outcome = engine.call(0, &mut Scan { image: &mut image, host: &mut host });
+            let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut host });
             assert_eq!(outcome, Outcome::Trap(TrapCode::HostPanic), "{name}: scans again");
             assert_eq!((host.calls.len(), image), (at + 1, before), "{name}: scans again");
         }
@@ -345,7 +357,7 @@ fn labels_far_apart_are_found() {
     let mut engine = NativeEngine::new(&code, &program(&module)).unwrap();
     for (task, &i) in order.iter().enumerate() {
         let mut image = [0xFF; IMAGE as usize];
-        engine.call(task, &mut Scan { image: &mut image, host: &mut NoHost });
+        engine.call(task, None, &mut Scan { image: &mut image, host: &mut NoHost });
         assert_eq!(image::read_u32(&image, 0) as usize, i);
     }
 }
@@ -360,7 +372,7 @@ fn what_does_not_fit_is_not_run() {
     let code = compile(&module, &Target::host().unwrap()).unwrap();
     let mut engine = NativeEngine::new(&code, &program).unwrap();
     let mut image = [0; IMAGE as usize - 1];
-    let outcome = engine.call(0, &mut Scan { image: &mut image, host: &mut NoHost });
+    let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
     assert_eq!(outcome, Outcome::Trap(TrapCode::BadLabel));
     let refuse = |code: &Code, program: &Program| {
         assert!(NativeEngine::new(code, program).is_err());

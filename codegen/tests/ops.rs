@@ -157,7 +157,7 @@ fn check(
                     write(&mut image, B, types[1], y);
                     image[RESULT as usize..32].fill(0x77);
                     let mut scan = Scan { image: &mut image, host: &mut NoHost };
-                    assert_eq!(engine.call(number, &mut scan), Outcome::End);
+                    assert_eq!(engine.call(number, None, &mut scan), Outcome::End);
                     let (got, wanted) = (read(&image, RESULT, result), expected(x, y));
                     let nan = |bits| result == Type::F64 && f64::from_bits(bits as u64).is_nan();
                     assert!(

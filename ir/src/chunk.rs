@@ -100,7 +100,16 @@ impl ChunkBuilder {
     /// A task that starts at a place. Tasks are numbered in the order of these calls.
     pub fn task(&mut self, name: impl Into<String>, place: Place) {
         let entry = self.label(place).0;
-        self.module.tasks.push(Task { name: name.into(), entry });
+        self.module.tasks.push(Task { name: name.into(), entry, resume_points: vec![] });
+    }
+
+    /// The places at which a task can be suspended, in the source's order; the task's number is
+    /// as [`task`](Self::task) counts. A task that does not exist gets none.
+    pub fn resume_points(&mut self, task: usize, places: &[Place]) {
+        let labels = places.iter().map(|&place| self.label(place).0).collect();
+        if let Some(task) = self.module.tasks.get_mut(task) {
+            task.resume_points = labels;
+        }
     }
 
     /// Begins a statement: further instructions belong to it, and the code may be cut here.
@@ -169,7 +178,8 @@ impl ChunkBuilder {
         self.current.terminate(Terminator::GotoIndirect(label));
     }
 
-    /// Ends the scan; the next starts at the place.
+    /// Ends the scan; the next starts at the place, which has to be one of the
+    /// [resume points](Self::resume_points) of each task that comes here.
     pub fn suspend(&mut self, place: Place) {
         let label = self.label(place);
         self.current.terminate(Terminator::Suspend(label));

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use plcc_abi::{Engine, HostType, Outcome, Scan, TrapCode, image};
+use plcc_abi::{Engine, HostType, Outcome, ResumeLabels, ResumePoint, Scan, TrapCode, image};
 
 use crate::{Address, Block, Func, FuncData, InstData, Module, Terminator, Type, Value, eval};
 
@@ -10,7 +10,7 @@ use crate::{Address, Block, Func, FuncData, InstData, Module, Terminator, Type, 
 pub struct Interpreter {
     module: Arc<Module>,
     labels: Vec<Option<(Func, Block)>>,
-    resume: Vec<Option<u32>>,
+    tasks: Vec<ResumeLabels>,
     /// Values of the function that runs.
     values: Vec<i64>,
 }
@@ -26,8 +26,8 @@ impl Interpreter {
     pub fn new(module: impl Into<Arc<Module>>) -> Self {
         let module = module.into();
         let labels = module.label_targets();
-        let resume = vec![None; module.tasks.len()];
-        Self { module, labels, resume, values: vec![] }
+        let tasks = module.tasks.iter().map(ResumeLabels::new).collect();
+        Self { module, labels, tasks, values: vec![] }
     }
 
     fn run(&mut self, func: &FuncData, mut block: Block, task: usize, scan: &mut Scan<'_>) -> Exit {
@@ -58,10 +58,11 @@ impl Interpreter {
                 Some(Terminator::Goto(label)) => return Exit::Goto(label.0),
                 Some(Terminator::GotoIndirect(label)) => return Exit::Goto(self.get(*label) as u32),
                 Some(Terminator::Suspend(label)) => {
-                    if let Some(slot) = self.resume.get_mut(task) {
-                        *slot = Some(label.0);
-                    }
-                    return Exit::Done(Outcome::Suspended);
+                    let point = self.tasks.get(task).and_then(|task| task.point(label.0));
+                    return Exit::Done(match point {
+                        Some(point) => Outcome::Suspended(point),
+                        None => Outcome::Trap(TrapCode::BadLabel),
+                    });
                 }
                 Some(Terminator::Return) | None => return Exit::Done(Outcome::End),
                 Some(Terminator::Trap(code)) => return Exit::Done(Outcome::Trap(*code)),
@@ -154,10 +155,10 @@ fn write(image: &mut [u8], offset: u32, ty: Type, value: i64) {
 }
 
 impl Engine for Interpreter {
-    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         let module = Arc::clone(&self.module);
-        let Some(start) = module.tasks.get(task) else { return Outcome::End };
-        let mut label = self.resume.get_mut(task).and_then(Option::take).unwrap_or(start.entry);
+        let Some(labels) = self.tasks.get(task) else { return Outcome::End };
+        let Some(mut label) = labels.label(from) else { return Outcome::Trap(TrapCode::BadLabel) };
         loop {
             let Some((func, block)) = self.labels.get(label as usize).copied().flatten() else {
                 return Outcome::Trap(TrapCode::BadLabel);
@@ -171,18 +172,12 @@ impl Engine for Interpreter {
             }
         }
     }
-
-    fn reset(&mut self, task: usize) {
-        if let Some(slot) = self.resume.get_mut(task) {
-            *slot = None;
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use plcc_abi::engine::NoHost;
-    use plcc_abi::{Engine, Outcome, Region, Scan};
+    use plcc_abi::{Engine, Outcome, Region, ResumePoint, Scan, TrapCode};
 
     use super::Interpreter;
     use crate::{Address, BinaryOp, ChunkBuilder, Type};
@@ -195,6 +190,7 @@ mod tests {
         let (start, middle) = (b.place(), b.place());
         b.bind(start);
         b.task("scan", start);
+        b.resume_points(0, &[middle]);
         let v = b.ins().load(Type::I16, at);
         let v = b.ins().binary_imm(BinaryOp::Add, v, 1);
         b.ins().store(at, v);
@@ -206,16 +202,20 @@ mod tests {
         b.ret();
         let mut engine = Interpreter::new(b.finish());
         let mut image = [0; 8];
-        let call = |engine: &mut Interpreter, image: &mut [u8]| {
-            engine.call(0, &mut Scan { image, host: &mut NoHost })
+        let mut call = |from: Option<u32>, image: &mut [u8]| {
+            engine.call(0, from.map(ResumePoint), &mut Scan { image, host: &mut NoHost })
         };
-        assert_eq!(call(&mut engine, &mut image), Outcome::Suspended);
+        let suspended = Outcome::Suspended(ResumePoint(0));
+        assert_eq!(call(None, &mut image), suspended);
         assert_eq!(image[0], 1);
-        assert_eq!(call(&mut engine, &mut image), Outcome::End);
+        assert_eq!(call(Some(0), &mut image), Outcome::End);
         assert_eq!(image[0], 10);
-        assert_eq!(call(&mut engine, &mut image), Outcome::Suspended);
-        engine.reset(0);
-        assert_eq!(call(&mut engine, &mut image), Outcome::Suspended);
+        assert_eq!(call(None, &mut image), suspended);
+        assert_eq!(call(None, &mut image), suspended);
+        assert_eq!(image[0], 12);
+        for beyond in [1, u32::MAX] {
+            assert_eq!(call(Some(beyond), &mut image), Outcome::Trap(TrapCode::BadLabel));
+        }
         assert_eq!(image[0], 12);
     }
 }

@@ -12,8 +12,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use memmap2::{Mmap, MmapMut};
 use plcc_abi::context::ChunkFn;
 use plcc_abi::{
-    Code, CodeMemory, Engine, Host, HostFn, Outcome, Program, RawOutcome, Scan, ScanContext,
-    TrapCode,
+    Code, CodeMemory, Engine, Host, HostFn, Outcome, Program, RawOutcome, ResumeLabels,
+    ResumePoint, Scan, ScanContext, TrapCode,
 };
 use thiserror::Error;
 use wasmtime_internal_jit_icache_coherence as icache;
@@ -35,17 +35,15 @@ pub enum NativeError {
     Machine(String),
 }
 
-/// Compiled code in executable memory, with where each task was suspended.
+/// Compiled code in executable memory.
 pub struct NativeEngine {
     /// Keeps the code in memory; the entries point into it. It is dropped with the engine, when no
     /// scan can be in it: a scan borrows the engine.
     memory: Box<dyn CodeMemory>,
     /// For each label the function to call with it.
     entries: Vec<ChunkFn>,
-    /// For each task its first label.
-    tasks: Vec<u32>,
-    /// For each task the label to go on with.
-    resume: Vec<Option<u32>>,
+    /// For each task the labels at which it begins and goes on.
+    tasks: Vec<ResumeLabels>,
     image_size: usize,
     /// A host function has panicked: nothing is executed any more.
     refuses: bool,
@@ -113,6 +111,10 @@ impl NativeEngine {
         if !program.tasks.iter().all(|task| (task.entry as usize) < code.labels.len()) {
             return Err(NativeError::Misfit("a task starts at no label"));
         }
+        let mut points = program.tasks.iter().flat_map(|task| &task.resume_points);
+        if !points.all(|&label| (label as usize) < code.labels.len()) {
+            return Err(NativeError::Misfit("a task goes on at no label"));
+        }
         let bytes = memory.bytes();
         if !bytes.starts_with(&code.bytes) {
             return Err(NativeError::Misfit("the memory holds other code"));
@@ -126,18 +128,11 @@ impl NativeEngine {
             }
         };
         let entries = code.labels.iter().map(entry).collect();
-        let tasks: Vec<u32> = program.tasks.iter().map(|task| task.entry).collect();
+        let tasks = program.tasks.iter().map(ResumeLabels::new).collect();
         if std::env::var_os(perf::VARIABLE).is_some_and(|value| value == "1") {
             perf::write_map(code, &program.files, bytes.as_ptr() as usize);
         }
-        Ok(Self {
-            memory,
-            entries,
-            resume: vec![None; tasks.len()],
-            tasks,
-            image_size: code.image_size as usize,
-            refuses: false,
-        })
+        Ok(Self { memory, entries, tasks, image_size: code.image_size as usize, refuses: false })
     }
 }
 
@@ -150,16 +145,11 @@ impl NativeEngine {
         u32::try_from(offset).ok().filter(|_| offset < self.memory.bytes().len())
     }
 
-    /// Lets every task go on where it is suspended in other code of the same program, whose tasks
-    /// and labels of suspended places have to be the same. Whether it can be done; if not, nothing
-    /// is changed.
-    pub fn resume_from(&mut self, other: &Self) -> bool {
-        let known = |label: &u32| (*label as usize) < self.entries.len();
-        if self.tasks != other.tasks || !other.resume.iter().flatten().all(known) {
-            return false;
-        }
-        self.resume.clone_from(&other.resume);
-        true
+    /// Whether this code has the same tasks as other code, with as many resume points each: as all
+    /// code of one program has, so that a task which the one suspended can go on in the other.
+    pub fn has_tasks_of(&self, other: &Self) -> bool {
+        let count = |task: &ResumeLabels| task.count();
+        self.tasks.iter().map(count).eq(other.tasks.iter().map(count))
     }
 
     /// Whether a host function has panicked, after which every scan is refused with
@@ -186,15 +176,15 @@ struct Call<'a> {
 }
 
 impl Engine for NativeEngine {
-    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
-        let Some(&first) = self.tasks.get(task) else { return Outcome::End };
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+        let Some(labels) = self.tasks.get(task) else { return Outcome::End };
         if self.refuses {
             return Outcome::Trap(TrapCode::HostPanic);
         }
         if scan.image.len() < self.image_size {
             return Outcome::Trap(TrapCode::BadLabel);
         }
-        let mut label = self.resume.get_mut(task).and_then(Option::take).unwrap_or(first);
+        let Some(mut label) = labels.label(from) else { return Outcome::Trap(TrapCode::BadLabel) };
         let image = scan.image.as_mut_ptr();
         let image_len = scan.image.len();
         let mut call = Call { image, image_len, host: &mut *scan.host, image_at_panic: None };
@@ -222,22 +212,14 @@ impl Engine for NativeEngine {
                 RawOutcome::GOTO => label = raw.payload(),
                 RawOutcome::END => return Outcome::End,
                 RawOutcome::SUSPEND => {
-                    if let Some(slot) = self.resume.get_mut(task) {
-                        *slot = Some(raw.payload());
-                    }
-                    return Outcome::Suspended;
+                    let point = labels.point(raw.payload());
+                    return point.map_or(Outcome::Trap(TrapCode::BadLabel), Outcome::Suspended);
                 }
                 _ => {
                     let code = TrapCode::from_number(raw.payload());
                     return Outcome::Trap(code.unwrap_or(TrapCode::BadLabel));
                 }
             }
-        }
-    }
-
-    fn reset(&mut self, task: usize) {
-        if let Some(slot) = self.resume.get_mut(task) {
-            *slot = None;
         }
     }
 }

@@ -7,7 +7,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use plcc_abi::{Engine, Outcome, Scan, TrapCode};
+use plcc_abi::{Engine, Outcome, ResumePoint, Scan, TrapCode};
 
 /// An engine whose panics are traps.
 pub struct PanicBarrier<'a> {
@@ -24,22 +24,18 @@ impl<'a> PanicBarrier<'a> {
 }
 
 impl Engine for PanicBarrier<'_> {
-    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         if self.refuses {
             return Outcome::Trap(TrapCode::HostPanic);
         }
         // Engine and host are not used again after a panic, so nobody sees what they left half
         // done; every byte of the image is valid whatever it holds.
         let engine = &mut *self.engine;
-        let result = catch_unwind(AssertUnwindSafe(|| engine.call(task, scan)));
+        let result = catch_unwind(AssertUnwindSafe(|| engine.call(task, from, scan)));
         result.unwrap_or_else(|_| {
             self.refuses = true;
             Outcome::Trap(TrapCode::HostPanic)
         })
-    }
-
-    fn reset(&mut self, task: usize) {
-        self.engine.reset(task);
     }
 
     fn begin_tick(&mut self, image: &mut [u8]) {

@@ -27,13 +27,14 @@ pub fn trace(engine: &mut dyn Engine, seed: u64) -> Vec<(Vec<u8>, Outcome, u64)>
     let mut rng = Rng::new(seed);
     let mut image: Vec<u8> = (0..IMAGE).map(|_| rng.bits() as u8).collect();
     let mut host = Mixer::default();
-    let mut rows = vec![];
+    let (mut rows, mut from) = (vec![], None);
     for _ in 0..6 {
         for bits in BITS {
             image[bits].iter_mut().for_each(|byte| *byte &= 1);
         }
         image[160..168].copy_from_slice(&20u64.to_le_bytes());
-        let outcome = engine.call(0, &mut Scan { image: &mut image, host: &mut host });
+        let outcome = engine.call(0, from, &mut Scan { image: &mut image, host: &mut host });
+        from = outcome.resume_point();
         rows.push((image.clone(), outcome, host.0));
         for _ in 0..4 {
             let at = rng.below(IMAGE);
@@ -48,6 +49,8 @@ struct Gen {
     b: ChunkBuilder,
     /// What can be used here.
     pool: Vec<(Value, Type)>,
+    /// Where the task can be suspended.
+    suspended: Vec<Place>,
 }
 
 /// A module with one task; the same for the same seed.
@@ -62,8 +65,9 @@ pub fn generate(seed: u64) -> Module {
     ];
     let limit = 20 + rng.below(200);
     let b = ChunkBuilder::new(IMAGE as u32, regions).with_limit(limit);
-    let mut this = Gen { rng, b, pool: vec![] };
+    let mut this = Gen { rng, b, pool: vec![], suspended: vec![] };
     this.program();
+    this.b.resume_points(0, &this.suspended);
     let mut module = this.b.finish();
     let text = "a statement ;; of it\n".repeat(module.statements.len());
     module.files.push(SourceFile { name: "generated.pmi".into(), text });
@@ -158,6 +162,9 @@ impl Gen {
             7 => {
                 let to = ahead(&mut self.rng);
                 self.b.suspend(to);
+                if !self.suspended.contains(&to) {
+                    self.suspended.push(to);
+                }
             }
             8 => {
                 let cond = self.value(Type::I1);

@@ -31,6 +31,7 @@ pub(crate) fn counter() -> (Program, Module) {
     };
     b.bind(start);
     b.task("scan", start);
+    b.resume_points(0, &[middle]);
     b.statement(statement(2));
     let v = b.ins().load(Type::I16, at(0));
     let v = b.ins().binary_imm(BinaryOp::Add, v, 1);

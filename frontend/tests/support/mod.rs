@@ -72,7 +72,7 @@ impl Control {
                 }
             }
         }
-        self.engine.call(0, &mut Scan { image: &mut self.image, host: &mut NoHost })
+        self.engine.call(0, None, &mut Scan { image: &mut self.image, host: &mut NoHost })
     }
 
     pub(crate) fn scan(&mut self) -> Outcome {

@@ -25,8 +25,8 @@ pub(super) enum Item {
     Image(u32),
     /// `region`.
     Region(plcc_abi::Region),
-    /// `task`: its name, and the label where it starts.
-    Task(String, Label),
+    /// `task`: its name, the label where it starts, and those of its resume points.
+    Task(String, Label, Vec<Label>),
     /// `fn`.
     Func(Func),
     /// `statement`.
@@ -181,7 +181,10 @@ fn region<'t>() -> impl Grammar<'t, Item> {
 
 fn task<'t>() -> impl Grammar<'t, Item> {
     let name = quoted("the task's name");
-    keyword("task").ignore_then(name).then(label()).map(|(name, entry)| Item::Task(name, entry))
+    let labels = label().separated_by(sign(',')).collect::<Vec<Label>>();
+    let points = keyword("resume").ignore_then(labels.delimited_by(sign('['), sign(']'))).or_not();
+    let task = keyword("task").ignore_then(name).then(label()).then(points);
+    task.map(|((name, entry), points)| Item::Task(name, entry, points.unwrap_or_default()))
 }
 
 fn statement<'t>() -> impl Grammar<'t, Item> {

@@ -4,7 +4,7 @@
 //! image 16
 //! region vars at 0 size 8
 //! region flags at 8 size 8 bits
-//! task "scan" L0
+//! task "scan" L0 resume [L1]
 //!
 //! fn "chunk0" {
 //! block0 (L0):
@@ -21,7 +21,7 @@
 //!     v7: i32 = sext v5
 //!     v8: f64 = hostcall pmac_m_read(v7)
 //!     jump block2
-//! block2:
+//! block2 (L1):
 //!     return
 //! }
 //!
@@ -34,7 +34,8 @@
 //! follow belong to, `@none` that they belong to none; it holds until the next, over blocks.
 //! Blocks are numbered in the order in which they stand; a value may be used above its
 //! definition. Other terminators are `switch V, [BLOCK, …], BLOCK`, `goto L`, `goto_indirect V`,
-//! `suspend L`, `trap CODE`. A double is written as Rust does, or as its bits (`0x7ff…`).
+//! `suspend L`, `trap CODE`. A task that can be suspended lists the labels at which it goes on,
+//! in the order of its resume points: `task "scan" L0 resume [L1, L2]`. A double is written as Rust does, or as its bits (`0x7ff…`).
 //! A `|` begins a line of a file's text, in which a backslash stands before `\`, `r` (return)
 //! and hexadecimal digits in braces.
 //!

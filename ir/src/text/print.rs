@@ -24,7 +24,12 @@ fn write_module(out: &mut String, module: &Module) -> fmt::Result {
         writeln!(out, "region {} at {} size {}{bits}", region.name, region.offset, region.size)?;
     }
     for task in &module.tasks {
-        writeln!(out, "task {} L{}", quoted(&task.name), task.entry)?;
+        write!(out, "task {} L{}", quoted(&task.name), task.entry)?;
+        if !task.resume_points.is_empty() {
+            let labels: Vec<String> = task.resume_points.iter().map(|l| format!("L{l}")).collect();
+            write!(out, " resume [{}]", labels.join(", "))?;
+        }
+        writeln!(out)?;
     }
     for (_, func) in module.funcs() {
         out.push('\n');

@@ -29,9 +29,12 @@ pub(super) fn resolve(tokens: &Tokens<'_>, items: Vec<Item>) -> Result<Module, P
         match item {
             Item::Image(size) => module.image_size = size,
             Item::Region(region) => module.regions.push(region),
-            Item::Task(name, entry) => {
+            Item::Task(name, entry, points) => {
                 labels.push(entry);
-                module.tasks.push(Task { name, entry: number(tokens, entry.0, "L") });
+                labels.extend(&points);
+                let number = |label: Label| number(tokens, label.0, "L");
+                let resume_points = points.into_iter().map(number).collect();
+                module.tasks.push(Task { name, entry: number(entry), resume_points });
             }
             Item::Statement(statement) => module.statements.push(statement),
             Item::File(file) => module.files.push(file),

@@ -6,6 +6,9 @@
 //! 2. A task's entry is a label; a label stands at one block of one function, and there are as
 //!    many as the module says.
 //! 3. Statements name a source file that is there.
+//! 14. A task's resume points are labels. A suspension names a resume point of every task that is
+//!     known to come to it, and of some task where that is not known: a goto by number may lead
+//!     anywhere, so nothing is known of what comes behind it.
 //!
 //! Each function:
 //! 4. Entry blocks exist and have no parameters.
@@ -39,6 +42,7 @@
 mod dominance;
 mod ends;
 mod operation;
+mod resume;
 mod structure;
 
 use std::fmt;
@@ -79,6 +83,7 @@ impl fmt::Display for VerifyError {
 pub fn verify(module: &Module) -> Vec<VerifyError> {
     let mut errors = Errors::default();
     structure::module(module, &mut errors);
+    resume::module(module, &mut errors);
     for (_, func) in module.funcs() {
         errors.list.extend(function(module, func));
     }

@@ -58,6 +58,9 @@ fn labels(module: &Module, errors: &mut Errors) {
         if task.entry >= module.label_count {
             errors.push(format!("task {} starts at L{}", task.name, task.entry));
         }
+        for label in task.resume_points.iter().filter(|&&label| label >= module.label_count) {
+            errors.push(format!("task {} goes on at L{label}", task.name));
+        }
     }
 }
 

@@ -94,6 +94,15 @@ fn the_module_itself_is_looked_at() {
             "fn \"f\" {\nblock0(v0: i8) (L0):\nreturn\n}\n",
             "f, L0 stands at block0, which has parameters",
         ),
+        (
+            "task \"a\" L0\nfn \"f\" {\nblock0 (L0):\nsuspend L0\n}\n",
+            "a scan is suspended at L0, which no task has as a resume point",
+        ),
+        (
+            "task \"a\" L0\ntask \"b\" L1 resume [L1]\nfn \"f\" {\nblock0 (L0):\njump block1\n\
+             block1 (L1):\nsuspend L1\n}\n",
+            "task a is suspended at L1, no resume point of it",
+        ),
     ] {
         assert!(errors(text).iter().any(|error| error == message), "{:?}", errors(text));
     }

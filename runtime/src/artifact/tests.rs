@@ -25,7 +25,7 @@ fn program() -> Program {
             Region { name: "integer".into(), offset: 0, size: 8, bits: false },
             Region { name: "port".into(), offset: 8, size: 2048, bits: false },
         ],
-        tasks: vec![Task { name: "scan".into(), entry: 1 }],
+        tasks: vec![Task { name: "scan".into(), entry: 1, resume_points: vec![0] }],
         tables: Tables::Pmi(tables),
     }
 }

@@ -69,9 +69,11 @@ pub(super) fn code(program: &Program, code: &CodeParts) -> Check {
     ensure(code.image_size == program.image_size, || {
         "its code is for a process image of another size".into()
     })?;
-    for Task { name, entry } in &program.tasks {
+    for Task { name, entry, resume_points } in &program.tasks {
         let known = (*entry as usize) < code.labels.len();
         ensure(known, || format!("its task `{name}` starts nowhere"))?;
+        let known = resume_points.iter().all(|&label| (label as usize) < code.labels.len());
+        ensure(known, || format!("its task `{name}` goes on nowhere"))?;
     }
     ensure(code.lines.iter().all(|line| (line.file as usize) < program.files.len()), || {
         "its line table names a file that is not there".into()

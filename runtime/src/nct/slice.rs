@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use plcc_abi::image::{read_u8, write_u8, write_u16};
 use plcc_abi::nct::{self, IMAGE_BYTES, LINE_BYTES, NctName, NctSettings, NctTables};
-use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TrapCode};
+use plcc_abi::{Engine, Outcome, Program, ResumePoint, Scan, Tables, TrapCode};
 use thiserror::Error;
 
 use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
@@ -74,6 +74,8 @@ pub struct NctExecutive {
     boards: usize,
     level0_safepoints: u32,
     realtime: bool,
+    /// Where each module's last call was suspended; `None` when it begins at its label.
+    resume: [Option<ResumePoint>; nct::MODULES],
     /// Whether :000 starts from its beginning when it is next called.
     level0_starts: bool,
     synchronised: bool,
@@ -115,6 +117,7 @@ impl NctExecutive {
             boards: settings.boards.unwrap_or(4).min(4).into(),
             level0_safepoints: level0_safepoints.unwrap_or(10_000).max(1),
             realtime,
+            resume: [None; nct::MODULES],
             level0_starts: true,
             synchronised: true,
         })
@@ -171,7 +174,12 @@ impl NctExecutive {
     fn call(&mut self, engine: &mut dyn Engine, module: Module, fuel: u32, stops: bool) -> Outcome {
         self.image.enter(module, fuel, stops);
         let mut scan = Scan { image: &mut self.image.bytes, host: &mut self.host };
-        let outcome = engine.call(module, &mut scan);
+        let slot = self.resume.get_mut(module);
+        let from = slot.as_deref().copied().flatten();
+        let outcome = engine.call(module, from, &mut scan);
+        if let Some(slot) = slot {
+            *slot = outcome.resume_point();
+        }
         self.image.leave(module);
         outcome
     }
@@ -186,8 +194,8 @@ impl NctExecutive {
             let start = Instant::now();
             loop {
                 match self.call(engine, module, REAL_TIME_STEP, false) {
-                    Outcome::Suspended if start.elapsed() < limit => {}
-                    Outcome::Suspended => break Outcome::Trap(TrapCode::Timeout),
+                    Outcome::Suspended(_) if start.elapsed() < limit => {}
+                    Outcome::Suspended(_) => break Outcome::Trap(TrapCode::Timeout),
                     outcome => break outcome,
                 }
             }
@@ -195,7 +203,7 @@ impl NctExecutive {
             self.call(engine, module, MAX_SAFEPOINTS, true)
         };
         match outcome {
-            Outcome::End | Outcome::Suspended => Ok(()),
+            Outcome::End | Outcome::Suspended(_) => Ok(()),
             Outcome::Trap(code) => Err(self.stop(module, code)),
         }
     }
@@ -210,14 +218,14 @@ impl NctExecutive {
             let fuel = if self.realtime { REAL_TIME_STEP } else { self.level0_safepoints };
             let outcome = self.call(engine, 0, fuel, false);
             let time_left = self.realtime && start.elapsed() < REAL_TIME_SLICE;
-            if outcome != Outcome::Suspended || !time_left {
+            if outcome.resume_point().is_none() || !time_left {
                 break outcome;
             }
         };
         self.image.show(false);
         match outcome {
             Outcome::End => self.level0_starts = true,
-            Outcome::Suspended => self.level0_starts = false,
+            Outcome::Suspended(_) => self.level0_starts = false,
             Outcome::Trap(code) => return Err(self.stop(0, code)),
         }
         Ok(())

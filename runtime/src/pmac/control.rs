@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use plcc_abi::{
-    Host, HostFn,
+    Host, HostFn, ResumePoint,
     image::{read_u32, write_f64},
     pmac::{
         Definition, Far, Layout, Memory, PlcOp, PmacTables, Run, Space, Text, View, math::finite,
@@ -34,6 +34,8 @@ pub(super) struct Plc {
     /// ENABLE was said since its last scan began, so the next one begins at the top.
     pub(super) restart: bool,
     pub(super) task: usize,
+    /// Where its last scan was suspended; `None` when the next begins at the top.
+    pub(super) resume: Option<ResumePoint>,
 }
 
 /// What becomes of all PLCs, or all PLCCs, by number. `enabled` says the same as the states, so
@@ -167,7 +169,8 @@ impl Control {
                 (false, true) => Status::Paused,
                 (false, false) => Status::Disabled,
             };
-            let plc = Plc { status, restart: false, task: program.task as usize };
+            let task = program.task as usize;
+            let plc = Plc { status, restart: false, task, resume: None };
             if program.compiled { &mut plccs } else { &mut plcs }.put(program.number, plc);
         }
         let mut kept = vec![0; layout.mload as usize];

@@ -3,8 +3,9 @@
 //! Code has definitions built in; when one of those moves, access goes through the host from the
 //! next statement on (`plcc_abi::pmac::reliance`), which is right and slow. Where a compiler is at
 //! hand, [`Recompiling`] has the program compiled for the definitions as they are now, once they
-//! have come to rest, and changes over between two ticks. All state is in the image and suspended
-//! tasks go on at the same labels, so nothing but the time tells the difference.
+//! have come to rest, and changes over between two ticks. All state is in the image and in the
+//! executive, and resume points are the same in every specialisation, so nothing but the time
+//! tells the difference.
 //!
 //! What never rests is left to the host, and no variable is followed for ever: see [`Settings`].
 
@@ -12,15 +13,15 @@ use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread;
 
 use plcc_abi::pmac::{Definitions, Direct, Layout, Relied};
-use plcc_abi::{Engine, Outcome, Scan};
+use plcc_abi::{Engine, Outcome, ResumePoint, Scan};
 
 use crate::NativeEngine;
 
 /// A compiler at hand.
 pub trait Recompiler: Send {
     /// The same program with the definitions of `relied` built in; M-variables that `relied` leaves
-    /// out, or has without a definition, are reached through the host. Tasks and labels of
-    /// suspended tasks are those of any other code of the program.
+    /// out, or has without a definition, are reached through the host. Tasks and their resume
+    /// points are those of any other code of the program.
     ///
     /// # Errors
     /// When no code can be made; the message is for people.
@@ -236,8 +237,8 @@ impl Recompiling {
         };
         self.ordered = false;
         // Without new code the old one is right, and slow.
-        let Ok(mut engine) = fresh.engine else { return self.give_up() };
-        if !engine.resume_from(&self.engine) {
+        let Ok(engine) = fresh.engine else { return self.give_up() };
+        if !engine.has_tasks_of(&self.engine) {
             return self.give_up();
         }
         definitions.rely(&fresh.relied);
@@ -260,12 +261,8 @@ impl Recompiling {
 }
 
 impl Engine for Recompiling {
-    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
-        self.engine.call(task, scan)
-    }
-
-    fn reset(&mut self, task: usize) {
-        self.engine.reset(task);
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+        self.engine.call(task, from, scan)
     }
 
     fn begin_tick(&mut self, image: &mut [u8]) {

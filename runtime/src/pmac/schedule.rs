@@ -1,7 +1,7 @@
 //! What happens in a servo cycle, and in which order (guide, PMAC Tasks; rulings, Time).
 
 use plcc_abi::{
-    Engine, Outcome, Scan, TrapCode,
+    Engine, Outcome, ResumePoint, Scan, TrapCode,
     image::{read_f64, read_u32, write_f64, write_u32},
     pmac::{COMMAND_CONTEXT, Layout, Place, Space, context, fixed::sign_extend},
 };
@@ -175,18 +175,29 @@ impl PmacExecutive {
             return Ok(());
         }
         let task = plc.task;
-        if core::mem::take(&mut plc.restart) {
-            engine.reset(task);
+        let restart = core::mem::take(&mut plc.restart);
+        let from = plc.resume.take().filter(|_| !restart);
+        let resume = self.run(context(compiled, number), task, from, engine)?;
+        let plcs = if compiled { &mut self.control.plccs } else { &mut self.control.plcs };
+        if let Some(plc) = plcs.get_mut(number) {
+            plc.resume = resume;
         }
-        self.run(context(compiled, number), task, engine)
+        Ok(())
     }
 
-    /// One scan of a task.
-    fn run(&mut self, context: u32, task: usize, engine: &mut dyn Engine) -> Result<(), Stop> {
+    /// One scan of a task; where the next goes on.
+    fn run(
+        &mut self,
+        context: u32,
+        task: usize,
+        from: Option<ResumePoint>,
+        engine: &mut dyn Engine,
+    ) -> Result<Option<ResumePoint>, Stop> {
         self.control.running = context;
         let mut scan = Scan { image: &mut self.image, host: &mut self.control };
-        match engine.call(task, &mut scan) {
-            Outcome::End | Outcome::Suspended => Ok(()),
+        match engine.call(task, from, &mut scan) {
+            Outcome::End => Ok(None),
+            Outcome::Suspended(point) => Ok(Some(point)),
             Outcome::Trap(TrapCode::HostPanic) => Err(Stop::internal_error()),
             Outcome::Trap(code) => Err(Stop {
                 code: "WATCHDOG".into(),
@@ -209,7 +220,8 @@ impl PmacExecutive {
         while let Some(command) = self.control.queue.pop_front() {
             let offset = self.control.layout.q_base + 4 * COMMAND_CONTEXT;
             write_u32(&mut self.image, offset, command.q_base);
-            self.run(COMMAND_CONTEXT, command.task as usize, engine)?;
+            // On-line commands have no WHILE, so they always come to their end.
+            self.run(COMMAND_CONTEXT, command.task as usize, None, engine)?;
         }
         Ok(())
     }

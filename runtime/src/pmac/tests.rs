@@ -1,7 +1,7 @@
 //! The executive with a scripted engine: what runs when, and what the host does.
 
 use plcc_abi::{
-    Engine, HostFn, Outcome, Program, Scan, Tables, Task,
+    Engine, HostFn, Outcome, Program, ResumePoint, Scan, Tables, Task,
     image::{read_f64, write_f64},
     pmac::{
         self, Define, Definition, Field, Kind, Layout, Memory, PlcOp, PmacTables, Range, Run,
@@ -14,7 +14,7 @@ use crate::{Event, EventBody, Executive, Purpose, Setting, Value};
 
 type Call = Box<dyn FnMut(&mut Scan<'_>) -> Outcome>;
 
-/// Tasks as closures; notes which were called and reset.
+/// Tasks as closures; notes which were called, and with which resume point.
 #[derive(Default)]
 struct Script {
     tasks: Vec<(&'static str, Call)>,
@@ -22,14 +22,11 @@ struct Script {
 }
 
 impl Engine for Script {
-    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         let (name, call) = &mut self.tasks[task];
-        self.log.push((*name).to_string());
+        let from = from.map_or_else(String::new, |point| format!("@{}", point.0));
+        self.log.push(format!("{name}{from}"));
         call(scan)
-    }
-
-    fn reset(&mut self, task: usize) {
-        self.log.push(format!("reset {}", self.tasks[task].0));
     }
 }
 
@@ -94,7 +91,7 @@ impl Download {
                 .script
                 .tasks
                 .iter()
-                .map(|(name, _)| Task { name: (*name).into(), entry: 0 })
+                .map(|(name, _)| Task { name: (*name).into(), entry: 0, resume_points: vec![] })
                 .collect(),
             tables: Tables::Pmac(self.tables),
         };
@@ -238,7 +235,7 @@ fn one_that_disables_itself_finishes_its_scan() {
 #[test]
 fn enable_starts_at_the_top_and_resume_does_not() {
     let mut download = Download::new(false);
-    let waiting = download.task("PLC3", |_| Outcome::Suspended);
+    let waiting = download.task("PLC3", |_| Outcome::Suspended(ResumePoint(2)));
     let entry =
         pmac::Program { number: 3, compiled: false, task: waiting, enabled: true, paused: false };
     download.tables.programs.push(entry);
@@ -261,7 +258,7 @@ fn enable_starts_at_the_top_and_resume_does_not() {
     let (mut executive, mut script) = download.start();
     set(&mut executive, "I8", "0");
     run(&mut executive, &mut script, 6);
-    let expected = "PLC0 PLC3 PLC0 PLC0 PLC3 PLC0 reset PLC3 PLC3 PLC0 PLC0 reset PLC3 PLC3";
+    let expected = "PLC0 PLC3 PLC0 PLC0 PLC3@2 PLC0 PLC3 PLC0 PLC0 PLC3";
     assert_eq!(script.log.join(" "), expected);
 }
 

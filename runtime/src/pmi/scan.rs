@@ -220,10 +220,15 @@ impl Executive for PmiExecutive {
         self.latch();
         write_u8(&mut self.image, self.special.ipl, u8::from(self.tick == 0));
         let mut scan = Scan { image: &mut self.image, host: &mut NoHost };
-        let result = match engine.call(0, &mut scan) {
-            Outcome::End | Outcome::Suspended => {
+        let result = match engine.call(0, None, &mut scan) {
+            Outcome::End => {
                 self.drive();
                 Ok(())
+            }
+            // No PMI program is ever suspended.
+            Outcome::Suspended(_) => {
+                self.emergency_stop();
+                Err(stop(TrapCode::BadLabel))
             }
             Outcome::Trap(code) => {
                 self.emergency_stop();

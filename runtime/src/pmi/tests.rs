@@ -5,7 +5,7 @@ use plcc_abi::pmi::{
     Announcement, FlipFlop, Format, Lines, PmiTables, Role, Special, Symbol, TextItem, Timer,
     TimerKind, Type,
 };
-use plcc_abi::{Engine, Outcome, Program, Scan, Tables, Task, TrapCode};
+use plcc_abi::{Engine, Outcome, Program, ResumePoint, Scan, Tables, Task, TrapCode};
 
 use super::{PmiExecutive, PmiLoadError, PmiOptions};
 use crate::{Event, EventBody, Executive, NameError, Purpose, Setting, Stop, Value};
@@ -13,11 +13,9 @@ use crate::{Event, EventBody, Executive, NameError, Purpose, Setting, Stop, Valu
 struct Script<F>(F);
 
 impl<F: FnMut(&mut [u8]) -> Outcome> Engine for Script<F> {
-    fn call(&mut self, _: usize, scan: &mut Scan<'_>) -> Outcome {
+    fn call(&mut self, _: usize, _: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         (self.0)(scan.image)
     }
-
-    fn reset(&mut self, _: usize) {}
 }
 
 const IPL: u32 = 0;
@@ -104,7 +102,7 @@ fn program(kind: TimerKind) -> Program {
         files: vec!["test.pmi".into()],
         image_size: PORTS + 2048,
         regions: vec![],
-        tasks: vec![Task { name: "scan".into(), entry: 0 }],
+        tasks: vec![Task { name: "scan".into(), entry: 0, resume_points: vec![] }],
         tables: Tables::Pmi(tables),
     }
 }

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::rc::Rc;
 
 use plcc_abi::engine::NoHost;
-use plcc_abi::{Dialect, Engine, Outcome, Scan};
+use plcc_abi::{Dialect, Engine, Outcome, ResumePoint, Scan};
 
 use super::*;
 use crate::{NameError, Purpose, Setting, Value, ValueError, Variable};
@@ -13,11 +13,9 @@ use crate::{NameError, Purpose, Setting, Value, ValueError, Variable};
 struct Idle;
 
 impl Engine for Idle {
-    fn call(&mut self, _: usize, _: &mut Scan<'_>) -> Outcome {
+    fn call(&mut self, _: usize, _: Option<ResumePoint>, _: &mut Scan<'_>) -> Outcome {
         Outcome::End
     }
-
-    fn reset(&mut self, _: usize) {}
 }
 
 /// `A`, `P10` and `ARR`, an array of both; stops in a tick.
@@ -37,7 +35,7 @@ impl Executive for Control {
     }
 
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
-        let _ = engine.call(0, &mut Scan { image: &mut [], host: &mut NoHost });
+        let _ = engine.call(0, None, &mut Scan { image: &mut [], host: &mut NoHost });
         let tick = self.tick;
         self.tick += 1;
         self.log.borrow_mut().push((tick, self.values[0]));

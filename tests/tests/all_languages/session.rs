@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use plcc_abi::{Dialect, Engine, Host, HostFn, Outcome, Scan};
+use plcc_abi::{Dialect, Engine, Host, HostFn, Outcome, ResumePoint, Scan};
 use plcc_frontend::common::Options;
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::session;
@@ -161,20 +161,16 @@ impl Host for PanickingHost<'_> {
 }
 
 impl Engine for Panicking {
-    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         let Some(function) = self.function else {
-            let outcome = self.engine.call(task, scan);
+            let outcome = self.engine.call(task, from, scan);
             self.count += 1;
             assert!(self.count <= self.at, "an engine that panics");
             return outcome;
         };
         let count = &mut self.count;
         let mut host = PanickingHost { host: &mut *scan.host, function, at: self.at, count };
-        self.engine.call(task, &mut Scan { image: &mut *scan.image, host: &mut host })
-    }
-
-    fn reset(&mut self, task: usize) {
-        self.engine.reset(task);
+        self.engine.call(task, from, &mut Scan { image: &mut *scan.image, host: &mut host })
     }
 }
 

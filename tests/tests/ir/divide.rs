@@ -78,7 +78,7 @@ fn check(op: BinaryOp, ty: Type, by: i64, wide: bool, rng: &mut Rng) {
     for x in dividends(ty, by, rng) {
         let mut image = [0; 16];
         image[..8].copy_from_slice(&x.to_le_bytes());
-        engine.call(0, &mut Scan { image: &mut image, host: &mut NoHost });
+        engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
         let found = of.wrap(i64::from_le_bytes(image[8..].try_into().unwrap()));
         let wanted = eval::binary(op, of, x & mask, by);
         assert_eq!(found, wanted, "{} {ty} {x} by {by}, wide {wide}", op.name());

@@ -81,7 +81,7 @@ fn bytes(module: &Module, words: &[&str]) -> Vec<(usize, Vec<u8>)> {
 fn outcome(outcome: Outcome) -> String {
     match outcome {
         Outcome::End => "end".into(),
-        Outcome::Suspended => "suspended".into(),
+        Outcome::Suspended(_) => "suspended".into(),
         Outcome::Trap(code) => code.name().into(),
     }
 }
@@ -122,10 +122,12 @@ fn run(path: &Path, text: &str, module: &Module) {
                 image[at..at + row.len()].copy_from_slice(&row);
             }
         }
+        let mut from = None;
         for words in directives("after") {
             let mut scan = Scan { image: &mut image, host: &mut NoHost };
-            let found = outcome(engine.call(0, &mut scan));
-            assert_eq!(found, words[0], "{}, {name}", path.display());
+            let found = engine.call(0, from, &mut scan);
+            from = found.resume_point();
+            assert_eq!(outcome(found), words[0], "{}, {name}", path.display());
             for (at, row) in bytes(module, &words[1..]) {
                 let found = &image[at..at + row.len()];
                 assert_eq!(found, row, "{}, {name}: {words:?}", path.display());
@@ -220,7 +222,7 @@ fn a_byte_written_over_the_flags_is_seen_and_sees_them() {
     let fuel = program.region("context").unwrap().offset + plcc_abi::nct::context::FUEL;
     plcc_abi::image::write_i32(&mut image, fuel, 1000);
     let mut scan = Scan { image: &mut image, host: &mut NoHost };
-    assert_eq!(engine.call(task, &mut scan), Outcome::End);
+    assert_eq!(engine.call(task, None, &mut scan), Outcome::End);
     let byte = |at: usize| tables.flags[at].read(&image);
     assert_eq!((byte(500), byte(501)), (0x41, 0), "carry and zero");
     assert_eq!((byte(4), byte(5)), (1, 0), "what was stored");

@@ -97,7 +97,7 @@ fn difference(statements: &Statements, built: &mut Built, seed: u64) -> Option<S
         for (name, engine) in &mut built.engines {
             let (image, host) = executive.parts();
             image.copy_from_slice(&start);
-            let outcome = engine.call(0, &mut Scan { image, host });
+            let outcome = engine.call(0, None, &mut Scan { image, host });
             assert_eq!(outcome, Outcome::End);
             if image == expected {
                 continue;
@@ -232,7 +232,7 @@ fn findings_stay_mended() {
         for (name, engine) in &mut built.engines {
             let (image, host) = executive.parts();
             plcc_abi::image::write_f64(image, layout.p_offset(2), p2);
-            engine.call(0, &mut Scan { image, host });
+            engine.call(0, None, &mut Scan { image, host });
             let value = plcc_abi::image::read_f64(image, layout.p_offset(1));
             assert_eq!(value.to_bits(), f64::to_bits(expected), "{statement} in {name}: {value}");
         }

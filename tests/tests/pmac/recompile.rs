@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use plcc::compile::jit;
 use plcc::recompile::PmacRecompiler;
 use plcc_abi::pmac::{Definition, Layout, Relied};
-use plcc_abi::{Engine, Host, HostFn, Outcome, Scan};
+use plcc_abi::{Engine, Host, HostFn, Outcome, ResumePoint, Scan};
 use plcc_codegen::OptLevel;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{MemoryLoader, Options};
@@ -43,13 +43,9 @@ impl Host for CountingHost<'_> {
 }
 
 impl Engine for Counting {
-    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         let mut host = CountingHost { host: scan.host, calls: &self.calls };
-        self.engine.call(task, &mut Scan { image: scan.image, host: &mut host })
-    }
-
-    fn reset(&mut self, task: usize) {
-        self.engine.reset(task);
+        self.engine.call(task, from, &mut Scan { image: scan.image, host: &mut host })
     }
 
     fn begin_tick(&mut self, image: &mut [u8]) {
@@ -334,9 +330,9 @@ fn a_range_that_moves_its_own_definitions() {
     assert_eq!(pair.get("X:$07F1"), 2033.0 + 12.0);
 }
 
-/// The labels at which tasks start and go on do not hang on what is built in.
+/// The resume points of tasks do not depend on what is built in.
 #[test]
-fn labels_are_the_same_whatever_is_built_in() {
+fn resume_points_are_the_same_whatever_is_built_in() {
     use plcc_ir::Terminator;
     let source = format!(
         "I5=3\nM1->X:$07F0,0,24\nM2->Y:$FFC2,0,8\nM3->D:$07F1\n{LOGIC}\

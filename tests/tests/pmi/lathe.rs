@@ -12,7 +12,7 @@ use std::{
 };
 
 use crate::harness::{Change, Machines, checked};
-use plcc_abi::{Engine, Outcome, Scan};
+use plcc_abi::{Engine, Outcome, ResumePoint, Scan};
 use plcc_frontend::{common::Options, pmi};
 
 /// The statement interpreter, whose counts can be read while the machines have it.
@@ -20,12 +20,8 @@ use plcc_frontend::{common::Options, pmi};
 struct Counting(Arc<Mutex<pmi::Interpreter>>);
 
 impl Engine for Counting {
-    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
-        self.0.lock().unwrap().call(task, scan)
-    }
-
-    fn reset(&mut self, task: usize) {
-        self.0.lock().unwrap().reset(task);
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+        self.0.lock().unwrap().call(task, from, scan)
     }
 }
 

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use plcc_abi::{Engine, Outcome, Scan};
+use plcc_abi::{Engine, Outcome, ResumePoint, Scan};
 
 use super::figures::Samples;
 
@@ -46,9 +46,9 @@ fn clock() -> u64 {
 }
 
 impl Engine for Timed {
-    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         let start = Instant::now();
-        let outcome = self.engine.call(task, scan);
+        let outcome = self.engine.call(task, from, scan);
         let ns = (start.elapsed().as_nanos() as u64).saturating_sub(self.clock);
         self.scan += ns;
         self.calls += 1;
@@ -56,10 +56,6 @@ impl Engine for Timed {
             samples.push(ns);
         }
         outcome
-    }
-
-    fn reset(&mut self, task: usize) {
-        self.engine.reset(task);
     }
 
     fn begin_tick(&mut self, image: &mut [u8]) {

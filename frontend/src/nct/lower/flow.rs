@@ -75,6 +75,27 @@ impl Lowerer<'_> {
         }
     }
 
+    /// The statements that a safepoint leads to, in the source's order: where a task, whichever it
+    /// is, can be suspended.
+    fn resume_points(&self) -> Vec<usize> {
+        let mut points = vec![];
+        for (at, stmt) in self.program.stmts.iter().enumerate() {
+            match stmt.op {
+                Op::Goto(label) => points.extend(self.target(label).filter(|&to| to <= at)),
+                Op::Call(label) => points.extend(self.target(label)),
+                Op::GotoIndirect(_) | Op::CallIndirect(_) => {
+                    let call = matches!(stmt.op, Op::CallIndirect(_));
+                    let all = self.labels.iter().map(|&(_, to)| to);
+                    points.extend(all.filter(|&to| call || to <= at));
+                }
+                _ => {}
+            }
+        }
+        points.sort_unstable();
+        points.dedup();
+        points
+    }
+
     fn context(&mut self, ty: Type, offset: u32) -> Value {
         self.builder.ins().load(ty, Address::fixed(self.regions.context, offset))
     }
@@ -229,6 +250,7 @@ impl Lowerer<'_> {
 
     /// What the program's branches share, behind its end.
     pub(super) fn tails(&mut self) {
+        let points = self.resume_points();
         for Stub { to, call, place } in std::mem::take(&mut self.stubs) {
             self.bind(place);
             if call {
@@ -245,6 +267,10 @@ impl Lowerer<'_> {
             self.builder.brif(go_on, suspended, timeout);
             self.bind(suspended);
             self.builder.suspend(target);
+        }
+        let places: Vec<Place> = points.into_iter().map(|at| self.place(at)).collect();
+        for task in 0..modules(self.program).count() {
+            self.builder.resume_points(task, &places);
         }
         if let Some(place) = self.timeout {
             self.bind(place);

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use plcc_abi::{
-    Engine, Outcome, Scan, TrapCode,
+    Engine, Outcome, ResumePoint, Scan, TrapCode,
     image::{read_u8, read_u16, read_u32, write_u16, write_u32},
     nct::context,
 };
@@ -23,8 +23,11 @@ pub struct Interpreter {
     layout: Arc<Layout>,
     /// The first statement of each task.
     entries: Vec<usize>,
-    /// Where a suspended task goes on.
-    resume: Vec<Option<usize>>,
+    /// The statements at which a task goes on that was suspended, in the source's order. Control
+    /// can come from each module to each label, so they are the same for all tasks.
+    resume_points: Vec<usize>,
+    /// The statements that call, in the source's order: what return addresses count.
+    calls: Vec<usize>,
     /// Results of a condition that wait for their gate.
     waiting: Vec<bool>,
     /// How often each statement ran.
@@ -34,8 +37,17 @@ pub struct Interpreter {
 impl Interpreter {
     pub(crate) fn new(program: Arc<Program>, layout: Arc<Layout>) -> Self {
         let entries: Vec<usize> = crate::nct::tables::modules(&program).map(|(_, at)| at).collect();
-        let (resume, counts) = (vec![None; entries.len()], vec![0; program.stmts.len()]);
-        Self { program, layout, entries, resume, waiting: vec![], counts }
+        let calls = (0..).zip(&program.stmts);
+        let calls = calls.filter(|(_, s)| matches!(s.op, Op::Call(_) | Op::CallIndirect(_)));
+        Self {
+            entries,
+            resume_points: resume_points(&program),
+            calls: calls.map(|(at, _)| at).collect(),
+            waiting: vec![],
+            counts: vec![0; program.stmts.len()],
+            program,
+            layout,
+        }
     }
 
     /// How often each statement ran, by the line it begins at.
@@ -44,24 +56,48 @@ impl Interpreter {
     }
 }
 
+/// Where a task can be suspended: at the statements that a safepoint stands before, which are the
+/// labels that something jumps back to or calls.
+fn resume_points(program: &Program) -> Vec<usize> {
+    let at = |label: u16| Some(program.labels.get(usize::from(label)).copied().flatten()? as usize);
+    let mut points = vec![];
+    for (from, stmt) in program.stmts.iter().enumerate() {
+        let back = |to: &usize| *to <= from;
+        match stmt.op {
+            Op::Goto(label) => points.extend(at(label).filter(back)),
+            Op::Call(label) => points.extend(at(label)),
+            Op::GotoIndirect(_) => points.extend(NAMED.filter_map(at).filter(back)),
+            Op::CallIndirect(_) => points.extend(NAMED.filter_map(at)),
+            _ => {}
+        }
+    }
+    points.sort_unstable();
+    points.dedup();
+    points
+}
+
 impl Engine for Interpreter {
-    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         let Some(&entry) = self.entries.get(task) else { return Outcome::End };
-        let resumed = self.resume.get_mut(task).and_then(Option::take);
+        let start = match from {
+            None => Some(entry),
+            Some(ResumePoint(number)) => self.resume_points.get(number as usize).copied(),
+        };
+        let Some(mut at) = start else { return Outcome::Trap(TrapCode::BadLabel) };
         let program = Arc::clone(&self.program);
         let layout = Arc::clone(&self.layout);
         let mut run = Run {
             program: &program,
             layout: &layout,
+            calls: &self.calls,
             image: &mut *scan.image,
             op: 0,
             waiting: &mut self.waiting,
         };
         run.op = read_u16(run.image, layout.context + context::OP);
-        if resumed.is_none() {
+        if from.is_none() {
             run.set_depth(0);
         }
-        let mut at = resumed.unwrap_or(entry);
         let outcome = loop {
             let Some(stmt) = program.stmts.get(at) else { break Outcome::End };
             if let Some(count) = self.counts.get_mut(at) {
@@ -76,10 +112,10 @@ impl Engine for Interpreter {
             match run.step(at, &stmt.op) {
                 Next::At(next) => at = next,
                 Next::Suspend(next) => {
-                    if let Some(slot) = self.resume.get_mut(task) {
-                        *slot = Some(next);
-                    }
-                    break Outcome::Suspended;
+                    break match self.resume_points.binary_search(&next) {
+                        Ok(number) => Outcome::Suspended(ResumePoint(number as u32)),
+                        Err(_) => Outcome::Trap(TrapCode::BadLabel),
+                    };
                 }
                 Next::End => break Outcome::End,
                 Next::Trap(code) => break Outcome::Trap(code),
@@ -87,12 +123,6 @@ impl Engine for Interpreter {
         };
         write_u16(run.image, layout.context + context::OP, run.op);
         outcome
-    }
-
-    fn reset(&mut self, task: usize) {
-        if let Some(slot) = self.resume.get_mut(task) {
-            *slot = None;
-        }
     }
 }
 
@@ -107,6 +137,8 @@ enum Next {
 struct Run<'a> {
     program: &'a Program,
     layout: &'a Layout,
+    /// The statements that call, in the source's order.
+    calls: &'a [usize],
     image: &'a mut [u8],
     op: u16,
     waiting: &'a mut Vec<bool>,
@@ -127,6 +159,9 @@ const MUL_OVERFLOW: Bit = flag(83);
 const BCD_SIGN: Bit = flag(87);
 /// The high word of products and dividends, later the remainder.
 const HIGH: Word = Word::Bytes { space: Space::F, byte: 0 };
+
+/// Labels that an indirect jump or call can name (NCT 4.11).
+const NAMED: std::ops::RangeInclusive<u16> = 3..=196;
 
 /// The number that four BCD digits stand for.
 fn from_bcd(word: u16) -> Option<u16> {
@@ -367,7 +402,8 @@ impl Run<'_> {
             return Next::Trap(TrapCode::CallDepth);
         }
         let slot = self.layout.context + context::SITES + u32::from(depth) * 4;
-        write_u32(self.image, slot, from as u32 + 1);
+        let number = self.calls.binary_search(&from).unwrap_or(usize::MAX);
+        write_u32(self.image, slot, number as u32);
         self.set_depth(depth + 1);
         self.safepoint(to)
     }
@@ -379,7 +415,7 @@ impl Run<'_> {
             self.note(false, true);
             return None;
         };
-        let target = if (3..=196).contains(&label) { self.target(label) } else { None };
+        let target = if NAMED.contains(&label) { self.target(label) } else { None };
         self.note(target.is_none(), false);
         target
     }
@@ -458,7 +494,11 @@ impl Run<'_> {
                 let Some(depth) = self.depth().checked_sub(1) else { return Next::End };
                 self.set_depth(depth);
                 let slot = self.layout.context + context::SITES + u32::from(depth) * 4;
-                return Next::At(read_u32(self.image, slot) as usize);
+                let number = read_u32(self.image, slot) as usize;
+                let Some(call) = self.calls.get(number) else {
+                    return Next::Trap(TrapCode::BadLabel);
+                };
+                return Next::At(call + 1);
             }
             Op::End(_) => return Next::End,
             Op::EndIf | Op::Label(_) | Op::Text | Op::Area { .. } | Op::Bad { .. } => {}

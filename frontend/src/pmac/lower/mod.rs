@@ -43,8 +43,8 @@ fn addresses(kind: TaskKind, code: &[Stmt]) -> bool {
 
 /// Lowers a download, with the definitions of `relied` built in.
 ///
-/// The labels at which tasks start and suspended ones go on are the same whatever is built in, so
-/// that a task may be suspended in one module and go on in another of the same download.
+/// A task's resume points are its WHILE statements, whatever is built in, so that a task may be
+/// suspended in one module and go on in another of the same download.
 pub(crate) fn lower(
     download: &Download,
     loaded: &Loaded,
@@ -74,6 +74,7 @@ pub(crate) fn lower(
         sources,
         ranges: &loaded.ranges,
         places_of_m: reliance::places(&layout, relied),
+        task_count: 0,
         context: 0,
         addresses: false,
         fast: false,
@@ -101,6 +102,8 @@ pub(crate) struct Lowerer<'a> {
     pub(crate) ranges: &'a [(u32, Range)],
     /// Where M-variables are by the definitions built in.
     pub(crate) places_of_m: Vec<Option<Direct>>,
+    /// How many tasks there are so far.
+    task_count: usize,
     /// Of the task at hand: its context, and whether it addresses coordinate systems.
     pub(crate) context: u32,
     pub(crate) addresses: bool,
@@ -136,10 +139,10 @@ impl Lowerer<'_> {
             .iter()
             .map(|stmt| matches!(stmt.what, What::While(..)).then(|| self.builder.place()))
             .collect();
-        // Labels come in this order, before any that hang on what is built in.
-        for &resume in resumes.iter().flatten() {
-            self.builder.label(resume);
-        }
+        // Their labels come before any that depend on what is built in.
+        let points: Vec<Place> = resumes.iter().copied().flatten().collect();
+        self.builder.resume_points(self.task_count, &points);
+        self.task_count += 1;
         let [fast, guarded] = &versions;
         let both = !matches!(kind, TaskKind::Command(_)) && self.relies_on_definitions(code);
         if both {

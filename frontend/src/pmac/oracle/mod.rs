@@ -11,7 +11,7 @@ mod resolved;
 
 use plcc_abi::image::write_f64;
 use plcc_abi::pmac::{Kind, Layout, Range, fixed, math};
-use plcc_abi::{Engine, HostFn, Outcome, Scan};
+use plcc_abi::{Engine, HostFn, Outcome, ResumePoint, Scan, TrapCode};
 
 use self::evaluate::{integer_binary, integer_compare, truth, wrap};
 use self::memory::{Memory, MemoryMap};
@@ -21,7 +21,7 @@ use self::resolved::{
     Stretch,
 };
 use super::analyse::load::Loaded;
-use super::ast::{Download, Func};
+use super::ast::{Download, Func, What};
 use super::tasks::tasks;
 
 /// The statements of a PLC, a PLCC or a command.
@@ -30,8 +30,8 @@ struct Task {
     statements: Vec<Statement>,
     /// Where its addressed coordinate system is kept.
     context: u32,
-    /// The statement at which the next scan begins.
-    next: u32,
+    /// The WHILE statements, in their order: where a scan goes on that was suspended.
+    resume_points: Vec<u32>,
 }
 
 /// The statement interpreter.
@@ -55,7 +55,9 @@ impl Interpreter {
         let mut all = Vec::new();
         for (kind, code) in tasks(download, loaded) {
             let statements = code.iter().map(|stmt| resolver.statement(stmt)).collect();
-            all.push(Task { statements, context: kind.context(), next: 0 });
+            let whiles = (0..).zip(code).filter(|(_, stmt)| matches!(stmt.what, What::While(..)));
+            let resume_points = whiles.map(|(at, _)| at).collect();
+            all.push(Task { statements, context: kind.context(), resume_points });
         }
         Self {
             layout: loaded.layout,
@@ -226,8 +228,13 @@ impl Machine<'_, '_> {
 }
 
 impl Engine for Interpreter {
-    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
-        let Some(task) = self.tasks.get_mut(task) else { return Outcome::End };
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+        let Some(task) = self.tasks.get(task) else { return Outcome::End };
+        let start = match from {
+            None => Some(0),
+            Some(ResumePoint(number)) => task.resume_points.get(number as usize).copied(),
+        };
+        let Some(mut at) = start else { return Outcome::Trap(TrapCode::BadLabel) };
         let memory = Memory {
             layout: &self.layout,
             map: &self.map,
@@ -239,7 +246,6 @@ impl Engine for Interpreter {
         };
         let mut machine = Machine { tables: &self.tables, memory };
         let waiting = &mut self.waiting;
-        let mut at = std::mem::take(&mut task.next);
         while let Some(statement) = task.statements.get(at as usize) {
             at += 1;
             match *statement {
@@ -294,8 +300,10 @@ impl Engine for Interpreter {
                 }
                 Statement::Jump(target) => at = target,
                 Statement::EndWhile(head) => {
-                    task.next = head;
-                    return Outcome::Suspended;
+                    return match task.resume_points.binary_search(&head) {
+                        Ok(number) => Outcome::Suspended(ResumePoint(number as u32)),
+                        Err(_) => Outcome::Trap(TrapCode::BadLabel),
+                    };
                 }
                 Statement::Plc(op, compiled, set) => {
                     for number in (0..32_u64).filter(|number| set >> number & 1 != 0) {
@@ -327,11 +335,5 @@ impl Engine for Interpreter {
             }
         }
         Outcome::End
-    }
-
-    fn reset(&mut self, task: usize) {
-        if let Some(task) = self.tasks.get_mut(task) {
-            task.next = 0;
-        }
     }
 }

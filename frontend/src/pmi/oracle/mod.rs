@@ -8,7 +8,7 @@ mod resolve;
 mod row;
 
 use plcc_abi::{
-    Engine, Outcome, Scan, TrapCode,
+    Engine, Outcome, ResumePoint, Scan, TrapCode,
     image::{write_i16, write_i32, write_u8},
     pmi::Type,
 };
@@ -128,7 +128,7 @@ fn assign(image: &mut [u8], place: Place, value: i32, effect: Option<&Effect>) {
 }
 
 impl Engine for Interpreter {
-    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
+    fn call(&mut self, task: usize, _: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         if task != 0 {
             return Outcome::End;
         }
@@ -137,6 +137,4 @@ impl Engine for Interpreter {
             None => Outcome::Trap(TrapCode::ArrayBounds),
         }
     }
-
-    fn reset(&mut self, _: usize) {}
 }

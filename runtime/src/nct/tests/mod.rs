@@ -5,7 +5,7 @@ mod search;
 mod slice;
 
 use plcc_abi::nct::{FLAG_BYTES, NctHome, NctTables};
-use plcc_abi::{Engine, Outcome, Program, Region, Scan, Tables, Task};
+use plcc_abi::{Engine, Outcome, Program, Region, ResumePoint, Scan, Tables, Task};
 
 /// An NCT program without code: bits of I, V and Y unpacked, F packed.
 pub(super) fn program(tables: NctTables, tasks: usize) -> Program {
@@ -34,7 +34,7 @@ pub(super) fn program(tables: NctTables, tasks: usize) -> Program {
     let start = region("flag_bytes", FLAG_BYTES as u32, false);
     let flags = (0..FLAG_BYTES as u32).map(|n| NctHome { offset: start + n, unpacked: false });
     let tables = NctTables { inputs, previous, outputs, flags: flags.collect(), ..tables };
-    let task = |n| Task { name: format!(":00{n}"), entry: n as u32 };
+    let task = |n| Task { name: format!(":00{n}"), entry: n as u32, resume_points: vec![] };
     Program {
         files: vec!["test.plc".into()],
         image_size: end,
@@ -48,9 +48,7 @@ pub(super) fn program(tables: NctTables, tasks: usize) -> Program {
 pub(super) struct Script<F>(pub(super) F);
 
 impl<F: FnMut(usize, &mut Scan<'_>) -> Outcome> Engine for Script<F> {
-    fn call(&mut self, task: usize, scan: &mut Scan<'_>) -> Outcome {
+    fn call(&mut self, task: usize, _: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         (self.0)(task, scan)
     }
-
-    fn reset(&mut self, _: usize) {}
 }

@@ -2,7 +2,7 @@
 
 use plcc_abi::image::{read_u16, read_u32, write_u16};
 use plcc_abi::nct::{NctControl, NctSettings, NctTables, ToolPot, context};
-use plcc_abi::{Outcome, Tables, TrapCode};
+use plcc_abi::{Outcome, ResumePoint, Tables, TrapCode};
 
 use super::{Script, program};
 use crate::nct::{NctExecutive, NctOptions};
@@ -42,7 +42,11 @@ fn level_0_sees_the_inputs_of_its_start() {
         seen.borrow_mut().push((module, now, now ^ previous.read(scan.image)));
         calls += usize::from(module == 0);
         // :000 takes two slices, from the first on.
-        if module == 0 && calls % 2 == 1 { Outcome::Suspended } else { Outcome::End }
+        if module == 0 && calls % 2 == 1 {
+            Outcome::Suspended(ResumePoint(0))
+        } else {
+            Outcome::End
+        }
     });
     for tick in 0..4 {
         set(&mut executive, "I00", [1, 2, 3, 7][tick]);
@@ -66,7 +70,7 @@ fn without_synchronisation_level_0_follows() {
             return Outcome::End;
         }
         seen.borrow_mut().push(input.read(scan.image));
-        Outcome::Suspended
+        Outcome::Suspended(ResumePoint(0))
     });
     for value in 1..4 {
         set(&mut executive, "P00", value);
@@ -83,12 +87,9 @@ fn first_call_and_level_0_start_are_the_executives() {
         set(&mut executive, "I510", 1);
         set(&mut executive, "I543", 0);
         set(&mut executive, "I545", 1);
-        let mut engine =
-            Script(
-                |module, _: &mut plcc_abi::Scan<'_>| {
-                    if module == 0 && tick == 1 { Outcome::Suspended } else { Outcome::End }
-                },
-            );
+        let mut engine = Script(|module, _: &mut plcc_abi::Scan<'_>| {
+            if module == 0 && tick == 1 { Outcome::Suspended(ResumePoint(0)) } else { Outcome::End }
+        });
         executive.tick(&mut engine, &mut vec![]).unwrap();
         trace.push(["I510", "I543", "I545"].map(|name| get(&mut executive, name)));
     }

@@ -1,0 +1,72 @@
+//! Rule 14: a scan is suspended only where its task can go on.
+
+use std::collections::HashSet;
+
+use super::Errors;
+use crate::{Block, Func, Label, Module, Terminator};
+
+pub(super) fn module(module: &Module, errors: &mut Errors) {
+    let suspended = suspensions(module);
+    // Most modules, all of PMI's among them, never suspend.
+    if suspended.is_empty() {
+        return;
+    }
+    let all: HashSet<u32> =
+        module.tasks.iter().flat_map(|task| task.resume_points.iter().copied()).collect();
+    for label in suspended.iter().filter(|label| !all.contains(&label.0)) {
+        errors.push(format!("a scan is suspended at {label}, which no task has as a resume point"));
+    }
+    let targets = module.label_targets();
+    for task in &module.tasks {
+        let points: HashSet<u32> = task.resume_points.iter().copied().collect();
+        for label in reached(module, &targets, task.entry, &points) {
+            if !points.contains(&label.0) && all.contains(&label.0) {
+                let name = &task.name;
+                errors.push(format!("task {name} is suspended at {label}, no resume point of it"));
+            }
+        }
+    }
+}
+
+/// The labels that suspensions name, each once, wherever they stand.
+fn suspensions(module: &Module) -> Vec<Label> {
+    let blocks = module.funcs().flat_map(|(_, func)| func.blocks());
+    let mut labels: Vec<Label> = blocks
+        .filter_map(|(_, block)| match block.terminator {
+            Some(Terminator::Suspend(label)) => Some(label),
+            _ => None,
+        })
+        .collect();
+    labels.sort_unstable();
+    labels.dedup();
+    labels
+}
+
+/// The labels that the suspensions name which a task is known to come to.
+fn reached(
+    module: &Module,
+    targets: &[Option<(Func, Block)>],
+    entry: u32,
+    points: &HashSet<u32>,
+) -> Vec<Label> {
+    let target = |label: u32| targets.get(label as usize).copied().flatten();
+    let mut seen: HashSet<(Func, Block)> = HashSet::new();
+    let mut open: Vec<(Func, Block)> =
+        points.iter().copied().chain([entry]).filter_map(target).collect();
+    let mut labels = vec![];
+    while let Some((func, block)) = open.pop() {
+        if !seen.insert((func, block)) {
+            continue;
+        }
+        let data = module.funcs.get(func.index()).and_then(|f| f.blocks.get(block.index()));
+        let Some(terminator) = data.and_then(|data| data.terminator.as_ref()) else { continue };
+        match terminator {
+            Terminator::Suspend(label) => labels.push(*label),
+            Terminator::Goto(label) => open.extend(target(label.0)),
+            other => other.for_each_block(|next, _| open.push((func, next))),
+        }
+    }
+    labels.sort_unstable();
+    labels.dedup();
+    labels
+}

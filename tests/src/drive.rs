@@ -1,0 +1,131 @@
+//! A program with its stimulus, driven tick by tick: what is seen of it can be compared between
+//! engines, and between a run that was interrupted and one that was not.
+
+use plcc_abi::{Dialect, Engine, Program, Tables};
+use plcc_diag::SourceMap;
+use plcc_frontend::common::Options;
+use plcc_runtime::args::ControlArgs;
+use plcc_runtime::{Event, Executive, Purpose, Variable, session};
+
+use crate::compile::{Compiled, compile_sources};
+use crate::gen_pmi::Case;
+
+/// A compiled program, its stimulus and the options of its control.
+pub struct Bench {
+    /// The program in all engines.
+    pub compiled: Compiled,
+    /// Ticks that the stimulus covers.
+    pub ticks: u64,
+    rows: Vec<(u64, String, String)>,
+    args: ControlArgs,
+}
+
+impl Bench {
+    /// Compiles a case.
+    ///
+    /// # Errors
+    /// The source has errors, or the stimulus is no table of three columns.
+    pub fn new(case: &Case, dialect: Dialect, options: &Options) -> Result<Self, String> {
+        let mut sources = SourceMap::new();
+        let file = sources.add("case", case.source.as_bytes());
+        let compiled = compile_sources(&mut sources, &[file], dialect, options)?;
+        let mut rows = vec![];
+        for row in case.stimulus.lines().skip(1) {
+            let mut parts = row.splitn(3, ',');
+            let (Some(tick), Some(name), Some(value)) = (parts.next(), parts.next(), parts.next())
+            else {
+                return Err(format!("no row of a stimulus: {row}"));
+            };
+            let tick = tick.parse().map_err(|_| format!("no tick: {row}"))?;
+            rows.push((tick, name.to_owned(), value.to_owned()));
+        }
+        // Few safepoints, so that :000 is suspended again and again.
+        let level0_safepoints = (dialect == Dialect::Nct).then_some(3);
+        let mut args = ControlArgs::default();
+        args.nct.level0_safepoints = level0_safepoints;
+        Ok(Self { compiled, ticks: case.ticks.into(), rows, args })
+    }
+
+    /// A control at power-up, for a program of [`Compiled::engine`].
+    ///
+    /// # Errors
+    /// The program's tables do not fit together.
+    pub fn machine(&self, program: &Program) -> Result<Machine<'_>, String> {
+        let executive = session::executive(program, &self.args, false, None);
+        let mut executive = executive.map_err(|error| error.to_string())?;
+        let declared = executive.declared();
+        Ok(Machine { bench: self, executive, declared, tick: 0, stopped: false })
+    }
+}
+
+/// A control that is driven.
+pub struct Machine<'a> {
+    bench: &'a Bench,
+    /// The control itself.
+    pub executive: Box<dyn Executive>,
+    declared: Vec<(String, Variable)>,
+    /// The next tick's number.
+    pub tick: u64,
+    stopped: bool,
+}
+
+impl Machine<'_> {
+    /// One tick with its stimulus. What was seen: the events, how it stopped, the variables that
+    /// the program names; nothing once it has stopped.
+    ///
+    /// # Errors
+    /// The stimulus names something that the program does not have.
+    pub fn step(&mut self, engine: &mut dyn Engine) -> Result<Vec<String>, String> {
+        let tick = self.tick;
+        self.tick += 1;
+        if self.stopped {
+            return Ok(vec![]);
+        }
+        for (_, name, value) in self.bench.rows.iter().filter(|row| row.0 == tick) {
+            let found = self.executive.find(name, Purpose::Stimulus);
+            let variable = found.map_err(|error| error.to_string())?;
+            let value = self.executive.parse(variable, value).map_err(|error| error.to_string())?;
+            self.executive.set(variable, value);
+        }
+        let mut events: Vec<Event> = vec![];
+        let result = self.executive.tick(engine, &mut events);
+        let mut seen: Vec<String> = events.iter().map(|event| format!("{event:?}")).collect();
+        if let Err(stop) = result {
+            self.stopped = true;
+            seen.push(format!("{stop:?}"));
+        }
+        for (name, variable) in &self.declared {
+            seen.push(format!("{tick} {name} {}", self.executive.get(*variable)));
+        }
+        seen.push(format!("{tick} retained {:?}", self.executive.retained().map(|r| hash(&r))));
+        Ok(seen)
+    }
+
+    /// Puts the control to a tick that it was brought to by other means than [`step`](Self::step).
+    pub fn go_on_at(&mut self, tick: u64) {
+        self.tick = tick;
+    }
+
+    /// The bytes of the image that every engine keeps alike: all of it, but for NCT's regions in
+    /// which engines hold values within a statement.
+    pub fn state(&self, program: &Program) -> Vec<u8> {
+        let mut image = self.executive.image().to_vec();
+        if matches!(program.tables, Tables::Nct(_)) {
+            for name in ["scratch", "waiting"] {
+                let Some(region) = program.region(name) else { continue };
+                let (start, end) = (region.offset as usize, (region.offset + region.size) as usize);
+                if let Some(bytes) = image.get_mut(start..end) {
+                    bytes.fill(0);
+                }
+            }
+        }
+        image
+    }
+}
+
+/// FNV-1a: short enough to be compared by eye.
+fn hash(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xCBF2_9CE4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01B3)
+    })
+}
