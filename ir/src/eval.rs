@@ -57,6 +57,11 @@ pub fn binary(op: BinaryOp, ty: Type, a: i64, b: i64) -> i64 {
                 a.wrapping_rem(b)
             }
         }
+        BinaryOp::Smod => {
+            let remainder = if b == 0 { 0 } else { a.wrapping_rem(b) };
+            let other_sign = remainder != 0 && (remainder < 0) != (b < 0);
+            if other_sign { remainder + b } else { remainder }
+        }
         BinaryOp::Udiv => ua.checked_div(ub).unwrap_or(0) as i64,
         BinaryOp::Urem => ua.checked_rem(ub).unwrap_or(0) as i64,
         BinaryOp::And => a & b,
@@ -168,6 +173,13 @@ mod tests {
             (BinaryOp::Sdiv, 7, 0, 0),
             (BinaryOp::Srem, min, -1, 0),
             (BinaryOp::Srem, -7, 2, -1),
+            (BinaryOp::Smod, -7, 3, 2),
+            (BinaryOp::Smod, 7, -3, -2),
+            (BinaryOp::Smod, -6, 3, 0),
+            (BinaryOp::Smod, 7, 0, 0),
+            (BinaryOp::Smod, min, -1, 0),
+            (BinaryOp::Smod, -1, min, -1),
+            (BinaryOp::Smod, 1, min, min + 1),
             (BinaryOp::Udiv, -1, 2, 0x7FFF),
             (BinaryOp::Shl, 1, 16, 0),
             (BinaryOp::Shl, 1, 15, min),

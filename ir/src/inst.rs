@@ -67,6 +67,9 @@ words! {
         Sdiv = "sdiv",
         /// Signed remainder with the dividend's sign; by 0 and by -1 it is 0.
         Srem = "srem",
+        /// Signed remainder of the quotient rounded down, with the divisor's sign (SMT-LIB's
+        /// `bvsmod`); by 0 it is 0.
+        Smod = "smod",
         /// Unsigned quotient; by 0 it is 0.
         Udiv = "udiv",
         /// Unsigned remainder; by 0 it is 0.

@@ -48,6 +48,7 @@ impl Lowering<'_> {
             BinaryOp::Fdiv => self.builder.ins().fdiv(a, b),
             BinaryOp::Shl | BinaryOp::Lshr | BinaryOp::Ashr => self.shift(op, ty, a, b, args[1]),
             BinaryOp::Sdiv | BinaryOp::Srem => self.signed_division(op, ty, a, b, args[1]),
+            BinaryOp::Smod => self.modulo(ty, a, b, args[1]),
             BinaryOp::Udiv | BinaryOp::Urem => self.unsigned_division(op, ty, a, b, args[1]),
         }
     }
@@ -131,6 +132,24 @@ impl Lowering<'_> {
         let negated = self.builder.ins().ineg(a);
         let by_minus_one = self.builder.ins().select(is_minus_one, negated, plain);
         self.builder.ins().select(is_zero, zero, by_minus_one)
+    }
+
+    /// A remainder with the divisor's sign: one with the other sign is brought over by adding the
+    /// divisor.
+    fn modulo(&mut self, ty: Type, a: ClifValue, b: ClifValue, by: Value) -> ClifValue {
+        let rest = self.signed_division(BinaryOp::Srem, ty, a, b, by);
+        let zero = self.iconst(ty, 0);
+        let less = IntCC::SignedLessThan;
+        let other_sign = if self.constant(by).is_some_and(|n| n > 0) {
+            self.builder.ins().icmp(less, rest, zero)
+        } else {
+            let signs = self.builder.ins().bxor(rest, b);
+            let differ = self.builder.ins().icmp(less, signs, zero);
+            let is_some = self.builder.ins().icmp(IntCC::NotEqual, rest, zero);
+            self.builder.ins().band(differ, is_some)
+        };
+        let moved = self.builder.ins().iadd(rest, b);
+        self.builder.ins().select(other_sign, moved, rest)
     }
 
     fn unsigned_division(

@@ -13,6 +13,7 @@ impl Fold<'_> {
             }
             (Some(_), None) if op.is_commutative() => Some(Simpler::binary(op, b, a)),
             (None, Some(y)) if ty.is_int() => self.with_const(op, ty, [a, b], y),
+            (None, Some(y)) if op == BinaryOp::Fdiv => self.divide_double(a, y as u64),
             _ if op.is_float() => None,
             _ if a == b => same_operands(op, a),
             _ => self.gate(op, ty, [a, b]),
@@ -82,7 +83,7 @@ impl Fold<'_> {
             (B::Add | B::Sub | B::Or | B::Xor | B::Shl | B::Lshr | B::Ashr | B::Umax, 0) => {
                 return Some(Simpler::Same(a));
             }
-            (B::And | B::Mul | B::Sdiv | B::Udiv | B::Srem | B::Urem | B::Umin, 0) => {
+            (B::And | B::Mul | B::Sdiv | B::Udiv | B::Srem | B::Smod | B::Urem | B::Umin, 0) => {
                 return Some(Simpler::Const(0));
             }
             (B::Xor, c) if c == all => return Some(Simpler::not(a)),
@@ -90,7 +91,7 @@ impl Fold<'_> {
             (B::And | B::Umin, c) if c == all => return Some(Simpler::Same(a)),
             (B::Mul | B::Sdiv | B::Udiv, 1) => return Some(Simpler::Same(a)),
             (B::Mul | B::Sdiv, -1) => return Some(Simpler::unary(UnaryOp::Neg, a)),
-            (B::Srem, 1 | -1) | (B::Urem, 1) => return Some(Simpler::Const(0)),
+            (B::Srem | B::Smod, 1 | -1) | (B::Urem, 1) => return Some(Simpler::Const(0)),
             (B::Shl | B::Lshr, _) if bits >= u64::from(ty.bits()) => {
                 return Some(Simpler::Const(0));
             }
@@ -117,6 +118,7 @@ impl Fold<'_> {
                 Some(Simpler::binary(B::And, a, rest))
             }
             B::Sdiv | B::Srem | B::Udiv | B::Urem => self.divide(op, ty, a, c),
+            B::Smod => self.modulo(ty, a, c),
             B::Mul => self.chain(op, ty, a, c).or_else(|| self.product(ty, [a, b])),
             B::Add | B::Or | B::Xor => self.chain(op, ty, a, c),
             B::Shl if let Some(simpler) = self.put_bit(ty, a, c) => Some(simpler),
@@ -261,7 +263,9 @@ fn same_operands(op: BinaryOp, a: Value) -> Option<Simpler> {
         | BinaryOp::Smax
         | BinaryOp::Umin
         | BinaryOp::Umax => Some(Simpler::Same(a)),
-        BinaryOp::Xor | BinaryOp::Sub | BinaryOp::Srem | BinaryOp::Urem => Some(Simpler::Const(0)),
+        BinaryOp::Xor | BinaryOp::Sub | BinaryOp::Srem | BinaryOp::Smod | BinaryOp::Urem => {
+            Some(Simpler::Const(0))
+        }
         _ => None,
     }
 }

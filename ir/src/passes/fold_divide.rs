@@ -1,8 +1,30 @@
-//! Divides by constants without dividing: with a product of 64 bits and a shift.
+//! Divides by constants without a division.
 //!
-//! For a dividend of `n` bits and a divisor `d`, `d <= 2^l`, the factor is `2^(n+l) / d` rounded
-//! up. It is too large by less than one part in `2^n`, so the quotient is too large by less than
-//! `1/d` and its integer part right; that of a negative dividend is one too small.
+//! Integers of at most 32 bits are multiplied with a factor of up to 33 bits, in 64 bits, and
+//! shifted back. For a dividend of `n` bits (besides its sign) and a divisor `d`, `d <= 2^l`:
+//!
+//! - *Rounded towards 0* (`sdiv`, `srem`, `udiv`, `urem`): the factor is `2^(n+l) / d` rounded up.
+//!   It is too large by less than one part in `2^n`, so the quotient is too large by less than
+//!   `1/d` and its integer part right; that of a negative dividend is one too small.
+//! - *Rounded down* (`smod`): where the dividend is never negative, that is the same. Otherwise
+//!   the factor `f` is `2^(n+l) / d` rounded to the nearest integer, and half of `2^(n+l) / d`,
+//!   rounded down, is added to the product. `f` is off by at most `1/2`, so the product is off by
+//!   at most `2^(n-1)`, which is no more than what was added and, as `d` is no power of two, less
+//!   than the other half. So the sum lies between the same two multiples of `2^(n+l)` as the
+//!   dividend lies between multiples of `d`, and no sign needs to be looked at.
+//!
+//! A quotient of doubles is a product where the divisor is a power of two whose reciprocal is a
+//! normal number: then both round the same number.
+//!
+//! ```text
+//! v2: i32 = smod v0, 10        v3: i64 = sext v0
+//!                              v4: i64 = mul v3, 3435973837
+//!                              v5: i64 = add v4, 1717986918
+//!                        ==>   v6: i64 = ashr v5, 35
+//!                              v7: i32 = trunc v6
+//!                              v8: i32 = mul v7, 10
+//!                              v2: i32 = sub v0, v8
+//! ```
 
 use super::fold::{Fold, Simpler};
 use super::known::mask;
@@ -18,20 +40,70 @@ impl Fold<'_> {
         let ones = self.known.ones(a);
         let signed = matches!(op, BinaryOp::Sdiv | BinaryOp::Srem) && (ones & sign != 0 || c < 0);
         let size = if signed { c.unsigned_abs() } else { c as u64 & mask(ty) };
-        let quotient = if signed { self.signed(ty, a, size)? } else { self.unsigned(ty, a, size)? };
+        let quotient =
+            if signed { self.signed(ty, a, size)? } else { self.unsigned(ty, a, ones, size)? };
         match op {
             BinaryOp::Sdiv if c < 0 => Some(Simpler::unary(crate::UnaryOp::Neg, quotient)),
             BinaryOp::Sdiv | BinaryOp::Udiv => Some(Simpler::Same(quotient)),
-            _ => {
-                let product = self.with(BinaryOp::Mul, ty, quotient, size as i64)?;
-                Some(Simpler::binary(BinaryOp::Sub, a, product))
-            }
+            _ => self.rest(ty, a, quotient, size as i64),
         }
     }
 
-    /// The quotient of a number that is not negative.
-    fn unsigned(&mut self, ty: Type, a: Value, by: u64) -> Option<Value> {
-        let bits = u64::BITS - self.known.ones(a).leading_zeros();
+    /// What is left of the quotient rounded down by a constant other than 0 and 1.
+    pub(super) fn modulo(&mut self, ty: Type, a: Value, c: i64) -> Option<Simpler> {
+        let (low, high) = self.known.bounds(a, ty);
+        if c <= 0 {
+            return None;
+        }
+        if low >= 0 && high < c {
+            return Some(Simpler::Same(a));
+        }
+        if c & (c - 1) == 0 {
+            let below = self.insert_const(ty, c - 1)?;
+            return Some(Simpler::binary(BinaryOp::And, a, below));
+        }
+        let quotient = if low >= 0 {
+            self.unsigned(ty, a, high as u64, c as u64)?
+        } else {
+            self.rounded_down(ty, a, (low, high), c)?
+        };
+        self.rest(ty, a, quotient, c)
+    }
+
+    /// A dividend less the product of quotient and divisor.
+    fn rest(&mut self, ty: Type, a: Value, quotient: Value, by: i64) -> Option<Simpler> {
+        let product = self.with(BinaryOp::Mul, ty, quotient, by)?;
+        Some(Simpler::binary(BinaryOp::Sub, a, product))
+    }
+
+    /// The quotient rounded down by a positive constant that is no power of two.
+    fn rounded_down(
+        &mut self,
+        ty: Type,
+        a: Value,
+        (low, high): (i64, i64),
+        by: i64,
+    ) -> Option<Value> {
+        let bits = i64::BITS - (low ^ (low >> 63)).max(high ^ (high >> 63)).leading_zeros();
+        if bits > 31 {
+            return None;
+        }
+        let shift = bits + (i64::BITS - (by - 1).leading_zeros());
+        if shift > 62 {
+            return None;
+        }
+        let factor = ((1 << shift) + by / 2) / by;
+        let half = (1 << (shift - 1)) / by;
+        let wide = self.widened(ConvertOp::Sext, ty, a)?;
+        let product = self.with(BinaryOp::Mul, Type::I64, wide, factor)?;
+        let sum = self.with(BinaryOp::Add, Type::I64, product, half)?;
+        let quotient = self.with(BinaryOp::Ashr, Type::I64, sum, i64::from(shift))?;
+        self.narrowed(ty, quotient)
+    }
+
+    /// The quotient of a number that is not negative and at most `most`.
+    fn unsigned(&mut self, ty: Type, a: Value, most: u64, by: u64) -> Option<Value> {
+        let bits = u64::BITS - most.leading_zeros();
         // One bit more, and the product may not fit.
         if bits > 31 || by < 2 {
             return None;
@@ -69,10 +141,42 @@ impl Fold<'_> {
         (bits, by): (u32, u64),
     ) -> Option<Value> {
         let shift = bits + (u64::BITS - (by - 1).leading_zeros());
+        if shift > 62 {
+            return None;
+        }
         let factor = (1u64 << shift).div_ceil(by);
-        let wide = self.insert(InstData::Convert { op: extend, to: Type::I64, arg: a })?;
+        let wide = self.widened(extend, ty, a)?;
         let product = self.with(BinaryOp::Mul, Type::I64, wide, factor as i64)?;
         let quotient = self.with(op, Type::I64, product, i64::from(shift))?;
-        self.insert(InstData::Convert { op: ConvertOp::Trunc, to: ty, arg: quotient })
+        self.narrowed(ty, quotient)
+    }
+
+    /// A value as an `i64`.
+    fn widened(&mut self, extend: ConvertOp, ty: Type, arg: Value) -> Option<Value> {
+        match ty {
+            Type::I64 => Some(arg),
+            _ => self.insert(InstData::Convert { op: extend, to: Type::I64, arg }),
+        }
+    }
+
+    /// An `i64` as a value of a type.
+    fn narrowed(&mut self, ty: Type, arg: Value) -> Option<Value> {
+        match ty {
+            Type::I64 => Some(arg),
+            _ => self.insert(InstData::Convert { op: ConvertOp::Trunc, to: ty, arg }),
+        }
+    }
+
+    /// A quotient of doubles by a constant, as a product with its reciprocal.
+    pub(super) fn divide_double(&mut self, a: Value, by: u64) -> Option<Simpler> {
+        const FRACTION: u64 = (1 << 52) - 1;
+        let by = f64::from_bits(by);
+        let reciprocal = 1.0 / by;
+        let is_power_of_two = by.is_normal() && by.to_bits() & FRACTION == 0;
+        if !is_power_of_two || !reciprocal.is_normal() {
+            return None;
+        }
+        let factor = self.insert_const(Type::F64, reciprocal.to_bits() as i64)?;
+        Some(Simpler::binary(BinaryOp::Fmul, a, factor))
     }
 }

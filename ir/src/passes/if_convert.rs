@@ -133,9 +133,12 @@ fn inst_cost(func: &FuncData, data: &InstData) -> Option<u32> {
         InstData::Unary { op: UnaryOp::Not | UnaryOp::Neg, arg: _ } => Some(1),
         InstData::Unary { .. } => Some(3),
         InstData::Binary { op, args: _ } => match op {
-            BinaryOp::Sdiv | BinaryOp::Srem | BinaryOp::Udiv | BinaryOp::Urem | BinaryOp::Fdiv => {
-                None
-            }
+            BinaryOp::Sdiv
+            | BinaryOp::Srem
+            | BinaryOp::Smod
+            | BinaryOp::Udiv
+            | BinaryOp::Urem
+            | BinaryOp::Fdiv => None,
             BinaryOp::Mul => Some(2),
             BinaryOp::Fadd | BinaryOp::Fsub | BinaryOp::Fmul => Some(3),
             _ => Some(1),

@@ -1,6 +1,11 @@
-//! Which bits of an integer may be 1, from how it is made.
+//! What is known of an integer before the program runs, from how it is made: which of its bits
+//! may be 1, and between which bounds it lies as a signed number.
+//!
+//! Both are kept for each value and filled in as its definition is visited. They tell different
+//! things: `v & 5` has bits 0 and 2, while `v >> 28` of an `i32` lies between -8 and 7 but may
+//! have all bits. A parameter of a block and a load may be anything.
 
-use crate::{BinaryOp, ConvertOp, FuncData, InstData, Type, Value};
+use crate::{BinaryOp, ConvertOp, FuncData, InstData, Type, UnaryOp, Value};
 
 /// All bits of a type.
 pub(super) fn mask(ty: Type) -> u64 {
@@ -18,30 +23,133 @@ fn smear(most: u64) -> u64 {
     }
 }
 
-/// For each value the bits that may be 1; filled in as values are visited.
-pub(super) struct Known(Vec<u64>);
+/// The least and the greatest number that a value may be, signed.
+type Bounds = (i64, i64);
+
+/// Every number of a type.
+fn every(ty: Type) -> Bounds {
+    match ty {
+        Type::I1 => (0, 1),
+        ty => (i64::MIN >> (64 - ty.bits()), i64::MAX >> (64 - ty.bits())),
+    }
+}
+
+/// What is known of each value.
+pub(super) struct Known {
+    /// The bits that may be 1.
+    ones: Vec<u64>,
+    /// The bounds, where something is known that the bits do not tell.
+    bounds: Vec<Option<Bounds>>,
+}
 
 impl Known {
     /// Nothing known.
     pub(super) fn new(func: &FuncData) -> Self {
-        Self(func.values.iter().map(|value| mask(value.ty)).collect())
+        let ones = func.values.iter().map(|value| mask(value.ty)).collect();
+        Self { ones, bounds: vec![None; func.value_count()] }
     }
 
-    /// The bits of a value that may be 1; as a number, the most that it can be.
+    /// The bits of a value that may be 1; as an unsigned number, the most that it can be.
     pub(super) fn ones(&self, value: Value) -> u64 {
-        self.0.get(value.index()).copied().unwrap_or(u64::MAX)
+        self.ones.get(value.index()).copied().unwrap_or(u64::MAX)
+    }
+
+    /// The least and the greatest number that a value of a type may be, signed.
+    pub(super) fn bounds(&self, value: Value, ty: Type) -> Bounds {
+        let (low, high) = self.bounds.get(value.index()).copied().flatten().unwrap_or(every(ty));
+        let ones = self.ones(value);
+        if ty == Type::I1 || ones >> (ty.bits() - 1) & 1 != 0 {
+            return (low, high);
+        }
+        // It is not negative, and no greater than all its bits together.
+        (low.max(0), high.min(ones as i64))
     }
 
     /// Notes what is known of an instruction's result.
     pub(super) fn note(&mut self, func: &FuncData, value: Value, data: &InstData) {
-        let all = mask(func.ty(value));
+        let ty = func.ty(value);
+        let all = mask(ty);
         let ones = self.result(func, data, all) & all;
-        if let Some(slot) = self.0.get_mut(value.index()) {
-            *slot = ones;
-        } else {
-            self.0.resize(value.index(), u64::MAX);
-            self.0.push(ones);
+        let bounds = match ty {
+            Type::F64 | Type::I1 => None,
+            ty => self.bounds_of(func, data).filter(|&found| within(found, every(ty))),
+        };
+        if value.index() >= self.ones.len() {
+            self.ones.resize(value.index() + 1, u64::MAX);
+            self.bounds.resize(value.index() + 1, None);
         }
+        self.ones[value.index()] = ones;
+        self.bounds[value.index()] = bounds;
+    }
+
+    /// The bounds of a result, before it wraps; `None` where nothing is known.
+    fn bounds_of(&self, func: &FuncData, data: &InstData) -> Option<Bounds> {
+        let of = |value| self.bounds(value, func.ty(value));
+        match *data {
+            InstData::Iconst { ty: _, value } => Some((value, value)),
+            InstData::Unary { op: UnaryOp::Neg, arg } => {
+                let (low, high) = of(arg);
+                Some((high.checked_neg()?, low.checked_neg()?))
+            }
+            InstData::Binary { op, args } => self.bounds_of_binary(func, op, args),
+            InstData::Select { cond: _, args: [a, b] } => {
+                let ((a, b), (x, y)) = (of(a), of(b));
+                Some((a.min(x), b.max(y)))
+            }
+            InstData::Convert { op: ConvertOp::Sext | ConvertOp::Trunc, to: _, arg } => {
+                // What does not fit when bits are cut off is dropped by the caller.
+                (func.ty(arg) != Type::I1).then(|| of(arg))
+            }
+            _ => None,
+        }
+    }
+
+    fn bounds_of_binary(
+        &self,
+        func: &FuncData,
+        op: BinaryOp,
+        [a, b]: [Value; 2],
+    ) -> Option<Bounds> {
+        let ty = func.ty(a);
+        if !ty.is_int() {
+            return None;
+        }
+        let ((low, high), (from, to)) = (self.bounds(a, ty), self.bounds(b, ty));
+        match op {
+            BinaryOp::Add => Some((low.checked_add(from)?, high.checked_add(to)?)),
+            BinaryOp::Sub => Some((low.checked_sub(to)?, high.checked_sub(from)?)),
+            BinaryOp::Mul => {
+                let corners = [(low, from), (low, to), (high, from), (high, to)];
+                let (mut least, mut most) = (i64::MAX, i64::MIN);
+                for (x, y) in corners {
+                    let product = x.checked_mul(y)?;
+                    (least, most) = (least.min(product), most.max(product));
+                }
+                Some((least, most))
+            }
+            BinaryOp::Ashr => {
+                let by = func.constant(b).filter(|by| (0..i64::from(ty.bits())).contains(by))?;
+                Some((low >> by, high >> by))
+            }
+            BinaryOp::Smin => Some((low.min(from), high.min(to))),
+            // The magnitude of a number.
+            BinaryOp::Smax if self.is_opposite(func, a, b) && low > every(ty).0 => {
+                Some((0, high.max(-low)))
+            }
+            BinaryOp::Smax => Some((low.max(from), high.max(to))),
+            BinaryOp::Smod if from > 0 => Some((0, to - 1)),
+            BinaryOp::Srem if from > 0 => Some((low.max(1 - to).min(0), high.min(to - 1).max(0))),
+            _ => None,
+        }
+    }
+
+    /// Whether one value is the other with the opposite sign.
+    fn is_opposite(&self, func: &FuncData, a: Value, b: Value) -> bool {
+        let negated = |value| match func.def_inst(value) {
+            Some(&InstData::Unary { op: UnaryOp::Neg, arg }) => Some(arg),
+            _ => None,
+        };
+        negated(b) == Some(a) || negated(a) == Some(b)
     }
 
     fn result(&self, func: &FuncData, data: &InstData, all: u64) -> u64 {
@@ -89,4 +197,9 @@ impl Known {
             _ => all,
         }
     }
+}
+
+/// Whether all numbers between some bounds are between others.
+fn within((low, high): Bounds, (least, most): Bounds) -> bool {
+    least <= low && high <= most
 }

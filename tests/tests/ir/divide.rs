@@ -9,7 +9,8 @@ use plcc_ir::text::{parse, print};
 use plcc_ir::{BinaryOp, Type, eval};
 use plcc_random::Rng;
 
-const OPS: [BinaryOp; 4] = [BinaryOp::Sdiv, BinaryOp::Srem, BinaryOp::Udiv, BinaryOp::Urem];
+const OPS: [BinaryOp; 5] =
+    [BinaryOp::Sdiv, BinaryOp::Srem, BinaryOp::Udiv, BinaryOp::Urem, BinaryOp::Smod];
 
 /// A scan that leaves `x op by` at 8, optimised; with `wide`, of an i32 that holds `x` unsigned.
 fn module(op: BinaryOp, ty: Type, by: i64, wide: bool) -> plcc_ir::Module {
@@ -67,9 +68,13 @@ fn check(op: BinaryOp, ty: Type, by: i64, wide: bool, rng: &mut Rng) {
         true => (Type::I32, (1i64 << ty.bits()) - 1),
         false => (ty, -1),
     };
-    let signed = matches!(op, BinaryOp::Sdiv | BinaryOp::Srem);
     let by_least = by == -1i64 << (ty.bits() - 1);
-    if wide || signed && !by_least {
+    let never_divides = match op {
+        BinaryOp::Sdiv | BinaryOp::Srem => wide || !by_least,
+        BinaryOp::Smod => by >= -1,
+        _ => wide,
+    };
+    if never_divides {
         let text = print(&module);
         let divides = OPS.iter().any(|op| text.contains(&format!("= {} ", op.name())));
         assert!(!divides, "{} by {by} still divides:\n{text}", op.name());
@@ -82,5 +87,93 @@ fn check(op: BinaryOp, ty: Type, by: i64, wide: bool, rng: &mut Rng) {
         let found = of.wrap(i64::from_le_bytes(image[8..].try_into().unwrap()));
         let wanted = eval::binary(op, of, x & mask, by);
         assert_eq!(found, wanted, "{} {ty} {x} by {by}, wide {wide}", op.name());
+    }
+}
+
+/// Every dividend of 8 bits by every divisor, and every dividend of 16 bits by some.
+#[test]
+fn remainders_of_the_quotient_rounded_down_are_right_everywhere() {
+    let every = |ty: Type, divisors: &[i64]| {
+        let most = i64::MAX >> (64 - ty.bits());
+        for &by in divisors {
+            let mut engine = Interpreter::new(module(BinaryOp::Smod, ty, by, false));
+            for x in -1 - most..=most {
+                let mut image = [0; 16];
+                image[..8].copy_from_slice(&x.to_le_bytes());
+                engine.call(0, &mut Scan { image: &mut image, host: &mut NoHost });
+                let found = ty.wrap(i64::from_le_bytes(image[8..].try_into().unwrap()));
+                assert_eq!(found, x.rem_euclid(by), "{x} by {by} in {ty}");
+            }
+        }
+    };
+    every(Type::I8, &(1..128).collect::<Vec<_>>());
+    every(Type::I16, &[3, 10, 641, 16_383, 16_385, 16_387, 24_575, 32_765, 32_767]);
+}
+
+/// A dividend whose bounds are known from how it is made: a field with a sign, a sum, a product
+/// and a magnitude.
+#[test]
+fn bounds_make_factors_short() {
+    let text = |made: &str, by: i64| {
+        format!(
+            "image 16\nregion data at 0 size 16\ntask \"scan\" L0\n\nfn \"f\" {{\nblock0 (L0):\n\
+             v0: i32 = load data:0\nv1: i32 = iconst 24\nv2: i32 = ashr v0, v1\n\
+             v3: i32 = iconst 128\n{made}\nv8: i32 = iconst {by}\nv9: i32 = smod v7, v8\n\
+             store data:8, v9\nreturn\n}}\n"
+        )
+    };
+    for (made, value, most_factor) in [
+        ("v7: i32 = add v2, v3", (|x| x + 128) as fn(i64) -> i64, 1 << 9),
+        ("v7: i32 = sub v2, v3", |x| x - 128, 1 << 10),
+        ("v7: i32 = mul v2, v3", |x| x * 128, 1 << 16),
+        ("v6: i32 = neg v2\nv7: i32 = smax v2, v6", |x: i64| x.abs(), 1 << 9),
+    ] {
+        for by in [3, 5, 7, 10, 11, 100, 127] {
+            let mut module = parse(&text(made, by)).unwrap();
+            optimize(&mut module, OptLevel::Speed);
+            for inst in module.funcs().flat_map(|(_, func)| {
+                func.blocks().flat_map(move |(_, block)| block.insts.iter().map(|&i| *func.inst(i)))
+            }) {
+                if let plcc_ir::InstData::Iconst { ty: Type::I64, value } = inst {
+                    assert!(value <= most_factor, "{made} by {by}: {value}");
+                }
+            }
+            let mut engine = Interpreter::new(module);
+            for x in -128..128 {
+                let mut image = [0; 16];
+                image[..4].copy_from_slice(&((x as i32) << 24).to_le_bytes());
+                engine.call(0, &mut Scan { image: &mut image, host: &mut NoHost });
+                let found = i32::from_le_bytes(image[8..12].try_into().unwrap());
+                assert_eq!(i64::from(found), value(x).rem_euclid(by), "{made}, {x} by {by}");
+            }
+        }
+    }
+}
+
+/// A quotient of doubles by a power of two is a product, and is the same.
+#[test]
+fn doubles_are_multiplied_with_exact_reciprocals() {
+    let powers = [2.0, 0.5, -8.0, 2f64.powi(1000)];
+    let others = [3.0, 0.1, 2f64.powi(-1030), 2f64.powi(1023), 0.0, f64::INFINITY, f64::NAN];
+    let numbers = [0.0, -0.0, 1.0, -3.5, f64::MAX, f64::MIN_POSITIVE, 5e-324, f64::INFINITY];
+    for by in powers.into_iter().chain(others) {
+        let text = format!(
+            "image 16\nregion data at 0 size 16\ntask \"scan\" L0\n\nfn \"f\" {{\nblock0 (L0):\n\
+             v0: f64 = load data:0\nv1: f64 = fconst {:#x}\nv2: f64 = fdiv v0, v1\n\
+             store data:8, v2\nreturn\n}}\n",
+            by.to_bits()
+        );
+        let mut module = parse(&text).unwrap();
+        optimize(&mut module, OptLevel::Speed);
+        assert_eq!(print(&module).contains("fmul"), powers.contains(&by), "{by}");
+        let mut engine = Interpreter::new(module);
+        for x in numbers {
+            let mut image = [0; 16];
+            image[..8].copy_from_slice(&x.to_le_bytes());
+            engine.call(0, &mut Scan { image: &mut image, host: &mut NoHost });
+            let found = f64::from_le_bytes(image[8..].try_into().unwrap());
+            let wanted = x / by;
+            assert!(found.to_bits() == wanted.to_bits() || found.is_nan() && wanted.is_nan());
+        }
     }
 }

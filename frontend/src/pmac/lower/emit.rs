@@ -278,61 +278,11 @@ fn modulo(b: &mut FuncBuilder, x: Operand, by: Operand) -> Value {
     let ty = common_type(bounds, Shape::Int(by, by));
     let x = x.int(b, ty).unwrap_or_else(|| b.iconst(ty, 0));
     let shifted = if shift == 0 { x } else { b.binary_imm(BinaryOp::Add, x, shift) };
-    let rest = remainder(b, shifted, bounds, by);
+    let rest = b.binary_imm(BinaryOp::Smod, shifted, by);
     if shift == 0 { rest } else { b.binary_imm(BinaryOp::Sub, rest, shift) }
 }
 
-/// What is left of an integer within bounds by a positive number: never negative.
-pub(crate) fn remainder(b: &mut FuncBuilder, x: Value, bounds: Shape, by: i64) -> Value {
-    if by & (by - 1) == 0 {
-        return b.binary_imm(BinaryOp::And, x, by - 1);
-    }
-    if let Shape::Int(low, _) = bounds
-        && b.func().ty(x) == Type::I32
-        && (low > i64::from(i32::MIN) || by <= 1 << 30)
-    {
-        return short_remainder(b, x, low < 0, by);
-    }
-    let rest = b.binary_imm(BinaryOp::Srem, x, by);
-    let negative = b.icmp_imm(IntCond::Slt, rest, 0);
-    let up = b.binary_imm(BinaryOp::Add, rest, by);
-    b.select(negative, up, rest)
-}
-
-/// The same of an `i32`, not the least one where `by` is above 2^30, without a division and without asking for its sign.
-///
-/// With `by` below 2^l, 2^(31+l) / by rounded is a factor that makes a quotient, and half a
-/// quotient's unit more, which differ from the true ones by less than half of 1/by: the integer
-/// part is the largest integer that is not above the quotient. Without negative ones the factor
-/// is rounded up, and nothing is added.
-fn short_remainder(b: &mut FuncBuilder, x: Value, negative: bool, by: i64) -> Value {
-    let (factor, half, shift) = quotient_by(by, negative);
-    let wide = b.sextend_or_trunc(Type::I64, x);
-    let product = b.binary_imm(BinaryOp::Mul, wide, factor);
-    let sum = if half == 0 { product } else { b.binary_imm(BinaryOp::Add, product, half) };
-    let quotient = b.binary_imm(BinaryOp::Ashr, sum, shift);
-    let quotient = b.sextend_or_trunc(Type::I32, quotient);
-    let whole = b.binary_imm(BinaryOp::Mul, quotient, by);
-    b.binary(BinaryOp::Sub, x, whole)
-}
-
-/// What [`short_remainder`] multiplies with and adds, and where the quotient then begins.
-fn quotient_by(by: i64, negative: bool) -> (i64, i64, i64) {
-    let shift = 31 + i64::from(i64::BITS - (by - 1).leading_zeros());
-    let (factor, half) = match negative {
-        true => (((1 << shift) + by / 2) / by, (1 << (shift - 1)) / by),
-        false => (((1 << shift) + by - 1) / by, 0),
-    };
-    (factor, half, shift)
-}
-
 fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Value {
-    if let Operand::Const(value) = by.1
-        && let Some(inverse) = exact_inverse(value)
-    {
-        let inverse = b.fconst(inverse);
-        return b.binary(BinaryOp::Fmul, a.0, inverse);
-    }
     let quotient = b.binary(BinaryOp::Fdiv, a.0, by.0);
     let never_zero = match by.1 {
         Operand::Const(value) => value != 0.0,
@@ -357,14 +307,6 @@ fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Val
             b.select(by_zero, ruled, quotient)
         },
     )
-}
-
-/// What to multiply with instead of dividing, where the results are the same: for powers of two.
-fn exact_inverse(value: f64) -> Option<f64> {
-    const FRACTION: u64 = (1 << 52) - 1;
-    let inverse = 1.0 / value;
-    let power = value.is_normal() && value.to_bits() & FRACTION == 0;
-    (power && inverse.is_normal()).then_some(inverse)
 }
 
 /// Whether a double is neither infinite nor NaN, an `i1`: less itself it is 0, else NaN.
@@ -542,37 +484,4 @@ pub(crate) fn write_field(b: &mut FuncBuilder, at: Address, field: Field, bits: 
         insert_field(b, old, field, bits)
     };
     b.store(at, word);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::quotient_by;
-
-    /// At all multiples near the edges and some between, the integer below the quotient is found.
-    #[test]
-    fn quotients_are_rounded_down() {
-        const MOST: i64 = i32::MAX as i64;
-        let small = 3..2000;
-        let others = [4095, 65_535, 65_537, 8_388_607, 16_777_213, (1 << 30) + 1, MOST - 1, MOST];
-        for by in small.chain(others).filter(|by| by & (by - 1) != 0) {
-            let near = |x: i64| [x - 1, x, x + 1];
-            let last = MOST / by * by;
-            let edges =
-                [0, by, 2 * by, last - by, last, MOST - 1, last / 2 / by * by, last / 3, MOST];
-            for x in edges.into_iter().flat_map(near).flat_map(|x| [x, -x]) {
-                let least = if by <= 1 << 30 { -MOST - 1 } else { -MOST };
-                if !(least..=MOST).contains(&x) {
-                    continue;
-                }
-                for negative in [true, false] {
-                    if negative || x >= 0 {
-                        let (factor, half, shift) = quotient_by(by, negative);
-                        let product = x.checked_mul(factor).and_then(|p| p.checked_add(half));
-                        let quotient = product.map(|product| product >> shift);
-                        assert_eq!(quotient, Some(x.div_euclid(by)), "{x} by {by}");
-                    }
-                }
-            }
-        }
-    }
 }

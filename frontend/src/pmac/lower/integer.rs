@@ -7,7 +7,6 @@ use plcc_ir::{BinaryOp, FuncBuilder, IntCond, Type, UnaryOp, Value};
 
 use super::Lowerer;
 use super::emit;
-use super::rangeanalysis::Shape;
 use crate::pmac::ast::{Bin, Expr, Func, Op};
 
 /// A value, and whether it is sign-extended from 24 bits. Truth values are `i1`s.
@@ -105,7 +104,7 @@ impl Lowerer<'_> {
                 let (left, right) = (whole(b, left), whole(b, right));
                 let by = b.func().constant(right);
                 return match by.filter(|&by| by > 0) {
-                    Some(by) => (emit::remainder(b, left, Shape::LONG, by), true),
+                    Some(by) => (b.binary_imm(BinaryOp::Smod, left, by), true),
                     None => (modulo(b, left, right), true),
                 };
             }

@@ -33,9 +33,6 @@ impl Shape {
     /// The value of an undefined M-variable: 21 bits, signed.
     pub(crate) const STAR: Self = Self::Int(-(1 << 20), (1 << 20) - 1);
 
-    /// A word's 24 bits, signed.
-    pub(crate) const LONG: Self = Self::Int(-(1 << 23), (1 << 23) - 1);
-
     /// The result of a function.
     pub(crate) const FUNCTION: Self = Self::Real { most: f64::MAX, nan: false, minus_zero: true };
 
