@@ -54,6 +54,15 @@ impl Rng {
     }
 }
 
+/// The seeds that a test of generated programs goes through: as many as usual, from 0 on; or as
+/// many as `PLCC_SEEDS` says, from `PLCC_FIRST` on, which is how `scripts/full generated` divides a
+/// long run.
+pub fn seeds(usual: u64) -> std::ops::Range<u64> {
+    let number = |name| std::env::var(name).ok().and_then(|text| text.parse::<u64>().ok());
+    let first = number("PLCC_FIRST").unwrap_or(0);
+    first..first + number("PLCC_SEEDS").unwrap_or(usual)
+}
+
 #[cfg(test)]
 mod tests {
     use super::Rng;

@@ -7,7 +7,7 @@ use plcc_codegen::{Target, compile};
 use plcc_ir::interp::Interpreter;
 use plcc_ir::passes::{self, OptLevel, Pass};
 use plcc_ir::{Module, verify};
-use plcc_random::Rng;
+use plcc_random::{Rng, seeds};
 use plcc_runtime::native::NativeEngine;
 use plcc_tests::gen_ir::{generate, trace};
 
@@ -20,14 +20,9 @@ fn assert_sound(module: &Module, what: &str) {
     assert!(errors.is_empty(), "{what}: {errors:#?}");
 }
 
-/// How many modules; more with `PLCC_CASES`.
-fn cases(usual: u64) -> u64 {
-    std::env::var("PLCC_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(usual)
-}
-
 #[test]
 fn each_pass_keeps_what_a_program_does() {
-    for seed in 0..cases(300) {
+    for seed in seeds(300) {
         let module = generate(seed);
         assert_sound(&module, &format!("seed {seed}"));
         let wanted = interpreted(&module, seed);
@@ -60,7 +55,7 @@ fn program(module: &Module) -> Program {
 
 #[test]
 fn native_code_does_what_the_interpreter_does() {
-    for seed in 0..cases(120) {
+    for seed in seeds(120) {
         let module = generate(seed);
         let wanted = interpreted(&module, seed);
         let mut best = module.clone();

@@ -10,6 +10,7 @@ use plcc_frontend::common::{Lowered, MemoryLoader, Options};
 use plcc_frontend::nct;
 use plcc_ir::Module;
 use plcc_ir::interp::Interpreter;
+use plcc_random::seeds;
 use plcc_runtime::native::NativeEngine;
 use plcc_runtime::nct::{NctExecutive, NctOptions};
 use plcc_runtime::{Artifact, Executive, Purpose, artifact};
@@ -118,6 +119,5 @@ fn agree(seeds: std::ops::Range<u64>) {
 
 #[test]
 fn generated_programs_agree() {
-    let seeds = std::env::var("PLCC_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(120);
-    agree(0..seeds);
+    agree(seeds(120));
 }

@@ -9,7 +9,7 @@ use plcc_abi::{Dialect, Engine};
 use plcc_diag::{Diagnostic, SourceMap};
 use plcc_frontend::common::{Controller, Options};
 use plcc_frontend::pmac;
-use plcc_random::Rng;
+use plcc_random::{Rng, seeds};
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 use plcc_runtime::{Event, Executive, Purpose};
 use plcc_tests::compile::{Way, add, compile_sources};
@@ -174,9 +174,8 @@ fn run(path: &Path, seed: u64) -> usize {
 
 #[test]
 fn every_engine_does_the_same_with_them() {
-    let rounds = std::env::var("PLCC_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
     let mut events = 0;
-    for round in 0..rounds {
+    for round in seeds(1) {
         events +=
             corpus().iter().zip(1..).map(|(path, n)| run(path, round << 16 | n)).sum::<usize>();
     }

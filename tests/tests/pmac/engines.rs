@@ -10,6 +10,7 @@ use plcc_frontend::{
     common::{Controller, MemoryLoader, Options},
     pmac,
 };
+use plcc_random::seeds;
 use plcc_runtime::{
     Artifact, Event, Executive, Purpose, artifact,
     native::NativeEngine,
@@ -155,9 +156,8 @@ fn compare(source: &str, stimulus: &str, ticks: u32, controller: Controller) -> 
 
 #[test]
 fn generated_downloads_agree() {
-    let seeds = std::env::var("PLCC_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(24);
     let mut events = 0;
-    for seed in 0..seeds {
+    for seed in seeds(24) {
         let case = generate(seed, 20 + seed as usize % 60);
         let turbo = seed % 4 == 3;
         let controller = if turbo { Controller::Turbo } else { Controller::Pmac };

@@ -4,6 +4,7 @@
 
 use crate::harness::{Ended, run};
 use plcc_frontend::common::Options;
+use plcc_random::seeds;
 use plcc_tests::{gen_pmi::generate, shrink};
 
 /// Runs a case; a difference is shown in the smallest program and stimulus that still has it.
@@ -24,14 +25,10 @@ fn agree(source: &str, stimulus: &str, ticks: u32) -> Ended {
     }
 }
 
-fn seeds(most: u64) -> u64 {
-    std::env::var("PLCC_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(most)
-}
-
 #[test]
 fn generated_programs_agree() {
     let (mut stopped, mut said) = (0, 0);
-    for seed in 0..seeds(40) {
+    for seed in seeds(40) {
         let case = generate(seed, 20 + seed as usize % 50);
         let ended = agree(&case.source, &case.stimulus, case.ticks);
         if let Some(stop) = &ended.stop {

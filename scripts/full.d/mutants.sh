@@ -1,0 +1,101 @@
+# Whether the quick tests notice each of the mistakes in tests/mutants/*.patch.
+#
+# A mutant is a patch with a header that says what it breaks (tests/mutants/README.md). It is
+# applied to the work tree, and the tests below are run in their order until one fails.
+head=$'mutant\tresult\tkilled by\tseconds\tbreaks'
+
+# No test takes so long but one that a mutant keeps from ending.
+most=${FULL_TEST_SECONDS:-1200}
+
+# The tests, fastest and most telling first. What comes before them are the unit tests of the
+# crates that the patch touches.
+quick_tests() {
+  cat <<'LIST'
+-p plcc-tests --test ir
+-p plcc-codegen --test ops --test dispatch
+-p plcc-tests --test all_languages conformance
+-p plcc-tests --test pmi
+-p plcc-tests --test nct
+-p plcc-tests --test pmac
+-p plcc-frontend -p plcc-runtime --lib
+-p plcc-abi -p plcc-ir -p plcc-codegen -p plcc-frontend --tests
+-p plcc-tests --test all_languages --test allocations
+-p plcrt -p plcc
+LIST
+}
+
+patches() { find "$root/tests/mutants" -name '*.patch' 2>/dev/null | sort; }
+field() { sed -n "s/^# $2: //p" "$1" | head -1; }
+
+# The patch's name and a checksum, so that a changed patch is tried again. The tests have to pass
+# without any mutant first.
+units() {
+  echo unchanged
+  patches | while read -r patch; do
+    echo "$(basename "$patch" .patch)-$(cksum <"$patch" | cut -c1-6 | tr -d ' ')"
+  done
+}
+
+# The unit tests of the crates that a patch touches, as words for cargo test.
+own_tests() {
+  sed -n 's#^+++ b/\([a-z]*\)/.*#\1#p' "$1" | sort -u | while read -r folder; do
+    package=$(sed -n 's/^name = "\(.*\)"/\1/p' "$tree/$folder/Cargo.toml" 2>/dev/null | head -1)
+    [ -z "$package" ] || [ "$folder" = tests ] || echo "-p $package --lib"
+  done
+}
+
+# Runs tests until some fail. Writes result and failing test, a tab between.
+judge() {
+  local words log=$state/test.log
+  while read -r words; do
+    echo "== cargo test $words" >&2
+    # shellcheck disable=SC2086
+    if ! cargo test --quiet --locked --no-run $words >&2; then
+      printf 'does not build\t'
+      return
+    fi
+    # shellcheck disable=SC2086
+    if ! timeout --kill-after=10 "$most" cargo test --locked $words >"$log" 2>&1; then
+      tail -60 "$log" >&2
+      local test
+      test=$(sed -n 's/^test \(.*\) \.\.\. FAILED$/\1/p' "$log" | head -1)
+      [ -n "$test" ] || test=$(grep -m1 -oE 'signal: [0-9]+[^)]*\)?' "$log" || echo "no end, or no result")
+      printf 'killed\t%s: %s' "$words" "$test"
+      return
+    fi
+  done
+  printf 'survived\t'
+}
+
+unit() {
+  local start=$SECONDS patch result by expected
+  git checkout --quiet --force --detach "$commit"
+  git clean --quiet --force -d
+  if [ "$1" = unchanged ]; then
+    IFS=$'\t' read -r result by < <(quick_tests | judge; echo)
+    [ "$result" = survived ] || { echo "without a mutant: $result, $by" >&2; return 1; }
+    printf 'none\tall tests pass\t\t%s\t\n' $((SECONDS - start))
+    return
+  fi
+  patch=$root/tests/mutants/${1%-*}.patch
+  expected=$(field "$patch" expected)
+  if git apply "$patch" >&2; then
+    IFS=$'\t' read -r result by < <({ own_tests "$patch"; quick_tests; } | judge; echo)
+  else
+    result="does not apply" by=
+  fi
+  case $result-$expected in
+    survived-equivalent*) result=equivalent ;;
+    survived-*) result='**survived**' ;;
+    killed-equivalent*) result='killed, though said to be equivalent' ;;
+    killed-*) ;;
+    *) result="**$result**" ;;
+  esac
+  printf '%s\t%s\t%s\t%s\t%s\n' "${1%-*}" "$result" "$by" $((SECONDS - start)) "$(field "$patch" breaks)"
+  git checkout --quiet --force --detach "$commit"
+}
+
+note() {
+  units | while read -r unit; do cut -f2 "$state/rows/$unit" 2>/dev/null; done \
+    | grep -v '^all tests pass' | tr -d '*' | sort | uniq -c | sed 's/^ *\([0-9]*\) /\1 /'
+}
