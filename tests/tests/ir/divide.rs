@@ -100,7 +100,7 @@ fn remainders_of_the_quotient_rounded_down_are_right_everywhere() {
             for x in -1 - most..=most {
                 let mut image = [0; 16];
                 image[..8].copy_from_slice(&x.to_le_bytes());
-                engine.call(0, &mut Scan { image: &mut image, host: &mut NoHost });
+                engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
                 let found = ty.wrap(i64::from_le_bytes(image[8..].try_into().unwrap()));
                 assert_eq!(found, x.rem_euclid(by), "{x} by {by} in {ty}");
             }
@@ -142,7 +142,7 @@ fn bounds_make_factors_short() {
             for x in -128..128 {
                 let mut image = [0; 16];
                 image[..4].copy_from_slice(&((x as i32) << 24).to_le_bytes());
-                engine.call(0, &mut Scan { image: &mut image, host: &mut NoHost });
+                engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
                 let found = i32::from_le_bytes(image[8..12].try_into().unwrap());
                 assert_eq!(i64::from(found), value(x).rem_euclid(by), "{made}, {x} by {by}");
             }
@@ -170,7 +170,7 @@ fn doubles_are_multiplied_with_exact_reciprocals() {
         for x in numbers {
             let mut image = [0; 16];
             image[..8].copy_from_slice(&x.to_le_bytes());
-            engine.call(0, &mut Scan { image: &mut image, host: &mut NoHost });
+            engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
             let found = f64::from_le_bytes(image[8..].try_into().unwrap());
             let wanted = x / by;
             assert!(found.to_bits() == wanted.to_bits() || found.is_nan() && wanted.is_nan());
