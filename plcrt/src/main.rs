@@ -1,16 +1,19 @@
 //! The loader for the controller: runs an artifact that `plcc build` has made. No compiler is in
 //! it, and none in what it depends on.
 
+mod info;
+
 use std::fmt::Display;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use plcc_abi::Program;
 use plcc_abi::machine::Machine;
 use plcc_runtime::args::RunArgs;
+use plcc_runtime::artifact::Inspection;
 use plcc_runtime::{Artifact, ArtifactError, NativeEngine, session};
 
 /// Runs a compiled PLC program.
@@ -26,15 +29,29 @@ use plcc_runtime::{Artifact, ArtifactError, NativeEngine, session};
                   Examples:\n  \
                   plcrt lathe.plcx --realtime --retain lathe.retained\n  \
                   plcrt lathe.plcx --ticks 1000 --stimulus jog.csv --watch LS27,@FRO --trace jog.csv.out\n  \
-                  plcrt mill.plcx --for 5s --dump - | jq .variables"
+                  plcrt mill.plcx --for 5s --dump - | jq .variables\n  \
+                  plcrt --info mill.plcx"
 )]
 struct Cli {
     /// The artifact, STEM.plcx
-    artifact: PathBuf,
+    #[arg(required_unless_present_any = ["completions", "man"])]
+    artifact: Option<PathBuf>,
 
     /// NCT: a machine file (TOML) in place of the one that the program was compiled with
     #[arg(long, value_name = "FILE.toml")]
     machine: Option<PathBuf>,
+
+    /// Prints what the artifact holds, and does not run it
+    #[arg(long)]
+    info: bool,
+
+    /// Prints completions for a shell, and runs nothing
+    #[arg(long, value_name = "SHELL", exclusive = true)]
+    completions: Option<clap_complete::Shell>,
+
+    /// Prints the manual page, and runs nothing
+    #[arg(long, exclusive = true)]
+    man: bool,
 
     #[command(flatten)]
     run: RunArgs,
@@ -51,18 +68,45 @@ fn main() -> ExitCode {
 
 /// Reads the artifact, maps its code and runs it.
 fn run(cli: &Cli) -> Result<u8, String> {
-    let named = |error: &dyn Display| format!("{}: {error}", cli.artifact.display());
-    let artifact = Artifact::open(&cli.artifact).map_err(|error| match error {
+    if let Some(shell) = cli.completions {
+        let mut script = Vec::new();
+        clap_complete::generate(shell, &mut Cli::command(), "plcrt", &mut script);
+        return print(&script);
+    }
+    if cli.man {
+        let mut page = Vec::new();
+        let rendered = clap_mangen::Man::new(Cli::command()).render(&mut page);
+        rendered.map_err(|error| error.to_string())?;
+        return print(&page);
+    }
+    let path = cli.artifact.as_deref().unwrap_or(Path::new(""));
+    let named = |error: &dyn Display| format!("{}: {error}", path.display());
+    let read = |error| match error {
         ArtifactError::Read { .. } => error.to_string(),
         _ => named(&error),
-    })?;
+    };
+    if cli.info {
+        return print(info::info(&Inspection::open(path).map_err(read)?).as_bytes());
+    }
+    let artifact = Artifact::open(path).map_err(read)?;
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let mut engine = engine.map_err(|error| named(&error))?;
     let machine =
         cli.machine.as_deref().map(|path| machine(path, &artifact.program)).transpose()?;
-    let reads = cli.machine.iter().chain([&cli.artifact]).cloned().collect();
+    let reads = cli.machine.iter().chain(&cli.artifact).cloned().collect();
     let run = RunArgs { reads, ..cli.run.clone() };
     Ok(session::run(&artifact.program, &mut engine, &run, machine.as_ref()))
+}
+
+/// Writes to standard output. That nobody reads it any more is no mistake of anybody's.
+fn print(bytes: &[u8]) -> Result<u8, String> {
+    let mut out = io::stdout().lock();
+    match out.write_all(bytes).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(format!("standard output can't be written: {error}"))
+        }
+        _ => Ok(session::DONE),
+    }
 }
 
 /// What a machine file says of the control. What it says of variables was fixed when the program

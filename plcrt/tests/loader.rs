@@ -53,3 +53,23 @@ fn wrong_usage_is_exit_2() {
     }
     assert_eq!(plcrt(&["--help"]).status.code(), Some(0));
 }
+
+#[test]
+fn completions_and_the_manual_page_name_the_options() {
+    for args in [&["--completions", "bash"][..], &["--completions", "fish"], &["--man"]] {
+        let output = plcrt(args);
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{args:?}");
+        assert!(text.contains("plcrt") && text.contains("stimulus"), "{args:?}: {text}");
+    }
+    assert_eq!(plcrt(&["--completions", "none"]).status.code(), Some(2));
+    assert_eq!(plcrt(&["--man", "x.plcx"]).status.code(), Some(2));
+}
+
+#[test]
+fn info_is_of_artifacts_only() {
+    let here = env!("CARGO_MANIFEST_DIR");
+    let output = plcrt(&["--info", &format!("{here}/Cargo.toml")]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(output.stdout.is_empty());
+}

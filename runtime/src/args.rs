@@ -1,6 +1,6 @@
 //! The options of `plcc run` and `plcrt`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
@@ -55,13 +55,19 @@ pub struct RunArgs {
         long,
         value_name = "NAME,NAME…",
         help = "Variables for the trace and the dump: LS27,A[3],@FRO or I002,F020 or \
-                P1,&2Q5,X:$0700"
+                P1,&2Q5,X:$0700; with * and ? patterns over the names of a dump, as in 'SP*'. \
+                Without --trace the trace is printed, unless --dump or --events is"
     )]
     pub watch: Vec<String>,
 
-    /// Writes `tick,name,value` for each watched variable when it changes (- is standard output)
-    #[arg(long, value_name = "OUT.csv")]
+    /// Writes `tick,name,value` for each watched variable when it changes (- is standard output);
+    /// a file that ends in .vcd becomes a value change dump for waveform viewers
+    #[arg(long, value_name = "OUT.csv|OUT.vcd")]
     pub trace: Option<PathBuf>,
+
+    /// Gives each row of the trace the time of its tick: `tick,ms,name,value`
+    #[arg(long)]
+    pub time: bool,
 
     /// Writes faults, messages, SENDs and their kind, a JSON object a line (- is standard output)
     #[arg(long, value_name = "OUT.jsonl")]
@@ -83,6 +89,20 @@ pub struct RunArgs {
     /// How the control is set.
     #[command(flatten)]
     pub control: ControlArgs,
+}
+
+impl RunArgs {
+    /// Where the trace goes: to the file that is named, else, where variables are watched and
+    /// nothing else is printed, to standard output (`-`).
+    pub fn trace_path(&self) -> Option<&Path> {
+        let printed = [&self.events, &self.dump];
+        let stdout_taken = printed.into_iter().flatten().any(|path| path.as_os_str() == "-");
+        match &self.trace {
+            Some(path) => Some(path),
+            None if self.watch.is_empty() || stdout_taken => None,
+            None => Some(Path::new("-")),
+        }
+    }
 }
 
 /// A decimal number with or without a fraction.

@@ -117,6 +117,11 @@ pub trait Executive {
     /// Reads a variable.
     fn get(&self, variable: Variable) -> Value;
 
+    /// Whether a variable holds 0 or 1 only, so that a waveform viewer shows it as a line.
+    fn is_logical(&self, _variable: Variable) -> bool {
+        false
+    }
+
     /// The variables that the program declares or names, in natural order of their canonical
     /// spelling.
     fn declared(&mut self) -> Vec<(String, Variable)>;

@@ -23,8 +23,8 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     }
     let options = input::options(&args.source)?;
     let program = Input::read(&args.files, &args.source)?.check(&options);
-    let outputs = [&args.run.trace, &args.run.events, &args.run.dump];
-    let stdout_taken = outputs.into_iter().flatten().any(|path| output::is_stdout(path));
+    let outputs = [args.run.trace_path(), args.run.events.as_deref(), args.run.dump.as_deref()];
+    let stdout_taken = outputs.into_iter().flatten().any(output::is_stdout);
     let to = To { format: args.message_format, stdout_taken };
     let errors = Count::of(&program.diagnostics).errors;
     let Some(checked) = program.checked.filter(|_| errors == 0 || args.keep_going) else {

@@ -94,12 +94,17 @@ impl Artifact {
     /// # Errors
     /// When it can't be read or is refused.
     pub fn open(path: &Path) -> Result<Self, ArtifactError> {
+        Self::parse(&Self::bytes(path)?)
+    }
+
+    /// The bytes of a file, one more than allowed where it is longer than any artifact may be.
+    fn bytes(path: &Path) -> Result<Vec<u8>, ArtifactError> {
         let fail = |source| ArtifactError::Read { path: path.to_owned(), source };
         let file = File::open(path).map_err(fail)?;
         let mut bytes = Vec::new();
         // One byte more than allowed tells a file that is too long, also one that never ends.
         file.take(MAX_FILE + 1).read_to_end(&mut bytes).map_err(fail)?;
-        Self::parse(&bytes)
+        Ok(bytes)
     }
 
     /// Checks an artifact's bytes.
@@ -107,7 +112,8 @@ impl Artifact {
     /// # Errors
     /// When anything about it is off; see [`ArtifactError`].
     pub fn parse(bytes: &[u8]) -> Result<Self, ArtifactError> {
-        let (program, parts) = read(bytes)?;
+        let Inspection { program, code: parts, machine } = read(bytes)?;
+        machine?;
         // SAFETY: the checksums say that the bytes are those that were written, and only
         // `encode` writes artifacts, for code that was sealed. As with any executable, whoever can
         // forge a file can run code. All that the tables say has been checked, and that the code
@@ -122,16 +128,37 @@ impl Artifact {
     }
 }
 
+/// What an artifact holds, to look at: nothing of it can be run.
+#[derive(Debug)]
+pub struct Inspection {
+    /// What an executive needs.
+    pub program: Program,
+    /// The machine code with what belongs to it.
+    pub code: CodeParts,
+    /// Whether this machine could run it, else why not.
+    pub machine: Result<(), ArtifactError>,
+}
+
+impl Inspection {
+    /// Reads a file, which may be for another machine.
+    ///
+    /// # Errors
+    /// When it can't be read or is refused for another reason than the machine.
+    pub fn open(path: &Path) -> Result<Self, ArtifactError> {
+        read(&Artifact::bytes(path)?)
+    }
+}
+
 /// Takes a file's bytes apart and checks everything about them.
-fn read(bytes: &[u8]) -> Result<(Program, CodeParts), ArtifactError> {
+fn read(bytes: &[u8]) -> Result<Inspection, ArtifactError> {
     if bytes.len() as u64 > MAX_FILE {
         let size = bytes.len() as u64;
         return Err(ArtifactError::TooLarge { what: "file", size, limit: MAX_FILE });
     }
     let (header, payload) = Header::decode(bytes)?;
-    header.check_machine()?;
+    let machine = header.check_machine();
     let (program, code) = payload::decode(&header, payload)?;
     validate::program(&program)?;
     validate::code(&program, &code)?;
-    Ok((program, code))
+    Ok(Inspection { program, code, machine })
 }

@@ -334,6 +334,10 @@ impl Executive for NctExecutive {
         Value::Int(value.into())
     }
 
+    fn is_logical(&self, variable: Variable) -> bool {
+        self.names.get(variable).is_some_and(NctName::is_bit)
+    }
+
     fn declared(&mut self) -> Vec<(String, Variable)> {
         let named: Vec<NctName> = self.tables.named.clone();
         named.into_iter().map(|name| (name.to_string(), self.names.add(name))).collect()

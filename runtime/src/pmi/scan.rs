@@ -310,6 +310,15 @@ impl Executive for PmiExecutive {
         }
     }
 
+    fn is_logical(&self, variable: Variable) -> bool {
+        let logical = |index| self.names.symbol(index).is_some_and(|s| s.ty == Type::Logical);
+        match self.names.get(variable) {
+            Some(Name::Symbol(index) | Name::Element(index, _)) => logical(index),
+            Some(Name::Line(..)) => true,
+            Some(Name::Counter(_)) | None => false,
+        }
+    }
+
     fn declared(&mut self) -> Vec<(String, Variable)> {
         let dumped = self.names.symbols.iter().zip(0..).filter(|(symbol, _)| symbol.dumped);
         let named: Vec<(String, u32)> = dumped.map(|(s, i)| (s.name.clone(), i)).collect();

@@ -5,6 +5,7 @@
 mod dump;
 mod pace;
 mod stimulus;
+mod trace;
 mod watch;
 
 #[cfg(test)]
@@ -22,7 +23,8 @@ use crate::{Event, EventBody, Executive, Stop};
 pub use dump::dump;
 pub use pace::{Pacer, Punctuality};
 pub use stimulus::{LineError, Player, Stimulus, StimulusError};
-pub use watch::{Trace, Watch};
+pub use trace::{Trace, TraceFormat};
+pub use watch::Watch;
 
 /// What is called after a tick, with how many there were and the control.
 pub type After<'a> = dyn FnMut(u64, &dyn Executive) + 'a;
@@ -39,6 +41,8 @@ pub struct Run<'a> {
     pub watch: Watch,
     /// Where the trace goes.
     pub trace: Option<&'a mut dyn Write>,
+    /// How the trace is written.
+    pub trace_format: TraceFormat,
     /// Where the events go.
     pub events: Option<&'a mut dyn Write>,
     /// How many ticks there are; without a number they go on until the flag is up.
@@ -95,10 +99,11 @@ impl Run<'_> {
     }
 
     fn ticks(&mut self, end: &mut End) -> Result<(), RunError> {
+        let mut trace = Trace::new(std::mem::take(&mut self.watch), self.trace_format);
         if let Some(out) = &mut self.trace {
-            Trace::header(out).map_err(RunError::Trace)?;
+            trace.header(self.executive, out).map_err(RunError::Trace)?;
         }
-        let mut trace = Trace::new(std::mem::take(&mut self.watch));
+        let mut time_ns = 0;
         let mut happened: Vec<Event> = Vec::with_capacity(64);
         let mut pacer = self.realtime.then(Pacer::start);
         while self.ticks.is_none_or(|ticks| end.ticks < ticks) {
@@ -112,6 +117,7 @@ impl Run<'_> {
                 break;
             }
             let tick = end.ticks;
+            let tick_ns = self.executive.tick_ns();
             end.ticks += 1;
             self.player.apply(tick, self.executive);
             let result = self.executive.tick(self.engine, &mut happened);
@@ -120,7 +126,8 @@ impl Run<'_> {
                 happened.push(Event { tick, body });
                 end.stop = Some(stop);
             }
-            self.tell(tick, &mut happened, &mut trace)?;
+            self.write(tick, time_ns, &mut happened, &mut trace)?;
+            time_ns = time_ns.saturating_add(tick_ns);
             if let Some(after) = &mut self.after {
                 after(end.ticks, self.executive);
             }
@@ -128,13 +135,18 @@ impl Run<'_> {
                 break;
             }
         }
+        if let Some(out) = &mut self.trace {
+            trace.end(time_ns, out).map_err(RunError::Trace)?;
+        }
         Ok(())
     }
 
-    /// Writes what a tick has brought.
-    fn tell(
+    /// Writes the events of a tick and what has changed in it. The tick began `time_ns` nanoseconds
+    /// after the first one.
+    fn write(
         &mut self,
         tick: u64,
+        time_ns: u64,
         happened: &mut Vec<Event>,
         trace: &mut Trace,
     ) -> Result<(), RunError> {
@@ -152,7 +164,7 @@ impl Run<'_> {
         }
         happened.clear();
         if let Some(out) = &mut self.trace {
-            let any = trace.rows(tick, self.executive, out).map_err(RunError::Trace)?;
+            let any = trace.rows(tick, time_ns, self.executive, out).map_err(RunError::Trace)?;
             if any && self.realtime {
                 out.flush().map_err(RunError::Trace)?;
             }

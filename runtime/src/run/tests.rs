@@ -73,6 +73,10 @@ impl Executive for Control {
         }
     }
 
+    fn is_logical(&self, variable: Variable) -> bool {
+        variable == Variable(0)
+    }
+
     fn declared(&mut self) -> Vec<(String, Variable)> {
         vec![("A".into(), Variable(0)), ("P10".into(), Variable(1))]
     }
@@ -109,6 +113,17 @@ struct Told {
 }
 
 fn run(control: &mut Control, table: &str, watch: &[&str], ticks: u64, repeat: bool) -> Told {
+    run_with(control, table, watch, ticks, repeat, TraceFormat::default())
+}
+
+fn run_with(
+    control: &mut Control,
+    table: &str,
+    watch: &[&str],
+    ticks: u64,
+    repeat: bool,
+    format: TraceFormat,
+) -> Told {
     let stimulus = Stimulus::parse(table.as_bytes(), control).unwrap();
     let watch = Watch::parse(watch, control).unwrap();
     let (mut trace, mut events, mut text) = (vec![], vec![], vec![]);
@@ -118,6 +133,7 @@ fn run(control: &mut Control, table: &str, watch: &[&str], ticks: u64, repeat: b
         player: Player::new(stimulus, repeat),
         watch: watch.clone(),
         trace: Some(&mut trace),
+        trace_format: format,
         events: Some(&mut events),
         ticks: Some(ticks),
         realtime: false,
@@ -150,6 +166,54 @@ fn a_trace_shows_changes() {
         "{\"dialect\":\"nct\",\"ticks\":4,\"state\":\"running\",\"stop\":null,\
          \"variables\":{\"A\":3,\"ARR\":[3,9],\"P10\":9}}\n"
     );
+}
+
+#[test]
+fn a_trace_can_have_the_time() {
+    let format = TraceFormat::Csv { time: true };
+    let table = "tick,name,value\n2,A,3\n";
+    let told = run_with(&mut Control::default(), table, &["A"], 4, false, format);
+    assert_eq!(told.trace, "tick,ms,name,value\n0,0,A,0\n2,2,A,3\n");
+}
+
+#[test]
+fn a_trace_can_be_a_value_change_dump() {
+    let table = "tick,name,value\n1,A,1\n2,P10,-3\n4,A,5\n";
+    let watch = ["A,P10", "ARR"];
+    let told = run_with(&mut Control::default(), table, &watch, 6, false, TraceFormat::Vcd);
+    let (header, changes) = told.trace.split_once("$enddefinitions $end\n").unwrap();
+    let expected = [
+        "$timescale 1 us $end",
+        "$scope module plc $end",
+        "$var wire 1 ! A $end",
+        "$var integer 64 \" P10 $end",
+        "$var integer 64 # ARR[0] $end",
+        "$var integer 64 $ ARR[1] $end",
+        "$upscope $end",
+    ];
+    let lines: Vec<&str> = header.lines().map(str::trim).collect();
+    assert_eq!(lines[1..], expected, "{header}");
+    let minus_3 = format!("b{}01", "1".repeat(62));
+    let expected = format!(
+        "#0\n0!\nb0 \"\nb0 #\nb0 $\n#1000\n1!\nb1 #\n#2000\n{minus_3} \"\n{minus_3} $\n\
+         #4000\n1!\nb101 #\n#6000\n"
+    );
+    assert_eq!(changes, expected);
+}
+
+#[test]
+fn patterns_stand_for_the_variables_of_a_dump() {
+    let names = |list: &str| {
+        let watch = Watch::parse(&[list], &mut Control::default());
+        watch.map(|watch| watch.names().iter().map(|(name, _)| name.clone()).collect::<Vec<_>>())
+    };
+    assert_eq!(names("*").unwrap(), ["A", "P10"]);
+    assert_eq!(names("P10,*").unwrap(), ["P10", "A"], "each once");
+    assert_eq!(names("p?0").unwrap(), ["P10"]);
+    let errors = names("A,P1?0,B?").unwrap_err();
+    let texts: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    assert_eq!(texts.len(), 2, "{texts:?}");
+    assert!(texts[0].contains("`P1?0` matches no variable"), "{texts:?}");
 }
 
 #[test]
@@ -242,6 +306,7 @@ fn a_full_disk_ends_the_run() {
         player: Player::new(Stimulus::default(), false),
         watch,
         trace: Some(&mut Full),
+        trace_format: TraceFormat::default(),
         events: None,
         ticks: Some(5),
         realtime: false,
@@ -262,6 +327,7 @@ fn the_flag_ends_the_run() {
         player: Player::new(Stimulus::default(), false),
         watch: Watch::default(),
         trace: None,
+        trace_format: TraceFormat::default(),
         events: None,
         ticks: None,
         realtime: true,

@@ -1,8 +1,8 @@
-//! The watched variables, and the trace of their changes.
+//! The watched variables: which ones, under which names.
 
-use std::io::{self, Write};
+use wildmatch::WildMatch;
 
-use crate::{Executive, NameError, Purpose, Value, Variable};
+use crate::{Executive, NameError, Purpose, Variable};
 
 /// Variables under their names as they were asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -11,17 +11,31 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Finds the variables of lists `NAME,NAME…`.
+    /// Finds the variables of lists `NAME,NAME…`. A name with `*` (any characters) or `?` (one
+    /// character) is a pattern: it stands for the variables of a dump whose names it matches, in
+    /// natural sort order and in any case, without those that stand in the list before it.
     ///
     /// # Errors
-    /// Every name that is none.
+    /// Every name that nothing has, and every pattern that matches nothing.
     pub fn parse(
         lists: &[impl AsRef<str>],
         executive: &mut dyn Executive,
     ) -> Result<Self, Vec<NameError>> {
-        let mut names = vec![];
+        let mut names: Vec<(String, Variable)> = vec![];
         let mut errors = vec![];
         for name in lists.iter().flat_map(|list| split(list.as_ref())) {
+            if name.contains(['*', '?']) {
+                let pattern = WildMatch::new_case_insensitive(name);
+                let mut matching = executive.declared();
+                matching.retain(|(name, _)| pattern.matches(name));
+                if matching.is_empty() {
+                    let reason = "matches no variable that the program declares or names".into();
+                    errors.push(NameError::Unfit { name: name.into(), reason });
+                }
+                matching.retain(|(_, found)| names.iter().all(|(_, known)| known != found));
+                names.extend(matching);
+                continue;
+            }
             match executive.find(name, Purpose::Watch) {
                 Ok(variable) => names.push((name.to_owned(), variable)),
                 Err(error) => errors.push(error),
@@ -33,6 +47,16 @@ impl Watch {
     /// The variables, in their order.
     pub fn variables(&self) -> impl Iterator<Item = Variable> + '_ {
         self.names.iter().map(|&(_, variable)| variable)
+    }
+
+    /// The names with their variables, in their order.
+    pub fn names(&self) -> &[(String, Variable)] {
+        &self.names
+    }
+
+    /// Whether nothing is watched.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
     }
 }
 
@@ -48,54 +72,6 @@ fn split(list: &str) -> impl Iterator<Item = &str> {
         c == ',' && depth == 0
     })
     .map(str::trim)
-}
-
-/// Writes a row for each watched variable that has changed since its last row.
-#[derive(Clone, Debug)]
-pub struct Trace {
-    watch: Watch,
-    last: Vec<Option<Value>>,
-}
-
-impl Trace {
-    /// A trace without rows.
-    pub fn new(watch: Watch) -> Self {
-        Self { last: vec![None; watch.names.len()], watch }
-    }
-
-    /// Writes the header.
-    ///
-    /// # Errors
-    /// When nothing can be written.
-    pub fn header(out: &mut dyn Write) -> io::Result<()> {
-        out.write_all(b"tick,name,value\n")
-    }
-
-    /// Writes the rows of a tick that has ended; whether there were any.
-    ///
-    /// # Errors
-    /// When nothing can be written.
-    pub fn rows(
-        &mut self,
-        tick: u64,
-        executive: &dyn Executive,
-        out: &mut dyn Write,
-    ) -> io::Result<bool> {
-        let mut any = false;
-        for ((name, variable), last) in self.watch.names.iter().zip(&mut self.last) {
-            let value = executive.get(*variable);
-            if last.as_ref() == Some(&value) {
-                continue;
-            }
-            any = true;
-            match value {
-                Value::Array(_) => writeln!(out, "{tick},{name},\"{value}\"")?,
-                Value::Int(_) | Value::Float(_) => writeln!(out, "{tick},{name},{value}")?,
-            }
-            *last = Some(value);
-        }
-        Ok(any)
-    }
 }
 
 #[cfg(test)]

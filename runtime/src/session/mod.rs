@@ -20,7 +20,7 @@ use plcc_abi::{Dialect, Engine, Program};
 use thiserror::Error;
 
 use crate::args::RunArgs;
-use crate::run::{End, Player, Run, Stimulus, Watch, dump};
+use crate::run::{End, Player, Run, Stimulus, TraceFormat, Watch, dump};
 use crate::{Executive, PanicBarrier, retain};
 
 pub use executive::{executive, takes_machine_file};
@@ -105,7 +105,8 @@ fn session(
     let interrupt = Arc::new(AtomicBool::new(false));
     listen(&interrupt)?;
 
-    let mut trace = args.trace.as_deref().map(Output::create).transpose()?;
+    let trace_path = args.trace_path();
+    let mut trace = trace_path.map(Output::create).transpose()?;
     let mut events = args.events.as_deref().map(Output::create).transpose()?;
     let mut progress = Progress::new(ticks, args.realtime);
     let mut keeper = match &args.retain {
@@ -130,6 +131,7 @@ fn session(
         player: Player::new(stimulus, args.repeat),
         watch: watch.clone(),
         trace: trace.as_mut().map(|out| out as &mut dyn Write),
+        trace_format: trace_path.map_or_else(TraceFormat::default, |path| TraceFormat::of(path, args.time)),
         events: events.as_mut().map(|out| out as &mut dyn Write),
         ticks,
         realtime: args.realtime,

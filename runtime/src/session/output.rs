@@ -103,7 +103,7 @@ pub(super) fn check_writable(path: &Path) -> Result<(), SessionError> {
 pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), SessionError> {
     let option = |name: &'static str, path: &Option<PathBuf>| Some((name, path.clone()?));
     let outputs = [
-        option("--trace", &args.trace),
+        args.trace_path().map(|path| ("--trace", path.to_owned())),
         option("--events", &args.events),
         option("--dump", &args.dump),
         option("--retain", &args.retain),

@@ -17,7 +17,7 @@ use clap::Parser;
 use plcc_abi::Dialect;
 use plcc_frontend::common::{Controller, Limits, Machine, Options};
 use plcc_runtime::args::RunArgs;
-use plcc_runtime::run::{Player, Run, Stimulus, Watch, dump};
+use plcc_runtime::run::{Player, Run, Stimulus, TraceFormat, Watch, dump};
 use plcc_runtime::session::executive;
 use plcc_tests::compile::{Compiled, Way, compile};
 
@@ -84,6 +84,7 @@ fn run(compiled: &Compiled, way: Way, dialect: Dialect, args: &Args, case: &Path
     let watch = watch.unwrap_or_else(|e| panic!("{case:?}: {e:?}"));
     let (mut trace, mut events, mut state) = (vec![], vec![], vec![]);
     let end = Run {
+        trace_format: TraceFormat::default(),
         executive,
         engine: &mut engine,
         player: Player::new(stimulus, args.run.repeat),

@@ -1,0 +1,30 @@
+//! `plcrt --info`: what an artifact holds.
+
+use plcc_abi::ABI_VERSION;
+use plcc_runtime::artifact::Inspection;
+
+/// A line `key: value` for each thing that is known of an artifact.
+pub(crate) fn info(artifact: &Inspection) -> String {
+    let Inspection { program, code, machine } = artifact;
+    let tasks: Vec<&str> = program.tasks.iter().map(|task| task.name.as_str()).collect();
+    let features = match code.features.as_slice() {
+        [] => "none beyond the architecture's".to_owned(),
+        features => features.join(", "),
+    };
+    let runs = match machine {
+        Ok(()) => "yes".to_owned(),
+        Err(error) => format!("no: {error}"),
+    };
+    let lines = [
+        ("language", program.dialect().name().to_owned()),
+        ("sources", program.files.join(", ")),
+        ("format version", ABI_VERSION.to_string()),
+        ("architecture", code.architecture.clone()),
+        ("processor features", features),
+        ("runs on this machine", runs),
+        ("entry points", tasks.join(", ")),
+        ("process image", format!("{} bytes", program.image_size)),
+        ("machine code", format!("{} bytes", code.bytes.len())),
+    ];
+    lines.iter().map(|(key, value)| format!("{key}: {value}\n")).collect()
+}
