@@ -63,7 +63,8 @@ include are checked with those. Several PMAC files that are named are one downlo
 Examples:
   plcc check lathe.pmi
   plcc check machine/ --controller turbo
-  plcc check --message-format json sample.plc | jq .code")]
+  plcc check --message-format json sample.plc | jq .code
+  generate | plcc check - --dialect pmi")]
     Check(CheckArgs),
 
     /// Compiles ahead of time
@@ -93,7 +94,7 @@ Examples:
   plcc bench sample.plc --scans 20000 --json | jq .engines.jit")]
     Bench(BenchArgs),
 
-    /// Says what a code or a variable of a control means
+    /// Says what a code, a keyword or a variable of a control means
     #[command(after_help = "\
 Examples:
   plcc explain PMI-31
@@ -102,7 +103,10 @@ Examples:
   plcc explain I510      the flag of NCT and the I-variable of PMAC
   plcc explain M145 --dialect pmac
   plcc explain Ix22 I5..8 M11..18
-  plcc explain I5111 --controller turbo")]
+  plcc explain I5111 --controller turbo
+  plcc explain WHILE X:$0700 --dialect pmac
+  plcc explain --search feed override
+  plcc explain --list --dialect pmi")]
     Explain(ExplainArgs),
 
     /// Lists where an NCT program reads, writes and tests each variable
@@ -116,6 +120,17 @@ Examples:
     Completions {
         /// The shell
         shell: clap_complete::Shell,
+    },
+
+    /// Prints the manual page, or writes the pages of all commands
+    #[command(after_help = "\
+Examples:
+  plcc man | man -l -
+  plcc man --dir ~/.local/share/man/man1")]
+    Man {
+        /// The folder that gets a page for each command, plcc.1, plcc-run.1…
+        #[arg(long, value_name = "DIR")]
+        dir: Option<PathBuf>,
     },
 }
 
@@ -225,8 +240,13 @@ pub(crate) struct SourceArgs {
     pub(crate) controller: Option<ControllerArg>,
 
     /// What is particular to the machine: executive variables, NCT's parameters and tables
+    /// [default: STEM.machine.toml beside the source, if there is one]
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) machine: Option<PathBuf>,
+
+    /// Takes no STEM.machine.toml that stands beside the source for --machine
+    #[arg(long, conflicts_with = "machine")]
+    pub(crate) no_machine: bool,
 
     /// Where included files are looked up too (repeatable)
     #[arg(short = 'I', value_name = "DIR")]
@@ -235,7 +255,7 @@ pub(crate) struct SourceArgs {
 
 #[derive(Args)]
 pub(crate) struct CheckArgs {
-    /// Sources and folders
+    /// Sources and folders; - is standard input
     #[arg(required = true, value_name = "FILE|DIR")]
     pub(crate) paths: Vec<PathBuf>,
 
@@ -273,7 +293,8 @@ pub(crate) struct BuildArgs {
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
 
-    /// Where to [default: STEM.plcx or STEM.o in the current folder; text to standard output]
+    /// Where to [default: STEM.plcx or STEM.o in the current folder, with --target STEM-ARCH.plcx
+    /// or STEM-ARCH.o; text to standard output]
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: Option<PathBuf>,
 
@@ -362,9 +383,18 @@ pub(crate) struct BenchArgs {
 
 #[derive(Args)]
 pub(crate) struct ExplainArgs {
-    /// Codes of diagnostics, and variables of a control, in any case (PMAC's families and rows too)
-    #[arg(required = true, value_name = "CODE|NAME")]
+    /// Codes of diagnostics, keywords, and variables and words of memory of a control, in any case
+    /// (PMAC's families and rows too)
+    #[arg(required_unless_present_any = ["list", "search"], value_name = "CODE|NAME")]
     pub(crate) what: Vec<String>,
+
+    /// Prints a line for everything that can be explained
+    #[arg(long, conflicts_with = "what")]
+    pub(crate) list: bool,
+
+    /// Prints the lines that hold all of these words, in any case
+    #[arg(long, value_name = "WORD", num_args = 1.., conflicts_with_all = ["what", "list"])]
+    pub(crate) search: Vec<String>,
 
     /// Only what it means there
     #[arg(long, value_name = "DIALECT", value_parser = dialect())]

@@ -20,18 +20,26 @@ impl FileLoader for Disk {
         if file.metadata()?.is_dir() {
             return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
         }
-        let mut bytes = Vec::new();
-        file.take(MAX_SOURCE + 1).read_to_end(&mut bytes)?;
-        if bytes.len() as u64 > MAX_SOURCE {
-            let message = format!("it has more than {} MiB", MAX_SOURCE >> 20);
-            return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
-        }
-        Ok(bytes)
+        read_all(file)
     }
 
     fn list(&self, dir: &Path) -> Vec<String> {
         entries(&real(dir)).map(|path| name(&path)).collect()
     }
+}
+
+/// All bytes of a source.
+///
+/// # Errors
+/// When they can't be read, or there are more of them than any source has.
+pub(crate) fn read_all(source: impl Read) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    source.take(MAX_SOURCE + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MAX_SOURCE {
+        let message = format!("it has more than {} MiB", MAX_SOURCE >> 20);
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+    }
+    Ok(bytes)
 }
 
 /// A file's name as text, with U+FFFD for what is none.

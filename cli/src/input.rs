@@ -1,7 +1,7 @@
 //! Sources from the command line.
 
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use plcc_abi::Dialect;
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
@@ -11,18 +11,65 @@ use plcc_runtime::Artifact;
 
 use crate::args::SourceArgs;
 use crate::compile::{self, Checked};
-use crate::disk::Disk;
+use crate::disk::{self, Disk, real};
 use crate::failure::Failure;
+use crate::report::Report;
 
-/// What is fixed when a program is compiled.
-pub(crate) fn options(args: &SourceArgs) -> Result<Options, Failure> {
-    Ok(Options {
-        limits: args.limits.unwrap_or_default().into(),
-        defines: args.define.clone(),
-        controller: args.controller.unwrap_or_default().into(),
-        machine: args.machine.as_deref().map(machine).transpose()?.unwrap_or_default(),
-        include_dirs: args.include.clone(),
-    })
+/// What is fixed when a program is compiled, and the machine file that some of it is from.
+pub(crate) struct SourceSettings {
+    pub(crate) options: Options,
+    /// The machine file: the one that is named, or the one beside the source.
+    pub(crate) machine: Option<PathBuf>,
+}
+
+impl SourceSettings {
+    /// The settings for a program whose first file is `source`. Where no machine file is named, one
+    /// that stands beside the source, `STEM.machine.toml`, is taken, which a note says.
+    pub(crate) fn of(args: &SourceArgs, source: &Path, report: &Report) -> Result<Self, Failure> {
+        let beside = machine_beside(source).filter(|_| args.machine.is_none() && !args.no_machine);
+        if let Some(path) = &beside {
+            let path = path.display();
+            report.note(&format!("{path} is taken as --machine; --no-machine does without"));
+        }
+        let machine = args.machine.clone().or(beside);
+        let options = Options {
+            limits: args.limits.unwrap_or_default().into(),
+            defines: args.define.clone(),
+            controller: args.controller.unwrap_or_default().into(),
+            machine: machine.as_deref().map(self::machine).transpose()?.unwrap_or_default(),
+            include_dirs: args.include.clone(),
+        };
+        Ok(Self { options, machine })
+    }
+
+    /// The settings for a program of these files.
+    pub(crate) fn for_files(
+        args: &SourceArgs,
+        files: &[PathBuf],
+        report: &Report,
+    ) -> Result<Self, Failure> {
+        Self::of(args, files.first().map_or(Path::new("-"), PathBuf::as_path), report)
+    }
+
+    /// What the machine file says, where there is one.
+    pub(crate) fn machine_file(&self) -> Option<&Machine> {
+        self.machine.as_ref().map(|_| &self.options.machine)
+    }
+}
+
+/// The file `STEM.machine.toml` beside a source, if there is one.
+fn machine_beside(source: &Path) -> Option<PathBuf> {
+    if is_standard_input(source) {
+        return None;
+    }
+    let mut name = source.file_stem()?.to_owned();
+    name.push(".machine.toml");
+    Some(source.with_file_name(name)).filter(|path| path.is_file())
+}
+
+/// Whether a path means standard input.
+pub(crate) fn is_standard_input(path: &Path) -> bool {
+    path.as_os_str() == "-"
 }
 
 /// Reads a machine file.
@@ -52,7 +99,11 @@ pub(crate) struct Raw {
 impl Raw {
     /// Reads a file that is to be a source. It is read once: it may be a pipe.
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
-        let bytes = Disk.read(path).map_err(|error| Failure::file(path, reason(&error)))?;
+        let bytes = match is_standard_input(path) {
+            true => disk::read_all(io::stdin().lock()),
+            false => Disk.read(path),
+        };
+        let bytes = bytes.map_err(|error| Failure::file(path, reason(&error)))?;
         if Artifact::is_artifact(&bytes) {
             return Err(Failure::file(path, "it is an artifact; a source is needed here"));
         }
@@ -108,7 +159,12 @@ impl Input {
         Ok(Self { sources, files, dialect })
     }
 
-    /// Checks the program.
+    /// The path of the first file.
+    pub(crate) fn first(&self) -> PathBuf {
+        self.files.first().map_or_else(PathBuf::new, |&id| real(Path::new(self.sources.path(id))))
+    }
+
+    /// Checks the program with the settings that are meant for it.
     pub(crate) fn check(self, options: &Options) -> Program {
         let Self { mut sources, files, dialect } = self;
         let (checked, mut diagnostics) =

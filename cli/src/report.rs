@@ -74,6 +74,11 @@ impl Report {
         let _ = writeln!(io::stderr(), "{line}");
     }
 
+    /// A note of the command's own.
+    pub(crate) fn note(&self, message: &str) {
+        self.tell(&format!("{}: {message}", self.paint("note", "36;1")));
+    }
+
     /// A warning of the command's own.
     pub(crate) fn warn(&self, message: &str) {
         self.tell(&format!("{}: {message}", self.paint("warning", "33;1")));

@@ -103,7 +103,13 @@ fn objects_and_other_machines() {
     };
     folder.plcc(&format!("build a.pmi --target {foreign}")).exits(0);
     let architecture = foreign.split('-').next().unwrap();
-    folder.plcc("run a.plcx --ticks 1").exits(2).says(&[architecture]);
+    assert!(!folder.has("a.plcx"), "an artifact for another machine has its name");
+    let artifact = format!("a-{architecture}.plcx");
+    folder.plcc(&format!("run {artifact} --ticks 1")).exits(2).says(&[architecture]);
+    folder.plcc(&format!("build a.pmi --emit obj --target {foreign}")).exits(0);
+    assert!(folder.has(&format!("a-{architecture}.o")));
+    folder.plcc(&format!("build a.pmi --target {foreign} -o b.plcx")).exits(0);
+    assert!(folder.has("b.plcx"));
     folder.plcc("build a.pmi --target nonsense").exits(2).says(&["nonsense"]);
 }
 

@@ -223,12 +223,69 @@ fn options_of_a_compilation_reach_the_front_end() {
 fn a_closed_standard_output_is_no_trouble() {
     use std::process::Stdio;
     let folder = Folder::with(&[("a.pmi", &format!("$END\n{}", "X=NONE\n".repeat(3000)))]);
-    for args in [&["check", "a.pmi", "--message-format", "json"][..], &["explain", "PMI-31"]] {
+    for (args, status) in
+        [(&["check", "a.pmi", "--message-format", "json"][..], 1), (&["explain", "PMI-31"], 0)]
+    {
         let mut command = folder.command(args);
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         drop(child.stdout.take());
         let done = support::Done::of(child.wait_with_output().unwrap());
-        assert!(done.status == 0 || done.status == 1, "{}", done.status);
-        assert_eq!(done.stderr, "");
+        assert_eq!((done.status, done.stderr.as_str()), (status, ""), "{args:?}");
     }
+}
+
+#[test]
+fn standard_input_is_checked() {
+    let folder = Folder::with(&[("b.pmi", "$INTEGER\nN\n")]);
+    let check = |args: &[&str], text: &str| folder.run_with(args, text);
+    let done = check(&["check", "-"], COUNTER).exits(0);
+    done.says(&["1 file checked: no errors"]);
+    let done = check(&["check", "-", "--message-format", "json"], BROKEN).exits(1);
+    let first = &done.json()[0];
+    assert_eq!((&first["code"], &first["file"]), (&"PMI-31".into(), &"-".into()));
+    // Files are included from the current folder.
+    check(&["check", "-"], "$INCLUDE B.PMI\n$END\nN=1\n").exits(0);
+    check(&["check", "-"], "what").exits(2).says(&["--dialect"]);
+    check(&["check", "-", "--dialect", "pmac"], PLC1).exits(0);
+    let done = check(&["run", "-", "--ticks", "3", "--dump", "-"], PLC1).exits(0);
+    assert!(done.stdout.contains("\"P1\":3"), "{}", done.stdout);
+    check(&["build", "-"], PLC1).exits(0);
+    assert!(folder.has("program.plcx"));
+}
+
+#[test]
+fn that_no_plc_will_run_is_a_note_where_files_are_checked() {
+    let folder = Folder::with(&[("a.pmc", "OPEN PLC 1 CLEAR\nP1=P1+1\nCLOSE\n")]);
+    let found = folder.plcc("check a.pmc --message-format json").exits(0).json();
+    assert_eq!((&found[0]["code"], &found[0]["severity"]), (&"PMAC-W2".into(), &"note".into()));
+    folder.plcc("check a.pmc").exits(0).says(&["checked: no errors\n"]);
+    folder.plcc("run a.pmc --ticks 1").exits(0).says(&["1 warning"]);
+}
+
+#[test]
+fn a_machine_file_beside_the_source_is_taken() {
+    let machine = "[variables]\nOURS = { type = \"integer\" }\n";
+    let folder = Folder::with(&[
+        ("m/a.pmi", "$END\n@OURS=2\n"),
+        ("m/a.machine.toml", machine),
+        ("m/b.pmi", "$END\n@OURS=2\n"),
+        ("other.toml", ""),
+    ]);
+    let done = folder.plcc("check m/a.pmi").exits(0);
+    let done = done.says(&["note: m/a.machine.toml is taken as --machine", "no errors"]);
+    assert_eq!(done.stderr.matches("note:").count(), 1);
+    folder.plcc("check m/a.pmi --no-machine").exits(1).says(&["[PMI-31]"]);
+    folder.plcc("check m/a.pmi --machine other.toml").exits(1);
+    folder.plcc("check m/b.pmi").exits(1);
+    // Each source has its own.
+    folder.plcc("check m").exits(1).says(&["a.machine.toml", "1 of 2 programs"]);
+    folder.plcc("run m/a.pmi --ticks 1").exits(0).says(&["note:"]);
+    folder.plcc("build m/a.pmi -o m/a.machine.toml").exits(2).says(&["not overwritten"]);
+    folder.plcc("run m/a.pmi --ticks 1 --dump m/a.machine.toml").exits(2).says(&["overwrite"]);
+    assert_eq!(folder.read("m/a.machine.toml"), machine);
+    folder.plcc("build m/a.pmi").exits(0);
+    let done = folder.plcc("run a.plcx --ticks 1").exits(0);
+    assert_eq!(done.stderr, "", "an artifact has no machine file");
+    folder.write("m/a.machine.toml", "nonsense");
+    folder.plcc("check m/a.pmi").exits(2).says(&["a.machine.toml"]);
 }

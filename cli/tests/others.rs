@@ -6,7 +6,8 @@ mod support;
 
 use support::{BROKEN, COUNTER, Folder, PLC1, SLICES, STOPS};
 
-const COMMANDS: [&str; 7] = ["check", "build", "run", "bench", "explain", "xref", "completions"];
+const COMMANDS: [&str; 8] =
+    ["check", "build", "run", "bench", "explain", "xref", "completions", "man"];
 
 #[test]
 fn help_says_what_each_command_does() {
@@ -24,17 +25,48 @@ fn help_says_what_each_command_does() {
     assert_eq!(version, format!("plcc {}\n", env!("CARGO_PKG_VERSION")));
 }
 
+/// Whether a help text has a line for an option: `-o, --output <OUT>`, `--json`.
+fn has_option(help: &str, option: &str) -> bool {
+    let begins = |text: &str| {
+        let behind = text.strip_prefix(option);
+        behind.is_some_and(|rest| rest.is_empty() || rest.starts_with([' ', ',']))
+    };
+    help.lines().any(|line| {
+        let line = line.trim_start();
+        begins(line) || line.split_once(", ").is_some_and(|(_, long)| begins(long))
+    })
+}
+
+#[test]
+fn an_option_is_a_line_of_its_own() {
+    let help = "  -o, --output <OUT>  Where to\n      --json  As -x says, see --other\n";
+    for option in ["-o", "--output", "--json"] {
+        assert!(has_option(help, option), "{option}");
+    }
+    for option in ["--out", "-x", "--other", "--jso", "-"] {
+        assert!(!has_option(help, option), "{option}");
+    }
+}
+
 #[test]
 fn every_promised_option_is_there() {
     let folder = Folder::with(&[]);
     let source = ["--dialect", "--limits", "--define", "--controller", "--machine", "-I"];
     let control = ["--period", "--param", "--const", "--macro", "--control"];
     let run = ["--engine", "--ticks", "--for", "--realtime", "--opt", "--stimulus", "--watch"];
-    let more = ["--trace", "--events", "--dump", "--retain", "--keep-going", "--level0-safepoints"];
+    let more = [
+        "--trace",
+        "--time",
+        "--events",
+        "--dump",
+        "--retain",
+        "--keep-going",
+        "--level0-safepoints",
+    ];
     let build = ["--emit", "--target", "--opt", "-o"];
     let bench = ["--stimulus", "--scans", "--json"];
     for (command, options) in [
-        ("check", vec![&source[..], &["--message-format"]]),
+        ("check", vec![&source[..], &["--message-format", "--no-machine"]]),
         ("build", vec![&source, &build, &["--message-format"]]),
         ("run", vec![&source, &control, &run, &more, &["--background-steps"]]),
         ("bench", vec![&source, &control, &bench]),
@@ -42,7 +74,7 @@ fn every_promised_option_is_there() {
     ] {
         let help = folder.plcc(&format!("help {command}")).exits(0).stdout;
         for option in options.into_iter().flatten() {
-            assert!(help.contains(option), "{command} {option}\n{help}");
+            assert!(has_option(&help, option), "{command} {option}\n{help}");
         }
     }
 }
@@ -63,15 +95,18 @@ fn wrong_usage_is_status_2() {
         ("build a.pmi --emit exe", "exe"),
         ("build a.pmi --opt fast", "fast"),
         ("run", "FILE"),
-        ("run a.pmi --ticks x", "x"),
+        ("run a.pmi --ticks x", "invalid digit"),
         ("run a.pmi --for 5", "ms"),
         ("run a.pmi --ticks 1 --engine gcc", "gcc"),
-        ("run b.plc --ticks 1 --const 41=1", "41"),
+        ("run b.plc --ticks 1 --const 41=1", "no number from 1 to 40"),
         ("run b.plc --ticks 1 --control nct1", "nct104"),
-        ("bench a.pmi --scans 0", "0"),
+        ("bench a.pmi --scans 0", "0 is not in"),
         ("xref a.pmi", "NCT"),
         ("explain", "CODE"),
         ("explain PMX-31", "PMI-31"),
+        ("explain --list PMI-31", "--list"),
+        ("explain --search xyzzy", "xyzzy"),
+        ("check a.pmi --machine m.toml --no-machine", "--no-machine"),
         ("completions tcsh", "tcsh"),
     ] {
         folder.plcc(line).exits(2).says(&[part]);
@@ -119,7 +154,7 @@ fn every_code_has_a_page() {
         let gaps = ["PMI-26", "PMI-27", "PMI-33"];
         let codes: Vec<String> = codes.into_iter().filter(|c| !gaps.contains(&&**c)).collect();
         let line = format!("explain {}", codes.join(" "));
-        let done = folder.plcc(&line);
+        let done = folder.plcc(&line).exits(0);
         for code in &codes {
             assert!(done.stdout.contains(&format!("{code}: ")), "{code} is not explained");
         }
@@ -185,6 +220,71 @@ fn completions_name_the_commands() {
     let folder = Folder::with(&[]);
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = folder.plcc(&format!("completions {shell}")).exits(0).stdout;
-        assert!(COMMANDS.iter().all(|command| script.contains(command)), "{shell}");
+        for word in ["explain-arithmetic", "level0-safepoints", "scans", "xref", "completions"] {
+            assert!(script.contains(word), "{shell} {word}");
+        }
     }
+}
+
+#[test]
+fn keywords_and_words_of_memory_are_explained() {
+    let folder = Folder::with(&[]);
+    for (what, parts) in [
+        ("$timer", vec!["PMI: $TIMER", "20 ms", "PMI manual 3.1.9"]),
+        ("GF", vec!["NCT: GF", "F0080"]),
+        ("while", vec!["PMAC: WHILE", "appendix D"]),
+        ("ENDW", vec!["PMAC: ENDWHILE, ENDW"]),
+        ("if", vec!["PMI: IF", "PMAC: IF"]),
+        ("Y:$FFC2", vec!["inputs and outputs", "M1->Y:$FFC2,8,1: machine output 1"]),
+        ("X:$0700", vec!["a timer"]),
+    ] {
+        let text = folder.plcc(&format!("explain {what}")).exits(0).stdout;
+        for part in parts {
+            assert!(text.contains(part), "`{part}` is not in\n{text}");
+        }
+    }
+    let text = folder.plcc("explain IF --dialect pmi").exits(0).stdout;
+    assert!(!text.contains("PMAC"), "{text}");
+    folder.plcc("explain WHIEL").exits(2).says(&["`WHILE`", "--search"]);
+}
+
+#[test]
+fn what_can_be_explained_is_listed_and_searched() {
+    let folder = Folder::with(&[]);
+    let list = folder.plcc("explain --list").exits(0).stdout;
+    let pmi = folder.plcc("explain --list --dialect pmi").exits(0).stdout;
+    for line in ["PMI-31: ", "PMI @FRO: ", "PMI $TIMER: "] {
+        assert!(pmi.lines().any(|l| l.starts_with(line)), "{line} is not in\n{pmi}");
+    }
+    assert!(pmi.lines().all(|line| line.starts_with("PMI")), "{pmi}");
+    for line in ["NCT-63: ", "NCT I510: ", "NCT GF: ", "PMAC-3: ", "PMAC I5: ", "PMAC M145: "] {
+        assert!(list.lines().any(|l| l.starts_with(line)), "{line} is not in the list");
+    }
+    assert!(list.contains(&pmi));
+    let found = folder.plcc("explain --search JOG speed --dialect pmac").exits(0).stdout;
+    assert!(found.contains("Ix22"), "{found}");
+    for line in found.lines() {
+        let line = line.to_lowercase();
+        assert!(line.contains("jog") && line.contains("speed"), "{line}");
+    }
+    // What is listed is explained.
+    let names: Vec<&str> =
+        pmi.lines().filter_map(|line| line.strip_prefix("PMI ")?.split(": ").next()).collect();
+    assert!(names.len() > 100);
+    folder.plcc(&format!("explain {}", names.join(" "))).exits(0);
+}
+
+#[test]
+fn manual_pages_are_written_for_every_command() {
+    let folder = Folder::with(&[]);
+    let page = folder.plcc("man").exits(0).stdout;
+    assert!(page.contains(".TH plcc 1") && page.contains("Exit status"), "{page}");
+    folder.plcc("man --dir m/man1").exits(0);
+    assert_eq!(folder.read("m/man1/plcc.1"), page);
+    for command in COMMANDS {
+        let page = folder.read(&format!("m/man1/plcc-{command}.1"));
+        assert!(page.contains(&format!("plcc {command}")), "{page}");
+    }
+    folder.write("file", "");
+    folder.plcc("man --dir file/man1").exits(2).says(&["file/man1"]);
 }

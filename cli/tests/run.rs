@@ -277,3 +277,88 @@ fn what_the_system_does_not_permit_is_told_in_one_note() {
     assert_eq!(simulated.stderr, "", "asks for nothing");
     assert_eq!(simulated.stdout, done.stdout);
 }
+
+#[test]
+fn watched_variables_are_printed_where_nothing_else_is() {
+    let folder = Folder::with(&[("a.pmi", COUNTER)]);
+    let trace = "tick,name,value\n0,N,1\n1,N,2\n";
+    let done = folder.plcc("run a.pmi --ticks 2 --watch N").exits(0);
+    assert_eq!(done.stdout, trace);
+    let done = folder.plcc("run a.pmi --ticks 2 --watch N --events e.jsonl --dump d.json").exits(0);
+    assert_eq!(done.stdout, trace);
+    let done = folder.plcc("run a.pmi --ticks 2 --watch N --dump -").exits(0);
+    assert!(done.stdout.starts_with("{\"dialect\""), "{}", done.stdout);
+    let done = folder.plcc("run a.pmi --ticks 2 --watch N --events -").exits(0);
+    assert_eq!(done.stdout, "");
+    let done = folder.plcc("run a.pmi --ticks 2 --watch N --trace t.csv").exits(0);
+    assert_eq!((done.stdout.as_str(), folder.read("t.csv").as_str()), ("", trace));
+    let done = folder.plcc("run a.pmi --ticks 2").exits(0);
+    assert_eq!(done.stdout, "");
+    folder.plcc("build a.pmi").exits(0);
+    assert_eq!(folder.plcc("run a.plcx --ticks 2 --watch N").exits(0).stdout, trace);
+}
+
+#[test]
+fn patterns_watch_the_variables_of_a_dump_in_natural_order() {
+    let text = "$LOGICAL\nP10,P2,Q[3],K=1\n$END\nP10=T\nP2=F\nQ[1]=T\n";
+    let folder = Folder::with(&[("a.pmi", text), ("c.pmc", PLC1)]);
+    let names = |watch: &str| -> Vec<String> {
+        let done = folder.run(&["run", "a.pmi", "--ticks", "1", "--watch", watch]).exits(0);
+        let names = done.stdout.lines().skip(1).map(|row| row.split(',').nth(1).unwrap().into());
+        names.collect()
+    };
+    assert_eq!(names("P*"), ["P2", "P10"]);
+    assert_eq!(names("P?"), ["P2"]);
+    assert_eq!(names("*"), ["K", "P2", "P10", "Q"]);
+    assert_eq!(names("Q,*"), ["Q", "K", "P2", "P10"], "each once");
+    assert_eq!(names("Q[1],Q"), ["Q[1]", "Q"]);
+    for (file, watch) in [("a.pmi", "X*"), ("a.pmi", "P2,P???"), ("c.pmc", "M*")] {
+        let done = folder.run(&["run", file, "--ticks", "1", "--watch", watch]).exits(2);
+        done.says(&["--watch: `", "matches no variable"]);
+    }
+    let done = folder.run(&["run", "c.pmc", "--ticks", "2", "--watch", "p*"]).exits(0);
+    assert_eq!(done.stdout, "tick,name,value\n0,P1,1\n1,P1,2\n");
+}
+
+#[test]
+fn a_trace_has_the_time_of_its_ticks() {
+    let folder = Folder::with(&[("a.pmi", COUNTER), ("c.pmc", PLC1)]);
+    let done = folder.plcc("run a.pmi --ticks 2 --watch N --time").exits(0);
+    assert_eq!(done.stdout, "tick,ms,name,value\n0,0,N,1\n1,20,N,2\n");
+    let done = folder.plcc("run a.pmi --ticks 2 --watch N --time --period 2.5").exits(0);
+    assert_eq!(done.stdout, "tick,ms,name,value\n0,0,N,1\n1,2.5,N,2\n");
+    let done = folder.plcc("run c.pmc --ticks 3 --watch P1 --time").exits(0);
+    let last = done.stdout.lines().last().unwrap().to_owned();
+    let [tick, ms, name, value] = last.split(',').collect::<Vec<_>>()[..] else { panic!("{last}") };
+    assert_eq!((tick, name, value), ("2", "P1", "3"));
+    let ms: f64 = ms.parse().unwrap();
+    assert!((0.88..0.89).contains(&ms), "two servo cycles of 0.442 ms: {ms}");
+}
+
+#[test]
+fn a_trace_that_ends_in_vcd_is_a_value_change_dump() {
+    let folder = Folder::with(&[("a.pmi", COUNTER), ("b.plc", SLICES), ("c.pmc", PLC1)]);
+    let run = |line: &str| {
+        let mut all = vec![];
+        for engine in ["interp", "jit", "aot"] {
+            folder.plcc(&format!("run {line} --trace t.vcd --engine {engine}")).exits(0);
+            all.push(folder.read("t.vcd"));
+        }
+        assert!(all.windows(2).all(|pair| pair[0] == pair[1]), "{all:?}");
+        let (header, changes) = all[0].split_once("$enddefinitions $end\n").unwrap();
+        assert!(header.contains("$timescale 1 us $end"), "{header}");
+        (header.to_owned(), changes.to_owned())
+    };
+    let (header, changes) = run("a.pmi --ticks 5 --watch N,OUT");
+    assert!(header.contains("$var integer 64 ! N $end"), "{header}");
+    assert!(header.contains("$var wire 1 \" OUT $end"), "{header}");
+    let expected = "#0\nb1 !\n0\"\n#20000\nb10 !\n#40000\nb11 !\n#60000\nb100 !\n1\"\n\
+                    #80000\nb101 !\n#100000\n";
+    assert_eq!(changes, expected);
+    let (header, _) = run("b.plc --ticks 2 --watch F020,I002");
+    assert!(header.contains("integer 64 ! F020 $end"), "{header}");
+    assert!(header.contains("wire 1 \" I002 $end"), "{header}");
+    let (header, changes) = run("c.pmc --ticks 2 --watch P1");
+    assert!(header.contains("$var real 64 ! P1 $end"), "{header}");
+    assert!(changes.starts_with("#0\nr1 !\n#442\nr2 !\n"), "{changes}");
+}

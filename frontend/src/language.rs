@@ -66,6 +66,12 @@ pub trait Language: Sync {
         options: &Options,
     ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>);
 
+    /// Whether a warning tells of something that is missing in a program and that another file of
+    /// the same machine may well provide. Where files are checked by themselves it is a note.
+    fn may_be_elsewhere(&self, _code: &str) -> bool {
+        false
+    }
+
     /// What `plcc explain` prints for a name of the language: a variable, a keyword, a word of
     /// memory. Where the language has several controllers and none is given, what it means to each
     /// of them. `None` for a name without a meaning of its own.

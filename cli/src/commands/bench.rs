@@ -17,7 +17,7 @@ use serde_json::{Map, Value, json};
 use crate::args::BenchArgs;
 use crate::compile::{self, CompileError};
 use crate::failure::{DONE, ERRORS, Failure, STOPPED};
-use crate::input::{self, Input};
+use crate::input::{Input, SourceSettings};
 use crate::output;
 use crate::recompile::recompiling;
 use crate::report::{Count, Report, To};
@@ -61,8 +61,8 @@ struct Results {
 }
 
 pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
-    let options = input::options(&args.source)?;
-    let program = Input::read(&args.files, &args.source)?.check(&options);
+    let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
+    let program = Input::read(&args.files, &args.source)?.check(&settings.options);
     let errors = Count::of(&program.diagnostics).errors;
     let Some(checked) = program.checked.filter(|_| errors == 0) else {
         let count = report.show(&program.sources, &program.diagnostics, To::default())?;
@@ -70,8 +70,8 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
         return Ok(ERRORS);
     };
     let opt: OptLevel = args.opt.into();
-    let jit_ms = compile_ms(args, &options, |lowered| compile::jit(lowered).map(drop))?;
-    let aot_ms = compile_ms(args, &options, |lowered| compile::aot(lowered).map(drop))?;
+    let jit_ms = compile_ms(args, &settings.options, |lowered| compile::jit(lowered).map(drop))?;
+    let aot_ms = compile_ms(args, &settings.options, |lowered| compile::aot(lowered).map(drop))?;
 
     let lowered = checked.optimized(opt).map_err(CompileError::from)?;
     let (jit, jit_bytes) = compile::jit(&lowered)?;
@@ -81,7 +81,7 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
         [("interp", checked.interpreter()), ("jit", jit), ("aot", Box::new(aot))];
     let mut contestants = Vec::new();
     for (name, engine) in engines {
-        contestants.push(contestant(name, engine, &lowered.program, args, &options)?);
+        contestants.push(contestant(name, engine, &lowered.program, args, &settings)?);
     }
     let scans = match race(&mut contestants, args.scans) {
         Ok(scans) => scans,
@@ -139,10 +139,9 @@ fn contestant(
     engine: Box<dyn Engine>,
     program: &Program,
     args: &BenchArgs,
-    options: &Options,
+    settings: &SourceSettings,
 ) -> Result<Contestant, Failure> {
-    let machine = args.source.machine.as_ref().map(|_| &options.machine);
-    let executive = session::executive(program, &args.control, false, machine);
+    let executive = session::executive(program, &args.control, false, settings.machine_file());
     let mut executive = executive.map_err(|error| Failure::usage(error.to_string()))?;
     let stimulus = match &args.stimulus {
         Some(path) => session::stimulus(path, executive.as_mut())

@@ -1,7 +1,8 @@
 //! `plcc build`
 
+use std::ffi::OsStr;
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use plcc_abi::Program;
 use plcc_codegen::{OptLevel, Target, emit};
@@ -11,24 +12,29 @@ use plcc_frontend::language;
 use crate::args::{BuildArgs, Emit};
 use crate::compile::{self, CompileError};
 use crate::failure::{DONE, ERRORS, Failure};
-use crate::input::{self, Input};
+use crate::input::{Input, SourceSettings, is_standard_input};
 use crate::output;
 use crate::report::{Report, To};
 
 pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
-    let options = input::options(&args.source)?;
+    let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
     let opt: OptLevel = args.opt.into();
     let target = match &args.target {
         Some(triple) => Target::baseline(triple),
         None => Target::host_baseline(),
     };
     let target = target.map_err(|error| Failure::usage(format!("--target: {error}")))?;
-    let stem = args.files.first().and_then(|file| file.file_stem());
-    let stem = Path::new(stem.unwrap_or(std::ffi::OsStr::new("program")));
+    let source = args.files.first().filter(|file| !is_standard_input(file));
+    let stem = source.and_then(|file| file.file_stem()).unwrap_or(OsStr::new("program"));
+    let mut stem = stem.to_owned();
+    if args.target.is_some() {
+        stem.push("-");
+        stem.push(target.architecture());
+    }
     let path = match (&args.output, args.emit) {
         (Some(path), _) => path.clone(),
-        (None, Emit::Artifact) => named(stem, "plcx"),
-        (None, Emit::Obj) => named(stem, "o"),
+        (None, Emit::Artifact) => named(&stem, "plcx"),
+        (None, Emit::Obj) => named(&stem, "o"),
         (None, Emit::Ir | Emit::Clif | Emit::Asm) => PathBuf::from("-"),
     };
     let stdout_taken = output::is_stdout(&path);
@@ -37,7 +43,7 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         let what = "machine code is nothing for a terminal; -o FILE says where to";
         return Err(Failure::usage(what));
     }
-    let program = Input::read(&args.files, &args.source)?.check(&options);
+    let program = Input::read(&args.files, &args.source)?.check(&settings.options);
     let to = To { format: args.message_format, stdout_taken };
     let count = report.show(&program.sources, &program.diagnostics, to)?;
     let Some(checked) = program.checked.filter(|_| count.errors == 0) else {
@@ -52,13 +58,13 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         bytes = listing;
     }
     let mut read = args.files.clone();
-    read.extend(args.source.machine.clone());
+    read.extend(settings.machine);
     output::write(&path, &bytes, &program.sources, &read)?;
     Ok(DONE)
 }
 
-fn named(stem: &Path, ending: &str) -> PathBuf {
-    let mut name = stem.as_os_str().to_owned();
+fn named(stem: &OsStr, ending: &str) -> PathBuf {
+    let mut name = stem.to_owned();
     name.push(".");
     name.push(ending);
     name.into()

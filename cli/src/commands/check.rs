@@ -5,8 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use plcc_abi::{Dialect, natural_cmp};
-use plcc_diag::FileId;
-use plcc_frontend::common::Options;
+use plcc_diag::{FileId, Severity};
 use plcc_frontend::detect::{self, Ending, ending};
 use plcc_frontend::language;
 
@@ -14,7 +13,7 @@ use crate::args::{CheckArgs, FormatArg};
 use crate::compile::Checked;
 use crate::disk::real;
 use crate::failure::{DONE, ERRORS, Failure, USAGE};
-use crate::input::{self, Input, Program, Raw};
+use crate::input::{self, Input, Program, Raw, SourceSettings};
 use crate::output;
 use crate::report::{Count, Report, To, number};
 
@@ -43,11 +42,10 @@ impl Results {
 }
 
 pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
-    let options = input::options(&args.source)?;
     let (folders, files): (Vec<_>, Vec<PathBuf>) =
         args.paths.iter().cloned().partition(|path| path.is_dir());
     let mut results = Results::default();
-    named(&files, args, &options, &mut results);
+    named(&files, args, report, &mut results);
     for path in folders {
         let found = sources_in(&path, args.source.dialect, report);
         if found.is_empty() {
@@ -56,7 +54,7 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
             let what = format!("no {} file is in it", input::list(&endings, "or"));
             results.failures.push(Failure::file(&path, what));
         }
-        folder(&found, args, &options, &mut results);
+        folder(&found, args, report, &mut results);
     }
     let findings: Vec<_> =
         results.programs.iter().map(|p| (&p.sources, p.diagnostics.as_slice())).collect();
@@ -106,10 +104,24 @@ fn summary(results: &Results, count: Count, report: &Report) {
     report.tell(&line);
 }
 
+/// Checks a program with its own settings. What another file of its machine may provide is not
+/// warned of, only noted.
+fn check_program(input: Input, args: &CheckArgs, report: &Report) -> Result<Program, Failure> {
+    let settings = SourceSettings::of(&args.source, &input.first(), report)?;
+    let mut program = input.check(&settings.options);
+    let language = language(program.dialect);
+    for diagnostic in &mut program.diagnostics {
+        if diagnostic.severity == Severity::Warning && language.may_be_elsewhere(diagnostic.code) {
+            diagnostic.severity = Severity::Note;
+        }
+    }
+    Ok(program)
+}
+
 /// Checks files that were named: each on its own, but those of a language that joins files (PMAC)
 /// as the one program that they are to `build` and `run`. A file that no language is known of
 /// belongs to it, if there is one.
-fn named(paths: &[PathBuf], args: &CheckArgs, options: &Options, results: &mut Results) {
+fn named(paths: &[PathBuf], args: &CheckArgs, report: &Report, results: &mut Results) {
     let mut files = Vec::new();
     for path in paths {
         match Raw::read(path) {
@@ -127,21 +139,23 @@ fn named(paths: &[PathBuf], args: &CheckArgs, options: &Options, results: &mut R
     };
     let (download, others): (Vec<&Raw>, Vec<&Raw>) = files.iter().partition(|raw| joins(raw));
     if !download.is_empty() {
-        results.add(Input::of(&download, &args.source).map(|input| input.check(options)));
+        results.add(
+            Input::of(&download, &args.source).and_then(|input| check_program(input, args, report)),
+        );
     }
     for raw in others {
-        results.add(one(raw).map(|input| input.check(options)));
+        results.add(one(raw).and_then(|input| check_program(input, args, report)));
     }
 }
 
 /// Checks a folder's files, but not on their own those that others of them include. A file that
 /// can't be read or told is reported.
-fn folder(paths: &[PathBuf], args: &CheckArgs, options: &Options, results: &mut Results) {
+fn folder(paths: &[PathBuf], args: &CheckArgs, report: &Report, results: &mut Results) {
     let mut included = HashSet::new();
     let mut checked = Vec::new();
     for path in paths {
         let result = Input::read(std::slice::from_ref(path), &args.source);
-        let result = result.map(|input| input.check(options));
+        let result = result.and_then(|input| check_program(input, args, report));
         let place = fs::canonicalize(path).unwrap_or_else(|_| path.clone());
         let reached: Vec<PathBuf> = match &result {
             Ok(program) => inner_files(program).filter(|inner| *inner != place).collect(),

@@ -13,10 +13,25 @@ use crate::failure::{DONE, Failure};
 use crate::output;
 
 pub(crate) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
+    let controller = args.controller.map(Controller::from);
+    let languages = meant(args.dialect, controller);
+    if args.list || !args.search.is_empty() {
+        let words: Vec<String> = args.search.iter().map(|word| word.to_lowercase()).collect();
+        let found = lines(&languages, |line| {
+            let line = line.to_lowercase();
+            words.iter().all(|word| line.contains(word))
+        });
+        if found.is_empty() {
+            let message = format!("nothing is known of `{}`", args.search.join(" "));
+            return Err(Failure::usage(message));
+        }
+        output::print(found.as_bytes())?;
+        return Ok(DONE);
+    }
     let mut all = Vec::new();
     let mut unknown = Vec::new();
     for what in &args.what {
-        let pages = pages(what.trim(), args.dialect, args.controller.map(Controller::from));
+        let pages = pages(what.trim(), &languages, controller);
         if pages.is_empty() {
             unknown.push(complaint(what.trim()));
         }
@@ -26,19 +41,47 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
     if unknown.is_empty() { Ok(DONE) } else { Err(Failure::usage(unknown.join("\nerror: "))) }
 }
 
-fn pages(what: &str, dialect: Option<Dialect>, controller: Option<Controller>) -> Vec<String> {
-    // A controller alone says that only languages with several controllers are meant.
+/// The languages that are asked about. A controller alone says that only languages with several
+/// controllers are meant.
+fn meant(dialect: Option<Dialect>, controller: Option<Controller>) -> Vec<&'static dyn Language> {
     let meant = |language: &&dyn Language| match dialect {
         Some(dialect) => dialect == language.dialect(),
         None => controller.is_none() || language.has_controllers(),
     };
-    let wanted: Vec<&dyn Language> = LANGUAGES.iter().copied().filter(meant).collect();
-    let titles: Vec<&str> = wanted.iter().map(|language| language.title()).collect();
+    LANGUAGES.iter().copied().filter(meant).collect()
+}
+
+/// The diagnostics of a language.
+fn codes_of(language: &dyn Language) -> impl Iterator<Item = &'static CodeInfo> {
+    let title = language.title();
+    let all = TABLES.iter().flat_map(|table| table.iter());
+    all.filter(move |info| info.code.split_once('-').is_some_and(|(of, _)| of == title))
+}
+
+/// A line for everything that can be explained, as far as `wanted` takes the line: diagnostics by
+/// their code, names behind the name of their language.
+fn lines(languages: &[&dyn Language], wanted: impl Fn(&str) -> bool) -> String {
+    let mut text = String::new();
+    for language in languages {
+        let codes = codes_of(*language).map(|info| format!("{}: {}", info.code, info.title));
+        let topics = language.topics().into_iter();
+        let topics =
+            topics.map(|topic| format!("{} {}: {}", language.title(), topic.name, topic.meaning));
+        for line in codes.chain(topics).filter(|line| wanted(line)) {
+            text.push_str(&line);
+            text.push('\n');
+        }
+    }
+    text
+}
+
+fn pages(what: &str, languages: &[&dyn Language], controller: Option<Controller>) -> Vec<String> {
+    let titles: Vec<&str> = languages.iter().map(|language| language.title()).collect();
     let of_wanted = |info: &&CodeInfo| {
         info.code.split_once('-').is_some_and(|(title, _)| titles.contains(&title))
     };
     let mut pages: Vec<String> = codes(what).into_iter().filter(of_wanted).map(page).collect();
-    for language in wanted {
+    for language in languages {
         if let Some(text) = language.explain(what, controller) {
             pages.push(format!("{}: {}\n", language.title(), text.trim_end()));
         }
@@ -79,8 +122,9 @@ fn complaint(what: &str) -> String {
     let near = closest(what, codes.chain(topics.iter().map(|topic| topic.name.as_str())));
     let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
     format!(
-        "`{what}` is neither a code (as PMI-31) nor a variable that a control gives a meaning \
-         (as @FRO, I510, M145){near}"
+        "`{what}` is neither a code (as PMI-31) nor a keyword (as WHILE) nor a variable or word of \
+         memory that a control gives a meaning (as @FRO, I510, M145, X:$0700){near}; `plcc explain \
+         --search WORD` looks for words"
     )
 }
 

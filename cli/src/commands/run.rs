@@ -12,7 +12,7 @@ use plcc_runtime::{Artifact, NativeEngine, session};
 use crate::args::{EngineArg, FormatArg, Rest, RunCommand};
 use crate::compile::{self, Checked, CompileError};
 use crate::failure::{ERRORS, Failure};
-use crate::input::{self, Input};
+use crate::input::{self, Input, SourceSettings};
 use crate::output;
 use crate::recompile::recompiling;
 use crate::report::{Count, Report, To, number};
@@ -21,8 +21,8 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     if let Some(path) = artifact_among(&args.files)? {
         return run_artifact(path, args, report);
     }
-    let options = input::options(&args.source)?;
-    let program = Input::read(&args.files, &args.source)?.check(&options);
+    let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
+    let program = Input::read(&args.files, &args.source)?.check(&settings.options);
     let outputs = [args.run.trace_path(), args.run.events.as_deref(), args.run.dump.as_deref()];
     let stdout_taken = outputs.into_iter().flatten().any(output::is_stdout);
     let to = To { format: args.message_format, stdout_taken };
@@ -46,10 +46,9 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     };
     report.show(&program.sources, &shown, to)?;
     let (tables, mut engine) = engine(&checked, args)?;
-    let machine = args.source.machine.as_ref().map(|_| &options.machine);
-    let reads = args.source.machine.iter().cloned().collect();
+    let reads = settings.machine.iter().cloned().collect();
     let run = RunArgs { reads, ..args.run.clone() };
-    Ok(session::run(&tables, engine.as_mut(), &run, machine))
+    Ok(session::run(&tables, engine.as_mut(), &run, settings.machine_file()))
 }
 
 fn engine(checked: &Checked, args: &RunCommand) -> Result<(Program, Box<dyn Engine>), Failure> {

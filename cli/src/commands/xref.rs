@@ -6,13 +6,13 @@ use serde_json::json;
 
 use crate::args::{FormatArg, XrefArgs};
 use crate::failure::{DONE, ERRORS, Failure};
-use crate::input::{self, Input};
+use crate::input::{Input, SourceSettings};
 use crate::output;
 use crate::report::{Report, To};
 
 pub(crate) fn xref(args: &XrefArgs, report: &Report) -> Result<u8, Failure> {
-    let options = input::options(&args.source)?;
-    let program = Input::read(slice::from_ref(&args.file), &args.source)?.check(&options);
+    let settings = SourceSettings::of(&args.source, &args.file, report)?;
+    let program = Input::read(slice::from_ref(&args.file), &args.source)?.check(&settings.options);
     // The table has standard output; as JSON everything is a line of it.
     let to = To::from(args.message_format);
     let count = report.show(&program.sources, &program.diagnostics, to)?;

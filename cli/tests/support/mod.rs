@@ -77,6 +77,15 @@ impl Folder {
     }
 }
 
+impl Folder {
+    /// Runs `plcc` with a text on its standard input.
+    pub(crate) fn run_with<A: AsRef<OsStr>>(&self, args: &[A], text: &str) -> Done {
+        let input = self.write("standard-input", text);
+        let mut command = self.command(args);
+        Done::of(command.stdin(fs::File::open(input).unwrap()).output().unwrap())
+    }
+}
+
 impl Done {
     pub(crate) fn of(output: Output) -> Self {
         let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();

@@ -5,6 +5,7 @@ mod cross_reference;
 pub mod expression;
 mod include;
 mod internal_error;
+pub mod keywords;
 mod loader;
 mod lowered;
 mod options;

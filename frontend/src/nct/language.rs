@@ -4,6 +4,8 @@ use plcc_abi::{Dialect, Engine};
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 use super::Program;
+use super::reference::{KEYWORDS, MANUAL};
+use crate::common::keywords;
 use crate::common::{Controller, CrossReference, FileLoader, InternalError, Lowered, Options};
 use crate::language::{CheckedProgram, Language, Topic};
 
@@ -56,13 +58,14 @@ impl Language for Nct {
     }
 
     fn explain(&self, name: &str, _controller: Option<Controller>) -> Option<String> {
-        super::names::explain(name)
+        let keyword = keywords::explain(&KEYWORDS, name, MANUAL);
+        [keyword, super::names::explain(name)].into_iter().flatten().reduce(|a, b| a + &b)
     }
 
     fn topics(&self) -> Vec<Topic> {
         let topic =
             |row: &super::names::Name| Topic { name: row.name.into(), meaning: row.meaning.into() };
-        super::names::all().iter().map(topic).collect()
+        keywords::topics(&KEYWORDS).chain(super::names::all().iter().map(topic)).collect()
     }
 }
 

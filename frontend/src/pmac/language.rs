@@ -5,6 +5,8 @@ use plcc_abi::{Dialect, Engine, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 use super::Program;
+use super::reference::{KEYWORDS, MANUAL, describe, memory};
+use crate::common::keywords;
 use crate::common::{Controller, FileLoader, InternalError, Lowered, Options};
 use crate::language::{CheckedProgram, Language, Recompilable, Topic};
 
@@ -48,6 +50,11 @@ impl Language for Pmac {
         true
     }
 
+    /// That nothing sets I5, which lets PLCs run: setups are often files of their own.
+    fn may_be_elsewhere(&self, code: &str) -> bool {
+        code == "PMAC-W2"
+    }
+
     fn check(
         &self,
         sources: &mut SourceMap,
@@ -60,11 +67,15 @@ impl Language for Pmac {
     }
 
     fn explain(&self, name: &str, controller: Option<Controller>) -> Option<String> {
-        super::reference::describe::explain(name, controller)
+        let keyword = keywords::explain(&KEYWORDS, name, MANUAL);
+        let pages =
+            [keyword, memory::explain(name, controller), describe::explain(name, controller)];
+        pages.into_iter().flatten().reduce(|a, b| a + &b)
     }
 
     fn topics(&self) -> Vec<Topic> {
-        super::reference::describe::topics()
+        let variables = describe::topics();
+        keywords::topics(&KEYWORDS).chain(memory::topics()).chain(variables).collect()
     }
 
     fn listing_comments(&self, tables: &Tables) -> Vec<String> {

@@ -4,6 +4,8 @@ use plcc_abi::{Dialect, Engine};
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 use super::Program;
+use super::reference::{KEYWORDS, MANUAL};
+use crate::common::keywords;
 use crate::common::{Controller, FileLoader, InternalError, Lowered, Options};
 use crate::language::{CheckedProgram, Language, Topic};
 
@@ -57,11 +59,13 @@ impl Language for Pmi {
     }
 
     fn explain(&self, name: &str, _controller: Option<Controller>) -> Option<String> {
-        super::explain(name)
+        let keyword = keywords::explain(&KEYWORDS, name, MANUAL);
+        [keyword, super::explain(name)].into_iter().flatten().reduce(|a, b| a + &b)
     }
 
     fn topics(&self) -> Vec<Topic> {
-        super::reference::executive::topics()
+        let variables = super::reference::executive::topics();
+        keywords::topics(&KEYWORDS).chain(variables).collect()
     }
 }
 

@@ -335,7 +335,7 @@ impl Executive for NctExecutive {
     }
 
     fn is_logical(&self, variable: Variable) -> bool {
-        self.names.get(variable).is_some_and(NctName::is_bit)
+        self.names.get(variable).is_some_and(|name: NctName| name.is_bit())
     }
 
     fn declared(&mut self) -> Vec<(String, Variable)> {

@@ -174,8 +174,8 @@ fn milliseconds(ns: u64) -> String {
 }
 
 /// A value's changes in a VCD: of an array the elements that are others than before.
-fn change(
-    vcd: &mut vcd::Writer<&mut dyn Write>,
+fn change<W: Write>(
+    vcd: &mut vcd::Writer<W>,
     signals: &[IdCode],
     logical: bool,
     last: Option<&Value>,
@@ -199,8 +199,8 @@ fn change(
     }
 }
 
-fn change_one(
-    vcd: &mut vcd::Writer<&mut dyn Write>,
+fn change_one<W: Write>(
+    vcd: &mut vcd::Writer<W>,
     signal: IdCode,
     logical: bool,
     value: &Value,

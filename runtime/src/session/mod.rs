@@ -131,7 +131,8 @@ fn session(
         player: Player::new(stimulus, args.repeat),
         watch: watch.clone(),
         trace: trace.as_mut().map(|out| out as &mut dyn Write),
-        trace_format: trace_path.map_or_else(TraceFormat::default, |path| TraceFormat::of(path, args.time)),
+        trace_format: trace_path
+            .map_or_else(TraceFormat::default, |path| TraceFormat::of(path, args.time)),
         events: events.as_mut().map(|out| out as &mut dyn Write),
         ticks,
         realtime: args.realtime,

@@ -110,7 +110,9 @@ pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), Sessi
         args.retain.as_deref().map(|path| ("--retain's copy", copy_of(path))),
     ];
     let read = args.reads.iter().map(|path| ("what is read", path.clone()));
-    let source = program.files.iter().map(|file| ("the program", PathBuf::from(file)));
+    // A source that was read from standard input is no file.
+    let source = program.files.iter().map(PathBuf::from).filter(|file| !is_stdout(file));
+    let source = source.map(|file| ("the program", file));
     let mut seen: Vec<(&str, PathBuf)> =
         option("--stimulus", &args.stimulus).into_iter().chain(source).chain(read).collect();
     for (name, path) in outputs.into_iter().flatten() {

@@ -102,6 +102,23 @@ fn an_artifact_does_what_its_scenario_expects() {
 }
 
 #[test]
+fn an_artifact_says_what_it_holds() {
+    let shop = Shop::new("info");
+    let output = shop.run(&["--info", "lathe.plcx"]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let text = String::from_utf8(output.stdout).unwrap();
+    for line in [
+        "language: pmi",
+        "sources: lathe.pmi",
+        &format!("architecture: {}", std::env::consts::ARCH),
+        "runs on this machine: yes",
+        "entry points: scan",
+    ] {
+        assert!(text.lines().any(|l| l == line), "{line} is not in\n{text}");
+    }
+}
+
+#[test]
 fn a_damaged_artifact_is_refused() {
     let shop = Shop::new("damaged");
     let whole = fs::read(shop.path("lathe.plcx")).unwrap();

@@ -1,0 +1,37 @@
+//! `plcc man`
+
+use std::path::Path;
+use std::{fs, io};
+
+use clap::CommandFactory;
+
+use crate::args::Cli;
+use crate::failure::{DONE, Failure};
+use crate::output;
+
+/// Prints the manual page of plcc, or writes the pages of all commands into a folder.
+pub(crate) fn man(dir: Option<&Path>) -> Result<u8, Failure> {
+    // Built, so that each command knows its full name and the options that all of them have.
+    let mut command = Cli::command();
+    command.build();
+    let Some(dir) = dir else {
+        output::print(&page(&command).map_err(|error| Failure::usage(error.to_string()))?)?;
+        return Ok(DONE);
+    };
+    let write = |command: &clap::Command| {
+        let name = command.get_display_name().unwrap_or_else(|| command.get_name());
+        fs::write(dir.join(format!("{}.1", name.replace(' ', "-"))), page(command)?)
+    };
+    let mut commands = command.get_subcommands().filter(|command| command.get_name() != "help");
+    let written = fs::create_dir_all(dir)
+        .and_then(|()| write(&command))
+        .and_then(|()| commands.try_for_each(write));
+    written.map_err(|error| Failure::file(dir, error))?;
+    Ok(DONE)
+}
+
+fn page(command: &clap::Command) -> io::Result<Vec<u8>> {
+    let mut page = Vec::new();
+    clap_mangen::Man::new(command.clone()).render(&mut page)?;
+    Ok(page)
+}
