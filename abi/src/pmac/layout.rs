@@ -3,7 +3,7 @@
 //! The layout depends on nothing but the controller, so compiler, load evaluator and executive
 //! all compute it alike. P, Q and I are doubles; every other register is a word of 24 bits in a
 //! `u32`. Turbo's 24-bit address space is not all in the image: a few windows are, the rest is
-//! kept by [`Far`](super::far::Far).
+//! kept by [`Far`](super::sparse_memory::Far).
 
 use alloc::{string::ToString, vec, vec::Vec};
 

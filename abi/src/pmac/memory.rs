@@ -4,12 +4,12 @@
 //! codes of their own in the image, and are turned into 24-bit words only when somebody looks at
 //! them as such.
 
+use super::assumption::Definitions;
 use super::definition::{Definition, Field};
-use super::far::Far;
 use super::fixed;
 use super::layout::{Layout, Place, Space};
 use super::math::finite;
-use super::reliance::Definitions;
+use super::sparse_memory::Far;
 use crate::image::{read_f64, read_u8, read_u32, read_u64, write_f64, write_u32};
 
 /// A PMAC's memory, to look at.

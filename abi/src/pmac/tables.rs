@@ -4,7 +4,7 @@ use alloc::{string::String, vec::Vec};
 
 use serde::{Deserialize, Serialize};
 
-use super::{definition::Definition, far::Far, layout::Run, range::Range};
+use super::{definition::Definition, layout::Run, range::Range, sparse_memory::Far};
 
 /// What happens to PLCs (ENABLE to RESUME); the numbers are the host function's argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

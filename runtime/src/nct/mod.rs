@@ -2,15 +2,15 @@
 //! timers, the messages, and the statements that reach beyond the program.
 
 mod arithmetic;
+mod events;
 mod host;
 mod image;
 mod memory;
-mod messages;
 mod operand;
 #[cfg(feature = "args")]
 mod options;
 mod search;
-mod slice;
+mod tick;
 mod validate;
 mod variables;
 
@@ -25,7 +25,7 @@ use crate::control::Control;
 
 #[cfg(feature = "args")]
 pub use options::NctArgs;
-pub use slice::{NctExecutive, NctLoadError, NctOptions};
+pub use tick::{NctExecutive, NctLoadError, NctOptions};
 
 impl Control for plcc_abi::nct::NctTables {
     fn validate(&self, image_size: u32) -> Result<(), ArtifactError> {

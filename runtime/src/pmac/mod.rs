@@ -2,20 +2,20 @@
 //! to RESUME, the COMMAND queue, and general access to memory (guide, PMAC Tasks and PLC
 //! Programs; rulings, Time).
 //!
-//! A base tick is one servo cycle. `schedule` says in which order things happen in it,
-//! `control` what program code may ask for meanwhile, `names` what users call things.
+//! A base tick is one servo cycle. `tick` says in which order things happen in it, `host` what
+//! program code may ask for meanwhile, `variables` what users call things.
 
-mod control;
 pub(crate) mod display;
-mod names;
+mod host;
 #[cfg(feature = "args")]
 mod options;
 mod recompile;
 mod save;
-mod schedule;
 #[cfg(test)]
 mod tests;
+mod tick;
 mod validate;
+mod variables;
 mod watchdog;
 
 use std::collections::HashMap;
@@ -27,12 +27,12 @@ use plcc_abi::{
 };
 
 use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
-use control::Control;
-use names::Name;
+use host::Control;
 #[cfg(feature = "args")]
 pub use options::PmacArgs;
 pub use recompile::{Recompiler, Recompiling, Settings};
-use schedule::Clocks;
+use tick::Clocks;
+use variables::Name;
 use watchdog::Watchdog;
 
 /// What can be chosen for a run.
@@ -130,12 +130,12 @@ impl Executive for PmacExecutive {
     }
 
     fn find(&mut self, name: &str, _purpose: Purpose) -> Result<Variable, NameError> {
-        let found = names::parse(name, &self.control.layout, &self.control.tables)?;
+        let found = variables::parse(name, &self.control.layout, &self.control.tables)?;
         Ok(self.remember(found))
     }
 
     fn parse(&self, _variable: Variable, text: &str) -> Result<Setting, ValueError> {
-        names::number(text).map(Setting::Float)
+        variables::number(text).map(Setting::Float)
     }
 
     fn set(&mut self, variable: Variable, value: Setting) {
@@ -185,7 +185,7 @@ impl Executive for PmacExecutive {
     fn declared(&mut self) -> Vec<(String, Variable)> {
         let mut named: Vec<Name> =
             self.control.tables.named.iter().map(|variable| Name::Variable(*variable)).collect();
-        named.sort_by_key(names::natural);
+        named.sort_by_key(variables::natural);
         named.dedup();
         named.into_iter().map(|name| (name.to_string(), self.remember(name))).collect()
     }

@@ -1,7 +1,7 @@
 //! Code made anew when a program has moved definitions of M-variables.
 //!
 //! Code has definitions built in; when one of those moves, access goes through the host from the
-//! next statement on (`plcc_abi::pmac::reliance`), which is right and slow. Where a compiler is at
+//! next statement on (`plcc_abi::pmac::assumption`), which is right and slow. Where a compiler is at
 //! hand, [`Recompiling`] has the program compiled for the definitions as they are now, once they
 //! have come to rest, and changes over between two ticks. All state is in the image and in the
 //! executive, and resume points are the same in every specialisation, so nothing but the time

@@ -1,15 +1,15 @@
 //! The executive of PMI: the scan with its latched inputs, timers, flip-flops, faults and
 //! messages, and what survives power-off (PMI 3.1; rulings, Scan).
 
-mod announce;
-mod lines;
+mod events;
 mod load;
 mod macros;
-mod names;
 #[cfg(feature = "args")]
 mod options;
-mod scan;
+mod port_lines;
+mod tick;
 mod validate;
+mod variables;
 
 #[cfg(test)]
 mod tests;
@@ -23,7 +23,7 @@ use crate::control::Control;
 pub use load::PmiLoadError;
 #[cfg(feature = "args")]
 pub use options::PmiArgs;
-pub use scan::{PmiExecutive, PmiOptions};
+pub use tick::{PmiExecutive, PmiOptions};
 
 impl Control for plcc_abi::pmi::PmiTables {
     fn validate(&self, image_size: u32) -> Result<(), ArtifactError> {

@@ -2,7 +2,7 @@
 
 mod area;
 mod search;
-mod slice;
+mod tick;
 
 use plcc_abi::nct::{FLAG_BYTES, NctHome, NctTables};
 use plcc_abi::{Engine, Outcome, Program, Region, ResumePoint, Scan, Tables, Task};

@@ -14,7 +14,7 @@
 //! | `lines_in`, `lines_out` | the physical lines of the boards, a byte each, 10 a board |
 //! | `rh`, `q`, `t`, `h`, `m`, `rp` | registers of 16 bits; RP001 is at index 1 |
 
-mod home;
+mod flag_location;
 mod name;
 mod settings;
 mod symbols;
@@ -23,7 +23,7 @@ use alloc::{string::String, vec::Vec};
 
 use serde::{Deserialize, Serialize};
 
-pub use home::NctHome;
+pub use flag_location::NctHome;
 pub use name::{NctName, NctNameError};
 pub use settings::{NctControl, NctSettings, ToolPot};
 pub(crate) use symbols::symbols;

@@ -3,13 +3,9 @@
 //! Logicals are a byte of 0 or 1 in the image, INTEGERs 16 bits, LONGs 32, arrays contiguous.
 //! All offsets are in bytes from the image's start.
 
-mod symbols;
-
 use alloc::{string::String, vec::Vec};
 
 use serde::{Deserialize, Serialize};
-
-pub(crate) use symbols::symbols;
 
 /// A variable's type (PMI 2.2.4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]

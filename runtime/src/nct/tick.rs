@@ -9,10 +9,10 @@ use thiserror::Error;
 
 use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
 
+use super::events::Messages;
 use super::host::NctHost;
 use super::image::{Image, Module, check_tables};
 use super::memory::NcMemory;
-use super::messages::Messages;
 use super::variables::{self, Names};
 
 /// Milliseconds of a slice.

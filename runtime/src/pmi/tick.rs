@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
 
-use super::announce::{Announcements, value};
+use super::events::{Announcements, value};
 use super::load::{self, PORTS, PmiLoadError};
-use super::names::{Name, Names};
-use super::{lines, macros};
+use super::variables::{Name, Names};
+use super::{macros, port_lines};
 
 /// The unit of timers in nanoseconds.
 const TIMER_UNIT: u64 = 20_000_000;
@@ -119,7 +119,7 @@ impl PmiExecutive {
     fn latch(&mut self) {
         for &(lines, offset) in &self.inputs {
             let port = read_u8(&self.image, self.ports + u32::from(lines.port));
-            let value = lines::decode(lines, port);
+            let value = port_lines::decode(lines, port);
             let ty = lines_type(lines);
             write(&mut self.image, ty, offset, value.into());
         }
@@ -128,7 +128,7 @@ impl PmiExecutive {
     fn drive(&mut self) {
         for &(lines, offset) in &self.outputs {
             let value = value(&self.image, lines_type(lines), offset) as i16;
-            lines::drive(&mut self.image, self.ports, lines, value);
+            port_lines::drive(&mut self.image, self.ports, lines, value);
         }
     }
 
@@ -136,7 +136,7 @@ impl PmiExecutive {
     fn emergency_stop(&mut self) {
         write_u8(&mut self.image, self.special.estop, 1);
         for &(lines, _) in &self.outputs {
-            lines::drive(&mut self.image, self.ports, lines, 0);
+            port_lines::drive(&mut self.image, self.ports, lines, 0);
         }
     }
 
@@ -151,7 +151,7 @@ impl PmiExecutive {
             } else {
                 number as i16
             };
-            return lines::drive(&mut self.image, self.ports, lines, number);
+            return port_lines::drive(&mut self.image, self.ports, lines, number);
         }
         write(&mut self.image, ty, offset, number);
         match role {
@@ -255,7 +255,7 @@ impl Executive for PmiExecutive {
         let number: i64 = trimmed.parse().map_err(|_| unfit("is beyond any variable's range"))?;
         if let Some(Name::Symbol(index)) = self.names.get(variable)
             && let Some(Role::Input(lines)) = self.names.symbol(index).map(|symbol| symbol.role)
-            && !lines::fits(lines, number)
+            && !port_lines::fits(lines, number)
         {
             let lines = lines.count;
             return Err(unfit(&format!("is no number that {lines} lines can carry in BCD")));

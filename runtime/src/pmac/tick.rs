@@ -6,7 +6,7 @@ use plcc_abi::{
     pmac::{COMMAND_CONTEXT, Layout, Place, Space, context, fixed::sign_extend},
 };
 
-use super::{PmacExecutive, control::Status};
+use super::{PmacExecutive, host::Status};
 use crate::Stop;
 
 /// What housekeeping sets the watchdog's register to.

@@ -7,7 +7,7 @@ use plcc_abi::{
     image::{read_u32, write_f64},
     pmac::{
         Definition, Far, Layout, Memory, PlcOp, PmacTables, Run, Space, Text, View, math::finite,
-        pure,
+        pure_functions,
     },
 };
 
@@ -320,7 +320,7 @@ impl Host for Control {
                 self.save(image);
                 0
             }
-            _ => pure::call(function, args).unwrap_or(0),
+            _ => pure_functions::call(function, args).unwrap_or(0),
         }
     }
 }
