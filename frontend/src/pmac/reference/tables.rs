@@ -13,16 +13,20 @@ use std::sync::OnceLock;
 
 use plcc_abi::pmac::Range;
 
-use crate::common::Controller;
+use crate::common::tsv::{self, Row, TsvError};
+use crate::common::{Controller, natural_cmp};
 
 const I_TABLE: &str = include_str!("ivars.tsv");
 const M_TABLE: &str = include_str!("mvars.tsv");
+const I_COLUMNS: &[&str] = &["name", "range", "default", "unit", "controller", "meaning"];
+const M_COLUMNS: &[&str] = &["number", "definition", "meaning", "appendix"];
 
 /// A row of appendix B.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IVariable {
     /// The name of the variable or its family.
     pub name: &'static str,
+    family: Family,
     /// What it takes; `None` for any real number.
     pub range: Option<Range>,
     /// What it is meant to take, in words.
@@ -60,28 +64,85 @@ pub fn count(controller: Controller) -> u32 {
     }
 }
 
+/// Which variables a row is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Family {
+    /// `I5`.
+    One(u32),
+    /// `I22..44`.
+    Range(u32, u32),
+    /// `I8x`: eight motors in the last digit.
+    MotorInUnits(u32),
+    /// `Ix11`: the controller's motors in the hundreds.
+    MotorInHundreds(u32),
+    /// `Isx11`: sixteen coordinate systems of a Turbo PMAC, from 5100 on.
+    SystemInHundreds(u32),
+    /// `I900+5`: sixteen encoders, this far apart.
+    Encoders(u32, u32),
+}
+
+impl Family {
+    /// A family by its name; none where it is no name of one.
+    fn of(name: &str) -> Option<Self> {
+        let name = name.strip_prefix('I')?;
+        let number = |digits: &str| digits.parse().ok();
+        if let Some(tail) = name.strip_prefix("sx") {
+            return Some(Self::SystemInHundreds(number(tail)?));
+        }
+        if let Some(tail) = name.strip_prefix('x') {
+            return Some(Self::MotorInHundreds(number(tail)?));
+        }
+        if let Some(head) = name.strip_suffix('x') {
+            return Some(Self::MotorInUnits(number(head)?));
+        }
+        if let Some((first, last)) = name.split_once("..") {
+            return Some(Self::Range(number(first)?, number(last)?));
+        }
+        if let Some((first, step)) = name.split_once('+') {
+            return Some(Self::Encoders(number(first)?, number(step)?));
+        }
+        Some(Self::One(number(name)?))
+    }
+
+    /// The members' numbers on a controller, in the order of the defaults.
+    fn members(self, controller: Controller) -> Vec<u32> {
+        let motors = if controller == Controller::Turbo { 32 } else { 8 };
+        match self {
+            Self::One(number) => vec![number],
+            Self::Range(first, last) => (first..=last).collect(),
+            Self::MotorInUnits(head) => (1..=8).map(|motor| 10 * head + motor).collect(),
+            Self::MotorInHundreds(tail) => (1..=motors).map(|motor| 100 * motor + tail).collect(),
+            Self::SystemInHundreds(tail) => {
+                (1..=16).map(|system| 5000 + 100 * system + tail).collect()
+            }
+            Self::Encoders(first, step) => (0..16).map(|encoder| first + step * encoder).collect(),
+        }
+    }
+}
+
 impl IVariable {
-    fn parse(line: &'static str) -> Option<Self> {
-        let mut columns = line.split('\t');
-        let name = columns.next()?;
-        let range_text = columns.next()?;
-        let range = parse_range(range_text)?;
-        let defaults = columns.next()?.split('/').map(number).collect::<Option<_>>()?;
-        let unit = columns.next()?;
-        let (pmac, turbo) = match columns.next()? {
-            "both" => (true, true),
-            "pmac" => (true, false),
-            "turbo" => (false, true),
-            _ => return None,
-        };
-        let meaning = columns.next()?;
-        columns.next().is_none().then_some(Self {
+    /// A row of `ivars.tsv`.
+    fn parse(row: &Row<'static>) -> Result<Self, TsvError> {
+        let name = row.text("name")?;
+        let family = Family::of(name)
+            .ok_or_else(|| row.error("name", format!("`{name}` names no I-variables")))?;
+        let range_text = row.text("range")?;
+        let range = parse_range(range_text)
+            .ok_or_else(|| row.error("range", format!("`{range_text}` is no range")))?;
+        let defaults = row.text("default")?;
+        let defaults = defaults.split('/').map(number).collect::<Option<Vec<f64>>>();
+        let defaults = defaults.ok_or_else(|| row.error("default", "a default is no number"))?;
+        let controllers =
+            [("both", (true, true)), ("pmac", (true, false)), ("turbo", (false, true))];
+        let (pmac, turbo) = row.word("controller", &controllers)?;
+        Ok(Self {
             name,
+            family,
             range,
             values: in_words(range_text, range),
             defaults,
-            unit,
-            meaning,
+            unit: row.text("unit")?,
+            meaning: row.text("meaning")?,
             pmac,
             turbo,
         })
@@ -89,33 +150,11 @@ impl IVariable {
 
     /// The members' numbers on a controller, in the order of the defaults.
     fn members(&self, controller: Controller) -> Vec<u32> {
-        let turbo = controller == Controller::Turbo;
-        if if turbo { !self.turbo } else { !self.pmac } {
-            return Vec::new();
-        }
-        let name = self.name.get(1..).unwrap_or_default();
-        let motors = if turbo { 32 } else { 8 };
-        if let Some(tail) = name.strip_prefix("sx") {
-            let tail = tail.parse().unwrap_or(0);
-            return (1..=16).map(|system| 5000 + 100 * system + tail).collect();
-        }
-        if let Some(tail) = name.strip_prefix('x') {
-            let tail = tail.parse().unwrap_or(0);
-            return (1..=motors).map(|motor| 100 * motor + tail).collect();
-        }
-        if let Some(head) = name.strip_suffix('x') {
-            let head: u32 = head.parse().unwrap_or(0);
-            return (1..=8).map(|motor| 10 * head + motor).collect();
-        }
-        if let Some((first, last)) = name.split_once("..") {
-            return (first.parse().unwrap_or(0)..=last.parse().unwrap_or(0)).collect();
-        }
-        if let Some((first, step)) = name.split_once('+') {
-            let first: u32 = first.parse().unwrap_or(0);
-            let step: u32 = step.parse().unwrap_or(1);
-            return (0..16).map(|encoder| first + step * encoder).collect();
-        }
-        name.parse().into_iter().collect()
+        let has = match controller {
+            Controller::Pmac => self.pmac,
+            Controller::Turbo => self.turbo,
+        };
+        if has { self.family.members(controller) } else { Vec::new() }
     }
 
     /// The default of a member of the family, from 0.
@@ -167,7 +206,9 @@ struct Index {
 fn index() -> &'static Index {
     static INDEX: OnceLock<Index> = OnceLock::new();
     INDEX.get_or_init(|| {
-        let rows: Vec<_> = I_TABLE.lines().skip(1).filter_map(IVariable::parse).collect();
+        let rows = tsv::rows("ivars.tsv", I_TABLE, I_COLUMNS);
+        let rows: Result<Vec<_>, _> = rows.map(|row| IVariable::parse(&row?)).collect();
+        let rows = tsv::built_in(rows);
         let numbers = |controller| {
             let mut numbers = vec![None; count(controller) as usize];
             for (row, variable) in rows.iter().enumerate() {
@@ -228,15 +269,16 @@ pub fn m_variables() -> &'static [MVariable] {
 fn m_table() -> &'static [MVariable] {
     static ROWS: OnceLock<Vec<MVariable>> = OnceLock::new();
     ROWS.get_or_init(|| {
-        let parse = |line: &'static str| {
-            let mut columns = line.split('\t');
-            let number = columns.next()?.strip_prefix('M')?.parse().ok()?;
-            let definition = columns.next()?;
-            let meaning = columns.next()?;
-            let appendix = columns.next()?;
-            columns.next().is_none().then_some(MVariable { number, definition, meaning, appendix })
-        };
-        M_TABLE.lines().skip(1).filter_map(parse).collect()
+        tsv::built_in(tsv::load("mvars.tsv", M_TABLE, M_COLUMNS, natural_cmp, |row| {
+            let name = row.text("number")?;
+            let number = name.strip_prefix('M').and_then(|digits| digits.parse().ok());
+            Ok(MVariable {
+                number: number.ok_or_else(|| row.error("number", "no M and number"))?,
+                definition: row.text("definition")?,
+                meaning: row.text("meaning")?,
+                appendix: row.word("appendix", &[("E", "E"), ("F", "F")])?,
+            })
+        }))
     })
 }
 
@@ -363,6 +405,14 @@ mod tests {
         assert_eq!(i_range(pmac, 116), None);
         assert_eq!(i_range(pmac, 46), None);
         assert_eq!(i_range(pmac, 9999), None);
+    }
+
+    #[test]
+    fn a_name_that_is_no_family_is_refused() {
+        assert_eq!(Family::of("I22..44"), Some(Family::Range(22, 44)));
+        for name in ["5", "I", "Ix", "I8y", "I1..", "I900+", "Isx", "Ixx"] {
+            assert_eq!(Family::of(name), None, "{name}");
+        }
     }
 
     #[test]
