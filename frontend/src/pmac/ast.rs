@@ -6,7 +6,7 @@
 
 use plcc_abi::pmac::{Define, Definition, Kind, PlcOp, Space, Text};
 
-use super::read::origin::{At, Origins};
+use super::origin::{At, Origins};
 use crate::common::Controller;
 
 /// A mathematical function.
@@ -289,5 +289,18 @@ impl Download {
     pub(crate) fn ops(&self, expr: Expr) -> &[Op] {
         let start = expr.start as usize;
         self.ops.get(start..start + expr.len as usize).unwrap_or(&[])
+    }
+
+    /// The expression or condition that a statement computes.
+    pub(crate) fn computed(what: &What) -> Option<Expr> {
+        match *what {
+            What::Assign(_, expr)
+            | What::If(expr, _)
+            | What::While(expr, _)
+            | What::AddressBy(_, expr)
+            | What::Word(_, _, expr) => Some(expr),
+            What::Text(_, value) => value,
+            _ => None,
+        }
     }
 }

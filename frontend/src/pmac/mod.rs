@@ -5,14 +5,16 @@
 //! give the state after load. Where the guide is silent, the rulings in the project's
 //! documentation decide.
 //!
-//! Architecture Invariant: trees are flat. Expressions are postfix rows in one arena, statements
-//! are steps with jump targets; nothing recurses on program size.
+//! Architecture Invariant: trees are flat. All expressions stand in postfix order in one row, and
+//! statements are a row with jumps in it, so that nothing recurses on program size.
 
 mod analyse;
 mod ast;
+pub mod expression;
 mod language;
 mod lower;
 mod oracle;
+mod origin;
 mod read;
 pub mod reference;
 mod tables;
@@ -29,7 +31,7 @@ use crate::common::{FileLoader, Lowered, Options};
 pub use language::Pmac;
 pub use oracle::Interpreter;
 
-use analyse::load;
+use analyse::{assumptions, load};
 use lower::explain;
 use read::{download, preprocess};
 
@@ -40,6 +42,8 @@ pub struct Program {
     loaded: load::Loaded,
     /// Names and texts of the files, by their ids.
     files: std::sync::Arc<[(String, String)]>,
+    /// What its text defines with `#define`, for expressions.
+    names: std::sync::Arc<[preprocess::DefinedName]>,
 }
 
 /// Reads and checks `files` as one download, in their order; included files are asked of `loader`
@@ -65,11 +69,12 @@ pub fn check(
     if diagnostics.iter().any(|d| d.is_error() && d.code != "PMAC-9") {
         return (None, diagnostics);
     }
-    let loaded = load::load(&download);
+    let mut loaded = load::load(&download);
+    assumptions::assume(&download, &mut loaded);
     let ids = (0..sources.len() as u32).map(FileId);
     let texts = ids.map(|id| (sources.path(id).to_owned(), sources.text(id).to_owned()));
     let files = texts.collect();
-    (Some(Program { download, loaded, files }), diagnostics)
+    (Some(Program { download, loaded, files, names: flat.names.into() }), diagnostics)
 }
 
 impl Program {

@@ -1,6 +1,10 @@
-//! Which M-variables code names, and with which definitions built in.
+//! What specialised code may assume of the definitions of M-variables.
+//!
+//! A definition says where in memory an M-variable lies. Code that is made for the definitions
+//! after load reaches those places directly, as long as they are so; the executive watches over
+//! them and has other code made when they change.
 
-use plcc_abi::pmac::{Definition, Direct, Kind, Layout, Place, Relied, Space, View};
+use plcc_abi::pmac::{Definition, Definitions, Direct, Kind, Layout, Place, Relied, Space, View};
 
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Download, Op, Stmt, Target, What};
@@ -33,9 +37,9 @@ pub(crate) fn names_of_m(download: &Download, code: &[Stmt], say: &mut impl FnMu
     }
 }
 
-/// Marks the M-variables whose definitions statements move by what is written in them: a command
+/// Marks the M-variables whose definitions statements change by what is written in them: a command
 /// that defines, and assignments to variables that are defined where definitions stand.
-fn mark_moved(download: &Download, view: &View<'_>, code: &[Stmt], mark: &mut impl FnMut(u32)) {
+fn mark_changed(download: &Download, view: &View<'_>, code: &[Stmt], mark: &mut impl FnMut(u32)) {
     let layout = view.layout;
     let through = |definition: Definition, mark: &mut dyn FnMut(u32)| {
         if !matches!(definition, Definition::Star | Definition::X { .. } | Definition::Tw { .. })
@@ -76,10 +80,19 @@ fn mark_moved(download: &Download, view: &View<'_>, code: &[Stmt], mark: &mut im
     }
 }
 
-/// What code relies on that is made for the definitions after load: the M-variables that PLCs
-/// name, by rising number. What the text is seen to move is left to the host, so that moving it
-/// leaves all else as fast as it was.
-pub(crate) fn after_load(download: &Download, loaded: &Loaded) -> Vec<Relied> {
+/// Decides what code made for the state after load assumes, and has the image watch over it.
+pub(crate) fn assume(download: &Download, loaded: &mut Loaded) {
+    let assumed = after_load(download, loaded);
+    let mut definitions = Definitions::new(&mut loaded.image, &loaded.layout);
+    definitions.seal();
+    definitions.rely(&assumed);
+    loaded.relied = assumed;
+}
+
+/// What code assumes that is made for the definitions after load: the M-variables that PLCs name,
+/// by rising number. A definition that the text itself changes is not assumed: the host reaches
+/// the variable, so that changing it leaves all other code as fast as it was.
+fn after_load(download: &Download, loaded: &Loaded) -> Vec<Relied> {
     let layout = loaded.layout;
     let mut named = vec![false; layout.count as usize];
     for (kind, code) in tasks(download, loaded) {
@@ -93,30 +106,30 @@ pub(crate) fn after_load(download: &Download, loaded: &Loaded) -> Vec<Relied> {
         }
     }
     let view = View { image: &loaded.image, layout: &layout, far: &loaded.far };
-    let mut moved = vec![false; layout.count as usize];
+    let mut changed = vec![false; layout.count as usize];
     for (_, code) in tasks(download, loaded) {
-        mark_moved(download, &view, code, &mut |number| {
-            if let Some(slot) = moved.get_mut(number as usize) {
+        mark_changed(download, &view, code, &mut |number| {
+            if let Some(slot) = changed.get_mut(number as usize) {
                 *slot = true;
             }
         });
     }
-    let built_in = |number, moved: bool| {
+    let assumed = |number, changed: bool| {
         let definition = view.definition(number);
-        Direct::of(&layout, definition).filter(|_| !moved).map(|_| definition)
+        Direct::of(&layout, definition).filter(|_| !changed).map(|_| definition)
     };
-    let numbers = (0..).zip(named.into_iter().zip(moved)).filter(|(_, (named, _))| *named);
+    let numbers = (0..).zip(named.into_iter().zip(changed)).filter(|(_, (named, _))| *named);
     numbers
-        .map(|(number, (_, moved))| Relied { number, definition: built_in(number, moved) })
+        .map(|(number, (_, changed))| Relied { number, definition: assumed(number, changed) })
         .collect()
 }
 
 /// Where code goes directly for each M-variable, by number.
-pub(crate) fn places(layout: &Layout, relied: &[Relied]) -> Vec<Option<Direct>> {
+pub(crate) fn places(layout: &Layout, assumed: &[Relied]) -> Vec<Option<Direct>> {
     let mut places = vec![None; layout.count as usize];
-    for relied in relied {
-        if let Some(slot) = places.get_mut(relied.number as usize) {
-            *slot = relied.definition.and_then(|definition| Direct::of(layout, definition));
+    for assumption in assumed {
+        if let Some(slot) = places.get_mut(assumption.number as usize) {
+            *slot = assumption.definition.and_then(|definition| Direct::of(layout, definition));
         }
     }
     places

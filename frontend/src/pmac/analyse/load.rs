@@ -2,14 +2,12 @@
 
 use plcc_abi::image::{read_f64, write_f64, write_u32};
 use plcc_abi::pmac::{
-    Definitions, Far, Kind, Layout, Memory, PlcOp, Range, Relied, Space, Variable, fixed,
-    layout::CONTEXTS, math,
+    Far, Kind, Layout, Memory, PlcOp, Range, Relied, Space, Variable, fixed, layout::CONTEXTS, math,
 };
 
 use super::eval;
 use crate::common::Controller;
 use crate::pmac::ast::{Action, Download, Op, Target, WriteKind};
-use crate::pmac::lower::reliance;
 use crate::pmac::reference::tables;
 
 /// What has become of PLCs 0 to 31, a bit for each.
@@ -52,7 +50,7 @@ pub(crate) struct Loaded {
     /// Variables that on-line assignments name.
     pub(crate) named: Vec<Variable>,
     pub(crate) ranges: Vec<(u32, Range)>,
-    /// What code relies on that is made for this state.
+    /// What code that is made for this state assumes of the definitions of M-variables.
     pub(crate) relied: Vec<Relied>,
 }
 
@@ -63,7 +61,8 @@ struct Loader {
     stack: Vec<f64>,
 }
 
-/// Does a download's on-line commands.
+/// Does a download's on-line commands. What code assumes of the definitions is decided later
+/// (`assumptions.rs`).
 pub(crate) fn load(download: &Download) -> Loaded {
     let turbo = download.controller == Controller::Turbo;
     let layout = Layout::new(turbo);
@@ -94,12 +93,6 @@ pub(crate) fn load(download: &Download) -> Loaded {
     for online in &download.online {
         loader.act(download, &online.action);
     }
-    let out = &mut loader.out;
-    let relied = reliance::after_load(download, out);
-    let mut definitions = Definitions::new(&mut out.image, &out.layout);
-    definitions.seal();
-    definitions.rely(&relied);
-    out.relied = relied;
     loader.out
 }
 

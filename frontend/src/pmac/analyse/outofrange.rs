@@ -4,8 +4,8 @@ use plcc_abi::pmac::{Kind, Range};
 use plcc_diag::Diagnostic;
 
 use crate::pmac::ast::{Action, Expr, Op, Target};
+use crate::pmac::origin::At;
 use crate::pmac::read::download::Checker;
-use crate::pmac::read::origin::At;
 use crate::pmac::reference::tables::i_range;
 
 impl Checker<'_> {

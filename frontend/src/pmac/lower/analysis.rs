@@ -9,7 +9,7 @@
 use plcc_abi::pmac::Kind;
 
 use super::rangeanalysis::Shape;
-use crate::pmac::ast::{Bin, Expr, Func, Op};
+use crate::pmac::ast::{Bin, Func, Op};
 
 /// Most variables that a statement asks about.
 const MAX_ASKED: usize = 6;
@@ -108,20 +108,4 @@ pub(crate) fn analyse(ops: &[Op], mut shape: impl FnMut(Name) -> Shape) -> Analy
         out.forced = Some(Reason::Many);
     }
     out
-}
-
-impl crate::pmac::ast::Download {
-    /// The expression or condition that a statement computes.
-    pub(crate) fn computed(what: &crate::pmac::ast::What) -> Option<Expr> {
-        use crate::pmac::ast::What;
-        match *what {
-            What::Assign(_, expr)
-            | What::If(expr, _)
-            | What::While(expr, _)
-            | What::AddressBy(_, expr)
-            | What::Word(_, _, expr) => Some(expr),
-            What::Text(_, value) => value,
-            _ => None,
-        }
-    }
 }

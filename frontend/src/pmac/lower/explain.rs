@@ -7,8 +7,8 @@ use plcc_diag::SourceMap;
 
 use super::analysis::{Name, Reason, analyse};
 use super::rangeanalysis::Shape;
-use super::reliance::places_after_load;
 use super::variables::shape_of;
+use crate::pmac::analyse::assumptions::places_after_load;
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Bin, Download, Func, Stmt, Target, What};
 use crate::pmac::tasks::{TaskKind, tasks};

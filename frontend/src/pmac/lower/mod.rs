@@ -10,7 +10,6 @@ pub(crate) mod emit;
 pub(crate) mod explain;
 mod integer;
 pub(crate) mod rangeanalysis;
-pub(crate) mod reliance;
 mod variables;
 
 use plcc_abi::HostFn;
@@ -21,6 +20,7 @@ use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
 use self::analysis::Name;
 use self::emit::Operand;
 use self::rangeanalysis::Shape;
+use crate::pmac::analyse::assumptions;
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Download, Expr, Func, Op, Plcs, Stmt, Target, What};
 use crate::pmac::tasks::{TaskKind, tasks};
@@ -73,7 +73,7 @@ pub(crate) fn lower(
         regions,
         sources,
         ranges: &loaded.ranges,
-        places_of_m: reliance::places(&layout, relied),
+        places_of_m: assumptions::places(&layout, relied),
         task_count: 0,
         context: 0,
         addresses: false,

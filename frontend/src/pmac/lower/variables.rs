@@ -7,7 +7,7 @@ use plcc_ir::{Address, BinaryOp, ConvertOp, IntCond, Region, Type, Value};
 use super::Lowerer;
 use super::emit::{self, Operand};
 use super::rangeanalysis::Shape;
-use super::reliance::names_of_m;
+use crate::pmac::analyse::assumptions::names_of_m;
 use crate::pmac::ast::Target;
 
 /// Regions of the image, as IR refers to them.

@@ -4,8 +4,8 @@ use plcc_abi::pmac::Kind;
 
 use super::cursor::{Parsed, syntax, syntax_help};
 use super::expr::Reader;
-use super::origin::At;
 use crate::pmac::ast::{Bin, Expr, Op, Plcs, Target};
+use crate::pmac::origin::At;
 
 /// What begins with a variable.
 pub(crate) enum Variable {

@@ -49,7 +49,7 @@ impl Checker<'_> {
     }
 
     /// The statements that do what a command says; none for one that only concerns motion.
-    fn command_code(&mut self, actions: Vec<Action>, at: super::origin::At) -> Option<u32> {
+    fn command_code(&mut self, actions: Vec<Action>, at: crate::pmac::origin::At) -> Option<u32> {
         let mut code = Vec::new();
         for action in actions {
             match action {

@@ -3,7 +3,7 @@
 //! The controller glues statements and splits words as it likes (`P1=0P2=1`, `END IF`), so there
 //! are no tokens: each rule looks for the word that it can use at the place where it is.
 
-use super::origin::At;
+use crate::pmac::origin::At;
 
 /// What is wrong, with its place: one error of one statement.
 #[derive(Clone, Debug)]

@@ -6,11 +6,11 @@ use plcc_diag::Diagnostic;
 use super::cursor::Fault;
 use super::expr::Reader;
 use super::online::Flow;
-use super::origin::At;
 use super::preprocess::Flat;
 use super::structure::{Frame, FrameKind};
 use crate::common::{Controller, Options};
 use crate::pmac::ast::{Action, Buffer, Download, Expr, Online, Op, Stmt, What};
+use crate::pmac::origin::At;
 
 /// The buffer that is open.
 pub(crate) struct Open {

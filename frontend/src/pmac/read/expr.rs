@@ -3,8 +3,8 @@
 use plcc_abi::pmac::Kind;
 
 use super::cursor::{Cursor, Fault, Parsed, syntax, syntax_help};
-use super::origin::At;
 use crate::pmac::ast::{Bin, Cmp, Expr, FUNCTIONS, Func, Op};
+use crate::pmac::origin::At;
 
 /// Deepest nesting of parentheses.
 const MAX_NESTING: usize = 256;
@@ -17,6 +17,8 @@ pub(crate) struct Reader<'a> {
     pub(crate) turbo: bool,
     /// L-variables that are used, with their places; none outside PLCCs.
     pub(crate) l_used: Option<Vec<(u16, At)>>,
+    /// Comparators, AND and OR may stand outside parentheses.
+    bare_conditions: bool,
 }
 
 /// An operator that waits for what stands right of it, or an open parenthesis.
@@ -56,7 +58,13 @@ struct Stacks {
 
 impl<'a> Reader<'a> {
     pub(crate) fn new(text: &'a str, turbo: bool) -> Self {
-        Self { cur: Cursor::new(text), ops: Vec::new(), turbo, l_used: None }
+        Self {
+            cur: Cursor::new(text),
+            ops: Vec::new(),
+            turbo,
+            l_used: None,
+            bare_conditions: false,
+        }
     }
 
     /// The highest variable number.
@@ -148,6 +156,20 @@ impl<'a> Reader<'a> {
         Ok(self.since(start))
     }
 
+    /// The whole text as an expression or a condition, which needs no parentheses around it. Says
+    /// whether it is a condition.
+    pub(crate) fn whole_text(&mut self) -> Parsed<(Expr, bool)> {
+        self.bare_conditions = true;
+        self.cur.lines = true;
+        let start = self.ops.len();
+        let condition = self.shunt(false)?;
+        self.cur.blanks();
+        if !self.cur.at_end() {
+            return self.cur.expected_here("an operator");
+        }
+        Ok((self.since(start), condition))
+    }
+
     pub(crate) fn since(&self, start: usize) -> Expr {
         let at = At::new(start, self.ops.len());
         Expr { start: at.start, len: at.end - at.start }
@@ -183,7 +205,7 @@ impl<'a> Reader<'a> {
             }
             self.cur.blanks();
             let start = self.cur.pos;
-            match self.operator(stacks.depth > 0)? {
+            match self.operator(stacks.depth > 0 || self.bare_conditions)? {
                 Some(operator) => {
                     let at = self.cur.since(start);
                     while let Some(&(top, at)) = stacks.waiting.last()

@@ -4,12 +4,14 @@
 pub(crate) mod assign;
 mod buffers;
 mod command;
+mod comments;
 pub(crate) mod cursor;
 pub(crate) mod define;
+mod directives;
 pub(crate) mod download;
 pub(crate) mod expr;
+mod macros;
 pub(crate) mod online;
-pub(crate) mod origin;
 pub(crate) mod preprocess;
 mod recover;
 mod report;

@@ -8,9 +8,9 @@ use plcc_abi::pmac::{Kind, PlcOp};
 use super::assign::Variable;
 use super::cursor::{Fault, Parsed, syntax_help};
 use super::expr::Reader;
-use super::origin::At;
 use super::words::{self, Keyword, LETTER, MOTION, ONLINE, PLC, Tail};
 use crate::pmac::ast::{Action, Expr, Op, Plcs, Target, WriteKind};
+use crate::pmac::origin::At;
 
 /// The help for a word that nothing is like.
 pub(crate) const PERHAPS_A_NAME: &str = "if it is a name, its #define must come before";

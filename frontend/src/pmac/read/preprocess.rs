@@ -5,16 +5,18 @@
 //! what is written is bounded, so that definitions that double again and again end in an error.
 
 use std::collections::HashMap;
-use std::path::Path;
 
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
-use super::origin::{At, Origins};
-use super::template::{Line, Template, Values};
-use crate::common::{FileLoader, Options, find_include};
+use super::comments::{open_block, strip_comment};
+use super::directives::template_definition;
+use super::macros::Macro;
+use super::template::{Line, Values};
+use crate::common::{FileLoader, MemoryLoader, Options};
+use crate::pmac::origin::{At, Origins};
 
 /// Deepest nesting of includes, conditionals and replacements.
-const MAX_NESTING: usize = 256;
+pub(super) const MAX_NESTING: usize = 256;
 
 /// Bytes that replacements and includes may produce besides the sources' own.
 const MAX_PRODUCED: usize = 16 << 20;
@@ -30,50 +32,54 @@ pub(crate) struct Flat {
     pub(crate) poisoned: Vec<At>,
     /// An included file is missing: names that nothing defines may be defined there.
     pub(crate) incomplete: bool,
-    /// The names that are defined at the end, in alphabetical order.
-    pub(crate) names: Vec<String>,
+    /// What is defined at the end, by its names in alphabetical order.
+    pub(crate) names: Vec<DefinedName>,
 }
 
-struct Macro {
-    body: std::rc::Rc<str>,
+/// A name that `#define` defined.
+#[derive(Clone, Debug)]
+pub(crate) struct DefinedName {
+    pub(crate) name: String,
+    /// What it is replaced by.
+    body: String,
+    /// Where that stands.
     defined: Span,
-    busy: bool,
-    /// A template that nothing defines stands in it.
-    unknown: bool,
 }
 
 /// A file being read.
-struct Frame {
-    file: FileId,
-    pos: usize,
+pub(super) struct OpenFile {
+    pub(super) file: FileId,
+    pub(super) pos: usize,
     /// Conditionals open when the file was entered.
-    conditionals: usize,
+    pub(super) conditionals: usize,
 }
 
-struct Conditional {
-    at: Span,
+/// An `#ifdef` or `#ifndef` whose `#endif` has not come yet.
+pub(super) struct Conditional {
+    pub(super) at: Span,
     /// This branch is read.
-    active: bool,
+    pub(super) active: bool,
     /// The conditional itself stands in text that is read.
-    outer: bool,
-    seen_else: bool,
+    pub(super) outer: bool,
+    pub(super) seen_else: bool,
 }
 
-struct Preprocessor<'a> {
-    map: &'a mut SourceMap,
-    loader: &'a dyn FileLoader,
-    options: &'a Options,
-    macros: HashMap<String, Macro>,
-    frames: Vec<Frame>,
-    conditionals: Vec<Conditional>,
-    flat: Flat,
-    diagnostics: Vec<Diagnostic>,
+/// The state of preprocessing.
+pub(super) struct Preprocessor<'a> {
+    pub(super) sources: &'a mut SourceMap,
+    pub(super) loader: &'a dyn FileLoader,
+    pub(super) options: &'a Options,
+    pub(super) macros: HashMap<String, Macro>,
+    pub(super) files: Vec<OpenFile>,
+    pub(super) conditionals: Vec<Conditional>,
+    pub(super) flat: Flat,
+    pub(super) diagnostics: Vec<Diagnostic>,
     /// Bytes of replacements and includes that may still come.
-    budget: usize,
-    no_block_end: Option<FileId>,
-    in_block: bool,
+    pub(super) budget: usize,
+    pub(super) no_block_end: Option<FileId>,
+    pub(super) in_block: bool,
     /// What `#define $(NAME) VALUE` says.
-    templates: HashMap<String, String>,
+    pub(super) templates: HashMap<String, String>,
 }
 
 /// What `--define` and the text say, and who hears of what it does not say.
@@ -108,29 +114,41 @@ pub(crate) fn preprocess(
     loader: &dyn FileLoader,
     options: &Options,
 ) -> (Flat, Vec<Diagnostic>) {
-    let mut this = Preprocessor {
-        map,
-        loader,
-        options,
-        macros: HashMap::new(),
-        frames: Vec::new(),
-        conditionals: Vec::new(),
-        flat: Flat::default(),
-        diagnostics: Vec::new(),
-        budget: MAX_PRODUCED,
-        no_block_end: None,
-        in_block: false,
-        templates: HashMap::new(),
-    };
+    let mut this = Preprocessor::new(map, loader, options);
     for &file in files {
         this.file(file);
     }
-    if let Some(end) = files.iter().rev().find_map(|&file| last_line(this.map, file)) {
+    if let Some(end) = files.iter().rev().find_map(|&file| last_line(this.sources, file)) {
         this.flat.origins.expanded(this.flat.text.len(), end, end);
         this.flat.text.push('\n');
     }
-    this.flat.names = this.macros.into_keys().collect();
-    this.flat.names.sort_unstable();
+    let names = this.macros.into_iter();
+    let names = names.map(|(name, Macro { body, defined, .. })| {
+        let body = body.as_ref().to_owned();
+        DefinedName { name, body, defined }
+    });
+    this.flat.names = names.collect();
+    this.flat.names.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    (this.flat, this.diagnostics)
+}
+
+/// Replaces the names of a program in a text that is not part of it, an expression for instance.
+/// The text stands in `file`.
+pub(crate) fn replace_names(
+    sources: &mut SourceMap,
+    file: FileId,
+    names: &[DefinedName],
+) -> (Flat, Vec<Diagnostic>) {
+    let (loader, options) = (MemoryLoader::new(), Options::default());
+    let mut this = Preprocessor::new(sources, &loader, &options);
+    this.macros = names
+        .iter()
+        .map(|DefinedName { name, body, defined }| {
+            let body = body.as_str().into();
+            (name.clone(), Macro { body, defined: *defined, busy: false, unknown: false })
+        })
+        .collect();
+    this.file(file);
     (this.flat, this.diagnostics)
 }
 
@@ -147,18 +165,35 @@ pub(crate) fn is_word(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
-fn word_at(text: &str, start: usize) -> &str {
+pub(super) fn word_at(text: &str, start: usize) -> &str {
     let tail = text.get(start..).unwrap_or("");
     tail.find(|c| !is_word(c)).map_or(tail, |end| tail.get(..end).unwrap_or(""))
 }
 
-impl Preprocessor<'_> {
+impl<'a> Preprocessor<'a> {
+    fn new(sources: &'a mut SourceMap, loader: &'a dyn FileLoader, options: &'a Options) -> Self {
+        Self {
+            sources,
+            loader,
+            options,
+            macros: HashMap::new(),
+            files: Vec::new(),
+            conditionals: Vec::new(),
+            flat: Flat::default(),
+            diagnostics: Vec::new(),
+            budget: MAX_PRODUCED,
+            no_block_end: None,
+            in_block: false,
+            templates: HashMap::new(),
+        }
+    }
+
     fn file(&mut self, file: FileId) {
-        self.frames.push(Frame { file, pos: 0, conditionals: 0 });
-        while let Some(frame) = self.frames.last() {
+        self.files.push(OpenFile { file, pos: 0, conditionals: 0 });
+        while let Some(frame) = self.files.last() {
             let (file, pos) = (frame.file, frame.pos);
             // The text is taken out of the map's reach by value, a line at a time.
-            let text = self.map.text(file);
+            let text = self.sources.text(file);
             if pos >= text.len() {
                 self.leave();
                 continue;
@@ -167,7 +202,7 @@ impl Preprocessor<'_> {
             let length = tail.find(['\n', '\r']).unwrap_or(tail.len());
             let line = tail.get(..length).unwrap_or("").to_owned();
             let next = pos + length + usize::from(length < tail.len());
-            if let Some(frame) = self.frames.last_mut() {
+            if let Some(frame) = self.files.last_mut() {
                 frame.pos = next;
             }
             self.line(file, pos, &line);
@@ -175,10 +210,10 @@ impl Preprocessor<'_> {
     }
 
     fn leave(&mut self) {
-        let Some(frame) = self.frames.pop() else { return };
+        let Some(frame) = self.files.pop() else { return };
         self.in_block = false;
         for open in self.conditionals.drain(frame.conditionals.min(self.conditionals.len())..) {
-            let end = last_line(self.map, frame.file).unwrap_or(open.at);
+            let end = last_line(self.sources, frame.file).unwrap_or(open.at);
             self.diagnostics.push(
                 Diagnostic::error("PMAC-9", end, "an #endif is missing")
                     .label(open.at, "this conditional has none")
@@ -187,7 +222,7 @@ impl Preprocessor<'_> {
         }
     }
 
-    fn active(&self) -> bool {
+    pub(super) fn active(&self) -> bool {
         self.conditionals.last().is_none_or(|c| c.active)
     }
 
@@ -230,7 +265,7 @@ impl Preprocessor<'_> {
             let tail = lead + 1 + blank + word.len();
             if self.directive(&word.to_ascii_lowercase(), &line, lead, tail) {
                 let open = open_block(text.get(tail..).unwrap_or(""));
-                let next = self.frames.last().map_or(0, |frame| frame.pos);
+                let next = self.files.last().map_or(0, |frame| frame.pos);
                 self.in_block = open && self.block_ends(file, next);
                 self.flat.text.push('\n');
                 return;
@@ -247,116 +282,12 @@ impl Preprocessor<'_> {
         !line.is_replaced() || self.spend(length, line.span(0..length))
     }
 
-    /// Does what a directive says; false where the word is none.
-    /// The line's first character is at `lead`, what follows the word at `tail`.
-    fn directive(&mut self, word: &str, line: &Line<'_>, lead: usize, tail: usize) -> bool {
-        match word {
-            "define" | "undef" | "ifdef" | "ifndef" | "else" | "endif" | "include" => {}
-            _ => return false,
-        }
-        let at = line.span(lead..line.text.trim_end().len());
-        let rest = line.text.get(tail..).unwrap_or("");
-        let trimmed = rest.trim_start();
-        let name_start = tail + (rest.len() - trimmed.len());
-        let name = word_at(trimmed, 0);
-        match word {
-            "ifdef" | "ifndef" => {
-                let outer = self.active();
-                let active = outer && self.is_defined(name) == (word == "ifdef");
-                if self.conditionals.len() >= MAX_NESTING {
-                    self.error(at, "PMAC-9", "conditionals nest too deep: 256 levels at most");
-                } else {
-                    self.conditionals.push(Conditional { at, active, outer, seen_else: false });
-                }
-            }
-            "else" | "endif" => {
-                let floor = self.frames.last().map_or(0, |f| f.conditionals);
-                let open = self.conditionals.len() > floor;
-                match self.conditionals.last_mut().filter(|_| open) {
-                    Some(_) if word == "endif" => {
-                        self.conditionals.pop();
-                    }
-                    Some(open) if !open.seen_else => {
-                        open.seen_else = true;
-                        open.active = open.outer && !open.active;
-                    }
-                    _ => self.error(at, "PMAC-9", format!("#{word} without its #ifdef or #ifndef")),
-                }
-            }
-            _ if !self.active() => {}
-            "include" => self.include(at, trimmed),
-            "undef" => {
-                self.macros.remove(name);
-            }
-            // A #define of nothing is left over where a name was taken out.
-            _ if name.is_empty() && strip_comment(trimmed).trim().is_empty() => {}
-            _ if name.is_empty() => self.error(at, "PMAC-3", "#define needs a name"),
-            _ => {
-                let rest = trimmed.get(name.len()..).unwrap_or("");
-                let body = strip_comment(rest).trim();
-                let body_start = name_start + name.len() + (rest.len() - rest.trim_start().len());
-                let range = body_start..body_start + body.len();
-                let defined = if body.is_empty() { at } else { line.span(range.clone()) };
-                let unknown = line.is_unknown(range);
-                let entry = Macro { body: body.into(), defined, busy: false, unknown };
-                self.macros.insert(name.to_owned(), entry);
-            }
-        }
-        true
-    }
-
-    /// Whether the text, or `--define`, defines a name.
-    fn is_defined(&self, name: &str) -> bool {
-        self.macros.contains_key(name) || self.options.defines.iter().any(|(n, _)| n == name)
-    }
-
-    fn error(&mut self, at: Span, code: &'static str, message: impl Into<String>) {
+    pub(super) fn error(&mut self, at: Span, code: &'static str, message: impl Into<String>) {
         self.diagnostics.push(Diagnostic::error(code, at, message));
     }
 
-    fn include(&mut self, at: Span, written: &str) {
-        let (from, close) = match written.chars().next() {
-            Some('"') => (1, '"'),
-            Some('<') => (1, '>'),
-            _ => (0, ' '),
-        };
-        let tail = written.get(from..).unwrap_or("");
-        let name = match close {
-            ' ' => strip_comment(tail),
-            _ => tail.find(close).map_or(tail, |end| tail.get(..end).unwrap_or("")),
-        };
-        let name = name.trim();
-        if name.is_empty() {
-            return self.error(at, "PMAC-3", "#include needs a file name");
-        }
-        if self.frames.len() >= MAX_NESTING {
-            return self.error(at, "PMAC-X2", "includes nest too deep: 256 levels at most");
-        }
-        let includer = Path::new(self.map.path(at.file)).to_owned();
-        match find_include(self.loader, &includer, name, &self.options.include_dirs) {
-            Some(found) => {
-                let path = found.path.to_string_lossy().into_owned();
-                if self.frames.iter().any(|f| Path::new(self.map.path(f.file)) == found.path) {
-                    return self.error(at, "PMAC-X2", format!("`{name}` includes itself"));
-                }
-                if !self.spend(found.bytes.len(), at) {
-                    return;
-                }
-                let file = self.map.add_included(path, &found.bytes, at);
-                self.frames.push(Frame { file, pos: 0, conditionals: self.conditionals.len() });
-            }
-            None => {
-                self.flat.incomplete = true;
-                self.diagnostics.push(
-                    Diagnostic::error("PMAC-X2", at, format!("the file `{name}` is not found"))
-                        .help("it is looked for beside this file, by its trailing parts, and in -I folders"),
-                );
-            }
-        }
-    }
-
     /// Takes `bytes` from the budget; false, with one error, when it is used up.
-    fn spend(&mut self, bytes: usize, at: Span) -> bool {
+    pub(super) fn spend(&mut self, bytes: usize, at: Span) -> bool {
         if self.budget == 0 {
             return false;
         }
@@ -429,36 +360,12 @@ impl Preprocessor<'_> {
         self.copy(text, from..pos.min(line.len()));
     }
 
-    /// How much of a word is looked up as one name: all of it, but for what has no other meaning,
-    /// a name right behind a number (`20MSEC`) and one before an address's last digits (`$PAGE00`).
-    /// `before` is what the word stands behind.
-    fn name_length(&self, word: &str, before: Option<&u8>) -> usize {
-        let is_name = |part: Option<&str>| part.is_some_and(|p| self.macros.contains_key(p));
-        let hex = |part: &str| part.bytes().all(|b| b.is_ascii_hexdigit());
-        if is_name(Some(word)) {
-            return word.len();
-        }
-        let split = match before.map_or('\n', |&b| char::from(b)) {
-            '$' if hex(word) => None,
-            '$' => (1..word.len())
-                .rev()
-                .take(6)
-                .take_while(|&at| word.get(at..).is_none_or(hex))
-                .find(|&at| is_name(word.get(..at))),
-            c if is_word(c) => None,
-            _ => word
-                .find(|c: char| !c.is_ascii_digit())
-                .filter(|&at| at > 0 && is_name(word.get(at..))),
-        };
-        split.unwrap_or(word.len())
-    }
-
     /// Whether `*/` comes behind an offset. Where it once did not, it never does further on.
     fn block_ends(&mut self, file: FileId, from: usize) -> bool {
         if self.no_block_end == Some(file) {
             return false;
         }
-        let found = self.map.text(file).get(from..).is_some_and(|tail| tail.contains("*/"));
+        let found = self.sources.text(file).get(from..).is_some_and(|tail| tail.contains("*/"));
         if !found {
             self.no_block_end = Some(file);
         }
@@ -469,130 +376,11 @@ impl Preprocessor<'_> {
         let Flat { text, origins, poisoned, .. } = &mut self.flat;
         line.copy(range, text, origins, poisoned);
     }
-
-    fn expand(&mut self, name: &str, used: Span) {
-        let Some(entry) = self.macros.get(name) else { return };
-        let (body, defined) = (entry.body.clone(), entry.defined);
-        self.replace(&body, used, defined, name.to_owned());
-    }
-
-    /// Writes a replacement, searched again for other names, without recursion.
-    fn replace(&mut self, body: &std::rc::Rc<str>, used: Span, defined: Span, name: String) {
-        struct Level {
-            body: std::rc::Rc<str>,
-            pos: usize,
-            quoted: bool,
-            defined: Span,
-            name: String,
-        }
-        let mut levels: Vec<Level> = Vec::new();
-        let mut next = Some((body.clone(), defined, name));
-        loop {
-            if let Some((body, defined, name)) = next.take() {
-                let start = self.flat.text.len();
-                if let Some(entry) = self.macros.get_mut(&name) {
-                    entry.busy = true;
-                    if entry.unknown {
-                        self.flat.poisoned.push(At::new(start, start + 1));
-                    }
-                }
-                self.flat.origins.expanded(start, used, defined);
-                levels.push(Level { body, pos: 0, quoted: false, defined, name });
-            }
-            let Some(level) = levels.last_mut() else { return };
-            let Some(c) = level.body.get(level.pos..).and_then(|t| t.chars().next()) else {
-                if let Some(entry) = self.macros.get_mut(&level.name) {
-                    entry.busy = false;
-                }
-                levels.pop();
-                if let Some(outer) = levels.last() {
-                    let outer = outer.defined;
-                    self.flat.origins.expanded(self.flat.text.len(), used, outer);
-                }
-                continue;
-            };
-            let body = level.body.clone();
-            let length = match is_word(c) {
-                true => {
-                    let before = self.flat.text.as_bytes().last();
-                    self.name_length(word_at(&body, level.pos), before)
-                }
-                false => c.len_utf8(),
-            };
-            let piece = body.get(level.pos..level.pos + length).unwrap_or("");
-            level.quoted ^= c == '"';
-            let quoted = level.quoted;
-            level.pos += length;
-            if !self.spend(length, used) {
-                for level in levels {
-                    if let Some(entry) = self.macros.get_mut(&level.name) {
-                        entry.busy = false;
-                    }
-                }
-                return;
-            }
-            if is_word(c)
-                && !quoted
-                && let Some(entry) = self.macros.get(piece)
-                && !entry.busy
-            {
-                if levels.len() >= MAX_NESTING {
-                    self.error(used, "PMAC-6", "definitions nest too deep: 256 levels at most");
-                } else {
-                    let (body, defined) = (entry.body.clone(), entry.defined);
-                    next = Some((body, defined, piece.to_owned()));
-                }
-            } else {
-                self.flat.text.push_str(piece);
-            }
-        }
-    }
-}
-
-/// Whether a text ends in a block comment.
-fn open_block(mut text: &str) -> bool {
-    loop {
-        let before = strip_comment(text);
-        let Some(comment) = text.get(before.len()..).and_then(|c| c.strip_prefix("/*")) else {
-            return false;
-        };
-        match comment.find("*/") {
-            Some(end) => text = comment.get(end + 2..).unwrap_or(""),
-            None => return true,
-        }
-    }
-}
-
-/// The name and the value of `#define $(NAME) VALUE`.
-fn template_definition(line: &str) -> Option<(&str, &str)> {
-    let rest = line.trim_start().strip_prefix('#')?.trim_start();
-    let word = word_at(rest, 0);
-    let rest = rest.get(word.len()..).filter(|_| word.eq_ignore_ascii_case("define"))?;
-    Template::named(rest.trim_start())
-}
-
-/// A definition's text up to a comment outside quotes.
-fn strip_comment(text: &str) -> &str {
-    let mut quoted = false;
-    let bytes = text.as_bytes();
-    for (i, &b) in bytes.iter().enumerate() {
-        let next = bytes.get(i + 1);
-        match b {
-            b'"' => quoted = !quoted,
-            b';' if !quoted => return text.get(..i).unwrap_or(text),
-            b'/' if !quoted && matches!(next, Some(b'/' | b'*')) => {
-                return text.get(..i).unwrap_or(text);
-            }
-            _ => {}
-        }
-    }
-    text
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::common::MemoryLoader;
 
     fn run(text: &str, options: &Options) -> (String, Vec<&'static str>) {
         let mut map = SourceMap::new();

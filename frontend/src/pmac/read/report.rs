@@ -5,9 +5,9 @@ use plcc_diag::Diagnostic;
 use super::cursor::Fault;
 use super::download::Checker;
 use super::online::PERHAPS_A_NAME;
-use super::origin::At;
 use super::recover::next_statement;
 use crate::common::closest;
+use crate::pmac::origin::At;
 
 impl Checker<'_> {
     /// Reports an error unless a template that nothing defines is to blame.
@@ -46,7 +46,7 @@ impl Checker<'_> {
         if !is_word || !unhelped || self.diagnostics.len() >= 100 {
             return None;
         }
-        let name = closest(word, self.flat.names.iter().map(String::as_str))?;
+        let name = closest(word, self.flat.names.iter().map(|defined| defined.name.as_str()))?;
         Some(if name.eq_ignore_ascii_case(word) && name != word {
             format!("did you mean {name}? capitals count in names")
         } else if name == word {

@@ -143,7 +143,7 @@ impl Checker<'_> {
     }
 
     /// The error of an OPEN at `at` while another buffer is open.
-    pub(crate) fn report_still_open(&mut self, at: super::origin::At) {
+    pub(crate) fn report_still_open(&mut self, at: crate::pmac::origin::At) {
         self.report(Fault {
             code: "PMAC-7",
             at,
@@ -234,7 +234,7 @@ impl Checker<'_> {
         Ok(())
     }
 
-    fn take_online(&mut self, actions: Vec<Action>, at: super::origin::At) {
+    fn take_online(&mut self, actions: Vec<Action>, at: crate::pmac::origin::At) {
         for action in actions {
             self.note_i5(&action);
             self.warn_of_action(&action, at);

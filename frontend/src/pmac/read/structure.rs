@@ -5,9 +5,9 @@
 
 use super::cursor::{Cursor, Parsed};
 use super::download::Checker;
-use super::origin::At;
 use super::words::{self, Keyword, PLC};
 use crate::pmac::ast::{Expr, Op, What};
+use crate::pmac::origin::At;
 
 /// Deepest nesting of IF and WHILE.
 const MAX_NESTING: usize = 256;

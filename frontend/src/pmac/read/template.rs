@@ -5,7 +5,7 @@
 
 use plcc_diag::{FileId, Span};
 
-use super::origin::{At, Origins};
+use crate::pmac::origin::{At, Origins};
 
 /// Deepest nesting of templates in defaults and values.
 const MAX_NESTING: usize = 16;

@@ -1,0 +1,290 @@
+//! One expression or condition of PMAC, read and evaluated outside any program text: for the
+//! conditions of breakpoints, triggers and watches.
+//!
+//! It is read by the parser of the programs, so it is what may stand behind `=` or in the
+//! parentheses of an IF: numbers, I-, P-, Q-, M- and L-variables, indirect ones (`P(P1+5)`),
+//! functions, operators, comparators, AND and OR. A condition needs no parentheses around it.
+//! Names that the program defined with `#define` are replaced.
+//!
+//! It is evaluated in floating point, also where a statement of a PLCC with the same text would
+//! use integers.
+//!
+//! Only the process image is looked at. What it does not hold is
+//! [`OutsideImage`](EvaluationError::OutsideImage): an M- or L-variable in the sparse memory, at
+//! addresses for which the image has no word. A P or Q that was written through its X and Y words
+//! is read as the double that they make; its words, read back through an M-variable, are those
+//! that this double has.
+
+use std::collections::BTreeMap;
+
+use plcc_abi::image::read_f64;
+use plcc_abi::pmac::{Definition, Far, Kind, Layout, Place, Space, View, math};
+use plcc_diag::{Diagnostic, SourceMap, Span};
+
+use super::Program;
+use super::analyse::eval;
+use super::ast::{Func, Op};
+use super::read::{expr::Reader, preprocess};
+use crate::common::{Controller, Evaluate, EvaluationError, Expression, Value};
+
+/// What an expression is read against.
+#[expect(missing_debug_implementations, reason = "a source map has none")]
+pub struct Context<'a> {
+    /// The program whose names and variables it may use.
+    pub program: &'a Program,
+    /// The program's sources; the expression is added, so that errors can show it.
+    pub sources: &'a mut SourceMap,
+    /// The coordinate system whose Q-variables are meant, from 1.
+    pub system: u32,
+    /// It belongs to a PLCC, so that it may use L-variables.
+    pub compiled: bool,
+}
+
+/// Reads an expression or a condition.
+///
+/// # Errors
+/// What is wrong with the text, with its place in the file `expression` of the context's sources.
+/// There is at least one error.
+pub fn parse_expression(text: &str, context: Context<'_>) -> Result<Expression, Vec<Diagnostic>> {
+    let Context { program, sources, system, compiled } = context;
+    let file = sources.add("expression", text.as_bytes());
+    let (flat, diagnostics) = preprocess::replace_names(sources, file, &program.names);
+    if diagnostics.iter().any(Diagnostic::is_error) {
+        return Err(diagnostics);
+    }
+    if flat.text.trim().is_empty() {
+        let place = Span::new(file, 0, text.len());
+        return Err(vec![Diagnostic::error("PMAC-3", place, "this is no expression: it is empty")]);
+    }
+    let download = &program.download;
+    let mut reader = Reader::new(&flat.text, download.controller == Controller::Turbo);
+    reader.l_used = compiled.then(Vec::new);
+    let (expr, condition) = reader.whole_text().map_err(|fault| {
+        vec![flat.origins.diagnose(fault.at, |span| {
+            let diagnostic = Diagnostic::error(fault.code, span, fault.message);
+            fault.help.into_iter().fold(diagnostic, Diagnostic::help)
+        })]
+    })?;
+    let mut definitions = BTreeMap::new();
+    for (number, at) in reader.l_used.iter().flatten().copied() {
+        let Some(definition) = download.l_defs.get(&number) else {
+            return Err(vec![flat.origins.diagnose(at, |span| {
+                Diagnostic::error("PMAC-3", span, format!("L{number} is not defined"))
+                    .help(format!("define it in the program: L{number}->Y:$FFC2,8,1"))
+            })]);
+        };
+        definitions.insert(u32::from(number), *definition);
+    }
+    let layout = program.loaded.layout;
+    let end = expr.start.saturating_add(expr.len) as usize;
+    let ops = reader.ops.get(expr.start as usize..end).unwrap_or(&[]).to_vec();
+    let variables = variables(&ops, system);
+    let evaluator = Postfix { ops, condition, layout, system, definitions };
+    Ok(Expression::new(text, variables, layout.size as usize, evaluator))
+}
+
+/// The names of the variables that the steps of an expression read, each once.
+fn variables(ops: &[Op], system: u32) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for op in ops {
+        let name = match *op {
+            Op::Var(kind, number) => name(kind, u32::from(number), system),
+            Op::Indirect(kind) => format!("{}(…)", letter(kind)),
+            Op::Call(Func::Atan2) => name(Kind::Q, 0, system),
+            _ => continue,
+        };
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+/// A variable as traces spell it.
+fn name(kind: Kind, number: u32, system: u32) -> String {
+    match kind {
+        Kind::Q if system != 1 => format!("&{system}Q{number}"),
+        _ => format!("{}{number}", letter(kind)),
+    }
+}
+
+fn letter(kind: Kind) -> char {
+    match kind {
+        Kind::I => 'I',
+        Kind::P => 'P',
+        Kind::Q => 'Q',
+        Kind::M => 'M',
+        Kind::L => 'L',
+    }
+}
+
+/// A checked expression in postfix order.
+#[derive(Debug)]
+struct Postfix {
+    ops: Vec<Op>,
+    /// Its value is a truth value.
+    condition: bool,
+    layout: Layout,
+    system: u32,
+    /// The definitions of its L-variables.
+    definitions: BTreeMap<u32, Definition>,
+}
+
+impl Evaluate for Postfix {
+    fn evaluate(&self, image: &[u8]) -> Result<Value, EvaluationError> {
+        let layout = &self.layout;
+        let sparse = Far::default();
+        let view = View { image, layout, far: &sparse };
+        let base = layout.q_base_of(self.system);
+        let mut outside = None;
+        let mut read = |kind: Kind, number: u32| {
+            let number = number & (layout.count - 1);
+            let defined = match kind {
+                Kind::P => return read_f64(image, layout.p_offset(number)),
+                Kind::I => return read_f64(image, layout.i_offset(number)),
+                Kind::Q => return read_f64(image, layout.q_offset(base.wrapping_add(number))),
+                Kind::M => view.definition(number),
+                Kind::L => self.definitions.get(&number).copied().unwrap_or(Definition::Star),
+            };
+            if is_outside(layout, defined) {
+                outside.get_or_insert_with(|| name(kind, number, self.system));
+                return 0.0;
+            }
+            if kind == Kind::M { view.read_m(number) } else { view.read(defined) }
+        };
+        let radians = read(Kind::I, 15) != 0.0;
+        let value = math::finite(eval::expression(&self.ops, &mut Vec::new(), radians, &mut read));
+        match outside {
+            Some(name) => Err(EvaluationError::OutsideImage { name }),
+            None if self.condition => Ok(Value::Logical(value != 0.0)),
+            None => Ok(Value::Real(value)),
+        }
+    }
+}
+
+/// Whether a definition leads to words that the image does not hold.
+fn is_outside(layout: &Layout, definition: Definition) -> bool {
+    let far = |space, address| matches!(layout.place(space, address), Place::Far);
+    match definition {
+        Definition::Star | Definition::Tw { .. } => false,
+        Definition::X { address, .. } => far(Space::X, address),
+        Definition::Y { address, .. } => far(Space::Y, address),
+        Definition::D { address }
+        | Definition::Dp { address }
+        | Definition::L { address }
+        | Definition::F { address } => far(Space::X, address) || far(Space::Y, address),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::{MemoryLoader, Options};
+    use crate::pmac::check;
+
+    const PROGRAM: &str = "#define DOOR M7\n#define SPEED (P1*2)\nI5=2 P1=21 P2=0.5 Q3=8\n&2 Q3=9\n\
+         M7->Y:$FFC2,8,1 M8->*\nM9->D:$100\nL1->X:$800,0,24,S\nWX:$100,-1 WY:$100,$FFFFFE\n\
+         WX:$800,-7 WY:$FFC2,$100\nP23=44\nOPEN PLC 1 CLEAR CLOSE\n";
+
+    fn program(controller: Controller, text: &str) -> (Program, SourceMap) {
+        let mut sources = SourceMap::new();
+        let file = sources.add("m.pmc", text.as_bytes());
+        let options = Options { controller, ..Options::default() };
+        let (program, found) = check(&mut sources, &[file], &MemoryLoader::new(), &options);
+        (program.unwrap_or_else(|| panic!("{found:?}")), sources)
+    }
+
+    fn read(text: &str, system: u32, compiled: bool) -> Result<(Expression, Vec<u8>), String> {
+        let (program, mut sources) = program(Controller::Pmac, PROGRAM);
+        let context = Context { program: &program, sources: &mut sources, system, compiled };
+        match parse_expression(text, context) {
+            Ok(expression) => Ok((expression, program.loaded.image.clone())),
+            Err(found) => {
+                let d = &found[0];
+                let file = sources.path(d.span.file);
+                Err(format!("{} {file} {}..{}: {}", d.code, d.span.start, d.span.end, d.message))
+            }
+        }
+    }
+
+    fn value(text: &str) -> Value {
+        let (expression, image) = read(text, 1, true).unwrap();
+        assert_eq!(expression.text(), text);
+        expression.evaluate(&image).unwrap()
+    }
+
+    #[test]
+    fn expressions_have_numbers_and_conditions_truth_values() {
+        for (text, expected) in [
+            ("P1", 21.0),
+            ("P1+P2*2", 22.0),
+            ("-(P1-1)/4", -5.0),
+            ("P(P1+2)", 44.0),
+            ("Q3", 8.0),
+            ("SIN(30)+SQRT(Q(1+2)*2)", 4.5),
+            ("$FF&15|16", 31.0),
+            ("DOOR+SPEED", 43.0),
+            ("M9", -2.0),
+            ("L1", -7.0),
+            ("0/0+1/0", f64::MAX),
+        ] {
+            assert_eq!(value(text), Value::Real(expected), "{text}");
+        }
+        for (text, expected) in [
+            ("P1=21", true),
+            ("(P1!=21)", false),
+            ("P1>20 AND P1<22", true),
+            ("(P1=0) OR (DOOR=1)\nAND (P2~1)", true),
+            ("P1=0 OR P1=21 AND P2=0", false),
+        ] {
+            assert_eq!(value(text), Value::Logical(expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_q_variable_belongs_to_the_coordinate_system() {
+        let (expression, image) = read("Q3+P1+Q3", 2, false).unwrap();
+        assert_eq!(expression.evaluate(&image), Ok(Value::Real(39.0)));
+        assert_eq!(expression.variables(), ["&2Q3", "P1"]);
+        let (expression, _) = read("M(P1)+ATAN2(I15)+DOOR", 1, false).unwrap();
+        assert_eq!(expression.variables(), ["P1", "M(…)", "I15", "Q0", "M7"]);
+    }
+
+    #[test]
+    fn errors_have_their_places() {
+        for (text, error) in [
+            ("P1+", "PMAC-3 expression 2..3: a value is missing behind this"),
+            ("P1 P2", "PMAC-3 expression 3..5: an operator is expected here, not `P2`"),
+            ("P1024", "PMAC-X1 expression 1..5: there are variables 0 to 1023, not 1024"),
+            ("(P1=1", "PMAC-3 expression 0..1: this parenthesis is not closed"),
+            ("P1=1 AND 2", "PMAC-3 expression 5..8: AND and OR stand between conditions"),
+            ("DOR=1", "PMAC-3 expression 0..3: a value is expected here, not `DOR`"),
+            ("L2", "PMAC-3 expression 0..2: L2 is not defined"),
+            ("", "PMAC-3 expression 0..0: this is no expression: it is empty"),
+            (" ; P1", "PMAC-3 expression 0..5: this is no expression: it is empty"),
+        ] {
+            assert_eq!(read(text, 1, true).unwrap_err(), error, "{text}");
+        }
+        let error = "PMAC-3 expression 0..2: L-variables are for PLCCs only";
+        assert_eq!(read("L1", 1, false).unwrap_err(), error);
+    }
+
+    #[test]
+    fn what_the_image_does_not_hold_has_no_value() {
+        let text = "M1->X:$50000,0,24\nM2->X:$50,0,24\nWX:$50000,5 I5=2\n";
+        let (program, mut sources) = program(Controller::Turbo, text);
+        let mut parse = |text| {
+            let context =
+                Context { program: &program, sources: &mut sources, system: 1, compiled: false };
+            parse_expression(text, context).unwrap()
+        };
+        let image = &program.loaded.image;
+        let outside = EvaluationError::OutsideImage { name: "M1".into() };
+        assert_eq!(parse("M2+M1").evaluate(image), Err(outside.clone()));
+        assert_eq!(parse("M(1)").evaluate(image), Err(outside));
+        assert_eq!(parse("M2").evaluate(image), Ok(Value::Real(0.0)));
+        let (expected, given) = (image.len(), 0);
+        let wrong = EvaluationError::WrongImage { expected, given };
+        assert_eq!(parse("M2").evaluate(&[]), Err(wrong));
+    }
+}

@@ -1,0 +1,120 @@
+//! The replacement of names that `#define` defined.
+
+use plcc_diag::Span;
+
+use super::preprocess::{MAX_NESTING, Preprocessor, is_word, word_at};
+use crate::pmac::origin::At;
+
+/// A definition.
+pub(super) struct Macro {
+    pub(super) body: std::rc::Rc<str>,
+    pub(super) defined: Span,
+    /// It is being replaced, so that its own name in it stays.
+    pub(super) busy: bool,
+    /// A template that nothing defines stands in it.
+    pub(super) unknown: bool,
+}
+
+impl Preprocessor<'_> {
+    /// How much of a word is looked up as one name: all of it, but for what has no other meaning,
+    /// a name right behind a number (`20MSEC`) and one before an address's last digits (`$PAGE00`).
+    /// `before` is what the word stands behind.
+    pub(super) fn name_length(&self, word: &str, before: Option<&u8>) -> usize {
+        let is_name = |part: Option<&str>| part.is_some_and(|p| self.macros.contains_key(p));
+        let hex = |part: &str| part.bytes().all(|b| b.is_ascii_hexdigit());
+        if is_name(Some(word)) {
+            return word.len();
+        }
+        let split = match before.map_or('\n', |&b| char::from(b)) {
+            '$' if hex(word) => None,
+            '$' => (1..word.len())
+                .rev()
+                .take(6)
+                .take_while(|&at| word.get(at..).is_none_or(hex))
+                .find(|&at| is_name(word.get(..at))),
+            c if is_word(c) => None,
+            _ => word
+                .find(|c: char| !c.is_ascii_digit())
+                .filter(|&at| at > 0 && is_name(word.get(at..))),
+        };
+        split.unwrap_or(word.len())
+    }
+
+    pub(super) fn expand(&mut self, name: &str, used: Span) {
+        let Some(entry) = self.macros.get(name) else { return };
+        let (body, defined) = (entry.body.clone(), entry.defined);
+        self.replace(&body, used, defined, name.to_owned());
+    }
+
+    /// Writes a replacement, searched again for other names, without recursion.
+    fn replace(&mut self, body: &std::rc::Rc<str>, used: Span, defined: Span, name: String) {
+        struct Level {
+            body: std::rc::Rc<str>,
+            pos: usize,
+            quoted: bool,
+            defined: Span,
+            name: String,
+        }
+        let mut levels: Vec<Level> = Vec::new();
+        let mut next = Some((body.clone(), defined, name));
+        loop {
+            if let Some((body, defined, name)) = next.take() {
+                let start = self.flat.text.len();
+                if let Some(entry) = self.macros.get_mut(&name) {
+                    entry.busy = true;
+                    if entry.unknown {
+                        self.flat.poisoned.push(At::new(start, start + 1));
+                    }
+                }
+                self.flat.origins.expanded(start, used, defined);
+                levels.push(Level { body, pos: 0, quoted: false, defined, name });
+            }
+            let Some(level) = levels.last_mut() else { return };
+            let Some(c) = level.body.get(level.pos..).and_then(|t| t.chars().next()) else {
+                if let Some(entry) = self.macros.get_mut(&level.name) {
+                    entry.busy = false;
+                }
+                levels.pop();
+                if let Some(outer) = levels.last() {
+                    let outer = outer.defined;
+                    self.flat.origins.expanded(self.flat.text.len(), used, outer);
+                }
+                continue;
+            };
+            let body = level.body.clone();
+            let length = match is_word(c) {
+                true => {
+                    let before = self.flat.text.as_bytes().last();
+                    self.name_length(word_at(&body, level.pos), before)
+                }
+                false => c.len_utf8(),
+            };
+            let piece = body.get(level.pos..level.pos + length).unwrap_or("");
+            level.quoted ^= c == '"';
+            let quoted = level.quoted;
+            level.pos += length;
+            if !self.spend(length, used) {
+                for level in levels {
+                    if let Some(entry) = self.macros.get_mut(&level.name) {
+                        entry.busy = false;
+                    }
+                }
+                return;
+            }
+            if is_word(c)
+                && !quoted
+                && let Some(entry) = self.macros.get(piece)
+                && !entry.busy
+            {
+                if levels.len() >= MAX_NESTING {
+                    self.error(used, "PMAC-6", "definitions nest too deep: 256 levels at most");
+                } else {
+                    let (body, defined) = (entry.body.clone(), entry.defined);
+                    next = Some((body, defined, piece.to_owned()));
+                }
+            } else {
+                self.flat.text.push_str(piece);
+            }
+        }
+    }
+}
