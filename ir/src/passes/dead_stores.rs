@@ -9,7 +9,7 @@
 //! as blocks do, so a program that was cut into many functions is seen as the row that it is.
 
 use super::graph::Graph;
-use super::places::Places;
+use super::image_bytes::Places;
 use crate::{Block, FuncData, InstData, Label, Terminator};
 
 /// A load through an index that may touch more bytes than this counts as one that touches all.

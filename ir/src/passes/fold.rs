@@ -4,8 +4,8 @@
 //! lose the sign of 0.
 
 use super::graph::Graph;
-use super::known::Known;
 use super::substitution::Substitution;
+use super::value_range::Known;
 use crate::{
     BinaryOp, ConvertOp, FuncData, InstData, IntCond, SourceLoc, Type, UnaryOp, Value, eval,
 };

@@ -1,7 +1,7 @@
 //! Simplifies operations on two integers.
 
 use super::fold::{Fold, Simpler};
-use super::known::mask;
+use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value, eval};
 
 impl Fold<'_> {

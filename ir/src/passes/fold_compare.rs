@@ -1,7 +1,7 @@
 //! Simplifies comparisons of integers.
 
 use super::fold::{Fold, Simpler};
-use super::known::mask;
+use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, IntCond, Type, Value, eval};
 
 impl Fold<'_> {

@@ -1,7 +1,7 @@
 //! Simplifies conversions.
 
 use super::fold::{Fold, Simpler};
-use super::known::mask;
+use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, Value, eval};
 
 /// How far back the origin of a bit is looked for.

@@ -27,7 +27,7 @@
 //! ```
 
 use super::fold::{Fold, Simpler};
-use super::known::mask;
+use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, Value};
 
 impl Fold<'_> {

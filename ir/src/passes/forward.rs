@@ -9,7 +9,7 @@
 //! host that is not pure nothing is known at all.
 
 use super::graph::Graph;
-use super::places::Places;
+use super::image_bytes::Places;
 use super::substitution::Substitution;
 use crate::{Address, Block, ConvertOp, FuncData, InstData, SourceLoc, Type, Value};
 

@@ -11,7 +11,7 @@ mod compact;
 mod cse;
 mod dce;
 mod dead_stores;
-mod demand;
+mod demanded_bits;
 mod fold;
 mod fold_binary;
 mod fold_bits;
@@ -21,14 +21,14 @@ mod fold_divide;
 mod forward;
 mod graph;
 mod if_convert;
-mod known;
-mod places;
+mod image_bytes;
 mod substitution;
 mod switches;
+mod value_range;
 
 use dead_stores::Again;
 pub(crate) use graph::Graph;
-use places::Places;
+use image_bytes::Places;
 
 use crate::{FuncData, Module, verify};
 
@@ -111,7 +111,7 @@ impl Pass {
             Self::Fold => fold::run(func),
             Self::Switches => return switches::run(func),
             Self::IfConvert => return if_convert::run(func),
-            Self::Demand => demand::run(func),
+            Self::Demand => demanded_bits::run(func),
             Self::Cse => cse::run(func),
             Self::DeadStores => dead_stores::run(func, places, again),
             Self::Dce => dce::run(func),

@@ -5,7 +5,7 @@
 //! are behind it in this order, but for those by blocks' parameters, which look at everything.
 
 use super::graph::Graph;
-use super::known::mask;
+use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, FuncData, InstData, Type, UnaryOp, Value};
 
 /// So many instructions in a row are gone around at a use.
