@@ -302,7 +302,7 @@ fn conversions() {
     for int in [Type::I32, Type::I64] {
         pairs.push((ConvertOp::IntToFloat, int, Type::F64));
     }
-    pairs.push((ConvertOp::Whole, Type::F64, Type::I32));
+    pairs.push((ConvertOp::FloatToInt, Type::F64, Type::I32));
     pairs.push((ConvertOp::Bitcast, Type::I64, Type::F64));
     pairs.push((ConvertOp::Bitcast, Type::F64, Type::I64));
     for (op, from, to) in pairs {

@@ -1,4 +1,8 @@
-//! Writes one function, instruction by instruction.
+//! Builds one function, instruction by instruction.
+//!
+//! [`FuncBuilder`] has a current block, and each method appends an instruction or terminator to
+//! it and gives the result. Front ends get one from
+//! [`ChunkBuilder::ins`](crate::ChunkBuilder::ins).
 
 use plcc_abi::{HostFn, TrapCode};
 
@@ -10,8 +14,8 @@ use crate::{
 
 /// A function under construction and the block that instructions are appended to.
 ///
-/// Behind a terminator a new block begins by itself, which nothing reaches until it is
-/// [entered](Self::switch_to) by name; so code that can't be reached needs no care.
+/// If something is appended behind a terminator, a new block begins by itself. Nothing leads to
+/// that block, so front ends need not treat statements behind a jump specially; a pass drops it.
 #[derive(Clone, Debug)]
 pub struct FuncBuilder {
     func: FuncData,
@@ -20,7 +24,7 @@ pub struct FuncBuilder {
 }
 
 impl FuncBuilder {
-    /// An empty function with one block, which is the current one.
+    /// An empty function with one block, `block0`, which is the current one.
     pub fn new(name: impl Into<String>) -> Self {
         let func = FuncData {
             name: name.into(),
@@ -30,7 +34,7 @@ impl FuncBuilder {
         Self { func, block: Block(0), loc: SourceLoc::NONE }
     }
 
-    /// The finished function; a block left open returns.
+    /// The finished function. A block without terminator gets [`Terminator::Return`].
     pub fn finish(mut self) -> FuncData {
         for block in &mut self.func.blocks {
             block.terminator.get_or_insert(Terminator::Return);
@@ -48,12 +52,12 @@ impl FuncBuilder {
         self.block
     }
 
-    /// Whether the current block has been ended.
+    /// Whether the current block has a terminator.
     pub fn is_terminated(&self) -> bool {
         self.func.block(self.block).terminator.is_some()
     }
 
-    /// The statement that further instructions belong to.
+    /// Sets the statement that further instructions belong to.
     pub fn set_loc(&mut self, loc: SourceLoc) {
         self.loc = loc;
     }
@@ -63,14 +67,14 @@ impl FuncBuilder {
         self.loc
     }
 
-    /// Makes a block, without going there.
+    /// Adds an empty block; the current block stays.
     pub fn create_block(&mut self) -> Block {
         let block = Block(self.func.blocks.len() as u32);
         self.func.blocks.push(BlockData::default());
         block
     }
 
-    /// Gives a block one more parameter.
+    /// Adds a parameter to a block and gives its value.
     pub fn block_param(&mut self, block: Block, ty: Type) -> Value {
         let number = self.func.block(block).params.len() as u32;
         let value = self.value(ty, ValueDef::Param(block, number));
@@ -78,12 +82,12 @@ impl FuncBuilder {
         value
     }
 
-    /// Appends to this block from now on.
+    /// Makes a block the current one.
     pub fn switch_to(&mut self, block: Block) {
         self.block = block;
     }
 
-    /// Makes a block an entry.
+    /// Makes a block an entry with a label.
     pub fn entry(&mut self, label: Label, block: Block) {
         self.func.entries.push((label, block));
     }
@@ -94,7 +98,7 @@ impl FuncBuilder {
         value
     }
 
-    /// Appends an instruction.
+    /// Appends an instruction; gives its result if it has one.
     pub fn push(&mut self, data: InstData) -> Option<Value> {
         if self.is_terminated() {
             self.block = self.create_block();
@@ -109,7 +113,7 @@ impl FuncBuilder {
         self.push(data).unwrap_or(Value(u32::MAX))
     }
 
-    /// Ends the current block.
+    /// Ends the current block with a terminator.
     pub fn terminate(&mut self, terminator: Terminator) {
         if self.is_terminated() {
             self.block = self.create_block();
@@ -117,66 +121,66 @@ impl FuncBuilder {
         self.func.blocks[self.block.index()].terminator = Some(terminator);
     }
 
-    /// An integer constant; wraps to the type.
+    /// Appends an integer constant, cut to the type.
     pub fn iconst(&mut self, ty: Type, value: i64) -> Value {
         self.push_valued(InstData::Iconst { ty, value: ty.wrap(value) })
     }
 
-    /// A double.
+    /// Appends a constant double.
     pub fn fconst(&mut self, value: f64) -> Value {
         self.push_valued(InstData::Fconst { bits: value.to_bits() })
     }
 
-    /// One operand.
+    /// Appends an operation on one operand.
     pub fn unary(&mut self, op: UnaryOp, arg: Value) -> Value {
         self.push_valued(InstData::Unary { op, arg })
     }
 
-    /// Two operands of one type.
+    /// Appends an operation on two operands of one type.
     pub fn binary(&mut self, op: BinaryOp, a: Value, b: Value) -> Value {
         self.push_valued(InstData::Binary { op, args: [a, b] })
     }
 
-    /// An operand and a constant of its type.
+    /// Appends an operation on an operand and a constant of its type.
     pub fn binary_imm(&mut self, op: BinaryOp, a: Value, b: i64) -> Value {
         let ty = self.func.ty(a);
         let b = self.iconst(ty, b);
         self.binary(op, a, b)
     }
 
-    /// Two integers compared.
+    /// Appends a comparison of two integers.
     pub fn icmp(&mut self, cond: IntCond, a: Value, b: Value) -> Value {
         self.push_valued(InstData::Icmp { cond, args: [a, b] })
     }
 
-    /// An integer compared with a constant.
+    /// Appends a comparison of an integer with a constant.
     pub fn icmp_imm(&mut self, cond: IntCond, a: Value, b: i64) -> Value {
         let ty = self.func.ty(a);
         let b = self.iconst(ty, b);
         self.icmp(cond, a, b)
     }
 
-    /// Two doubles compared.
+    /// Appends a comparison of two doubles.
     pub fn fcmp(&mut self, cond: FloatCond, a: Value, b: Value) -> Value {
         self.push_valued(InstData::Fcmp { cond, args: [a, b] })
     }
 
-    /// `a` where `cond`, else `b`.
+    /// Appends a choice: `a` if `cond` is true, else `b`.
     pub fn select(&mut self, cond: Value, a: Value, b: Value) -> Value {
         self.push_valued(InstData::Select { cond, args: [a, b] })
     }
 
-    /// Another type.
+    /// Appends a conversion to another type.
     pub fn convert(&mut self, op: ConvertOp, to: Type, arg: Value) -> Value {
         self.push_valued(InstData::Convert { op, to, arg })
     }
 
-    /// A signed integer brought to a wider, narrower or the same type.
+    /// Brings a signed integer to a wider, narrower or the same type.
     pub fn sextend_or_trunc(&mut self, to: Type, arg: Value) -> Value {
         self.resize(ConvertOp::Sext, to, arg)
     }
 
-    /// An unsigned integer, or truth value, brought to a wider, narrower or the same type.
+    /// Brings an unsigned integer or a truth value to a wider, narrower or the same type.
     pub fn zextend_or_trunc(&mut self, to: Type, arg: Value) -> Value {
         self.resize(ConvertOp::Zext, to, arg)
     }
@@ -189,28 +193,29 @@ impl FuncBuilder {
         }
     }
 
-    /// What stands in the image.
+    /// Appends a load from the process image.
     pub fn load(&mut self, ty: Type, at: Address) -> Value {
         self.push_valued(InstData::Load { ty, at })
     }
 
-    /// Puts a value into the image.
+    /// Appends a store to the process image.
     pub fn store(&mut self, at: Address, value: Value) {
         self.push(InstData::Store { at, value });
     }
 
-    /// Calls the host; arguments as in the function's signature.
+    /// Appends a call of a host function with the arguments of its signature; gives its result. With
+    /// more than four arguments nothing is appended.
     pub fn host_call(&mut self, function: HostFn, args: &[Value]) -> Option<Value> {
         let args = Args::new(args)?;
         self.push(InstData::HostCall { function, args })
     }
 
-    /// On to a block.
+    /// Ends the current block with a jump, which passes these values for the block's parameters.
     pub fn jump(&mut self, block: Block, args: &[Value]) {
         self.terminate(Terminator::Jump(BlockCall { block, args: args.to_vec() }));
     }
 
-    /// On to one of two blocks without parameters.
+    /// Ends the current block with a branch to one of two blocks without parameters.
     pub fn brif(&mut self, cond: Value, then: Block, otherwise: Block) {
         self.terminate(Terminator::Brif {
             cond,
@@ -219,17 +224,17 @@ impl FuncBuilder {
         });
     }
 
-    /// Ends the scan.
+    /// Ends the current block with the end of the scan.
     pub fn ret(&mut self) {
         self.terminate(Terminator::Return);
     }
 
-    /// Stops the program.
+    /// Ends the current block with a trap, which stops the program.
     pub fn trap(&mut self, code: TrapCode) {
         self.terminate(Terminator::Trap(code));
     }
 
-    /// Gives a block a terminator, whatever it had.
+    /// Replaces the terminator of a block.
     pub(crate) fn set_terminator(&mut self, block: Block, terminator: Terminator) {
         self.func.blocks[block.index()].terminator = Some(terminator);
     }

@@ -1,14 +1,26 @@
-//! Writes a whole program as flat code and cuts it into functions.
+//! Builds a whole program from flat code and cuts it into functions (chunks).
 //!
-//! A front end asks for [`Place`]s, binds each once to where the code then stands, and branches
-//! to them forwards and backwards without caring which function they end up in. It says where
-//! statements begin; there the builder may cut, when the function at hand is long enough. So no
-//! function is much longer than the limit, and compile time grows with the program's length
-//! alone.
+//! Code generation takes more than linear time in the length of a function, so a program becomes
+//! many functions of limited length, and front ends need not know. A front end asks for
+//! [`Place`]s, its branch targets, and binds each of them once to the point where the code then
+//! stands. It may branch to a place before and after it is bound, whichever function that turns
+//! out to be in. It also says where statements begin. There, and at places, the builder begins a
+//! new function if the current one has reached the limit.
 //!
-//! Values do not live across a bound place or the beginning of a statement: what is needed there
-//! is in the image. Control flow inside a statement that needs values uses plain blocks of the
-//! [`FuncBuilder`].
+//! A branch inside one function becomes a branch between blocks. One to another function becomes
+//! a [`Terminator::Goto`] to a label that the builder puts at the place:
+//!
+//! ```text
+//! front end          one function                two functions
+//!   brif c, p, q       brif c, block1, block2      fn chunk0                fn chunk1
+//!   bind p             block1:                       brif c, block1, block2   block0 (L1):
+//!   …                    …                           block1: …                  …
+//!   bind q             block2:                       block2: goto L1
+//! ```
+//!
+//! Values do not live across a bound place or the beginning of a statement; what is needed behind
+//! it is in the process image. Control flow inside one statement that passes values along uses
+//! blocks of the [`FuncBuilder`] directly.
 
 use std::collections::HashMap;
 
@@ -19,10 +31,11 @@ use crate::{
     Statement, Terminator, Value,
 };
 
-/// A function is cut at the next statement when it has this many instructions.
+/// A new function begins at the next statement or place when the current one has this many
+/// instructions or blocks.
 pub const DEFAULT_LIMIT: usize = 2000;
 
-/// A branch target.
+/// A branch target, which may not be bound yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Place(u32);
 
@@ -39,19 +52,19 @@ enum Branch {
     Switch(Value, Vec<Place>, Place),
 }
 
-/// Writes a module.
+/// Builds a module.
 pub struct ChunkBuilder {
     module: Module,
     limit: usize,
     current: FuncBuilder,
     places: Vec<PlaceData>,
-    /// Branches, with the function and block they end.
+    /// The branches so far, each with the function and the block that it ends.
     branches: Vec<(usize, Block, Branch)>,
     done: Vec<FuncBuilder>,
 }
 
 impl ChunkBuilder {
-    /// An empty module over an image, cut at [`DEFAULT_LIMIT`].
+    /// An empty module over a process image of `image_size` bytes, cut at [`DEFAULT_LIMIT`].
     pub fn new(image_size: u32, regions: Vec<RegionData>) -> Self {
         Self {
             module: Module { image_size, regions, ..Module::default() },
@@ -63,32 +76,32 @@ impl ChunkBuilder {
         }
     }
 
-    /// Cuts at another length, for tests and measurements.
+    /// Sets another length, in instructions, at which functions are cut.
     pub fn with_limit(mut self, limit: usize) -> Self {
         self.limit = limit;
         self
     }
 
-    /// The reference to a region by its name.
+    /// The region with a name; `None` if there is none.
     pub fn region(&self, name: &str) -> Option<Region> {
         let index = self.module.regions.iter().position(|region| region.name == name)?;
         Some(Region(index as u32))
     }
 
-    /// Adds a source file; statements refer to it by the number returned.
+    /// Adds a source file and gives its number, by which statements refer to it.
     pub fn add_file(&mut self, name: impl Into<String>, text: impl Into<String>) -> u32 {
         self.module.files.push(SourceFile { name: name.into(), text: text.into() });
         self.module.files.len() as u32 - 1
     }
 
-    /// A new place, not bound yet.
+    /// A new place, which is not bound yet.
     pub fn place(&mut self) -> Place {
         self.places.push(PlaceData::default());
         Place(self.places.len() as u32 - 1)
     }
 
-    /// The label of a place: what [`suspend`](Self::suspend) and
-    /// [`goto_indirect`](Self::goto_indirect) understand.
+    /// The label of a place, whose number [`goto_indirect`](Self::goto_indirect) takes. Labels are
+    /// numbered in the order in which they are first asked for.
     pub fn label(&mut self, place: Place) -> Label {
         let data = &mut self.places[place.0 as usize];
         *data.label.get_or_insert_with(|| {
@@ -97,7 +110,7 @@ impl ChunkBuilder {
         })
     }
 
-    /// A task that starts at a place. Tasks are numbered in the order of these calls.
+    /// Adds a task that starts at a place. Tasks are numbered in the order of these calls.
     pub fn task(&mut self, name: impl Into<String>, place: Place) {
         let entry = self.label(place).0;
         self.module.tasks.push(Task { name: name.into(), entry, resume_points: vec![] });
@@ -112,7 +125,7 @@ impl ChunkBuilder {
         }
     }
 
-    /// Begins a statement: further instructions belong to it, and the code may be cut here.
+    /// Begins a statement, to which further instructions belong. A new function may begin here.
     pub fn statement(&mut self, statement: Statement) -> SourceLoc {
         if self.is_long() && !self.current.is_terminated() {
             let next = self.place();
@@ -130,7 +143,7 @@ impl ChunkBuilder {
             || self.current.func().block_count() >= self.limit
     }
 
-    /// Binds a place to here; what stands before goes on into it.
+    /// Binds a place to this point. Code that stands before goes on into it.
     pub fn bind(&mut self, place: Place) {
         if !self.current.is_terminated() {
             self.jump(place);
@@ -147,7 +160,7 @@ impl ChunkBuilder {
         self.places[place.0 as usize].bound = Some((self.done.len(), self.current.current()));
     }
 
-    /// The function at hand, to append to.
+    /// The builder of the current function, to append instructions.
     pub fn ins(&mut self) -> &mut FuncBuilder {
         &mut self.current
     }
@@ -158,44 +171,44 @@ impl ChunkBuilder {
         self.branches.push((self.done.len(), self.current.current(), branch));
     }
 
-    /// On to a place.
+    /// Ends the current block with a jump to a place.
     pub fn jump(&mut self, place: Place) {
         self.branch(Branch::Jump(place));
     }
 
-    /// On to one of two places by an i1.
+    /// Ends the current block with a branch to one of two places; `cond` is an `i1`.
     pub fn brif(&mut self, cond: Value, then: Place, otherwise: Place) {
         self.branch(Branch::Brif(cond, then, otherwise));
     }
 
-    /// On to the place of a number, an i32.
+    /// Ends the current block with a branch to the place with a number, an `i32`.
     pub fn switch(&mut self, arg: Value, targets: Vec<Place>, default: Place) {
         self.branch(Branch::Switch(arg, targets, default));
     }
 
-    /// On to the label of a number, an i32.
+    /// Ends the current block with a jump to the label whose number a value is, an `i32`.
     pub fn goto_indirect(&mut self, label: Value) {
         self.current.terminate(Terminator::GotoIndirect(label));
     }
 
-    /// Ends the scan; the next starts at the place, which has to be one of the
-    /// [resume points](Self::resume_points) of each task that comes here.
+    /// Ends the scan, suspended; the task's next scan goes on at the place, which has to be one of
+    /// the [resume points](Self::resume_points) of each task that can come here.
     pub fn suspend(&mut self, place: Place) {
         let label = self.label(place);
         self.current.terminate(Terminator::Suspend(label));
     }
 
-    /// Ends the scan; the next starts at the top.
+    /// Ends the scan; the task's next scan starts at its entry.
     pub fn ret(&mut self) {
         self.current.ret();
     }
 
-    /// Stops the program.
+    /// Stops the program with a code.
     pub fn trap(&mut self, code: TrapCode) {
         self.current.trap(code);
     }
 
-    /// The whole module. Places that were never bound lead to the end of the scan.
+    /// The finished module. Places that were never bound lead to the end of the scan.
     pub fn finish(mut self) -> Module {
         self.done.push(std::mem::replace(&mut self.current, FuncBuilder::new("")));
         self.bind_the_unbound();
@@ -238,7 +251,8 @@ impl ChunkBuilder {
         }
     }
 
-    /// The block that stands for a place in a function: its own, or one that goes to its label.
+    /// The block of a function that stands for a place: the place's own, or one that goes to its
+    /// label. `stubs` holds those that were made so far.
     fn resolve(
         &mut self,
         func: usize,
@@ -246,7 +260,7 @@ impl ChunkBuilder {
         stubs: &mut HashMap<(usize, Place), Block>,
     ) -> Block {
         match self.places[place.0 as usize].bound {
-            Some((home, block)) if home == func => block,
+            Some((owner, block)) if owner == func => block,
             _ => *stubs.entry((func, place)).or_insert_with(|| {
                 let label = self.label(place);
                 let block = self.done[func].create_block();
@@ -257,7 +271,7 @@ impl ChunkBuilder {
     }
 }
 
-/// Drops the functions that nothing can enter.
+/// Drops the functions without entry: nothing can call them.
 fn drop_without_entry(funcs: &mut Vec<FuncData>) {
     funcs.retain(|func| !func.entries.is_empty());
 }

@@ -1,4 +1,18 @@
-//! References to the parts of a module; what they display is the text format's name of them.
+//! References to the parts of a module.
+//!
+//! Each is the index of what it refers to in a table, as a type of its own, so that a value
+//! cannot be taken for a block. They are small, can be copied, and mean something only together
+//! with the function or module they belong to. Displayed, they are the names of the text form.
+//!
+//! | type | table | in text |
+//! | --- | --- | --- |
+//! | [`Value`] | values of a function | `v3` |
+//! | [`Inst`] | instructions of a function | only in messages |
+//! | [`Block`] | blocks of a function | `block3` |
+//! | [`Func`] | functions of a module | only in messages |
+//! | [`Region`] | regions of a module | its name |
+//! | [`Label`] | labels of a module | `L3` |
+//! | [`SourceLoc`] | statements of a module | `@3` |
 
 use std::fmt;
 
@@ -32,7 +46,7 @@ macro_rules! entities {
 }
 
 entities! {
-    /// A value of a function: an instruction's result or a block's parameter.
+    /// A value of a function: the result of an instruction or a parameter of a block.
     Value "v";
     /// An instruction of a function.
     Inst "inst";
@@ -42,13 +56,13 @@ entities! {
     Func "fn";
     /// A region of the process image.
     Region "region";
-    /// A place of the module that control can pass to from anywhere.
+    /// A block that control can pass to from any function of the module.
     Label "L";
-    /// A statement of the source, an index into the module's list of them.
+    /// A statement of the source: an index into [`Module::statements`](crate::Module::statements).
     SourceLoc "@";
 }
 
 impl SourceLoc {
-    /// For instructions that belong to no statement.
+    /// The location of instructions that belong to no statement.
     pub const NONE: Self = Self(u32::MAX);
 }

@@ -1,7 +1,10 @@
-//! What each operation gives for given operands, in one place: the interpreter and constant
-//! folding both ask here, and machine code is tested against it.
+//! The result of each operation for given operands: the executable definition of [`inst`](crate::inst).
 //!
-//! Values are 64 bits: integers in the form of [`Type::wrap`], doubles as their bits.
+//! The interpreter and constant folding compute with these functions, and generated code is
+//! tested against them.
+//!
+//! A value of any type is an `i64` here: an integer in the form of [`Type::wrap`], a truth value
+//! as 0 or 1, a double as its bits.
 
 use crate::{BinaryOp, ConvertOp, FloatCond, IntCond, Type, UnaryOp};
 
@@ -13,7 +16,7 @@ fn bits(value: f64) -> i64 {
     value.to_bits() as i64
 }
 
-/// An integer's bits without its sign: what it is as unsigned.
+/// The unsigned number that an integer is.
 fn unsigned(ty: Type, value: i64) -> u64 {
     match ty.bits() {
         64 => value as u64,
@@ -21,7 +24,7 @@ fn unsigned(ty: Type, value: i64) -> u64 {
     }
 }
 
-/// The result of one operand.
+/// The result of an operation on one operand `x` of type `ty`.
 pub fn unary(op: UnaryOp, ty: Type, x: i64) -> i64 {
     match op {
         UnaryOp::Not => ty.wrap(!x),
@@ -35,7 +38,7 @@ pub fn unary(op: UnaryOp, ty: Type, x: i64) -> i64 {
     }
 }
 
-/// The result of two operands of type `ty`.
+/// The result of an operation on two operands of type `ty`.
 pub fn binary(op: BinaryOp, ty: Type, a: i64, b: i64) -> i64 {
     let (ua, ub) = (unsigned(ty, a), unsigned(ty, b));
     let width = u64::from(ty.bits());
@@ -106,7 +109,7 @@ pub fn binary(op: BinaryOp, ty: Type, a: i64, b: i64) -> i64 {
     ty.wrap(result)
 }
 
-/// Whether two integers of type `ty` compare so.
+/// Whether a comparison holds of two integers of type `ty`.
 pub fn icmp(cond: IntCond, ty: Type, a: i64, b: i64) -> bool {
     let (ua, ub) = (unsigned(ty, a), unsigned(ty, b));
     match cond {
@@ -123,7 +126,7 @@ pub fn icmp(cond: IntCond, ty: Type, a: i64, b: i64) -> bool {
     }
 }
 
-/// Whether two doubles, given as bits, compare so.
+/// Whether a comparison holds of two doubles, given as their bits.
 pub fn fcmp(cond: FloatCond, a: i64, b: i64) -> bool {
     let (a, b) = (float(a), float(b));
     match cond {
@@ -133,11 +136,11 @@ pub fn fcmp(cond: FloatCond, a: i64, b: i64) -> bool {
         FloatCond::Le => a <= b,
         FloatCond::Gt => a > b,
         FloatCond::Ge => a >= b,
-        FloatCond::Apart => a.partial_cmp(&b).is_some_and(std::cmp::Ordering::is_ne),
+        FloatCond::OrderedNe => a.partial_cmp(&b).is_some_and(std::cmp::Ordering::is_ne),
     }
 }
 
-/// A value of type `from` as one of type `to`.
+/// The result of a conversion of `x` from type `from` to type `to`.
 pub fn convert(op: ConvertOp, from: Type, to: Type, x: i64) -> i64 {
     match op {
         ConvertOp::Sext if from == Type::I1 => to.wrap(-x),
@@ -145,18 +148,18 @@ pub fn convert(op: ConvertOp, from: Type, to: Type, x: i64) -> i64 {
         ConvertOp::Zext => to.wrap(unsigned(from, x) as i64),
         ConvertOp::Trunc => to.wrap(x),
         ConvertOp::IntToFloat => bits(x as f64),
-        ConvertOp::Whole => whole(float(x)),
+        ConvertOp::FloatToInt => float_to_int(float(x)),
         ConvertOp::Bitcast => x,
     }
 }
 
-fn whole(x: f64) -> i64 {
+fn float_to_int(x: f64) -> i64 {
     let fits = x.abs() < 2_147_483_648.0;
     i64::from(if fits { x as i32 } else { i32::MIN })
 }
 
-/// A NaN has many forms, and which one an operation gives is the machine's affair; so a constant
-/// that is a NaN is not folded.
+/// Whether a result may become a constant. Any but NaN may: NaN has many bit patterns, and which of
+/// them an operation gives depends on the machine.
 pub fn is_foldable(ty: Type, value: i64) -> bool {
     ty != Type::F64 || !float(value).is_nan()
 }
@@ -193,16 +196,16 @@ mod tests {
         assert_eq!(binary(BinaryOp::Sdiv, Type::I64, i64::MIN, -1), i64::MIN);
         assert_eq!(convert(ConvertOp::Sext, Type::I1, Type::I32, 1), -1);
         assert_eq!(convert(ConvertOp::Zext, Type::I8, Type::I32, -1), 255);
-        let whole = |x: f64| convert(ConvertOp::Whole, Type::F64, Type::I32, bits(x));
+        let truncated = |x: f64| convert(ConvertOp::FloatToInt, Type::F64, Type::I32, bits(x));
         for integer in [0, 1, -1, 8_388_607, i64::from(i32::MAX), i64::from(i32::MIN)] {
-            assert_eq!(whole(integer as f64), integer);
+            assert_eq!(truncated(integer as f64), integer);
         }
         for other in [0.5, -0.5, 2147483648.0, -2147483649.0, 1e300, f64::INFINITY, f64::NAN] {
-            assert_ne!(whole(other) as f64, other);
+            assert_ne!(truncated(other) as f64, other);
         }
         assert!(fcmp(FloatCond::Ne, bits(f64::NAN), bits(f64::NAN)));
-        assert!(!fcmp(FloatCond::Apart, bits(f64::NAN), bits(1.0)));
-        assert!(!fcmp(FloatCond::Apart, bits(0.0), bits(-0.0)));
+        assert!(!fcmp(FloatCond::OrderedNe, bits(f64::NAN), bits(1.0)));
+        assert!(!fcmp(FloatCond::OrderedNe, bits(0.0), bits(-0.0)));
         assert_eq!(unary(UnaryOp::Not, Type::I1, 1), 0);
     }
 }

@@ -1,80 +1,104 @@
-//! A function: one chunk of a program.
+//! A function: one chunk of a program, as tables.
+//!
+//! ```text
+//! blocks   [ params [v0]  insts [inst0, inst2]  terminator jump block1 ] [ … ]
+//!                                  │      └──────────────┐
+//! insts    [ inst0: add v0, v0 ] [ inst1: … ] [ inst2: store … ]      what is done
+//! locs     [ @0                ] [ @0       ] [ @1             ]      for which statement
+//! results  [ v1                ] [ v2       ] [ none           ]      with which result
+//! values   [ v0: i32, param 0 of block0 ] [ v1: i32, result of inst0 ] …
+//! entries  [ (L0, block0) ]
+//! ```
+//!
+//! Instructions, values and blocks are numbered ([entities](crate::entities)) and kept in tables
+//! by number. A block lists the numbers of its instructions in the order of execution; so an
+//! instruction is moved or dropped by changing a list, and is replaced in place without its uses
+//! noticing. What is dropped from the lists stays in the tables until the pass `compact` numbers
+//! the rest again.
+//!
+//! Values are in static single assignment form: each is defined once, by an instruction or as a
+//! parameter of a block. Where control flow joins, a block has parameters, and each jump to it
+//! passes them as arguments (other compilers have phi instructions there). Entry blocks have no
+//! parameters, since control reaches them from outside.
+//!
+//! The order of the blocks means nothing but the order in which they are printed.
 
 use plcc_abi::TrapCode;
 
 use crate::{Block, Inst, InstData, Label, SourceLoc, Type, Value};
 
-/// Where a value comes from.
+/// How a value is defined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ValueDef {
-    /// The result of an instruction.
+    /// The result of an instruction; `None` if it has none.
     Result(Inst),
-    /// A parameter of a block, by number.
+    /// The parameter of a block with this number, from 0.
     Param(Block, u32),
 }
 
-/// A value's type and origin.
+/// The type of a value, and how it is defined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ValueData {
     /// Its type.
     pub ty: Type,
-    /// Its origin.
+    /// How it is defined.
     pub def: ValueDef,
 }
 
-/// A block to go to and the values for its parameters.
+/// A block that control goes to, with the values for its parameters.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BlockCall {
     /// The block.
     pub block: Block,
-    /// One value a parameter.
+    /// One value for each parameter, in their order.
     pub args: Vec<Value>,
 }
 
 impl BlockCall {
-    /// A call of a block without parameters.
+    /// To a block without parameters.
     pub fn plain(block: Block) -> Self {
         Self { block, args: vec![] }
     }
 }
 
-/// How a block ends.
+/// The end of a block: where control goes from there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Terminator {
-    /// On to a block.
+    /// To a block.
     Jump(BlockCall),
-    /// On to one of two blocks.
+    /// To one of two blocks.
     Brif {
-        /// An i1.
+        /// The condition, an `i1`.
         cond: Value,
-        /// Where it is true.
+        /// Where control goes if it is true.
         then: BlockCall,
-        /// Where it is false.
+        /// Where control goes if it is false.
         otherwise: BlockCall,
     },
-    /// On to the block of a number.
+    /// To the block with a number.
     Switch {
-        /// An i32, taken as unsigned.
+        /// The number, an `i32` that is taken as unsigned.
         arg: Value,
-        /// Blocks without parameters for 0, 1, 2…
+        /// The blocks for 0, 1, 2 and so on; they have no parameters.
         targets: Vec<Block>,
-        /// The block for all other numbers.
+        /// The block for all other numbers, without parameters too.
         default: Block,
     },
-    /// On to a label, in this function or another.
+    /// To a label, in this function or another.
     Goto(Label),
-    /// On to the label of a number, an i32; one that does not exist is a trap.
+    /// To the label whose number is this value, an `i32`. A number without label stops the program
+    /// with the trap [`TrapCode::BadLabel`].
     GotoIndirect(Value),
-    /// The scan ends; the task's next starts at the label.
+    /// The scan ends, suspended; the next scan of the task goes on at the label.
     Suspend(Label),
-    /// The scan ends; the task's next starts at the top.
+    /// The scan ends; the next scan of the task starts at its entry.
     Return,
-    /// The program is stopped.
+    /// The program is stopped with a code.
     Trap(TrapCode),
 }
 
 impl Terminator {
-    /// The block that it may go to by a number, from 0; `None` behind the last.
+    /// The blocks that control may go to by number, from 0; `None` behind the last.
     pub fn successor(&self, number: usize) -> Option<Block> {
         match (self, number) {
             (Self::Jump(call), 0) => Some(call.block),
@@ -88,7 +112,7 @@ impl Terminator {
         }
     }
 
-    /// The blocks it may go to, with their arguments where they have some.
+    /// Calls `f` for each block that control may go to, with the arguments for its parameters.
     pub fn for_each_block(&self, mut f: impl FnMut(Block, &[Value])) {
         match self {
             Self::Jump(call) => f(call.block, &call.args),
@@ -108,7 +132,7 @@ impl Terminator {
         }
     }
 
-    /// The blocks it may go to, to change.
+    /// Calls `f` for each block that control may go to, which it may replace.
     pub fn for_each_block_mut(&mut self, mut f: impl FnMut(&mut Block)) {
         match self {
             Self::Jump(call) => f(&mut call.block),
@@ -128,7 +152,7 @@ impl Terminator {
         }
     }
 
-    /// Calls `f` for each operand, block arguments included, to change it.
+    /// Calls `f` for each operand, arguments of blocks included, which it may replace.
     pub fn for_each_arg_mut(&mut self, mut f: impl FnMut(&mut Value)) {
         match self {
             Self::Jump(call) => call.args.iter_mut().for_each(f),
@@ -143,7 +167,7 @@ impl Terminator {
         }
     }
 
-    /// Calls `f` for each operand, block arguments included.
+    /// Calls `f` for each operand, arguments of blocks included.
     pub fn for_each_arg(&self, mut f: impl FnMut(Value)) {
         match self {
             Self::Brif { cond, .. } => f(*cond),
@@ -162,12 +186,12 @@ pub struct BlockData {
     pub params: Vec<Value>,
     /// Its instructions, in order.
     pub insts: Vec<Inst>,
-    /// How it ends; absent only while it is being built.
+    /// Its end; absent only while the block is being built.
     pub terminator: Option<Terminator>,
 }
 
-/// A function. Built by a [`FuncBuilder`](crate::FuncBuilder) and changed by the passes of this
-/// crate only.
+/// A function. It is built by a [`FuncBuilder`](crate::FuncBuilder) and changed by the passes of
+/// this crate only; the head of this file draws its tables.
 #[derive(Clone, Debug, Default)]
 pub struct FuncData {
     pub(crate) name: String,
@@ -185,12 +209,12 @@ impl FuncData {
         &self.name
     }
 
-    /// Its entry blocks, which have no parameters, with their labels.
+    /// Its labels, each with the entry block at which it stands.
     pub fn entries(&self) -> &[(Label, Block)] {
         &self.entries
     }
 
-    /// Its blocks, the first of them at index 0.
+    /// Its blocks with their numbers.
     pub fn blocks(&self) -> impl ExactSizeIterator<Item = (Block, &BlockData)> {
         self.blocks.iter().enumerate().map(|(i, data)| (Block(i as u32), data))
     }
@@ -200,12 +224,12 @@ impl FuncData {
         self.blocks.len()
     }
 
-    /// The number of values, dead ones included.
+    /// The number of values, unused ones included.
     pub fn value_count(&self) -> usize {
         self.values.len()
     }
 
-    /// The number of instructions, dead ones included.
+    /// The number of instructions, those that stand in no block included.
     pub fn inst_count(&self) -> usize {
         self.insts.len()
     }
@@ -226,7 +250,7 @@ impl FuncData {
         &self.insts[inst.index()]
     }
 
-    /// The statement an instruction belongs to, or [`SourceLoc::NONE`].
+    /// The statement that an instruction belongs to, or [`SourceLoc::NONE`].
     pub fn loc(&self, inst: Inst) -> SourceLoc {
         self.locs.get(inst.index()).copied().unwrap_or(SourceLoc::NONE)
     }
@@ -236,7 +260,7 @@ impl FuncData {
         self.results.get(inst.index()).copied().flatten()
     }
 
-    /// A value's type.
+    /// The type of a value.
     ///
     /// # Panics
     /// If the value is not of this function.
@@ -244,7 +268,7 @@ impl FuncData {
         self.values[value.index()].ty
     }
 
-    /// A value's origin.
+    /// How a value is defined.
     ///
     /// # Panics
     /// If the value is not of this function.
@@ -252,7 +276,7 @@ impl FuncData {
         self.values[value.index()].def
     }
 
-    /// The instruction whose result a value is.
+    /// The instruction whose result a value is; `None` for a parameter of a block.
     pub fn def_inst(&self, value: Value) -> Option<&InstData> {
         match self.values.get(value.index())?.def {
             ValueDef::Result(inst) => self.insts.get(inst.index()),
@@ -260,7 +284,8 @@ impl FuncData {
         }
     }
 
-    /// The number, or a double's bits, that a value is known to be.
+    /// The integer, or the bits of the double, that a value is if a constant defines it; `None`
+    /// otherwise.
     pub fn constant(&self, value: Value) -> Option<i64> {
         match self.def_inst(value)? {
             InstData::Iconst { ty: _, value } => Some(*value),
@@ -269,7 +294,7 @@ impl FuncData {
         }
     }
 
-    /// A new instruction that stands in no block yet.
+    /// Adds an instruction to the tables. It stands in no block yet.
     pub(crate) fn append(&mut self, data: InstData, loc: SourceLoc) -> Inst {
         let inst = Inst(self.insts.len() as u32);
         let result = self.result_type(&data).map(|ty| {
@@ -282,7 +307,8 @@ impl FuncData {
         inst
     }
 
-    /// The type of an instruction's result, from its operands' types.
+    /// The type of an instruction's result as it follows from the types of its operands; `None` if
+    /// it has no result.
     pub(crate) fn result_type(&self, data: &InstData) -> Option<Type> {
         use plcc_abi::HostType;
         match data {

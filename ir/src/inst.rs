@@ -1,4 +1,21 @@
-//! Instructions. Each has one result for all operands.
+//! Instructions: what there is to compute, load, store and call, and the result of each.
+//!
+//! An instruction ([`InstData`]) is a small value that can be copied, compared and hashed; it
+//! names its operands by [`Value`] and does not hold its own result, which
+//! [`FuncData::result`](crate::FuncData::result) knows. The operations are enumerations whose
+//! variants document their results. All are *total*: division by 0, shifts by too much, doubles
+//! that fit no integer, and indices out of bounds have results like any other operands. So an
+//! instruction without side effects may be executed early, twice, or for nothing.
+//!
+//! | kind | operations | operands and result |
+//! | --- | --- | --- |
+//! | constants | `iconst`, `fconst` | any type |
+//! | arithmetic | [`UnaryOp`], [`BinaryOp`] | all of one type |
+//! | comparisons | `icmp` with [`IntCond`], `fcmp` with [`FloatCond`] | two of one type, gives an `i1` |
+//! | choice | `select` | an `i1` and two of one type |
+//! | conversions | [`ConvertOp`] | from one type to another |
+//! | process image | `load`, `store` | an [`Address`] |
+//! | host | `hostcall` | the [signature](HostFn::signature) of the [`HostFn`] |
 
 use plcc_abi::HostFn;
 
@@ -13,17 +30,17 @@ macro_rules! words {
         }
 
         impl $name {
-            /// All of them.
+            /// Every one, in the order of definition.
             pub const ALL: &[Self] = &[$(Self::$variant,)*];
 
-            /// The word in the text format.
+            /// Its word in the [text form](crate::text).
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $text,)*
                 }
             }
 
-            /// Finds one by its word.
+            /// The one with this word in the text form; `None` if there is none.
             pub fn from_name(name: &str) -> Option<Self> {
                 Self::ALL.iter().copied().find(|op| op.name() == name)
             }
@@ -32,17 +49,17 @@ macro_rules! words {
 }
 
 words! {
-    /// One operand, a result of the same type.
+    /// Operations on one operand, whose result has the same type.
     UnaryOp {
-        /// All bits inverted; of a truth value, its opposite.
+        /// All bits inverted. The opposite of a truth value.
         Not = "not",
-        /// 0 minus it, wrapping; no truth values.
+        /// 0 minus the operand, wrapping around. Not for truth values.
         Neg = "neg",
-        /// The sign bit inverted, of NaN too.
+        /// The double with its sign bit inverted, also if it is NaN.
         Fneg = "fneg",
-        /// The sign bit cleared, of NaN too.
+        /// The double with its sign bit cleared, also if it is NaN.
         Fabs = "fabs",
-        /// The IEEE square root, NaN below 0.
+        /// The IEEE square root; NaN of a number below 0.
         Fsqrt = "fsqrt",
         /// Rounded towards minus infinity.
         Ffloor = "ffloor",
@@ -54,8 +71,8 @@ words! {
 }
 
 words! {
-    /// Two operands of one type, a result of the same. Integers unless the word begins with `f`;
-    /// truth values with `and or xor` only.
+    /// Operations on two operands of one type, whose result has the same type. They take integers
+    /// unless their word begins with `f`; truth values are taken by `and`, `or` and `xor` only.
     BinaryOp {
         /// Wrapping sum.
         Add = "add",
@@ -63,36 +80,41 @@ words! {
         Sub = "sub",
         /// Wrapping product.
         Mul = "mul",
-        /// Signed quotient towards 0; by 0 it is 0; the least by -1 is itself.
+        /// Signed quotient, rounded towards 0. Divided by 0 it is 0; the least integer divided by -1 is
+        /// itself.
         Sdiv = "sdiv",
-        /// Signed remainder with the dividend's sign; by 0 and by -1 it is 0.
+        /// Signed remainder of the quotient rounded towards 0, with the dividend's sign. Divided by 0
+        /// or by -1 it is 0.
         Srem = "srem",
         /// Signed remainder of the quotient rounded down, with the divisor's sign (SMT-LIB's
-        /// `bvsmod`); by 0 it is 0.
+        /// `bvsmod`). Divided by 0 it is 0.
         Smod = "smod",
-        /// Unsigned quotient; by 0 it is 0.
+        /// Unsigned quotient. Divided by 0 it is 0.
         Udiv = "udiv",
-        /// Unsigned remainder; by 0 it is 0.
+        /// Unsigned remainder. Divided by 0 it is 0.
         Urem = "urem",
-        /// Bits in both.
+        /// The bits that are 1 in both operands.
         And = "and",
-        /// Bits in either.
+        /// The bits that are 1 in at least one operand.
         Or = "or",
-        /// Bits in one alone.
+        /// The bits that differ between the operands.
         Xor = "xor",
-        /// Shifted left; 0 when the (unsigned) distance reaches the width.
+        /// The first operand shifted left by the second, which is unsigned; 0 if that reaches the
+        /// width.
         Shl = "shl",
-        /// Shifted right, zeros in; 0 when the distance reaches the width.
+        /// The first operand shifted right by the second, which is unsigned, with zeros coming in; 0
+        /// if that reaches the width.
         Lshr = "lshr",
-        /// Shifted right, signs in; all signs when the distance reaches the width.
+        /// The first operand shifted right by the second, which is unsigned, with copies of the sign
+        /// coming in; nothing but copies of the sign if that reaches the width.
         Ashr = "ashr",
-        /// The lesser, signed.
+        /// The lesser of two signed integers.
         Smin = "smin",
-        /// The greater, signed.
+        /// The greater of two signed integers.
         Smax = "smax",
-        /// The lesser, unsigned.
+        /// The lesser of two unsigned integers.
         Umin = "umin",
-        /// The greater, unsigned.
+        /// The greater of two unsigned integers.
         Umax = "umax",
         /// IEEE sum.
         Fadd = "fadd",
@@ -106,7 +128,8 @@ words! {
 }
 
 impl BinaryOp {
-    /// Whether the operands can change places.
+    /// Whether the operands can be exchanged. Doubles are left in their order, since the order
+    /// decides which NaN comes out of two.
     pub fn is_commutative(self) -> bool {
         matches!(
             self,
@@ -122,14 +145,14 @@ impl BinaryOp {
         )
     }
 
-    /// Whether it computes with doubles.
+    /// Whether its operands are doubles.
     pub fn is_float(self) -> bool {
         matches!(self, Self::Fadd | Self::Fsub | Self::Fmul | Self::Fdiv)
     }
 }
 
 words! {
-    /// How two integers compare.
+    /// Comparisons of two integers.
     IntCond {
         /// Equal; truth values too.
         Eq = "eq",
@@ -155,7 +178,7 @@ words! {
 }
 
 impl IntCond {
-    /// The opposite.
+    /// The comparison that holds where this one does not.
     pub fn inverted(self) -> Self {
         match self {
             Self::Eq => Self::Ne,
@@ -171,7 +194,7 @@ impl IntCond {
         }
     }
 
-    /// What holds of the operands when they change places.
+    /// The comparison that gives the same when the operands are exchanged.
     pub fn swapped(self) -> Self {
         match self {
             Self::Eq | Self::Ne => self,
@@ -188,7 +211,7 @@ impl IntCond {
 }
 
 words! {
-    /// How two doubles compare; with a NaN all are false but `ne`.
+    /// Comparisons of two doubles. If one is NaN, all are false but `ne`.
     FloatCond {
         /// Equal.
         Eq = "eq",
@@ -202,31 +225,33 @@ words! {
         Gt = "gt",
         /// Greater or equal.
         Ge = "ge",
-        /// Less or greater: where there is no NaN, unequal, for one branch instead of two.
-        Apart = "apart",
+        /// Not equal, and neither is NaN. Where NaN cannot occur this is the same as `ne`, and
+        /// machine code needs one branch for it instead of two.
+        OrderedNe = "ordered_ne",
     }
 }
 
 words! {
-    /// From one type to another.
+    /// Conversions from one type to another.
     ConvertOp {
-        /// To a wider integer, with the sign; a truth value becomes 0 or -1.
+        /// To a wider integer, filled with copies of the sign. A truth value becomes 0 or -1.
         Sext = "sext",
-        /// To a wider integer, with zeros; a truth value becomes 0 or 1.
+        /// To a wider integer, filled with zeros. A truth value becomes 0 or 1.
         Zext = "zext",
-        /// To a narrower integer, the low bits; to a truth value, the lowest.
+        /// To the low bits of an integer, a narrower one; to a truth value, the lowest bit.
         Trunc = "trunc",
-        /// A signed i32 or i64 to the nearest double, ties to even.
+        /// From a signed `i32` or `i64` to the nearest double, ties to even.
         IntToFloat = "itof",
-        /// A double to an i32, towards zero; what does not fit, NaN too, to -2^31. What comes back
-        /// equal from it by `itof` was an integer.
-        Whole = "whole",
-        /// Between i64 and f64, the same bits.
+        /// From a double to an `i32`, rounded towards 0. What does not fit, NaN included, becomes
+        /// -2^31. A double is an integer of 32 bits if `itof` of this result compares equal to
+        /// it; that is how programs check it (integrality check).
+        FloatToInt = "ftoi",
+        /// Between `i64` and `f64`, keeping the bits.
         Bitcast = "bitcast",
     }
 }
 
-/// Up to four operands of a host call; none by default.
+/// The operands of a host call, at most four; none by default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Args {
     len: u8,
@@ -240,7 +265,7 @@ impl Default for Args {
 }
 
 impl Args {
-    /// The operands; `None` when there are more than four.
+    /// Makes a list of operands; `None` if there are more than four.
     pub fn new(args: &[Value]) -> Option<Self> {
         let mut values = [Value(0); 4];
         values.get_mut(..args.len())?.copy_from_slice(args);
@@ -252,56 +277,58 @@ impl Args {
         &self.values[..usize::from(self.len)]
     }
 
-    /// The operands, to change.
+    /// The operands, to be changed.
     pub fn as_mut_slice(&mut self) -> &mut [Value] {
         &mut self.values[..usize::from(self.len)]
     }
 }
 
-/// The moving part of an address.
+/// The part of an address that is computed at run time: an element of an array.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Index {
-    /// An i32, taken as unsigned.
+    /// The number of the element, an `i32` that is taken as unsigned.
     pub value: Value,
-    /// Bytes between elements.
+    /// The distance between elements in bytes.
     pub scale: u32,
-    /// How many elements there are, at least one. An index that reaches it is taken as 0, so an
-    /// access stays in its region whatever the index; a program that wants a bound watched
-    /// compares first.
+    /// How many elements there are, at least one. A number that is not below it is taken as 0, so
+    /// that an access stays in its region whatever the number is. Where a language wants an index
+    /// out of bounds to be an error, the front end compares it first.
     pub count: u32,
 }
 
-/// Where an access goes.
+/// Where a load or store goes: `region:offset`, or `region:offset[index * scale, count]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Address {
-    /// The region.
+    /// The region of the process image.
     pub region: Region,
     /// Bytes from the region's start, of element 0 where there is an index.
     pub offset: u32,
-    /// The moving part.
+    /// The element, where the address is one in an array.
     pub index: Option<Index>,
-    /// Whether the access is seen from outside, so that it is neither moved, merged nor dropped.
+    /// Whether the access can be observed from outside the program, as that of a hardware register
+    /// can. Such an access is neither moved, merged nor dropped.
     pub volatile: bool,
 }
 
 impl Address {
-    /// A fixed place.
+    /// The address of a fixed place.
     pub fn fixed(region: Region, offset: u32) -> Self {
         Self { region, offset, index: None, volatile: false }
     }
 
-    /// Element `value` of `count` that are `scale` bytes apart.
+    /// The address of element `value` of an array of `count` elements that are `scale` bytes apart.
     pub fn indexed(region: Region, offset: u32, value: Value, scale: u32, count: u32) -> Self {
         Self { region, offset, index: Some(Index { value, scale, count }), volatile: false }
     }
 
-    /// The same, volatile.
+    /// The same address, for a volatile access.
     pub fn volatile(mut self) -> Self {
         self.volatile = true;
         self
     }
 
-    /// The bytes of the region that an access of a type may touch: first and behind the last.
+    /// The bytes of the region that an access of a type may touch: the first, and the one behind
+    /// the last.
     pub fn extent(&self, ty: Type) -> (u64, u64) {
         let start = u64::from(self.offset);
         let span = match self.index {
@@ -315,93 +342,93 @@ impl Address {
 /// An instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum InstData {
-    /// An integer.
+    /// An integer constant.
     Iconst {
         /// Its type.
         ty: Type,
         /// Its value in the form of [`Type::wrap`].
         value: i64,
     },
-    /// A double.
+    /// A constant double.
     Fconst {
         /// Its bits.
         bits: u64,
     },
-    /// One operand.
+    /// An operation on one operand.
     Unary {
-        /// What.
+        /// The operation.
         op: UnaryOp,
-        /// Of what.
+        /// The operand.
         arg: Value,
     },
-    /// Two operands.
+    /// An operation on two operands.
     Binary {
-        /// What.
+        /// The operation.
         op: BinaryOp,
-        /// Of what.
+        /// The operands.
         args: [Value; 2],
     },
-    /// Two integers compared; the result is an i1.
+    /// A comparison of two integers; the result is an `i1`.
     Icmp {
-        /// How.
+        /// The comparison.
         cond: IntCond,
-        /// What.
+        /// The operands.
         args: [Value; 2],
     },
-    /// Two doubles compared; the result is an i1.
+    /// A comparison of two doubles; the result is an `i1`.
     Fcmp {
-        /// How.
+        /// The comparison.
         cond: FloatCond,
-        /// What.
+        /// The operands.
         args: [Value; 2],
     },
-    /// The first of two values of one type where an i1 is true, else the second.
+    /// The first of two values of one type if a condition is true, else the second.
     Select {
-        /// Which.
+        /// The condition, an `i1`.
         cond: Value,
-        /// Of what.
+        /// The values.
         args: [Value; 2],
     },
-    /// Another type.
+    /// A conversion to another type.
     Convert {
-        /// How.
+        /// The conversion.
         op: ConvertOp,
-        /// To what.
+        /// The type of the result.
         to: Type,
-        /// From what.
+        /// The operand.
         arg: Value,
     },
-    /// What stands in the image.
+    /// A value read from the process image.
     Load {
-        /// Its type.
+        /// The type of the value.
         ty: Type,
-        /// Where.
+        /// Its address.
         at: Address,
     },
-    /// A value put into the image; no result.
+    /// A value written to the process image. There is no result.
     Store {
-        /// Where.
+        /// Its address.
         at: Address,
-        /// What.
+        /// The value.
         value: Value,
     },
-    /// A call of the host, with its [signature](HostFn::signature).
+    /// A call of a host function. There is a result if its [signature](HostFn::signature) has one.
     HostCall {
-        /// What is called.
+        /// The function.
         function: HostFn,
-        /// With what.
+        /// The operands, of the signature's types.
         args: Args,
     },
 }
 
 impl InstData {
-    /// Calls `f` for each operand.
+    /// Calls `f` for each operand, in their order.
     pub fn for_each_arg(&self, mut f: impl FnMut(Value)) {
         let mut copy = *self;
         copy.for_each_arg_mut(|value| f(*value));
     }
 
-    /// Calls `f` for each operand, to change it.
+    /// Calls `f` for each operand, in their order, which it may replace.
     pub fn for_each_arg_mut(&mut self, mut f: impl FnMut(&mut Value)) {
         match self {
             Self::Iconst { .. } | Self::Fconst { .. } => {}
@@ -422,7 +449,8 @@ impl InstData {
         }
     }
 
-    /// Whether it does more than give a result: it must stay even where the result is not used.
+    /// Whether the instruction does more than give a result, so that it must stay even if its result
+    /// is not used: stores, volatile loads, and calls of host functions that are not pure.
     pub fn has_effect(&self) -> bool {
         match self {
             Self::Store { .. } => true,

@@ -1,4 +1,7 @@
-//! Executes IR, one instruction after the other.
+//! An interpreter of IR: an [`Engine`] that executes a module one instruction after the other.
+//!
+//! It computes every result with [`eval`] and knows nothing of machine code, so tests compare
+//! generated code with it. A value is an `i64` in a table that is indexed by the value's number.
 
 use std::sync::Arc;
 
@@ -6,23 +9,24 @@ use plcc_abi::{Engine, HostType, Outcome, ResumeLabels, ResumePoint, Scan, TrapC
 
 use crate::{Address, Block, Func, FuncData, InstData, Module, Terminator, Type, Value, eval};
 
-/// A module as an engine.
+/// A module with what a scan needs.
 pub struct Interpreter {
     module: Arc<Module>,
     labels: Vec<Option<(Func, Block)>>,
+    /// For each task the labels of its resume points, and the one at which its next scan goes on.
     tasks: Vec<ResumeLabels>,
-    /// Values of the function that runs.
+    /// The values of the function that is executed.
     values: Vec<i64>,
 }
 
-/// Where control goes when a function is left.
+/// How a function is left.
 enum Exit {
     Goto(u32),
     Done(Outcome),
 }
 
 impl Interpreter {
-    /// An engine over a verified module.
+    /// An engine for a verified module.
     pub fn new(module: impl Into<Arc<Module>>) -> Self {
         let module = module.into();
         let labels = module.label_targets();

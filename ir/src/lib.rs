@@ -1,23 +1,55 @@
-//! The SSA intermediate representation.
+//! The intermediate representation (IR) between the three front ends and code generation, in
+//! static single assignment form.
 //!
 //! A [`Module`] is what a front end makes of a program: [regions](plcc_abi::Region) of the
 //! process image, functions, and tasks that start at labels. Every operation is total: it has
-//! one result for all operands, and nothing can fault. What stops a program is a terminator with
-//! a code.
+//! one result for all operands, and nothing can fault. A program is stopped by a terminator with
+//! a trap code, never by an instruction.
 //!
 //! # Shape
-//! - A function is a chunk of a program: basic blocks with parameters, some of them entries with
-//!   a [`Label`]. Labels are numbered through the module, and control passes between functions by
-//!   label only, without values; whatever outlives a block that ends so lives in the image.
-//! - Types are `i1 i8 i16 i32 i64 f64`. Integers wrap. [`inst`] gives each operation's result,
-//!   the corner cases too.
-//! - An access names its region and offset, so two accesses overlap or they do not; nothing else
-//!   needs to be asked. One that is `volatile` is never moved, merged or dropped.
+//! - A function ([`FuncData`]) is one chunk of a program: basic blocks with parameters, some of
+//!   them entries with a [`Label`]. Labels are numbered through the whole module. Control passes
+//!   between functions by label only and takes no values along; what must outlive such a passage
+//!   is in the process image.
+//! - Types are `i1 i8 i16 i32 i64 f64`. Integers wrap around. [`inst`] defines the result of each
+//!   operation, corner cases included, and [`eval`] computes it.
+//! - A load or store names its region and its offset there, so two accesses either overlap or do
+//!   not, and no pass needs any other alias analysis. A `volatile` access is never moved, merged
+//!   or dropped.
 //!
-//! # Use
-//! A front end writes through [`chunk::ChunkBuilder`], which cuts long programs into functions.
-//! [`passes::optimize`] makes a module faster, [`verify::verify`] says what is wrong with one,
-//! [`text`] prints and reads it, and [`interp::Interpreter`] runs it as it stands.
+//! # Main types
+//! [`ChunkBuilder`] is what front ends write with: it cuts long programs into functions.
+//! [`FuncBuilder`] writes a single function. [`passes::optimize`] makes a module faster,
+//! [`verify::verify`] reports what is wrong with one, [`text`] prints and reads it, and
+//! [`Interpreter`] runs it as it is. Start reading at [`inst`], then [`func`], [`chunk`] and
+//! [`passes`].
+//!
+//! # Example
+//! A program that counts its scans:
+//!
+//! ```
+//! use plcc_abi::{Engine, Outcome, Region, Scan, engine::NoHost};
+//! use plcc_ir::{Address, BinaryOp, ChunkBuilder, Interpreter, Type, passes, verify::verify};
+//!
+//! let regions = vec![Region { name: "vars".into(), offset: 0, size: 4, bits: false }];
+//! let mut b = ChunkBuilder::new(4, regions);
+//! let counter = Address::fixed(b.region("vars").unwrap(), 0);
+//! let start = b.place();
+//! b.bind(start);
+//! b.task("scan", start);
+//! let old = b.ins().load(Type::I32, counter);
+//! let new = b.ins().binary_imm(BinaryOp::Add, old, 1);
+//! b.ins().store(counter, new);
+//! b.ret();
+//! let mut module = b.finish();
+//! passes::optimize(&mut module, passes::OptLevel::Speed);
+//! assert_eq!(verify(&module), []);
+//!
+//! let mut image = [0; 4];
+//! let mut engine = Interpreter::new(module);
+//! let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+//! assert_eq!((outcome, image[0]), (Outcome::End, 1));
+//! ```
 
 pub mod builder;
 pub mod chunk;

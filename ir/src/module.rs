@@ -1,10 +1,15 @@
-//! A whole program in IR.
+//! A program in IR.
+//!
+//! A [`Module`] owns everything: the functions, the regions of the process image that they may
+//! access, the tasks that can be called from outside, and the sources with their statements, so
+//! that listings and line tables can be made without the front end. Nothing in it refers to the
+//! language that it came from.
 
 use plcc_abi::Task;
 
 use crate::{Block, Func, FuncData, Label, Region};
 
-/// A source file, kept for comments and line tables.
+/// A source file, kept for the comments of listings and for line tables.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SourceFile {
     /// Its name as the user gave it.
@@ -18,40 +23,42 @@ pub struct SourceFile {
 pub struct Statement {
     /// Index into [`Module::files`].
     pub file: u32,
-    /// The line it starts at, from 1.
+    /// The line at which it starts, from 1.
     pub line: u32,
-    /// Its text: byte offsets in the file's text.
+    /// The byte offset in the file's text at which it starts.
     pub start: u32,
-    /// Behind its last byte.
+    /// The byte offset behind its end.
     pub end: u32,
 }
 
-/// A program: regions of the image, functions, and where tasks start.
+/// A program.
 #[derive(Clone, Debug, Default)]
 pub struct Module {
-    /// The sources.
+    /// The source files.
     pub files: Vec<SourceFile>,
-    /// The statements that [`SourceLoc`](crate::SourceLoc)s number.
+    /// The statements of the sources; a [`SourceLoc`](crate::SourceLoc) is an index into them.
     pub statements: Vec<Statement>,
-    /// Length of the process image in bytes.
+    /// The size of the process image in bytes.
     pub image_size: u32,
-    /// The parts of the image that functions may touch.
+    /// The parts of the process image that functions may access.
     pub regions: Vec<plcc_abi::Region>,
-    /// What can be called from outside.
+    /// The tasks, which can be called from outside, each with the label where it starts.
     pub tasks: Vec<Task>,
-    /// How many labels there are; each belongs to one block of one function.
+    /// How many labels there are. They are numbered from 0, and each stands at one block of one
+    /// function.
     pub label_count: u32,
     /// The functions.
     pub funcs: Vec<FuncData>,
 }
 
 impl Module {
-    /// The functions with their names.
+    /// The functions, each with the reference to it.
     pub fn funcs(&self) -> impl ExactSizeIterator<Item = (Func, &FuncData)> {
         self.funcs.iter().enumerate().map(|(i, data)| (Func(i as u32), data))
     }
 
-    /// For each label the function and block it stands at.
+    /// For each label the function and the block at which it stands; `None` for one that stands
+    /// nowhere, which the [verifier](crate::verify) reports.
     pub fn label_targets(&self) -> Vec<Option<(Func, Block)>> {
         let mut targets = vec![None; self.label_count as usize];
         for (func, data) in self.funcs() {
@@ -64,19 +71,19 @@ impl Module {
         targets
     }
 
-    /// A region's name, offset and size.
+    /// The name, offset and size of a region; `None` if there is no such region.
     pub fn region(&self, region: Region) -> Option<&plcc_abi::Region> {
         self.regions.get(region.index())
     }
 
-    /// The text of a statement, one line of it, for comments.
+    /// The first line of a statement's text, for comments; empty if its source is not kept.
     pub fn statement_text(&self, statement: &Statement) -> &str {
         let file = self.files.get(statement.file as usize);
         let text = file.and_then(|f| f.text.get(statement.start as usize..statement.end as usize));
         text.unwrap_or("").lines().next().unwrap_or("").trim()
     }
 
-    /// Whether a label stands somewhere.
+    /// Whether a label is one of the module's.
     pub fn has_label(&self, label: Label) -> bool {
         label.0 < self.label_count
     }

@@ -1,19 +1,20 @@
-//! The types of values.
+//! The types of values: truth values, four widths of integers, and doubles. Integers are neither
+//! signed nor unsigned; the operations are.
 
 use std::fmt;
 
-/// A value's type.
+/// The type of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Type {
-    /// A truth value; one byte of 0 or 1 in memory, in regions of bits only.
+    /// A truth value. In the process image it is a byte that is 0 or 1, in regions of bits only.
     I1,
-    /// 8 bits.
+    /// An integer of 8 bits.
     I8,
-    /// 16 bits.
+    /// An integer of 16 bits.
     I16,
-    /// 32 bits.
+    /// An integer of 32 bits.
     I32,
-    /// 64 bits.
+    /// An integer of 64 bits.
     I64,
     /// An IEEE double.
     F64,
@@ -23,7 +24,7 @@ impl Type {
     /// Every type.
     pub const ALL: [Self; 6] = [Self::I1, Self::I8, Self::I16, Self::I32, Self::I64, Self::F64];
 
-    /// Bytes in memory.
+    /// Its size in the process image, in bytes.
     pub fn bytes(self) -> u32 {
         match self {
             Self::I1 | Self::I8 => 1,
@@ -33,7 +34,7 @@ impl Type {
         }
     }
 
-    /// Width in bits.
+    /// Its width in bits; 1 for a truth value.
     pub fn bits(self) -> u32 {
         match self {
             Self::I1 => 1,
@@ -46,8 +47,8 @@ impl Type {
         self != Self::F64
     }
 
-    /// A number brought to the form in which constants of this type are kept: sign-extended from
-    /// the type's width, truth values 0 or 1.
+    /// A number cut to the type's width, in the form in which constants are kept: an integer is
+    /// extended with its sign to 64 bits, a truth value is 0 or 1, and a double is its bits.
     pub fn wrap(self, value: i64) -> i64 {
         match self {
             Self::I1 => value & 1,
@@ -58,7 +59,7 @@ impl Type {
         }
     }
 
-    /// The type's name in the text format.
+    /// Its name in the [text form](crate::text).
     pub fn name(self) -> &'static str {
         match self {
             Self::I1 => "i1",
@@ -70,7 +71,7 @@ impl Type {
         }
     }
 
-    /// Finds a type by its name.
+    /// The type with this name; `None` if there is none.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|ty| ty.name() == name)
     }

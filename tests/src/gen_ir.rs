@@ -391,7 +391,7 @@ impl Gen {
             // Which NaN an operation gives is the machine's affair.
             let (number, zero) = (b.fcmp(FloatCond::Eq, arg, arg), b.fconst(0.0));
             let arg = b.select(number, arg, zero);
-            return b.convert(ConvertOp::Whole, to, arg);
+            return b.convert(ConvertOp::FloatToInt, to, arg);
         }
         let from = *self.rng.pick(&ints);
         let arg = operand(self, from);

@@ -203,7 +203,7 @@ impl Lowering<'_> {
             FloatCond::Le => FloatCC::LessThanOrEqual,
             FloatCond::Gt => FloatCC::GreaterThan,
             FloatCond::Ge => FloatCC::GreaterThanOrEqual,
-            FloatCond::Apart => FloatCC::OrderedNotEqual,
+            FloatCond::OrderedNe => FloatCC::OrderedNotEqual,
         };
         self.builder.ins().fcmp(cond, a, b)
     }
@@ -233,7 +233,7 @@ impl Lowering<'_> {
             }
             ConvertOp::Trunc => self.builder.ins().ireduce(wide, x),
             ConvertOp::IntToFloat => self.int_to_float(arg),
-            ConvertOp::Whole => self.whole(inst, arg),
+            ConvertOp::FloatToInt => self.whole(inst, arg),
             ConvertOp::Bitcast => self.builder.ins().bitcast(wide, MemFlagsData::new(), x),
         }
     }

@@ -1,5 +1,21 @@
-//! Decides branches whose way is known, leads jumps past empty blocks, joins blocks that follow
-//! one another, and empties those that nothing reaches any more.
+//! Simplifies control flow.
+//!
+//! - A branch whose condition is a constant becomes a jump; one by an inverted condition is turned
+//!   round.
+//! - A branch to an empty block that only jumps on goes where that goes (jump threading).
+//! - A block is appended to its sole predecessor if that only jumps to it.
+//! - Blocks that control cannot reach are emptied.
+//!
+//! ```text
+//! block0: v0: i1 = iconst 1
+//!         brif v0, block1, block2          block0: v0: i1 = iconst 1
+//! block1: jump block3                ==>           store vars:0, v1
+//! block2: store vars:1, v1                         return
+//! block3: store vars:0, v1
+//!         return
+//! ```
+//!
+//! Labels stay at their blocks, empty or not: other functions and suspended tasks know them.
 
 use super::graph::Graph;
 use super::substitution::Substitution;
@@ -20,7 +36,7 @@ pub(super) fn run(func: &mut FuncData) {
     join(func, &graph);
 }
 
-/// Makes a jump of a branch that goes one way.
+/// Makes a jump of a branch that can go one way only.
 fn decide(func: &mut FuncData, index: usize) {
     let Some(mut terminator) = func.blocks[index].terminator.take() else { return };
     terminator = match terminator {
@@ -60,14 +76,14 @@ fn decide_brif(
     }
 }
 
-/// Leads every branch to an empty block that only jumps on straight to where that goes.
+/// Lets every branch to an empty block that only jumps on go straight to where that goes.
 fn thread(func: &mut FuncData) {
     let count = func.blocks.len();
     let mut ends: Vec<Option<Block>> = vec![None; count];
     let mut path = vec![];
     for start in 0..count {
         let mut at = Block(start as u32);
-        // Jumps in a circle lead back to a block of the path, which then is where it ends.
+        // Empty blocks that jump in a circle lead back to a block of the path, which is then the end.
         let end = loop {
             if let Some(end) = ends[at.index()] {
                 break end;
@@ -96,7 +112,7 @@ fn thread(func: &mut FuncData) {
     }
 }
 
-/// Where a block without instructions and parameters jumps.
+/// The block that an empty block jumps to.
 fn next(func: &FuncData, block: Block) -> Option<Block> {
     match &func.blocks[block.index()] {
         BlockData { params, insts, terminator: Some(Terminator::Jump(call)) }
@@ -108,7 +124,7 @@ fn next(func: &FuncData, block: Block) -> Option<Block> {
     }
 }
 
-/// Appends to a block the one that it alone jumps to.
+/// Appends blocks to their sole predecessors.
 fn join(func: &mut FuncData, graph: &Graph) {
     let mut values = Substitution::new(func);
     let mut replaced = false;
@@ -120,8 +136,9 @@ fn join(func: &mut FuncData, graph: &Graph) {
         let mut data = std::mem::take(&mut func.blocks[block.index()]);
         while let Some(Terminator::Jump(call)) = &data.terminator {
             let next = call.block;
-            // A block has one edge, or is its own beginning.
-            if graph.before[next.index()].is_none() || next == block || gone[next.index()] {
+            // It has further predecessors, or the blocks form a circle.
+            if graph.sole_predecessor[next.index()].is_none() || next == block || gone[next.index()]
+            {
                 break;
             }
             let follower = std::mem::take(&mut func.blocks[next.index()]);

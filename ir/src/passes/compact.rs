@@ -1,4 +1,10 @@
-//! Numbers what is left of a function anew, without gaps.
+//! Numbers blocks, instructions and values again without gaps, and drops blocks that control cannot
+//! reach.
+//!
+//! Passes drop instructions from the lists of their blocks and leave them in the tables of the
+//! [function](crate::func). This pass makes new tables that hold only what is left, in the order
+//! in which it stands, so that code generation and later passes do not visit the rest. It changes
+//! nothing else; entries keep their labels.
 
 use super::graph::Graph;
 use crate::func::ValueData;
@@ -32,7 +38,7 @@ pub(super) fn run(func: &mut FuncData) {
         values: Vec::with_capacity(total),
         ..FuncData::default()
     };
-    // First every definition gets its number, then the uses follow.
+    // Definitions get their numbers first; then uses are replaced, some of which stand before.
     for (number, block) in func.blocks.iter_mut().enumerate() {
         for (at, param) in block.params.iter_mut().enumerate() {
             let def = ValueDef::Param(Block(number as u32), at as u32);

@@ -1,5 +1,18 @@
-//! Computes the same thing once, where the first computation always comes before: in the same
-//! block, or in one that control must have come through.
+//! Computes the same thing once (common subexpression elimination).
+//!
+//! ```text
+//! v2: i16 = add v0, v1           v2: i16 = add v0, v1
+//! v3: i16 = add v1, v0     ==>
+//! store vars:0, v3               store vars:0, v2
+//! ```
+//!
+//! Instructions are looked up in a hash table by operation and operands (hash consing). An earlier
+//! one replaces a later one if it stands in the same block, or in a block that control must have
+//! passed through. The latter is known along sole predecessors ([`Graph`]): they form trees, each
+//! numbered so that a subtree is a span of numbers.
+//!
+//! It must not merge loads, since the image may have changed between them (`forward` does that),
+//! nor anything that has an effect.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
@@ -8,7 +21,8 @@ use super::graph::Graph;
 use super::substitution::Substitution;
 use crate::{Block, FuncData, InstData, Value};
 
-/// Mixes words quickly; keys are our own, so nobody chooses them to collide.
+/// A fast hash function. The keys are instructions that the front ends wrote, and a collision only
+/// costs time, so it need not withstand attacks.
 #[derive(Default)]
 struct Mix(u64);
 
@@ -67,11 +81,11 @@ pub(super) fn run(func: &mut FuncData) {
                 return true;
             };
             let slot = table.entry(ordered(data)).or_insert((result, block));
-            let (first, home) = *slot;
+            let (first, owner) = *slot;
             if first == result {
                 return true;
             }
-            if forest.leads_to(home, block) {
+            if forest.is_above(owner, block) {
                 values.replace(result, first);
                 return false;
             }
@@ -86,12 +100,12 @@ pub(super) fn run(func: &mut FuncData) {
     }
 }
 
-/// Whether the result depends on the operands alone.
+/// Whether the result of an instruction depends on its operands only.
 fn is_mergeable(data: &InstData) -> bool {
     !matches!(data, InstData::Load { .. }) && !data.has_effect()
 }
 
-/// The same key whichever way round the operands stand, where that does not matter.
+/// The key of an instruction: the operands in a fixed order where the operation allows.
 fn ordered(mut data: InstData) -> InstData {
     if let InstData::Binary { op, args } = &mut data
         && op.is_commutative()
@@ -101,29 +115,29 @@ fn ordered(mut data: InstData) -> InstData {
     data
 }
 
-/// The trees of blocks that control reaches from one place only.
+/// The trees that sole predecessors form.
 struct Forest {
-    /// Each tree from its root, a block before those below it.
+    /// The blocks, each before those below it, tree after tree.
     order: Vec<Block>,
-    /// First and last number of the subtree of each block.
+    /// For each block the number of the first block of its subtree, and that behind the last.
     spans: Vec<(u32, u32)>,
 }
 
 impl Forest {
     fn new(graph: &Graph) -> Self {
         let count = graph.edges.len();
-        // Children as lists that are linked through the blocks.
+        // The children of each block, as linked lists: the first child, and the next sibling.
         let mut first: Vec<Option<Block>> = vec![None; count];
         let mut next: Vec<Option<Block>> = vec![None; count];
         for &block in graph.order.iter().rev() {
-            if let Some(parent) = graph.before[block.index()] {
+            if let Some(parent) = graph.sole_predecessor[block.index()] {
                 next[block.index()] = first[parent.index()].replace(block);
             }
         }
         let mut forest = Self { order: vec![], spans: vec![(0, 0); count] };
         let mut stack = vec![];
         for &root in &graph.order {
-            if graph.before[root.index()].is_some() {
+            if graph.sole_predecessor[root.index()].is_some() {
                 continue;
             }
             forest.enter(root);
@@ -150,8 +164,8 @@ impl Forest {
         self.order.push(block);
     }
 
-    /// Whether control comes to `to` through `from` only.
-    fn leads_to(&self, from: Block, to: Block) -> bool {
+    /// Whether control must have passed through `from` when it is at `to`.
+    fn is_above(&self, from: Block, to: Block) -> bool {
         let (first, end) = self.spans[from.index()];
         (first..end).contains(&self.spans[to.index()].0)
     }

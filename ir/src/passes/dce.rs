@@ -1,4 +1,13 @@
-//! Drops instructions whose results nobody uses and that do nothing else.
+//! Drops instructions whose results are not used (dead code elimination).
+//!
+//! ```text
+//! v1: i16 = load vars:0
+//! v2: i16 = add v1, v1           (both are dropped if nothing uses v2)
+//! ```
+//!
+//! One visit backwards suffices, since all uses of a value are visited before its definition. It
+//! must not drop what [has an effect](crate::InstData::has_effect): stores, volatile loads, and
+//! calls of host functions that are not pure.
 
 use super::graph::Graph;
 use crate::FuncData;
@@ -7,7 +16,7 @@ use crate::FuncData;
 pub(super) fn run(func: &mut FuncData) {
     let graph = Graph::new(func);
     let mut used = vec![false; func.value_count()];
-    // Backwards, so every use is seen before the definition: it is behind it in this order.
+    // Backwards, so that all uses are visited before the definition.
     for &block in graph.order.iter().rev() {
         let data = &mut func.blocks[block.index()];
         if let Some(terminator) = &data.terminator {

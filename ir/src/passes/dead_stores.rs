@@ -1,47 +1,63 @@
-//! Drops stores whose bytes are all written again before anything could look at them: a load
-//! whose result is used, a call of the host, a volatile access, or an end of the way, behind
-//! which the program may be stopped, suspended or begun anew. What was only computed for such a
-//! store is dropped with it, and its loads look at nothing.
+//! Drops stores whose bytes are all overwritten before anything can read them (dead stores), and
+//! what was computed only for them.
 //!
-//! The walk goes backwards over the blocks. A block hands the bytes that are surely written again
-//! from its beginning on to those that lead to it; where control may go two ways both must write
-//! them, and along a way back nothing is known. Functions come last to first, and labels hand on
-//! as blocks do, so a program that was cut into many functions is seen as the row that it is.
+//! ```text
+//! v0: i8 = load vars:1                v0: i8 = load vars:1
+//! store vars:0, v0               ==>
+//! v1: i8 = load vars:2                v1: i8 = load vars:2
+//! store vars:0, v1                    store vars:0, v1
+//! ```
+//!
+//! A byte can be read by a load whose result is used, by a call of a host function, by a volatile
+//! access, and by anybody when the scan ends, is suspended or is stopped. A byte that is surely
+//! overwritten before any of these is *dead*. The pass computes dead bytes backwards, as liveness
+//! analysis does for registers: a store makes its bytes dead, a load makes them live, and anything
+//! else that can read makes all of them live.
+//!
+//! A block passes the bytes that are dead at its beginning to its predecessors. At a branch only
+//! bytes that are dead both ways are dead; along an edge back to a block that was not visited yet
+//! nothing is known. Functions are visited last to first, and labels pass on dead bytes as blocks
+//! do ([`DeadBytes`]), so that cutting a program into functions loses little.
+//!
+//! The set of dead bytes is kept as marks on the bytes of the image
+//! ([`ImageBytes`](super::image_bytes)): a byte is dead if it has the current stamp.
+//!
+//! It must not drop volatile stores, nor stores through an index (it does not know which bytes they
+//! write).
 
 use super::graph::Graph;
-use super::image_bytes::Places;
+use super::image_bytes::ImageBytes;
 use crate::{Block, FuncData, InstData, Label, Terminator};
 
-/// A load through an index that may touch more bytes than this counts as one that touches all.
+/// A load through an index that may touch more bytes than this makes all bytes live.
 const LOOKED_THROUGH: usize = 64;
 
-/// A block hands on no more bytes than this, or twice as many as it has instructions, which keeps
-/// the pass linear.
-const HANDED_ON: usize = 64;
+/// A block passes on no more dead bytes than this, or than twice the number of its instructions
+/// if that is more. This keeps the time linear.
+const PASSED_ON: usize = 64;
 
-/// For each label of the functions behind, the bytes that are written again from there on before
-/// anything looks at them.
+/// For each label of the functions visited so far, the bytes that are dead there.
 #[derive(Debug, Default)]
-pub(super) struct Again {
+pub(super) struct DeadBytes {
     labels: Vec<Vec<u32>>,
 }
 
-impl Again {
-    /// Nothing is known.
+impl DeadBytes {
+    /// No byte is known to be dead at any of so many labels.
     pub(super) fn new(labels: u32) -> Self {
         Self { labels: vec![vec![]; labels as usize] }
     }
 
-    fn behind(&self, label: Label) -> &[u32] {
+    fn at(&self, label: Label) -> &[u32] {
         self.labels.get(label.index()).map_or(&[], Vec::as_slice)
     }
 }
 
 /// Runs the pass.
-pub(super) fn run(func: &mut FuncData, places: &mut Places, again: &mut Again) {
+pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes, dead: &mut DeadBytes) {
     let graph = Graph::new(func);
     let mut walk = Walk {
-        places,
+        bytes,
         blocks: vec![vec![]; func.block_count()],
         used: vec![false; func.value_count()],
         stamp: 0,
@@ -49,46 +65,47 @@ pub(super) fn run(func: &mut FuncData, places: &mut Places, again: &mut Again) {
     };
     // Definitions come before uses in this order, so backwards every use is seen first.
     for &block in graph.order.iter().rev() {
-        walk.begin(func, block, again);
+        walk.begin(func, block, dead);
         let count = walk.block(func, block);
-        walk.blocks[block.index()] = walk.hand_on(count);
+        walk.blocks[block.index()] = walk.dead_at_begin(count);
     }
     for &(label, block) in func.entries() {
-        if let Some(slot) = again.labels.get_mut(label.index()) {
+        if let Some(slot) = dead.labels.get_mut(label.index()) {
             slot.clone_from(&walk.blocks[block.index()]);
         }
     }
 }
 
+/// The walk backwards through a function.
 struct Walk<'a> {
-    places: &'a mut Places,
-    /// What each block hands on, where it was seen already.
+    bytes: &'a mut ImageBytes,
+    /// The bytes that are dead at the beginning of each block visited so far.
     blocks: Vec<Vec<u32>>,
-    /// Values that something kept needs.
+    /// The values that an instruction that stays uses.
     used: Vec<bool>,
-    /// A byte with this note is written again before anything looks at it.
+    /// A byte with this mark is dead.
     stamp: u32,
-    /// The bytes that had this note once, the farthest first.
+    /// The bytes that got this mark, in the order of getting it; some may have lost it.
     written: Vec<u32>,
 }
 
 impl Walk<'_> {
-    /// Goes to a block's end.
-    fn begin(&mut self, func: &FuncData, block: Block, again: &Again) {
-        self.nothing();
+    /// Finds the bytes that are dead at a block's end.
+    fn begin(&mut self, func: &FuncData, block: Block, dead: &DeadBytes) {
+        self.all_live();
         let Some(terminator) = &func.block(block).terminator else { return };
         terminator.for_each_arg(|value| self.used[value.index()] = true);
         match terminator {
             Terminator::Jump(to) => self.written.extend(self.blocks[to.block.index()].iter().rev()),
-            Terminator::Goto(label) => self.written.extend(again.behind(*label).iter().rev()),
+            Terminator::Goto(label) => self.written.extend(dead.at(*label).iter().rev()),
             Terminator::Brif { cond: _, then, otherwise } => {
                 let one = &self.blocks[then.block.index()];
                 let stamp = self.stamp;
-                one.iter().for_each(|&byte| note(self.places, byte, stamp));
-                let is_noted = |byte: &&u32| noted(self.places, **byte, stamp);
+                one.iter().for_each(|&byte| mark(self.bytes, byte, stamp));
+                let is_dead_too = |byte: &&u32| is_marked(self.bytes, **byte, stamp);
                 let other = &self.blocks[otherwise.block.index()];
-                self.written.extend(other.iter().rev().filter(is_noted));
-                self.stamp = self.places.fresh(1);
+                self.written.extend(other.iter().rev().filter(is_dead_too));
+                self.stamp = self.bytes.fresh_stamps(1);
             }
             Terminator::Switch { .. }
             | Terminator::GotoIndirect(_)
@@ -97,16 +114,17 @@ impl Walk<'_> {
             | Terminator::Trap(_) => {}
         }
         for &byte in &self.written {
-            note(self.places, byte, self.stamp);
+            mark(self.bytes, byte, self.stamp);
         }
     }
 
-    fn nothing(&mut self) {
-        self.stamp = self.places.fresh(1);
+    /// Makes every byte live.
+    fn all_live(&mut self) {
+        self.stamp = self.bytes.fresh_stamps(1);
         self.written.clear();
     }
 
-    /// Goes through a block; gives the number of its instructions.
+    /// Visits a block's instructions, drops what is dead, and gives the number that there was.
     fn block(&mut self, func: &mut FuncData, block: Block) -> usize {
         let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
         let count = insts.len();
@@ -127,51 +145,52 @@ impl Walk<'_> {
         count
     }
 
-    /// Whether an instruction is a store that nobody sees; notes what it writes or looks at.
+    /// Whether an instruction is a dead store; notes which bytes it makes dead or live.
     fn is_dead(&mut self, func: &FuncData, data: &InstData) -> bool {
         match data {
             InstData::Store { at, value } if !at.volatile && at.index.is_none() => {
-                let bytes = self.places.bytes(at, func.ty(*value));
+                let bytes = self.bytes.bytes(at, func.ty(*value));
                 let stamp = self.stamp;
                 let first = bytes.start as u32;
-                let notes = self.places.notes_mut(bytes);
+                let marks = self.bytes.marks_mut(bytes);
                 let before = self.written.len();
-                for (byte, note) in (first..).zip(notes.iter_mut()) {
-                    if *note != stamp {
-                        *note = stamp;
+                for (byte, mark) in (first..).zip(marks.iter_mut()) {
+                    if *mark != stamp {
+                        *mark = stamp;
                         self.written.push(byte);
                     }
                 }
-                !notes.is_empty() && self.written.len() == before
+                !marks.is_empty() && self.written.len() == before
             }
-            // Which bytes it writes is not known, and it looks at none.
+            // Which bytes it writes is not known, and it reads none.
             InstData::Store { at, value: _ } if !at.volatile => false,
             InstData::Load { ty, at } if !at.volatile => {
-                let bytes = self.places.bytes(at, *ty);
+                let bytes = self.bytes.bytes(at, *ty);
                 if bytes.len() > LOOKED_THROUGH {
-                    self.nothing();
+                    self.all_live();
                 } else {
-                    self.places.notes_mut(bytes).fill(0);
+                    self.bytes.marks_mut(bytes).fill(0);
                 }
                 false
             }
             data => {
                 if data.has_effect() {
-                    self.nothing();
+                    self.all_live();
                 }
                 false
             }
         }
     }
 
-    /// What is known at a block's beginning, the nearest first.
-    fn hand_on(&mut self, insts: usize) -> Vec<u32> {
-        let most = HANDED_ON.max(insts * 2);
+    /// The bytes that are dead at the beginning of the block just visited, those that are overwritten
+    /// soonest first.
+    fn dead_at_begin(&mut self, insts: usize) -> Vec<u32> {
+        let most = PASSED_ON.max(insts * 2);
         let mut bytes = vec![];
         for &byte in self.written.iter().rev() {
-            if bytes.len() < most && noted(self.places, byte, self.stamp) {
-                // Each is handed on once.
-                note(self.places, byte, 0);
+            if bytes.len() < most && is_marked(self.bytes, byte, self.stamp) {
+                // Each is passed on once.
+                mark(self.bytes, byte, 0);
                 bytes.push(byte);
             }
         }
@@ -179,12 +198,12 @@ impl Walk<'_> {
     }
 }
 
-fn note(places: &mut Places, byte: u32, stamp: u32) {
+fn mark(bytes: &mut ImageBytes, byte: u32, stamp: u32) {
     let byte = byte as usize;
-    places.notes_mut(byte..byte + 1).fill(stamp);
+    bytes.marks_mut(byte..byte + 1).fill(stamp);
 }
 
-fn noted(places: &Places, byte: u32, stamp: u32) -> bool {
+fn is_marked(bytes: &ImageBytes, byte: u32, stamp: u32) -> bool {
     let byte = byte as usize;
-    places.notes(byte..byte + 1).first() == Some(&stamp)
+    bytes.marks(byte..byte + 1).first() == Some(&stamp)
 }

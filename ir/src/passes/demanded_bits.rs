@@ -1,31 +1,38 @@
-//! Goes around instructions that change only bits nobody looks at: masks before a narrower mask,
-//! signs that are extended only to be cut off again.
+//! Goes around instructions that change only bits that nobody uses (demanded bits): masks before a
+//! narrower mask, and signs that are extended only to be cut off again.
 //!
-//! Backwards, so that all that is looked at of a value is known when its definition comes: uses
-//! are behind it in this order, but for those by blocks' parameters, which look at everything.
+//! ```text
+//! v1: i32 = and v0, 0xFFFF
+//! v2: i32 = and v1, 0xFF    ==>    v2: i32 = and v0, 0xFF
+//! ```
+//!
+//! The pass visits instructions backwards and collects for each value which of its bits its uses
+//! demand. A use of an instruction that leaves those bits as they are in its operand becomes a use
+//! of the operand; the instruction itself goes when nothing uses it any more (`dce`). Arguments of
+//! blocks' parameters are demanded with all bits, since not all of their uses have been visited.
 
 use super::graph::Graph;
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, FuncData, InstData, Type, UnaryOp, Value};
 
-/// So many instructions in a row are gone around at a use.
+/// The number of instructions that are gone around at one use.
 const ROUNDS: usize = 8;
 
 /// Runs the pass.
 pub(super) fn run(func: &mut FuncData) {
     let graph = Graph::new(func);
-    // For each value the bits that somebody looks at.
-    let mut seen = vec![0u64; func.value_count()];
+    // For each value the bits that its uses demand.
+    let mut demanded_bits = vec![0u64; func.value_count()];
     for &block in graph.order.iter().rev() {
         let data = &func.blocks[block.index()];
         if let Some(terminator) = &data.terminator {
-            terminator.for_each_arg(|value| seen[value.index()] = u64::MAX);
+            terminator.for_each_arg(|value| demanded_bits[value.index()] = u64::MAX);
         }
         for at in (0..data.insts.len()).rev() {
             let inst = func.blocks[block.index()].insts[at];
             let mut data = *func.inst(inst);
             let bits = match func.result(inst) {
-                Some(result) => seen[result.index()],
+                Some(result) => demanded_bits[result.index()],
                 None => u64::MAX,
             };
             if bits == 0 && !data.has_effect() {
@@ -34,9 +41,9 @@ pub(super) fn run(func: &mut FuncData) {
             let mut number = 0;
             let original = data;
             data.for_each_arg_mut(|value| {
-                let bits = looked_at(func, &original, number, bits);
+                let bits = demanded(func, &original, number, bits);
                 *value = around(func, *value, bits);
-                seen[value.index()] |= bits;
+                demanded_bits[value.index()] |= bits;
                 number += 1;
             });
             func.insts[inst.index()] = data;
@@ -44,20 +51,20 @@ pub(super) fn run(func: &mut FuncData) {
     }
 }
 
-/// All bits up to the highest: what sums and products depend on.
+/// All bits up to the highest: those of the operands that a sum or product depends on.
 fn below(bits: u64) -> u64 {
     u64::MAX.checked_shr(bits.leading_zeros()).unwrap_or(0)
 }
 
-/// A number of places that a shift moves bits, where it is known and moves some.
-fn places(func: &FuncData, by: Value, ty: Type) -> Option<u32> {
+/// The distance of a shift, if it is a constant below the width.
+fn distance(func: &FuncData, by: Value, ty: Type) -> Option<u32> {
     let by = u32::try_from(func.constant(by)?).ok()?;
     (by < ty.bits()).then_some(by)
 }
 
-/// The bits that an instruction looks at of its operand with a number, when these bits of its own
-/// result are looked at.
-fn looked_at(func: &FuncData, data: &InstData, number: usize, bits: u64) -> u64 {
+/// The bits that an instruction demands of its operand with this number, when `bits` of its own
+/// result are demanded.
+fn demanded(func: &FuncData, data: &InstData, number: usize, bits: u64) -> u64 {
     match *data {
         InstData::Binary { op, args } => binary(func, op, args, number, bits),
         InstData::Unary { op: UnaryOp::Not, arg: _ } => bits,
@@ -88,7 +95,7 @@ fn binary(func: &FuncData, op: BinaryOp, [a, b]: [Value; 2], number: usize, bits
         BinaryOp::Xor => bits,
         BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul => below(bits),
         BinaryOp::Shl | BinaryOp::Lshr | BinaryOp::Ashr if number == 0 => {
-            let Some(by) = places(func, b, ty) else { return u64::MAX };
+            let Some(by) = distance(func, b, ty) else { return u64::MAX };
             let right = bits << by & mask(ty);
             match op {
                 BinaryOp::Shl => bits >> by,
@@ -100,7 +107,7 @@ fn binary(func: &FuncData, op: BinaryOp, [a, b]: [Value; 2], number: usize, bits
     }
 }
 
-/// A value with the same in these bits that takes less to make.
+/// A value that is the same in these bits and takes fewer instructions to compute.
 fn around(func: &FuncData, mut value: Value, bits: u64) -> Value {
     for _ in 0..ROUNDS {
         match past(func, value, bits & mask(func.ty(value))) {
@@ -117,14 +124,14 @@ fn past(func: &FuncData, value: Value, bits: u64) -> Option<Value> {
     match op {
         BinaryOp::And if bits & !number == 0 => Some(a),
         BinaryOp::Or | BinaryOp::Xor if bits & number == 0 => Some(a),
-        // There and back again: only the bits at the top differ.
+        // Shifted left and right again: only the bits at the top differ.
         BinaryOp::Ashr | BinaryOp::Lshr => {
             let ty = func.ty(value);
-            let by = places(func, b, ty)?;
+            let by = distance(func, b, ty)?;
             let &InstData::Binary { op: BinaryOp::Shl, args: [x, left] } = func.def_inst(a)? else {
                 return None;
             };
-            let same = places(func, left, ty) == Some(by);
+            let same = distance(func, left, ty) == Some(by);
             (same && bits & !(mask(ty) >> by) == 0).then_some(x)
         }
         _ => None,

@@ -1,25 +1,38 @@
-//! Computes what is known and simplifies the rest: constants, identities, conversions that lead
-//! back, chains of truth values. Each operation's meaning is that of [`eval`](crate::eval);
-//! doubles are folded where the result is a number, and have no identities, since those would
-//! lose the sign of 0.
+//! Folds constants and simplifies instructions by algebraic identities.
+//!
+//! ```text
+//! v2: i32 = mul v0, 1                       (v2 is replaced by v0)
+//! v3: i1 = icmp slt v1, 0             ==>
+//! v4: i1 = not v3                           v4: i1 = icmp sge v1, 0
+//! ```
+//!
+//! Instructions are visited once, definitions before uses. Each is simplified until nothing more is
+//! found: to a value that exists already, to a constant, or to another instruction ([`Simpler`]),
+//! possibly with new instructions before it. The rules are grouped in files: `fold_binary`
+//! (arithmetic), `fold_bits` (single bits of words), `fold_compare`, `fold_convert` and
+//! `fold_divide`. They may ask for the operands' definitions, for their [value
+//! ranges](super::value_range), and for how often a value is used.
+//!
+//! Constants are computed by [`eval`]. A double that is NaN is not folded, and most
+//! identities of real numbers must not be used for doubles: `x + 0` is not `x` where `x` is -0.
 
 use super::graph::Graph;
 use super::substitution::Substitution;
-use super::value_range::Known;
+use super::value_range::ValueRanges;
 use crate::{
     BinaryOp, ConvertOp, FuncData, InstData, IntCond, SourceLoc, Type, UnaryOp, Value, eval,
 };
 
-/// An instruction is simplified so often in a row.
+/// The number of times that an instruction is simplified in a row.
 const ROUNDS: usize = 8;
 
-/// What an instruction comes down to.
+/// What an instruction can be replaced by.
 pub(super) enum Simpler {
-    /// To a value that is there already.
+    /// A value that exists already.
     Same(Value),
-    /// To a number, or a double's bits.
+    /// A constant: an integer, or the bits of a double.
     Const(i64),
-    /// To another instruction.
+    /// Another instruction.
     Inst(InstData),
 }
 
@@ -52,10 +65,10 @@ impl Simpler {
 /// A function being simplified.
 pub(super) struct Fold<'a> {
     pub(super) func: &'a mut FuncData,
-    pub(super) known: Known,
-    /// How often each value was used at the beginning.
+    pub(super) ranges: ValueRanges,
+    /// How often each value was used before the pass.
     uses: Vec<u32>,
-    /// The block's instructions so far.
+    /// The instructions of the current block so far.
     out: Vec<crate::Inst>,
     loc: SourceLoc,
 }
@@ -64,9 +77,9 @@ pub(super) struct Fold<'a> {
 pub(super) fn run(func: &mut FuncData) {
     let graph = Graph::new(func);
     let mut values = Substitution::new(func);
-    let known = Known::new(func);
+    let ranges = ValueRanges::new(func);
     let uses = uses(func);
-    let mut fold = Fold { func, known, uses, out: vec![], loc: SourceLoc::NONE };
+    let mut fold = Fold { func, ranges, uses, out: vec![], loc: SourceLoc::NONE };
     for &block in &graph.order {
         let insts = std::mem::take(&mut fold.func.blocks[block.index()].insts);
         fold.out.reserve(insts.len());
@@ -100,7 +113,7 @@ pub(super) fn run(func: &mut FuncData) {
                 values.replace(result, value);
                 continue;
             }
-            fold.known.note(fold.func, result, &data);
+            fold.ranges.note(fold.func, result, &data);
             fold.func.insts[inst.index()] = data;
             fold.out.push(inst);
         }
@@ -157,7 +170,7 @@ impl Fold<'_> {
         }
     }
 
-    /// Whether two doubles are made of one integer: so neither is NaN.
+    /// Whether two doubles are conversions of the same integer, so that they are equal and no NaN.
     fn is_same_integer(&self, a: Value, b: Value) -> bool {
         let integer = |value| match self.func.def_inst(value) {
             Some(&InstData::Convert { op: ConvertOp::IntToFloat, to: _, arg }) => Some(arg),
@@ -166,7 +179,7 @@ impl Fold<'_> {
         integer(a).is_some_and(|arg| integer(b) == Some(arg))
     }
 
-    /// Makes a fixed address of one with a known index; says whether it did.
+    /// Makes a fixed address of one whose index is a constant; gives whether it did.
     fn fix_index(&self, data: &mut InstData) -> bool {
         let (InstData::Load { ty: _, at } | InstData::Store { at, value: _ }) = data else {
             return false;
@@ -181,32 +194,32 @@ impl Fold<'_> {
         true
     }
 
-    /// A new instruction before the one at hand.
+    /// Adds an instruction before the current one and gives its result.
     pub(super) fn insert(&mut self, data: InstData) -> Option<Value> {
         let inst = self.func.append(data, self.loc);
         self.out.push(inst);
         let value = self.func.result(inst)?;
-        self.known.note(self.func, value, &data);
+        self.ranges.note(self.func, value, &data);
         Some(value)
     }
 
-    /// A constant before the instruction at hand.
+    /// Adds a constant before the current instruction.
     pub(super) fn insert_const(&mut self, ty: Type, value: i64) -> Option<Value> {
         self.insert(constant(ty, value))
     }
 
-    /// An operation with a constant before the instruction at hand.
+    /// Adds an operation with a constant before the current instruction.
     pub(super) fn with(&mut self, op: BinaryOp, ty: Type, a: Value, c: i64) -> Option<Value> {
         let c = self.insert_const(ty, c)?;
         self.insert(InstData::Binary { op, args: [a, c] })
     }
 
-    /// Whether a value is used once at most, so that it goes when its use does.
+    /// Whether a value is used at most once, so that its definition goes when that use goes.
     pub(super) fn is_single(&self, value: Value) -> bool {
         self.uses.get(value.index()).is_none_or(|&uses| uses < 2)
     }
 
-    /// What a value is the opposite of.
+    /// The operand of the NOT that a value is the result of.
     pub(super) fn not_of(&self, value: Value) -> Option<Value> {
         match self.func.def_inst(value) {
             Some(&InstData::Unary { op: UnaryOp::Not, arg }) => Some(arg),
@@ -214,7 +227,7 @@ impl Fold<'_> {
         }
     }
 
-    /// The operands of the operation that makes a value.
+    /// The operands of the operation that a value is the result of, if it is `wanted`.
     pub(super) fn operands(&self, value: Value, wanted: BinaryOp) -> Option<[Value; 2]> {
         match self.func.def_inst(value) {
             Some(&InstData::Binary { op, args }) if op == wanted => Some(args),
@@ -282,7 +295,7 @@ impl Fold<'_> {
         }
     }
 
-    /// A choice between truth values is a gate.
+    /// A choice between truth values becomes AND, OR or NOT.
     fn select_truth(
         &mut self,
         cond: Value,

@@ -1,4 +1,5 @@
-//! Simplifies operations on two integers.
+//! Rules for operations on two integers or truth values: identities, constants on the right side,
+//! rows of the same operation, and gates of truth values.
 
 use super::fold::{Fold, Simpler};
 use super::value_range::mask;
@@ -20,7 +21,7 @@ impl Fold<'_> {
         }
     }
 
-    /// The truth value that a number is 1 for, and 0.
+    /// The truth value that an integer is the 0 or 1 of.
     fn truth_of(&self, value: Value) -> Option<Value> {
         match *self.func.def_inst(value)? {
             InstData::Convert { op: ConvertOp::Zext, to: _, arg }
@@ -32,7 +33,7 @@ impl Fold<'_> {
         }
     }
 
-    /// A product with a truth value is a choice between the number and 0.
+    /// A product with a truth value is a choice between the integer and 0.
     fn product(&mut self, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
         let (cond, other) = match (self.truth_of(a), self.truth_of(b)) {
             (Some(cond), _) => (cond, b),
@@ -43,7 +44,7 @@ impl Fold<'_> {
         Some(Simpler::Inst(InstData::Select { cond, args: [other, zero] }))
     }
 
-    /// A sum of two choices, of which one is always 0, is one choice.
+    /// A sum of two choices by the same condition, of which one is always 0, is one choice.
     fn sum(&mut self, [a, b]: [Value; 2]) -> Option<Simpler> {
         let choice = |value| match *self.func.def_inst(value)? {
             InstData::Select { cond, args: [x, y] } => {
@@ -68,7 +69,7 @@ impl Fold<'_> {
         Some(Simpler::Inst(InstData::Select { cond, args }))
     }
 
-    /// A constant on the right.
+    /// Rules for a constant as second operand.
     fn with_const(
         &mut self,
         op: BinaryOp,
@@ -97,7 +98,7 @@ impl Fold<'_> {
             }
             _ => {}
         }
-        let ones = self.known.ones(a);
+        let ones = self.ranges.ones(a);
         match op {
             B::Sub => {
                 let opposite = self.insert_const(ty, c.wrapping_neg())?;
@@ -135,7 +136,7 @@ impl Fold<'_> {
         }
     }
 
-    /// The same operation with a constant twice.
+    /// The same operation with two constants in a row: the constants are combined.
     fn chain(&mut self, op: BinaryOp, ty: Type, a: Value, c: i64) -> Option<Simpler> {
         let [inner, first] = self.operands(a, op)?;
         let both = eval::binary(op, ty, self.func.constant(first)?, c);
@@ -143,19 +144,19 @@ impl Fold<'_> {
         Some(Simpler::binary(op, inner, both))
     }
 
-    /// Bits of an OR, of which one side may have none of those wanted.
+    /// A mask of an OR, one side of which has none of the mask's bits: the mask of the other side.
     fn mask_of(&mut self, a: Value, c: Value, bits: u64) -> Option<Simpler> {
         let [x, y] = self.operands(a, BinaryOp::Or)?;
-        if self.known.ones(y) & bits == 0 {
+        if self.ranges.ones(y) & bits == 0 {
             return Some(Simpler::binary(BinaryOp::And, x, c));
         }
-        if self.known.ones(x) & bits == 0 {
+        if self.ranges.ones(x) & bits == 0 {
             return Some(Simpler::binary(BinaryOp::And, y, c));
         }
         None
     }
 
-    /// Two values under one mask: it is laid over what comes of them.
+    /// Two values with the same mask: the mask is applied to the result instead.
     fn same_mask(&mut self, op: BinaryOp, [a, b]: [Value; 2]) -> Option<Simpler> {
         let ([x, mask], [y, other]) =
             (self.operands(a, BinaryOp::And)?, self.operands(b, BinaryOp::And)?);
@@ -167,7 +168,7 @@ impl Fold<'_> {
         Some(Simpler::binary(BinaryOp::And, both, mask))
     }
 
-    /// Two unknowns.
+    /// Rules for two operands that are no constants.
     fn gate(&mut self, op: BinaryOp, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
         let (not_a, not_b) = (self.not_of(a), self.not_of(b));
         let all = ty.wrap(-1);
@@ -221,8 +222,8 @@ impl Fold<'_> {
 }
 
 impl Fold<'_> {
-    /// Opposites in a row of ANDs or ORs: `!x & !y` is `!(x | y)`, and so is what is left of them
-    /// in `p & !x & !y`, whichever way round it stands. One NOT less each.
+    /// De Morgan's law, where it saves a NOT: `!x & !y` is `!(x | y)`, and `p & !x & !y` is
+    /// `p & !(x | y)`, in any order of the operands; likewise with AND and OR exchanged.
     fn join_opposites(
         &mut self,
         op: BinaryOp,
@@ -254,7 +255,7 @@ impl Fold<'_> {
     }
 }
 
-/// An operation of a value with itself.
+/// An operation on the same value twice.
 fn same_operands(op: BinaryOp, a: Value) -> Option<Simpler> {
     match op {
         BinaryOp::And

@@ -1,25 +1,30 @@
-//! Simplifies what is done with single bits of words, which is most of what a PLC does.
+//! Rules for single bits of words, which are most of what PLC programs work with.
+//!
+//! Truth values that are bits of words are combined as words: one word is shifted so that the two
+//! bits stand at the same position, and one bit of the result is the truth value. That is shorter
+//! than making two truth values.
 
 use super::fold::{Fold, Simpler};
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value};
 
-/// Gates in gates are looked through up to here.
+/// The depth up to which gates in gates are looked through.
 const DEPTH: u32 = 4;
 
 /// A truth value that is a bit of an integer.
 #[derive(Clone, Copy)]
 struct Bit {
+    /// The integer.
     of: Value,
     ty: Type,
-    /// Which bit.
+    /// The number of the bit, from 0 for the lowest.
     number: i64,
-    /// It is the opposite of it.
+    /// Whether the truth value is the opposite of the bit.
     opposite: bool,
 }
 
 impl Fold<'_> {
-    /// The integer whose lowest bit a truth value is, or the opposite of it; the integer as a
-    /// shift right of another.
+    /// The bit that a truth value is, or that it is the opposite of; `None` if it is not made of a
+    /// bit of an integer.
     fn bit_of(&self, value: Value) -> Option<Bit> {
         let opposite = self.not_of(value);
         let &InstData::Convert { op: ConvertOp::Trunc, to: _, mut arg } =
@@ -27,7 +32,7 @@ impl Fold<'_> {
         else {
             return None;
         };
-        // A mask that leaves the bit is none.
+        // A mask that keeps the bit does not matter.
         if let Some([word, mask]) = self.operands(arg, BinaryOp::And)
             && self.func.constant(mask).is_some_and(|mask| mask & 1 == 1)
         {
@@ -37,15 +42,15 @@ impl Fold<'_> {
         Some(Bit { of, ty: self.func.ty(arg), number, opposite: opposite.is_some() })
     }
 
-    /// What a value is a shift right of, and by how much.
+    /// The operand and the distance of the shift right that a value is the result of.
     fn shifted_right(&self, value: Value) -> Option<(Value, i64)> {
         let [x, by] = self.operands(value, BinaryOp::Lshr)?;
         let width = i64::from(self.func.ty(value).bits());
         Some((x, self.func.constant(by).filter(|by| (0..width).contains(by))?))
     }
 
-    /// A gate of two bits: one of the words is shifted to where the bit of the other is, and the
-    /// gate is one of words. What comes of it is one bit, which a branch looks at where it is.
+    /// AND, OR or XOR of two bits: one of the words is shifted so that its bit is where that of the
+    /// other is, the words are combined, and one bit of the result is taken.
     pub(super) fn gate_of_bits(&mut self, op: BinaryOp, [a, b]: [Value; 2]) -> Option<Simpler> {
         let (x, y) = (self.bit_of(a)?, self.bit_of(b)?);
         if x.ty != y.ty {
@@ -107,7 +112,7 @@ impl Fold<'_> {
         }
     }
 
-    /// How many more shifts there are when the lowest bit of a value is computed further up.
+    /// How many more shifts it takes to compute the lowest bit of a value at bit `to` instead.
     fn extra_shifts(&self, value: Value, to: i64, depth: u32) -> Option<i32> {
         if self.func.constant(value).is_some() {
             return None;
@@ -125,7 +130,7 @@ impl Fold<'_> {
         })
     }
 
-    /// A value whose bit `to` is the lowest of another.
+    /// A value whose bit `to` is the lowest bit of `value`.
     fn moved(&mut self, ty: Type, value: Value, to: i64, depth: u32) -> Option<Value> {
         if let Some((data, [x, y])) = self.gate_operands(value, depth) {
             let x = self.moved(ty, x, to, depth - 1)?;

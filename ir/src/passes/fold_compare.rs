@@ -1,4 +1,5 @@
-//! Simplifies comparisons of integers.
+//! Rules for comparisons of integers: constants, values whose range decides, and values that were
+//! widened, shifted or subtracted only to be compared.
 
 use super::fold::{Fold, Simpler};
 use super::value_range::mask;
@@ -28,7 +29,7 @@ impl Fold<'_> {
             let same = (cond == IntCond::Eq) == (c != 0);
             return Some(if same { Simpler::Same(a) } else { Simpler::not(a) });
         }
-        let ones = self.known.ones(a);
+        let ones = self.ranges.ones(a);
         if let Some(truth) = by_range(cond, ones, c, ty) {
             return Some(Simpler::truth(truth));
         }
@@ -58,7 +59,8 @@ impl Fold<'_> {
         Some(if same { Simpler::Same(bit) } else { Simpler::not(bit) })
     }
 
-    /// A sign-extended field with a constant: compared where it is, at the top of its word.
+    /// A sign-extended field compared with a constant: compared at the top of its word instead, before
+    /// it is shifted down.
     fn compare_shifted(
         &mut self,
         cond: IntCond,
@@ -80,7 +82,7 @@ impl Fold<'_> {
         Some(Simpler::icmp(cond, x, raised))
     }
 
-    /// Whether a value shifted left is 0: whether its low bits are.
+    /// Whether a value shifted left is 0, which is whether its low bits are.
     fn zero_below(&mut self, cond: IntCond, ty: Type, [x, by]: [Value; 2]) -> Option<Simpler> {
         let by = u32::try_from(self.func.constant(by)?).ok().filter(|&by| by < ty.bits())?;
         let low = self.with(BinaryOp::And, ty, x, (mask(ty) >> by) as i64)?;
@@ -88,7 +90,7 @@ impl Fold<'_> {
         Some(Simpler::icmp(cond, low, zero))
     }
 
-    /// A widened value with a constant: compared before it is widened.
+    /// A widened value compared with a constant: compared before it is widened.
     fn compare_extended(
         &mut self,
         cond: IntCond,
@@ -113,7 +115,7 @@ impl Fold<'_> {
         Some(Simpler::icmp(cond, arg, narrow))
     }
 
-    /// Two values widened alike: compared before that.
+    /// Two values that were widened in the same way: compared before that.
     fn compare_narrow(&mut self, cond: IntCond, a: Value, b: Value) -> Option<Simpler> {
         let (Some(&InstData::Convert { op, to: _, arg: x }), Some(second)) =
             (self.func.def_inst(a), self.func.def_inst(b))
@@ -133,7 +135,7 @@ impl Fold<'_> {
     }
 }
 
-/// How values compare before they are widened.
+/// The comparison of two values before they are widened that gives the same.
 fn narrowed(cond: IntCond, op: ConvertOp) -> Option<IntCond> {
     match (op, cond) {
         (ConvertOp::Zext | ConvertOp::Sext, IntCond::Eq | IntCond::Ne) => Some(cond),
@@ -146,7 +148,7 @@ fn narrowed(cond: IntCond, op: ConvertOp) -> Option<IntCond> {
     }
 }
 
-/// What a comparison with a constant gives whatever the bits that may be 1 are.
+/// The result of a comparison with a constant, if the bits that may be 1 decide it.
 fn by_range(cond: IntCond, ones: u64, c: i64, ty: Type) -> Option<bool> {
     let all = mask(ty);
     let bound = c as u64 & all;

@@ -1,13 +1,14 @@
-//! Simplifies conversions.
+//! Rules for conversions: of constants, of conversions, and to the lowest bit of a value, which is
+//! taken from where it was put in.
 
 use super::fold::{Fold, Simpler};
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, Value, eval};
 
-/// How far back the origin of a bit is looked for.
+/// The number of instructions that the origin of a bit is followed through.
 const DEPTH: usize = 8;
 
-/// Where a bit comes from.
+/// The origin of a bit.
 enum Bit {
     /// It is 0.
     Zero,
@@ -50,21 +51,21 @@ impl Fold<'_> {
                 })
             }
             (ConvertOp::Bitcast, ConvertOp::Bitcast) => Some(Simpler::Same(x)),
-            (ConvertOp::Whole, ConvertOp::IntToFloat) if first == Type::I32 => {
+            (ConvertOp::FloatToInt, ConvertOp::IntToFloat) if first == Type::I32 => {
                 Some(Simpler::Same(x))
             }
             _ => None,
         }
     }
 
-    /// The lowest bit of a value, taken from where it was put in.
+    /// The lowest bit of a value, taken from the value that it comes from.
     fn truncate_to_bit(&mut self, arg: Value) -> Option<Simpler> {
         match self.origin(arg, 0) {
             Bit::Zero => Some(Simpler::Const(0)),
             Bit::Of(value, _) if value == arg => None,
             Bit::Of(value, _) if self.func.ty(value) == Type::I1 => Some(Simpler::Same(value)),
             Bit::Of(value, bit) => {
-                // A shift right by as much is no nearer to the origin.
+                // It is that bit shifted down already.
                 if let Some([x, by]) = self.operands(arg, BinaryOp::Lshr)
                     && x == value
                     && self.func.constant(by) == Some(i64::from(bit))
@@ -86,7 +87,7 @@ impl Fold<'_> {
     fn origin(&self, value: Value, bit: u32) -> Bit {
         let (mut value, mut bit) = (value, bit);
         for _ in 0..DEPTH {
-            if self.known.ones(value) >> bit & 1 == 0 {
+            if self.ranges.ones(value) >> bit & 1 == 0 {
                 return Bit::Zero;
             }
             if self.func.ty(value) == Type::I1 {
@@ -119,9 +120,9 @@ impl Fold<'_> {
                     value = x;
                 }
                 InstData::Binary { op: BinaryOp::Or, args: [x, y] } => {
-                    if self.known.ones(y) >> bit & 1 == 0 {
+                    if self.ranges.ones(y) >> bit & 1 == 0 {
                         value = x;
-                    } else if self.known.ones(x) >> bit & 1 == 0 {
+                    } else if self.ranges.ones(x) >> bit & 1 == 0 {
                         value = y;
                     } else {
                         break;

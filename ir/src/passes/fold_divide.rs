@@ -37,7 +37,7 @@ impl Fold<'_> {
             return None;
         }
         let sign = 1 << (ty.bits() - 1);
-        let ones = self.known.ones(a);
+        let ones = self.ranges.ones(a);
         let signed = matches!(op, BinaryOp::Sdiv | BinaryOp::Srem) && (ones & sign != 0 || c < 0);
         let size = if signed { c.unsigned_abs() } else { c as u64 & mask(ty) };
         let quotient =
@@ -51,7 +51,7 @@ impl Fold<'_> {
 
     /// What is left of the quotient rounded down by a constant other than 0 and 1.
     pub(super) fn modulo(&mut self, ty: Type, a: Value, c: i64) -> Option<Simpler> {
-        let (low, high) = self.known.bounds(a, ty);
+        let (low, high) = self.ranges.bounds(a, ty);
         if c <= 0 {
             return None;
         }

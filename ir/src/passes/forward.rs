@@ -1,81 +1,100 @@
-//! Takes a load's value from the store or load before it, within bounds.
+//! Replaces loads by the value that a store or load before put there or found there
+//! (store-to-load forwarding), and drops stores that write what is there already.
 //!
-//! A value is forwarded within its block, and into blocks that control reaches from there alone,
-//! for at most [`WINDOW`] statements: a value that is kept longer takes a register that others
-//! need, is spilled, and loading it from its own place is cheaper. Stores stay where they are;
-//! only one that writes what its place holds already is dropped.
+//! ```text
+//! store vars:0, v0               store vars:0, v0
+//! v1: i16 = load vars:0    ==>
+//! v2: i16 = add v1, v1           v2: i16 = add v0, v0
+//! ```
 //!
-//! Volatile accesses are left alone, and nothing is known of their bytes. After a call of the
-//! host that is not pure nothing is known at all.
+//! A [`Fact`] says which value is at an address. It holds in its block and in those that follow a
+//! block as the only way to reach them. The facts are a list; the mark of the first byte of each
+//! ([`ImageBytes`](super::image_bytes)) is a stamp plus the fact's number in the list, so that the
+//! fact at an address is found without a search.
+//!
+//! A value is forwarded for at most [`WINDOW`] statements (the forwarding window): one that is kept
+//! longer needs a register all that time, is spilled to the stack, and loading it again from the
+//! image would have been cheaper.
+//!
+//! It must not touch volatile accesses, and after one nothing is known of its bytes. After a call
+//! of a host function that is not pure nothing is known at all.
 
 use super::graph::Graph;
-use super::image_bytes::Places;
+use super::image_bytes::ImageBytes;
 use super::substitution::Substitution;
 use crate::{Address, Block, ConvertOp, FuncData, InstData, SourceLoc, Type, Value};
 
-/// So many statements behind its own a value is still forwarded in.
+/// The forwarding window: the number of statements behind its own in which a value is forwarded.
 pub(super) const WINDOW: u32 = 8;
 
-/// A block hands on no more than this.
-const HANDED_ON: usize = 64;
+/// A block passes on no more facts than this to the block behind it.
+const PASSED_ON: usize = 64;
 
-/// A store through an index forgets everything rather than look through more facts than this.
+/// If there are more facts than this, a store through an index drops them all instead of searching
+/// them for those that it may change.
 const LOOKED_THROUGH: usize = 256;
 
-/// Bytes that the widest access touches.
+/// The bytes of the widest access.
 const WIDEST: usize = 8;
 
-/// What stands at a place of the image.
+/// Which value is in the image at an address.
 #[derive(Clone, Copy)]
 struct Fact {
+    /// The address of its first byte.
     start: usize,
     ty: Type,
     value: Value,
-    /// The statement in which it became known, counted along the path.
+    /// The number of the statement in which it became known, counted along the path.
     since: u32,
+    /// Whether nothing has changed its bytes since.
     valid: bool,
 }
 
+/// What is known at the current point of a path.
 struct State<'a> {
-    places: &'a mut Places,
+    bytes: &'a mut ImageBytes,
+    /// All facts, also those of other paths.
     facts: Vec<Fact>,
-    /// The first fact of this path.
+    /// The number of the first fact of this path.
     base: usize,
-    /// The note that fact 0 has.
+    /// The mark that stands for fact 0.
     stamp: u32,
-    /// The statement's number along the path.
+    /// The number of the current statement along the path.
     now: u32,
     loc: SourceLoc,
 }
 
-/// What a block hands on to those behind it.
+/// What is known at the end of a block.
 struct End {
     facts: Vec<Fact>,
     now: u32,
     loc: SourceLoc,
 }
 
-/// Runs the pass; says whether it changed anything.
-pub(super) fn run(func: &mut FuncData, places: &mut Places) -> bool {
+/// Runs the pass; gives whether it changed anything.
+pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes) -> bool {
     let graph = Graph::new(func);
-    let mut heirs = vec![false; func.block_count()];
+    // Blocks that are the only predecessor of another, which their facts are kept for.
+    let mut is_sole_predecessor = vec![false; func.block_count()];
     for &block in &graph.order {
-        if let Some(before) = graph.before[block.index()] {
-            heirs[before.index()] = true;
+        if let Some(before) = graph.sole_predecessor[block.index()] {
+            is_sole_predecessor[before.index()] = true;
         }
     }
     let mut ends: Vec<Option<End>> = Vec::new();
     ends.resize_with(func.block_count(), || None);
     let mut values = Substitution::new(func);
-    // A fact for each access, and once more for each that is handed on.
-    let count = func.inst_count() + graph.order.len() * HANDED_ON;
-    let stamp = places.fresh(count as u32);
-    let mut state = State { places, facts: vec![], base: 0, stamp, now: 0, loc: SourceLoc::NONE };
+    // A fact for each access, and one for each that is passed on.
+    let count = func.inst_count() + graph.order.len() * PASSED_ON;
+    let stamp = bytes.fresh_stamps(count as u32);
+    let mut state = State { bytes, facts: vec![], base: 0, stamp, now: 0, loc: SourceLoc::NONE };
     let mut changed = false;
     for &block in &graph.order {
-        state.begin(graph.before[block.index()].and_then(|before| ends[before.index()].as_ref()));
+        state.begin(
+            graph.sole_predecessor[block.index()].and_then(|before| ends[before.index()].as_ref()),
+        );
         changed |= state.block(func, block, &mut values);
-        if heirs[block.index()] {
+        if is_sole_predecessor[block.index()] {
             ends[block.index()] = Some(state.end());
         }
     }
@@ -100,7 +119,7 @@ impl State<'_> {
         let known = self.facts.get(self.base..).unwrap_or(&[]);
         let now = self.now;
         let recent = known.iter().rev().filter(|fact| fact.valid && now - fact.since <= WINDOW);
-        let mut facts: Vec<Fact> = recent.take(HANDED_ON).copied().collect();
+        let mut facts: Vec<Fact> = recent.take(PASSED_ON).copied().collect();
         facts.reverse();
         End { facts, now, loc: self.loc }
     }
@@ -155,27 +174,30 @@ impl State<'_> {
         changed
     }
 
-    /// What is known to begin at a byte.
+    /// The number of the fact that begins at an address.
     fn at(&self, start: usize) -> Option<usize> {
-        let note = *self.places.notes(start..start + 1).first()?;
-        let number = note.checked_sub(self.stamp)? as usize;
+        let mark = *self.bytes.marks(start..start + 1).first()?;
+        let number = mark.checked_sub(self.stamp)? as usize;
         let fact = self.facts.get(number)?;
         (number >= self.base && fact.valid && fact.start == start).then_some(number)
     }
 
+    /// Adds a fact, which replaces the one at its address.
     fn learn(&mut self, fact: Fact) {
         if let Some(number) = self.at(fact.start) {
             self.facts[number].valid = false;
         }
         let number = self.facts.len() as u32;
-        if let Some(note) = self.places.notes_mut(fact.start..fact.start + 1).first_mut() {
-            *note = self.stamp + number;
+        if let Some(mark) = self.bytes.marks_mut(fact.start..fact.start + 1).first_mut() {
+            *mark = self.stamp + number;
             self.facts.push(fact);
         }
     }
 
+    /// The value that a load finds, and the type with which it was written; if it is not known, the
+    /// load's own result becomes a fact.
     fn load(&mut self, at: &Address, ty: Type, result: Value) -> Option<(Value, Type)> {
-        let bytes = self.places.bytes(at, ty);
+        let bytes = self.bytes.bytes(at, ty);
         if at.volatile {
             self.forget(bytes.start, bytes.end);
             return None;
@@ -195,10 +217,10 @@ impl State<'_> {
         None
     }
 
-    /// Notes a store; says whether it writes what is there already.
+    /// Adds the fact of a store; gives whether it writes what is there already.
     fn store(&mut self, func: &FuncData, at: &Address, value: Value) -> bool {
         let ty = func.ty(value);
-        let bytes = self.places.bytes(at, ty);
+        let bytes = self.bytes.bytes(at, ty);
         if at.volatile {
             self.forget(bytes.start, bytes.end);
             return false;
@@ -219,7 +241,7 @@ impl State<'_> {
         false
     }
 
-    /// Forgets what is known of some bytes.
+    /// Drops the facts about some bytes.
     fn forget(&mut self, start: usize, end: usize) {
         if end - start <= WIDEST {
             for byte in (start + 1).saturating_sub(WIDEST)..end {
@@ -240,7 +262,7 @@ impl State<'_> {
     }
 }
 
-/// How a value of one type that was written is read as another at the same place.
+/// The conversion that gives what is read as one type where another was written, if one does.
 fn conversion(from: Type, to: Type) -> Option<ConvertOp> {
     match (from, to) {
         (Type::F64, Type::I64) | (Type::I64, Type::F64) => Some(ConvertOp::Bitcast),

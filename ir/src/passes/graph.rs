@@ -1,33 +1,42 @@
-//! The order and the edges of a function's blocks.
+//! The control-flow graph of a function: an order of its blocks, and the edges to each.
+//!
+//! Passes visit blocks in *reverse postorder* from the entries: every block comes before the blocks
+//! that it branches to, but for branches back. So, going forwards, the definition of a value is
+//! visited before its uses, and going backwards all uses before the definition (arguments that a
+//! branch back passes are the exception in both).
+//!
+//! Passes that carry what they know from block to block do so along *sole predecessors*: where
+//! control reaches a block from one other block only, everything known at the end of that one
+//! holds. That is less than dominance gives, but costs nothing.
 
 use crate::{Block, FuncData};
 
-/// The blocks that can be reached, in an order in which definitions come before uses, and how
-/// they are reached.
+/// The order and the edges of the blocks that control can reach.
 #[derive(Debug, Default)]
 pub(crate) struct Graph {
-    /// Reverse postorder from the entries.
+    /// The reachable blocks in reverse postorder from the entries.
     pub(crate) order: Vec<Block>,
-    /// Edges that lead to each block; being an entry counts as one.
+    /// For each block the number of edges that lead to it; being an entry counts as one for each
+    /// label. It is 0 if control cannot reach the block.
     pub(crate) edges: Vec<u32>,
-    /// The block before, where control comes from one place only.
-    pub(crate) before: Vec<Option<Block>>,
+    /// For each block its sole predecessor: the block before it, if that is the only edge.
+    pub(crate) sole_predecessor: Vec<Option<Block>>,
 }
 
 impl Graph {
-    /// Looks at a function.
+    /// The graph of a function.
     pub(crate) fn new(func: &FuncData) -> Self {
         let count = func.block_count();
         let mut graph = Self {
             order: Vec::with_capacity(count),
             edges: vec![0; count],
-            before: vec![None; count],
+            sole_predecessor: vec![None; count],
         };
         let mut stack: Vec<(Block, usize)> = vec![];
         for &(_, entry) in func.entries().iter().rev() {
             let seen = graph.edges[entry.index()] > 0;
             graph.edges[entry.index()] += 1;
-            graph.before[entry.index()] = None;
+            graph.sole_predecessor[entry.index()] = None;
             if !seen {
                 stack.push((entry, 0));
             }
@@ -40,10 +49,10 @@ impl Graph {
                         let edges = &mut graph.edges[next.index()];
                         *edges += 1;
                         if *edges == 1 {
-                            graph.before[next.index()] = Some(from);
+                            graph.sole_predecessor[next.index()] = Some(from);
                             stack.push((next, 0));
                         } else {
-                            graph.before[next.index()] = None;
+                            graph.sole_predecessor[next.index()] = None;
                         }
                     }
                     None => {
@@ -57,7 +66,7 @@ impl Graph {
         graph
     }
 
-    /// Whether anything leads to a block.
+    /// Whether control can reach a block.
     pub(crate) fn is_reachable(&self, block: Block) -> bool {
         self.edges[block.index()] > 0
     }

@@ -1,10 +1,19 @@
-//! Turns short branches into choices.
+//! Turns short branches into selects (if-conversion).
 //!
-//! Where both ways of a branch meet again and what stands between is short and only computes,
-//! loads and stores, everything is done and the results are chosen: `if c {store x, v}` becomes
-//! `store x, select(c, v, load x)`. All operations are total, so doing them for nothing does no
-//! harm; a store that writes back what it found does none either. Volatile accesses, calls and
-//! whatever may take long stay behind their branch. Stores keep their order.
+//! ```text
+//! block0: brif v0, block1, block2       block0: v2: i8 = load vars:0
+//! block1: store vars:0, v1        ==>           v3: i8 = select v0, v1, v2
+//!         jump block2                           store vars:0, v3
+//! block2: …                                     …
+//! ```
+//!
+//! If both ways of a branch meet again, and what stands between them is short, all of it is done
+//! and the results are chosen, so that no branch can be predicted wrongly. All operations are
+//! total, so doing them for nothing does no harm, and neither does a store that writes back what
+//! is there.
+//!
+//! Volatile accesses, host calls, stores through an index, and operations that take long must stay
+//! behind their branch. Stores keep their order.
 
 use super::graph::Graph;
 use crate::{
@@ -12,21 +21,21 @@ use crate::{
     UnaryOp, Value,
 };
 
-/// What may be done for nothing, in rough cycles: about half of what a branch that is guessed
-/// wrongly costs.
+/// The most that may be done for nothing, in rough cycles: about half of what a branch that is
+/// predicted wrongly costs.
 const LIMIT: u32 = 8;
 
-/// One way of a branch: a block of its own, or straight to where the ways meet.
+/// One way of a branch: through a block of its own, or straight to where the ways meet.
 struct Arm {
     block: Option<Block>,
     to: BlockCall,
 }
 
-/// Runs the pass; says whether it changed anything.
+/// Runs the pass; gives whether it changed anything.
 pub(super) fn run(func: &mut FuncData) -> bool {
-    let Graph { order, mut edges, before: _ } = Graph::new(func);
+    let Graph { order, mut edges, sole_predecessor: _ } = Graph::new(func);
     let mut changed = false;
-    // Inner branches first.
+    // Inner branches before those around them.
     for &block in order.iter().rev() {
         if edges[block.index()] > 0 {
             changed |= convert(func, block, &mut edges);
@@ -108,7 +117,7 @@ fn arm(func: &FuncData, call: &BlockCall, edges: &[u32]) -> Option<Arm> {
     }
 }
 
-/// What a block's instructions cost; `None` if they must not be done for nothing.
+/// The cost of a block's instructions; `None` if they must not be done for nothing.
 fn cost(func: &FuncData, block: Block) -> Option<u32> {
     let mut sum = 0;
     for &inst in &func.block(block).insts {
@@ -122,7 +131,7 @@ fn cost(func: &FuncData, block: Block) -> Option<u32> {
 
 fn inst_cost(func: &FuncData, data: &InstData) -> Option<u32> {
     match *data {
-        // Machines choose between doubles by a branch: nothing is won by having two.
+        // Machines choose between doubles by a branch, so there is nothing to gain.
         InstData::Select { cond: _, args: [value, _] } | InstData::Store { at: _, value }
             if func.ty(value) == Type::F64 =>
         {
@@ -144,7 +153,7 @@ fn inst_cost(func: &FuncData, data: &InstData) -> Option<u32> {
             _ => Some(1),
         },
         InstData::Icmp { .. } | InstData::Fcmp { .. } | InstData::Select { .. } => Some(1),
-        InstData::Convert { op: ConvertOp::IntToFloat | ConvertOp::Whole, .. } => Some(3),
+        InstData::Convert { op: ConvertOp::IntToFloat | ConvertOp::FloatToInt, .. } => Some(3),
         InstData::Convert { .. } => Some(1),
         InstData::Load { ty: _, at } if !at.volatile => {
             Some(if at.index.is_some() { 3 } else { 1 })

@@ -1,10 +1,30 @@
-//! Makes programs faster: one pass a file, ordered here.
+//! Passes that make programs faster. Each is a file; [`optimize`] runs them in order.
 //!
-//! What holds before a pass holds behind it: the [verifier](crate::verify) passes (debug builds
-//! look after each), and every task leaves the same image and outcome, whatever it began with.
-//! Volatile accesses are neither moved, merged nor dropped, and a store is there when a trap, a
-//! suspension, a call of the host or a volatile access comes. Each pass takes time in
-//! proportion to the function's length.
+//! | pass | what it does |
+//! | --- | --- |
+//! | `branches` | decides branches whose condition is known, skips empty blocks, joins blocks |
+//! | `forward` | replaces a load by the value stored or loaded before (store-to-load forwarding) |
+//! | `fold` | folds constants, applies identities, divides by constants without a division |
+//! | `switches` | makes a switch of a row of comparisons with constants |
+//! | `if-convert` | makes selects of short branches |
+//! | `demanded-bits` | goes around instructions that change only bits nobody uses |
+//! | `cse` | computes the same thing once (common subexpressions) |
+//! | `dead-stores` | drops stores that are overwritten before anything reads them |
+//! | `dce` | drops instructions whose results are not used (dead code) |
+//! | `compact` | numbers what is left again without gaps |
+//!
+//! # What every pass must keep
+//! - A module that the [verifier](crate::verify) accepts before a pass is accepted behind it. Debug
+//!   builds check that behind each pass.
+//! - Every scan leaves the same process image and the same outcome, whatever image it begins with.
+//! - Volatile accesses are neither moved, merged nor dropped.
+//! - Every store that stands before a trap, a suspension, a call of a host function or a volatile
+//!   access is done when that comes: someone may read the process image there.
+//! - A pass takes time in proportion to the length of the function.
+//!
+//! `graph` (the order of the blocks and their edges), `substitution` (which value replaces which),
+//! `value_range` (bits and bounds of integers) and `image_bytes` (accesses as byte addresses) are
+//! data structures that the passes share.
 
 mod branches;
 mod compact;
@@ -26,63 +46,63 @@ mod substitution;
 mod switches;
 mod value_range;
 
-use dead_stores::Again;
+use dead_stores::DeadBytes;
 pub(crate) use graph::Graph;
-use image_bytes::Places;
+use image_bytes::ImageBytes;
 
 use crate::{FuncData, Module, verify};
 
-/// How hard to try.
+/// How much time to spend on making code fast.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OptLevel {
-    /// Not at all.
+    /// None: the module stays as the front end wrote it.
     None,
-    /// For fast scans.
+    /// As much as pays off in the speed of scans.
     #[default]
     Speed,
 }
 
-/// A pass over one function.
+/// A pass over one function; the head of its file says what it does and what it must not do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
-    /// Branches that are decided, empty blocks, blocks in a row.
+    /// Simplifies control flow.
     Branches,
-    /// Stores to loads.
+    /// Store-to-load forwarding.
     Forward,
-    /// Constants, identities, conversions, truth values.
+    /// Constant folding and algebraic simplification.
     Fold,
-    /// Rows of comparisons into branches by number.
+    /// Switches made of rows of comparisons.
     Switches,
-    /// Short branches into choices.
+    /// If-conversion: selects made of short branches.
     IfConvert,
-    /// Bits that nobody looks at.
-    Demand,
-    /// The same thing once.
+    /// Operations on bits that nobody uses.
+    DemandedBits,
+    /// Common subexpression elimination.
     Cse,
-    /// Stores that are overwritten unseen.
+    /// Dead store elimination.
     DeadStores,
-    /// What nobody uses.
+    /// Dead code elimination.
     Dce,
-    /// New numbers.
+    /// Renumbering without gaps.
     Compact,
 }
 
 impl Pass {
-    /// Every pass.
+    /// Every pass, in the order of the table at the head of the module.
     pub const ALL: [Self; 10] = [
         Self::Branches,
         Self::Forward,
         Self::Fold,
         Self::Switches,
         Self::IfConvert,
-        Self::Demand,
+        Self::DemandedBits,
         Self::Cse,
         Self::DeadStores,
         Self::Dce,
         Self::Compact,
     ];
 
-    /// Its name.
+    /// Its name, as in that table.
     pub fn name(self) -> &'static str {
         match self {
             Self::Branches => "branches",
@@ -90,7 +110,7 @@ impl Pass {
             Self::Fold => "fold",
             Self::Switches => "switches",
             Self::IfConvert => "if-convert",
-            Self::Demand => "demand",
+            Self::DemandedBits => "demanded-bits",
             Self::Cse => "cse",
             Self::DeadStores => "dead-stores",
             Self::Dce => "dce",
@@ -98,22 +118,23 @@ impl Pass {
         }
     }
 
-    /// Finds a pass by its name.
+    /// The pass with a name; `None` if there is none.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|pass| pass.name() == name)
     }
 
-    /// Runs over a function; says whether it may have changed something that others work on.
-    fn run(self, func: &mut FuncData, places: &mut Places, again: &mut Again) -> bool {
+    /// Runs over a function. Gives whether it changed something that can make other passes find
+    /// more to do; passes that run in any case say yes.
+    fn run(self, func: &mut FuncData, bytes: &mut ImageBytes, dead: &mut DeadBytes) -> bool {
         match self {
             Self::Branches => branches::run(func),
-            Self::Forward => return forward::run(func, places),
+            Self::Forward => return forward::run(func, bytes),
             Self::Fold => fold::run(func),
             Self::Switches => return switches::run(func),
             Self::IfConvert => return if_convert::run(func),
-            Self::Demand => demanded_bits::run(func),
+            Self::DemandedBits => demanded_bits::run(func),
             Self::Cse => cse::run(func),
-            Self::DeadStores => dead_stores::run(func, places, again),
+            Self::DeadStores => dead_stores::run(func, bytes, dead),
             Self::Dce => dce::run(func),
             Self::Compact => compact::run(func),
         }
@@ -121,7 +142,7 @@ impl Pass {
     }
 }
 
-/// Optimises a verified module.
+/// Optimises a verified module: runs the passes that a level asks for, in a fixed order.
 pub fn optimize(module: &mut Module, level: OptLevel) {
     match level {
         OptLevel::None => {}
@@ -131,12 +152,13 @@ pub fn optimize(module: &mut Module, level: OptLevel) {
             if stage.pass(Pass::IfConvert) || switched {
                 stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
             }
-            stage.all(&[Pass::Demand, Pass::Cse, Pass::DeadStores, Pass::Dce, Pass::Compact]);
+            stage.all(&[Pass::DemandedBits, Pass::Cse, Pass::DeadStores, Pass::Dce, Pass::Compact]);
         }),
     }
 }
 
-/// Runs some passes in the order given over every function of a verified module.
+/// Runs passes in the order given over every function of a verified module. For tests and
+/// experiments; any order keeps the rules.
 pub fn run(module: &mut Module, passes: &[Pass]) {
     each(module, |stage| stage.all(passes));
 }
@@ -145,8 +167,8 @@ pub fn run(module: &mut Module, passes: &[Pass]) {
 struct Stage<'a> {
     module: &'a Module,
     func: FuncData,
-    places: &'a mut Places,
-    again: &'a mut Again,
+    bytes: &'a mut ImageBytes,
+    dead: &'a mut DeadBytes,
 }
 
 impl Stage<'_> {
@@ -156,9 +178,9 @@ impl Stage<'_> {
         }
     }
 
-    /// Whether the pass changed something that others work on.
+    /// Runs one pass; gives what [`Pass::run`] gives.
     fn pass(&mut self, pass: Pass) -> bool {
-        let changed = pass.run(&mut self.func, self.places, self.again);
+        let changed = pass.run(&mut self.func, self.bytes, self.dead);
         debug_assert_eq!(
             verify::function(self.module, &self.func).first().map(ToString::to_string),
             None,
@@ -170,14 +192,14 @@ impl Stage<'_> {
     }
 }
 
-/// Lets `order` run passes over each function, the last one first: those before it may learn
-/// what it writes.
+/// Lets `order` run passes over each function, the last one first: programs mostly run forwards
+/// through their functions, so what `dead-stores` knows of the later ones serves those before.
 fn each(module: &mut Module, order: impl Fn(&mut Stage<'_>)) {
-    let mut places = Places::new(module);
-    let mut again = Again::new(module.label_count);
+    let mut bytes = ImageBytes::new(module);
+    let mut dead = DeadBytes::new(module.label_count);
     for index in (0..module.funcs.len()).rev() {
         let func = std::mem::take(&mut module.funcs[index]);
-        let mut stage = Stage { module, func, places: &mut places, again: &mut again };
+        let mut stage = Stage { module, func, bytes: &mut bytes, dead: &mut dead };
         order(&mut stage);
         module.funcs[index] = stage.func;
     }

@@ -1,18 +1,21 @@
-//! Values that stand for others.
+//! Which value replaces which.
+//!
+//! A pass that finds that a value is the same as another enters that here, and replaces operands
+//! when it comes to the instructions that use them. Since definitions are visited before uses, no
+//! list of uses is needed, and one visit of each instruction suffices.
 
 use crate::{FuncData, InstData, Terminator, Value};
 
-/// Which value stands for which. Uses are put right where they are visited, so a value is
-/// replaced before its uses are: definitions come first.
+/// For each value the one that replaces it, or itself.
 pub(super) struct Substitution(Vec<Value>);
 
 impl Substitution {
-    /// Every value stands for itself.
+    /// No value is replaced.
     pub(super) fn new(func: &FuncData) -> Self {
         Self((0..func.value_count() as u32).map(Value).collect())
     }
 
-    /// From now on `by` is used for `value`.
+    /// Replaces `value` by `by`, or by what replaces that.
     pub(super) fn replace(&mut self, value: Value, by: Value) {
         let by = self.get(by);
         if let Some(slot) = self.0.get_mut(value.index()) {
@@ -20,17 +23,17 @@ impl Substitution {
         }
     }
 
-    /// What stands for a value. Values made after this table stand for themselves.
+    /// What replaces a value. Values that are newer than this table are not replaced.
     pub(super) fn get(&self, value: Value) -> Value {
         self.0.get(value.index()).copied().unwrap_or(value)
     }
 
-    /// Puts an instruction's operands right.
+    /// Replaces the operands of an instruction.
     pub(super) fn inst(&self, data: &mut InstData) {
         data.for_each_arg_mut(|value| *value = self.get(*value));
     }
 
-    /// Puts a terminator's operands right.
+    /// Replaces the operands of a terminator.
     pub(super) fn terminator(&self, terminator: &mut Terminator) {
         terminator.for_each_arg_mut(|value| *value = self.get(*value));
     }

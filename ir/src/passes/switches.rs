@@ -1,21 +1,32 @@
-//! Makes one branch by number of a row of branches that compare one value with constants, as an
-//! ELSIF chain over a state does.
+//! Makes a switch of a row of branches that compare one value with constants, as programs with a
+//! state number have them.
+//!
+//! ```text
+//! block0: brif (v0 == 1), block9, block1      block0: switch v0, [block5, block9, block8, …], …
+//! block1: brif (v0 == 2), block8, block2  ==>
+//! block2: …
+//! ```
+//!
+//! The comparisons must be of equality, of the same integer of at most 32 bits, at least
+//! [`FEWEST`] of them, and the constants must lie close together. The blocks between may hold a few
+//! instructions without effects; these are done before the switch.
 
 use super::graph::Graph;
 use crate::{
     BinaryOp, Block, BlockData, ConvertOp, FuncData, InstData, IntCond, Terminator, Type, Value,
 };
 
-/// Fewer comparisons than this are left as they are: each is guessed well, a table's way is not.
+/// Fewer comparisons than this stay branches: the machine predicts a branch well, and a jump
+/// through a table badly.
 const FEWEST: usize = 5;
-/// A table has this many places more than four for each comparison, at most.
+/// A table has at most four entries for each comparison and this many more.
 const SLACK: u64 = 8;
-/// So many places below the least number are rather left empty than subtracted.
+/// If the least constant is below this, the table begins at 0, which saves a subtraction.
 const EMPTY_BELOW: u64 = 4;
-/// A link may have this many instructions besides its comparison.
+/// The most instructions that a block between two comparisons may have.
 const INSTS: usize = 4;
 
-/// A branch by whether a value is a number.
+/// A branch by whether a value equals a number.
 struct Test {
     value: Value,
     number: i64,
@@ -23,7 +34,7 @@ struct Test {
     otherwise: Block,
 }
 
-/// Runs the pass; says whether it changed anything.
+/// Runs the pass; gives whether it changed anything.
 pub(super) fn run(func: &mut FuncData) -> bool {
     let graph = Graph::new(func);
     let mut changed = false;
@@ -41,7 +52,7 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     let mut next = first.otherwise;
     while let Some(link) = test(func, next)
         && link.value == value
-        && graph.before[next.index()].is_some()
+        && graph.sole_predecessor[next.index()].is_some()
         && is_light(func, next)
     {
         links.push(next);
@@ -52,7 +63,7 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     if tests.len() < FEWEST || !matches!(ty, Type::I8 | Type::I16 | Type::I32) {
         return false;
     }
-    // Unsigned, as the switch takes its number.
+    // As unsigned numbers, which a switch takes.
     let mask = (1 << ty.bits()) - 1;
     for (number, _) in &mut tests {
         *number &= mask;
@@ -64,7 +75,7 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
         return false;
     }
     let mut targets = vec![next; (high - low) as usize + 1];
-    // The first test that fits counts.
+    // If a number is compared twice, the first comparison decides.
     for &(number, then) in tests.iter().rev() {
         targets[(number as u64 - low) as usize] = then;
     }
@@ -97,7 +108,7 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     true
 }
 
-/// A block's end, if it compares with a constant.
+/// The terminator of a block as a test; `None` if it is none.
 fn test(func: &FuncData, block: Block) -> Option<Test> {
     let Some(Terminator::Brif { cond, then, otherwise }) = &func.block(block).terminator else {
         return None;
@@ -117,7 +128,7 @@ fn test(func: &FuncData, block: Block) -> Option<Test> {
     Some(Test { value, number, then, otherwise })
 }
 
-/// Whether a block has no parameters and computes little more than its comparison.
+/// Whether a block has no parameters, and few and cheap instructions beside its comparison.
 fn is_light(func: &FuncData, block: Block) -> bool {
     let data = func.block(block);
     let light = |data: &InstData| {

@@ -35,14 +35,14 @@ fn every(ty: Type) -> Bounds {
 }
 
 /// What is known of each value.
-pub(super) struct Known {
+pub(super) struct ValueRanges {
     /// The bits that may be 1.
     ones: Vec<u64>,
     /// The bounds, where something is known that the bits do not tell.
     bounds: Vec<Option<Bounds>>,
 }
 
-impl Known {
+impl ValueRanges {
     /// Nothing known.
     pub(super) fn new(func: &FuncData) -> Self {
         let ones = func.values.iter().map(|value| mask(value.ty)).collect();

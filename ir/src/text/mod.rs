@@ -1,4 +1,4 @@
-//! The text form of a module: what `--emit ir` shows and filetests are written in.
+//! The text form of a module: what `plcc build --emit ir` prints, and what filetests are written in.
 //!
 //! ```text
 //! image 16
@@ -30,14 +30,19 @@
 //! | X = A[I] + 1
 //! ```
 //!
-//! A `;` begins a comment, except inside quotes. `@N` says which statement the instructions that
-//! follow belong to, `@none` that they belong to none; it holds until the next, over blocks.
-//! Blocks are numbered in the order in which they stand; a value may be used above its
-//! definition. Other terminators are `switch V, [BLOCK, …], BLOCK`, `goto L`, `goto_indirect V`,
-//! `suspend L`, `trap CODE`. A task that can be suspended lists the labels at which it goes on,
-//! in the order of its resume points: `task "scan" L0 resume [L1, L2]`. A double is written as Rust does, or as its bits (`0x7ff…`).
-//! A `|` begins a line of a file's text, in which a backslash stands before `\`, `r` (return)
-//! and hexadecimal digits in braces.
+//! - A `;` begins a comment, except inside quotes.
+//! - Regions stand above the functions. Blocks are numbered from `block0` in the order in which they
+//!   stand. A value may be used above its definition.
+//! - The names of labels in parentheses behind a block's name make it an entry.
+//! - `@N` says that the instructions that follow belong to statement N, `@none` that they belong to
+//!   none. It holds until the next such line, also in the blocks that follow.
+//! - A task that can be suspended lists the labels at which it goes on, in the order of its resume
+//!   points: `task "scan" L0 resume [L1, L2]`.
+//! - The terminators that the example does not show are `switch V, [BLOCK, …], BLOCK`, `goto L`,
+//!   `goto_indirect V`, `suspend L` and `trap CODE`.
+//! - A double is written as Rust writes it, or as its bits (`0x7ff…`).
+//! - A `|` begins a line of a source file's text. There, and in quotes, a backslash stands before
+//!   `\`, `r` (carriage return), and hexadecimal digits in braces (any other character).
 //!
 //! The printer numbers values in the order in which they stand, so that text which is printed,
 //! read and printed again stays the same.

@@ -1,5 +1,6 @@
-//! Reads a module from text: [tokens](super::lex), their [structure](super::grammar), and then
-//! what each name stands for.
+//! Reads a module from text: cuts it into [tokens](super::lex), finds their
+//! [structure](super::grammar), and [looks up](super::resolve) what each name stands for. Makes
+//! messages of what fails.
 
 use chumsky::Parser;
 use chumsky::error::{Rich, RichPattern, RichReason};
@@ -10,7 +11,7 @@ use super::lex::{Token, Tokens};
 use super::resolve::resolve;
 use crate::Module;
 
-/// Text that is no module.
+/// The first error in a text that is no module, and its place.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{line}:{column}: {message}")]
 pub struct ParseError {

@@ -1,4 +1,4 @@
-//! Writes a module as text.
+//! Prints a module in the text form.
 
 use std::fmt::{self, Write};
 
@@ -6,10 +6,10 @@ use crate::{
     Address, Block, BlockCall, FuncData, InstData, Module, Region, SourceLoc, Terminator, Value,
 };
 
-/// Column in which comments begin, where the line leaves room.
+/// The column in which comments begin, if the line is not longer.
 const COMMENT: usize = 40;
 
-/// A module as text.
+/// Prints a module. [`parse`](super::parse()) reads the text back as the same module.
 pub fn print(module: &Module) -> String {
     let mut out = String::new();
     // Writing to a string does not fail.
@@ -57,7 +57,7 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", escaped(text).replace('"', "\\{22}").replace('\n', "\\{a}"))
 }
 
-/// Text whose control characters, which would tear a line apart, are written out.
+/// Text with a backslash and a code in place of each control character, which would break the line.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -76,7 +76,7 @@ fn escaped(text: &str) -> String {
 struct Printer<'a> {
     module: &'a Module,
     func: &'a FuncData,
-    /// For each value its number in the text.
+    /// For each value its number in the text, counted in the order of definitions.
     numbers: Vec<u32>,
 }
 

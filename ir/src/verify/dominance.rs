@@ -1,21 +1,31 @@
-//! Rule 9: a value is defined before it is used.
+//! Rule 9: the definition of a value dominates its uses.
+//!
+//! Block A *dominates* block B if every way from an entry to B passes A. The dominators of each
+//! block form a tree (its parent is the nearest one), which is computed by the algorithm of
+//! Cooper, Harvey and Kennedy (A Simple, Fast Dominance Algorithm): blocks are visited in reverse
+//! postorder, and the parent of each becomes the nearest common dominator of its predecessors,
+//! until nothing changes. A function has several entries; a root that is no block stands above
+//! them all.
+//!
+//! The tree is then numbered so that each subtree is a span of numbers, and whether one block
+//! dominates another is a comparison of spans.
 
 use super::Errors;
 use crate::passes::Graph;
 use crate::{Block, FuncData, Value, ValueDef};
 
-/// No block: what stands above all entries.
+/// The root of the tree: no block, but what stands above all entries.
 const ROOT: u32 = u32::MAX;
 
 pub(super) fn function(func: &FuncData, errors: &mut Errors) {
     let graph = Graph::new(func);
     let tree = Tree::new(func, &graph);
-    // Where instructions stand in their block, as far as it has been walked.
+    // The values that are defined in the part that has been visited.
     let mut defined = vec![false; func.values.len()];
-    let mut home: Vec<Option<Block>> = vec![None; func.insts.len()];
+    let mut block_of: Vec<Option<Block>> = vec![None; func.insts.len()];
     for &block in &graph.order {
         for &inst in &func.block(block).insts {
-            home[inst.index()] = Some(block);
+            block_of[inst.index()] = Some(block);
         }
     }
     for &block in &graph.order {
@@ -26,7 +36,7 @@ pub(super) fn function(func: &FuncData, errors: &mut Errors) {
         }
         let reaches = |defined: &[bool], value: Value| {
             let from = match func.def(value) {
-                ValueDef::Result(inst) => home.get(inst.index()).copied().flatten(),
+                ValueDef::Result(inst) => block_of.get(inst.index()).copied().flatten(),
                 ValueDef::Param(block, _) => (block.index() < func.blocks.len()).then_some(block),
             };
             match from {
@@ -58,11 +68,11 @@ pub(super) fn function(func: &FuncData, errors: &mut Errors) {
     errors.block = None;
 }
 
-/// Which blocks control must come through (Cooper, Harvey, Kennedy: A Simple, Fast Dominance
-/// Algorithm). Blocks are known by their number in the graph's order.
+/// The dominator tree. Blocks are known by their number in the graph's order.
 struct Tree {
+    /// For each block its number, or [`ROOT`] if control cannot reach it.
     number: Vec<u32>,
-    /// First and last number in a walk of the tree.
+    /// For each block the first and last number of its subtree, in a walk of the tree.
     spans: Vec<(u32, u32)>,
 }
 
@@ -110,13 +120,13 @@ impl Tree {
     }
 }
 
-/// The nearest that stands above both.
+/// The nearest common dominator of two blocks.
 fn common(above: &[Option<u32>], mut a: u32, mut b: u32) -> u32 {
     while a != b {
         if a == ROOT || b == ROOT {
             return ROOT;
         }
-        // What stands above has the smaller number.
+        // A dominator has a smaller number than what it dominates.
         if a > b {
             a = above[a as usize].unwrap_or(ROOT);
         } else {
@@ -126,9 +136,9 @@ fn common(above: &[Option<u32>], mut a: u32, mut b: u32) -> u32 {
     a
 }
 
-/// Numbers a tree, given by what stands above each, so that a subtree is a span.
+/// Numbers a tree, given by the parent of each node, so that each subtree is a span of numbers.
 fn spans(above: &[Option<u32>]) -> Vec<(u32, u32)> {
-    // What stands above comes first, so sizes add up from behind.
+    // A parent comes before its children, so the sizes of subtrees add up from behind.
     let mut sizes = vec![1u32; above.len()];
     for at in (0..above.len()).rev() {
         if let Some(up) = above[at]

@@ -1,10 +1,13 @@
-//! Whether a program has no loops.
+//! Proof that every scan of a program ends: it has no loops.
+//!
+//! The graph of all blocks of all functions, with an edge for each branch and each goto to a label,
+//! is searched depth first; an edge to a block that is still on the path is a loop.
 
 use crate::{Block, Func, Label, Module, Terminator};
 
-/// Whether every scan ends whatever the image holds: no block and no label can be come back to
-/// before the scan returns, is suspended or stopped. A goto by number can lead anywhere, so
-/// with one nothing is proven.
+/// Whether every scan of a module ends, whatever the process image holds: control cannot come to
+/// a block twice before the scan returns, is suspended or is stopped. A jump to a label by number
+/// can lead anywhere, so a module with one is not proven to end.
 pub fn ends_provably(module: &Module) -> bool {
     let labels = module.label_targets();
     let target = |label: Label| labels.get(label.index()).copied().flatten();
@@ -24,7 +27,7 @@ pub fn ends_provably(module: &Module) -> bool {
             other => other.successor(which).map(|block| (func, block)),
         }
     };
-    // On the path at hand, or done.
+    // Blocks on the current path, and blocks that are done.
     let (mut open, mut done) = (vec![false; count], vec![false; count]);
     let mut stack = vec![];
     for (func, data) in module.funcs() {

@@ -1,43 +1,52 @@
-//! Looks whether a module keeps the rules; everything else may rely on them.
+//! The verifier: checks whether a module keeps the rules that passes and code generation may take
+//! for granted.
+//!
+//! Front ends and passes keep these rules by construction; the verifier finds mistakes in them. In
+//! debug builds it runs behind every pass. `structure` checks rules 1 to 5, `operation` rules 6 to
+//! 8 and 10 to 13, `dominance` rule 9, `resume` rule 14. Each broken rule is a [`VerifyError`] with its place, and
+//! all of them are reported.
 //!
 //! # Rules
 //! The module:
-//! 1. Regions lie inside the image and do not overlap.
-//! 2. A task's entry is a label; a label stands at one block of one function, and there are as
-//!    many as the module says.
-//! 3. Statements name a source file that is there.
-//! 14. A task's resume points are labels. A suspension names a resume point of every task that is
-//!     known to come to it, and of some task where that is not known: a goto by number may lead
-//!     anywhere, so nothing is known of what comes behind it.
+//! 1. Regions lie inside the process image and do not overlap.
+//! 2. A task's entry is a label of the module. Each label stands at exactly one block of one
+//!    function, and there are as many labels as [`Module::label_count`] says.
+//! 3. A statement names a source file of the module, if the module holds its source files.
 //!
 //! Each function:
 //! 4. Entry blocks exist and have no parameters.
-//! 5. Every block has a terminator. Instructions exist, and each stands in one place at most.
-//! 6. A block is given as many values as it has parameters, of their types; those that a switch
-//!    names have none.
-//! 7. Operands exist and have the types that the operation asks for, and results the type that
-//!    follows from them. Truth values are taken by `not and or xor eq ne select`, conversions and
-//!    accesses alone.
+//! 5. Every block has a terminator. Every instruction that a block lists exists and is listed
+//!    once.
+//! 6. A jump passes as many values as its block has parameters, and of the same types. The blocks
+//!    of a switch have no parameters.
+//! 7. Operands exist and have the types that [`inst`](crate::inst) asks for. The result has the
+//!    type that follows from them. Truth values are operands of `not`, `and`, `or`, `xor`,
+//!    `icmp eq`, `icmp ne`, `select`, conversions, loads and stores only.
 //! 8. Integer constants are in the form of [`Type::wrap`](crate::Type::wrap).
-//! 9. A value is defined before it is used, whichever way control comes.
-//! 10. An access stays inside its region for every index; its index is an i32, and there is at
-//!     least one element. Truth values stand in regions of bits only, and nothing else is stored
-//!     there.
-//! 11. A call of the host has the arguments of its signature.
-//! 12. A branch's condition is an i1, a switch's number and an indirect label an i32. Labels that
-//!     are named stand somewhere.
+//! 9. The definition of a value dominates its uses: whichever way control takes from an entry to a
+//!    use, it passes the definition first.
+//! 10. A load or store stays inside its region for every index. The index is an `i32`, and the
+//!     array has at least one element. Truth values are in regions of bits only, and nothing else
+//!     is stored in such a region.
+//! 11. A call of a host function has the arguments of its signature.
+//! 12. The condition of a branch is an `i1`. The number of a switch and that of an indirect label
+//!     are `i32`s. Every label that a terminator names is a label of the module.
 //! 13. An instruction belongs to a statement of the module, or to none.
 //!
-//! Blocks that nothing reaches keep all of it but rule 9.
+//! The tasks:
+//! 14. A task's resume points are labels. A suspension names a resume point of every task that is
+//!     known to come to it, and of some task where that is not known: a jump to a label by number
+//!     may lead anywhere, so nothing is known of what comes behind it.
 //!
-//! # What ends
-//! [`ends_provably`] is about programs without loops: PMI scans, and PMAC's, whose WHILE
-//! suspends. No value is looked at, so it holds for every input.
+//! Blocks that control cannot reach keep all rules but 9.
 //!
-//! # What is promised to the outside
-//! There is no rule for volatile accesses, since nothing about one alone can be wrong; passes
-//! neither move, merge nor drop them, nor a store that stands before one, before a trap, or
-//! before a suspension.
+//! # Termination
+//! [`ends_provably`] proves that every scan of a module ends, by the absence of loops. It holds for
+//! PMI's programs, and for PMAC's, whose WHILE suspends the scan.
+//!
+//! # Order of stores
+//! Whether a pass keeps the order of stores cannot be seen in one module, so no rule here is about
+//! it. What passes must keep is written at the head of [`passes`](crate::passes).
 
 mod dominance;
 mod ends;
@@ -51,14 +60,14 @@ pub use ends::ends_provably;
 
 use crate::{Block, FuncData, Inst, Module};
 
-/// A rule that is broken, and where.
+/// A broken rule, and where it is broken.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct VerifyError {
-    /// The function's name.
+    /// The name of the function, unless the module itself is wrong.
     pub function: Option<String>,
-    /// The block.
+    /// The block, unless the function itself is wrong.
     pub block: Option<Block>,
-    /// The instruction.
+    /// The instruction, unless the block itself or its terminator is wrong.
     pub inst: Option<Inst>,
     /// What is wrong.
     pub message: String,
@@ -79,7 +88,7 @@ impl fmt::Display for VerifyError {
     }
 }
 
-/// What is wrong with a module, all of it.
+/// Checks a module and gives everything that is wrong with it.
 pub fn verify(module: &Module) -> Vec<VerifyError> {
     let mut errors = Errors::default();
     structure::module(module, &mut errors);
@@ -90,7 +99,7 @@ pub fn verify(module: &Module) -> Vec<VerifyError> {
     errors.list
 }
 
-/// What is wrong with one function of a module, all of it.
+/// Checks one function of a module and gives everything that is wrong with it.
 pub fn function(module: &Module, func: &FuncData) -> Vec<VerifyError> {
     let mut errors = Errors { function: Some(func.name().to_owned()), ..Errors::default() };
     if structure::function(func, &mut errors) {
@@ -100,7 +109,7 @@ pub fn function(module: &Module, func: &FuncData) -> Vec<VerifyError> {
     errors.list
 }
 
-/// What was found, and where the search is.
+/// The errors found, and the place that is being checked.
 #[derive(Default)]
 struct Errors {
     function: Option<String>,

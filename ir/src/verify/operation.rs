@@ -1,4 +1,4 @@
-//! Rules 6 to 8 and 10 to 13: types and places.
+//! Rules 6 to 8 and 10 to 13: types of operands, constants, addresses and labels.
 
 use plcc_abi::HostType;
 
@@ -95,7 +95,7 @@ fn wrong(module: &Module, func: &FuncData, data: &InstData) -> Option<String> {
                 ConvertOp::Sext | ConvertOp::Zext => ints && to.bits() > from.bits(),
                 ConvertOp::Trunc => ints && to.bits() < from.bits(),
                 ConvertOp::IntToFloat => wide(from) && to == Type::F64,
-                ConvertOp::Whole => from == Type::F64 && to == Type::I32,
+                ConvertOp::FloatToInt => from == Type::F64 && to == Type::I32,
                 ConvertOp::Bitcast => {
                     matches!((from, to), (Type::I64, Type::F64) | (Type::F64, Type::I64))
                 }

@@ -1,4 +1,4 @@
-//! Rules 1 to 5: what names what.
+//! Rules 1 to 5: regions, tasks and labels of the module, and the tables of each function.
 
 use super::Errors;
 use crate::{FuncData, Module};

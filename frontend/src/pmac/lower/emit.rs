@@ -121,7 +121,7 @@ impl Operand {
         // Most numbers are integers: these are known by coming back from one unchanged.
         let (_, may_be_nan, _) = self.shape().real();
         let value = self.float(b);
-        let cond = if may_be_nan { FloatCond::Eq } else { FloatCond::Apart };
+        let cond = if may_be_nan { FloatCond::Eq } else { FloatCond::OrderedNe };
         let (whole, answer) = ask(b, value, cond);
         let fixed = |b: &mut FuncBuilder| match b.host_call(HostFn::PmacBits, &[value]) {
             Some(bits) => b.sextend_or_trunc(Type::I32, bits),
@@ -137,7 +137,7 @@ impl Operand {
 
 /// A double cut to an `i32`, and how that compares with it: equal if it is an integer.
 pub(crate) fn ask(b: &mut FuncBuilder, value: Value, cond: FloatCond) -> (Value, Value) {
-    let whole = b.convert(ConvertOp::Whole, Type::I32, value);
+    let whole = b.convert(ConvertOp::FloatToInt, Type::I32, value);
     let back = b.convert(ConvertOp::IntToFloat, Type::F64, whole);
     (whole, b.fcmp(cond, back, value))
 }

@@ -364,7 +364,7 @@ impl Lowerer<'_> {
             let b = self.builder.ins();
             let value = value.float(b);
             // Variables hold no NaN.
-            let (narrow, other) = emit::ask(b, value, FloatCond::Apart);
+            let (narrow, other) = emit::ask(b, value, FloatCond::OrderedNe);
             any = Some(match any {
                 Some(others) => b.binary(BinaryOp::Or, others, other),
                 None => other,
