@@ -62,7 +62,7 @@ fn measure(size: usize) -> Result<Times, Box<dyn Error>> {
     let (program, _) =
         pmac::check(&mut sources, &[file], &MemoryLoader::new(), &Options::default());
     let program = program.ok_or("the kernel has errors")?;
-    let mut lowered = program.lower();
+    let mut lowered = program.lower()?;
     plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
     let number = program.relied().first().ok_or("the kernel names no M-variable")?.number;
     let scans = (5_000_000 / size).max(64);

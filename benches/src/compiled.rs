@@ -84,7 +84,7 @@ pub fn pmac(source: &str) -> Result<Compiled, String> {
     }
     let program = program.ok_or("no program")?;
     let start = Instant::now();
-    let lowered = program.lower();
+    let lowered = program.lower().map_err(|error| error.to_string())?;
     times.lower = start.elapsed();
     finish(lowered, program.interpreter(), times)
 }

@@ -18,7 +18,7 @@ fn errors(text: &[u8], controller: Controller) -> usize {
     let options = Options { limits, controller, ..Options::default() };
     let (program, all) = pmac::check(&mut sources, &[file], &loader, &options);
     if let Some(program) = program {
-        program.lower();
+        program.lower().unwrap();
         program.interpreter();
         program.explain_arithmetic();
     }

@@ -88,7 +88,7 @@ impl Language for Pmac {
 
 impl CheckedProgram for Program {
     fn lower(&self) -> Result<Lowered, InternalError> {
-        Ok(self.lower())
+        self.lower()
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {
@@ -110,6 +110,6 @@ impl Recompilable for Program {
     }
 
     fn lower_for(&self, assumptions: &[Relied]) -> Result<Lowered, InternalError> {
-        Ok(self.lower_for(assumptions))
+        self.lower_for(assumptions)
     }
 }

@@ -26,7 +26,7 @@ use plcc_abi::Engine;
 use plcc_abi::pmac::Relied;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{FileLoader, Lowered, Options};
+use crate::common::{FileLoader, InternalError, Lowered, Options};
 
 pub use language::Pmac;
 pub use oracle::Interpreter;
@@ -79,7 +79,10 @@ pub fn check(
 
 impl Program {
     /// The program as IR, with the executive's tables.
-    pub fn lower(&self) -> Lowered {
+    ///
+    /// # Errors
+    /// When the compiler finds a defect of its own.
+    pub fn lower(&self) -> Result<Lowered, InternalError> {
         self.lower_for(&self.loaded.relied)
     }
 
@@ -93,12 +96,15 @@ impl Program {
     /// `relied` leaves out are reached through the host. The executive's tables are the same, and
     /// so are the labels of all tasks and of all places at which they are suspended: a task that
     /// waits in one module goes on in any other.
-    pub fn lower_for(&self, relied: &[Relied]) -> Lowered {
-        let module = lower::lower(&self.download, &self.loaded, &self.files, relied);
+    ///
+    /// # Errors
+    /// When the compiler finds a defect of its own.
+    pub fn lower_for(&self, relied: &[Relied]) -> Result<Lowered, InternalError> {
+        let module = lower::lower(&self.download, &self.loaded, &self.files, relied)?;
         let names = self.files.iter().map(|(name, _)| name.clone()).collect();
         let tasks = module.tasks.clone();
         let program = tables::program(&self.download, &self.loaded, names, tasks);
-        Lowered { program, module }
+        Ok(Lowered { program, module })
     }
 
     /// The statement interpreter, as an engine like the others.

@@ -445,3 +445,40 @@ fn what_display_cannot_show_is_refused() {
 fn a_return_in_the_middle_is_for_motion_programs() {
     assert_eq!(plc("IF(P1=1)RETURN ENDIF"), [("PMAC-3", 2)]);
 }
+
+#[test]
+fn every_l_variable_of_a_range_must_be_defined() {
+    let text = "I5=2\nL1->X:$7F8,0\nL2->X:$7F8,1\nOPEN PLCC 1 CLEAR\nL1..2=1\nL1..3=1\nCLOSE\n";
+    assert_eq!(codes(text), [("PMAC-3", 6)]);
+}
+
+/// A program that is not what reading and analysing promise is not translated into anything.
+#[test]
+fn the_lowering_reports_its_own_defects_with_their_place() {
+    let text = "I5=2\nL1->X:$7F8,0,24\nOPEN PLC 1 CLEAR\nP1=P2%7\nCLOSE\n\
+                OPEN PLCC 1 CLEAR\nL1=L1/3\nCLOSE\n";
+    let mut sources = plcc_diag::SourceMap::new();
+    let file = sources.add("main.pmc", text.as_bytes());
+    let options = Options::default();
+    let (program, _) = super::check(&mut sources, &[file], &MemoryLoader::new(), &options);
+    let program = program.expect("it has no errors");
+    assert!(program.lower().is_ok());
+    let defect = |change: &dyn Fn(&mut super::Program)| {
+        let mut broken = program.clone();
+        change(&mut broken);
+        let error = broken.lower().expect_err("it is broken");
+        (error.message, error.place.map_or(0, |(_, line)| line))
+    };
+    use super::ast::{Op, What};
+    let jump = defect(&|broken| broken.download.plcs[1].code[0].what = What::Jump(7));
+    assert_eq!(jump, ("there is no statement 7".to_owned(), 4));
+    let undefined = defect(&|broken| broken.download.l_defs.clear());
+    assert_eq!(undefined, ("L1 is defined as None".to_owned(), 7));
+    let operand = defect(&|broken| {
+        let What::Assign(_, expr) = broken.download.plcs[1].code[0].what else { return };
+        broken.download.ops[expr.start as usize] = Op::Neg;
+    });
+    assert_eq!(operand, ("an expression lacks an operand".to_owned(), 4));
+    let endless = defect(&|broken| broken.download.plcs[1].code[0].what = What::EndWhile(0));
+    assert_eq!(endless, ("an ENDWHILE has no WHILE".to_owned(), 4));
+}

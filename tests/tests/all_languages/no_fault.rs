@@ -96,11 +96,11 @@ fn generated_programs() {
         let (program, _) =
             pmi::check(&mut sources, file, &MemoryLoader::new(), &Options::default());
         look_at_both(&format!("PMI {seed}"), &program.unwrap().lower().unwrap().module);
-        let case = gen_pmac::generate(seed, 30);
+        let case = gen_pmac::generate_for(seed, 30, true);
         let mut sources = SourceMap::new();
         let file = sources.add("generated.pmc", case.source.as_bytes());
         let options = Options { controller: Controller::Turbo, ..Options::default() };
         let (program, _) = pmac::check(&mut sources, &[file], &MemoryLoader::new(), &options);
-        look_at_both(&format!("PMAC {seed}"), &program.unwrap().lower().module);
+        look_at_both(&format!("PMAC {seed}"), &program.unwrap().lower().unwrap().module);
     }
 }

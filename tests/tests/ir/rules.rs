@@ -44,7 +44,8 @@ fn pmac_ends() {
         let file = sources.add("a.pmc", source.as_bytes());
         let options = Options { controller: Controller::Pmac, ..Options::default() };
         let (program, all) = pmac::check(&mut sources, &[file], &MemoryLoader::new(), &options);
-        look(program.unwrap_or_else(|| panic!("{all:?}")).lower(), true, &source);
+        let program = program.unwrap_or_else(|| panic!("{all:?}"));
+        look(program.lower().unwrap(), true, &source);
     }
 }
 

@@ -52,7 +52,7 @@ fn build(source: &str, all_engines: bool) -> Built {
         panic!("{source}\n{}", plcc_diag::render::draw(&sources, error, false));
     }
     let checked = checked.unwrap();
-    let lowered = checked.lower();
+    let lowered = checked.lower().unwrap();
     let native = |opt| -> Box<dyn Engine> {
         let mut module = lowered.module.clone();
         plcc_ir::passes::optimize(&mut module, opt);

@@ -16,7 +16,7 @@ use plcc_runtime::{
     native::NativeEngine,
     pmac::{PmacExecutive, PmacOptions, Recompiling, Settings},
 };
-use plcc_tests::gen_pmac::generate;
+use plcc_tests::gen_pmac::{generate, generate_for};
 
 /// An engine in its own machine.
 struct Machine {
@@ -34,7 +34,7 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
         panic!("{source}\n{}", plcc_diag::render::draw(&sources, error, false));
     }
     let checked = program.unwrap();
-    let lowered = checked.lower();
+    let lowered = checked.lower().unwrap();
     let program = lowered.program.clone();
     let native = |opt| -> Box<dyn Engine> {
         let target = Target::host().unwrap();
@@ -158,8 +158,8 @@ fn compare(source: &str, stimulus: &str, ticks: u32, controller: Controller) -> 
 fn generated_downloads_agree() {
     let mut events = 0;
     for seed in seeds(24) {
-        let case = generate(seed, 20 + seed as usize % 60);
         let turbo = seed % 4 == 3;
+        let case = generate_for(seed, 20 + seed as usize % 60, turbo);
         let controller = if turbo { Controller::Turbo } else { Controller::Pmac };
         events += compare(&case.source, &case.stimulus, case.ticks, controller).len();
     }

@@ -81,7 +81,7 @@ struct Pair {
 impl Pair {
     fn new(source: &str, settings: Settings) -> Self {
         let program = check(source);
-        let mut lowered = program.lower();
+        let mut lowered = program.lower().unwrap();
         plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
         let (native, _) = jit(&lowered).unwrap();
         let compiler = recompiler(&program);
@@ -94,7 +94,7 @@ impl Pair {
         compiler: Box<dyn Recompiler>,
         settings: Settings,
     ) -> Self {
-        let tables = program.lower().program;
+        let tables = program.lower().unwrap().program;
         let executive = || PmacExecutive::new(&tables, PmacOptions::default()).unwrap();
         let engine = Recompiling::new(native, program.relied(), false, compiler, settings);
         Self {
@@ -344,7 +344,7 @@ fn resume_points_are_the_same_whatever_is_built_in() {
         (1..=3).map(|number| Relied { number, definition }).collect()
     };
     let resumes = |relied: &[Relied]| {
-        let lowered = program.lower_for(relied);
+        let lowered = program.lower_for(relied).unwrap();
         assert_eq!(plcc_ir::verify::verify(&lowered.module), []);
         // Every statement that ends a loop, by its place in the source.
         let mut resumes = vec![];
@@ -384,7 +384,7 @@ fn a_compiler_beside_holds_nothing_up() {
     }
     let source = format!("I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM3->*\nM1=1\n{LOGIC}");
     let program = check(&source);
-    let (native, _) = jit(&program.lower()).unwrap();
+    let (native, _) = jit(&program.lower().unwrap()).unwrap();
     let compiler = Box::new(Slow(recompiler(&program)));
     let mut pair = Pair::with(&program, native, compiler, Settings { beside: true, ..AT_ONCE });
     pair.set("Y:$BC01", "$07F5");
@@ -413,7 +413,7 @@ fn a_compiler_that_fails() {
          OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1%5=0)\nM101=$07F0+P1\nENDIF\nCLOSE\n{LOGIC}"
     );
     let program = check(&source);
-    let (native, _) = jit(&program.lower()).unwrap();
+    let (native, _) = jit(&program.lower().unwrap()).unwrap();
     let count = Arc::new(AtomicU32::new(0));
     let mut pair = Pair::with(&program, native, Box::new(Failing(Arc::clone(&count))), AT_ONCE);
     pair.run(100);

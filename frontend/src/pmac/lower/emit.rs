@@ -1,6 +1,8 @@
 //! Values while IR is written: doubles, integers where the [analysis](super::rangeanalysis) allows
 //! them, truth values.
 
+use std::convert::Infallible;
+
 use plcc_abi::HostFn;
 use plcc_abi::pmac::Field;
 use plcc_ir::{
@@ -8,6 +10,7 @@ use plcc_ir::{
 };
 
 use super::rangeanalysis::Shape;
+use crate::common::InternalError;
 use crate::pmac::ast::{Bin, Cmp};
 
 /// A value with what is known of it.
@@ -111,28 +114,39 @@ impl Operand {
     }
 
     /// Rounded to an integer, the low bits of it, an `i32`.
-    pub(crate) fn bits(self, b: &mut FuncBuilder) -> Value {
+    pub(crate) fn bits(self, b: &mut FuncBuilder) -> Result<Value, InternalError> {
         if let Some(value) = self.int(b, Type::I32) {
-            return value;
+            return Ok(value);
         }
         if let Self::Const(value) = self {
-            return b.iconst(Type::I32, plcc_abi::pmac::fixed::bits(value) as i64);
+            return Ok(b.iconst(Type::I32, plcc_abi::pmac::fixed::bits(value) as i64));
         }
         // Most numbers are integers: these are known by coming back from one unchanged.
         let (_, may_be_nan, _) = self.shape().real();
         let value = self.float(b);
         let cond = if may_be_nan { FloatCond::Eq } else { FloatCond::OrderedNe };
         let (whole, answer) = ask(b, value, cond);
-        let fixed = |b: &mut FuncBuilder| match b.host_call(HostFn::PmacBits, &[value]) {
-            Some(bits) => b.sextend_or_trunc(Type::I32, bits),
-            None => whole,
+        let fixed = |b: &mut FuncBuilder| {
+            let bits = host_value(b, HostFn::PmacBits, &[value])?;
+            Ok(b.sextend_or_trunc(Type::I32, bits))
         };
         if may_be_nan {
-            either(b, answer, Type::I32, |_| whole, fixed)
+            either(b, answer, Type::I32, |_| Ok(whole), fixed)
         } else {
-            either(b, answer, Type::I32, fixed, |_| whole)
+            either(b, answer, Type::I32, fixed, |_| Ok(whole))
         }
     }
+}
+
+/// Calls a function of the host that gives a value.
+pub(crate) fn host_value(
+    b: &mut FuncBuilder,
+    function: HostFn,
+    args: &[Value],
+) -> Result<Value, InternalError> {
+    let value = b.host_call(function, args);
+    let name = function.name();
+    value.ok_or_else(|| InternalError::new(format!("the host function {name} gives no value")))
 }
 
 /// A double cut to an `i32`, and how that compares with it: equal if it is an integer.
@@ -158,39 +172,40 @@ fn common_type(a: Shape, b: Shape) -> Type {
 }
 
 /// One of two values, each computed only where it is wanted.
-fn either(
+fn either<E>(
     b: &mut FuncBuilder,
     cond: Value,
     ty: Type,
-    then: impl FnOnce(&mut FuncBuilder) -> Value,
-    otherwise: impl FnOnce(&mut FuncBuilder) -> Value,
-) -> Value {
+    then: impl FnOnce(&mut FuncBuilder) -> Result<Value, E>,
+    otherwise: impl FnOnce(&mut FuncBuilder) -> Result<Value, E>,
+) -> Result<Value, E> {
     let (yes, no, join) = (b.create_block(), b.create_block(), b.create_block());
     let result = b.block_param(join, ty);
     b.brif(cond, yes, no);
     b.switch_to(yes);
-    let value = then(b);
+    let value = then(b)?;
     b.jump(join, &[value]);
     b.switch_to(no);
-    let value = otherwise(b);
+    let value = otherwise(b)?;
     b.jump(join, &[value]);
     b.switch_to(join);
-    result
+    Ok(result)
 }
 
 /// An infinity to the largest number of its sign, NaN to 0.
 fn bounded(b: &mut FuncBuilder, value: Value) -> Value {
     let finite = is_finite(b, value);
-    either(
+    let Ok(value) = either(
         b,
         finite,
         Type::F64,
-        |_| value,
+        |_| Ok::<_, Infallible>(value),
         |b| {
             let (high, low) = (b.fconst(f64::MAX), b.fconst(-f64::MAX));
-            largest(b, value, high, low)
+            Ok(largest(b, value, high, low))
         },
-    )
+    );
+    value
 }
 
 /// `high` for what is above 0, `low` for what is below, else 0.
@@ -225,15 +240,15 @@ pub(crate) fn binary(
     left: Operand,
     right: Operand,
     rare: bool,
-) -> Operand {
+) -> Result<Operand, InternalError> {
     if let (Operand::Const(x), Operand::Const(y)) = (left, right) {
-        return Operand::Const(crate::pmac::analyse::eval::binary(op, x, y));
+        return Ok(Operand::Const(crate::pmac::analyse::eval::binary(op, x, y)));
     }
     let shape = Shape::binary(op, left.shape(), right.shape());
     let ty = whole_type(shape);
     if shape.is_int() && op == Bin::Mod {
-        let value = modulo(b, left, right);
-        return Operand::Value(b.sextend_or_trunc(ty, value), shape);
+        let value = modulo(b, left, right)?;
+        return Ok(Operand::Value(b.sextend_or_trunc(ty, value), shape));
     }
     // The low bits of all of these hang on the operands' low bits alone.
     if shape.is_int()
@@ -245,9 +260,13 @@ pub(crate) fn binary(
             Bin::Mul => b.binary(BinaryOp::Mul, x, y),
             Bin::And => b.binary(BinaryOp::And, x, y),
             Bin::Or => b.binary(BinaryOp::Or, x, y),
-            Bin::Xor | Bin::Mod | Bin::Div => b.binary(BinaryOp::Xor, x, y),
+            Bin::Xor => b.binary(BinaryOp::Xor, x, y),
+            Bin::Mod | Bin::Div => {
+                let message = format!("the low bits of {op:?} hang on more than low bits");
+                return Err(InternalError::new(message));
+            }
         };
-        return Operand::Value(value, shape);
+        return Ok(Operand::Value(value, shape));
     }
     let (x, y) = (left.float(b), right.float(b));
     let value = match op {
@@ -255,31 +274,32 @@ pub(crate) fn binary(
         Bin::Sub => b.binary(BinaryOp::Fsub, x, y),
         Bin::Mul => b.binary(BinaryOp::Fmul, x, y),
         Bin::Div => divide(b, (x, left), (y, right)),
-        Bin::Mod => b.host_call(HostFn::PmacMod, &[x, y]).unwrap_or(x),
-        Bin::And | Bin::Or | Bin::Xor => bit_operator(b, op, x, y, rare),
+        Bin::Mod => host_value(b, HostFn::PmacMod, &[x, y])?,
+        Bin::And => bit_operator(b, (BinaryOp::And, HostFn::PmacAnd), x, y, rare)?,
+        Bin::Or => bit_operator(b, (BinaryOp::Or, HostFn::PmacOr), x, y, rare)?,
+        Bin::Xor => bit_operator(b, (BinaryOp::Xor, HostFn::PmacXor), x, y, rare)?,
     };
-    Operand::Value(value, shape)
+    Ok(Operand::Value(value, shape))
 }
 
 /// An integer modulo a constant that is not 0.
-fn modulo(b: &mut FuncBuilder, x: Operand, by: Operand) -> Value {
-    let by = match by.shape() {
-        Shape::Int(low, _) if low != 0 => low,
-        _ => 1,
+fn modulo(b: &mut FuncBuilder, x: Operand, by: Operand) -> Result<Value, InternalError> {
+    let no_integers = || InternalError::new("an integer remainder of what are no integers");
+    let (Shape::Int(low, high), Shape::Int(by, _)) = (x.shape(), by.shape()) else {
+        return Err(no_integers());
     };
-    let (low, high) = match x.shape() {
-        Shape::Int(low, high) => (low, high),
-        _ => (i64::MIN, i64::MAX),
-    };
+    if by == 0 {
+        return Err(InternalError::new("an integer remainder by 0"));
+    }
     // For a negative one as for twice its magnitude, that much further on, then back.
     let shift = if by > 0 { 0 } else { -by };
     let by = if by > 0 { by } else { -2 * by };
     let bounds = Shape::Int(low.saturating_add(shift), high.saturating_add(shift));
     let ty = common_type(bounds, Shape::Int(by, by));
-    let x = x.int(b, ty).unwrap_or_else(|| b.iconst(ty, 0));
+    let x = x.int(b, ty).ok_or_else(no_integers)?;
     let shifted = if shift == 0 { x } else { b.binary_imm(BinaryOp::Add, x, shift) };
     let rest = b.binary_imm(BinaryOp::Smod, shifted, by);
-    if shift == 0 { rest } else { b.binary_imm(BinaryOp::Sub, rest, shift) }
+    Ok(if shift == 0 { rest } else { b.binary_imm(BinaryOp::Sub, rest, shift) })
 }
 
 fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Value {
@@ -294,19 +314,20 @@ fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Val
     }
     // Nothing finite comes of a division by 0.
     let finite = is_finite(b, quotient);
-    either(
+    let Ok(value) = either(
         b,
         finite,
         Type::F64,
-        |_| quotient,
+        |_| Ok::<_, Infallible>(quotient),
         |b| {
             let (high, low) = (b.fconst(f64::MAX), b.fconst(-f64::MAX));
             let zero = b.fconst(0.0);
             let by_zero = b.fcmp(FloatCond::Eq, by.0, zero);
             let ruled = largest(b, a.0, high, low);
-            b.select(by_zero, ruled, quotient)
+            Ok(b.select(by_zero, ruled, quotient))
         },
-    )
+    );
+    value
 }
 
 /// Whether a double is neither infinite nor NaN, an `i1`: less itself it is 0, else NaN.
@@ -315,32 +336,26 @@ fn is_finite(b: &mut FuncBuilder, value: Value) -> Value {
     b.fcmp(FloatCond::Ge, nothing, nothing)
 }
 
-/// A bit operator on doubles: integers of 32 bits keep all of them in the fixed-point form, so
-/// integers compute these.
-fn bit_operator(b: &mut FuncBuilder, op: Bin, x: Value, y: Value, rare: bool) -> Value {
-    let (plain, function) = match op {
-        Bin::And => (BinaryOp::And, HostFn::PmacAnd),
-        Bin::Or => (BinaryOp::Or, HostFn::PmacOr),
-        _ => (BinaryOp::Xor, HostFn::PmacXor),
-    };
+/// A bit operator on doubles, as an instruction and as a function of the host: integers of 32 bits
+/// keep all of them in the fixed-point form, so integers compute these.
+fn bit_operator(
+    b: &mut FuncBuilder,
+    (instruction, function): (BinaryOp, HostFn),
+    x: Value,
+    y: Value,
+    rare: bool,
+) -> Result<Value, InternalError> {
     if rare {
-        return b.host_call(function, &[x, y]).unwrap_or(x);
+        return host_value(b, function, &[x, y]);
     }
-    let mut all = None;
-    let [i, j] = [x, y].map(|value| {
-        let (whole, fits) = ask(b, value, FloatCond::Eq);
-        all = Some(match all {
-            Some(others) => b.binary(BinaryOp::And, others, fits),
-            None => fits,
-        });
-        whole
-    });
-    let Some(all) = all else { return x };
+    let (i, x_fits) = ask(b, x, FloatCond::Eq);
+    let (j, y_fits) = ask(b, y, FloatCond::Eq);
+    let both_fit = b.binary(BinaryOp::And, x_fits, y_fits);
     let integers = |b: &mut FuncBuilder| {
-        let bits = b.binary(plain, i, j);
-        b.convert(ConvertOp::IntToFloat, Type::F64, bits)
+        let bits = b.binary(instruction, i, j);
+        Ok(b.convert(ConvertOp::IntToFloat, Type::F64, bits))
     };
-    either(b, all, Type::F64, integers, |b| b.host_call(function, &[x, y]).unwrap_or(x))
+    either(b, both_fit, Type::F64, integers, |b| host_value(b, function, &[x, y]))
 }
 
 /// A comparator.

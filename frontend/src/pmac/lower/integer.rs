@@ -3,11 +3,13 @@
 //! Values are `i32`s of which the low 24 bits count; they are brought to their sign only where
 //! more than the low bits is looked at.
 
+use plcc_abi::pmac::{Format, Kind};
 use plcc_ir::{BinaryOp, FuncBuilder, IntCond, Type, UnaryOp, Value};
 
 use super::Lowerer;
 use super::emit;
-use crate::pmac::ast::{Bin, Expr, Func, Op};
+use crate::common::InternalError;
+use crate::pmac::ast::{Bin, Expr, Func, Op, Target};
 
 /// A value, and whether it is sign-extended from 24 bits. Truth values are `i1`s.
 type Integer = (Value, bool);
@@ -22,69 +24,83 @@ fn whole(b: &mut FuncBuilder, (value, clean): Integer) -> Value {
 }
 
 impl Lowerer<'_> {
-    pub(crate) fn assign_integer(&mut self, number: u16, expr: Expr) {
-        let number = u32::from(number);
-        let value = self.integer(expr);
-        use plcc_abi::pmac::Format;
-        let bits = match self.l_format(number) {
-            Some(Format::D | Format::C) => {
+    /// Assigns to one L-variable or to several; the value is computed once.
+    pub(crate) fn assign_integer(
+        &mut self,
+        target: Target,
+        expr: Expr,
+    ) -> Result<(), InternalError> {
+        let (first, count, step) = match target {
+            Target::Var(Kind::L, number) => (number, 1, 0),
+            Target::Range { kind: Kind::L, first, count, step } => (first, count, step),
+            other => return Err(InternalError::new(format!("integers are assigned to {other:?}"))),
+        };
+        let value = self.integer(expr)?;
+        for k in 0..u32::from(count) {
+            self.write_integer(u32::from(first) + k * u32::from(step), value)?;
+        }
+        Ok(())
+    }
+
+    fn write_integer(&mut self, number: u32, value: Integer) -> Result<(), InternalError> {
+        let bits = match self.l_format(number)? {
+            Format::D | Format::C => {
                 let whole = whole(self.builder.ins(), value);
                 let value = self.widened(whole);
-                self.bcd(number, value)
+                self.bcd(number, value)?
             }
-            _ => value.0,
+            Format::U | Format::S => value.0,
         };
-        self.write_l(number, bits);
+        self.write_l(number, bits)
     }
 
-    pub(crate) fn condition_integer(&mut self, expr: Expr) -> Value {
-        self.integer(expr).0
+    pub(crate) fn condition_integer(&mut self, expr: Expr) -> Result<Value, InternalError> {
+        Ok(self.integer(expr)?.0)
     }
 
-    fn integer(&mut self, expr: Expr) -> Integer {
+    fn integer(&mut self, expr: Expr) -> Result<Integer, InternalError> {
         let download = self.download;
-        let zero = self.builder.ins().iconst(Type::I32, 0);
         let mut stack: Vec<Integer> = Vec::new();
         for op in download.ops(expr) {
-            let mut pop = || stack.pop().unwrap_or((zero, true));
+            let mut pop = || stack.pop().ok_or_else(super::lacks_operand);
             let value = match *op {
                 Op::Const(value) => (self.builder.ins().iconst(Type::I32, value as i64), true),
                 Op::Var(_, number) => {
                     let number = u32::from(number);
-                    let narrow = self.l_field(number).is_some_and(|(_, _, field)| {
-                        use plcc_abi::pmac::Format;
-                        field.width < 24 || field.format != Format::U
-                    });
-                    (self.read_l(number), narrow)
+                    let (_, _, field) = self.l_field(number)?;
+                    let narrow = field.width < 24 || field.format != Format::U;
+                    (self.read_l(number)?, narrow)
                 }
-                Op::Neg => (self.builder.ins().unary(UnaryOp::Neg, pop().0), false),
+                Op::Neg => (self.builder.ins().unary(UnaryOp::Neg, pop()?.0), false),
                 Op::Bin(op) => {
-                    let (right, left) = (pop(), pop());
+                    let (right, left) = (pop()?, pop()?);
                     self.integer_binary(op, left, right)
                 }
                 Op::Cmp(cmp) => {
-                    let (right, left) = (pop(), pop());
+                    let (right, left) = (pop()?, pop()?);
                     let b = self.builder.ins();
                     let (left, right) = (whole(b, left), whole(b, right));
                     (emit::compare_ints(b, cmp, left, right), true)
                 }
                 Op::Both | Op::Either => {
-                    let (right, left) = (pop(), pop());
+                    let (right, left) = (pop()?, pop()?);
                     let op = if *op == Op::Both { BinaryOp::And } else { BinaryOp::Or };
                     (self.builder.ins().binary(op, left.0, right.0), true)
                 }
                 Op::Call(Func::Abs) => {
                     let b = self.builder.ins();
-                    let value = whole(b, pop());
+                    let value = whole(b, pop()?);
                     let negative = b.unary(UnaryOp::Neg, value);
                     (b.binary(BinaryOp::Smax, value, negative), false)
                 }
-                // INT of an integer; nothing else comes here.
-                Op::Call(_) | Op::Indirect(_) => pop(),
+                Op::Call(Func::Int) => pop()?,
+                Op::Call(_) | Op::Indirect(_) => {
+                    return Err(InternalError::new(format!("integers compute no {op:?}")));
+                }
             };
             stack.push(value);
         }
-        stack.pop().unwrap_or((zero, true))
+        stack.pop().ok_or_else(super::lacks_operand)
     }
 
     fn integer_binary(&mut self, op: Bin, left: Integer, right: Integer) -> Integer {

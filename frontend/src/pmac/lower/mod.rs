@@ -20,6 +20,7 @@ use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
 use self::analysis::Name;
 use self::emit::Operand;
 use self::rangeanalysis::Shape;
+use crate::common::InternalError;
 use crate::pmac::analyse::assumptions;
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Download, Expr, Func, Op, Plcs, Stmt, Target, What};
@@ -45,22 +46,28 @@ fn addresses(kind: TaskKind, code: &[Stmt]) -> bool {
 ///
 /// A task's resume points are its WHILE statements, whatever is built in, so that a task may be
 /// suspended in one module and go on in another of the same download.
+///
+/// # Errors
+/// Where the download is not what reading and analysing promise: a defect of plcc.
 pub(crate) fn lower(
     download: &Download,
     loaded: &Loaded,
     files: &[(String, String)],
     relied: &[Relied],
-) -> Module {
+) -> Result<Module, InternalError> {
     let layout = loaded.layout;
     let builder = ChunkBuilder::new(layout.size, layout.regions()).with_limit(CHUNK);
-    let region = |name: &str| builder.region(name).unwrap_or(plcc_ir::Region(0));
+    let region = |name: &str| {
+        let region = builder.region(name);
+        region.ok_or_else(|| InternalError::new(format!("the image has no region `{name}`")))
+    };
     let regions = Regions {
-        p: region("p"),
-        q: region("q"),
-        i: region("i"),
-        mdef: region("mdef"),
-        words: region("words"),
-        exec: region("exec"),
+        p: region("p")?,
+        q: region("q")?,
+        i: region("i")?,
+        mdef: region("mdef")?,
+        words: region("words")?,
+        exec: region("exec")?,
     };
     let mut sources = SourceMap::new();
     for (name, text) in files {
@@ -88,9 +95,9 @@ pub(crate) fn lower(
         lowerer.builder.add_file(name, text);
     }
     for (kind, code) in tasks(download, loaded) {
-        lowerer.task(kind, code);
+        lowerer.task(kind, code)?;
     }
-    lowerer.builder.finish()
+    Ok(lowerer.builder.finish())
 }
 
 pub(crate) struct Lowerer<'a> {
@@ -125,8 +132,21 @@ struct Version {
     places: Vec<Place>,
 }
 
+impl Version {
+    /// The place of the statement at an index, or that of the end.
+    fn place(&self, index: usize) -> Result<Place, InternalError> {
+        let place = self.places.get(index).copied();
+        place.ok_or_else(|| InternalError::new(format!("there is no statement {index}")))
+    }
+}
+
+/// The error of an expression whose operators want more operands than there are.
+pub(crate) fn lacks_operand() -> InternalError {
+    InternalError::new("an expression lacks an operand")
+}
+
 impl Lowerer<'_> {
-    fn task(&mut self, kind: TaskKind, code: &[Stmt]) {
+    fn task(&mut self, kind: TaskKind, code: &[Stmt]) -> Result<(), InternalError> {
         self.context = kind.context();
         self.addresses = addresses(kind, code);
         let entry = self.builder.place();
@@ -146,31 +166,33 @@ impl Lowerer<'_> {
         let [fast, guarded] = &versions;
         let both = !matches!(kind, TaskKind::Command(_)) && self.relies_on_definitions(code);
         if both {
-            self.choose(0, fast, guarded);
-            self.version(code, fast, Some(guarded), &resumes);
+            self.choose(0, fast, guarded)?;
+            self.version(code, fast, Some(guarded), &resumes)?;
         }
-        self.version(code, guarded, None, &resumes);
+        self.version(code, guarded, None, &resumes)?;
         for (index, resume) in resumes.iter().enumerate() {
-            let (Some(resume), Some(&place)) = (resume, guarded.places.get(index)) else {
-                continue;
-            };
+            let Some(resume) = resume else { continue };
             self.builder.bind(*resume);
             if both {
-                self.choose(index, fast, guarded);
+                self.choose(index, fast, guarded)?;
             } else {
-                self.builder.jump(place);
+                self.builder.jump(guarded.place(index)?);
             }
         }
+        Ok(())
     }
 
     /// On to a statement of the version that fits.
-    fn choose(&mut self, index: usize, fast: &Version, guarded: &Version) {
-        let (Some(&fast), Some(&guarded)) = (fast.places.get(index), guarded.places.get(index))
-        else {
-            return;
-        };
+    fn choose(
+        &mut self,
+        index: usize,
+        fast: &Version,
+        guarded: &Version,
+    ) -> Result<(), InternalError> {
+        let (fast, guarded) = (fast.place(index)?, guarded.place(index)?);
         let unmoved = self.unmoved();
         self.builder.brif(unmoved, fast, guarded);
+        Ok(())
     }
 
     fn version(
@@ -179,7 +201,7 @@ impl Lowerer<'_> {
         version: &Version,
         other: Option<&Version>,
         resumes: &[Option<Place>],
-    ) {
+    ) -> Result<(), InternalError> {
         let fast = other.is_some();
         self.fast = fast;
         // The fast version can come over at any statement, where there is one.
@@ -188,77 +210,83 @@ impl Lowerer<'_> {
         let targets = targets(code);
         for (index, stmt) in code.iter().enumerate() {
             let bind = index == 0 || entered || targets.get(index).copied().unwrap_or(false);
-            if bind && let Some(&place) = version.places.get(index) {
-                self.builder.bind(place);
+            if bind {
+                self.builder.bind(version.place(index)?);
             }
-            self.statement(stmt);
+            self.begin_statement(stmt);
             self.may_move_definitions = false;
-            self.step(stmt, version, resumes);
+            let lowered = self.statement(stmt, version, resumes);
+            lowered.map_err(|error| self.placed(error, stmt))?;
             if self.may_move_definitions
                 && let Some(other) = other
-                && let Some(&elsewhere) = other.places.get(index + 1)
             {
+                let elsewhere = other.place(index + 1)?;
                 let unmoved = self.unmoved();
                 let next = self.builder.place();
                 self.builder.brif(unmoved, next, elsewhere);
                 self.builder.bind(next);
             }
         }
-        if let Some(&end) = version.places.last() {
-            self.builder.bind(end);
-        }
+        self.builder.bind(version.place(code.len())?);
         self.builder.ret();
+        Ok(())
     }
 
-    fn statement(&mut self, stmt: &Stmt) {
+    /// An internal error with the place of the statement that it comes of.
+    fn placed(&self, error: InternalError, stmt: &Stmt) -> InternalError {
+        let (span, _) = self.download.origins.place(stmt.at);
+        let (line, _) = self.sources.line_col(span.file, span.start);
+        InternalError::at(error.message, self.sources.path(span.file), line)
+    }
+
+    /// What comes belongs to a statement of the source.
+    fn begin_statement(&mut self, stmt: &Stmt) {
         let (span, _) = self.download.origins.place(stmt.at);
         let (line, _) = self.sources.line_col(span.file, span.start);
         let (start, end) = (span.start, span.end);
         self.builder.statement(Statement { file: span.file.0, line, start, end });
     }
 
-    fn step(&mut self, stmt: &Stmt, version: &Version, resumes: &[Option<Place>]) {
-        let at = |index: u32| {
-            let last = version.places.len().saturating_sub(1);
-            version.places.get((index as usize).min(last)).copied()
-        };
+    fn statement(
+        &mut self,
+        stmt: &Stmt,
+        version: &Version,
+        resumes: &[Option<Place>],
+    ) -> Result<(), InternalError> {
         match stmt.what {
-            What::Assign(Target::Var(Kind::L, number), expr) if stmt.integer => {
-                self.assign_integer(number, expr);
-            }
+            What::Assign(target, expr) if stmt.integer => self.assign_integer(target, expr)?,
             What::Assign(target, expr) => {
                 let index = match target {
-                    Target::Indirect(_, index) => Some(self.value(index)),
+                    Target::Indirect(_, index) => Some(self.value(index)?),
                     _ => None,
                 };
                 match self.asked(expr) {
-                    Some(asked) => self.twice(&asked, |this| {
-                        let value = this.value(expr);
-                        this.assign(target, value, index);
-                        None
-                    }),
-                    None => {
-                        let value = self.value(expr);
-                        self.assign(target, value, index);
-                        None
+                    Some(asked) => {
+                        self.twice(&asked, |this| {
+                            let value = this.value(expr)?;
+                            this.assign(target, value, index)?;
+                            Ok(None)
+                        })?;
                     }
-                };
-            }
-            What::If(expr, target) | What::While(expr, target) => {
-                let truth = self.condition(expr, stmt.integer);
-                let next = self.builder.place();
-                self.builder.brif(truth, next, at(target).unwrap_or(next));
-                self.builder.bind(next);
-            }
-            What::Jump(target) => {
-                if let Some(place) = at(target) {
-                    self.builder.jump(place);
+                    None => {
+                        let value = self.value(expr)?;
+                        self.assign(target, value, index)?;
+                    }
                 }
             }
-            What::EndWhile(head) => match resumes.get(head as usize).copied().flatten() {
-                Some(place) => self.builder.suspend(place),
-                None => self.builder.ret(),
-            },
+            What::If(expr, target) | What::While(expr, target) => {
+                let truth = self.condition(expr, stmt.integer)?;
+                let next = self.builder.place();
+                self.builder.brif(truth, next, version.place(target as usize)?);
+                self.builder.bind(next);
+            }
+            What::Jump(target) => self.builder.jump(version.place(target as usize)?),
+            What::EndWhile(head) => {
+                let resume = resumes.get(head as usize).copied().flatten();
+                let resume =
+                    resume.ok_or_else(|| InternalError::new("an ENDWHILE has no WHILE"))?;
+                self.builder.suspend(resume);
+            }
             What::Plc(op, plcs) => self.plc(op as i64, plcs),
             What::Address(_, Some(system)) => {
                 let at = Address::fixed(self.regions.exec, 8 + 4 * self.context);
@@ -268,10 +296,10 @@ impl Lowerer<'_> {
                 b.store(at, base);
             }
             What::Address(_, None) => {}
-            What::AddressBy(_, system) if system.len > 0 => self.address_by(system),
+            What::AddressBy(_, system) if system.len > 0 => self.address_by(system)?,
             What::AddressBy(..) => {}
             What::Text(index, value) => {
-                let value = value.map_or(Operand::Const(0.0), |expr| self.value(expr));
+                let value = value.map_or(Ok(Operand::Const(0.0)), |expr| self.value(expr))?;
                 let b = self.builder.ins();
                 let value = value.stored(b);
                 let index = b.iconst(Type::I32, i64::from(index));
@@ -283,33 +311,46 @@ impl Lowerer<'_> {
                 b.host_call(HostFn::PmacDefine, &[index]);
             }
             What::Word(space, address, expr) => {
-                let value = self.value(expr);
-                let b = self.builder.ins();
-                let word = value.bits(b);
+                let value = self.value(expr)?;
+                let word = value.bits(self.builder.ins())?;
                 self.write_far_word(space, address, word);
             }
             What::Save => {
                 self.builder.ins().host_call(HostFn::PmacSave, &[]);
             }
         }
+        Ok(())
     }
 
     /// Addresses the coordinate system whose number a variable holds; one that is none changes
     /// nothing.
-    fn address_by(&mut self, system: Expr) {
+    fn address_by(&mut self, system: Expr) -> Result<(), InternalError> {
+        use plcc_ir::{BinaryOp, FloatCond, IntCond};
         let at = Address::fixed(self.regions.exec, 8 + 4 * self.context);
         let block = self.layout.q_base_of(2);
-        let number = self.value(system);
+        let systems = self.layout.systems();
+        let number = self.value(system)?;
         let b = self.builder.ins();
-        let number = number.bits(b);
-        let above = b.binary_imm(plcc_ir::BinaryOp::Sub, number, 1);
-        let last = i64::from(self.layout.systems()) - 1;
-        let known = b.icmp_imm(plcc_ir::IntCond::Ule, above, last);
-        let base = b.binary_imm(plcc_ir::BinaryOp::Mul, above, i64::from(block));
+        let (known, above) = if number.shape().is_int() {
+            let number = number.bits(b)?;
+            let above = b.binary_imm(BinaryOp::Sub, number, 1);
+            (b.icmp_imm(IntCond::Ule, above, i64::from(systems) - 1), above)
+        } else {
+            // The low bits of a large number may be those of a coordinate system's.
+            let value = number.float(b);
+            let (first, end) = (b.fconst(0.5), b.fconst(f64::from(systems) + 0.5));
+            let not_below = b.fcmp(FloatCond::Ge, value, first);
+            let not_above = b.fcmp(FloatCond::Lt, value, end);
+            let known = b.binary(BinaryOp::And, not_below, not_above);
+            let number = Operand::Value(value, number.shape()).bits(b)?;
+            (known, b.binary_imm(BinaryOp::Sub, number, 1))
+        };
+        let base = b.binary_imm(BinaryOp::Mul, above, i64::from(block));
         let base = b.sextend_or_trunc(Type::I32, base);
         let old = b.load(Type::I32, at);
         let base = b.select(known, base, old);
         b.store(at, base);
+        Ok(())
     }
 
     /// Calls the host for each row of neighbours.
@@ -322,20 +363,20 @@ impl Lowerer<'_> {
         }
     }
 
-    fn condition(&mut self, expr: Expr, integer: bool) -> Value {
+    fn condition(&mut self, expr: Expr, integer: bool) -> Result<Value, InternalError> {
         if integer {
             return self.condition_integer(expr);
         }
         if let Some(asked) = self.asked(expr)
             && let Some(truth) = self.twice(&asked, |this| {
-                let value = this.value(expr);
-                Some(value.truth(this.builder.ins()))
-            })
+                let value = this.value(expr)?;
+                Ok(Some(value.truth(this.builder.ins())))
+            })?
         {
-            return truth;
+            return Ok(truth);
         }
-        let value = self.value(expr);
-        value.truth(self.builder.ins())
+        let value = self.value(expr)?;
+        Ok(value.truth(self.builder.ins()))
     }
 
     /// The variables to ask about before integers compute an expression; none where that gains
@@ -354,13 +395,13 @@ impl Lowerer<'_> {
     fn twice(
         &mut self,
         asked: &[Name],
-        mut write: impl FnMut(&mut Self) -> Option<Value>,
-    ) -> Option<Value> {
+        mut write: impl FnMut(&mut Self) -> Result<Option<Value>, InternalError>,
+    ) -> Result<Option<Value>, InternalError> {
         use plcc_ir::{BinaryOp, FloatCond};
         let mut any = None;
         let (mut whole, mut real) = (Vec::new(), Vec::new());
         for &name in asked {
-            let value = self.read(name.0, u32::from(name.1));
+            let value = self.read(name.0, u32::from(name.1))?;
             let b = self.builder.ins();
             let value = value.float(b);
             // Variables hold no NaN.
@@ -372,7 +413,7 @@ impl Lowerer<'_> {
             whole.push((name, Operand::Value(narrow, analysis::ASKED)));
             real.push((name, Operand::Value(value, Shape::FINITE)));
         }
-        let any = any?;
+        let any = any.ok_or_else(|| InternalError::new("no variable is speculated on"))?;
         let b = self.builder.ins();
         let (integer, float, join) = (b.create_block(), b.create_block(), b.create_block());
         b.brif(any, float, integer);
@@ -381,7 +422,7 @@ impl Lowerer<'_> {
             self.builder.ins().switch_to(block);
             self.known = known;
             self.rare = block == float;
-            let value = write(self);
+            let value = write(self)?;
             self.rare = false;
             self.known.clear();
             let b = self.builder.ins();
@@ -391,44 +432,44 @@ impl Lowerer<'_> {
             b.jump(join, value.as_slice());
         }
         self.builder.ins().switch_to(join);
-        result
+        Ok(result)
     }
 
     /// An expression's or condition's value.
-    pub(crate) fn value(&mut self, expr: Expr) -> Operand {
+    pub(crate) fn value(&mut self, expr: Expr) -> Result<Operand, InternalError> {
         let download = self.download;
         let mut stack = std::mem::take(&mut self.stack);
         stack.clear();
         let mut last = None;
         let rare = self.cold || self.rare;
         for op in download.ops(expr) {
-            let mut pop = || stack.pop().unwrap_or(Operand::Const(0.0));
+            let mut pop = || stack.pop().ok_or_else(lacks_operand);
             let value = match *op {
                 Op::Const(value) => Operand::Const(value),
-                Op::Var(kind, number) => self.read(kind, u32::from(number)),
+                Op::Var(kind, number) => self.read(kind, u32::from(number))?,
                 Op::Indirect(kind) => {
-                    let number = pop();
-                    self.read_indirect(kind, number)
+                    let number = pop()?;
+                    self.read_indirect(kind, number)?
                 }
-                Op::Neg => emit::negate(self.builder.ins(), pop()),
+                Op::Neg => emit::negate(self.builder.ins(), pop()?),
                 Op::Bin(bin) => {
-                    let right = pop();
-                    let left = pop();
-                    emit::binary(self.builder.ins(), bin, left, right, rare)
+                    let right = pop()?;
+                    let left = pop()?;
+                    emit::binary(self.builder.ins(), bin, left, right, rare)?
                 }
                 Op::Cmp(cmp) => {
-                    let right = pop();
-                    let left = pop();
+                    let right = pop()?;
+                    let left = pop()?;
                     emit::compare(self.builder.ins(), cmp, left, right)
                 }
                 Op::Call(func) => {
-                    let x = pop();
-                    self.call(func, x, last == Some(&Op::Call(Func::Abs)))
+                    let x = pop()?;
+                    self.call(func, x, last == Some(&Op::Call(Func::Abs)))?
                 }
                 Op::Both | Op::Either => {
                     let b = self.builder.ins();
-                    let right = pop().truth(b);
-                    let left = pop().truth(b);
+                    let right = pop()?.truth(b);
+                    let left = pop()?.truth(b);
                     let op = match op {
                         Op::Both => plcc_ir::BinaryOp::And,
                         _ => plcc_ir::BinaryOp::Or,
@@ -439,18 +480,20 @@ impl Lowerer<'_> {
             stack.push(value);
             last = Some(op);
         }
-        let value = stack.pop().unwrap_or(Operand::Const(0.0));
+        let value = stack.pop().ok_or_else(lacks_operand);
         self.stack = stack;
         value
     }
 
     /// A function of `x`, which is a `magnitude` where it comes out of ABS.
-    fn call(&mut self, func: Func, x: Operand, magnitude: bool) -> Operand {
+    fn call(&mut self, func: Func, x: Operand, magnitude: bool) -> Result<Operand, InternalError> {
         use plcc_ir::UnaryOp;
         if let (Operand::Const(value), Func::Sqrt | Func::Ln | Func::Exp | Func::Abs | Func::Int) =
             (x, func)
         {
-            return Operand::Const(crate::pmac::analyse::eval::function(func, value, 0.0, false));
+            return Ok(Operand::Const(crate::pmac::analyse::eval::function(
+                func, value, 0.0, false,
+            )));
         }
         let trigonometric = match func {
             Func::Sin => Some(HostFn::PmacSin),
@@ -465,28 +508,28 @@ impl Lowerer<'_> {
             let radians = self.radians();
             let b = self.builder.ins();
             let x = x.float(b);
-            let value = b.host_call(function, &[x, radians]).unwrap_or(x);
-            return Operand::Value(value, Shape::FUNCTION);
+            let value = emit::host_value(b, function, &[x, radians])?;
+            return Ok(Operand::Value(value, Shape::FUNCTION));
         }
         let simple = match func {
             Func::Atan2 => {
-                let cosine = self.read(Kind::Q, 0);
+                let cosine = self.read(Kind::Q, 0)?;
                 let radians = self.radians();
                 let b = self.builder.ins();
                 let (x, cosine) = (x.float(b), cosine.float(b));
-                let value = b.host_call(HostFn::PmacAtan2, &[x, cosine, radians]).unwrap_or(x);
-                return Operand::Value(value, Shape::FUNCTION);
+                let value = emit::host_value(b, HostFn::PmacAtan2, &[x, cosine, radians])?;
+                return Ok(Operand::Value(value, Shape::FUNCTION));
             }
-            Func::Abs => return self.abs(x),
-            Func::Int if x.shape().is_int() => return x,
+            Func::Abs => return Ok(self.abs(x)),
+            Func::Int if x.shape().is_int() => return Ok(x),
             Func::Int => UnaryOp::Ffloor,
             Func::Sqrt => UnaryOp::Fsqrt,
             _ => {
                 let function = if func == Func::Ln { HostFn::PmacLn } else { HostFn::PmacExp };
                 let b = self.builder.ins();
                 let x = x.float(b);
-                let value = b.host_call(function, &[x]).unwrap_or(x);
-                return Operand::Value(value, Shape::FUNCTION);
+                let value = emit::host_value(b, function, &[x])?;
+                return Ok(Operand::Value(value, Shape::FUNCTION));
             }
         };
         let (most, nan, minus_zero) = x.shape().real();
@@ -495,13 +538,14 @@ impl Lowerer<'_> {
         let value = b.unary(simple, x);
         if func == Func::Sqrt && magnitude && !nan && !minus_zero && most <= f64::MAX {
             let most = most.max(1.0);
-            return Operand::Value(value, Shape::Real { most, nan: false, minus_zero: false });
+            let shape = Shape::Real { most, nan: false, minus_zero: false };
+            return Ok(Operand::Value(value, shape));
         }
         // Both grow no larger than their argument, but for INT below 0 and SQRT below 1.
         let most = if most < f64::MAX { most + 1.0 } else { most };
         let nan = nan || func == Func::Sqrt;
         let rough = Operand::Value(value, Shape::Real { most, nan, minus_zero: true });
-        Operand::Value(rough.stored(b), Shape::FINITE)
+        Ok(Operand::Value(rough.stored(b), Shape::FINITE))
     }
 
     fn abs(&mut self, x: Operand) -> Operand {

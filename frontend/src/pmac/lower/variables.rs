@@ -7,6 +7,7 @@ use plcc_ir::{Address, BinaryOp, ConvertOp, IntCond, Region, Type, Value};
 use super::Lowerer;
 use super::emit::{self, Operand};
 use super::rangeanalysis::Shape;
+use crate::common::InternalError;
 use crate::pmac::analyse::assumptions::names_of_m;
 use crate::pmac::ast::Target;
 
@@ -48,6 +49,11 @@ fn is_hardware(layout: &Layout, address: u32) -> bool {
     if layout.turbo { address >= 0x7_8000 } else { address >= 0xC000 }
 }
 
+/// The error of an L-variable whose number is computed: the language has none.
+fn computed_l() -> InternalError {
+    InternalError::new("the number of an L-variable is computed")
+}
+
 impl Lowerer<'_> {
     fn double(&self, region: Region, number: u32) -> Address {
         Address::fixed(region, 8 * (number & (self.layout.count - 1)))
@@ -82,10 +88,10 @@ impl Lowerer<'_> {
     }
 
     /// A variable's value.
-    pub(crate) fn read(&mut self, kind: Kind, number: u32) -> Operand {
+    pub(crate) fn read(&mut self, kind: Kind, number: u32) -> Result<Operand, InternalError> {
         if let Some((_, known)) = self.known.iter().find(|(name, _)| *name == (kind, number as u16))
         {
-            return *known;
+            return Ok(*known);
         }
         let at = match kind {
             Kind::P => self.double(self.regions.p, number),
@@ -93,32 +99,27 @@ impl Lowerer<'_> {
             Kind::Q => self.q_address(number),
             Kind::M => return self.read_m(number),
             Kind::L => {
-                let shape = match self.l_field(number) {
-                    Some((_, _, field)) => Shape::field(field),
-                    None => return Operand::Const(0.0),
-                };
-                return Operand::Value(self.read_l(number), shape);
+                let (_, _, field) = self.l_field(number)?;
+                return Ok(Operand::Value(self.read_l(number)?, Shape::field(field)));
             }
         };
-        Operand::Stored(at)
+        Ok(Operand::Stored(at))
     }
 
-    fn read_m(&mut self, number: u32) -> Operand {
+    fn read_m(&mut self, number: u32) -> Result<Operand, InternalError> {
         let number = number & (self.layout.count - 1);
         let place = self.places_of_m.get(number as usize).copied().flatten();
         match place.filter(|_| self.fast) {
-            Some(place) => self.read_m_direct(number, place),
+            Some(place) => Ok(self.read_m_direct(number, place)),
             None => self.read_m_general(number),
         }
     }
 
-    fn read_m_general(&mut self, number: u32) -> Operand {
+    fn read_m_general(&mut self, number: u32) -> Result<Operand, InternalError> {
         let b = self.builder.ins();
         let number = b.iconst(Type::I32, i64::from(number));
-        match b.host_call(HostFn::PmacMRead, &[number]) {
-            Some(value) => Operand::Value(value, Shape::FINITE),
-            None => Operand::Const(0.0),
-        }
+        let value = emit::host_value(b, HostFn::PmacMRead, &[number])?;
+        Ok(Operand::Value(value, Shape::FINITE))
     }
 
     fn read_m_direct(&mut self, number: u32, place: Direct) -> Operand {
@@ -142,40 +143,50 @@ impl Lowerer<'_> {
     }
 
     /// The variable whose number is a value.
-    pub(crate) fn read_indirect(&mut self, kind: Kind, number: Operand) -> Operand {
-        let index = self.index(number);
+    pub(crate) fn read_indirect(
+        &mut self,
+        kind: Kind,
+        number: Operand,
+    ) -> Result<Operand, InternalError> {
+        let index = self.index(number)?;
         let region = match kind {
             Kind::P => self.regions.p,
             Kind::I => self.regions.i,
             Kind::Q => {
                 let index = self.q_index(index);
                 let at = self.indexed(self.regions.q, index);
-                return Operand::Stored(at);
+                return Ok(Operand::Stored(at));
             }
-            Kind::M | Kind::L => {
-                let value = self.builder.ins().host_call(HostFn::PmacMRead, &[index]);
-                return value.map_or(Operand::Const(0.0), |v| Operand::Value(v, Shape::FINITE));
+            Kind::M => {
+                let b = self.builder.ins();
+                let value = emit::host_value(b, HostFn::PmacMRead, &[index])?;
+                return Ok(Operand::Value(value, Shape::FINITE));
             }
+            Kind::L => return Err(computed_l()),
         };
         let at = self.indexed(region, index);
-        Operand::Stored(at)
+        Ok(Operand::Stored(at))
     }
 
     /// A variable's number, an `i32`: rounded, and its low bits.
-    fn index(&mut self, number: Operand) -> Value {
+    fn index(&mut self, number: Operand) -> Result<Value, InternalError> {
         let mask = i64::from(self.layout.count - 1);
         let b = self.builder.ins();
-        let bits = number.bits(b);
-        b.binary_imm(BinaryOp::And, bits, mask)
+        let bits = number.bits(b)?;
+        Ok(b.binary_imm(BinaryOp::And, bits, mask))
     }
 
     /// Assigns to what a statement names.
-    pub(crate) fn assign(&mut self, target: Target, value: Operand, index: Option<Operand>) {
+    pub(crate) fn assign(
+        &mut self,
+        target: Target,
+        value: Operand,
+        index: Option<Operand>,
+    ) -> Result<(), InternalError> {
         match target {
             Target::Var(kind, number) => self.write(kind, u32::from(number), value),
             Target::Indirect(kind, _) => {
-                let index = index.unwrap_or(Operand::Const(0.0));
-                self.write_indirect(kind, index, value);
+                self.write_indirect(kind, index.ok_or_else(super::lacks_operand)?, value)
             }
             Target::Range { kind, first, count, step } => {
                 // Read once: a write may change what it was read from.
@@ -187,30 +198,35 @@ impl Lowerer<'_> {
                 };
                 let fast = self.fast;
                 for k in 0..u32::from(count) {
-                    self.write(kind, u32::from(first) + k * u32::from(step), value);
+                    self.write(kind, u32::from(first) + k * u32::from(step), value)?;
                     // It may have moved the definitions of those that follow.
                     self.fast &= !self.may_move_definitions;
                 }
                 self.fast = fast;
+                Ok(())
             }
         }
     }
 
-    fn write(&mut self, kind: Kind, number: u32, value: Operand) {
+    fn write(&mut self, kind: Kind, number: u32, value: Operand) -> Result<(), InternalError> {
         let at = match kind {
             Kind::P => self.double(self.regions.p, number),
             Kind::Q => self.q_address(number),
-            Kind::I => return self.write_i(number, value),
+            Kind::I => {
+                self.write_i(number, value);
+                return Ok(());
+            }
             Kind::M => return self.write_m(number, value),
             Kind::L => {
-                let bits = match self.l_format(number) {
-                    Some(Format::D | Format::C) => self.bcd(number, value),
-                    _ => value.bits(self.builder.ins()),
+                let bits = match self.l_format(number)? {
+                    Format::D | Format::C => self.bcd(number, value)?,
+                    Format::U | Format::S => value.bits(self.builder.ins())?,
                 };
                 return self.write_l(number, bits);
             }
         };
         value.store(self.builder.ins(), at);
+        Ok(())
     }
 
     fn write_i(&mut self, number: u32, value: Operand) {
@@ -237,12 +253,15 @@ impl Lowerer<'_> {
         }
     }
 
-    fn write_m(&mut self, number: u32, value: Operand) {
+    fn write_m(&mut self, number: u32, value: Operand) -> Result<(), InternalError> {
         let number = number & (self.layout.count - 1);
         let place = self.places_of_m.get(number as usize).copied().flatten();
         match place.filter(|_| self.fast) {
             Some(place) => self.write_m_direct(number, place, value),
-            None => self.write_m_general(number, value),
+            None => {
+                self.write_m_general(number, value);
+                Ok(())
+            }
         }
     }
 
@@ -254,29 +273,42 @@ impl Lowerer<'_> {
         self.may_move_definitions = true;
     }
 
-    fn write_m_direct(&mut self, number: u32, place: Direct, value: Operand) {
+    fn write_m_direct(
+        &mut self,
+        number: u32,
+        place: Direct,
+        value: Operand,
+    ) -> Result<(), InternalError> {
         let at = match place {
             Direct::Word(offset, address, field) => {
                 let at = self.word_address(offset, address);
                 let b = self.builder.ins();
-                let bits = value.bits(b);
-                return emit::write_field(b, at, field, bits);
+                let bits = value.bits(b)?;
+                emit::write_field(b, at, field, bits);
+                return Ok(());
             }
             Direct::Star => {
                 let at = Address::fixed(self.regions.mdef, 8 * number);
                 let b = self.builder.ins();
-                let bits = value.bits(b);
+                let bits = value.bits(b)?;
                 let bits = b.binary_imm(BinaryOp::And, bits, 0x1F_FFFF);
-                return b.store(at, bits);
+                b.store(at, bits);
+                return Ok(());
             }
             Direct::P(number) => self.double(self.regions.p, number),
             Direct::Q(number) => self.double(self.regions.q, number),
         };
         value.store(self.builder.ins(), at);
+        Ok(())
     }
 
-    fn write_indirect(&mut self, kind: Kind, index: Operand, value: Operand) {
-        let index = self.index(index);
+    fn write_indirect(
+        &mut self,
+        kind: Kind,
+        index: Operand,
+        value: Operand,
+    ) -> Result<(), InternalError> {
+        let index = self.index(index)?;
         let function = match kind {
             Kind::P | Kind::Q => {
                 let at = match kind {
@@ -286,68 +318,70 @@ impl Lowerer<'_> {
                         self.indexed(self.regions.q, index)
                     }
                 };
-                return value.store(self.builder.ins(), at);
+                value.store(self.builder.ins(), at);
+                return Ok(());
             }
             Kind::I => HostFn::PmacIWrite,
-            Kind::M | Kind::L => {
+            Kind::M => {
                 self.may_move_definitions = true;
                 HostFn::PmacMWrite
             }
+            Kind::L => return Err(computed_l()),
         };
         let b = self.builder.ins();
         let value = value.stored(b);
         b.host_call(function, &[index, value]);
+        Ok(())
     }
 
     /// An L-variable's word and field.
-    pub(crate) fn l_field(&self, number: u32) -> Option<(Space, u32, Field)> {
-        match self.download.l_defs.get(&(number as u16))? {
-            Definition::X { address, field } => Some((Space::X, *address, *field)),
-            Definition::Y { address, field } => Some((Space::Y, *address, *field)),
-            _ => None,
+    pub(crate) fn l_field(&self, number: u32) -> Result<(Space, u32, Field), InternalError> {
+        match self.download.l_defs.get(&(number as u16)) {
+            Some(Definition::X { address, field }) => Ok((Space::X, *address, *field)),
+            Some(Definition::Y { address, field }) => Ok((Space::Y, *address, *field)),
+            other => Err(InternalError::new(format!("L{number} is defined as {other:?}"))),
         }
     }
 
-    pub(crate) fn l_format(&self, number: u32) -> Option<Format> {
+    pub(crate) fn l_format(&self, number: u32) -> Result<Format, InternalError> {
         self.l_field(number).map(|(_, _, field)| field.format)
     }
 
     /// An L-variable's value, an `i32`.
-    pub(crate) fn read_l(&mut self, number: u32) -> Value {
-        let Some((space, address, field)) = self.l_field(number) else {
-            return self.builder.ins().iconst(Type::I32, 0);
-        };
-        match self.layout.place(space, address) {
+    pub(crate) fn read_l(&mut self, number: u32) -> Result<Value, InternalError> {
+        let (space, address, field) = self.l_field(number)?;
+        Ok(match self.layout.place(space, address) {
             Place::Word(offset) => {
                 let at = self.word_address(offset - self.layout.words, address);
                 emit::read_field(self.builder.ins(), at, field)
             }
             _ => {
-                let word = self.far_word(space, address);
+                let word = self.far_word(space, address)?;
                 emit::field_of(self.builder.ins(), word, field)
             }
-        }
+        })
     }
 
-    fn far_word(&mut self, space: Space, address: u32) -> Value {
+    fn far_word(&mut self, space: Space, address: u32) -> Result<Value, InternalError> {
         let b = self.builder.ins();
         let space = b.iconst(Type::I32, i64::from(space == Space::Y));
         let address = b.iconst(Type::I32, i64::from(address));
-        let word = b.host_call(HostFn::PmacWordRead, &[space, address]);
-        word.unwrap_or(space)
+        emit::host_value(b, HostFn::PmacWordRead, &[space, address])
     }
 
     /// Writes the low bits of an `i32` to an L-variable.
-    pub(crate) fn write_l(&mut self, number: u32, bits: Value) {
-        let Some((space, address, field)) = self.l_field(number) else { return };
+    pub(crate) fn write_l(&mut self, number: u32, bits: Value) -> Result<(), InternalError> {
+        let (space, address, field) = self.l_field(number)?;
         if let Place::Word(offset) = self.layout.place(space, address) {
             let at = self.word_address(offset - self.layout.words, address);
-            return emit::write_field(self.builder.ins(), at, field, bits);
+            emit::write_field(self.builder.ins(), at, field, bits);
+            return Ok(());
         }
-        let old = self.far_word(space, address);
+        let old = self.far_word(space, address)?;
         let b = self.builder.ins();
         let word = emit::insert_field(b, old, field, bits);
         self.write_far_word(space, address, word);
+        Ok(())
     }
 
     /// Writes a word through the host.
@@ -360,12 +394,12 @@ impl Lowerer<'_> {
     }
 
     /// The digits of a value in an L-variable's format, an `i32`.
-    pub(crate) fn bcd(&mut self, number: u32, value: Operand) -> Value {
-        let complemented = self.l_format(number) == Some(Format::C);
+    pub(crate) fn bcd(&mut self, number: u32, value: Operand) -> Result<Value, InternalError> {
+        let complemented = self.l_format(number)? == Format::C;
         let b = self.builder.ins();
         let value = value.float(b);
-        let Some(bits) = b.host_call(HostFn::PmacBcd, &[value]) else { return value };
-        if complemented { b.binary_imm(BinaryOp::Xor, bits, -1) } else { bits }
+        let bits = emit::host_value(b, HostFn::PmacBcd, &[value])?;
+        Ok(if complemented { b.binary_imm(BinaryOp::Xor, bits, -1) } else { bits })
     }
 
     /// Whether statements name M-variables that are accessed directly.

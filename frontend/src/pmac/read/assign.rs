@@ -88,8 +88,10 @@ impl Reader<'_> {
             self.cur.pos += 1;
             return Ok(Variable::Defaults(first, count, step));
         }
-        if let (Target::Var(..) | Target::Range { .. }, Kind::L) = (target, kind) {
-            self.uses(kind, first, at)?;
+        if kind == Kind::L {
+            for k in 0..count {
+                self.uses(kind, first.wrapping_add(k.wrapping_mul(step)), at)?;
+            }
         }
         self.expression()?;
         if self.ops.get(from..).is_some_and(|_| compound.is_some())

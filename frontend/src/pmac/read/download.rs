@@ -278,7 +278,9 @@ impl Checker<'_> {
             return false;
         }
         let (expr, target): (Expr, bool) = match what {
-            What::Assign(Target::Var(Kind::L, _), expr) => (*expr, true),
+            What::Assign(Target::Var(Kind::L, _) | Target::Range { kind: Kind::L, .. }, expr) => {
+                (*expr, true)
+            }
             What::If(expr, _) | What::While(expr, _) => (*expr, false),
             _ => return false,
         };

@@ -84,7 +84,8 @@ mod tests {
         let file = map.add("m.pmc", source.as_bytes());
         let options = Options { controller, ..Options::default() };
         let (program, _) = check(&mut map, &[file], &MemoryLoader::new(), &options);
-        let plcc_abi::Tables::Pmac(tables) = program.unwrap().lower().program.tables else {
+        let plcc_abi::Tables::Pmac(tables) = program.unwrap().lower().unwrap().program.tables
+        else {
             panic!("not PMAC");
         };
         notes(&tables)
