@@ -157,6 +157,29 @@ fn every_unsafe_block_says_why() {
     }
 }
 
+/// What the statement interpreters must not share with what they are compared with.
+const NOT_FOR_ORACLES: &[&str] = &["lower", "plcc_ir", "eval"];
+
+/// A mistake of the lowering, of the IR or of the folding of constants must not hide in the
+/// statement interpreter too.
+#[test]
+fn oracles_share_nothing_with_the_lowering() {
+    for language in ["pmi", "nct", "pmac"] {
+        let folder = format!("frontend/src/{language}/oracle/");
+        let all = sources();
+        let files: Vec<_> = all.iter().filter(|(path, _)| path.starts_with(&folder)).collect();
+        assert!(!files.is_empty(), "{folder} holds nothing");
+        for (path, text) in files {
+            for (number, line) in text.lines().enumerate() {
+                let code = line.split("//").next().unwrap_or("");
+                let names = code.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+                let shared = names.into_iter().find(|name| NOT_FOR_ORACLES.contains(name));
+                assert_eq!(shared, None, "{path}:{}: {line}", number + 1);
+            }
+        }
+    }
+}
+
 #[test]
 fn files_stay_short() {
     for (path, text) in sources() {
