@@ -110,10 +110,10 @@ fn inputs_and_outputs() {
     expect("$INPUT\nA=0/8\nB=0/3-3/B\nC=0/5-2/BCD\n$END\n", &[("16", 2), ("16", 3), ("16", 4)]);
     expect("$INPUT\nA=0/0-3/BIN\n$END\n", &[("17", 2)]);
     expect("$INPUT\nA=0/0-3\n$END\n", &[("11", 2)]);
-    expect("$INPUT\nA=0/0 3/B\n$END\n", &[("11", 2)]);
+    expect("$INPUT\nA=0/0 3/B\n$END\n", &[("5", 2)]);
     expect("$INPUT\nA=0/0\nB=0/0\nC=0/0-3/B\n$END\n", &[]);
     expect("$OUTPUT\nA=0/0\nB=0/0-3/B\n$END\n", &[("X2", 3)]);
-    expect("$INPUT\nA=0/0 B=0/1\n$END\n", &[("11", 2)]);
+    expect("$INPUT\nA=0/0 B=0/1\n$END\n", &[("5", 2)]);
 }
 
 #[test]
@@ -285,4 +285,80 @@ fn warnings() {
     expect(&format!("$END\nX=T ?{}\n", "x".repeat(67)), &[("W1", 2)]);
     expect("$KEY\nA=\u{201c}X\u{201d}\n$INTEGER\nB=\u{2212}5\n$END\n", &[("W2", 2)]);
     expect("$FAULT\nA=\"1234567890123456789012345678901234567890X\"\n$END\n", &[("W4", 2)]);
+}
+
+#[test]
+fn what_stands_behind_a_complete_line_is_too_much() {
+    expect(
+        "$INPUT\nIN1=0/0 X\nIN2=0/1,\nIN3=0/2/BCD\nIN4=0/3-4\n$END\n",
+        &[("5", 2), ("5", 3), ("5", 4), ("11", 5)],
+    );
+}
+
+#[test]
+fn missing_constants_are_missed_at_the_end_of_the_statement() {
+    expect("$INTEGER\nA[3] = #\n [1, #\n 2]\n$END\n", &[("20", 4)]);
+    expect("$INTEGER\nA[2] = [1, #\n 2, #\n 3, #\n 4]\n$END\n", &[("20", 4)]);
+}
+
+#[test]
+fn a_value_that_is_no_number_is_no_constant() {
+    let text = "$INTEGER\nA=B\nC=-D\nE=@FRO\nG=\"1\"\nH=,\nK=\n$LOGICAL\nM=-0\nN=2\n$END\n";
+    let thirty = |line| ("30", line);
+    let missing = [("12", 6), ("12", 7)];
+    let all = [2, 3, 4, 5].map(thirty).into_iter().chain(missing).chain([9, 10].map(thirty));
+    expect(text, &all.collect::<Vec<_>>());
+}
+
+#[test]
+fn a_long_operand_is_told_at_its_operator_whatever_stands_behind_it() {
+    for text in [
+        "I = L * NONE",
+        "I = L * )",
+        "I = L * (",
+        "I = L * (I",
+        "I = L * -/I",
+        "I = L * (I + , I)",
+        "I = L * AI[9]",
+        "I = 1 + L * ELSE",
+    ] {
+        logic(text, &[("42", 1)]);
+    }
+    // The operator stands on the first line, the other error on the second.
+    logic("I = L * #\n ,\n", &[("42", 1)]);
+    logic("I = I * #\n ,\n", &[("34", 2)]);
+}
+
+#[test]
+fn a_comma_or_a_directive_leaves_parentheses_open() {
+    for text in ["IF (I, J)\nENDIF", "I = (I + J, 1)", "I = (I $END)", "I = (,)", "I = (I + $LONG)"]
+    {
+        logic(text, &[("32", 1)]);
+    }
+    logic("I = I, J", &[("5", 1)]);
+    logic("I = AI[1, 2]", &[("5", 1)]);
+}
+
+#[test]
+fn all_names_of_a_faulty_declaration_count_as_declared() {
+    expect("$INTEGER\nA B, C D\n$END\nA = B + C + D\n", &[("11", 2)]);
+    expect("$TIMER\nE TC DC = 5\n$END\nTC = DC\n", &[("11", 2)]);
+}
+
+#[test]
+fn a_tab_in_a_text_is_a_blank() {
+    let mut sources = SourceMap::new();
+    let file = sources.add("main.pmi", b"$FAULT\nFLT = \"A\tB\"\n$END\nFLT = T\n");
+    let options = Options::default();
+    let (program, _) = pmi::check(&mut sources, file, &MemoryLoader::new(), &options);
+    let lowered = program.map(|program| program.lower());
+    let Some(Ok(lowered)) = lowered else { panic!("it is lowered") };
+    let plcc_abi::Tables::Pmi(tables) = lowered.program.tables else { panic!("PMI's tables") };
+    let text = tables.faults.first().map(|fault| fault.text.clone());
+    assert_eq!(text, Some(vec![plcc_abi::pmi::TextItem::Text("A B".to_owned())]));
+}
+
+#[test]
+fn the_misprint_of_auhom_is_read_only() {
+    logic("X = @AUHOME[0]\n@AUHOME[0] = T\n", &[("41", 2)]);
 }

@@ -338,6 +338,8 @@ fn an_index_out_of_bounds_is_an_emergency_stop() {
         })
         .unwrap();
     let stop = control.scan(|image| {
+        // Lines of the port that no output declares.
+        write_u8(image, PORTS + 1, 0xFF);
         write_u8(image, BROKEN, 1);
         write_i16(image, SPEED, 3);
         Outcome::Trap(TrapCode::ArrayBounds)

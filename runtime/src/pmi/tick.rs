@@ -132,11 +132,12 @@ impl PmiExecutive {
         }
     }
 
-    /// E-stop: the lines of outputs are off, variables keep their values.
+    /// E-stop: all lines of the output ports are off, also those that no output declares;
+    /// variables keep their values.
     fn emergency_stop(&mut self) {
         write_u8(&mut self.image, self.special.estop, 1);
         for &(lines, _) in &self.outputs {
-            port_lines::drive(&mut self.image, self.ports, lines, 0);
+            write_u8(&mut self.image, self.ports + u32::from(lines.port), 0);
         }
     }
 

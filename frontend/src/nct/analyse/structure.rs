@@ -1,5 +1,7 @@
 //! What holds between statements: conditions and their ends, labels, modules (NCT 3, 4.2, 4.11).
 
+use std::collections::BTreeSet;
+
 use plcc_diag::{Diagnostic, FileId, Span};
 
 use crate::nct::{
@@ -29,6 +31,40 @@ pub(crate) struct Checker<'a> {
     last: Span,
     /// From the first character of the last line that has one.
     last_line: Span,
+    unread: Unread,
+}
+
+/// What stands inside statements that could not be read, such as a wrong parenthesis: it is not
+/// missing, and nothing more is told about it.
+#[derive(Default)]
+struct Unread {
+    labels: BTreeSet<u16>,
+    /// The digits of `J0`, `J1` and `J2`.
+    ends: BTreeSet<u8>,
+}
+
+impl Unread {
+    fn of(text: &str, stmts: &[Stmt]) -> Self {
+        let mut unread = Self::default();
+        for stmt in stmts.iter().filter(|stmt| matches!(stmt.op, Op::Bad { .. })) {
+            let written = text.get(stmt.span.range()).unwrap_or("").chars();
+            let mut rest = written.filter(|c| !is_blank(*c));
+            while let Some(c) = rest.next() {
+                let mut ahead = rest.clone();
+                let mut digit = || ahead.next().and_then(|c| c.to_digit(10));
+                match c {
+                    ':' => {
+                        if let (Some(a), Some(b), Some(c)) = (digit(), digit(), digit()) {
+                            unread.labels.insert((a * 100 + b * 10 + c) as u16);
+                        }
+                    }
+                    'J' => unread.ends.extend(digit().map(|digit| digit as u8)),
+                    _ => {}
+                }
+            }
+        }
+        unread
+    }
 }
 
 /// Checks and links the statements; gives the labels' places.
@@ -44,7 +80,8 @@ pub(crate) fn check(
     let first = last.end as usize - line.trim_start_matches(is_blank).len();
     let last_line = Span::new(file, first, last.end as usize);
     let labels = vec![None; 201];
-    let mut checker = Checker { text, stmts, found, labels, last, last_line };
+    let unread = Unread::of(text, stmts);
+    let mut checker = Checker { text, stmts, found, labels, last, last_line, unread };
     checker.nest();
     checker.find_labels();
     checker.targets();
@@ -220,15 +257,21 @@ impl Checker<'_> {
         self.error(74, self.span(at), message, help);
     }
 
+    /// Whether a label stands in the program.
     fn has(&self, label: u16) -> bool {
         self.labels.get(label as usize).is_some_and(Option::is_some)
+    }
+
+    /// Whether a label stands in the program, or inside a statement that could not be read.
+    fn is_written(&self, label: u16) -> bool {
+        self.has(label) || self.unread.labels.contains(&label)
     }
 
     fn targets(&mut self) {
         for at in 0..self.stmts.len() {
             let Some(&Stmt { op, span }) = self.stmts.get(at) else { break };
             if let Op::Goto(label) | Op::Call(label) = op
-                && !self.has(label)
+                && !self.is_written(label)
             {
                 let message = format!("there is no label :{label:03}");
                 let help = match self.nearest(label) {
@@ -255,7 +298,7 @@ impl Checker<'_> {
             return;
         }
         for (label, number) in [(0, 5), (1, 6)] {
-            if !self.has(label) {
+            if !self.is_written(label) {
                 let message = format!("there is no module :{label:03}");
                 let help =
                     format!("write :{label:03} and J{label}, with nothing between if need be");
@@ -264,7 +307,7 @@ impl Checker<'_> {
         }
         for module in 0..3_u8 {
             let ends = self.stmts.iter().any(|s| s.op == Op::End(module));
-            if ends || !self.has(module.into()) {
+            if ends || !self.has(module.into()) || self.unread.ends.contains(&module) {
                 continue;
             }
             let message = format!("there is no J{module}");

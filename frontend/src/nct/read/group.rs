@@ -1,6 +1,8 @@
 //! What parentheses and brackets hold (NCT 4.4, 4.8): read without recursion, so that their depth
 //! costs no stack.
 
+use plcc_diag::Diagnostic;
+
 use crate::common::Limits;
 use crate::nct::{
     ast::{Arith, Cond, Op},
@@ -42,12 +44,13 @@ impl Parser<'_> {
             return Ok(());
         }
         let span = self.c.span_here();
-        let help = if depth < MAX_DEPTH {
-            "compute a part before and keep it in a flag, or use --limits none"
-        } else {
-            "compute a part before and keep it in a flag"
-        };
-        Err(error(12, span, format!("more than {most} levels of parentheses"), help))
+        let message = format!("more than {most} levels of parentheses");
+        if self.limits == Limits::None {
+            let help = "compute a part before and keep it in a flag";
+            return Err(Box::new(Diagnostic::error("NCT-X1", span, message).help(help)));
+        }
+        let help = "compute a part before and keep it in a flag, or use --limits none";
+        Err(error(12, span, message, help))
     }
 
     /// A condition in parentheses, at its `(`.
@@ -272,12 +275,14 @@ impl Parser<'_> {
     }
 }
 
-/// The offsets, rising, of parentheses and brackets that nothing closes. Labels, `Z`, `J` and `$`
-/// can't stand in any, so whatever is open there stays so.
+/// The offsets, rising, of parentheses and brackets that nothing closes. `Z` and `$` can't stand in
+/// any, so whatever is open there stays so; nor can labels and `J`, unless what closes the innermost
+/// one comes next.
 fn find_unclosed(mut c: Cursor<'_>) -> Vec<usize> {
     let mut open: Vec<(char, usize)> = vec![];
     let mut unclosed = vec![];
     let mut round = 0_usize;
+    let mut next_closing = NextClosing::default();
     loop {
         let at = c.pos();
         let Some(next) = c.bump() else { break };
@@ -297,6 +302,7 @@ fn find_unclosed(mut c: Cursor<'_>) -> Vec<usize> {
                     unclosed.push(at);
                 }
             }
+            ':' | 'J' if open.last().is_some_and(|&(kind, _)| next_closing.is(&c, kind)) => {}
             ':' => {
                 round = 0;
                 unclosed.extend(open.drain(..).map(|(_, at)| at));
@@ -317,4 +323,31 @@ fn find_unclosed(mut c: Cursor<'_>) -> Vec<usize> {
     unclosed.extend(open.into_iter().map(|(_, at)| at));
     unclosed.sort_unstable();
     unclosed
+}
+
+/// What comes next of the characters that open, close and end conditions.
+#[derive(Default)]
+struct NextClosing {
+    /// Up to this offset the answer is known, so that no text is looked through twice.
+    end: usize,
+    /// The character there.
+    found: Option<char>,
+}
+
+impl NextClosing {
+    /// Whether it is the one that closes an `opening`.
+    fn is(&mut self, c: &Cursor<'_>, opening: char) -> bool {
+        if self.end <= c.pos() {
+            let mut ahead = c.clone();
+            self.found = None;
+            while let Some(next) = ahead.bump() {
+                if matches!(next, '(' | ')' | '[' | ']' | 'Z' | '$') {
+                    self.found = Some(next);
+                    break;
+                }
+            }
+            self.end = ahead.end();
+        }
+        self.found == Some(if opening == '(' { ')' } else { ']' })
+    }
 }

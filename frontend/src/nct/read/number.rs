@@ -2,7 +2,8 @@
 
 use crate::nct::read::{
     cursor::Cursor,
-    diagnostic::{Read, error, shown},
+    diagnostic::{Fail, Read, error, shown},
+    operand::refuse,
 };
 
 /// Which digits a number has.
@@ -51,13 +52,18 @@ pub(crate) fn address(
                 break;
             }
             Some(_) => return Err(not_octal(c, start)),
+            // A name that stands where digits should is part of the wrong statement.
+            None if len == 0 && !c.gap() && c.peek().is_some_and(|c| c.is_ascii_uppercase()) => {
+                let fail = too_few(c, start, least, most, digits);
+                return Err(refuse(c, |_| fail));
+            }
             None => return Err(too_few(c, start, least, most, digits)),
         }
     }
     Ok(Address { value, len })
 }
 
-fn not_octal(c: &Cursor<'_>, start: usize) -> crate::nct::read::diagnostic::Fail {
+fn not_octal(c: &Cursor<'_>, start: usize) -> Fail {
     error(
         9,
         c.span_from(start),
@@ -66,13 +72,7 @@ fn not_octal(c: &Cursor<'_>, start: usize) -> crate::nct::read::diagnostic::Fail
     )
 }
 
-fn too_few(
-    c: &Cursor<'_>,
-    start: usize,
-    least: u8,
-    most: u8,
-    digits: Digits,
-) -> crate::nct::read::diagnostic::Fail {
+fn too_few(c: &Cursor<'_>, start: usize, least: u8, most: u8, digits: Digits) -> Fail {
     let count = if least == most { format!("{most}") } else { format!("{least} or {most}") };
     let s = if most == 1 { "" } else { "s" };
     let number = if digits == Digits::Octal { 9 } else { 19 };

@@ -115,7 +115,9 @@ impl Spec<'_> {
         if values.len() == elements as usize {
             return Ok((values, None));
         }
-        let span = extra.unwrap_or(name.1);
+        // Missing ones are missed where the statement ends, superfluous ones where they stand.
+        let end = cursor.tokens.last().map_or(name.1, |token| cursor.span_of(*token));
+        let span = extra.unwrap_or(end);
         let count = values.len();
         let what = format!("{} has {elements} elements but {count} constants", name.0);
         fail(error(20, span, what).help("give one constant for each element"))
@@ -127,18 +129,16 @@ impl Spec<'_> {
         let negative = cursor.eat(Kind::Minus);
         let span = start.to(cursor.here());
         let value = match cursor.token() {
-            Some(token) if token.kind == Kind::Name && !negative => match cursor.slice(token) {
-                "T" if ty == Type::Logical => 1,
-                "F" if ty == Type::Logical => 0,
-                other => {
-                    let what = format!("`{other}` is no constant of this type");
-                    return fail(error(30, span, what).help(range_of(ty)));
-                }
-            },
-            Some(token) => match token.kind {
-                Kind::Number(value) => {
+            Some(token) => match (token.kind, cursor.slice(token)) {
+                (Kind::Number(value), _) => {
                     let value = i64::from(value);
                     if negative { -value } else { value }
+                }
+                (Kind::Name, "T") if ty == Type::Logical && !negative => 1,
+                (Kind::Name, "F") if ty == Type::Logical && !negative => 0,
+                (Kind::Name | Kind::Executive | Kind::Text, _) => {
+                    let what = format!("{} is no constant of this type", cursor.found());
+                    return fail(error(30, span, what).help(range_of(ty)));
                 }
                 _ => {
                     let what = format!("a constant is expected, not {}", cursor.found());

@@ -174,13 +174,12 @@ impl<'p, 'c> Parser<'p, 'c> {
         }
     }
 
-    /// Applies what is complete, to find errors that stand before the one found.
+    /// Applies the operators that wait, to find errors that stand before the one found: 42 stands
+    /// at its operator. An operand that is missing counts as one of which nothing is known.
     fn flush(&mut self, operand_missing: bool) {
-        if operand_missing {
-            while matches!(self.pending.last(), Some(Pending::Unary { .. })) {
-                self.pending.pop();
-            }
-            self.pending.pop();
+        if operand_missing && let Some(at) = self.cursor.tokens.last() {
+            let (start, at) = (self.ops.len(), *at);
+            self.operands.push(Operand { ty: None, constant: None, product: None, start, at });
         }
         while let Some(pending) = self.pending.pop() {
             match pending {
@@ -236,11 +235,25 @@ impl<'p, 'c> Parser<'p, 'c> {
                 Ok(false)
             }
             Kind::Name | Kind::Executive => self.variable(token),
+            Kind::Comma | Kind::Directive if self.in_parentheses() => self.not_closed(),
             _ => {
                 let what = format!("an operand is expected, not {}", self.cursor.found());
                 self.fail(34, what, "a name, a number, T, F or a parenthesis stands here")
             }
         }
+    }
+
+    /// Whether the innermost opening that waits is a parenthesis.
+    fn in_parentheses(&self) -> bool {
+        let open =
+            |pending: &&Pending| matches!(pending, Pending::Paren { .. } | Pending::Bracket { .. });
+        matches!(self.pending.iter().rev().find(open), Some(Pending::Paren { .. }))
+    }
+
+    /// A comma or directive where a parenthesis has still to be closed.
+    fn not_closed<T>(&self) -> Result<T, Box<Diagnostic>> {
+        let what = format!("a parenthesis is not closed before {}", self.cursor.found());
+        self.fail(32, what, "put a `)` before it, or remove it")
     }
 
     fn names_of(&self, a: Token, b: Token) -> String {
@@ -402,6 +415,7 @@ impl<'p, 'c> Parser<'p, 'c> {
                 let what = format!("{} has no place in an expression", self.cursor.found());
                 self.fail(34, what, "brackets belong right behind an array's name")
             }
+            Kind::Comma | Kind::Directive if self.in_parentheses() => self.not_closed(),
             _ => {
                 let what = format!("{} is too much in this statement", self.cursor.found());
                 self.fail(5, what, "remove it, or put it on a line of its own")

@@ -3,10 +3,10 @@
 use std::collections::HashMap;
 
 use plcc_abi::pmi::{Format, Lines, Type};
-use plcc_diag::Span;
+use plcc_diag::{Diagnostic, Span};
 
 use crate::pmi::{
-    analyse::specification_section::{Result, Section, Spec, fail},
+    analyse::specification_section::{HelpIfNone, Result, Section, Spec, fail},
     ast::Meaning,
     read::{
         cursor::Cursor,
@@ -14,7 +14,6 @@ use crate::pmi::{
         token::Kind,
     },
 };
-use plcc_diag::Diagnostic;
 
 /// The last port: 16 MAX boards of 128.
 const LAST_PORT: i64 = 2047;
@@ -67,11 +66,9 @@ impl Spec<'_> {
                 self.group(cursor, port, low)?
             }
             Some(_) => {
-                let what =
-                    format!("`-` or the end is expected behind the bit, not {}", cursor.found());
+                let what = format!("{} stands behind the line's bit", cursor.found());
                 let help = "a group of bits is written port/bit-bit/type, for instance 2/0-7/BCD";
-                let problem = cursor.fail(11, what);
-                return fail(if problem.help.is_none() { problem.help(help) } else { problem });
+                return fail(cursor.fail(5, what).help_if_none(help));
             }
         };
         self.end(cursor)?;
@@ -127,9 +124,8 @@ impl Spec<'_> {
             }
             None => {
                 let what = format!("a type of number is expected, not {}", cursor.found());
-                let problem = cursor.fail(17, what);
                 let help = "the types are B (binary), BCD and TWOC (two's complement)";
-                return fail(if problem.help.is_none() { problem.help(help) } else { problem });
+                return fail(cursor.fail(17, what).help_if_none(help));
             }
         };
         Ok(Lines { port, low, count: high - low + 1, format })

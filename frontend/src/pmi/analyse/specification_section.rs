@@ -239,24 +239,14 @@ impl<'a> Spec<'a> {
         }
     }
 
-    /// Declares what a faulty statement means to declare as unknown, so that its uses are no
-    /// further errors.
+    /// Declares all names of a faulty statement as unknown, so that their uses are no further
+    /// errors. Names of the executive are declared as codes only.
     fn poison(&mut self, cursor: &Cursor<'_>) {
-        let mut before = None;
+        let codes = matches!(self.section, Some(Section::MCode | Section::GCode) | None);
         for token in cursor.tokens {
-            let first = before.is_none();
-            let listed = first || before == Some(Kind::Comma);
-            let declares = match self.section {
-                Some(Section::Logical | Section::Integer | Section::Long) | None => listed,
-                Some(Section::MCode | Section::GCode) => token.kind == Kind::Executive,
-                Some(Section::Timer) => before == Some(Kind::Slash),
-                Some(Section::FlipFlop) => true,
-                Some(_) => first,
-            };
-            if declares && matches!(token.kind, Kind::Name | Kind::Executive) {
+            if token.kind == Kind::Name || codes && token.kind == Kind::Executive {
                 self.names.poison(cursor.slice(*token), cursor.span_of(*token));
             }
-            before = Some(token.kind);
         }
     }
 
