@@ -109,8 +109,14 @@ Examples:
   plcc explain --list --dialect pmi")]
     Explain(ExplainArgs),
 
-    /// Lists where an NCT program reads, writes and tests each variable
-    #[command(after_help = "Example:\n  plcc xref sample.plc")]
+    /// Lists where a program reads, writes and tests each variable
+    #[command(after_help = "\
+Of an NCT program it also warns of bits that are written and never read, read and never written, and \
+of outputs that several modules switch.
+
+Examples:
+  plcc xref sample.plc
+  plcc xref lathe.pmi --message-format json | jq 'select(.written == [])'")]
     Xref(XrefArgs),
 
     /// Prints completions for a shell
@@ -407,8 +413,9 @@ pub(crate) struct ExplainArgs {
 
 #[derive(Args)]
 pub(crate) struct XrefArgs {
-    /// The NCT source
-    pub(crate) file: PathBuf,
+    /// The source; several are one PMAC download, in their order
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
 
     /// For people or for programs
     #[arg(long, value_name = "FORMAT", default_value = "human")]

@@ -57,7 +57,7 @@ impl Checked {
     }
 
     /// Where each variable is read, written and tested.
-    pub fn cross_reference(&self) -> Option<CrossReference> {
+    pub fn cross_reference(&self) -> CrossReference {
         self.0.cross_reference()
     }
 

@@ -101,7 +101,8 @@ fn wrong_usage_is_status_2() {
         ("run b.plc --ticks 1 --const 41=1", "no number from 1 to 40"),
         ("run b.plc --ticks 1 --control nct1", "nct104"),
         ("bench a.pmi --scans 0", "0 is not in"),
-        ("xref a.pmi", "NCT"),
+        ("xref", "FILE"),
+        ("xref a.pmi b.plc", "--dialect"),
         ("explain", "CODE"),
         ("explain PMX-31", "PMI-31"),
         ("explain --list PMI-31", "--list"),
@@ -171,6 +172,59 @@ fn xref_lists_reads_writes_and_tests() {
     assert_eq!(row["read"], serde_json::json!([4]));
     assert_eq!(row["written"], serde_json::json!([6]));
     folder.plcc("xref b.plc").exits(1);
+}
+
+#[test]
+fn every_language_has_a_cross_reference() {
+    let pmi =
+        "$INCLUDE D.PMI\n$FAULT\nHOT=\"N IS\", N\n$END\nIF (G>2)\nA[N]=G+@FRO\nENDIF\nHOT=F\n";
+    let pmac =
+        "M1->Y:$FFC2,8\nI5=2\nP3..4=0\nOPEN PLC 1 CLEAR\nIF (M1=1)\nP(P1)=P2\nENDIF\nCLOSE\n";
+    let folder = Folder::with(&[
+        ("a.pmi", pmi),
+        ("d.pmi", "$INTEGER\nN,G,A[5]\n"),
+        ("c.pmc", pmac),
+        ("e.pmc", "OPEN PLC 2 CLEAR\nP2=P2+1\nCLOSE\n"),
+    ]);
+    let rows = |line: &str| -> Vec<(String, String, String)> {
+        let done = folder.plcc(&format!("xref {line} --message-format json")).exits(0);
+        let rows = done.json().into_iter().filter(|row| row["name"].is_string());
+        let lines = |row: &serde_json::Value| {
+            format!("w{} r{} t{}", row["written"], row["read"], row["tested"])
+        };
+        let text = |value: &serde_json::Value| value.as_str().unwrap().to_owned();
+        rows.map(|row| (text(&row["name"]), text(&row["file"]), lines(&row))).collect()
+    };
+    let row = |name: &str, file: &str, lines: &str| (name.into(), file.into(), lines.into());
+    assert_eq!(
+        rows("a.pmi"),
+        [
+            row("@FRO", "a.pmi", "w[] r[6] t[]"),
+            row("A", "a.pmi", "w[6] r[] t[]"),
+            row("G", "a.pmi", "w[] r[6] t[5]"),
+            row("HOT", "a.pmi", "w[8] r[] t[]"),
+            row("N", "a.pmi", "w[] r[3,6] t[]"),
+        ]
+    );
+    assert_eq!(
+        rows("c.pmc e.pmc"),
+        [
+            row("I5", "c.pmc", "w[2] r[] t[]"),
+            row("M1", "c.pmc", "w[] r[] t[5]"),
+            row("P(…)", "c.pmc", "w[6] r[] t[]"),
+            row("P1", "c.pmc", "w[] r[6] t[]"),
+            row("P2", "c.pmc", "w[] r[6] t[]"),
+            row("P2", "e.pmc", "w[2] r[2] t[]"),
+            row("P3", "c.pmc", "w[3] r[] t[]"),
+            row("P4", "c.pmc", "w[3] r[] t[]"),
+        ]
+    );
+    let table = folder.plcc("xref c.pmc e.pmc").exits(0).stdout;
+    assert!(table.starts_with("name"), "{table}");
+    assert!(table.contains("P2 e.pmc"), "several files: each row has its own\n{table}");
+    assert!(table.contains("machine output 1") && table.contains("which PLCs run"), "{table}");
+    let table = folder.plcc("xref a.pmi").exits(0).stdout;
+    assert!(table.contains("feed") || table.contains("Feed"), "what @FRO means\n{table}");
 }
 
 #[test]

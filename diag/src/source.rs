@@ -5,11 +5,14 @@
 //! and a line may be a megabyte long, so a second table has the number of characters before every
 //! block of [`BLOCK`] bytes: only the characters of one block are ever counted.
 
+use std::sync::Arc;
+
 use crate::{FileId, Span, decode::decode};
 
 /// Length of a block in bytes.
 const BLOCK: usize = 1024;
 
+#[derive(Debug)]
 struct SourceFile {
     path: String,
     text: String,
@@ -47,10 +50,10 @@ fn characters_before_blocks(text: &str) -> Vec<u32> {
 }
 
 /// The files of one compilation with their decoded texts. A file is known by its [`FileId`], its
-/// number in the order in which files were added.
-#[derive(Default)]
+/// number in the order in which files were added. A clone shares the texts.
+#[derive(Clone, Debug, Default)]
 pub struct SourceMap {
-    files: Vec<SourceFile>,
+    files: Vec<Arc<SourceFile>>,
 }
 
 impl SourceMap {
@@ -75,18 +78,18 @@ impl SourceMap {
         let line_starts = line_starts(&text);
         let characters_before_block = characters_before_blocks(&text);
         let id = FileId(self.files.len() as u32);
-        self.files.push(SourceFile {
+        self.files.push(Arc::new(SourceFile {
             path,
             text,
             line_starts,
             characters_before_block,
             included_from,
-        });
+        }));
         id
     }
 
     fn file(&self, id: FileId) -> Option<&SourceFile> {
-        self.files.get(id.0 as usize)
+        self.files.get(id.0 as usize).map(Arc::as_ref)
     }
 
     /// The number of files.

@@ -108,11 +108,8 @@ pub trait CheckedProgram: fmt::Debug + Send + Sync {
     /// The statement interpreter, as an engine like the others.
     fn interpreter(&self) -> Box<dyn Engine>;
 
-    /// Where each variable is read, written and tested; `None` where the language has no
-    /// cross-reference.
-    fn cross_reference(&self) -> Option<CrossReference> {
-        None
-    }
+    /// Where each variable is read, written and tested.
+    fn cross_reference(&self) -> CrossReference;
 
     /// What each statement is computed in, integers or floating point, a line each; for languages
     /// where the compiler chooses.

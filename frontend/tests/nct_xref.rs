@@ -53,3 +53,16 @@ fn outputs_of_two_modules() {
     let two = ":001\nC010 J1\n:000\nC010 J0\n:010\nU012\nR";
     assert_eq!(xref(two).1, [("NCT-W6", 6)]);
 }
+
+#[test]
+fn the_words_of_a_register_area_are_used() {
+    let (xref, warnings) = xref(":001\nHF120\nPF130\nCMP140\nMR150\nLF128 SQ01\nJ1\n:000 J0");
+    let row = |name: &str| xref.rows.iter().find(|row| row.name == name).unwrap();
+    for (name, line) in [("F120", 2), ("F126", 2), ("F132", 3), ("F144", 4), ("F156", 5)] {
+        assert_eq!((&row(name).read, &row(name).written), (&vec![line], &vec![]), "{name}");
+    }
+    assert_eq!((&row("F128").read, &row("F128").written), (&vec![6], &vec![2]));
+    assert_eq!((&row("F134").read, &row("F134").written), (&vec![], &vec![3]));
+    assert!(xref.rows.iter().all(|row| row.name != "F146" && row.name != "F158"));
+    assert_eq!(warnings, []);
+}

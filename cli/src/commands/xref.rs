@@ -1,7 +1,5 @@
 //! `plcc xref`
 
-use std::slice;
-
 use serde_json::json;
 
 use crate::args::{FormatArg, XrefArgs};
@@ -11,8 +9,8 @@ use crate::output;
 use crate::report::{Report, To};
 
 pub(crate) fn xref(args: &XrefArgs, report: &Report) -> Result<u8, Failure> {
-    let settings = SourceSettings::of(&args.source, &args.file, report)?;
-    let program = Input::read(slice::from_ref(&args.file), &args.source)?.check(&settings.options);
+    let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
+    let program = Input::read(&args.files, &args.source)?.check(&settings.options);
     // The table has standard output; as JSON everything is a line of it.
     let to = To::from(args.message_format);
     let count = report.show(&program.sources, &program.diagnostics, to)?;
@@ -20,10 +18,7 @@ pub(crate) fn xref(args: &XrefArgs, report: &Report) -> Result<u8, Failure> {
         report.tell(&count.to_string());
         return Ok(ERRORS);
     };
-    let Some(xref) = checked.cross_reference() else {
-        let what = format!("it is {}; a cross-reference is made of NCT", program.dialect.name());
-        return Err(Failure::file(&args.file, what));
-    };
+    let xref = checked.cross_reference();
     match args.message_format {
         FormatArg::Human => output::print(xref.to_string().as_bytes())?,
         FormatArg::Json => {

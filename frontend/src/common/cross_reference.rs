@@ -1,8 +1,10 @@
 //! Cross-references: where a program reads, writes and tests each of its variables.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
-use plcc_diag::Diagnostic;
+use plcc_abi::natural_cmp;
+use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 /// Where a variable occurs in one file: line numbers from 1, rising, each once.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -28,6 +30,54 @@ pub struct CrossReference {
     pub rows: Vec<CrossReferenceRow>,
     /// What looks forgotten or doubtful, where the language looks for such things.
     pub warnings: Vec<Diagnostic>,
+}
+
+/// How a statement uses a variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Use {
+    /// Its value is loaded or computed with.
+    Read,
+    /// It gets a value.
+    Written,
+    /// A condition looks at it.
+    Tested,
+}
+
+/// Collects the uses of variables.
+#[derive(Debug, Default)]
+pub struct CrossReferenceBuilder {
+    /// By name and file.
+    rows: BTreeMap<(String, FileId), CrossReferenceRow>,
+}
+
+impl CrossReferenceBuilder {
+    /// Adds a use of a variable in a line of a file.
+    pub fn add(&mut self, name: &str, sources: &SourceMap, file: FileId, line: u32, used: Use) {
+        let row = self.rows.entry((name.to_owned(), file)).or_insert_with(|| CrossReferenceRow {
+            name: name.to_owned(),
+            file: sources.path(file).to_owned(),
+            ..CrossReferenceRow::default()
+        });
+        match used {
+            Use::Read => row.read.push(line),
+            Use::Written => row.written.push(line),
+            Use::Tested => row.tested.push(line),
+        }
+    }
+
+    /// The table. `meaning` gives what a variable means to the control, where it means something.
+    pub fn finish(self, meaning: impl Fn(&str) -> Option<String>) -> CrossReference {
+        let mut rows: Vec<CrossReferenceRow> = self.rows.into_values().collect();
+        rows.sort_by(|a, b| natural_cmp(&a.name, &b.name));
+        for row in &mut rows {
+            row.meaning = meaning(&row.name);
+            for lines in [&mut row.read, &mut row.written, &mut row.tested] {
+                lines.sort_unstable();
+                lines.dedup();
+            }
+        }
+        CrossReference { rows, warnings: vec![] }
+    }
 }
 
 fn lines(lines: &[u32]) -> String {

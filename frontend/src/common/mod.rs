@@ -11,7 +11,7 @@ mod lowered;
 mod options;
 pub mod tsv;
 
-pub use cross_reference::{CrossReference, CrossReferenceRow};
+pub use cross_reference::{CrossReference, CrossReferenceBuilder, CrossReferenceRow, Use};
 pub use expression::{Evaluate, EvaluationError, Expression, Value};
 pub use include::{Included, find_include};
 pub use internal_error::{InternalError, OrMissing};

@@ -78,7 +78,7 @@ impl CheckedProgram for Program {
         self.interpreter()
     }
 
-    fn cross_reference(&self) -> Option<CrossReference> {
-        Some(self.xref())
+    fn cross_reference(&self) -> CrossReference {
+        self.xref()
     }
 }

@@ -7,7 +7,7 @@ use plcc_diag::{Diagnostic, FileId, SourceMap};
 use super::Program;
 use super::reference::{KEYWORDS, MANUAL, describe, memory};
 use crate::common::keywords;
-use crate::common::{Controller, FileLoader, InternalError, Lowered, Options};
+use crate::common::{Controller, CrossReference, FileLoader, InternalError, Lowered, Options};
 use crate::language::{CheckedProgram, Language, Recompilable, Topic};
 
 /// The PLC language of PMAC and Turbo PMAC.
@@ -89,6 +89,10 @@ impl Language for Pmac {
 impl CheckedProgram for Program {
     fn lower(&self) -> Result<Lowered, InternalError> {
         self.lower()
+    }
+
+    fn cross_reference(&self) -> CrossReference {
+        self.cross_reference()
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

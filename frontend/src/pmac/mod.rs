@@ -26,7 +26,7 @@ use plcc_abi::Engine;
 use plcc_abi::pmac::Relied;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{FileLoader, InternalError, Lowered, Options};
+use crate::common::{CrossReference, FileLoader, InternalError, Lowered, Options};
 
 pub use language::Pmac;
 pub use oracle::Interpreter;
@@ -40,8 +40,8 @@ use read::{download, preprocess};
 pub struct Program {
     download: ast::Download,
     loaded: load::Loaded,
-    /// Names and texts of the files, by their ids.
-    files: std::sync::Arc<[(String, String)]>,
+    /// The files, shared by all that is made of the program.
+    sources: SourceMap,
     /// What its text defines with `#define`, for expressions.
     names: std::sync::Arc<[preprocess::DefinedName]>,
 }
@@ -71,10 +71,8 @@ pub fn check(
     }
     let mut loaded = load::load(&download);
     assumptions::assume(&download, &mut loaded);
-    let ids = (0..sources.len() as u32).map(FileId);
-    let texts = ids.map(|id| (sources.path(id).to_owned(), sources.text(id).to_owned()));
-    let files = texts.collect();
-    (Some(Program { download, loaded, files, names: flat.names.into() }), diagnostics)
+    let (sources, names) = (sources.clone(), flat.names.into());
+    (Some(Program { download, loaded, sources, names }), diagnostics)
 }
 
 impl Program {
@@ -100,8 +98,8 @@ impl Program {
     /// # Errors
     /// When the compiler finds a defect of its own.
     pub fn lower_for(&self, relied: &[Relied]) -> Result<Lowered, InternalError> {
-        let module = lower::lower(&self.download, &self.loaded, &self.files, relied)?;
-        let names = self.files.iter().map(|(name, _)| name.clone()).collect();
+        let module = lower::lower(&self.download, &self.loaded, &self.sources, relied)?;
+        let names = self.files().map(str::to_owned).collect();
         let tasks = module.tasks.clone();
         let program = tables::program(&self.download, &self.loaded, names, tasks);
         Ok(Lowered { program, module })
@@ -116,11 +114,17 @@ impl Program {
     /// `floating point` and the variable or operation that forces it
     /// (`plcc check --explain-arithmetic`).
     pub fn explain_arithmetic(&self) -> String {
-        explain::explain(&self.download, &self.loaded, &self.files)
+        explain::explain(&self.download, &self.loaded, &self.sources)
+    }
+
+    /// Where each variable is read, written and tested.
+    pub fn cross_reference(&self) -> CrossReference {
+        let tables = tables::program(&self.download, &self.loaded, vec![], vec![]).tables;
+        analyse::cross_reference::cross_reference(&self.download, &self.sources, &tables)
     }
 
     /// The names of the files that the text includes.
     pub fn files(&self) -> impl Iterator<Item = &str> {
-        self.files.iter().map(|(name, _)| name.as_str())
+        (0..self.sources.len() as u32).map(|id| self.sources.path(FileId(id)))
     }
 }

@@ -6,7 +6,7 @@ use plcc_diag::{Diagnostic, FileId, SourceMap};
 use super::Program;
 use super::reference::{KEYWORDS, MANUAL};
 use crate::common::keywords;
-use crate::common::{Controller, FileLoader, InternalError, Lowered, Options};
+use crate::common::{Controller, CrossReference, FileLoader, InternalError, Lowered, Options};
 use crate::language::{CheckedProgram, Language, Topic};
 
 /// The PMI language.
@@ -72,6 +72,10 @@ impl Language for Pmi {
 impl CheckedProgram for Program {
     fn lower(&self) -> Result<Lowered, InternalError> {
         self.lower()
+    }
+
+    fn cross_reference(&self) -> CrossReference {
+        self.cross_reference()
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

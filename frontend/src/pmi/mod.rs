@@ -18,12 +18,10 @@ mod read;
 mod reference;
 mod tables;
 
-use std::sync::Arc;
-
 use plcc_abi::Engine;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{FileLoader, InternalError, Lowered, Options};
+use crate::common::{CrossReference, FileLoader, InternalError, Lowered, Options};
 
 pub use language::Pmi;
 pub use oracle::Interpreter;
@@ -34,8 +32,8 @@ pub use reference::executive::{executive_names, explain};
 pub struct Program {
     checked: ast::Checked,
     layout: layout::Layout,
-    /// Names and texts of the files, by their ids.
-    files: Arc<[(String, String)]>,
+    /// The files, shared by all that is made of the program.
+    sources: SourceMap,
 }
 
 /// Reads and checks the program in `file`; included files are asked of `loader` and added to
@@ -51,9 +49,7 @@ pub fn check(
         return (None, diagnostics);
     }
     let layout = layout::Layout::new(&checked);
-    let ids = (0..sources.len() as u32).map(FileId);
-    let files = ids.map(|id| (sources.path(id).to_owned(), sources.text(id).to_owned())).collect();
-    (Some(Program { checked, layout, files }), diagnostics)
+    (Some(Program { checked, layout, sources: sources.clone() }), diagnostics)
 }
 
 impl Program {
@@ -62,10 +58,16 @@ impl Program {
     /// # Errors
     /// When the compiler finds its own data inconsistent.
     pub fn lower(&self) -> Result<Lowered, InternalError> {
-        let module = lower::lower(&self.checked, &self.layout, &self.files)?;
-        let names = self.files.iter().map(|(name, _)| name.clone()).collect();
+        let module = lower::lower(&self.checked, &self.layout, &self.sources)?;
+        let ids = (0..self.sources.len() as u32).map(FileId);
+        let names = ids.map(|id| self.sources.path(id).to_owned()).collect();
         let program = tables::program(&self.checked, &self.layout, names, module.tasks.clone())?;
         Ok(Lowered { program, module })
+    }
+
+    /// Where each variable is read, written and tested.
+    pub fn cross_reference(&self) -> CrossReference {
+        analyse::cross_reference::cross_reference(&self.checked, &self.sources)
     }
 
     /// The statement interpreter, as an engine like the others.

@@ -6,21 +6,14 @@ use std::collections::BTreeMap;
 use plcc_abi::nct::NctName;
 use plcc_diag::{Diagnostic, Span};
 
-use crate::common::{CrossReference, CrossReferenceRow};
+use crate::common::{CrossReference, CrossReferenceRow, Use};
 use crate::nct::{
-    ast::{Bit, Op, Place, Program, Space, Word},
+    ast::{AreaOp, Bit, Op, Place, Program, Space, Word},
     tables::{cond_place, modules, name, places},
 };
 
 /// The order of rows: the letters, then the number, words before the bits of the same digits.
 type Key = (String, usize, String);
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Use {
-    Read,
-    Written,
-    Tested,
-}
 
 struct Finder<'a> {
     program: &'a Program,
@@ -70,7 +63,31 @@ impl Finder<'_> {
             Op::Count { .. } | Op::Update { .. } => {
                 self.each(at, op, &[Use::Read, Use::Written]);
             }
+            Op::Area { op, area } => self.area(at, op, area),
             _ => self.each(at, op, &[Use::Read]),
+        }
+    }
+
+    /// A statement with a register area: the words of it that the statement reads, and the one
+    /// that a search writes what it has found into (NCT 4.14 to 4.16).
+    fn area(&mut self, at: usize, op: AreaOp, area: u16) {
+        let (read, written) = match op {
+            AreaOp::Hf => (4, Some(4)),
+            AreaOp::Pf => (2, Some(2)),
+            AreaOp::Cmp => (3, None),
+            AreaOp::Mr | AreaOp::Mw | AreaOp::Add | AreaOp::Sub | AreaOp::Mul | AreaOp::Div => {
+                (4, None)
+            }
+        };
+        let mut word = |index: u16, used: Use| {
+            let byte = area.saturating_add(index * 2);
+            if byte < Space::F.bytes() {
+                self.note(at, Place::Word(Word::Bytes { space: Space::F, byte }), &[used]);
+            }
+        };
+        (0..read).for_each(|index| word(index, Use::Read));
+        if let Some(index) = written {
+            word(index, Use::Written);
         }
     }
 

@@ -1,6 +1,7 @@
 //! Statements to the checked program: the state after load, and values that can't be right.
 
 pub(crate) mod assumptions;
+pub(crate) mod cross_reference;
 pub(crate) mod eval;
 pub(crate) mod load;
 mod outofrange;

@@ -15,11 +15,7 @@ use crate::pmac::tasks::{TaskKind, tasks};
 
 /// One line a statement that computes something: file, line, what it is computed in, and the
 /// variable or operation that forces floating point. Then how many there are of each.
-pub(crate) fn explain(download: &Download, loaded: &Loaded, files: &[(String, String)]) -> String {
-    let mut sources = SourceMap::new();
-    for (name, text) in files {
-        sources.add(name.clone(), text.as_bytes());
-    }
+pub(crate) fn explain(download: &Download, loaded: &Loaded, sources: &SourceMap) -> String {
     let places = places_after_load(loaded);
     let shape = |(kind, number): Name| shape_of(download, &places, kind, number);
     let mut out = String::new();

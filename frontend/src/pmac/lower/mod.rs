@@ -14,7 +14,7 @@ mod variables;
 
 use plcc_abi::HostFn;
 use plcc_abi::pmac::{Direct, Kind, Layout, Range, Relied};
-use plcc_diag::SourceMap;
+use plcc_diag::{FileId, SourceMap};
 use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
 
 use self::analysis::Name;
@@ -52,7 +52,7 @@ fn addresses(kind: TaskKind, code: &[Stmt]) -> bool {
 pub(crate) fn lower(
     download: &Download,
     loaded: &Loaded,
-    files: &[(String, String)],
+    sources: &SourceMap,
     relied: &[Relied],
 ) -> Result<Module, InternalError> {
     let layout = loaded.layout;
@@ -69,10 +69,6 @@ pub(crate) fn lower(
         words: region("words")?,
         exec: region("exec")?,
     };
-    let mut sources = SourceMap::new();
-    for (name, text) in files {
-        sources.add(name.clone(), text.as_bytes());
-    }
     let mut lowerer = Lowerer {
         download,
         layout,
@@ -91,8 +87,8 @@ pub(crate) fn lower(
         stack: Vec::new(),
         known: Vec::new(),
     };
-    for (name, text) in files {
-        lowerer.builder.add_file(name, text);
+    for id in (0..sources.len() as u32).map(FileId) {
+        lowerer.builder.add_file(sources.path(id), sources.text(id));
     }
     for (kind, code) in tasks(download, loaded) {
         lowerer.task(kind, code)?;
@@ -105,7 +101,7 @@ pub(crate) struct Lowerer<'a> {
     pub(crate) layout: Layout,
     pub(crate) builder: ChunkBuilder,
     pub(crate) regions: Regions,
-    sources: SourceMap,
+    sources: &'a SourceMap,
     pub(crate) ranges: &'a [(u32, Range)],
     /// Where M-variables are by the definitions built in.
     pub(crate) places_of_m: Vec<Option<Direct>>,

@@ -1,6 +1,7 @@
 //! Sources to a checked program.
 
-pub(crate) mod declaration;
+pub(crate) mod cross_reference;
+mod declaration;
 pub(crate) mod execution_section;
 pub(crate) mod expression;
 pub(crate) mod lookup;

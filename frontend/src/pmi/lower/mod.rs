@@ -7,6 +7,7 @@ use plcc_abi::{
     TrapCode,
     pmi::{TimerKind, Type as PmiType},
 };
+use plcc_diag::{FileId, SourceMap};
 use plcc_ir::{
     Address, BinaryOp, ChunkBuilder, ConvertOp, IntCond, Module, Place, Region, Statement, Type,
     UnaryOp, Value,
@@ -23,16 +24,12 @@ use crate::pmi::{
 
 type Result<T = ()> = std::result::Result<T, InternalError>;
 
-/// Lowers a program; its scan is the module's one task. `files` are names and texts of the
-/// sources, by their ids.
+/// Lowers a program; its scan is the module's one task. `sources` are
+/// the texts that it was made of.
 ///
 /// # Errors
 /// Where the checked program or its layout is inconsistent.
-pub(crate) fn lower(
-    checked: &Checked,
-    layout: &Layout,
-    files: &[(String, String)],
-) -> Result<Module> {
+pub(crate) fn lower(checked: &Checked, layout: &Layout, sources: &SourceMap) -> Result<Module> {
     let builder = ChunkBuilder::new(layout.size, layout.regions.clone());
     let region = |ty| {
         let name = region_name(ty);
@@ -41,7 +38,7 @@ pub(crate) fn lower(
     let regions = [region(PmiType::Logical)?, region(PmiType::Integer)?, region(PmiType::Long)?];
     let scratch = builder.region(SCRATCH);
     let mut lowerer = Lowerer { checked, layout, builder, regions, scratch, stack: vec![] };
-    lowerer.program(files)?;
+    lowerer.program(sources)?;
     Ok(lowerer.builder.finish())
 }
 
@@ -77,9 +74,9 @@ fn const_type(value: i32) -> Type {
 }
 
 impl Lowerer<'_> {
-    fn program(&mut self, files: &[(String, String)]) -> Result {
-        for (name, text) in files {
-            self.builder.add_file(name, text);
+    fn program(&mut self, sources: &SourceMap) -> Result {
+        for id in (0..sources.len() as u32).map(FileId) {
+            self.builder.add_file(sources.path(id), sources.text(id));
         }
         let count = self.checked.steps.len();
         let mut places: Vec<Option<Place>> = vec![None; count + 1];
@@ -102,10 +99,8 @@ impl Lowerer<'_> {
             if let Some(place) = places.get(index).copied().flatten() {
                 self.builder.bind(place);
             }
-            self.step(step, &places).map_err(|error| {
-                let file = files.get(step.span.file.0 as usize).map_or("", |(name, _)| name);
-                error.or_at(file, step.line)
-            })?;
+            self.step(step, &places)
+                .map_err(|error| error.or_at(sources.path(step.span.file), step.line))?;
         }
         if let Some(place) = places.last().copied().flatten() {
             self.builder.bind(place);

@@ -202,6 +202,11 @@ pub fn executive_names() -> impl Iterator<Item = &'static str> {
     families().iter().map(|family| family.first)
 }
 
+/// What an executive variable means, in one line; `name` has its `@`.
+pub(crate) fn meaning(name: &str) -> Option<&'static str> {
+    families().iter().find(|family| family.has(name)).map(|family| family.meaning)
+}
+
 /// The executive variables as topics of `plcc explain`, of a family the first.
 pub(crate) fn topics() -> Vec<Topic> {
     let topic = |family: &Family| Topic {
