@@ -1,10 +1,35 @@
-//! PMI, NCT and PMAC: source text to IR.
+//! The languages: source text of PMI, NCT and PMAC to a checked program, and from there to IR and
+//! to a statement interpreter.
 //!
-//! One folder a language, each with the same façade: `check` turns sources into a checked program
-//! and its diagnostics, the checked program lowers itself to IR and hands out its statement
-//! interpreter. [`common`] holds what the languages share.
+//! Each language has a folder, [`pmi`], [`nct`] and [`pmac`], all in the same shape: `read` (text to
+//! statements), `analyse` (statements to the checked program, diagnostics), `lower` (to IR),
+//! `oracle` (the statement interpreter, which shares nothing with `lower`), `reference` (the
+//! manual's tables). [`common`] holds what they share. The main types:
 //!
-//! Architecture Invariant: nothing here does IO. Files are asked of a [`common::FileLoader`].
+//! - [`Language`]: recognises, checks and explains programs; the list of all is [`LANGUAGES`].
+//! - [`CheckedProgram`]: a program without errors; gives its IR, its interpreter, its
+//!   cross-reference.
+//! - [`common::Options`]: what is fixed when a program is compiled.
+//!
+//! ```
+//! use plcc_abi::Dialect;
+//! use plcc_diag::SourceMap;
+//! use plcc_frontend::common::{MemoryLoader, Options};
+//! use plcc_frontend::language;
+//!
+//! let mut sources = SourceMap::new();
+//! let file = sources.add("count.pmi", b"$INTEGER\nN\n$END\nN = N + 1\n");
+//! let pmi = language(Dialect::Pmi);
+//! let (program, diagnostics) =
+//!     pmi.check(&mut sources, &[file], &MemoryLoader::new(), &Options::default());
+//! assert!(diagnostics.is_empty());
+//! let lowered = program.map(|program| program.lower());
+//! let tasks = lowered.and_then(Result::ok).map(|lowered| lowered.program.tasks.len());
+//! assert_eq!(tasks, Some(1));
+//! ```
+//!
+//! Architecture Invariant: nothing here does input or output. Files are asked of a
+//! [`common::FileLoader`].
 
 pub mod common;
 pub mod detect;

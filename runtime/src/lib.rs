@@ -1,10 +1,34 @@
-//! Loads programs and runs them.
+//! Loads compiled programs and runs them, as the original control did.
 //!
-//! Sees programs as tables and engines only: no language, no IR, no code generation. An
-//! [`Executive`] does for one dialect what its control did around the
-//! program: scans, slices, ticks, latching, timers, events. [`run`] plays a stimulus to it and
-//! writes what comes of it; `session`, behind the feature `args`, is that from the options of a
-//! command line to its exit status, the same for `plcc run` and `plcrt`.
+//! The crate knows programs as tables and engines only: no source language, no IR and no code
+//! generation, so that the loader `plcrt` holds no compiler. Its main types:
+//!
+//! - [`Artifact`]: a program that `plcc build` has compiled, read from a file and checked.
+//! - [`NativeEngine`]: its machine code, an [`Engine`](plcc_abi::Engine) that runs scans.
+//! - [`Executive`]: what a control does around its program: scans, time slices or servo cycles,
+//!   latching of inputs, timers, events, retained memory. One for each language, in [`pmi`], [`nct`]
+//!   and [`pmac`].
+//! - [`run::Run`]: plays a stimulus to an executive and writes trace and events.
+//! - `session`, behind the feature `args`: all of that from the options of a command line to its
+//!   exit status, the same for `plcc run` and `plcrt`.
+//!
+//! ```no_run
+//! use plcc_runtime::pmi::{PmiExecutive, PmiOptions};
+//! use plcc_runtime::{Artifact, Executive, NativeEngine, Purpose};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let artifact = Artifact::open("lathe.plcx".as_ref())?;
+//! let mut engine = NativeEngine::new(&artifact.code, &artifact.program)?;
+//! let mut executive = PmiExecutive::new(&artifact.program, PmiOptions::default())?;
+//! let lamp = executive.find("LS27", Purpose::Watch)?;
+//! let mut events = vec![];
+//! for tick in 0..100 {
+//!     executive.tick(&mut engine, &mut events).map_err(|stop| stop.message)?;
+//!     println!("tick {tick}: LS27 is {}", executive.get(lamp));
+//! }
+//! # Ok(())
+//! # }
+//! ```
 
 #[cfg(feature = "args")]
 pub mod args;
