@@ -69,7 +69,8 @@ fn what_was_written_is_read() {
     let (program, code) = (program(), code());
     let bytes = write(&program, &code).unwrap();
     assert!(Artifact::is_artifact(&bytes));
-    assert_eq!(read(&bytes).unwrap(), (program, code.clone()));
+    let inspection = read(&bytes).unwrap();
+    assert_eq!((inspection.program, inspection.code), (program, code.clone()));
     assert_eq!(*Artifact::parse(&bytes).unwrap().code, code);
 }
 

@@ -192,7 +192,7 @@ fn a_trace_can_be_a_value_change_dump() {
         "$upscope $end",
     ];
     let lines: Vec<&str> = header.lines().map(str::trim).collect();
-    assert_eq!(lines[1..], expected, "{header}");
+    assert_eq!(lines[3..], expected, "{header}");
     let minus_3 = format!("b{}01", "1".repeat(62));
     let expected = format!(
         "#0\n0!\nb0 \"\nb0 #\nb0 $\n#1000\n1!\nb1 #\n#2000\n{minus_3} \"\n{minus_3} $\n\
