@@ -3,6 +3,7 @@
 //!
 //! All take turns in short rounds within one run; final states must be the same in all.
 //! `cargo bench -p plcc-benches --bench nct_versus_gcc`, with `-- 200 2000` for other numbers.
+#![allow(clippy::indexing_slicing)]
 
 use std::error::Error;
 use std::path::{Path, PathBuf};

@@ -5,6 +5,7 @@
 //! `cargo bench --bench pmac_moved`, with `-- 200 2000` for other numbers of statements. It fails
 //! where code made anew has less than 0.8 of the speed from before, or ends in another state than
 //! the interpreter.
+#![allow(clippy::indexing_slicing)]
 
 use std::error::Error;
 use std::time::Instant;

@@ -4,6 +4,7 @@
 //! All take turns in short rounds within one run, so that drift of the machine meets all alike; the
 //! final states must be the same. `cargo bench --bench pmac_versus_gcc`, with `-- 200 2000` for
 //! other numbers of statements. It fails where a bound of the project is not kept.
+#![allow(clippy::indexing_slicing)]
 
 use std::error::Error;
 use std::path::{Path, PathBuf};

@@ -3,6 +3,7 @@
 //! All take turns in short rounds within one run, so that drift of the machine meets all alike;
 //! the relays' final states must be the same in all three. `cargo bench --bench versus_gcc`, with
 //! `-- 200 2000 20000` for other numbers of equations.
+#![allow(clippy::indexing_slicing)]
 
 use std::error::Error;
 use std::path::{Path, PathBuf};

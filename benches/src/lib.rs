@@ -1,4 +1,5 @@
 //! Programs to measure with, and what measuring them has in common.
+#![allow(clippy::indexing_slicing)]
 
 pub mod compiled;
 pub mod conditions;

@@ -11,6 +11,10 @@ mod compile;
 pub mod emit;
 mod error;
 mod jit_memory;
+#[allow(
+    clippy::indexing_slicing,
+    reason = "functions are verified, and tables have a place for each of their blocks and values"
+)]
 mod lower;
 mod target;
 

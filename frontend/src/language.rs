@@ -19,6 +19,7 @@ pub const LANGUAGES: &[&dyn Language] = &[&pmi::Pmi, &nct::Nct, &pmac::Pmac];
 const _: () = assert!(LANGUAGES.len() == Dialect::ALL.len(), "LANGUAGES misses a language");
 
 /// The language of a dialect.
+#[allow(clippy::indexing_slicing, reason = "the assertion above holds the list to the dialects")]
 pub fn language(dialect: Dialect) -> &'static dyn Language {
     LANGUAGES[dialect as usize]
 }

@@ -1,5 +1,5 @@
 //! Text that nobody wrote on purpose: nothing falls over, and every place told is in the text.
-#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 use plcc_diag::SourceMap;
 use plcc_frontend::{

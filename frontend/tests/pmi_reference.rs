@@ -1,6 +1,6 @@
 //! Random expressions against a second reading of the rules: values are computed while the text is
 //! made, without the front end's types, operations or precedences.
-#![allow(clippy::panic, clippy::unwrap_used)]
+#![allow(clippy::panic, clippy::unwrap_used, clippy::indexing_slicing)]
 
 mod support;
 

@@ -274,12 +274,12 @@ impl Args {
 
     /// The operands.
     pub fn as_slice(&self) -> &[Value] {
-        &self.values[..usize::from(self.len)]
+        self.values.get(..usize::from(self.len)).unwrap_or_default()
     }
 
     /// The operands, to be changed.
     pub fn as_mut_slice(&mut self) -> &mut [Value] {
-        &mut self.values[..usize::from(self.len)]
+        self.values.get_mut(..usize::from(self.len)).unwrap_or_default()
     }
 }
 

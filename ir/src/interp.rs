@@ -34,6 +34,12 @@ impl Interpreter {
         Self { module, labels, tasks, values: vec![] }
     }
 
+    fn set(&mut self, value: Value, bits: i64) {
+        if let Some(slot) = self.values.get_mut(value.index()) {
+            *slot = bits;
+        }
+    }
+
     fn run(&mut self, func: &FuncData, mut block: Block, task: usize, scan: &mut Scan<'_>) -> Exit {
         self.values.clear();
         self.values.resize(func.value_count(), 0);
@@ -42,7 +48,7 @@ impl Interpreter {
             for &inst in &data.insts {
                 let result = self.inst(func, func.inst(inst), scan);
                 if let Some(value) = func.result(inst) {
-                    self.values[value.index()] = result;
+                    self.set(value, result);
                 }
             }
             let call = match &data.terminator {
@@ -73,7 +79,7 @@ impl Interpreter {
             };
             let args: Vec<i64> = call.args.iter().map(|&arg| self.get(arg)).collect();
             for (&param, arg) in func.block(call.block).params.iter().zip(args) {
-                self.values[param.index()] = arg;
+                self.set(param, arg);
             }
             block = call.block;
         }

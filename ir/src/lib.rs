@@ -51,14 +51,21 @@
 //! assert_eq!((outcome, image[0]), (Outcome::End, 1));
 //! ```
 
+#[allow(clippy::indexing_slicing, reason = "entities come from the function or builder itself")]
 pub mod builder;
+#[allow(clippy::indexing_slicing, reason = "entities come from the function or builder itself")]
 pub mod chunk;
 pub mod entities;
 pub mod eval;
+#[allow(clippy::indexing_slicing, reason = "entities come from the function or builder itself")]
 pub mod func;
 pub mod inst;
 pub mod interp;
 pub mod module;
+#[allow(
+    clippy::indexing_slicing,
+    reason = "passes see verified functions, whose entities index tables made for them"
+)]
 pub mod passes;
 pub mod text;
 pub mod types;

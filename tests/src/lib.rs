@@ -1,4 +1,5 @@
 //! End-to-end tests.
+#![allow(clippy::indexing_slicing)]
 
 pub mod arithmetic;
 pub mod compile;

@@ -252,11 +252,10 @@ const fn windows(turbo: bool) -> &'static [(u32, u32)] {
 }
 
 const fn resident(windows: &[(u32, u32)]) -> u32 {
-    let mut sum = 0;
-    let mut k = 0;
-    while k < windows.len() {
-        sum += windows[k].1 - windows[k].0;
-        k += 1;
+    let (mut sum, mut rest) = (0, windows);
+    while let [(start, end), behind @ ..] = rest {
+        sum += *end - *start;
+        rest = behind;
     }
     sum
 }

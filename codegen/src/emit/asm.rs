@@ -87,7 +87,8 @@ impl Listing<'_> {
                 }
             }
             let Some((text, length, behind)) = (self.decode)(rest, at) else {
-                let _ = writeln!(out, "  {at:06x}  .byte 0x{:02x}", rest[0]);
+                let byte = rest.first().copied().unwrap_or_default();
+                let _ = writeln!(out, "  {at:06x}  .byte 0x{byte:02x}");
                 at += 1;
                 continue;
             };
@@ -111,7 +112,7 @@ impl Listing<'_> {
         at += padding.len() as u32;
         for chunk in data.chunks(4) {
             let mut word = [0; 4];
-            word[..chunk.len()].copy_from_slice(chunk);
+            word.iter_mut().zip(chunk).for_each(|(to, from)| *to = *from);
             let word = u32::from_le_bytes(word);
             let _ = match behind {
                 Behind::Table => {

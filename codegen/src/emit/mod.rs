@@ -4,6 +4,7 @@
 //! is a relocatable object for linkers and debuggers.
 
 mod asm;
+#[allow(clippy::indexing_slicing, reason = "a SecondaryMap has a value for every key")]
 mod clif;
 mod dwarf;
 mod layout;

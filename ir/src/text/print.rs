@@ -87,7 +87,9 @@ impl<'a> Printer<'a> {
         for (_, block) in func.blocks() {
             let results = block.insts.iter().filter_map(|&inst| func.result(inst));
             for value in block.params.iter().copied().chain(results) {
-                numbers[value.index()] = next;
+                if let Some(number) = numbers.get_mut(value.index()) {
+                    *number = next;
+                }
                 next += 1;
             }
         }
@@ -107,7 +109,9 @@ impl<'a> Printer<'a> {
         writeln!(out, "fn {} {{", quoted(self.func.name()))?;
         let mut labels = vec![vec![]; self.func.block_count()];
         for &(label, block) in self.func.entries() {
-            labels[block.index()].push(label.to_string());
+            if let Some(labels) = labels.get_mut(block.index()) {
+                labels.push(label.to_string());
+            }
         }
         let mut loc = SourceLoc::NONE;
         for ((block, data), labels) in self.func.blocks().zip(&labels) {

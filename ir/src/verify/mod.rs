@@ -48,7 +48,15 @@
 //! Whether a pass keeps the order of stores cannot be seen in one module, so no rule here is about
 //! it. What passes must keep is written at the head of [`passes`](crate::passes).
 
+#[allow(
+    clippy::indexing_slicing,
+    reason = "tables have a place for every block; rules about structure were checked before"
+)]
 mod dominance;
+#[allow(
+    clippy::indexing_slicing,
+    reason = "tables have a place for every block; rules about structure were checked before"
+)]
 mod ends;
 mod operation;
 mod resume;

@@ -78,10 +78,10 @@ pub fn checksum(bytes: &[u8]) -> u32 {
 pub fn reseal(bytes: &mut [u8]) {
     let length = bytes.len() as u64;
     if let Some((head, payload)) = bytes.split_at_mut_checked(LENGTH) {
-        head[PAYLOAD_CRC..PAYLOAD_CRC + 4].copy_from_slice(&checksum(payload).to_le_bytes());
-        head[FILE_LENGTH..FILE_LENGTH + 8].copy_from_slice(&length.to_le_bytes());
-        let crc = checksum(&head[..CRC]);
-        head[CRC..].copy_from_slice(&crc.to_le_bytes());
+        put(head, PAYLOAD_CRC, &checksum(payload).to_le_bytes());
+        put(head, FILE_LENGTH, &length.to_le_bytes());
+        let crc = checksum(head.get(..CRC).unwrap_or_default());
+        put(head, CRC, &crc.to_le_bytes());
     }
 }
 
@@ -92,24 +92,25 @@ impl Header {
     /// When a name is too long.
     pub fn encode(&self) -> Result<[u8; LENGTH], ArtifactError> {
         let mut bytes = [0; LENGTH];
-        bytes[..MAGIC.len()].copy_from_slice(&MAGIC);
+        put(&mut bytes, 0, &MAGIC);
         let Parts { tables, labels, lines, code } = self.parts;
         let words =
             [(VERSION, self.version), (PAYLOAD_CRC, self.checksum), (IMAGE_SIZE, self.image_size)];
         let parts = [tables, labels, lines, code];
         let parts = parts.into_iter().enumerate().map(|(i, part)| (PARTS + 4 * i, part));
         for (at, word) in words.into_iter().chain(parts) {
-            bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
+            put(&mut bytes, at, &word.to_le_bytes());
         }
-        bytes[FILE_LENGTH..FILE_LENGTH + 8].copy_from_slice(&self.length.to_le_bytes());
+        put(&mut bytes, FILE_LENGTH, &self.length.to_le_bytes());
         let features = self.features.join(",");
         for (range, text) in [(ARCHITECTURE, &self.architecture), (FEATURES, &features)] {
-            let room = bytes[range].get_mut(..text.len());
-            room.ok_or_else(|| inconsistent("the target's name is too long"))?
-                .copy_from_slice(text.as_bytes());
+            if text.len() > range.len() {
+                return Err(inconsistent("the target's name is too long"));
+            }
+            put(&mut bytes, range.start, text.as_bytes());
         }
-        let crc = checksum(&bytes[..CRC]);
-        bytes[CRC..].copy_from_slice(&crc.to_le_bytes());
+        let crc = checksum(bytes.get(..CRC).unwrap_or_default());
+        put(&mut bytes, CRC, &crc.to_le_bytes());
         Ok(bytes)
     }
 
@@ -185,6 +186,13 @@ fn truncated(bytes: &[u8], expected: u64) -> ArtifactError {
     ArtifactError::Truncated { found: bytes.len() as u64, expected }
 }
 
+/// Writes bytes at an offset; what is beyond the end is left out.
+fn put(bytes: &mut [u8], at: usize, new: &[u8]) {
+    for (byte, new) in bytes.iter_mut().skip(at).zip(new) {
+        *byte = *new;
+    }
+}
+
 fn word(head: &[u8; LENGTH], at: usize) -> u32 {
     plcc_abi::image::read_u32(head, at as u32)
 }
@@ -192,8 +200,9 @@ fn word(head: &[u8; LENGTH], at: usize) -> u32 {
 /// A text padded with zeros.
 fn text(bytes: &[u8]) -> Result<String, ArtifactError> {
     let end = bytes.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
-    match bytes[..end].is_ascii() {
-        true => Ok(bytes[..end].iter().map(|&byte| char::from(byte)).collect()),
+    let bytes = bytes.get(..end).unwrap_or_default();
+    match bytes.is_ascii() {
+        true => Ok(bytes.iter().map(|&byte| char::from(byte)).collect()),
         false => Err(inconsistent("its target has no name")),
     }
 }

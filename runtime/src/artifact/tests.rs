@@ -1,5 +1,5 @@
 //! Round trips, and a refusal of each kind.
-#![allow(clippy::unwrap_used, clippy::panic)]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
 use plcc_abi::pmi::{PmiTables, Role, Symbol, Type};
 use plcc_abi::{CodeLine, CodeParts, FunctionRange, Program, Region, Tables, Task};

@@ -15,6 +15,7 @@
 //! let mut again = Rng::new(7);
 //! assert_eq!(*again.pick(&["IF", "ELSE", "ENDIF"]), word);
 //! ```
+#![allow(clippy::indexing_slicing)]
 
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{Rng as _, SeedableRng as _};

@@ -1,4 +1,5 @@
 //! Tests that treat the three languages alike: whole runs, the loader, malformed input.
+#![allow(clippy::indexing_slicing)]
 
 mod conformance;
 mod engine_change;

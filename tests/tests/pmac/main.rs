@@ -1,4 +1,5 @@
 //! Tests of PMAC programs: arithmetic, corpus, documentation, and all engines held against each other.
+#![allow(clippy::indexing_slicing)]
 
 mod arithmetic;
 mod corpus;

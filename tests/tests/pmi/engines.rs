@@ -1,6 +1,6 @@
 //! PMI programs in the statement interpreter, the IR interpreter, the JIT and as artifacts: the
 //! same variables and lines after every scan, the same events, the same stop.
-#![allow(clippy::unwrap_used, clippy::panic, clippy::expect_used, clippy::indexing_slicing)]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::expect_used)]
 
 use crate::harness::{Ended, run};
 use plcc_frontend::common::Options;

@@ -3,7 +3,7 @@
 //!
 //! The million scans take a minute, in release:
 //! `cargo test --release -p plcc-tests --test pmi lathe -- --ignored`.
-#![allow(clippy::unwrap_used, clippy::panic, clippy::expect_used, clippy::indexing_slicing)]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::expect_used)]
 
 use std::{
     fs,

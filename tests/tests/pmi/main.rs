@@ -1,4 +1,5 @@
 //! Tests of PMI programs: errors, documented examples, and all engines held against each other.
+#![allow(clippy::indexing_slicing)]
 
 mod engines;
 mod errors;
