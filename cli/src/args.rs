@@ -94,7 +94,7 @@ Examples:
   plcc bench sample.plc --scans 20000 --json | jq .engines.jit")]
     Bench(BenchArgs),
 
-    /// Says what a code, a keyword or a variable of a control means
+    /// Explains a code, a keyword or a variable of a control
     #[command(after_help = "\
 Examples:
   plcc explain PMI-31
@@ -189,9 +189,9 @@ impl From<ControllerArg> for Controller {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum OptArg {
-    /// Quick to compile
+    /// Compiles quickly, runs slower
     None,
-    /// Quick to run
+    /// Compiles slower, runs quickly
     #[default]
     Speed,
 }
@@ -270,7 +270,7 @@ pub(crate) struct CheckArgs {
     #[arg(long)]
     pub(crate) explain_arithmetic: bool,
 
-    /// For people or for programs
+    /// How diagnostics are written: for people, or as JSON for programs
     #[arg(long, value_name = "FORMAT", default_value = "human")]
     pub(crate) message_format: FormatArg,
 
@@ -299,24 +299,24 @@ pub(crate) struct BuildArgs {
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
 
-    /// Where to [default: STEM.plcx or STEM.o in the current folder, with --target STEM-ARCH.plcx
+    /// The output file [default: STEM.plcx or STEM.o in the current folder, with --target STEM-ARCH.plcx
     /// or STEM-ARCH.o; text to standard output]
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: Option<PathBuf>,
 
-    /// What to make
+    /// The form of the output
     #[arg(long, value_name = "FORM", default_value = "artifact")]
     pub(crate) emit: Emit,
 
-    /// The machine to make it for [default: machines like this one]
+    /// The target machine [default: machines like this one]
     #[arg(long, value_name = "TRIPLE")]
     pub(crate) target: Option<String>,
 
-    /// How hard to try
+    /// How much the compiler optimises
     #[arg(long, value_name = "LEVEL", default_value = "speed")]
     pub(crate) opt: OptArg,
 
-    /// For people or for programs
+    /// How diagnostics are written: for people, or as JSON for programs
     #[arg(long, value_name = "FORMAT", default_value = "human")]
     pub(crate) message_format: FormatArg,
 
@@ -334,20 +334,20 @@ pub(crate) struct RunCommand {
     #[arg(long, value_name = "ENGINE")]
     pub(crate) engine: Option<EngineArg>,
 
-    /// How hard the compiler tries [default: speed]
+    /// How much the compiler optimises [default: speed]
     #[arg(long, value_name = "LEVEL")]
     pub(crate) opt: Option<OptArg>,
 
     /// PMAC, --engine jit: when the program has changed definitions of M-variables, compiles it
     /// again once they have stayed as they are for so many ticks [default: 100]
-    #[arg(long, value_name = "TICKS|never", value_parser = rest)]
-    pub(crate) recompile_after: Option<Rest>,
+    #[arg(long, value_name = "TICKS|never", value_parser = recompile_after)]
+    pub(crate) recompile_after: Option<RecompileAfter>,
 
     /// PMAC: runs without the PLCs whose IFs or WHILEs do not match
     #[arg(long)]
     pub(crate) keep_going: bool,
 
-    /// For people or for programs
+    /// How diagnostics are written: for people, or as JSON for programs
     #[arg(long, value_name = "FORMAT", default_value = "human")]
     pub(crate) message_format: FormatArg,
 
@@ -376,7 +376,7 @@ pub(crate) struct BenchArgs {
     #[arg(long)]
     pub(crate) json: bool,
 
-    /// How hard the compiler tries
+    /// How much the compiler optimises
     #[arg(long, value_name = "LEVEL", default_value = "speed")]
     pub(crate) opt: OptArg,
 
@@ -417,7 +417,7 @@ pub(crate) struct XrefArgs {
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
 
-    /// For people or for programs
+    /// How diagnostics are written: for people, or as JSON for programs
     #[arg(long, value_name = "FORMAT", default_value = "human")]
     pub(crate) message_format: FormatArg,
 
@@ -434,15 +434,18 @@ fn define(text: &str) -> Result<(String, String), String> {
 
 /// How long changed definitions must stay as they are before the program is compiled again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Rest {
+pub(crate) enum RecompileAfter {
     Never,
     Ticks(u32),
 }
 
-fn rest(text: &str) -> Result<Rest, String> {
+fn recompile_after(text: &str) -> Result<RecompileAfter, String> {
     match text {
-        "never" => Ok(Rest::Never),
-        _ => text.parse().map(Rest::Ticks).map_err(|_| "a number of ticks, or never".into()),
+        "never" => Ok(RecompileAfter::Never),
+        _ => text
+            .parse()
+            .map(RecompileAfter::Ticks)
+            .map_err(|_| "a number of ticks, or never".into()),
     }
 }
 

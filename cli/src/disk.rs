@@ -6,17 +6,17 @@ use std::path::{Path, PathBuf};
 
 use plcc_frontend::common::FileLoader;
 
-/// The longest source that is read, in bytes: no control ever held a program of this size, and a
-/// device may have no end at all.
+/// The longest source that is read, in bytes. No control ever held a program of this size, and a
+/// device such as `/dev/zero` has no end.
 const MAX_SOURCE: u64 = 256 << 20;
 
-/// Reads what front ends include.
+/// Reads files from the disk for front ends, which do no input or output themselves.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Disk;
 
 impl FileLoader for Disk {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        let file = File::open(real(path))?;
+        let file = File::open(existing_path(path))?;
         if file.metadata()?.is_dir() {
             return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
         }
@@ -24,7 +24,7 @@ impl FileLoader for Disk {
     }
 
     fn list(&self, dir: &Path) -> Vec<String> {
-        entries(&real(dir)).map(|path| name(&path)).collect()
+        entries(&existing_path(dir)).map(|path| name(&path)).collect()
     }
 }
 
@@ -52,9 +52,9 @@ fn entries(dir: &Path) -> impl Iterator<Item = PathBuf> {
     fs::read_dir(dir).into_iter().flatten().flatten().map(|entry| entry.path())
 }
 
-/// The path that a path means. Sources are known by their names as text, so where those have a
-/// U+FFFD, files are found by what their names look like as text.
-pub(crate) fn real(path: &Path) -> PathBuf {
+/// The path of the file that a source's name stands for. Names of sources are text, in which U+FFFD
+/// stands for what is not UTF-8; such a name stands for the file whose name looks like it as text.
+pub(crate) fn existing_path(path: &Path) -> PathBuf {
     if path.to_str().is_some_and(|text| !text.contains('\u{fffd}')) || path.exists() {
         return path.to_owned();
     }

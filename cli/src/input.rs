@@ -11,7 +11,7 @@ use plcc_runtime::Artifact;
 
 use crate::args::SourceArgs;
 use crate::compile::{self, Checked};
-use crate::disk::{self, Disk, real};
+use crate::disk::{self, Disk, existing_path};
 use crate::failure::Failure;
 use crate::report::Report;
 
@@ -90,13 +90,13 @@ pub(crate) fn reason(error: &std::io::Error) -> String {
     }
 }
 
-/// A file's bytes.
-pub(crate) struct Raw {
+/// A source that has been read, before it is known what language it is in.
+pub(crate) struct SourceFile {
     pub(crate) path: PathBuf,
     bytes: Vec<u8>,
 }
 
-impl Raw {
+impl SourceFile {
     /// Reads a file that is to be a source. It is read once: it may be a pipe.
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
         let bytes = match is_standard_input(path) {
@@ -131,12 +131,13 @@ pub(crate) struct Program {
 impl Input {
     /// Reads files that are one program.
     pub(crate) fn read(paths: &[PathBuf], args: &SourceArgs) -> Result<Self, Failure> {
-        let raw: Vec<Raw> = paths.iter().map(|path| Raw::read(path)).collect::<Result<_, _>>()?;
+        let raw: Vec<SourceFile> =
+            paths.iter().map(|path| SourceFile::read(path)).collect::<Result<_, _>>()?;
         Self::of(&raw.iter().collect::<Vec<_>>(), args)
     }
 
     /// Files that have been read as one program.
-    pub(crate) fn of(raw: &[&Raw], args: &SourceArgs) -> Result<Self, Failure> {
+    pub(crate) fn of(raw: &[&SourceFile], args: &SourceArgs) -> Result<Self, Failure> {
         let mut sources = SourceMap::new();
         let files: Vec<FileId> =
             raw.iter().map(|raw| sources.add(raw.path.to_string_lossy(), &raw.bytes)).collect();
@@ -161,7 +162,9 @@ impl Input {
 
     /// The path of the first file.
     pub(crate) fn first(&self) -> PathBuf {
-        self.files.first().map_or_else(PathBuf::new, |&id| real(Path::new(self.sources.path(id))))
+        self.files
+            .first()
+            .map_or_else(PathBuf::new, |&id| existing_path(Path::new(self.sources.path(id))))
     }
 
     /// Checks the program with the settings that are meant for it.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use plcc_diag::{FileId, SourceMap};
 use plcc_runtime::session::write_whole;
 
-use crate::disk::real;
+use crate::disk::existing_path;
 use crate::failure::Failure;
 
 /// Writes text or bytes to standard output. That nobody reads it any more (`plcc … | head`) is no
@@ -47,7 +47,8 @@ pub(crate) fn write(
         return Err(Failure::file(path, "it is a folder; -o names a file"));
     }
     if let Ok(place) = fs::canonicalize(path) {
-        let own = (0..sources.len() as u32).map(|id| real(Path::new(sources.path(FileId(id)))));
+        let own =
+            (0..sources.len() as u32).map(|id| existing_path(Path::new(sources.path(FileId(id)))));
         let mut own = own.chain(also_read.iter().cloned());
         if own.any(|own| fs::canonicalize(own).is_ok_and(|own| own == place)) {
             return Err(Failure::file(path, "it is a source; it is not overwritten"));

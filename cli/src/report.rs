@@ -9,8 +9,8 @@ use crate::args::FormatArg;
 use crate::failure::Failure;
 use crate::output::unless_closed;
 
-/// So many diagnostics are drawn; the rest are counted.
-const DRAWN: usize = 100;
+/// At most this many diagnostics are drawn; the rest are counted.
+const MAX_DRAWN: usize = 100;
 
 /// How many of each kind there were.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,14 +36,14 @@ impl std::fmt::Display for Count {
         let Self { errors, warnings } = *self;
         match (errors, warnings) {
             (0, 0) => f.write_str("no errors"),
-            (0, w) => write!(f, "no errors, {}", number(w, "warning")),
-            (e, 0) => f.write_str(&number(e, "error")),
-            (e, w) => write!(f, "{}, {}", number(e, "error"), number(w, "warning")),
+            (0, w) => write!(f, "no errors, {}", count_of(w, "warning")),
+            (e, 0) => f.write_str(&count_of(e, "error")),
+            (e, w) => write!(f, "{}, {}", count_of(e, "error"), count_of(w, "warning")),
         }
     }
 }
 
-/// Where and how things are said.
+/// Writes diagnostics, messages and failures for the user.
 pub(crate) struct Report {
     color: bool,
 }
@@ -62,26 +62,26 @@ impl Report {
         Self { color }
     }
 
-    /// Says why a command failed, and gives its exit status.
+    /// Writes why a command failed, and gives its exit status.
     pub(crate) fn failure(&self, failure: &Failure) -> u8 {
         let message = failure.text(&command_line());
-        self.tell(&format!("{}: {message}", self.paint("error", "31;1")));
+        self.message(&format!("{}: {message}", self.paint("error", "31;1")));
         failure.status()
     }
 
-    /// A line for people, on standard error. That nobody reads it changes nothing.
-    pub(crate) fn tell(&self, line: &str) {
+    /// Writes a line for people to standard error. That it can't be written changes nothing.
+    pub(crate) fn message(&self, line: &str) {
         let _ = writeln!(io::stderr(), "{line}");
     }
 
     /// A note of the command's own.
     pub(crate) fn note(&self, message: &str) {
-        self.tell(&format!("{}: {message}", self.paint("note", "36;1")));
+        self.message(&format!("{}: {message}", self.paint("note", "36;1")));
     }
 
     /// A warning of the command's own.
     pub(crate) fn warn(&self, message: &str) {
-        self.tell(&format!("{}: {message}", self.paint("warning", "33;1")));
+        self.message(&format!("{}: {message}", self.paint("warning", "33;1")));
     }
 
     fn paint(&self, word: &str, style: &str) -> String {
@@ -93,7 +93,7 @@ impl Report {
         &self,
         sources: &SourceMap,
         diagnostics: &[Diagnostic],
-        to: To,
+        to: Destination,
     ) -> Result<Count, Failure> {
         self.show_all(&[(sources, diagnostics)], to)
     }
@@ -101,7 +101,7 @@ impl Report {
     /// Shows the diagnostics of several programs: all of them to programs, to people the first
     /// hundred drawn and the rest counted. Where there are more, errors go before warnings and
     /// those before notes.
-    pub(crate) fn show_all(&self, all: &[Findings<'_>], to: To) -> Result<Count, Failure> {
+    pub(crate) fn show_all(&self, all: &[Findings<'_>], to: Destination) -> Result<Count, Failure> {
         let mut count = Count::default();
         all.iter().for_each(|(_, diagnostics)| count.add(Count::of(diagnostics)));
         match (to.format, to.stdout_taken) {
@@ -120,7 +120,7 @@ impl Report {
         // How many of each kind there is room for.
         let mut room = [Severity::Error, Severity::Warning, Severity::Note]
             .map(|severity| (severity, each().filter(|(_, d)| d.severity == severity).count()));
-        let mut left = DRAWN;
+        let mut left = MAX_DRAWN;
         for (_, room) in &mut room {
             *room = left.min(*room);
             left -= *room;
@@ -143,11 +143,11 @@ impl Report {
             }
         }
         if !rest.is_empty() {
-            writeln!(out, "Not drawn, being more than {DRAWN}:")?;
+            writeln!(out, "Not drawn, being more than {MAX_DRAWN}:")?;
             for (path, counts) in rest {
                 let kinds = ["error", "warning", "note"];
                 let parts = counts.iter().zip(kinds).filter(|(n, _)| **n > 0);
-                let parts: Vec<String> = parts.map(|(n, kind)| number(*n, kind)).collect();
+                let parts: Vec<String> = parts.map(|(n, kind)| count_of(*n, kind)).collect();
                 writeln!(out, "  {path}: {}", parts.join(", "))?;
             }
             writeln!(out, "`plcc check --message-format json` prints them all.")?;
@@ -159,16 +159,16 @@ impl Report {
 /// A program's texts and what was found in them.
 pub(crate) type Findings<'a> = (&'a SourceMap, &'a [Diagnostic]);
 
-/// To whom diagnostics are shown, and where.
+/// How diagnostics are written, and where.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct To {
+pub(crate) struct Destination {
     /// For people or for programs.
     pub(crate) format: FormatArg,
     /// Whether standard output is for something else.
     pub(crate) stdout_taken: bool,
 }
 
-impl From<FormatArg> for To {
+impl From<FormatArg> for Destination {
     fn from(format: FormatArg) -> Self {
         Self { format, stdout_taken: false }
     }
@@ -181,7 +181,7 @@ fn command_line() -> String {
 }
 
 /// `1 error`, `2 errors`.
-pub(crate) fn number(n: usize, word: &str) -> String {
+pub(crate) fn count_of(n: usize, word: &str) -> String {
     format!("{n} {word}{}", if n == 1 { "" } else { "s" })
 }
 

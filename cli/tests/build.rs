@@ -70,7 +70,7 @@ fn what_was_fixed_by_compiling_is_refused_beside_an_artifact() {
         "--machine types.toml",
     ] {
         let done = folder.plcc(&format!("run a.plcx --ticks 1 {option}")).exits(2);
-        done.says(&["a.plcx", "settled"]);
+        done.says(&["a.plcx", "fixed"]);
     }
     folder.plcc("run a.plcx --ticks 1 --opt none --engine jit").exits(0).says(&["warning"]);
     folder.plcc("run a.plcx --ticks 1 --dialect pmi").exits(0);

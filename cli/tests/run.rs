@@ -44,7 +44,7 @@ const MOVES: &str = "I5=3\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM101->Y:$BC01,0,1
     M2=M2+M1\nSEND\"X\"\nCLOSE\nOPEN PLCC 2 CLEAR\nM2=M2+1\nCLOSE\n";
 
 #[test]
-fn code_made_anew_says_the_same() {
+fn recompiled_code_gives_the_same_results() {
     let folder = Folder::with(&[("m.pmc", MOVES)]);
     let mut all = vec![];
     for option in [

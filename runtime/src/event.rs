@@ -1,4 +1,4 @@
-//! What a program says to the outside.
+//! Events: what a program and its control report to the outside, an object of JSON each.
 
 use std::fmt;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ pub struct Event {
 }
 
 /// What happened. The order of the fields is that of the JSON. PMAC's texts are those of its
-/// program and shared, so that saying them allocates nothing.
+/// program and shared, so that an event allocates nothing.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum EventBody {
@@ -58,7 +58,7 @@ pub enum EventBody {
     /// PMAC's DISPLAY.
     Display {
         /// What is shown.
-        text: Shown,
+        text: DisplayedText,
         /// Where.
         #[serde(skip_serializing_if = "Option::is_none")]
         position: Option<i64>,
@@ -86,7 +86,7 @@ pub enum EventBody {
 /// What PMAC's DISPLAY shows. A value becomes text where somebody reads it, since that takes memory
 /// and a scan has none to take.
 #[derive(Clone, Debug)]
-pub enum Shown {
+pub enum DisplayedText {
     /// A text of the program.
     Text(Arc<str>),
     /// A value.
@@ -100,7 +100,7 @@ pub enum Shown {
     },
 }
 
-impl fmt::Display for Shown {
+impl fmt::Display for DisplayedText {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Text(text) => f.write_str(text),
@@ -111,7 +111,7 @@ impl fmt::Display for Shown {
     }
 }
 
-impl PartialEq for Shown {
+impl PartialEq for DisplayedText {
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Text(a), Self::Text(b)) => a == b,
@@ -120,15 +120,15 @@ impl PartialEq for Shown {
     }
 }
 
-impl Eq for Shown {}
+impl Eq for DisplayedText {}
 
-impl From<&str> for Shown {
+impl From<&str> for DisplayedText {
     fn from(text: &str) -> Self {
         Self::Text(text.into())
     }
 }
 
-impl Serialize for Shown {
+impl Serialize for DisplayedText {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Text(text) => serializer.serialize_str(text),

@@ -1,4 +1,4 @@
-//! Files that are never half written.
+//! Replacing files so that they are never half written.
 
 use std::fs::{self, File, Permissions};
 use std::io::{self, ErrorKind, Write};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// Whether a file is to be on the disk, or the system may take its time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Durable {
-    /// It must outlive a power cut.
+    /// It must be there after a power cut.
     Yes,
     /// It need not.
     No,
@@ -37,10 +37,10 @@ pub fn replace(path: &Path, bytes: &[u8], durable: Durable) -> io::Result<()> {
     result
 }
 
-/// Whether [`replace`] will be able to write, as far as can be told before.
+/// Whether [`replace`] will be able to write, as far as that is known before.
 ///
 /// # Errors
-/// What it will say.
+/// The error that it would give.
 pub fn can_replace(path: &Path) -> io::Result<()> {
     let (place, temporary) = places(path);
     if place.is_dir() {

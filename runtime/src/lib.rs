@@ -51,7 +51,7 @@ pub mod session;
 pub mod value;
 
 pub use artifact::{Artifact, ArtifactError};
-pub use event::{Event, EventBody, Shown};
+pub use event::{DisplayedText, Event, EventBody};
 pub use executive::{Executive, NameError, Purpose, Setting, Stop, ValueError, Variable};
 pub use native::NativeEngine;
 pub use panic_barrier::PanicBarrier;

@@ -20,22 +20,22 @@ use crate::failure::{DONE, ERRORS, Failure, STOPPED};
 use crate::input::{Input, SourceSettings};
 use crate::output;
 use crate::recompile::recompiling;
-use crate::report::{Count, Report, To};
+use crate::report::{Count, Destination, Report};
 use engine::Timed;
 use figures::{Figures, Samples};
 
-/// The engines take turns in rounds of at most so many ticks…
-const ROUND: u64 = 1000;
-/// …and of about this long for all of them together.
+/// The engines take turns in rounds. A round has at most this many ticks of each engine.
+const MAX_ROUND: u64 = 1000;
+/// How long a round of all engines together takes at most, about.
 const ROUND_TIME: Duration = Duration::from_millis(50);
-/// Ticks in each engine where nobody says how many, if they take no longer than [`PATIENCE`].
+/// Ticks in each engine where no number is given, unless they take longer than [`TIME_LIMIT`].
 const TICKS: u64 = 100_000;
-const PATIENCE: Duration = Duration::from_secs(10);
-/// Compile times are the least of so many.
+const TIME_LIMIT: Duration = Duration::from_secs(10);
+/// The program is compiled this many times; the shortest time counts.
 const COMPILES: usize = 3;
 
-/// One engine with a control of its own.
-struct Contestant {
+/// One engine with a control of its own, and its times.
+struct TimedRun {
     name: &'static str,
     executive: Box<dyn Executive>,
     engine: Timed,
@@ -65,8 +65,8 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
     let program = Input::read(&args.files, &args.source)?.check(&settings.options);
     let errors = Count::of(&program.diagnostics).errors;
     let Some(checked) = program.checked.filter(|_| errors == 0) else {
-        let count = report.show(&program.sources, &program.diagnostics, To::default())?;
-        report.tell(&format!("{count}: the program is not timed"));
+        let count = report.show(&program.sources, &program.diagnostics, Destination::default())?;
+        report.message(&format!("{count}: the program is not timed"));
         return Ok(ERRORS);
     };
     let opt: OptLevel = args.opt.into();
@@ -79,22 +79,22 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
     let jit = recompiling(&checked, &lowered.program, jit, opt, Settings::default());
     let engines: [(&'static str, Box<dyn Engine>); 3] =
         [("interp", checked.interpreter()), ("jit", jit), ("aot", Box::new(aot))];
-    let mut contestants = Vec::new();
+    let mut runs = Vec::new();
     for (name, engine) in engines {
-        contestants.push(contestant(name, engine, &lowered.program, args, &settings)?);
+        runs.push(run(name, engine, &lowered.program, args, &settings)?);
     }
-    let scans = match race(&mut contestants, args.scans) {
+    let scans = match take_turns(&mut runs, args.scans) {
         Ok(scans) => scans,
         Err(stop) => {
             let (tick, code) = (stop.tick, stop.code);
-            report.tell(&format!("stopped: {code} in tick {tick}: nothing is timed"));
+            report.message(&format!("stopped: {code} in tick {tick}: nothing is timed"));
             return Ok(STOPPED);
         }
     };
-    agree(&mut contestants)?;
+    check_same_state(&mut runs)?;
     let results = Results {
-        entries: entries(&contestants, &lowered.program),
-        engines: contestants
+        entries: entries(&runs, &lowered.program),
+        engines: runs
             .iter()
             .map(|c| {
                 let (ns_per_scan, ns_per_tick) = (c.scans.figures(), c.ticks.figures());
@@ -134,13 +134,13 @@ fn compile_ms(
     Ok((least.as_secs_f64() * 1e6).round() / 1e3)
 }
 
-fn contestant(
+fn run(
     name: &'static str,
     engine: Box<dyn Engine>,
     program: &Program,
     args: &BenchArgs,
     settings: &SourceSettings,
-) -> Result<Contestant, Failure> {
+) -> Result<TimedRun, Failure> {
     let executive = session::executive(program, &args.control, false, settings.machine_file());
     let mut executive = executive.map_err(|error| Failure::usage(error.to_string()))?;
     let stimulus = match &args.stimulus {
@@ -148,7 +148,7 @@ fn contestant(
             .map_err(|error| Failure::usage(error.to_string()))?,
         None => Stimulus::default(),
     };
-    Ok(Contestant {
+    Ok(TimedRun {
         name,
         executive,
         engine: Timed::new(engine, program.tasks.len()),
@@ -160,42 +160,42 @@ fn contestant(
     })
 }
 
-/// What ended a race before its time.
+/// Why the program was stopped before all ticks were done.
 struct Stopped {
     tick: u64,
     code: String,
 }
 
-/// Lets the engines take turns until each has done its ticks: so many, or what [`PATIENCE`] has
-/// time for. The result is how many there were.
-fn race(contestants: &mut [Contestant], ticks: Option<u64>) -> Result<u64, Stopped> {
+/// Lets the engines take turns until each has done its ticks: `ticks` of them, else as many as there
+/// is time for before [`TIME_LIMIT`]. The result is how many there were.
+fn take_turns(runs: &mut [TimedRun], ticks: Option<u64>) -> Result<u64, Stopped> {
     let start = Instant::now();
     let mut done = 0;
     let mut round = 1;
-    while done < ticks.unwrap_or(TICKS) && (ticks.is_some() || start.elapsed() < PATIENCE) {
+    while done < ticks.unwrap_or(TICKS) && (ticks.is_some() || start.elapsed() < TIME_LIMIT) {
         round = round.min(ticks.unwrap_or(TICKS) - done);
         let begun = Instant::now();
-        for contestant in &mut *contestants {
+        for run in &mut *runs {
             for _ in 0..round {
-                contestant.step()?;
+                run.step()?;
             }
         }
         done += round;
         round = match begun.elapsed() {
-            time if time < ROUND_TIME => (round * 2).min(ROUND),
+            time if time < ROUND_TIME => (round * 2).min(MAX_ROUND),
             _ => (round / 2).max(1),
         };
     }
     Ok(done)
 }
 
-/// Sees that the engines have come to the same state.
-fn agree(contestants: &mut [Contestant]) -> Result<(), Failure> {
-    let mut states = contestants.iter_mut().map(|contestant| {
-        let executive = contestant.executive.as_mut();
+/// Checks that all engines have come to the same state.
+fn check_same_state(runs: &mut [TimedRun]) -> Result<(), Failure> {
+    let mut states = runs.iter_mut().map(|run| {
+        let executive = run.executive.as_mut();
         let variables = executive.declared().into_iter();
         let values = variables.map(|(name, variable)| (name, executive.get(variable)));
-        (contestant.name, values.collect::<Vec<_>>())
+        (run.name, values.collect::<Vec<_>>())
     });
     let Some((name, state)) = states.next() else { return Ok(()) };
     for (other, values) in states {
@@ -208,7 +208,7 @@ fn agree(contestants: &mut [Contestant]) -> Result<(), Failure> {
     Ok(())
 }
 
-impl Contestant {
+impl TimedRun {
     /// One tick, timed.
     fn step(&mut self) -> Result<(), Stopped> {
         let tick = self.tick;
@@ -226,12 +226,9 @@ impl Contestant {
     }
 }
 
-fn entries(
-    contestants: &[Contestant],
-    program: &Program,
-) -> Vec<(String, Vec<(&'static str, Figures)>)> {
+fn entries(runs: &[TimedRun], program: &Program) -> Vec<(String, Vec<(&'static str, Figures)>)> {
     let of = |task| {
-        let called = contestants.iter().filter_map(move |c| {
+        let called = runs.iter().filter_map(move |c| {
             let samples = c.engine.samples(task).filter(|samples| !samples.is_empty())?;
             Some((c.name, samples.figures()))
         });

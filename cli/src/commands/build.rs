@@ -14,7 +14,7 @@ use crate::compile::{self, CompileError};
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{Input, SourceSettings, is_standard_input};
 use crate::output;
-use crate::report::{Report, To};
+use crate::report::{Destination, Report};
 
 pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
@@ -44,10 +44,10 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         return Err(Failure::usage(what));
     }
     let program = Input::read(&args.files, &args.source)?.check(&settings.options);
-    let to = To { format: args.message_format, stdout_taken };
+    let to = Destination { format: args.message_format, stdout_taken };
     let count = report.show(&program.sources, &program.diagnostics, to)?;
     let Some(checked) = program.checked.filter(|_| count.errors == 0) else {
-        report.tell(&format!("{count}: nothing is built"));
+        report.message(&format!("{count}: nothing is built"));
         return Ok(ERRORS);
     };
     let lowered = checked.optimized(opt).map_err(CompileError::from)?;

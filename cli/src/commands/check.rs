@@ -11,20 +11,20 @@ use plcc_frontend::language;
 
 use crate::args::{CheckArgs, FormatArg};
 use crate::compile::Checked;
-use crate::disk::real;
+use crate::disk::existing_path;
 use crate::failure::{DONE, ERRORS, Failure, USAGE};
-use crate::input::{self, Input, Program, Raw, SourceSettings};
+use crate::input::{self, Input, Program, SourceFile, SourceSettings};
 use crate::output;
-use crate::report::{Count, Report, To, number};
+use crate::report::{Count, Destination, Report, count_of};
 
-/// Folders within folders are followed so deep.
+/// Folders within folders are followed this deep.
 const MAX_DEPTH: usize = 64;
 
-/// What was checked, and what could not be.
+/// The programs that were checked, and why others could not be.
 #[derive(Default)]
 struct Results {
     programs: Vec<Program>,
-    /// For each program how many files it has of its own.
+    /// How many files were named or found, without those that others include.
     files: usize,
     failures: Vec<Failure>,
 }
@@ -58,7 +58,7 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
     }
     let findings: Vec<_> =
         results.programs.iter().map(|p| (&p.sources, p.diagnostics.as_slice())).collect();
-    let count = report.show_all(&findings, To::from(args.message_format))?;
+    let count = report.show_all(&findings, Destination::from(args.message_format))?;
     for failure in &results.failures {
         report.failure(failure);
     }
@@ -86,14 +86,14 @@ fn explain_arithmetic(results: &Results, args: &CheckArgs, report: &Report) -> R
     match args.message_format {
         FormatArg::Human => output::print(text.as_bytes()),
         FormatArg::Json => {
-            report.tell(text.trim_end());
+            report.message(text.trim_end());
             Ok(())
         }
     }
 }
 
 fn summary(results: &Results, count: Count, report: &Report) {
-    let mut line = format!("{} checked: {count}", number(results.files, "file"));
+    let mut line = format!("{} checked: {count}", count_of(results.files, "file"));
     let bad = results.programs.iter().filter(|p| Count::of(&p.diagnostics).errors > 0).count();
     if bad > 0 && results.programs.len() > 1 {
         line.push_str(&format!("; {bad} of {} programs have errors", results.programs.len()));
@@ -101,7 +101,7 @@ fn summary(results: &Results, count: Count, report: &Report) {
     if !results.failures.is_empty() {
         line.push_str(&format!("; {} not checked", results.failures.len()));
     }
-    report.tell(&line);
+    report.message(&line);
 }
 
 /// Checks a program with its own settings. What another file of its machine may provide is not
@@ -124,20 +124,22 @@ fn check_program(input: Input, args: &CheckArgs, report: &Report) -> Result<Prog
 fn named(paths: &[PathBuf], args: &CheckArgs, report: &Report, results: &mut Results) {
     let mut files = Vec::new();
     for path in paths {
-        match Raw::read(path) {
+        match SourceFile::read(path) {
             Ok(raw) => files.push(raw),
             Err(failure) => results.failures.push(failure),
         }
     }
-    let one = |raw: &Raw| Input::of(&[raw], &args.source);
-    let is_part = |raw: &Raw| one(raw).is_ok_and(|input| language(input.dialect).joins_files());
+    let one = |raw: &SourceFile| Input::of(&[raw], &args.source);
+    let is_part =
+        |raw: &SourceFile| one(raw).is_ok_and(|input| language(input.dialect).joins_files());
     let first = files.iter().find(|raw| is_part(raw));
-    let joins = |raw: &Raw| {
+    let joins = |raw: &SourceFile| {
         let with_first =
             |first| one(raw).is_err() && Input::of(&[first, raw], &args.source).is_ok();
         is_part(raw) || first.is_some_and(with_first)
     };
-    let (download, others): (Vec<&Raw>, Vec<&Raw>) = files.iter().partition(|raw| joins(raw));
+    let (download, others): (Vec<&SourceFile>, Vec<&SourceFile>) =
+        files.iter().partition(|raw| joins(raw));
     if !download.is_empty() {
         results.add(
             Input::of(&download, &args.source).and_then(|input| check_program(input, args, report)),
@@ -149,7 +151,7 @@ fn named(paths: &[PathBuf], args: &CheckArgs, report: &Report, results: &mut Res
 }
 
 /// Checks a folder's files, but not on their own those that others of them include. A file that
-/// can't be read or told is reported.
+/// can't be read, or whose language is not known, is reported.
 fn folder(paths: &[PathBuf], args: &CheckArgs, report: &Report, results: &mut Results) {
     let mut included = HashSet::new();
     let mut checked = Vec::new();
@@ -182,7 +184,7 @@ fn folder(paths: &[PathBuf], args: &CheckArgs, report: &Report, results: &mut Re
 /// Where the files are that a program includes.
 fn inner_files(program: &Program) -> impl Iterator<Item = PathBuf> {
     let inner = (program.own as u32..program.sources.len() as u32).map(FileId);
-    inner.filter_map(|id| fs::canonicalize(real(Path::new(program.sources.path(id)))).ok())
+    inner.filter_map(|id| fs::canonicalize(existing_path(Path::new(program.sources.path(id)))).ok())
 }
 
 /// The files of a folder and those below it that have a known ending, in natural order; where the

@@ -9,13 +9,13 @@ use plcc_runtime::args::RunArgs;
 use plcc_runtime::pmac::Settings;
 use plcc_runtime::{Artifact, NativeEngine, session};
 
-use crate::args::{EngineArg, FormatArg, Rest, RunCommand};
+use crate::args::{EngineArg, FormatArg, RecompileAfter, RunCommand};
 use crate::compile::{self, Checked, CompileError};
 use crate::failure::{ERRORS, Failure};
 use crate::input::{self, Input, SourceSettings};
 use crate::output;
 use crate::recompile::recompiling;
-use crate::report::{Count, Report, To, number};
+use crate::report::{Count, Destination, Report, count_of};
 
 pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     if let Some(path) = artifact_among(&args.files)? {
@@ -25,11 +25,11 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     let program = Input::read(&args.files, &args.source)?.check(&settings.options);
     let outputs = [args.run.trace_path(), args.run.events.as_deref(), args.run.dump.as_deref()];
     let stdout_taken = outputs.into_iter().flatten().any(output::is_stdout);
-    let to = To { format: args.message_format, stdout_taken };
+    let to = Destination { format: args.message_format, stdout_taken };
     let errors = Count::of(&program.diagnostics).errors;
     let Some(checked) = program.checked.filter(|_| errors == 0 || args.keep_going) else {
         let count = report.show(&program.sources, &program.diagnostics, to)?;
-        report.tell(&format!("{count}: the program is not run"));
+        report.message(&format!("{count}: the program is not run"));
         return Ok(ERRORS);
     };
     let shown: Vec<_> = match args.message_format {
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
                 program.diagnostics.into_iter().partition(|d| d.is_error());
             let warnings = Count::of(&rest).warnings;
             if warnings > 0 {
-                report.warn(&format!("{}; `plcc check` shows them", number(warnings, "warning")));
+                report.warn(&format!("{}; `plcc check` shows them", count_of(warnings, "warning")));
             }
             errors
         }
@@ -63,8 +63,8 @@ fn engine(checked: &Checked, args: &RunCommand) -> Result<(Program, Box<dyn Engi
             let (native, _) = compile::jit(&lowered)?;
             let standard = Settings { beside: args.run.realtime, ..Settings::default() };
             let engine: Box<dyn Engine> = match args.recompile_after {
-                Some(Rest::Never) => Box::new(native),
-                Some(Rest::Ticks(rest)) => {
+                Some(RecompileAfter::Never) => Box::new(native),
+                Some(RecompileAfter::Ticks(rest)) => {
                     let settings = Settings { rest, ..standard };
                     recompiling(checked, &lowered.program, native, opt, settings)
                 }
@@ -113,7 +113,7 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
         ("--machine's [variables]", variables),
     ];
     if let Some((option, _)) = fixed.iter().find(|(_, given)| *given) {
-        let what = format!("{option} was settled when this artifact was built; build it again");
+        let what = format!("{option} was fixed when this artifact was built; build it again");
         return Err(Failure::file(path, what));
     }
     let idle = [

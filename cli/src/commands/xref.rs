@@ -6,16 +6,16 @@ use crate::args::{FormatArg, XrefArgs};
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{Input, SourceSettings};
 use crate::output;
-use crate::report::{Report, To};
+use crate::report::{Destination, Report};
 
 pub(crate) fn xref(args: &XrefArgs, report: &Report) -> Result<u8, Failure> {
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
     let program = Input::read(&args.files, &args.source)?.check(&settings.options);
     // The table has standard output; as JSON everything is a line of it.
-    let to = To::from(args.message_format);
+    let to = Destination::from(args.message_format);
     let count = report.show(&program.sources, &program.diagnostics, to)?;
     let Some(checked) = program.checked.filter(|_| count.errors == 0) else {
-        report.tell(&count.to_string());
+        report.message(&count.to_string());
         return Ok(ERRORS);
     };
     let xref = checked.cross_reference();

@@ -11,7 +11,7 @@ use plcc_abi::{
     },
 };
 
-use crate::{Event, EventBody, Shown};
+use crate::{DisplayedText, Event, EventBody};
 
 /// What becomes of a PLC when its turn comes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -250,7 +250,7 @@ impl Control {
         let body = match said {
             Said::Always(body) => body.clone(),
             Said::Value { position, width, decimals } => EventBody::Display {
-                text: Shown::Value { value, width: *width, decimals: *decimals },
+                text: DisplayedText::Value { value, width: *width, decimals: *decimals },
                 position: Some(i64::from(*position)),
             },
             Said::Queue { body, task } => {

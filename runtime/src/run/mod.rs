@@ -29,7 +29,7 @@ pub use watch::Watch;
 /// What is called after a tick, with how many there were and the control.
 pub type After<'a> = dyn FnMut(u64, &dyn Executive) + 'a;
 
-/// A run to be.
+/// Everything that a run needs.
 pub struct Run<'a> {
     /// The control.
     pub executive: &'a mut dyn Executive,
@@ -45,11 +45,11 @@ pub struct Run<'a> {
     pub trace_format: TraceFormat,
     /// Where the events go.
     pub events: Option<&'a mut dyn Write>,
-    /// How many ticks there are; without a number they go on until the flag is up.
+    /// How many ticks there are; without a number they go on until the flag is set.
     pub ticks: Option<u64>,
     /// Whether the clock paces the ticks.
     pub realtime: bool,
-    /// A flag that ends the run before its next tick.
+    /// A flag that, once set, ends the run before its next tick.
     pub interrupt: Option<&'a AtomicBool>,
     /// Called after each tick with how many there were.
     pub after: Option<&'a mut After<'a>>,
@@ -91,7 +91,7 @@ impl RunError {
 }
 
 impl Run<'_> {
-    /// Runs until the ticks are over, the program is stopped, the flag is up or an output fails.
+    /// Runs until the ticks are over, the program is stopped, the flag is set or an output fails.
     pub fn go(mut self) -> End {
         let mut end = End::default();
         end.failure = self.ticks(&mut end).and_then(|()| self.flush()).err();
@@ -104,7 +104,7 @@ impl Run<'_> {
             trace.header(self.executive, out).map_err(RunError::Trace)?;
         }
         let mut time_ns = 0;
-        let mut happened: Vec<Event> = Vec::with_capacity(64);
+        let mut events_of_tick: Vec<Event> = Vec::with_capacity(64);
         let mut pacer = self.realtime.then(Pacer::start);
         while self.ticks.is_none_or(|ticks| end.ticks < ticks) {
             if let Some(pacer) = &mut pacer {
@@ -120,13 +120,13 @@ impl Run<'_> {
             let tick_ns = self.executive.tick_ns();
             end.ticks += 1;
             self.player.apply(tick, self.executive);
-            let result = self.executive.tick(self.engine, &mut happened);
+            let result = self.executive.tick(self.engine, &mut events_of_tick);
             if let Err(stop) = result {
                 let body = EventBody::Stop { code: stop.code.clone() };
-                happened.push(Event { tick, body });
+                events_of_tick.push(Event { tick, body });
                 end.stop = Some(stop);
             }
-            self.write(tick, time_ns, &mut happened, &mut trace)?;
+            self.write(tick, time_ns, &mut events_of_tick, &mut trace)?;
             time_ns = time_ns.saturating_add(tick_ns);
             if let Some(after) = &mut self.after {
                 after(end.ticks, self.executive);
@@ -147,12 +147,12 @@ impl Run<'_> {
         &mut self,
         tick: u64,
         time_ns: u64,
-        happened: &mut Vec<Event>,
+        events_of_tick: &mut Vec<Event>,
         trace: &mut Trace,
     ) -> Result<(), RunError> {
         if let Some(out) = &mut self.events {
-            let any = !happened.is_empty();
-            for event in happened.iter() {
+            let any = !events_of_tick.is_empty();
+            for event in events_of_tick.iter() {
                 serde_json::to_writer(&mut *out, event)
                     .map_err(io::Error::from)
                     .and_then(|()| out.write_all(b"\n"))
@@ -162,7 +162,7 @@ impl Run<'_> {
                 out.flush().map_err(RunError::Events)?;
             }
         }
-        happened.clear();
+        events_of_tick.clear();
         if let Some(out) = &mut self.trace {
             let any = trace.rows(tick, time_ns, self.executive, out).map_err(RunError::Trace)?;
             if any && self.realtime {

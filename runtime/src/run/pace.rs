@@ -5,10 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Longest sleep, so that Ctrl-C is seen.
-const NAP: Duration = Duration::from_millis(50);
-/// Later than this is not made up for: the machine slept, or was stopped in a debugger.
-const HOPELESS: Duration = Duration::from_secs(1);
+/// The longest sleep, so that Ctrl-C is noticed in time.
+const MAX_SLEEP: Duration = Duration::from_millis(50);
+/// A tick that begins later than this is not caught up with: the machine slept, or the process was
+/// stopped in a debugger.
+const MAX_CATCH_UP: Duration = Duration::from_secs(1);
 
 /// How well the clock was kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,7 +46,7 @@ impl Pacer {
             if interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
                 return;
             }
-            thread::sleep(left.min(NAP));
+            thread::sleep(left.min(MAX_SLEEP));
         }
     }
 
@@ -54,7 +55,7 @@ impl Pacer {
         let late = now.saturating_duration_since(self.due);
         self.punctuality.latest = self.punctuality.latest.max(late);
         self.punctuality.overruns += u64::from(late >= tick);
-        let base = if late > HOPELESS { now } else { self.due };
+        let base = if late > MAX_CATCH_UP { now } else { self.due };
         self.due = base.checked_add(tick).unwrap_or(base);
     }
 

@@ -4,11 +4,11 @@ use std::collections::HashMap;
 
 use crate::{Executive, Purpose, Setting, Variable};
 
-/// So many mistakes of a stimulus are told, the rest is counted.
-const TOLD: usize = 20;
+/// At most this many mistakes of a stimulus are reported, the rest is counted.
+const MAX_ERRORS: usize = 20;
 
-/// No name has more bytes, and no more of a line or value is told.
-const LONGEST: usize = 60;
+/// No name has more bytes than this, and messages show no more of a line or value.
+const MAX_SHOWN: usize = 60;
 
 /// A row, its name found and its value checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +34,7 @@ pub struct LineError {
     pub message: String,
 }
 
-/// Everything that is wrong with a stimulus, as far as it is told.
+/// What is wrong with a stimulus: the first lines, and how many more there are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StimulusError {
     /// The first lines with a mistake.
@@ -66,7 +66,7 @@ impl Stimulus {
             header = true;
             match row {
                 Ok(row) => rows.extend(row),
-                Err(message) if errors.lines.len() < TOLD => {
+                Err(message) if errors.lines.len() < MAX_ERRORS => {
                     errors.lines.push(LineError { line: number, message });
                 }
                 Err(_) => errors.more += 1,
@@ -167,7 +167,7 @@ fn header(line: &str) -> Result<(), String> {
 
 /// A line, cut where it is long.
 fn shown(line: &str) -> String {
-    match line.trim().char_indices().nth(LONGEST) {
+    match line.trim().char_indices().nth(MAX_SHOWN) {
         Some((end, _)) => format!("{}…", line.trim().get(..end).unwrap_or_default()),
         None => line.trim().to_owned(),
     }
@@ -187,7 +187,7 @@ impl<'t> Reader<'_, 't> {
             return Err(format!("`{}` is no tick: they are counted from 0", shown(tick)));
         }
         let tick = tick.parse().map_err(|_| format!("tick {} never comes", shown(tick)))?;
-        if name.len() > LONGEST {
+        if name.len() > MAX_SHOWN {
             return Err(format!("`{}` is no name", shown(name)));
         }
         let variable = match self.names.get(name) {

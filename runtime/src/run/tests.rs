@@ -104,7 +104,7 @@ fn stimulus(text: &[u8]) -> Result<Stimulus, Vec<String>> {
     })
 }
 
-struct Told {
+struct Output {
     trace: String,
     events: String,
     dump: String,
@@ -112,7 +112,7 @@ struct Told {
     log: Vec<(u64, i64)>,
 }
 
-fn run(control: &mut Control, table: &str, watch: &[&str], ticks: u64, repeat: bool) -> Told {
+fn run(control: &mut Control, table: &str, watch: &[&str], ticks: u64, repeat: bool) -> Output {
     run_with(control, table, watch, ticks, repeat, TraceFormat::default())
 }
 
@@ -123,7 +123,7 @@ fn run_with(
     ticks: u64,
     repeat: bool,
     format: TraceFormat,
-) -> Told {
+) -> Output {
     let stimulus = Stimulus::parse(table.as_bytes(), control).unwrap();
     let watch = Watch::parse(watch, control).unwrap();
     let (mut trace, mut events, mut text) = (vec![], vec![], vec![]);
@@ -144,25 +144,25 @@ fn run_with(
     dump(&mut text, Dialect::Nct, control, &watch, &end).unwrap();
     let [trace, events, dump] = [trace, events, text].map(|t| String::from_utf8(t).unwrap());
     let log = control.log.borrow().clone();
-    Told { trace, events, dump, end, log }
+    Output { trace, events, dump, end, log }
 }
 
 #[test]
 fn a_trace_shows_changes() {
     let table = "tick,name,value\n2,A,3\n1,P10,9\n1,A,7\n1,A,8\n";
-    let told = run(&mut Control::default(), table, &["P10,A", "arr"], 4, false);
+    let output = run(&mut Control::default(), table, &["P10,A", "arr"], 4, false);
     assert_eq!(
-        told.trace,
+        output.trace,
         "tick,name,value\n0,P10,0\n0,A,0\n0,arr,\"[0,0]\"\n1,P10,9\n1,A,8\n1,arr,\"[8,9]\"\n\
          2,A,3\n2,arr,\"[3,9]\"\n"
     );
     assert_eq!(
-        told.events,
+        output.events,
         "{\"tick\":2,\"kind\":\"send\",\"text\":\"drei \\u000b\"}\n\
          {\"tick\":3,\"kind\":\"send\",\"text\":\"drei \\u000b\"}\n"
     );
     assert_eq!(
-        told.dump,
+        output.dump,
         "{\"dialect\":\"nct\",\"ticks\":4,\"state\":\"running\",\"stop\":null,\
          \"variables\":{\"A\":3,\"ARR\":[3,9],\"P10\":9}}\n"
     );
@@ -172,16 +172,16 @@ fn a_trace_shows_changes() {
 fn a_trace_can_have_the_time() {
     let format = TraceFormat::Csv { time: true };
     let table = "tick,name,value\n2,A,3\n";
-    let told = run_with(&mut Control::default(), table, &["A"], 4, false, format);
-    assert_eq!(told.trace, "tick,ms,name,value\n0,0,A,0\n2,2,A,3\n");
+    let output = run_with(&mut Control::default(), table, &["A"], 4, false, format);
+    assert_eq!(output.trace, "tick,ms,name,value\n0,0,A,0\n2,2,A,3\n");
 }
 
 #[test]
 fn a_trace_can_be_a_value_change_dump() {
     let table = "tick,name,value\n1,A,1\n2,P10,-3\n4,A,5\n";
     let watch = ["A,P10", "ARR"];
-    let told = run_with(&mut Control::default(), table, &watch, 6, false, TraceFormat::Vcd);
-    let (header, changes) = told.trace.split_once("$enddefinitions $end\n").unwrap();
+    let output = run_with(&mut Control::default(), table, &watch, 6, false, TraceFormat::Vcd);
+    let (header, changes) = output.trace.split_once("$enddefinitions $end\n").unwrap();
     let expected = [
         "$timescale 1 us $end",
         "$scope module plc $end",
@@ -219,11 +219,11 @@ fn patterns_stand_for_the_variables_of_a_dump() {
 #[test]
 fn the_tick_of_a_stop_is_the_last() {
     let mut control = Control { stops: Some(1), ..Control::default() };
-    let told = run(&mut control, "tick,name,value\n1,A,3\n", &["A"], 10, false);
-    assert_eq!(told.trace, "tick,name,value\n0,A,0\n1,A,3\n");
-    assert!(told.events.ends_with("{\"tick\":1,\"kind\":\"stop\",\"code\":\"HALT\"}\n"));
-    assert_eq!(told.end.ticks, 2);
-    assert!(told.dump.contains(
+    let output = run(&mut control, "tick,name,value\n1,A,3\n", &["A"], 10, false);
+    assert_eq!(output.trace, "tick,name,value\n0,A,0\n1,A,3\n");
+    assert!(output.events.ends_with("{\"tick\":1,\"kind\":\"stop\",\"code\":\"HALT\"}\n"));
+    assert_eq!(output.end.ticks, 2);
+    assert!(output.dump.contains(
         "\"ticks\":2,\"state\":\"stopped\",\"stop\":{\"tick\":1,\"code\":\"HALT\",\"message\":\"it \\\"halts\\\"\"},"
     ));
 }
@@ -231,10 +231,10 @@ fn the_tick_of_a_stop_is_the_last() {
 #[test]
 fn a_stimulus_can_begin_again() {
     let table = "tick,name,value\n0,A,1\n2,A,2\n";
-    let told = run(&mut Control::default(), table, &[], 7, true);
-    let values: Vec<i64> = told.log.iter().map(|&(_, value)| value).collect();
+    let output = run(&mut Control::default(), table, &[], 7, true);
+    let values: Vec<i64> = output.log.iter().map(|&(_, value)| value).collect();
     assert_eq!(values, [1, 1, 2, 1, 1, 2, 1]);
-    assert_eq!(told.trace, "tick,name,value\n");
+    assert_eq!(output.trace, "tick,name,value\n");
 }
 
 #[test]

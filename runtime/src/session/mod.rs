@@ -2,10 +2,10 @@
 //! Ctrl-C, progress, and the exit status.
 
 mod executive;
-mod keeper;
 mod output;
 mod progress;
-mod urgent;
+mod realtime_priority;
+mod retained_writer;
 
 use std::fmt::Display;
 use std::fs;
@@ -24,10 +24,10 @@ use crate::run::{End, Player, Run, Stimulus, TraceFormat, Watch, dump};
 use crate::{Executive, PanicBarrier, retain};
 
 pub use executive::{executive, takes_machine_file};
-use keeper::Keeper;
 pub use output::write_whole;
 use output::{Output, check_paths, check_writable};
 use progress::Progress;
+use retained_writer::RetainedWriter;
 
 /// Exit status: done.
 pub const DONE: u8 = 0;
@@ -38,7 +38,8 @@ pub const STOPPED: u8 = 3;
 /// Exit status: Ctrl-C.
 pub const INTERRUPTED: u8 = 130;
 
-/// Why a run did not come about, or not to its end: exit status 2. The message is complete.
+/// Why a program could not be run, or its results not be written: exit status 2. The message is
+/// complete.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{0}")]
 pub struct SessionError(pub String);
@@ -56,15 +57,15 @@ pub fn run(
     match session(program, engine, args, machine) {
         Ok(status) => status,
         Err(error) => {
-            tell("error", error);
+            message("error", error);
             USAGE
         }
     }
 }
 
-/// A message for people. That it can't be written changes nothing.
-fn tell(kind: &str, message: impl Display) {
-    let _ = writeln!(std::io::stderr(), "{kind}: {message}");
+/// Writes a message for people to standard error. That it can't be written changes nothing.
+fn message(kind: &str, text: impl Display) {
+    let _ = writeln!(std::io::stderr(), "{kind}: {text}");
 }
 
 fn session(
@@ -74,9 +75,9 @@ fn session(
     machine: Option<&Machine>,
 ) -> Result<u8, SessionError> {
     if args.ticks.is_none() && args.duration.is_none() && !args.realtime {
-        let message = "how long is it to run? Give --ticks N or --for 5s; with --realtime it runs \
-                       until Ctrl-C";
-        return Err(SessionError(message.into()));
+        let text = "how long is it to run? Give --ticks N or --for 5s; with --realtime it runs \
+                    until Ctrl-C";
+        return Err(SessionError(text.into()));
     }
     check_paths(program, args)?;
     for path in args.dump.iter().chain(&args.retain) {
@@ -92,7 +93,7 @@ fn session(
         None => Stimulus::default(),
     };
     if args.trace.is_some() && args.watch.is_empty() {
-        tell("warning", "the trace will be empty: --watch NAME,NAME… says what it shows");
+        message("warning", "the trace will be empty: --watch NAME,NAME… says what it shows");
     }
     let watch = Watch::parse(&args.watch, executive).map_err(|errors| {
         let errors: Vec<String> = errors.iter().map(|e| format!("--watch: {e}")).collect();
@@ -109,19 +110,19 @@ fn session(
     let mut trace = trace_path.map(Output::create).transpose()?;
     let mut events = args.events.as_deref().map(Output::create).transpose()?;
     let mut progress = Progress::new(ticks, args.realtime);
-    let mut keeper = match &args.retain {
-        Some(path) if args.realtime => Some(Keeper::new(path, program.dialect())?),
+    let mut retained_writer = match &args.retain {
+        Some(path) if args.realtime => Some(RetainedWriter::new(path, program.dialect())?),
         _ => None,
     };
     if args.realtime
-        && let Err(why) = urgent::become_urgent()
+        && let Err(why) = realtime_priority::request()
     {
-        tell("note", why);
+        message("note", why);
     }
     let mut after = |ticks: u64, executive: &dyn Executive| {
         progress.show(ticks);
-        if let Some(keeper) = &mut keeper {
-            keeper.look(executive);
+        if let Some(retained_writer) = &mut retained_writer {
+            retained_writer.write_if_changed(executive);
         }
     };
     let mut engine = PanicBarrier::new(engine);
@@ -143,30 +144,30 @@ fn session(
     progress.clear();
 
     let mut status = status(&end);
-    let mut also = |result: Result<(), SessionError>| {
+    let mut check = |result: Result<(), SessionError>| {
         if let Err(error) = result {
-            tell("error", error);
+            message("error", error);
             status = USAGE;
         }
     };
     if let Some(path) = &args.dump {
-        also(write_dump(path, program.dialect(), executive, &watch, &end));
+        check(write_dump(path, program.dialect(), executive, &watch, &end));
     }
-    if let Some(keeper) = keeper {
-        also(keeper.finish());
+    if let Some(retained_writer) = retained_writer {
+        check(retained_writer.finish());
     }
     if let Some(path) = &args.retain {
-        also(keep(path, program.dialect(), executive));
+        check(keep(path, program.dialect(), executive));
     }
     Ok(status)
 }
 
-/// What the end means, told to people.
+/// The exit status of a run, whose end is reported to people.
 fn status(end: &End) -> u8 {
     if end.punctuality.overruns > 0 {
         let late = end.punctuality.latest.as_secs_f64() * 1000.0;
         let (overruns, ticks) = (end.punctuality.overruns, end.ticks);
-        tell(
+        message(
             "warning",
             format!(
                 "{overruns} of {ticks} ticks began when the next was due, up to {late:.1} ms late"
@@ -175,12 +176,12 @@ fn status(end: &End) -> u8 {
     }
     if let Some(stop) = &end.stop {
         let tick = end.ticks.saturating_sub(1);
-        tell("stopped", format!("{} in tick {tick}: {}", stop.code, stop.message));
+        message("stopped", format!("{} in tick {tick}: {}", stop.code, stop.message));
     }
     if let Some(failure) = &end.failure
         && !failure.is_closed_pipe()
     {
-        tell("error", failure);
+        message("error", failure);
         return USAGE;
     }
     match (&end.stop, end.interrupted) {
@@ -200,14 +201,14 @@ fn ticks_in(time: Duration, tick_ns: u64) -> u64 {
 /// two ends the process at once; a terminal may well say twice that it goes.
 fn listen(flag: &Arc<AtomicBool>) -> Result<(), SessionError> {
     use signal_hook::{consts, flag};
-    let deaf = |error| SessionError(format!("Ctrl-C can't be listened for: {error}"));
+    let failed = |error| SessionError(format!("Ctrl-C can't be listened for: {error}"));
     for signal in [consts::SIGINT, consts::SIGTERM] {
         flag::register_conditional_shutdown(signal, INTERRUPTED.into(), Arc::clone(flag))
             .and_then(|_| flag::register(signal, Arc::clone(flag)))
-            .map_err(deaf)?;
+            .map_err(failed)?;
     }
     if !ignores_hangup() {
-        flag::register(consts::SIGHUP, Arc::clone(flag)).map_err(deaf)?;
+        flag::register(consts::SIGHUP, Arc::clone(flag)).map_err(failed)?;
     }
     Ok(())
 }
@@ -247,7 +248,7 @@ fn restore(
     let Some(retained) = found else { return Ok(()) };
     if let Some(why) = retained.damaged {
         let shown = path.display();
-        tell("warning", format!("the retained file {shown} is not used: {why}; its copy is"));
+        message("warning", format!("the retained file {shown} is not used: {why}; its copy is"));
     }
     executive.restore(&retained.payload).map_err(|why| {
         let shown = path.display();

@@ -89,7 +89,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     }
 }
 
-/// Finds out before the first tick what could only be told after the last one.
+/// Checks before the first tick that a file that is written after the last one can be written.
 pub(super) fn check_writable(path: &Path) -> Result<(), SessionError> {
     let is_device = fs::metadata(path).is_ok_and(|about| !about.is_file() && !about.is_dir());
     if is_stdout(path) || is_device {

@@ -1,8 +1,8 @@
-//! What is told of many measurements.
+//! Times of many scans, and the figures that are printed of them.
 
 use serde::Serialize;
 
-/// Least, middle and nearly most, in nanoseconds.
+/// Minimum, median and 99th percentile, in nanoseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub(super) struct Figures {
     pub(super) min: u64,
@@ -10,12 +10,13 @@ pub(super) struct Figures {
     pub(super) p99: u64,
 }
 
-/// Numbers below twice this are told exactly, others to one part of it.
+/// Times below twice this many nanoseconds are counted exactly, longer ones to one part in this
+/// many.
 const FINE: u64 = 1 << FINE_BITS;
 const FINE_BITS: u32 = 10;
 
-/// Measurements in nanoseconds: how many there were of each length, so that a long race takes no
-/// more memory than a short one.
+/// Measurements in nanoseconds: how many there were of each length, so that many
+/// take no more memory than few.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Samples {
     counts: Vec<u64>,
@@ -92,7 +93,7 @@ mod tests {
         }
         for ns in (0..5000).chain((1..64).map(|n| 1 << n)).chain([(1 << 40) + 12345, u64::MAX]) {
             let near = least(place(ns));
-            assert!(near <= ns && ns - near <= ns / FINE, "{ns} is told as {near}");
+            assert!(near <= ns && ns - near <= ns / FINE, "{ns} is counted as {near}");
         }
     }
 }

@@ -1,5 +1,5 @@
-//! Writes the retained file while a control runs by the clock, since the power may fail at any
-//! time. The scan never waits for the disk: another thread writes.
+//! Writes the retained file while a control is paced by the clock, since the power may fail at any
+//! time. A thread of its own writes, so that no scan waits for the disk.
 
 use std::path::Path;
 use std::sync::mpsc::{SyncSender, sync_channel};
@@ -12,18 +12,18 @@ use crate::{Executive, retain};
 
 use super::SessionError;
 
-/// Time between two looks at what is retained.
+/// Time between two writes.
 const PAUSE: Duration = Duration::from_secs(1);
 
-/// Keeps the retained file up to date.
-pub(super) struct Keeper {
+/// Keeps the retained file up to date while a control runs.
+pub(super) struct RetainedWriter {
     next: Instant,
     last: Vec<u8>,
     to_disk: SyncSender<Vec<u8>>,
     writer: JoinHandle<Result<(), SessionError>>,
 }
 
-impl Keeper {
+impl RetainedWriter {
     /// Starts the thread that writes.
     pub(super) fn new(path: &Path, dialect: Dialect) -> Result<Self, SessionError> {
         let path = path.to_owned();
@@ -42,9 +42,9 @@ impl Keeper {
         Ok(Self { next: Instant::now() + PAUSE, last: vec![], to_disk, writer })
     }
 
-    /// Hands on what is retained, when it has changed and it is time to look. While the disk is
-    /// busy, the next look does it.
-    pub(super) fn look(&mut self, executive: &dyn Executive) {
+    /// Has what is retained written, when it has changed and the last write is long enough ago. While
+    /// the disk is busy nothing happens; the next call tries again.
+    pub(super) fn write_if_changed(&mut self, executive: &dyn Executive) {
         let now = Instant::now();
         if now < self.next {
             return;

@@ -1,10 +1,11 @@
-//! What a control that follows the clock asks of the operating system: to run before ordinary
-//! programs, and to have its memory there when a tick needs it.
+//! What a control that is paced by the clock requests of the operating system: a real-time priority,
+//! so that it runs before ordinary programs, and memory that is never swapped out.
 //!
-//! Threads inherit the priority: those that write files or make code are started before it is asked
-//! for, and none after.
+//! Threads inherit the priority. Those that write files or compile are therefore started before it
+//! is requested, and none after.
 
-/// Of 1 to 99: before all that is ordinary, behind what keeps the machine itself going.
+/// Priorities are 1 to 99. This one is above all ordinary programs and below the threads of the
+/// kernel.
 #[cfg(target_os = "linux")]
 const PRIORITY: u8 = 50;
 
@@ -13,7 +14,7 @@ const PRIORITY: u8 = 50;
 /// # Errors
 /// What was not permitted, and what to do. The run goes on without it.
 #[cfg(target_os = "linux")]
-pub(super) fn become_urgent() -> Result<(), String> {
+pub(super) fn request() -> Result<(), String> {
     let refused: Vec<String> = [
         raise_priority().map_err(|why| format!("ticks have no real-time priority ({why})")),
         lock_memory().map_err(|why| format!("memory is not locked ({why})")),
@@ -30,9 +31,9 @@ pub(super) fn become_urgent() -> Result<(), String> {
     ))
 }
 
-/// Elsewhere nothing is asked.
+/// Other systems have no such request.
 #[cfg(not(target_os = "linux"))]
-pub(super) fn become_urgent() -> Result<(), String> {
+pub(super) fn request() -> Result<(), String> {
     Ok(())
 }
 
