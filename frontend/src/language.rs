@@ -9,7 +9,9 @@ use plcc_abi::pmac::Relied;
 use plcc_abi::{Dialect, Engine, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{Controller, CrossReference, FileLoader, InternalError, Lowered, Options};
+use crate::common::{
+    Controller, CrossReference, Expression, FileLoader, InternalError, Lowered, Options,
+};
 use crate::{nct, pmac, pmi};
 
 /// The languages, in the order of [`Dialect::ALL`]. Whatever is done for every language goes
@@ -108,6 +110,14 @@ pub trait CheckedProgram: fmt::Debug + Send + Sync {
 
     /// The statement interpreter, as an engine like the others.
     fn interpreter(&self) -> Box<dyn Engine>;
+
+    /// An expression or condition of the language over the program's variables, for breakpoints,
+    /// triggers and watches; see `expression.rs` in the language's folder for what is one.
+    ///
+    /// # Errors
+    /// What is wrong with it. Places are offsets in `text`, in the file 0: a source map that holds
+    /// the text alone draws them.
+    fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>>;
 
     /// Where each variable is read, written and tested.
     fn cross_reference(&self) -> CrossReference;

@@ -111,8 +111,9 @@ impl Expression {
         &self.text
     }
 
-    /// The names of the variables that it may read, each once, in the order of the text, spelled
-    /// as in a trace. An array that it indexes with a computed number stands there as a whole.
+    /// The names of the variables that it may read, each once, in the order in which it does,
+    /// spelled as in a trace. An array that it indexes with a computed number stands there as a
+    /// whole.
     pub fn variables(&self) -> &[String] {
         &self.variables
     }

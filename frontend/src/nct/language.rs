@@ -6,7 +6,9 @@ use plcc_diag::{Diagnostic, FileId, SourceMap};
 use super::Program;
 use super::reference::{KEYWORDS, MANUAL};
 use crate::common::keywords;
-use crate::common::{Controller, CrossReference, FileLoader, InternalError, Lowered, Options};
+use crate::common::{
+    Controller, CrossReference, Expression, FileLoader, InternalError, Lowered, Options,
+};
 use crate::language::{CheckedProgram, Language, Topic};
 
 /// The PLC language of NCT's controls.
@@ -72,6 +74,10 @@ impl Language for Nct {
 impl CheckedProgram for Program {
     fn lower(&self) -> Result<Lowered, InternalError> {
         self.lower()
+    }
+
+    fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>> {
+        self.expression(text)
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

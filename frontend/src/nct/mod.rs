@@ -3,6 +3,7 @@
 
 mod analyse;
 mod ast;
+mod expression;
 mod language;
 mod layout;
 mod lower;
@@ -16,7 +17,7 @@ use std::sync::Arc;
 use plcc_abi::Engine;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{CrossReference, FileLoader, InternalError, Lowered, Options};
+use crate::common::{CrossReference, FileLoader, InternalError, Limits, Lowered, Options};
 
 pub use language::Nct;
 pub use oracle::Interpreter;
@@ -28,6 +29,8 @@ pub struct Program {
     checked: Arc<ast::Program>,
     layout: Arc<layout::Layout>,
     settings: plcc_abi::nct::NctSettings,
+    /// For expressions, which have the program's limits.
+    limits: Limits,
 }
 
 /// Reads and checks a program. There is one unless a diagnostic is an error.
@@ -51,7 +54,8 @@ pub fn check(
     let checked = ast::Program { name, text, lines, stmts, conds, labels, texts, slots };
     let layout = layout::Layout::new(&checked);
     let settings = options.machine.nct.clone();
-    (Some(Program { checked: Arc::new(checked), layout: Arc::new(layout), settings }), found)
+    let (checked, layout, limits) = (Arc::new(checked), Arc::new(layout), options.limits);
+    (Some(Program { checked, layout, settings, limits }), found)
 }
 
 impl Program {

@@ -5,9 +5,12 @@ use plcc_abi::{Dialect, Engine, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 use super::Program;
+use super::expression::{Context, parse_expression};
 use super::reference::{KEYWORDS, MANUAL, describe, memory};
 use crate::common::keywords;
-use crate::common::{Controller, CrossReference, FileLoader, InternalError, Lowered, Options};
+use crate::common::{
+    Controller, CrossReference, Expression, FileLoader, InternalError, Lowered, Options,
+};
 use crate::language::{CheckedProgram, Language, Recompilable, Topic};
 
 /// The PLC language of PMAC and Turbo PMAC.
@@ -93,6 +96,13 @@ impl CheckedProgram for Program {
 
     fn cross_reference(&self) -> CrossReference {
         self.cross_reference()
+    }
+
+    /// Q-variables are those of coordinate system 1; L-variables, which only PLCCs have, do not
+    /// belong to it.
+    fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>> {
+        let sources = &mut SourceMap::new();
+        parse_expression(text, Context { program: self, sources, system: 1, compiled: false })
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

@@ -6,7 +6,9 @@ use plcc_diag::{Diagnostic, FileId, SourceMap};
 use super::Program;
 use super::reference::{KEYWORDS, MANUAL};
 use crate::common::keywords;
-use crate::common::{Controller, CrossReference, FileLoader, InternalError, Lowered, Options};
+use crate::common::{
+    Controller, CrossReference, Expression, FileLoader, InternalError, Lowered, Options,
+};
 use crate::language::{CheckedProgram, Language, Topic};
 
 /// The PMI language.
@@ -76,6 +78,10 @@ impl CheckedProgram for Program {
 
     fn cross_reference(&self) -> CrossReference {
         self.cross_reference()
+    }
+
+    fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>> {
+        self.expression(text)
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

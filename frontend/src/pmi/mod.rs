@@ -10,6 +10,7 @@
 mod analyse;
 mod arith;
 mod ast;
+mod expression;
 mod language;
 mod layout;
 mod lower;
@@ -21,7 +22,7 @@ mod tables;
 use plcc_abi::Engine;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{CrossReference, FileLoader, InternalError, Lowered, Options};
+use crate::common::{CrossReference, FileLoader, InternalError, Limits, Lowered, Options};
 
 pub use language::Pmi;
 pub use oracle::Interpreter;
@@ -34,6 +35,8 @@ pub struct Program {
     layout: layout::Layout,
     /// The files, shared by all that is made of the program.
     sources: SourceMap,
+    /// For expressions, which have the program's limits.
+    limits: Limits,
 }
 
 /// Reads and checks the program in `file`; included files are asked of `loader` and added to
@@ -49,7 +52,8 @@ pub fn check(
         return (None, diagnostics);
     }
     let layout = layout::Layout::new(&checked);
-    (Some(Program { checked, layout, sources: sources.clone() }), diagnostics)
+    let program = Program { checked, layout, sources: sources.clone(), limits: options.limits };
+    (Some(program), diagnostics)
 }
 
 impl Program {

@@ -1,5 +1,7 @@
 //! NCT text to statements: the cursor, numbers, operands, conditions, text modules, the parser.
 
+mod area;
+mod condition;
 pub(crate) mod cursor;
 pub(crate) mod diagnostic;
 pub(crate) mod group;

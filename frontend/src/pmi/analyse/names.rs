@@ -49,6 +49,15 @@ impl Names {
         this
     }
 
+    /// The names of a checked program.
+    pub(crate) fn of(symbols: &[Symbol]) -> Self {
+        let mut this = Self { symbols: vec![], index: HashMap::new(), comparisons: COMPARISONS };
+        for symbol in symbols {
+            this.push(symbol.clone());
+        }
+        this
+    }
+
     fn push(&mut self, symbol: Symbol) -> SymbolId {
         let id = SymbolId(self.symbols.len() as u32);
         self.index.insert(symbol.name.clone(), id);

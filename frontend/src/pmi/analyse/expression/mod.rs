@@ -1,8 +1,10 @@
 //! Expressions (PMI 2.3): operator precedence with explicit stacks, so that neither length nor
 //! nesting costs stack; names, types and constants are checked on the way.
 
+mod operation;
+
 use plcc_abi::pmi::Type;
-use plcc_diag::{Diagnostic, Span};
+use plcc_diag::Diagnostic;
 
 use crate::common::Limits;
 use crate::pmi::{
@@ -10,11 +12,10 @@ use crate::pmi::{
         lookup::resolve,
         names::{Names, RESERVED},
     },
-    arith,
-    ast::{Binary, Meaning, Op, Ops, SymbolId},
+    ast::{Meaning, Op, Ops, SymbolId},
     read::{
         cursor::Cursor,
-        diagnostic::{self, error},
+        diagnostic::error,
         token::{Kind, Token},
     },
 };
@@ -70,6 +71,8 @@ pub(crate) enum Index {
 /// A parsed expression.
 pub(crate) struct Parsed {
     pub(crate) ops: Ops,
+    /// Its type; nothing where an error made it unknown.
+    pub(crate) ty: Option<Type>,
     /// For [`Until::Index`].
     pub(crate) index: Index,
 }
@@ -138,7 +141,8 @@ impl<'p, 'c> Parser<'p, 'c> {
             }
             _ => Index::Computed,
         };
-        Ok(Parsed { ops: from as u32..self.ops.len() as u32, index })
+        let ty = self.operands.last().and_then(|operand| operand.ty);
+        Ok(Parsed { ops: from as u32..self.ops.len() as u32, ty, index })
     }
 
     /// Keeps the error that stands first.
@@ -437,145 +441,5 @@ impl<'p, 'c> Parser<'p, 'c> {
             self.pending.pop();
             self.apply(pending);
         }
-    }
-
-    fn apply(&mut self, pending: Pending) {
-        match pending {
-            Pending::Unary { not, at } => self.unary(not, at),
-            Pending::Binary { symbol, at } => self.binary(symbol, at),
-            Pending::Paren { .. } | Pending::Bracket { .. } => {}
-        }
-    }
-
-    fn unary(&mut self, not: bool, at: Token) {
-        let Some(operand) = self.operands.last_mut() else { return };
-        operand.at = at;
-        operand.product = None;
-        let long = operand.ty == Some(Type::Long);
-        if not {
-            operand.ty = Some(Type::Logical);
-            operand.constant = operand.constant.map(|value| i32::from(value == 0));
-            self.ops.push(Op::Not);
-        } else {
-            operand.ty = operand.ty.map(|_| if long { Type::Long } else { Type::Integer });
-            operand.constant = operand.constant.map(|value| arith::negate(value, long));
-            self.ops.push(Op::Neg { long });
-        }
-    }
-
-    fn binary(&mut self, symbol: Kind, at: Token) {
-        let (Some(right), Some(left)) = (self.operands.pop(), self.operands.pop()) else { return };
-        let long = left.ty == Some(Type::Long) || right.ty == Some(Type::Long);
-        let span = self.cursor.span_of(at);
-        let (op, ty) = match symbol {
-            Kind::Plus => (Binary::Add { long }, if long { Type::Long } else { Type::Integer }),
-            Kind::Minus => (Binary::Sub { long }, if long { Type::Long } else { Type::Integer }),
-            Kind::Star => {
-                if long {
-                    self.note(
-                        error(42, span, "a LONG cannot be multiplied")
-                            .help("copy it to an INTEGER first"),
-                    );
-                }
-                (Binary::Mul { wide: false }, Type::Integer)
-            }
-            Kind::Slash | Kind::Percent => {
-                if right.ty == Some(Type::Long) {
-                    self.note(
-                        error(42, span, "a LONG cannot be a divisor")
-                            .help("copy it to an INTEGER first"),
-                    );
-                }
-                // A product enters a division with all its bits.
-                if let Some(Op::Binary(Binary::Mul { wide })) =
-                    right.start.checked_sub(1).and_then(|last| self.ops.get_mut(last))
-                {
-                    *wide = true;
-                }
-                (if symbol == Kind::Slash { Binary::Div } else { Binary::Rem }, Type::Integer)
-            }
-            Kind::Eq => (Binary::Eq, Type::Logical),
-            Kind::Ne => (Binary::Ne, Type::Logical),
-            Kind::Lt => (Binary::Lt, Type::Logical),
-            Kind::Le => (Binary::Le, Type::Logical),
-            Kind::Gt => (Binary::Gt, Type::Logical),
-            Kind::Ge => (Binary::Ge, Type::Logical),
-            Kind::And => (Binary::And, Type::Logical),
-            _ => (Binary::Or, Type::Logical),
-        };
-        self.ops.push(Op::Binary(op));
-        let dividend = matches!(op, Binary::Div | Binary::Rem).then_some(left.product).flatten();
-        let both = dividend.or(left.constant).zip(right.constant);
-        let constant = both.map(|(a, b)| arith::binary(op, a, b));
-        let product = match op {
-            Binary::Mul { .. } => {
-                both.map(|(a, b)| arith::binary(Binary::Mul { wide: true }, a, b))
-            }
-            _ => None,
-        };
-        let known = left.ty.is_some() && right.ty.is_some();
-        // What follows from an unknown operand is unknown where the type depends on it.
-        let ty = (known || ty == Type::Logical).then_some(ty);
-        let Operand { start, at, .. } = left;
-        self.operands.push(Operand { ty, constant, product, start, at });
-    }
-
-    /// Closes an index; the element takes its place as an operand unless it is a target's.
-    fn element(&mut self, array: Option<SymbolId>, close: Token, target: bool) {
-        let Some(index) = self.operands.last().copied() else { return };
-        let span = self.cursor.span_of(index.at).to(self.cursor.span_of(close));
-        let span = Span { end: close.start.max(span.start), ..span };
-        if index.ty == Some(Type::Long) {
-            self.note(
-                error(43, span, "the index is a LONG")
-                    .help("an index is an INTEGER or a LOGICAL; copy it to an INTEGER first"),
-            );
-        }
-        let symbol = array.and_then(|id| self.names.get(id));
-        let elements = symbol.and_then(|symbol| symbol.elements);
-        if let (Some(value), Some(elements), Some(symbol)) = (index.constant, elements, symbol)
-            && u32::try_from(value).map_or(true, |value| value >= elements)
-            && index.ty != Some(Type::Long)
-        {
-            let problem = Diagnostic::error(
-                diagnostic::OUT_OF_ARRAY,
-                span,
-                format!("{} has no element {value}", symbol.name),
-            )
-            .help(format!("its elements are 0 to {}", elements.saturating_sub(1)));
-            self.note(problem);
-        }
-        if target {
-            return;
-        }
-        let symbol = array.and_then(|id| self.names.get(id));
-        let (ty, values) = match symbol {
-            Some(symbol) => (
-                Some(symbol.ty),
-                match &symbol.meaning {
-                    Meaning::Constant(values) => Some(values),
-                    _ => None,
-                },
-            ),
-            None => (None, None),
-        };
-        let at = index.constant.and_then(|value| usize::try_from(value).ok());
-        let constant = at.and_then(|at| values.and_then(|values| values.get(at).copied()));
-        let op = match (array, constant, index.constant) {
-            (_, Some(value), _) => Some(Op::Const(value)),
-            (Some(id), None, Some(value)) => Some(Op::LoadAt(id, value as u32)),
-            _ => None,
-        };
-        match (op, array) {
-            (Some(op), _) => {
-                self.ops.truncate(index.start);
-                self.ops.push(op);
-            }
-            (None, Some(id)) => self.ops.push(Op::Element(id)),
-            (None, None) => {}
-        }
-        self.operands.pop();
-        let Operand { start, at, .. } = index;
-        self.operands.push(Operand { ty, constant, product: None, start, at });
     }
 }

@@ -1,0 +1,84 @@
+//! Arithmetic on OP with the flags that it sets (NCT 4.8, 4.9).
+
+use super::{
+    memory::{BCD_SIGN, CARRY, HIGH, MUL_OVERFLOW, NOT_BCD, OVERFLOW, SIGN, SYNTAX, ZERO},
+    run::Run,
+};
+use crate::nct::ast::Arith;
+
+/// The number that four BCD digits stand for.
+pub(super) fn from_bcd(word: u16) -> Option<u16> {
+    let digits = [word >> 12, word >> 8 & 15, word >> 4 & 15, word & 15];
+    let valid = digits.iter().all(|digit| *digit < 10);
+    valid.then(|| digits.iter().fold(0, |n, digit| n * 10 + digit))
+}
+
+/// Up to 9999 as four BCD digits.
+fn to_bcd(n: u16) -> u16 {
+    (n / 1000) << 12 | (n / 100 % 10) << 8 | (n / 10 % 10) << 4 | (n % 10)
+}
+
+/// The 16-bit sum or difference and its carry or borrow.
+pub(super) fn sum(op: Arith, a: u16, b: u16) -> (u16, bool) {
+    if op == Arith::Add { a.overflowing_add(b) } else { a.overflowing_sub(b) }
+}
+
+impl Run<'_> {
+    pub(super) fn result_flags(&mut self, carry: bool, value: u16) {
+        self.set(CARRY, carry);
+        self.set(ZERO, value == 0);
+        self.set(SIGN, value & 0x8000 != 0);
+    }
+
+    /// OP becomes `a` with `b`.
+    pub(super) fn arith(&mut self, op: Arith, a: u16, b: u16) {
+        self.op = match op {
+            Arith::And => a & b,
+            Arith::Or => a | b,
+            Arith::Xor => a ^ b,
+            Arith::Add | Arith::Sub => {
+                let (value, carry) = sum(op, a, b);
+                self.result_flags(carry, value);
+                value
+            }
+            Arith::Mul => {
+                let product = u32::from(a) * u32::from(b);
+                let high = (product >> 16) as u16;
+                self.set_word(HIGH, high);
+                self.set(MUL_OVERFLOW, high != 0);
+                product as u16
+            }
+            Arith::Div => {
+                let dividend = u32::from(self.word(HIGH)) << 16 | u32::from(a);
+                let divisor = u32::from(b);
+                self.set(SYNTAX, divisor == 0);
+                if divisor == 0 {
+                    a
+                } else {
+                    self.set_word(HIGH, (dividend % divisor) as u16);
+                    (dividend / divisor) as u16
+                }
+            }
+        };
+    }
+
+    pub(super) fn bin(&mut self) {
+        let Some(value) = from_bcd(self.op) else { return self.set(NOT_BCD, true) };
+        let value = if self.bit(BCD_SIGN) { value.wrapping_neg() } else { value };
+        self.op = value;
+        self.set(NOT_BCD, false);
+        self.set(ZERO, value == 0);
+        self.set(SIGN, value & 0x8000 != 0);
+    }
+
+    pub(super) fn bcd(&mut self) {
+        let signed = self.op.cast_signed();
+        let value = signed.unsigned_abs();
+        self.set(OVERFLOW, value > 9999);
+        if value <= 9999 {
+            self.op = to_bcd(value);
+            self.set(ZERO, value == 0);
+            self.set(SIGN, signed < 0);
+        }
+    }
+}

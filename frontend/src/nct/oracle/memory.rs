@@ -1,0 +1,142 @@
+//! Bits and words of the image as statements read and write them (NCT 4.6).
+
+use plcc_abi::image::{read_u16, write_u16};
+
+use super::{arithmetic::from_bcd, run::Run};
+use crate::nct::ast::{Bit, Operand, Place, Space, Word};
+
+/// A bit of F by its four digits.
+const fn flag(digits: u16) -> Bit {
+    Bit { space: Space::F, byte: digits / 10, bit: (digits % 10) as u8 }
+}
+
+pub(super) const CARRY: Bit = flag(40);
+pub(super) const ZERO: Bit = flag(46);
+pub(super) const SIGN: Bit = flag(47);
+pub(super) const OVERFLOW: Bit = flag(53);
+pub(super) const SYNTAX: Bit = flag(80);
+pub(super) const NOT_BCD: Bit = flag(82);
+pub(super) const MUL_OVERFLOW: Bit = flag(83);
+pub(super) const BCD_SIGN: Bit = flag(87);
+/// The high word of products and dividends, later the remainder.
+pub(super) const HIGH: Word = Word::Bytes { space: Space::F, byte: 0 };
+
+impl Run<'_> {
+    pub(super) fn bit(&self, bit: Bit) -> bool {
+        let Some(location) = self.layout.location(bit.space, bit.byte) else { return false };
+        let now = location.bit(self.image, bit.bit);
+        if bit.space != Space::V {
+            return now;
+        }
+        let before = self.layout.previous.get(bit.byte as usize);
+        before.is_some_and(|location| location.bit(self.image, bit.bit)) != now
+    }
+
+    pub(super) fn set(&mut self, bit: Bit, value: bool) {
+        if let Some(location) = self.layout.location(bit.space, bit.byte) {
+            location.set_bit(self.image, bit.bit, value);
+        }
+    }
+
+    pub(super) fn byte(&self, space: Space, byte: u16) -> u8 {
+        let Some(location) = self.layout.location(space, byte) else { return 0 };
+        let now = location.read(self.image);
+        if space != Space::V {
+            return now;
+        }
+        let before = self.layout.previous.get(byte as usize);
+        before.map_or(now, |location| location.read(self.image) ^ now)
+    }
+
+    /// Where an indirect access leads, with its flags to be set afterwards.
+    pub(super) fn indirect(&self, at: u16) -> Result<Word, (bool, bool)> {
+        let address = self.word(Word::Bytes { space: Space::F, byte: at });
+        match from_bcd(address) {
+            Some(byte @ 0..=999) => Ok(Word::Bytes { space: Space::F, byte }),
+            Some(_) => Err((true, false)),
+            None => Err((false, true)),
+        }
+    }
+
+    /// A word that exists.
+    pub(super) fn word(&self, word: Word) -> u16 {
+        if let Word::Bytes { space, byte } = word {
+            return u16::from_le_bytes([self.byte(space, byte), self.byte(space, byte + 1)]);
+        }
+        self.layout.register(word).map_or(0, |offset| read_u16(self.image, offset))
+    }
+
+    pub(super) fn set_word(&mut self, word: Word, value: u16) {
+        if let Word::Bytes { space, byte } = word {
+            for (byte, value) in [byte, byte + 1].into_iter().zip(value.to_le_bytes()) {
+                if let Some(location) = self.layout.location(space, byte) {
+                    location.write(self.image, value);
+                }
+            }
+        } else if let Some(offset) = self.layout.register(word) {
+            write_u16(self.image, offset, value);
+        }
+    }
+
+    /// Sets the flags of an indirect access.
+    pub(super) fn note(&mut self, syntax: bool, not_bcd: bool) {
+        self.set(SYNTAX, syntax);
+        self.set(NOT_BCD, not_bcd);
+    }
+
+    /// The value of a load; `None` where an indirect one is refused.
+    pub(super) fn operand(&mut self, operand: Operand) -> Option<u16> {
+        let (negate, place) = match operand {
+            Operand::Const(value) => return Some(value),
+            Operand::Load { negate, place } => (negate, place),
+        };
+        let value = match place {
+            Place::Bit(bit) => return Some(u16::from(self.bit(bit) != negate)),
+            Place::Word(Word::Indirect(at)) => match self.indirect(at) {
+                Ok(word) => {
+                    let value = self.word(word);
+                    self.note(false, false);
+                    value
+                }
+                Err((syntax, not_bcd)) => {
+                    self.note(syntax, not_bcd);
+                    return None;
+                }
+            },
+            Place::Word(word) => self.word(word),
+        };
+        Some(if negate { !value } else { value })
+    }
+
+    /// Writes `change(old, OP)` into a variable; flags of an indirect access and of arithmetic
+    /// follow the result.
+    pub(super) fn update(
+        &mut self,
+        place: Place,
+        change: impl FnOnce(u16, u16) -> (u16, Option<bool>),
+    ) {
+        match place {
+            Place::Bit(bit) => {
+                let (value, _) = change(u16::from(self.bit(bit)), self.op & 1);
+                self.set(bit, value & 1 != 0);
+            }
+            Place::Word(word) => {
+                let (word, indirect) = match word {
+                    Word::Indirect(at) => match self.indirect(at) {
+                        Ok(word) => (word, true),
+                        Err((syntax, not_bcd)) => return self.note(syntax, not_bcd),
+                    },
+                    word => (word, false),
+                };
+                let (value, carry) = change(self.word(word), self.op);
+                self.set_word(word, value);
+                if indirect {
+                    self.note(false, false);
+                }
+                if let Some(carry) = carry {
+                    self.result_flags(carry, value);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! Runs one statement after the other: conditions, jumps, calls, safepoints (NCT 4.2 to 4.11).
+
+use plcc_abi::{
+    TrapCode,
+    image::{read_u8, read_u16, read_u32, write_u16, write_u32},
+    nct::context,
+};
+
+use super::arithmetic::{from_bcd, sum};
+use crate::nct::{
+    ast::{Arith, Cond, Op, Operand, Place, Program, Relation, Space, Test, Word},
+    layout::Layout,
+};
+
+/// Where to go on.
+pub(super) enum Next {
+    At(usize),
+    Suspend(usize),
+    End,
+    Trap(TrapCode),
+}
+
+pub(super) struct Run<'a> {
+    pub(super) program: &'a Program,
+    pub(super) layout: &'a Layout,
+    /// The statements that call, in the source's order.
+    pub(super) calls: &'a [usize],
+    pub(super) image: &'a mut [u8],
+    pub(super) op: u16,
+    pub(super) waiting: &'a mut Vec<bool>,
+}
+
+/// Labels that an indirect jump or call can name (NCT 4.11).
+pub(super) const NAMED: std::ops::RangeInclusive<u16> = 3..=196;
+
+impl Run<'_> {
+    fn depth(&self) -> u16 {
+        read_u16(self.image, self.layout.context + context::DEPTH)
+    }
+
+    pub(super) fn set_depth(&mut self, depth: u16) {
+        write_u16(self.image, self.layout.context + context::DEPTH, depth);
+    }
+
+    pub(super) fn condition(&mut self, first: u32, count: u32) -> bool {
+        self.waiting.clear();
+        for at in first..first + count {
+            let result = match self.program.conds.get(at as usize) {
+                Some(Cond::Test(test)) => self.test(*test),
+                Some(Cond::Gate(gate)) => {
+                    let b = self.waiting.pop().unwrap_or(false);
+                    let a = self.waiting.pop().unwrap_or(false);
+                    match gate {
+                        Arith::And => a & b,
+                        Arith::Or => a | b,
+                        _ => a ^ b,
+                    }
+                }
+                None => false,
+            };
+            self.waiting.push(result);
+        }
+        self.waiting.pop().unwrap_or(false)
+    }
+
+    fn test(&mut self, test: Test) -> bool {
+        match test {
+            Test::Bit { negate, bit } => self.bit(bit) != negate,
+            Test::Word { negate, word } => (self.word(word) != 0) != negate,
+            Test::Relation { relation, operand } => {
+                let Some(value) = self.operand(operand) else { return false };
+                match relation {
+                    Relation::Lt => self.op < value,
+                    Relation::Gt => self.op > value,
+                    Relation::Eq => self.op == value,
+                    Relation::Le => self.op <= value,
+                    Relation::Ge => self.op >= value,
+                }
+            }
+        }
+    }
+
+    fn target(&self, label: u16) -> Option<usize> {
+        Some(self.program.labels.get(label as usize).copied().flatten()? as usize)
+    }
+
+    /// Passes a safepoint on the way to a statement.
+    fn safepoint(&mut self, to: usize) -> Next {
+        let offset = self.layout.context + context::FUEL;
+        let fuel = read_u32(self.image, offset).wrapping_sub(1);
+        write_u32(self.image, offset, fuel);
+        if fuel != 0 {
+            Next::At(to)
+        } else if read_u8(self.image, self.layout.context + context::ON_EMPTY) == 0 {
+            Next::Suspend(to)
+        } else {
+            Next::Trap(TrapCode::Timeout)
+        }
+    }
+
+    fn jump(&mut self, from: usize, to: usize) -> Next {
+        if to <= from { self.safepoint(to) } else { Next::At(to) }
+    }
+
+    fn call(&mut self, from: usize, to: usize) -> Next {
+        let depth = self.depth();
+        if depth >= context::MAX_DEPTH {
+            return Next::Trap(TrapCode::CallDepth);
+        }
+        let slot = self.layout.context + context::SITES + u32::from(depth) * 4;
+        let number = self.calls.binary_search(&from).unwrap_or(usize::MAX);
+        write_u32(self.image, slot, number as u32);
+        self.set_depth(depth + 1);
+        self.safepoint(to)
+    }
+
+    /// The label that a word of F names, if one does.
+    fn named_label(&mut self, at: u16) -> Option<usize> {
+        let word = self.word(Word::Bytes { space: Space::F, byte: at });
+        let Some(label) = from_bcd(word) else {
+            self.note(false, true);
+            return None;
+        };
+        let target = if NAMED.contains(&label) { self.target(label) } else { None };
+        self.note(target.is_none(), false);
+        target
+    }
+
+    pub(super) fn step(&mut self, at: usize, op: &Op) -> Next {
+        match *op {
+            Op::Set(bit) => self.set(bit, true),
+            Op::Clear(bit) => self.set(bit, false),
+            Op::Count { counter, up } => {
+                let counter = Word::Q(counter);
+                let step = if up { 1 } else { u16::MAX };
+                self.set_word(counter, self.word(counter).wrapping_add(step));
+            }
+            Op::Load(operand) => self.op = self.operand(operand).unwrap_or(self.op),
+            Op::Store { negate, place } => {
+                self.update(place, |_, op| (if negate { !op } else { op }, None));
+            }
+            Op::Arith { op, operand } => {
+                let Some(value) = self.operand(operand) else { return Next::At(at + 1) };
+                if let Operand::Load { place: Place::Bit(_), .. } = operand {
+                    // A bit meets bit 0 alone.
+                    let value = if op == Arith::And { 0xFFFE | value } else { value };
+                    self.arith(op, self.op, value);
+                } else {
+                    self.arith(op, self.op, value);
+                }
+            }
+            Op::Update { op, negate, place } => self.update(place, |old, with| {
+                let old = if negate { !old } else { old };
+                match op {
+                    Arith::And => (old & with, None),
+                    Arith::Or => (old | with, None),
+                    Arith::Xor => (old ^ with, None),
+                    _ => {
+                        let (value, carry) = sum(op, old, with);
+                        (value, Some(carry))
+                    }
+                }
+            }),
+            Op::Shift { left: true, by } => self.op <<= by,
+            Op::Shift { left: false, by } => self.op >>= by,
+            Op::Bin => self.bin(),
+            Op::Bcd => self.bcd(),
+            Op::Push(slot) => {
+                write_u16(self.image, self.layout.scratch + u32::from(slot) * 2, self.op);
+            }
+            Op::Apply { op, slot } => {
+                let kept = read_u16(self.image, self.layout.scratch + u32::from(slot) * 2);
+                self.arith(op, kept, self.op);
+            }
+            Op::If { first, count, otherwise } => {
+                if !self.condition(first, count) {
+                    return Next::At(otherwise as usize + 1);
+                }
+            }
+            Op::Else { end } => return Next::At(end as usize + 1),
+            Op::Goto(label) => {
+                let Some(to) = self.target(label) else { return Next::End };
+                return self.jump(at, to);
+            }
+            Op::GotoIndirect(word) => {
+                if let Some(to) = self.named_label(word) {
+                    return self.jump(at, to);
+                }
+            }
+            Op::Call(label) => {
+                let Some(to) = self.target(label) else { return Next::End };
+                return self.call(at, to);
+            }
+            Op::CallIndirect(word) => {
+                if let Some(to) = self.named_label(word) {
+                    return self.call(at, to);
+                }
+            }
+            Op::Return => {
+                let Some(depth) = self.depth().checked_sub(1) else { return Next::End };
+                self.set_depth(depth);
+                let slot = self.layout.context + context::SITES + u32::from(depth) * 4;
+                let number = read_u32(self.image, slot) as usize;
+                let Some(call) = self.calls.get(number) else {
+                    return Next::Trap(TrapCode::BadLabel);
+                };
+                return Next::At(call + 1);
+            }
+            Op::End(_) => return Next::End,
+            Op::EndIf | Op::Label(_) | Op::Text | Op::Area { .. } | Op::Bad { .. } => {}
+        }
+        Next::At(at + 1)
+    }
+}

@@ -1,0 +1,54 @@
+//! Statements with a register area in F (NCT 4.14 to 4.16): `HF PF MR MW ADD SUB MUL DIV CMP` and
+//! the address of the area.
+
+use crate::nct::{
+    ast::{AreaOp, Op},
+    read::{
+        diagnostic::{Read, error, shown},
+        number::{Digits, address},
+        operand::refuse,
+        parser::Parser,
+    },
+};
+
+impl Parser<'_> {
+    pub(crate) fn named_area(&mut self, start: usize, name: &str, op: AreaOp) -> Read<Op> {
+        for _ in name.chars() {
+            self.c.bump();
+        }
+        self.area_address(start, op)
+    }
+
+    /// A name of three letters of which two are taken.
+    pub(crate) fn area(
+        &mut self,
+        start: usize,
+        name: &str,
+        op: AreaOp,
+        last: char,
+        number: u8,
+    ) -> Read<Op> {
+        if !self.c.eat(last) {
+            let found = self.c.peek();
+            let message = format!("{} can't follow here: {name} was begun", shown(found));
+            return Err(refuse(&mut self.c, |c| {
+                error(number, c.span_from(start), message, format!("write {name}nnn"))
+            }));
+        }
+        self.area_address(start, op)
+    }
+
+    fn area_address(&mut self, start: usize, op: AreaOp) -> Read<Op> {
+        let area = address(&mut self.c, start, 3, 3, Digits::Decimal)?.value;
+        let (name, bytes) = (op.name(), op.area());
+        if area + bytes > 1000 {
+            return Err(error(
+                46,
+                self.c.span_from(start),
+                format!("the {bytes} bytes of {name}'s registers reach beyond F999"),
+                format!("let them begin at F{:03} or before", 1000 - bytes),
+            ));
+        }
+        Ok(Op::Area { op, area })
+    }
+}
