@@ -23,6 +23,8 @@ struct Gen {
     depth: usize,
     indirect: bool,
     risky: bool,
+    /// The subroutine at hand; those of a module are called from any.
+    subroutine: Option<u16>,
 }
 
 /// A program of about `size` statements.
@@ -32,14 +34,20 @@ pub fn generate(seed: u64, size: usize) -> Case {
     // Without indirect accesses bits are kept apart, so both kinds of programs are needed.
     let indirect = rng.chance(50);
     let risky = rng.chance(5);
-    let mut this = Gen { rng, out: String::new(), glued, labels: 30, depth: 0, indirect, risky };
+    let out = String::new();
+    let subroutine = None;
+    let mut this = Gen { rng, out, glued, labels: 30, depth: 0, indirect, risky, subroutine };
     this.program(size);
     let mut watch: Vec<String> = (0..3).map(|n| format!("OP{n}")).collect();
     watch.extend(BYTES.iter().map(|byte| format!("F{byte:03}")));
     for byte in [0, 2, 40, 41, 70] {
         watch.push(format!("Y{byte:02}"));
     }
-    watch.extend(["Q00", "Q01", "T00", "H00", "M0", "RH060", "O012", "O00"].map(String::from));
+    let others = [
+        "Q00", "Q01", "Q31", "T00", "T49", "H00", "H99", "M0", "M9", "RH060", "RH199", "O012",
+        "O00", "O38",
+    ];
+    watch.extend(others.map(String::from));
     let ticks = 12;
     let mut stimulus = String::from("tick,name,value\n");
     for tick in 0..ticks {
@@ -78,10 +86,15 @@ impl Gen {
         }
         for label in SUBROUTINES {
             self.put(&format!(":{label:03}"));
+            self.subroutine = Some(label);
             self.block(share / 4);
+            if self.risky && label + 1 == SUBROUTINES.end {
+                self.put(&format!("C{:03}", SUBROUTINES.start));
+            }
             self.put("R");
         }
         self.put(":199 ERROR 1,ERROR 2,$");
+        self.put(":197 X,Y$");
         self.put(":198 TOOL,,RANGE$");
     }
 
@@ -125,7 +138,7 @@ impl Gen {
             }
             14..17 => {
                 let letter = *self.rng.pick(&["U", "D"]);
-                let counter = self.rng.below(4);
+                let counter = *self.rng.pick(&[0, 1, 2, 3, 31]);
                 self.put(&format!("{letter}Q{counter:02}"));
             }
             17..30 => {
@@ -162,11 +175,19 @@ impl Gen {
             70..87 if self.depth < 4 => return self.condition(left),
             87..90 if left > 3 && self.depth < 3 => return self.counted_loop(left),
             90..93 => self.call(),
-            93..96 if self.indirect => self.area(),
+            93 if self.indirect => self.whole_area(),
+            94..96 if self.indirect => self.area(),
             96..98 if left > 3 => return self.skip(left),
             98 if self.risky => {
                 let label = SUBROUTINES.start + self.rng.below(6) as u16;
                 self.put(&format!("C{label:03}"));
+            }
+            98 if self.rng.chance(25) => {
+                // Ends the module where no call is under way.
+                let test = self.test();
+                self.put(&test);
+                self.put("R");
+                self.put("Z");
             }
             _ => {
                 let constant = self.constant();
@@ -204,19 +225,19 @@ impl Gen {
         match self.rng.below(10) {
             0..5 => format!("F{}", self.f_bit()),
             5..9 => format!("Y{}", self.io_bit()),
-            _ if switch => format!("O{}", *self.rng.pick(&["012", "000", "397"])),
+            _ if switch => format!("O{}", *self.rng.pick(&["012", "000", "397", "200", "387"])),
             _ => "O012".to_owned(),
         }
     }
 
     fn register(&mut self, stored: bool) -> String {
         match self.rng.below(if stored { 5 } else { 6 }) {
-            0 => format!("Q{:02}", self.rng.below(4)),
-            1 => format!("T{:02}", self.rng.below(2)),
-            2 => "H00".to_owned(),
-            3 => "M0".to_owned(),
-            4 => (*self.rng.pick(&["RH060", "RH099", "RH150"])).to_owned(),
-            _ => (*self.rng.pick(&["RP001", "RP040", "RH000"])).to_owned(),
+            0 => format!("Q{:02}", *self.rng.pick(&[0, 1, 2, 3, 31])),
+            1 => format!("T{:02}", *self.rng.pick(&[0, 1, 49])),
+            2 => (*self.rng.pick(&["H00", "H00", "H99"])).to_owned(),
+            3 => (*self.rng.pick(&["M0", "M0", "M9"])).to_owned(),
+            4 => (*self.rng.pick(&["RH050", "RH060", "RH099", "RH150", "RH199"])).to_owned(),
+            _ => (*self.rng.pick(&["RP001", "RP040", "RH000", "RH049", "RH149"])).to_owned(),
         }
     }
 
@@ -225,8 +246,8 @@ impl Gen {
         match self.rng.below(20) {
             0..5 if !word => self.stored_bit(false),
             0..9 => format!("F{:03}", *self.rng.pick(BYTES)),
-            9..13 => format!("Y{}", *self.rng.pick(&["00", "02", "40", "41", "70", "99"])),
-            13 => format!("O{}", *self.rng.pick(&["00", "38"])),
+            9..13 => format!("Y{}", *self.rng.pick(&["00", "02", "38", "40", "41", "70", "99"])),
+            13 => format!("O{}", *self.rng.pick(&["00", "20", "38"])),
             14..17 if self.indirect => {
                 format!("FI{:03}", *self.rng.pick(&[100, 102, 122, 999, 20]))
             }
@@ -242,13 +263,13 @@ impl Gen {
                 let letter = *self.rng.pick(&["I", "Y", "V"]);
                 format!("{letter}{}", self.io_bit())
             }
-            5 if !word => "P002".to_owned(),
+            5 if !word => format!("P{}", *self.rng.pick(&["002", "000", "397", "200"])),
             0..8 => format!("F{:03}", *self.rng.pick(BYTES)),
             8..13 => {
                 let letter = *self.rng.pick(&["I", "Y", "V"]);
                 format!("{letter}{}", *self.rng.pick(&["00", "01", "40", "70", "99"]))
             }
-            13 => format!("P{}", *self.rng.pick(&["00", "39"])),
+            13 => format!("P{}", *self.rng.pick(&["00", "01", "20", "39"])),
             14..17 if self.indirect => {
                 format!("FI{:03}", *self.rng.pick(&[100, 102, 122, 999, 20]))
             }
@@ -323,8 +344,12 @@ impl Gen {
                 let letter = *self.rng.pick(&["I", "Y", "V"]);
                 format!("{n}{letter}{}", self.io_bit())
             }
-            7 => (*self.rng.pick(&["P002", "NP002", "I510", "I543"])).to_owned(),
-            8 => (*self.rng.pick(&["Q00", "NT00", "H00", "NM0", "T01"])).to_owned(),
+            7 => (*self.rng.pick(&["P002", "NP002", "P397", "I510", "I543", "NI510", "V510"]))
+                .to_owned(),
+            8 => {
+                (*self.rng.pick(&["Q00", "NQ31", "NT00", "T49", "H00", "NH99", "NM0", "M9", "T01"]))
+                    .to_owned()
+            }
             _ => {
                 let relation = *self.rng.pick(&["=", "<", ">", "<=", ">="]);
                 let constant = self.rng.chance(60);
@@ -358,6 +383,23 @@ impl Gen {
         self.put(&test);
         self.depth += 1;
         let size = 1 + self.rng.below(left.clamp(1, 4));
+        if self.rng.chance(10) && self.labels < 190 {
+            // Jumped to from the other branch, past the condition.
+            let label = self.label();
+            self.put(&format!(":{label:03}"));
+            self.block(size);
+            self.put("E");
+            let counter = 25 + self.depth.min(5);
+            self.put(&format!("UQ{counter:02}"));
+            self.put(&format!("LQ{counter:02}"));
+            self.put("A3");
+            self.put("=1");
+            self.put(&format!("G{label:03}"));
+            self.put("Z");
+            self.depth -= 1;
+            self.put("Z");
+            return 2 + size;
+        }
         self.block(size);
         let other = self.rng.chance(50);
         if other {
@@ -380,7 +422,9 @@ impl Gen {
         if label >= 195 {
             return 1;
         }
-        let counter = 10 + self.depth;
+        // Of its own also where subroutines that are called from it have loops.
+        let routine = self.subroutine.map_or(0, |label| 1 + label - SUBROUTINES.start);
+        let counter = 4 + 3 * usize::from(routine) + self.depth;
         let times = 1 + self.rng.below(4);
         self.put(&format!(",{times}"));
         self.put(&format!("SQ{counter:02}"));
@@ -391,7 +435,13 @@ impl Gen {
         self.depth -= 1;
         self.put(&format!("DQ{counter:02}"));
         self.put(&format!("Q{counter:02}"));
-        self.put(&format!("G{label:03}"));
+        if self.indirect && self.rng.chance(40) {
+            self.put(&format!(".{label:04}"));
+            self.put("SF040");
+            self.put("GF040");
+        } else {
+            self.put(&format!("G{label:03}"));
+        }
         self.put("Z");
         size + 4
     }
@@ -422,10 +472,11 @@ impl Gen {
 
     fn call(&mut self) {
         // Calls lead on to later subroutines, so that they end.
-        if self.depth > 0 || self.out.contains(":010") {
+        let first = self.subroutine.map_or(SUBROUTINES.start, |label| label + 1);
+        if first >= SUBROUTINES.end {
             return;
         }
-        let label = SUBROUTINES.start + self.rng.below(6) as u16;
+        let label = first + self.rng.below(usize::from(SUBROUTINES.end - first)) as u16;
         if self.indirect && self.rng.chance(40) {
             let label = if self.rng.chance(20) {
                 (*self.rng.pick(&["00F1", "0001", "0190", "9000"])).to_owned()
@@ -451,6 +502,40 @@ impl Gen {
         }
         let at = *self.rng.pick(&[120, 120, 120, 130, 990, 0]);
         self.put(&format!("{name}{at:03}"));
+    }
+
+    /// A statement with a register area that is right but for its operands' places.
+    fn whole_area(&mut self) {
+        let store = |this: &mut Self, byte: u16, value: String| {
+            this.put(&format!(".{value}"));
+            this.put(&format!("SF{byte:03}"));
+        };
+        let place = |this: &mut Self| format!("{:04}", 200 + this.rng.below(40));
+        match self.rng.below(8) {
+            0 => {
+                let format = (*self.rng.pick(&["0001", "0002"])).to_owned();
+                store(self, 120, format);
+                let start = place(self);
+                store(self, 122, start);
+                let length = format!("{:04X}", 2 * self.rng.below(12));
+                store(self, 124, length);
+                let mask = (*self.rng.pick(&["FFFF", "00FF", "0001", "F0F0"])).to_owned();
+                store(self, 126, mask);
+                let wanted = self.constant();
+                self.put(&wanted);
+                self.put("HF120");
+            }
+            _ => {
+                let format = (*self.rng.pick(&["0001", "0002", "0004"])).to_owned();
+                store(self, 120, format);
+                for byte in [122, 124, 126] {
+                    let place = place(self);
+                    store(self, byte, place);
+                }
+                let name = *self.rng.pick(&["ADD", "SUB", "MUL", "DIV", "CMP"]);
+                self.put(&format!("{name}120"));
+            }
+        }
     }
 
     fn input(&mut self) -> (String, i64) {
