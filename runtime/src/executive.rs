@@ -3,7 +3,7 @@
 use plcc_abi::Engine;
 use thiserror::Error;
 
-use crate::{Event, Value};
+use crate::{CheckpointError, Event, Value};
 
 /// A variable that an executive has found by its name; valid for that executive alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -140,4 +140,17 @@ pub trait Executive {
 
     /// The process image.
     fn image(&self) -> &[u8];
+
+    /// The whole state between two ticks, as bytes: the image and all that lies beside it. Events
+    /// do not outlive a tick and are not in it; neither is what watches real time.
+    fn checkpoint(&self) -> Vec<u8>;
+
+    /// Takes the state of a [`checkpoint`](Self::checkpoint) of the same program. Ticks go on from
+    /// there, in whichever engine has run this executive's ticks so far, or in any engine of the
+    /// program where there were none. The options of the run stay this executive's own.
+    ///
+    /// # Errors
+    /// When the bytes are no checkpoint, are damaged, or belong to another program or version;
+    /// nothing is changed then.
+    fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError>;
 }

@@ -33,11 +33,13 @@
 #[cfg(feature = "args")]
 pub mod args;
 pub mod artifact;
+pub mod checkpoint;
 mod control;
 pub mod cpu;
 pub mod event;
 pub mod executive;
 pub mod files;
+mod fingerprint;
 pub mod native;
 pub mod nct;
 pub mod panic_barrier;
@@ -51,6 +53,7 @@ pub mod session;
 pub mod value;
 
 pub use artifact::{Artifact, ArtifactError};
+pub use checkpoint::CheckpointError;
 pub use event::{DisplayedText, Event, EventBody};
 pub use executive::{Executive, NameError, Purpose, Setting, Stop, ValueError, Variable};
 pub use native::NativeEngine;

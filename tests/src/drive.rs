@@ -1,13 +1,15 @@
 //! A program with its stimulus, driven tick by tick: what is seen of it can be compared between
 //! engines, and between a run that was interrupted and one that was not.
 
+use std::path::Path;
+
 use plcc_abi::{Dialect, Engine, Program, Tables};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
 use plcc_runtime::args::ControlArgs;
 use plcc_runtime::{Event, Executive, Purpose, Variable, session};
 
-use crate::compile::{Compiled, compile_sources};
+use crate::compile::{Compiled, compile, compile_sources};
 use crate::gen_pmi::Case;
 
 /// A compiled program, its stimulus and the options of its control.
@@ -29,8 +31,33 @@ impl Bench {
         let mut sources = SourceMap::new();
         let file = sources.add("case", case.source.as_bytes());
         let compiled = compile_sources(&mut sources, &[file], dialect, options)?;
+        Self::with(compiled, &case.stimulus, case.ticks.into(), dialect)
+    }
+
+    /// Compiles a file; the stimulus is a file too, if there is one.
+    ///
+    /// # Errors
+    /// A file can't be read, the source has errors, or the stimulus is no table.
+    pub fn open(
+        source: &Path,
+        stimulus: Option<&Path>,
+        ticks: u64,
+        dialect: Dialect,
+    ) -> Result<Self, String> {
+        let compiled = compile(source, dialect, &Options::default())?;
+        let read = |path: &Path| std::fs::read_to_string(path).map_err(|error| error.to_string());
+        let stimulus = stimulus.map(read).transpose()?.unwrap_or_default();
+        Self::with(compiled, &stimulus, ticks, dialect)
+    }
+
+    fn with(
+        compiled: Compiled,
+        stimulus: &str,
+        ticks: u64,
+        dialect: Dialect,
+    ) -> Result<Self, String> {
         let mut rows = vec![];
-        for row in case.stimulus.lines().skip(1) {
+        for row in stimulus.lines().skip(1).filter(|row| !row.trim().is_empty()) {
             let mut parts = row.splitn(3, ',');
             let (Some(tick), Some(name), Some(value)) = (parts.next(), parts.next(), parts.next())
             else {
@@ -43,7 +70,7 @@ impl Bench {
         let level0_safepoints = (dialect == Dialect::Nct).then_some(3);
         let mut args = ControlArgs::default();
         args.nct.level0_safepoints = level0_safepoints;
-        Ok(Self { compiled, ticks: case.ticks.into(), rows, args })
+        Ok(Self { compiled, ticks, rows, args })
     }
 
     /// A control at power-up, for a program of [`Compiled::engine`].
@@ -101,9 +128,15 @@ impl Machine<'_> {
         Ok(seen)
     }
 
-    /// Puts the control to a tick that it was brought to by other means than [`step`](Self::step).
-    pub fn go_on_at(&mut self, tick: u64) {
-        self.tick = tick;
+    /// The control was brought to a tick by other means than [`step`](Self::step), or to the stop
+    /// of its program.
+    pub fn go_on(&mut self, tick: u64, stopped: bool) {
+        (self.tick, self.stopped) = (tick, stopped);
+    }
+
+    /// Whether the program was stopped.
+    pub fn has_stopped(&self) -> bool {
+        self.stopped
     }
 
     /// The bytes of the image that every engine keeps alike: all of it, but for NCT's regions in

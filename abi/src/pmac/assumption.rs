@@ -176,6 +176,24 @@ impl<'a> Definitions<'a> {
         write_u32(self.image, layout.epoch, 0);
     }
 
+    /// The code that runs on this image is the code that ran on another one, of the same layout:
+    /// takes from there what is built in, and finds out which definitions are other than that.
+    pub fn keep_assumptions_of(&mut self, other: &[u8]) {
+        let layout = self.layout;
+        let mut stale = 0;
+        for number in 0..layout.count {
+            let built_in = read_u64(other, layout.mload + 8 * number);
+            let is_moved = place(built_in) != place(self.code(number));
+            write_u64(self.image, layout.mload + 8 * number, built_in);
+            write_u8(self.image, layout.moved + number, u8::from(is_moved));
+            let names = read_u8(other, layout.mwatch + number) & (NAMED | BUILT_IN);
+            let changed = if names & NAMED != 0 { self.flags(number) & CHANGED } else { 0 };
+            self.set_flags(number, names | changed);
+            stale += u32::from(is_moved && names & BUILT_IN != 0);
+        }
+        write_u32(self.image, layout.stale, stale);
+    }
+
     /// Code comes that names and has built in what `on` says, and nothing else.
     pub fn rely(&mut self, on: &[Relied]) {
         let layout = self.layout;

@@ -11,29 +11,36 @@ const BYTES: std::ops::Range<usize> = 70..90;
 /// The register that belongs to Y700.
 const FIRST_INDEX: u32 = 90;
 
-/// The messages of a program and which are on.
+/// The messages of a program.
 #[derive(Clone, Debug)]
 pub(super) struct Messages {
     indexed: Vec<String>,
     plain: Vec<String>,
     homes: Vec<NctHome>,
-    shown: Vec<u8>,
 }
 
 impl Messages {
     pub(super) fn new(tables: &NctTables) -> Self {
         let homes = tables.outputs.get(BYTES).unwrap_or_default().to_vec();
-        Self {
-            indexed: tables.texts198.clone(),
-            plain: tables.texts199.clone(),
-            shown: vec![0; homes.len()],
-            homes,
-        }
+        Self { indexed: tables.texts198.clone(), plain: tables.texts199.clone(), homes }
     }
 
-    /// An event for each flag that is not as it was at the last call, in the order of the flags.
-    pub(super) fn update(&mut self, image: &[u8], rh: u32, tick: u64, events: &mut Vec<Event>) {
-        for (row, (home, shown)) in self.homes.iter().zip(&mut self.shown).enumerate() {
+    /// How many bytes of flags there are.
+    pub(super) fn count(&self) -> usize {
+        self.homes.len()
+    }
+
+    /// An event for each flag that is not as it was at the last call, in the order of the flags;
+    /// `shown` are the flags' bytes then.
+    pub(super) fn update(
+        &self,
+        shown: &mut [u8],
+        image: &[u8],
+        rh: u32,
+        tick: u64,
+        events: &mut Vec<Event>,
+    ) {
+        for (row, (home, shown)) in self.homes.iter().zip(shown).enumerate() {
             let now = home.read(image);
             let changed = now ^ *shown;
             if changed == 0 {

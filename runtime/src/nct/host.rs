@@ -8,17 +8,17 @@ use super::memory::NcMemory;
 use super::operand::Locals;
 use super::search;
 
-/// The host of an NCT program.
-#[derive(Clone, Debug)]
-pub(super) struct NctHost {
-    pub(super) flags: Vec<NctHome>,
-    pub(super) memory: NcMemory,
+/// The host of an NCT program, for one call of a module.
+#[derive(Debug)]
+pub(super) struct NctHost<'a> {
+    pub(super) flags: &'a [NctHome],
+    pub(super) memory: &'a mut NcMemory,
 }
 
-impl Host for NctHost {
+impl Host for NctHost<'_> {
     fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64 {
         let [area, op, ..] = args.map(|arg| arg as u16);
-        let locals = &mut Locals::new(image, &self.flags);
+        let locals = &mut Locals::new(image, self.flags);
         match function {
             HostFn::NctHf => search::find_item(locals, area, op),
             HostFn::NctPf => search::find_pot(locals, area, op, self.memory.magazine()),

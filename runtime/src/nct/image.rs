@@ -1,11 +1,13 @@
-//! The process image as the modules share it: which module's registers and input images are in
-//! it, and the others' that wait outside.
+//! The process image as the modules share it: one module's registers and input images are in it,
+//! the others' wait outside, in [`Modules`].
 
 use std::ops::Range;
 
 use plcc_abi::Program;
 use plcc_abi::image::{read_u16, write_u8, write_u16, write_u32};
 use plcc_abi::nct::{IMAGE_BYTES, LINE_BYTES, NctHome, NctTables, context};
+
+use super::state::{Modules, SavedInputs};
 
 /// The places of what the executive touches.
 #[derive(Clone, Debug, Default)]
@@ -68,11 +70,18 @@ impl Places {
 /// A module: 0, 1 or 2, and the number of its task.
 pub(super) type Module = usize;
 
-/// The input images of a module that is not running.
-#[derive(Clone, Debug, Default)]
-struct Parked {
-    input: [Vec<u8>; 2],
-    previous: [Vec<u8>; 2],
+impl Modules {
+    /// A module's OP, while none runs.
+    pub(super) fn op(&self, module: Module) -> u16 {
+        self.registers.get(module).map_or(0, |saved| read_u16(saved, context::OP))
+    }
+
+    /// Sets a module's OP, while none runs.
+    pub(super) fn set_op(&mut self, module: Module, value: u16) {
+        if let Some(saved) = self.registers.get_mut(module) {
+            write_u16(saved, context::OP, value);
+        }
+    }
 }
 
 /// The process image.
@@ -81,39 +90,36 @@ pub(super) struct Image {
     pub(super) bytes: Vec<u8>,
     pub(super) places: Places,
     pub(super) inputs: Vec<NctHome>,
-    /// Whether the input images in it are those of :000; else they are :001's, which :002 shares.
-    level0: bool,
-    parked: Parked,
-    /// Registers of the modules while they don't run.
-    contexts: [[u8; context::SIZE as usize]; 3],
 }
 
 impl Image {
     pub(super) fn new(program: &Program, tables: &NctTables) -> Result<Self, String> {
         let places = Places::of(program)?;
-        let zeros = |ranges: &[Range<usize>; 2]| ranges.each_ref().map(|r| vec![0; r.len()]);
-        let parked = Parked { input: zeros(&places.input), previous: zeros(&places.previous) };
         Ok(Self {
             bytes: vec![0; program.image_size as usize],
             places,
             inputs: tables.inputs.clone(),
-            level0: false,
-            parked,
-            contexts: [[0; context::SIZE as usize]; 3],
         })
     }
 
+    /// The lengths of an input image: its bytes, its single bits.
+    pub(super) fn input_lengths(&self) -> [usize; 2] {
+        self.places.input.each_ref().map(Range::len)
+    }
+
     /// Puts :000's input images in, or :001's.
-    pub(super) fn show(&mut self, level0: bool) {
-        if self.level0 == level0 {
+    pub(super) fn show(&mut self, modules: &mut Modules, level0: bool) {
+        if modules.level0_inputs == level0 {
             return;
         }
-        self.level0 = level0;
+        modules.level0_inputs = level0;
         let Places { input, previous, .. } = &self.places;
         let inside = input.iter().chain(previous);
-        let outside = self.parked.input.iter_mut().chain(&mut self.parked.previous);
+        let SavedInputs { input, previous } = &mut modules.saved_inputs;
+        let outside = input.iter_mut().chain(previous);
         for (range, waiting) in inside.zip(outside) {
-            if let Some(bytes) = self.bytes.get_mut(range.clone()) {
+            let bytes = self.bytes.get_mut(range.clone());
+            if let Some(bytes) = bytes.filter(|bytes| bytes.len() == waiting.len()) {
                 bytes.swap_with_slice(waiting);
             }
         }
@@ -127,10 +133,11 @@ impl Image {
     }
 
     /// With :000's images shown: takes a new image from :001's.
-    pub(super) fn synchronise(&mut self) {
+    pub(super) fn synchronise(&mut self, modules: &Modules) {
         self.age_inputs();
-        for (range, from) in self.places.input.iter().zip(&self.parked.input) {
-            if let Some(bytes) = self.bytes.get_mut(range.clone()) {
+        for (range, from) in self.places.input.iter().zip(&modules.saved_inputs.input) {
+            let bytes = self.bytes.get_mut(range.clone());
+            if let Some(bytes) = bytes.filter(|bytes| bytes.len() == from.len()) {
                 bytes.copy_from_slice(from);
             }
         }
@@ -151,38 +158,26 @@ impl Image {
     }
 
     /// Puts a module's registers in, with fuel for its call.
-    pub(super) fn enter(&mut self, module: Module, fuel: u32, stops: bool) {
-        self.show(module == 0);
+    pub(super) fn enter(&mut self, modules: &mut Modules, module: Module, fuel: u32, stops: bool) {
+        self.show(modules, module == 0);
         let context = self.places.context;
-        if let (Some(saved), Some(place)) = (
-            self.contexts.get(module),
-            self.bytes.get_mut(context as usize..).and_then(|tail| tail.first_chunk_mut()),
-        ) {
-            *place = *saved;
+        if let Some(saved) = modules.registers.get(module)
+            && let Some(place) = self.bytes.get_mut(context as usize..)
+            && let Some(place) = place.get_mut(..saved.len())
+        {
+            place.copy_from_slice(saved);
         }
         write_u32(&mut self.bytes, context + context::FUEL, fuel);
         write_u8(&mut self.bytes, context + context::ON_EMPTY, u8::from(stops));
     }
 
     /// Takes a module's registers out.
-    pub(super) fn leave(&mut self, module: Module) {
-        let place = self.bytes.get(self.places.context as usize..);
-        if let (Some(saved), Some(place)) =
-            (self.contexts.get_mut(module), place.and_then(|tail| tail.first_chunk()))
+    pub(super) fn leave(&self, modules: &mut Modules, module: Module) {
+        if let Some(saved) = modules.registers.get_mut(module)
+            && let Some(place) = self.bytes.get(self.places.context as usize..)
+            && let Some(place) = place.get(..saved.len())
         {
-            *saved = *place;
-        }
-    }
-
-    /// A module's OP, while none runs.
-    pub(super) fn op(&self, module: Module) -> u16 {
-        self.contexts.get(module).map_or(0, |saved| read_u16(saved, context::OP))
-    }
-
-    /// Sets a module's OP, while none runs.
-    pub(super) fn set_op(&mut self, module: Module, value: u16) {
-        if let Some(saved) = self.contexts.get_mut(module) {
-            write_u16(saved, context::OP, value);
+            saved.copy_from_slice(place);
         }
     }
 

@@ -1,6 +1,7 @@
 //! The NC's memory as MR and MW reach it: macro variables and parameters (NCT 4.15).
 
 use plcc_abi::nct::NctSettings;
+use serde::{Deserialize, Serialize};
 
 use super::operand::{Fault, Locals};
 
@@ -16,7 +17,7 @@ const NUMBERS: usize = 10_000;
 const MAX_SHIFT: u8 = 8;
 
 /// The NC's memory. Vacant macro variables and parameters that nobody set are 0.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct NcMemory {
     fractions: Vec<f64>,
     integers: Vec<i32>,
@@ -51,6 +52,14 @@ impl NcMemory {
             }
         }
         memory
+    }
+
+    /// Whether it has as many cells of each kind as another one.
+    pub(super) fn fits(&self, other: &Self) -> bool {
+        let lengths = |memory: &Self| {
+            (memory.fractions.len(), memory.integers.len(), memory.parameters.len())
+        };
+        lengths(self) == lengths(other)
     }
 
     /// The number of pots in the tool magazine.

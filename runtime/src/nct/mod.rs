@@ -10,6 +10,7 @@ mod operand;
 #[cfg(feature = "args")]
 mod options;
 mod search;
+mod state;
 mod tick;
 mod validate;
 mod variables;

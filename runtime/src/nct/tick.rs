@@ -4,15 +4,17 @@ use std::time::{Duration, Instant};
 
 use plcc_abi::image::{read_u8, write_u8, write_u16};
 use plcc_abi::nct::{self, IMAGE_BYTES, LINE_BYTES, NctName, NctSettings, NctTables};
-use plcc_abi::{Engine, Outcome, Program, ResumePoint, Scan, Tables, TrapCode};
+use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TrapCode};
 use thiserror::Error;
 
+use crate::checkpoint::{Binding, CheckpointError};
 use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
 
 use super::events::Messages;
 use super::host::NctHost;
 use super::image::{Image, Module, check_tables};
 use super::memory::NcMemory;
+use super::state::State;
 use super::variables::{self, Names};
 
 /// Milliseconds of a slice.
@@ -61,24 +63,15 @@ pub enum NctLoadError {
 pub struct NctExecutive {
     pub(super) image: Image,
     tables: NctTables,
-    host: NctHost,
     messages: Messages,
     names: Names,
-    /// NC flags I400 to I997, bytes 40 and on; those below are the physical lines.
-    nc_flags: [u8; IMAGE_BYTES],
-    /// What was latched last.
-    latched: [u8; IMAGE_BYTES],
-    tick: u64,
+    state: State,
+    binding: Binding,
     has_level2: bool,
     period_ms: u64,
     boards: usize,
     level0_safepoints: u32,
     realtime: bool,
-    /// Where each module's last call was suspended; `None` when it begins at its label.
-    resume: [Option<ResumePoint>; nct::MODULES],
-    /// Whether :000 starts from its beginning when it is next called.
-    level0_starts: bool,
-    synchronised: bool,
 }
 
 impl NctExecutive {
@@ -103,23 +96,19 @@ impl NctExecutive {
             }
         }
         let memory = NcMemory::new(&settings);
+        let messages = Messages::new(tables);
         Ok(Self {
+            state: State::new(memory, image.input_lengths(), messages.count()),
+            binding: Binding::new(program),
             image,
-            host: NctHost { flags: tables.flags.clone(), memory },
-            messages: Messages::new(tables),
+            messages,
             names: Names::default(),
             tables: tables.clone(),
-            nc_flags: [0; IMAGE_BYTES],
-            latched: [0; IMAGE_BYTES],
-            tick: 0,
             has_level2: program.tasks.len() > 2,
             period_ms: settings.control.period_ms(),
             boards: settings.boards.unwrap_or(4).min(4).into(),
             level0_safepoints: level0_safepoints.unwrap_or(10_000).max(1),
             realtime,
-            resume: [None; nct::MODULES],
-            level0_starts: true,
-            synchronised: true,
         })
     }
 
@@ -130,36 +119,36 @@ impl NctExecutive {
 
     /// Timers go down (NCT 2.4).
     fn count(&mut self) {
-        if self.tick == 0 {
+        if self.state.tick == 0 {
             return;
         }
         let (t, h, m) = (self.image.places.t, self.image.places.h, self.image.places.m);
         self.image.count_down(t, nct::T_COUNT);
-        if self.tick.is_multiple_of(SECOND) {
+        if self.state.tick.is_multiple_of(SECOND) {
             self.image.count_down(h, nct::H_COUNT);
         }
-        if self.tick.is_multiple_of(MINUTE) {
+        if self.state.tick.is_multiple_of(MINUTE) {
             self.image.count_down(m, nct::M_COUNT);
         }
     }
 
     /// Fills :001's input image.
     fn latch(&mut self) {
-        self.image.show(false);
+        self.image.show(&mut self.state.modules, false);
         self.image.age_inputs();
         for byte in 0..IMAGE_BYTES {
             let value = if byte < LINE_BYTES {
                 read_u8(&self.image.bytes, self.image.places.lines_in + byte as u32)
             } else {
-                self.nc_flags.get(byte).copied().unwrap_or(0)
+                self.state.nc_flags.get(byte).copied().unwrap_or(0)
             };
-            if let Some(last) = self.latched.get_mut(byte).filter(|last| **last != value) {
+            if let Some(last) = self.state.latched.get_mut(byte).filter(|last| **last != value) {
                 *last = value;
                 self.image.set_input(byte, value);
             }
         }
-        self.image.set_input_bit(FIRST_CALL.0, FIRST_CALL.1, self.tick == 0);
-        self.image.set_input_bit(LEVEL0_START.0, LEVEL0_START.1, self.level0_starts);
+        self.image.set_input_bit(FIRST_CALL.0, FIRST_CALL.1, self.state.tick == 0);
+        self.image.set_input_bit(LEVEL0_START.0, LEVEL0_START.1, self.state.level0_starts);
     }
 
     /// The physical outputs take the output image.
@@ -172,15 +161,17 @@ impl NctExecutive {
 
     /// Calls a module once.
     fn call(&mut self, engine: &mut dyn Engine, module: Module, fuel: u32, stops: bool) -> Outcome {
-        self.image.enter(module, fuel, stops);
-        let mut scan = Scan { image: &mut self.image.bytes, host: &mut self.host };
-        let slot = self.resume.get_mut(module);
+        let State { modules, memory, resume, .. } = &mut self.state;
+        self.image.enter(modules, module, fuel, stops);
+        let mut host = NctHost { flags: &self.tables.flags, memory };
+        let mut scan = Scan { image: &mut self.image.bytes, host: &mut host };
+        let slot = resume.get_mut(module);
         let from = slot.as_deref().copied().flatten();
         let outcome = engine.call(module, from, &mut scan);
         if let Some(slot) = slot {
             *slot = outcome.resume_point();
         }
-        self.image.leave(module);
+        self.image.leave(modules, module);
         outcome
     }
 
@@ -210,9 +201,9 @@ impl NctExecutive {
 
     /// Runs :000 for what is left of the slice that began at `start`.
     fn run_level0(&mut self, engine: &mut dyn Engine, start: Instant) -> Result<(), Stop> {
-        self.image.show(true);
-        if self.level0_starts || !self.synchronised {
-            self.image.synchronise();
+        self.image.show(&mut self.state.modules, true);
+        if self.state.level0_starts || !self.state.synchronised {
+            self.image.synchronise(&self.state.modules);
         }
         let outcome = loop {
             let fuel = if self.realtime { REAL_TIME_STEP } else { self.level0_safepoints };
@@ -222,10 +213,10 @@ impl NctExecutive {
                 break outcome;
             }
         };
-        self.image.show(false);
+        self.image.show(&mut self.state.modules, false);
         match outcome {
-            Outcome::End => self.level0_starts = true,
-            Outcome::Suspended(_) => self.level0_starts = false,
+            Outcome::End => self.state.level0_starts = true,
+            Outcome::Suspended(_) => self.state.level0_starts = false,
             Outcome::Trap(code) => return Err(self.stop(0, code)),
         }
         Ok(())
@@ -269,8 +260,8 @@ impl NctExecutive {
         self.count();
         self.latch();
         self.run(engine, 1)?;
-        if self.tick == 0 {
-            self.synchronised = !self.output(NO_SYNCHRONISATION);
+        if self.state.tick == 0 {
+            self.state.synchronised = !self.output(NO_SYNCHRONISATION);
         }
         self.run_level0(engine, start)?;
         self.drive_lines();
@@ -285,7 +276,7 @@ impl NctExecutive {
     }
 
     pub(super) fn view(&self) -> variables::View<'_> {
-        variables::View { image: &self.image, tables: &self.tables }
+        variables::View { image: &self.image, modules: &self.state.modules, tables: &self.tables }
     }
 }
 
@@ -297,12 +288,14 @@ impl Executive for NctExecutive {
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
         let result = self.modules(engine);
         if result.is_err() {
-            self.image.show(false);
+            self.image.show(&mut self.state.modules, false);
             let lines = self.image.places.lines_out;
             (0..LINE_BYTES as u32).for_each(|i| write_u8(&mut self.image.bytes, lines + i, 0));
         }
-        self.messages.update(&self.image.bytes, self.image.places.rh, self.tick, events);
-        self.tick += 1;
+        let State { messages, tick, .. } = &mut self.state;
+        let rh = self.image.places.rh;
+        self.messages.update(messages, &self.image.bytes, rh, *tick, events);
+        self.state.tick += 1;
         result
     }
 
@@ -324,7 +317,8 @@ impl Executive for NctExecutive {
         variables::Target {
             image: &mut self.image,
             tables: &self.tables,
-            nc_flags: &mut self.nc_flags,
+            modules: &mut self.state.modules,
+            nc_flags: &mut self.state.nc_flags,
         }
         .set(name, word);
     }
@@ -369,5 +363,21 @@ impl Executive for NctExecutive {
 
     fn image(&self) -> &[u8] {
         &self.image.bytes
+    }
+
+    fn checkpoint(&self) -> Vec<u8> {
+        self.binding.write(&self.image.bytes, &self.state)
+    }
+
+    fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {
+        let size = self.image.bytes.len();
+        let (image, state): (_, State) = self.binding.read(size, checkpoint)?;
+        let mut resume = state.resume.iter().enumerate();
+        let resumes = resume.all(|(module, &from)| self.binding.can_resume(module, from));
+        if !resumes || !state.fits(&self.state) {
+            return Err(CheckpointError::Damaged);
+        }
+        (self.image.bytes, self.state) = (image, state);
+        Ok(())
     }
 }

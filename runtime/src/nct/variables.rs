@@ -8,6 +8,7 @@ use plcc_abi::nct::{IMAGE_BYTES, LINE_BYTES, NctHome, NctName, NctTables};
 use crate::{NameError, Purpose, Setting, ValueError, Variable};
 
 use super::image::Image;
+use super::state::Modules;
 
 /// The names that were asked for; a [`Variable`] is an index.
 #[derive(Clone, Debug, Default)]
@@ -66,6 +67,7 @@ pub(super) fn parse(text: &str) -> Result<Setting, ValueError> {
 /// The variables, to be read.
 pub(super) struct View<'a> {
     pub(super) image: &'a Image,
+    pub(super) modules: &'a Modules,
     pub(super) tables: &'a NctTables,
 }
 
@@ -105,7 +107,7 @@ impl View<'_> {
             NctName::H(n) => word(places.h, n.into()),
             NctName::M(n) => word(places.m, n.into()),
             NctName::Rp(n) => word(places.rp, n.into()),
-            NctName::Op(n) => self.image.op(n.into()),
+            NctName::Op(n) => self.modules.op(n.into()),
         }
     }
 }
@@ -114,7 +116,8 @@ impl View<'_> {
 pub(super) struct Target<'a> {
     pub(super) image: &'a mut Image,
     pub(super) tables: &'a NctTables,
-    pub(super) nc_flags: &'a mut [u8; IMAGE_BYTES],
+    pub(super) modules: &'a mut Modules,
+    pub(super) nc_flags: &'a mut [u8],
 }
 
 impl Target<'_> {
@@ -130,7 +133,7 @@ impl Target<'_> {
             NctName::H(n) => put(places.h, n.into()),
             NctName::M(n) => put(places.m, n.into()),
             NctName::Rp(n) => put(places.rp, n.into()),
-            NctName::Op(n) => self.image.set_op(n.into(), word),
+            NctName::Op(n) => self.modules.set_op(n.into(), word),
             NctName::Y { byte, bit } => self.homed(&tables.outputs, byte.into(), bit, word),
             NctName::F { byte, bit } => self.homed(&tables.flags, byte.into(), bit, word),
             NctName::O { byte, bit } => {

@@ -11,6 +11,7 @@ mod host;
 mod options;
 mod recompile;
 mod save;
+mod state;
 #[cfg(test)]
 mod tests;
 mod tick;
@@ -23,14 +24,16 @@ use std::collections::HashMap;
 use plcc_abi::{
     Engine, Program, Tables,
     image::{read_f64, write_f64},
-    pmac::{Kind, Layout, Memory, Run, Variable as Named, View, math::finite},
+    pmac::{Definitions, Kind, Layout, Memory, Run, Variable as Named, View, math::finite},
 };
 
+use crate::checkpoint::{Binding, CheckpointError};
 use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
 use host::Control;
 #[cfg(feature = "args")]
 pub use options::PmacArgs;
 pub use recompile::{Recompiler, Recompiling, Settings};
+use state::State;
 use tick::Clocks;
 use variables::Name;
 use watchdog::Watchdog;
@@ -56,10 +59,7 @@ pub struct PmacExecutive {
     control: Control,
     options: PmacOptions,
     watchdog: Option<Watchdog>,
-    /// Servo cycles until the next real-time interrupt.
-    until_interrupt: u32,
-    /// The interpreted PLC that ran last in background.
-    last_plc: u32,
+    binding: Binding,
     clocks: Clocks,
     /// What has been found by name, by the index of its [`Variable`].
     found: Vec<Name>,
@@ -81,8 +81,7 @@ impl PmacExecutive {
             control: Control::new(tables.clone(), layout),
             watchdog: options.realtime.then(Watchdog::default),
             options,
-            until_interrupt: 0,
-            last_plc: 0,
+            binding: Binding::new(program),
             clocks: Clocks::new(&layout),
             found: Vec::new(),
             index: HashMap::new(),
@@ -95,12 +94,12 @@ impl PmacExecutive {
     }
 
     fn view(&self) -> View<'_> {
-        View { image: &self.image, layout: &self.control.layout, far: &self.control.far }
+        View { image: &self.image, layout: &self.control.layout, far: &self.control.state.sparse }
     }
 
     fn memory(&mut self) -> Memory<'_> {
-        let Control { layout, far, .. } = &mut self.control;
-        Memory { image: &mut self.image, layout, far }
+        let Control { layout, state, .. } = &mut self.control;
+        Memory { image: &mut self.image, layout, far: &mut state.sparse }
     }
 
     fn name(&self, variable: Variable) -> Name {
@@ -125,7 +124,7 @@ impl Executive for PmacExecutive {
         engine.begin_tick(&mut self.image);
         let result = self.servo_cycle(engine);
         events.append(&mut self.control.events);
-        self.control.tick += 1;
+        self.control.state.tick += 1;
         result
     }
 
@@ -204,5 +203,25 @@ impl Executive for PmacExecutive {
 
     fn image(&self) -> &[u8] {
         &self.image
+    }
+
+    fn checkpoint(&self) -> Vec<u8> {
+        self.binding.write(&self.image, &self.control.state)
+    }
+
+    fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {
+        let (mut image, state): (_, State) = self.binding.read(self.image.len(), checkpoint)?;
+        let state = state.fitted(&self.control.state).ok_or(CheckpointError::Damaged)?;
+        let mut plcs = state.plcs.all().iter().chain(state.plccs.all());
+        if !plcs.all(|plc| self.binding.can_resume(plc.task, plc.resume)) {
+            return Err(CheckpointError::Damaged);
+        }
+        // Code that runs on this image has definitions built in, whatever was built in elsewhere.
+        Definitions::new(&mut image, &self.control.layout).keep_assumptions_of(&self.image);
+        self.image = image;
+        self.control.state = state;
+        // The clock has gone on meanwhile; it is watched from now on.
+        self.watchdog = self.options.realtime.then(Watchdog::default);
+        Ok(())
     }
 }

@@ -10,6 +10,7 @@ use plcc_abi::{
 use serde::{Deserialize, Serialize};
 
 use super::PmacExecutive;
+use crate::fingerprint::Fnv;
 
 /// What a retained file holds.
 #[derive(Serialize, Deserialize)]
@@ -20,24 +21,9 @@ struct Saved {
     runs: Vec<Run>,
 }
 
-/// FNV-1a, the same on every machine and in every version.
-struct Fnv(u64);
-
-impl Hasher for Fnv {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        for byte in bytes {
-            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x100_0000_01B3);
-        }
-    }
-}
-
 /// What tells one download from another: the controller and the state after load.
 fn fingerprint(tables: &PmacTables) -> u64 {
-    let mut hasher = Fnv(0xCBF2_9CE4_8422_2325);
+    let mut hasher = Fnv::default();
     hasher.write(&[u8::from(tables.turbo)]);
     for run in &tables.initial {
         hasher.write(&run.offset.to_le_bytes());
@@ -68,7 +54,7 @@ impl PmacExecutive {
             write_f64(&mut self.image, offset, finite(read_f64(&kept, offset)));
         }
         let mut memory =
-            Memory { image: &mut self.image, layout: &layout, far: &mut self.control.far };
+            Memory { image: &mut self.image, layout: &layout, far: &mut self.control.state.sparse };
         for number in 0..layout.count {
             memory.define_code(number, read_u64(&kept, layout.mdef + 8 * number));
         }

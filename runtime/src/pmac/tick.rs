@@ -6,7 +6,7 @@ use plcc_abi::{
     pmac::{COMMAND_CONTEXT, Layout, Place, Space, context, fixed::sign_extend},
 };
 
-use super::{PmacExecutive, host::Status};
+use super::{PmacExecutive, state::Status};
 use crate::Stop;
 
 /// What housekeeping sets the watchdog's register to.
@@ -60,11 +60,11 @@ impl PmacExecutive {
     /// One servo cycle.
     pub(super) fn servo_cycle(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
         self.count_time();
-        if self.until_interrupt == 0 {
-            self.until_interrupt = self.i(8);
+        if self.control.state.until_interrupt == 0 {
+            self.control.state.until_interrupt = self.i(8);
             self.interrupt(engine)?;
         } else {
-            self.until_interrupt -= 1;
+            self.control.state.until_interrupt -= 1;
         }
         for _ in 0..self.options.background_steps {
             self.background_step(engine)?;
@@ -137,11 +137,11 @@ impl PmacExecutive {
         if self.background_on()
             && let Some(number) = self.next_plc()
         {
-            self.last_plc = number;
+            self.control.state.last_plc = number;
             self.run_if_enabled(false, number, engine)?;
         }
         let mut from = 1;
-        while let Some(number) = self.control.plccs.next(from)
+        while let Some(number) = self.control.state.plccs.next(from)
             && self.background_on()
         {
             self.run_if_enabled(true, number, engine)?;
@@ -157,8 +157,8 @@ impl PmacExecutive {
 
     /// The enabled interpreted PLC after the last one, around from 31 to 1.
     fn next_plc(&self) -> Option<u32> {
-        let plcs = &self.control.plcs;
-        plcs.next(self.last_plc + 1).or_else(|| plcs.next(1))
+        let plcs = &self.control.state.plcs;
+        plcs.next(self.control.state.last_plc + 1).or_else(|| plcs.next(1))
     }
 
     fn run_if_enabled(
@@ -167,7 +167,8 @@ impl PmacExecutive {
         number: u32,
         engine: &mut dyn Engine,
     ) -> Result<(), Stop> {
-        let plcs = if compiled { &mut self.control.plccs } else { &mut self.control.plcs };
+        let plcs =
+            if compiled { &mut self.control.state.plccs } else { &mut self.control.state.plcs };
         let Some(plc) = plcs.get_mut(number) else {
             return Ok(());
         };
@@ -178,7 +179,8 @@ impl PmacExecutive {
         let restart = core::mem::take(&mut plc.restart);
         let from = plc.resume.take().filter(|_| !restart);
         let resume = self.run(context(compiled, number), task, from, engine)?;
-        let plcs = if compiled { &mut self.control.plccs } else { &mut self.control.plcs };
+        let plcs =
+            if compiled { &mut self.control.state.plccs } else { &mut self.control.state.plcs };
         if let Some(plc) = plcs.get_mut(number) {
             plc.resume = resume;
         }
@@ -217,7 +219,7 @@ impl PmacExecutive {
 
     /// The commands that were queued.
     fn do_commands(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
-        while let Some(command) = self.control.queue.pop_front() {
+        while let Some(command) = self.control.state.queue.pop_front() {
             let offset = self.control.layout.q_base + 4 * COMMAND_CONTEXT;
             write_u32(&mut self.image, offset, command.q_base);
             // On-line commands have no WHILE, so they always come to their end.

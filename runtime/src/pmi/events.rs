@@ -8,28 +8,35 @@ use crate::{Event, EventBody};
 /// Characters that a fault's line on the screen has.
 const WIDTH: usize = 40;
 
-/// The faults and messages of a program, and which of them were on.
+/// The faults and messages of a program.
 #[derive(Clone, Debug)]
 pub(super) struct Announcements {
     faults: Vec<Announcement>,
     messages: Vec<Announcement>,
-    were_on: Vec<bool>,
 }
 
 impl Announcements {
     pub(super) fn new(faults: &[Announcement], messages: &[Announcement]) -> Self {
-        Self {
-            faults: faults.to_vec(),
-            messages: messages.to_vec(),
-            were_on: vec![false; faults.len() + messages.len()],
-        }
+        Self { faults: faults.to_vec(), messages: messages.to_vec() }
     }
 
-    /// Tells what has changed since the scan before.
-    pub(super) fn update(&mut self, image: &[u8], tick: u64, events: &mut Vec<Event>) {
+    /// How many there are.
+    pub(super) fn count(&self) -> usize {
+        self.faults.len() + self.messages.len()
+    }
+
+    /// Tells what has changed since the scan before; `were_on` says which of them were on then,
+    /// faults first.
+    pub(super) fn update(
+        &self,
+        were_on: &mut [bool],
+        image: &[u8],
+        tick: u64,
+        events: &mut Vec<Event>,
+    ) {
         let faults = self.faults.iter().map(|fault| (fault, true));
         let all = faults.chain(self.messages.iter().map(|message| (message, false)));
-        for ((announcement, is_fault), was_on) in all.zip(&mut self.were_on) {
+        for ((announcement, is_fault), was_on) in all.zip(were_on) {
             let on = read_u8(image, announcement.offset) != 0;
             if on == *was_on {
                 continue;

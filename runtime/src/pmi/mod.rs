@@ -7,6 +7,7 @@ mod macros;
 #[cfg(feature = "args")]
 mod options;
 mod port_lines;
+mod state;
 mod tick;
 mod validate;
 mod variables;

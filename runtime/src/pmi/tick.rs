@@ -6,10 +6,12 @@ use plcc_abi::pmi::{FlipFlop, Lines, Role, Special, Timer, Type};
 use plcc_abi::{Engine, Outcome, Program, Scan, TrapCode};
 use serde::{Deserialize, Serialize};
 
+use crate::checkpoint::{Binding, CheckpointError};
 use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
 
 use super::events::{Announcements, value};
 use super::load::{self, PORTS, PmiLoadError};
+use super::state::State;
 use super::variables::{Name, Names};
 use super::{macros, port_lines};
 
@@ -42,11 +44,8 @@ pub struct PmiExecutive {
     special: Special,
     ports: u32,
     period_ns: u64,
-    /// Time that has passed and is not yet a whole unit of the timers.
-    left_over: u64,
-    tick: u64,
-    /// Whether the tick has begun, by a stimulus or the scan itself.
-    begun: bool,
+    state: State,
+    binding: Binding,
 }
 
 /// A retained variable's values.
@@ -77,39 +76,40 @@ impl PmiExecutive {
             let symbols = tables.symbols.iter();
             symbols.filter_map(|s| Some((of_symbol(s.role)?, s.offset))).collect()
         };
+        let announcements = Announcements::new(&tables.faults, &tables.messages);
+        let announced = vec![false; announcements.count()];
         Ok(Self {
             inputs: lines(false),
             outputs: lines(true),
             names: Names::new(tables),
             timers: tables.timers.clone(),
             flipflops: tables.flipflops.clone(),
-            announcements: Announcements::new(&tables.faults, &tables.messages),
+            announcements,
             special: tables.special,
             ports: tables.ports,
             image,
             period_ns: options.period_ns.max(1),
-            left_over: 0,
-            tick: 0,
-            begun: false,
+            state: State { announced, ..State::default() },
+            binding: Binding::new(program),
         })
     }
 
     /// What is over when a tick begins: the pulse of @CRSET.
     fn begin(&mut self) {
-        if !self.begun {
-            self.begun = true;
+        if !self.state.tick_begun {
+            self.state.tick_begun = true;
             write_u8(&mut self.image, self.special.crset, 0);
         }
     }
 
     /// The timers go down, but not before the first scan: no time has passed then.
     fn count_down(&mut self) {
-        if self.tick == 0 {
+        if self.state.tick == 0 {
             return;
         }
-        self.left_over = self.left_over.saturating_add(self.period_ns);
-        let units = self.left_over / TIMER_UNIT;
-        self.left_over %= TIMER_UNIT;
+        self.state.timer_remainder = self.state.timer_remainder.saturating_add(self.period_ns);
+        let units = self.state.timer_remainder / TIMER_UNIT;
+        self.state.timer_remainder %= TIMER_UNIT;
         let units = i32::try_from(units).unwrap_or(i32::MAX);
         for timer in &self.timers {
             macros::count_down(&mut self.image, timer, units);
@@ -219,7 +219,7 @@ impl Executive for PmiExecutive {
         self.begin();
         self.count_down();
         self.latch();
-        write_u8(&mut self.image, self.special.ipl, u8::from(self.tick == 0));
+        write_u8(&mut self.image, self.special.ipl, u8::from(self.state.tick == 0));
         let mut scan = Scan { image: &mut self.image, host: &mut NoHost };
         let result = match engine.call(0, None, &mut scan) {
             Outcome::End => {
@@ -236,9 +236,10 @@ impl Executive for PmiExecutive {
                 Err(stop(code))
             }
         };
-        self.announcements.update(&self.image, self.tick, events);
-        self.tick += 1;
-        self.begun = false;
+        let State { announced, tick, .. } = &mut self.state;
+        self.announcements.update(announced, &self.image, *tick, events);
+        self.state.tick += 1;
+        self.state.tick_begun = false;
         result
     }
 
@@ -375,5 +376,18 @@ impl Executive for PmiExecutive {
 
     fn image(&self) -> &[u8] {
         &self.image
+    }
+
+    fn checkpoint(&self) -> Vec<u8> {
+        self.binding.write(&self.image, &self.state)
+    }
+
+    fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {
+        let (image, state): (_, State) = self.binding.read(self.image.len(), checkpoint)?;
+        if state.announced.len() != self.state.announced.len() {
+            return Err(CheckpointError::Damaged);
+        }
+        (self.image, self.state) = (image, state);
+        Ok(())
     }
 }

@@ -30,6 +30,14 @@ struct Control {
 const NAMES: [&str; 3] = ["A", "P10", "ARR"];
 
 impl Executive for Control {
+    fn checkpoint(&self) -> Vec<u8> {
+        vec![]
+    }
+
+    fn resume(&mut self, _: &[u8]) -> Result<(), crate::CheckpointError> {
+        Err(crate::CheckpointError::NoCheckpoint)
+    }
+
     fn tick_ns(&self) -> u64 {
         1_000_000
     }

@@ -319,6 +319,28 @@ fn waiting_plcs_go_on_where_they_were() {
     assert!(pair.get("P2") > 10.0 && pair.get("P11") > 10.0);
 }
 
+/// A checkpoint is taken while the code has other definitions built in than when it is given back,
+/// to the same executive and to the other one.
+#[test]
+fn checkpoints_do_not_depend_on_what_is_built_in() {
+    let source = "I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM11->Y:$BC01,0,16\nM1=3\n\
+         OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1%25=0)\nM11=$07F0+P1/25\nENDIF\nM1=M1+1\nP2=P2+M1\n\
+         M2=P2\nCLOSE\n";
+    let mut pair = Pair::new(source, AT_ONCE);
+    pair.run(20);
+    let early = pair.executive.checkpoint();
+    let changes = pair.changes();
+    pair.run(40);
+    assert!(pair.changes() > changes, "other code runs now");
+    let late = pair.executive.checkpoint();
+    for checkpoint in [&early, &late, &early] {
+        pair.executive.resume(checkpoint).unwrap();
+        pair.oracle.resume(checkpoint).unwrap();
+        pair.run(30);
+    }
+    assert_eq!(pair.get("P1"), 50.0);
+}
+
 /// A range may move the definitions of its own variables.
 #[test]
 fn a_range_that_moves_its_own_definitions() {

@@ -8,7 +8,8 @@ use crate::nct::memory::NcMemory;
 
 /// Local variables with a host, and what a statement leaves of its flags.
 struct Bench {
-    host: NctHost,
+    flags: Vec<NctHome>,
+    memory: NcMemory,
     f: Vec<u8>,
 }
 
@@ -16,7 +17,7 @@ impl Bench {
     fn new(settings: &NctSettings) -> Self {
         let flags = (0..1000).map(|offset| NctHome { offset, unpacked: false }).collect();
         let memory = NcMemory::new(settings);
-        Self { host: NctHost { flags, memory }, f: vec![0; 1000] }
+        Self { flags, memory, f: vec![0; 1000] }
     }
 
     fn words(mut self, start: usize, words: &[u16]) -> Self {
@@ -32,7 +33,8 @@ impl Bench {
     }
 
     fn run(mut self, function: HostFn, area: u64) -> Self {
-        assert_eq!(self.host.call(&mut self.f, function, [area, 0, 0, 0]), 0);
+        let mut host = NctHost { flags: &self.flags, memory: &mut self.memory };
+        assert_eq!(host.call(&mut self.f, function, [area, 0, 0, 0]), 0);
         self
     }
 

@@ -14,9 +14,10 @@ fn search(
     words: &[(usize, &[u16])],
     answer: usize,
 ) -> [u16; 3] {
-    let flags = (0..1000).map(|offset| NctHome { offset, unpacked: false }).collect();
+    let flags: Vec<NctHome> = (0..1000).map(|offset| NctHome { offset, unpacked: false }).collect();
     let settings = NctSettings { parameters: vec![(61, 8)], ..NctSettings::default() };
-    let mut host = NctHost { flags, memory: NcMemory::new(&settings) };
+    let mut memory = NcMemory::new(&settings);
+    let mut host = NctHost { flags: &flags, memory: &mut memory };
     let mut f = vec![0_u8; 1000];
     for &(start, words) in words {
         for (i, word) in words.iter().enumerate() {

@@ -1,0 +1,195 @@
+//! Checkpoints: the whole state of a control between two ticks, as bytes.
+//!
+//! An executive consists of the program's tables, the options of the run, the process image, and
+//! one `State` of what lies beside the image; everything else in it can be derived from those. A
+//! checkpoint holds image and state. A new executive of the same program, with the same options,
+//! goes on from it as if it had run all the time, whichever engine it is given.
+//!
+//! | offset | bytes | holds |
+//! | --- | --- | --- |
+//! | 0 | 8 | `PLCCSTAT` |
+//! | 8 | 4 | the version of this form, little endian like all numbers |
+//! | 12 | 4 | a checksum (CRC-32) of all that follows it |
+//! | 16 | 8 | the fingerprint of the program |
+//! | 24 | | image and state, by postcard |
+//!
+//! The checksum is against accidents. Whatever bytes are given, an executive that takes them does
+//! nothing worse than a program could do to its own variables.
+
+use std::hash::Hasher;
+
+use plcc_abi::pmac::Run;
+use plcc_abi::{Program, ResumePoint};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use thiserror::Error;
+
+use crate::fingerprint::Fnv;
+
+const MAGIC: [u8; 8] = *b"PLCCSTAT";
+/// The version of the form and of every dialect's state.
+const VERSION: u32 = 1;
+
+/// Why bytes are no checkpoint that an executive can take. The executive is unchanged.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum CheckpointError {
+    /// The bytes begin as no checkpoint does.
+    #[error("this is no checkpoint")]
+    NoCheckpoint,
+    /// Another version of plcc has written it.
+    #[error("the checkpoint has version {0}, this plcc takes version {VERSION}")]
+    Version(u32),
+    /// Bytes are missing or changed, or do not fit together.
+    #[error("the checkpoint is damaged")]
+    Damaged,
+    /// It was taken from another program.
+    #[error("the checkpoint belongs to another program")]
+    OtherProgram,
+}
+
+/// What is written behind the header.
+#[derive(Serialize, Deserialize)]
+struct Payload<S> {
+    /// The image, without its zeros.
+    image: Vec<Run>,
+    state: S,
+}
+
+/// What a checkpoint is held against: the program that it must belong to.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Binding {
+    fingerprint: u64,
+    /// The stretches of the image in which every byte is 0 or 1.
+    bits: Vec<(usize, usize)>,
+    /// How many resume points each task has.
+    resume_points: Vec<usize>,
+}
+
+impl Binding {
+    /// The binding of a program. Labels are left out: they depend on how its code was cut.
+    pub(crate) fn new(program: &Program) -> Self {
+        let tasks: Vec<(&str, usize)> =
+            program.tasks.iter().map(|task| (&*task.name, task.resume_points.len())).collect();
+        let identity = (program.image_size, &program.regions, &tasks, &program.tables);
+        let mut hasher = Fnv::default();
+        // Writing to memory does not fail.
+        hasher.write(&postcard::to_allocvec(&identity).unwrap_or_default());
+        let bits = program.regions.iter().filter(|region| region.bits);
+        Self {
+            fingerprint: hasher.finish(),
+            bits: bits
+                .map(|region| {
+                    (region.offset as usize, region.offset as usize + region.size as usize)
+                })
+                .collect(),
+            resume_points: tasks.iter().map(|(_, count)| *count).collect(),
+        }
+    }
+
+    /// Whether a task has a resume point, or begins at its top.
+    pub(crate) fn can_resume(&self, task: usize, from: Option<ResumePoint>) -> bool {
+        let count = self.resume_points.get(task).copied().unwrap_or(0);
+        from.is_none_or(|point| (point.0 as usize) < count)
+    }
+
+    /// A checkpoint of an image and a state.
+    pub(crate) fn write<S: Serialize>(&self, image: &[u8], state: &S) -> Vec<u8> {
+        let payload = Payload { image: Run::pack(image), state };
+        let mut sealed = self.fingerprint.to_le_bytes().to_vec();
+        // Writing to memory does not fail; a checkpoint without a payload is refused as damaged.
+        sealed.extend(postcard::to_allocvec(&payload).unwrap_or_default());
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(VERSION.to_le_bytes());
+        bytes.extend(crc32fast::hash(&sealed).to_le_bytes());
+        bytes.extend(sealed);
+        bytes
+    }
+
+    /// The image and the state of a checkpoint of this program; the image has `size` bytes.
+    pub(crate) fn read<S: DeserializeOwned>(
+        &self,
+        size: usize,
+        bytes: &[u8],
+    ) -> Result<(Vec<u8>, S), CheckpointError> {
+        let rest = bytes.strip_prefix(&MAGIC).ok_or(CheckpointError::NoCheckpoint)?;
+        let damaged = CheckpointError::Damaged;
+        let (version, rest) = rest.split_first_chunk::<4>().ok_or(damaged.clone())?;
+        let version = u32::from_le_bytes(*version);
+        if version != VERSION {
+            return Err(CheckpointError::Version(version));
+        }
+        let (checksum, sealed) = rest.split_first_chunk::<4>().ok_or(damaged.clone())?;
+        if crc32fast::hash(sealed) != u32::from_le_bytes(*checksum) {
+            return Err(damaged);
+        }
+        let (fingerprint, payload) = sealed.split_first_chunk::<8>().ok_or(damaged.clone())?;
+        if u64::from_le_bytes(*fingerprint) != self.fingerprint {
+            return Err(CheckpointError::OtherProgram);
+        }
+        let (payload, rest): (Payload<S>, &[u8]) =
+            postcard::take_from_bytes(payload).map_err(|_| damaged.clone())?;
+        let inside = |run: &Run| run.offset as usize + run.bytes.len() <= size;
+        if !rest.is_empty() || !payload.image.iter().all(inside) {
+            return Err(damaged);
+        }
+        let mut image = vec![0; size];
+        Run::unpack(&payload.image, &mut image);
+        let bits = |&(start, end): &(usize, usize)| {
+            image.get(start..end).is_none_or(|bytes| bytes.iter().all(|&byte| byte <= 1))
+        };
+        if self.bits.iter().all(bits) { Ok((image, payload.state)) } else { Err(damaged) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use plcc_abi::pmi::PmiTables;
+    use plcc_abi::{Region, Tables, Task};
+
+    use super::*;
+
+    fn program(name: &str) -> Program {
+        Program {
+            files: vec![],
+            image_size: 16,
+            regions: vec![Region { name: name.into(), offset: 8, size: 8, bits: true }],
+            tasks: vec![Task { name: "scan".into(), entry: 3, resume_points: vec![1, 2] }],
+            tables: Tables::Pmi(PmiTables::default()),
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let binding = Binding::new(&program("bits"));
+        let image: Vec<u8> = (0..16).map(|n| if n < 8 { n * 3 } else { n & 1 }).collect();
+        let bytes = binding.write(&image, &(7_u32, "state".to_owned()));
+        assert_eq!(binding.read(16, &bytes), Ok((image, (7_u32, "state".to_owned()))));
+        // Labels depend on how code is cut, and do not matter.
+        let mut other = program("bits");
+        (other.tasks[0].entry, other.tasks[0].resume_points) = (9, vec![5, 4]);
+        assert!(Binding::new(&other).read::<(u32, String)>(16, &bytes).is_ok());
+        assert!(binding.can_resume(0, Some(ResumePoint(1))) && binding.can_resume(0, None));
+        assert!(!binding.can_resume(0, Some(ResumePoint(2))));
+    }
+
+    #[test]
+    fn what_is_damaged_or_foreign_is_refused() {
+        let binding = Binding::new(&program("bits"));
+        let read = |bytes: &[u8]| binding.read::<u32>(16, bytes).map(|_| ());
+        let bytes = binding.write(&[1; 16], &5_u32);
+        assert_eq!(read(&bytes), Ok(()));
+        for at in 0..bytes.len() {
+            let mut flipped = bytes.clone();
+            flipped[at] ^= 0x10;
+            assert!(read(&flipped).is_err(), "byte {at}");
+            assert!(read(&bytes[..at]).is_err(), "{at} bytes");
+        }
+        assert!(read(&[bytes.clone(), vec![0]].concat()).is_err());
+        assert_eq!(read(b"tick,name,value"), Err(CheckpointError::NoCheckpoint));
+        let other = Binding::new(&program("other")).write(&[1; 16], &5_u32);
+        assert_eq!(read(&other), Err(CheckpointError::OtherProgram));
+        let long = binding.write(&[1; 17], &5_u32);
+        assert_eq!(read(&long), Err(CheckpointError::Damaged), "an image that is too long");
+        let no_bit = binding.write(&[2; 16], &5_u32);
+        assert_eq!(read(&no_bit), Err(CheckpointError::Damaged), "2 is no bit");
+    }
+}

@@ -1,0 +1,176 @@
+//! A run that is cut in two by a checkpoint is the run that was not: the same variables, events and
+//! stop in every tick, the same image, and the same checkpoint at the end, whichever engines the
+//! two parts have.
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+
+use plcc_abi::Dialect;
+use plcc_frontend::common::Options;
+use plcc_runtime::CheckpointError;
+use plcc_tests::compile::Way;
+use plcc_tests::drive::Bench;
+use plcc_tests::gen_pmi::Case;
+use plcc_tests::{gen_nct, gen_pmac, gen_pmi};
+
+/// Where the run is cut, and the engines before and behind.
+type Cut = (u64, Way, Way);
+
+/// Runs a program in one piece, and in two for each cut.
+fn compare(bench: &Bench, cuts: &[Cut], what: &str) {
+    let (program, mut engine) = bench.compiled.engine(Way::Statements).unwrap();
+    let mut whole = bench.machine(&program).unwrap();
+    let expected: Vec<_> = (0..bench.ticks)
+        .map(|_| (whole.step(engine.as_mut()).unwrap(), whole.state(&program)))
+        .collect();
+    for &(cut, before, behind) in cuts {
+        let (_, mut engine) = bench.compiled.engine(before).unwrap();
+        let mut first = bench.machine(&program).unwrap();
+        for _ in 0..cut {
+            first.step(engine.as_mut()).unwrap();
+        }
+        let checkpoint = first.executive.checkpoint();
+        let (_, mut engine) = bench.compiled.engine(behind).unwrap();
+        let mut second = bench.machine(&program).unwrap();
+        second.executive.resume(&checkpoint).unwrap();
+        assert_eq!(second.executive.checkpoint(), checkpoint, "{what}: taken and given back");
+        second.go_on(cut, first.has_stopped());
+        for (tick, (seen, state)) in (cut..).zip(expected.iter().skip(cut as usize)) {
+            let place = || format!("{what}, {before:?} to {behind:?} at {cut}, tick {tick}");
+            assert_eq!(&second.step(engine.as_mut()).unwrap(), seen, "{}", place());
+            let now = second.state(&program);
+            let differs = now.iter().zip(state).position(|(a, b)| a != b);
+            assert_eq!(differs, None, "{}: an offset in the image", place());
+        }
+        assert_eq!(second.tick, whole.tick);
+    }
+}
+
+fn generated(dialect: Dialect, seeds: std::ops::Range<u64>) {
+    for seed in seeds {
+        let size = 20 + seed as usize % 60;
+        let case = match dialect {
+            Dialect::Pmi => gen_pmi::generate(seed, size),
+            Dialect::Nct => gen_nct::generate(seed, size),
+            Dialect::Pmac => gen_pmac::generate(seed, size),
+        };
+        let bench = Bench::new(&case, dialect, &Options::default()).unwrap();
+        let way = |n: u64| Way::ALL[(n % Way::ALL.len() as u64) as usize];
+        // Before the first tick, in the middle, and after the last but one.
+        let cuts = [
+            (0, way(seed), way(seed + 1)),
+            (bench.ticks / 2, way(seed + 1), way(seed + 3)),
+            (bench.ticks.saturating_sub(1), way(seed + 4), way(seed)),
+        ];
+        compare(&bench, &cuts, &format!("seed {seed}\n{}", case.source));
+    }
+}
+
+#[test]
+fn generated_pmi_goes_on() {
+    generated(Dialect::Pmi, 0..24);
+}
+
+#[test]
+fn generated_nct_goes_on() {
+    generated(Dialect::Nct, 0..36);
+}
+
+#[test]
+fn generated_pmac_goes_on() {
+    generated(Dialect::Pmac, 0..16);
+}
+
+fn example(source: &str, stimulus: Option<&str>, ticks: u64, dialect: Dialect) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(dialect.name());
+    let stimulus = stimulus.map(|name| folder.join(name));
+    let bench = Bench::open(&folder.join(source), stimulus.as_deref(), ticks, dialect).unwrap();
+    let ways = [
+        (Way::Statements, Way::JitSpeed),
+        (Way::JitNone, Way::Ir),
+        (Way::Artifact, Way::Statements),
+    ];
+    for ((before, behind), part) in ways.into_iter().zip(1..) {
+        compare(&bench, &[(ticks * part / 4, before, behind)], source);
+    }
+}
+
+#[test]
+fn examples_go_on() {
+    example("lathe.pmi", Some("lathe.csv"), 300, Dialect::Pmi);
+    example("sample.plc", Some("sample.csv"), 300, Dialect::Nct);
+    example("mill.pmc", None, 600, Dialect::Pmac);
+}
+
+/// What lies beside the image is in the checkpoint: commands that wait, what SAVE kept, disabled
+/// and waiting PLCs, words of memory that the image has no place for, and moved definitions.
+#[test]
+fn a_pmac_keeps_what_lies_beside_its_image() {
+    let source = "I5=3\nI8=1\nM1->X:$07F0,0,24\nM2->Y:$3456,0,24\nM9->Y:$BC01,0,16\n\
+         DISABLE PLC 4\nOPEN PLC 1 CLEAR\nP1=P1+1\nM2=M2+P1\nIF (P1=6)\nENABLE PLC 4\nDISABLE PLC 2\n\
+         COMMAND\"P20=7\"\nCOMMAND\"SAVE\"\nENDIF\nIF (P1=9)\nM9=$07F5\nENDIF\nCLOSE\n\
+         OPEN PLC 2 CLEAR\nWHILE (P2<1000)\nP2=P2+1\nM1=M1+1\nENDWHILE\nCLOSE\n\
+         OPEN PLC 4 CLEAR\nWHILE (P4<3)\nP4=P4+1\nENDWHILE\nSEND\"DONE\"\nP4=0\nCLOSE\n\
+         OPEN PLCC 3 CLEAR\nM1=M1+M2\nCLOSE\n";
+    let (source, stimulus) = (source.to_owned(), String::new());
+    let case = Case { source, stimulus, watch: vec![], ticks: 60 };
+    let bench = Bench::new(&case, Dialect::Pmac, &Options::default()).unwrap();
+    let cuts: Vec<Cut> = [1, 10, 11, 12, 13, 17, 18, 30]
+        .into_iter()
+        .map(|cut| match cut % 3 {
+            0 => (cut, Way::Statements, Way::JitSpeed),
+            1 => (cut, Way::JitSpeed, Way::Ir),
+            _ => (cut, Way::Ir, Way::Statements),
+        })
+        .collect();
+    compare(&bench, &cuts, &case.source);
+}
+
+/// Bytes that are no checkpoint, are damaged or belong to another program change nothing.
+#[test]
+fn what_is_refused_changes_nothing() {
+    let pmi = |text: &str| {
+        let (source, stimulus) = (text.to_owned(), String::new());
+        let case = Case { source, stimulus, watch: vec![], ticks: 3 };
+        Bench::new(&case, Dialect::Pmi, &Options::default()).unwrap()
+    };
+    let nct = gen_nct::generate(1, 30);
+    let pmac = gen_pmac::generate(1, 30);
+    let benches = [
+        pmi("$INTEGER\nA,B\n$END\nA=A+1\n"),
+        pmi("$INTEGER\nA,C\n$END\nA=A+1\n"),
+        Bench::new(&nct, Dialect::Nct, &Options::default()).unwrap(),
+        Bench::new(&pmac, Dialect::Pmac, &Options::default()).unwrap(),
+    ];
+    let mut machines: Vec<_> = benches
+        .iter()
+        .map(|bench| {
+            let (program, mut engine) = bench.compiled.engine(Way::Statements).unwrap();
+            let mut machine = bench.machine(&program).unwrap();
+            for _ in 0..2 {
+                machine.step(engine.as_mut()).unwrap();
+            }
+            machine
+        })
+        .collect();
+    let checkpoints: Vec<Vec<u8>> =
+        machines.iter().map(|machine| machine.executive.checkpoint()).collect();
+    for (machine, own) in machines.iter_mut().zip(&checkpoints) {
+        let mut refused = |bytes: &[u8]| {
+            let result = machine.executive.resume(bytes);
+            assert_eq!(&machine.executive.checkpoint(), own, "changed by what was refused");
+            result.unwrap_err()
+        };
+        for foreign in checkpoints.iter().filter(|foreign| *foreign != own) {
+            assert_eq!(refused(foreign), CheckpointError::OtherProgram);
+        }
+        assert_eq!(refused(b""), CheckpointError::NoCheckpoint);
+        for at in [12, own.len() / 2, own.len() - 1] {
+            let mut damaged = own.clone();
+            damaged[at] ^= 4;
+            assert_eq!(refused(&damaged), CheckpointError::Damaged);
+            assert_eq!(refused(&own[..at]), CheckpointError::Damaged);
+        }
+        machine.executive.resume(own).unwrap();
+    }
+}
