@@ -1,10 +1,10 @@
 //! IR to CLIF, function by function.
 
-mod arith;
-mod bases;
+mod arithmetic;
+mod base_registers;
 mod control;
+mod integrality_check;
 mod memory;
-mod whole;
 
 use std::collections::HashMap;
 
@@ -41,7 +41,7 @@ pub(crate) fn function(
     let context_value = builder.block_params(start)[0];
     let label = builder.block_params(start)[1];
     let is_x86 = matches!(isa.triple().architecture, Architecture::X86_64);
-    let places = if is_x86 { bases::bases(module, func) } else { vec![] };
+    let places = if is_x86 { base_registers::bases(module, func) } else { vec![] };
     let image = builder.declare_var(pointer);
     let bases = places.into_iter().map(|place| (i64::from(place), builder.declare_var(pointer)));
     let bases = bases.collect();
