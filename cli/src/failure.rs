@@ -100,8 +100,18 @@ mod tests {
         ] {
             assert!(text.contains(part), "`{part}` is not in\n{text}");
         }
-        let error = CodegenError::Function { function: "chunk3".into(), reason: "why".into() };
-        assert_eq!(Failure::from(CompileError::from(error)).status(), 4);
+        let error = plcc_codegen::InternalError {
+            function: Some("chunk3".into()),
+            instruction: Some("inst7".into()),
+            place: Some(("mill.pmc".into(), 12)),
+            reason: "v1 is not defined".into(),
+        };
+        let error = CodegenError::Internal(Box::new(error));
+        let failure = Failure::from(CompileError::from(error));
+        assert_eq!(failure.status(), 4);
+        let text = failure.text("plcc build mill.pmc");
+        let place = "v1 is not defined; function `chunk3`, instruction inst7 (at mill.pmc:12)";
+        assert!(text.contains(place) && text.contains("report"), "{text}");
     }
 
     #[test]

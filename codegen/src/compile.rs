@@ -1,15 +1,17 @@
 //! Compiles a module's functions, side by side, into one blob.
 #![allow(unsafe_code)]
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cranelift_codegen::Context;
 use cranelift_codegen::control::ControlPlane;
 use cranelift_frontend::FunctionBuilderContext;
 use plcc_abi::{Code, CodeLine, CodeParts, FunctionRange};
-use plcc_ir::{FuncData, Module};
+use plcc_ir::{FuncData, Module, verify};
 
-use crate::{CodegenError, Target, lower};
+use crate::error::panic_text;
+use crate::{CodegenError, InternalError, Target, lower};
 
 /// Functions begin at multiples of this.
 const ALIGNMENT: usize = 16;
@@ -23,11 +25,16 @@ struct Compiled {
     locs: Vec<(u32, u32)>,
 }
 
-/// Compiles a verified module.
+/// Compiles a module.
 ///
 /// # Errors
-/// When Cranelift refuses a function.
+/// [`CodegenError::Internal`] when the module breaks a rule of the [verifier](plcc_ir::verify) or
+/// Cranelift refuses a function, [`CodegenError::TooLong`] when the code exceeds 2 GiB.
 pub fn compile(module: &Module, target: &Target) -> Result<Code, CodegenError> {
+    // What is checked here and in `compile_function` is what makes the code safe to run.
+    if let Some(error) = verify::module(module).first() {
+        return Err(CodegenError::internal(format!("the IR is not valid: {error}")));
+    }
     let count = module.funcs().len();
     let size: usize = module.funcs().map(|(_, func)| func.inst_count()).sum();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -53,7 +60,7 @@ pub fn compile(module: &Module, target: &Target) -> Result<Code, CodegenError> {
         let helpers: Vec<_> = (1..threads).map(|_| scope.spawn(worker)).collect();
         let mut all = worker();
         for helper in helpers {
-            // A thread that panicked leaves functions out, which is found below.
+            // A thread that was lost leaves functions out, which is found below.
             all.extend(helper.join().unwrap_or_default());
         }
         all
@@ -64,10 +71,7 @@ pub fn compile(module: &Module, target: &Target) -> Result<Code, CodegenError> {
         compiled.push(result?);
     }
     if compiled.len() != count {
-        return Err(CodegenError::Function {
-            function: "?".into(),
-            reason: "a thread of the compiler was lost".into(),
-        });
+        return Err(CodegenError::internal("a thread of the compiler was lost"));
     }
     let mut parts = assemble(module, &compiled)?;
     parts.architecture = target.architecture();
@@ -78,10 +82,7 @@ pub fn compile(module: &Module, target: &Target) -> Result<Code, CodegenError> {
     // `image_size`, the image; its only call is that of the context's host function; and every
     // block ends in a jump within the function or a return.
     let sealed = unsafe { Code::seal(parts) };
-    sealed.map_err(|error| CodegenError::Function {
-        function: "?".into(),
-        reason: format!("its tables are wrong: {error}"),
-    })
+    sealed.map_err(|error| CodegenError::internal(error.to_string()))
 }
 
 fn one(
@@ -92,13 +93,10 @@ fn one(
     builder_context: &mut FunctionBuilderContext,
 ) -> Result<Compiled, CodegenError> {
     compile_function(module, func, target, context, builder_context)?;
-    let fail = |reason: &str| CodegenError::Function {
-        function: func.name().into(),
-        reason: reason.into(),
-    };
+    let fail = |reason: &str| InternalError::new(module, func, None, reason);
     let code = context.compiled_code().ok_or_else(|| fail("there is no code"))?;
     if !code.buffer.relocs().is_empty() {
-        return Err(fail("its code refers to something outside"));
+        return Err(fail("its code refers to something outside").into());
     }
     let mut locs: Vec<(u32, u32)> = Vec::new();
     for range in code.buffer.get_srclocs_sorted() {
@@ -112,7 +110,8 @@ fn one(
 /// Compiles one function of a module; its code is then in the context.
 ///
 /// # Errors
-/// When Cranelift refuses the function.
+/// [`CodegenError::Internal`] when the function breaks a rule of the verifier or Cranelift refuses
+/// it; the contexts are then as good as new.
 pub fn compile_function(
     module: &Module,
     func: &FuncData,
@@ -121,13 +120,26 @@ pub fn compile_function(
     builder_context: &mut FunctionBuilderContext,
 ) -> Result<(), CodegenError> {
     context.clear();
-    let isa = &*target.isa;
-    lower::function(module, func, isa, &mut context.func, builder_context);
-    context.compile(isa, &mut ControlPlane::default()).map(|_| ()).map_err(|error| {
-        CodegenError::Function {
-            function: func.name().into(),
-            reason: format!("{:?}", error.inner),
-        }
+    if let Some(error) = verify::function(module, func).first() {
+        let reason = format!("the IR is not valid: {}", error.message);
+        return Err(InternalError::new(module, func, error.inst, reason).into());
+    }
+    // Cranelift panics where it finds itself in the wrong.
+    let result = catch_unwind(AssertUnwindSafe(|| {
+        lower::function(module, func, &*target.isa, &mut context.func, builder_context)?;
+        let compiled = context.compile(&*target.isa, &mut ControlPlane::default());
+        compiled.map(|_| ()).map_err(|error| {
+            InternalError::new(module, func, None, format!("Cranelift: {:?}", error.inner))
+        })
+    }));
+    let result = result.unwrap_or_else(|payload| {
+        let reason = format!("Cranelift: {}", panic_text(&*payload));
+        Err(InternalError::new(module, func, None, reason))
+    });
+    result.map_err(|error| {
+        *context = Context::new();
+        *builder_context = FunctionBuilderContext::new();
+        error.into()
     })
 }
 
@@ -141,22 +153,24 @@ fn assemble(module: &Module, compiled: &[Compiled]) -> Result<CodeParts, Codegen
         let len = offset_of(piece.bytes.len())?;
         code.functions.push(FunctionRange { name: func.name().into(), offset, len });
         for &(start, loc) in &piece.locs {
-            if let Some(statement) = module.statements.get(loc as usize) {
-                let (file, line) = (statement.file, statement.line);
-                code.lines.push(CodeLine { offset: offset + start, file, line });
-            }
+            let statement = module.statements.get(loc as usize);
+            let statement = statement.ok_or_else(|| {
+                let reason = format!("its code is for statement @{loc}, which is not there");
+                InternalError::new(module, func, None, reason)
+            })?;
+            let (file, line) = (statement.file, statement.line);
+            code.lines.push(CodeLine { offset: offset + start, file, line });
         }
     }
     if code.bytes.len() > i32::MAX as usize {
         return Err(CodegenError::TooLong);
     }
-    code.labels = module
-        .label_targets()
-        .iter()
-        .map(|target| {
-            let function = target.and_then(|(func, _)| code.functions.get(func.index()));
-            function.map_or(0, |function| function.offset)
-        })
-        .collect();
+    let targets = module.label_targets();
+    let labels = targets.iter().enumerate().map(|(label, target)| {
+        let function = target.and_then(|(func, _)| code.functions.get(func.index()));
+        let offset = function.map(|function| function.offset);
+        offset.ok_or_else(|| CodegenError::internal(format!("label L{label} stands nowhere")))
+    });
+    code.labels = labels.collect::<Result<_, _>>()?;
     Ok(code)
 }

@@ -1,5 +1,9 @@
 //! What can go wrong.
 
+use std::any::Any;
+use std::fmt;
+
+use plcc_ir::{FuncData, Inst, Module};
 use thiserror::Error;
 
 /// Why no code came out.
@@ -13,16 +17,10 @@ pub enum CodegenError {
         /// Why not.
         reason: String,
     },
-    /// Cranelift refuses a function: a fault of this compiler.
-    #[error(
-        "function `{function}` can't be compiled (a fault of plcc; please report it): {reason}"
-    )]
-    Function {
-        /// The function's name in the IR.
-        function: String,
-        /// What Cranelift says.
-        reason: String,
-    },
+    /// The IR breaks a rule that code generation relies on, or Cranelift refuses what was made of
+    /// it: an error in plcc, never in the program.
+    #[error(transparent)]
+    Internal(Box<InternalError>),
     /// The system gives no memory to execute code in.
     #[error("no executable memory: {reason}")]
     Memory {
@@ -32,4 +30,78 @@ pub enum CodegenError {
     /// The code is too long to be addressed.
     #[error("the program's code is over 2 GiB long; split the program")]
     TooLong,
+}
+
+impl CodegenError {
+    /// An internal error that belongs to no function.
+    pub(crate) fn internal(reason: impl Into<String>) -> Self {
+        Self::Internal(Box::new(InternalError {
+            reason: reason.into(),
+            ..InternalError::default()
+        }))
+    }
+}
+
+/// What code generation could not do, and where. The command line asks for a report with it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Error)]
+pub struct InternalError {
+    /// The function's name in the IR, where it is known.
+    pub function: Option<String>,
+    /// The instruction, where it is known: its number and what it is.
+    pub instruction: Option<String>,
+    /// The source's file and line (from 1) that the instruction was made for, where it is known.
+    pub place: Option<(String, u32)>,
+    /// What is wrong.
+    pub reason: String,
+}
+
+impl InternalError {
+    /// An error at an instruction of a function, or somewhere in it.
+    pub(crate) fn new(
+        module: &Module,
+        func: &FuncData,
+        inst: Option<Inst>,
+        reason: impl Into<String>,
+    ) -> Self {
+        let known = inst.filter(|inst| inst.index() < func.inst_count());
+        let place = known.and_then(|inst| {
+            let statement = module.statements.get(func.loc(inst).0 as usize)?;
+            let file = module.files.get(statement.file as usize)?;
+            Some((file.name.clone(), statement.line))
+        });
+        Self {
+            function: Some(func.name().into()),
+            instruction: known.map(|inst| format!("{inst}, {:?}", func.inst(inst))),
+            place,
+            reason: reason.into(),
+        }
+    }
+}
+
+impl fmt::Display for InternalError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.reason)?;
+        if let Some(function) = &self.function {
+            write!(f, "; function `{function}`")?;
+        }
+        if let Some(instruction) = &self.instruction {
+            write!(f, ", instruction {instruction}")?;
+        }
+        if let Some((file, line)) = &self.place {
+            write!(f, " (at {file}:{line})")?;
+        }
+        Ok(())
+    }
+}
+
+impl From<InternalError> for CodegenError {
+    fn from(error: InternalError) -> Self {
+        Self::Internal(Box::new(error))
+    }
+}
+
+/// What a caught panic said.
+pub(crate) fn panic_text(payload: &(dyn Any + Send)) -> &str {
+    let text = payload.downcast_ref::<String>().map(String::as_str);
+    text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("it does not say why")
 }

@@ -12,6 +12,7 @@ use cranelift_jit::{ArenaMemoryProvider, BranchProtection, JITMemoryKind, JITMem
 use plcc_abi::{Code, CodeMemory};
 
 use crate::CodegenError;
+use crate::error::panic_text;
 
 /// Functions of the code begin at multiples of this, in bytes.
 const ALIGNMENT: u64 = 16;
@@ -60,11 +61,8 @@ impl JitMemory {
 
 /// Makes an error of a panic.
 fn guard<T>(step: impl FnOnce() -> T) -> Result<T, CodegenError> {
-    catch_unwind(AssertUnwindSafe(step)).map_err(|payload| {
-        let text = payload.downcast_ref::<String>().map(String::as_str);
-        let text = text.or_else(|| payload.downcast_ref::<&str>().copied());
-        CodegenError::Memory { reason: text.unwrap_or("the system refuses").into() }
-    })
+    catch_unwind(AssertUnwindSafe(step))
+        .map_err(|payload| CodegenError::Memory { reason: panic_text(&*payload).into() })
 }
 
 impl Drop for JitMemory {

@@ -19,7 +19,7 @@ mod lower;
 mod target;
 
 pub use compile::{compile, compile_function};
-pub use error::CodegenError;
+pub use error::{CodegenError, InternalError};
 pub use jit_memory::JitMemory;
 pub use plcc_ir::passes::OptLevel;
 pub use target::Target;

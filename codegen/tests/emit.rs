@@ -15,7 +15,7 @@ fn text_has_the_source_in_it() {
     let (_, module) = support::counter();
     for triple in TARGETS {
         let target = Target::baseline(triple).unwrap();
-        let clif = emit::clif(&module, &target);
+        let clif = emit::clif(&module, &target).unwrap();
         let asm = emit::asm(&module, &target).unwrap();
         for text in [&clif, &asm] {
             assert!(text.contains(triple));
@@ -57,7 +57,7 @@ fn no_statement_is_lost() {
     for triple in TARGETS {
         let target = Target::baseline(triple).unwrap();
         let asm = emit::asm(&module, &target).unwrap();
-        for text in [emit::clif(&module, &target), asm] {
+        for text in [emit::clif(&module, &target).unwrap(), asm] {
             for line in 1..=6 {
                 assert!(text.contains(&format!("; x.nct:{line}  ")), "{line} in\n{text}");
             }

@@ -17,7 +17,9 @@ const INTEGERS: [Type; 4] = [Type::I8, Type::I16, Type::I32, Type::I64];
 const A: u32 = 0;
 const B: u32 = 8;
 const RESULT: u32 = 16;
-const IMAGE: u32 = 32 + 2048;
+/// Where truth values stand: as far behind the others as each other value is from 0.
+const BITS: u32 = 32;
+const IMAGE: u32 = 2 * BITS + 2048;
 
 fn values(ty: Type) -> Vec<i64> {
     let width = ty.bits();
@@ -84,7 +86,19 @@ fn read(image: &[u8], offset: u32, ty: Type) -> i64 {
 
 fn regions() -> Vec<Region> {
     let region = |name: &str, offset, size, bits| Region { name: name.into(), offset, size, bits };
-    vec![region("vars", 0, 32, false), region("ports", 32, 2048, false)]
+    vec![
+        region("vars", 0, BITS, false),
+        region("bits", BITS, BITS, true),
+        region("ports", 2 * BITS, 2048, false),
+    ]
+}
+
+/// Where a value of a type stands, as an address and in the image.
+fn place(ty: Type, offset: u32) -> (Address, u32) {
+    match ty {
+        Type::I1 => (Address::fixed(plcc_ir::Region(1), offset), BITS + offset),
+        _ => (Address::fixed(plcc_ir::Region(0), offset), offset),
+    }
 }
 
 /// The engines for a module, each with its name.
@@ -117,17 +131,17 @@ fn task(
     operands: [Operand; 2],
     make: &dyn Fn(&mut FuncBuilder, Value, Value) -> Value,
 ) {
-    let region = b.region("vars").unwrap();
-    let place = b.place();
-    b.bind(place);
-    b.task("t", place);
+    let start = b.place();
+    b.bind(start);
+    b.task("t", start);
     let [x, y] = [(A, 0), (B, 1)].map(|(offset, i)| match operands[i] {
-        None => b.ins().load(types[i], Address::fixed(region, offset)),
+        None => b.ins().load(types[i], place(types[i], offset).0),
         Some(bits) if types[i] == Type::F64 => b.ins().fconst(f64::from_bits(bits as u64)),
         Some(value) => b.ins().iconst(types[i], value),
     });
     let result = make(b.ins(), x, y);
-    b.ins().store(Address::fixed(region, RESULT), result);
+    let ty = b.ins().func().ty(result);
+    b.ins().store(place(ty, RESULT).0, result);
     b.ret();
 }
 
@@ -153,21 +167,22 @@ fn check(
         for (number, operands) in tasks.iter().enumerate() {
             for &x in left.iter().filter(|&&x| operands[0].is_none_or(|only| only == x)) {
                 for &y in right.iter().filter(|&&y| operands[1].is_none_or(|only| only == y)) {
-                    write(&mut image, A, types[0], x);
-                    write(&mut image, B, types[1], y);
-                    image[RESULT as usize..32].fill(0x77);
+                    write(&mut image, place(types[0], A).1, types[0], x);
+                    write(&mut image, place(types[1], B).1, types[1], y);
+                    let at = place(result, RESULT).1;
+                    image[at as usize..(at + BITS - RESULT) as usize].fill(0x77);
                     let mut scan = Scan { image: &mut image, host: &mut NoHost };
                     assert_eq!(engine.call(number, None, &mut scan), Outcome::End);
-                    let (got, wanted) = (read(&image, RESULT, result), expected(x, y));
+                    let (got, wanted) = (read(&image, at, result), expected(x, y));
                     let nan = |bits| result == Type::F64 && f64::from_bits(bits as u64).is_nan();
                     assert!(
                         got == wanted || (nan(got) && nan(wanted)),
                         "{what} of {x:#x}, {y:#x} ({operands:?}) in {name}: {got:#x}, not {wanted:#x}"
                     );
-                    let behind = read(&image, RESULT + result.bytes(), Type::I8);
+                    let behind = read(&image, at + result.bytes(), Type::I8);
                     assert_eq!(behind, 0x77, "{what} in {name} writes too far");
                     if result == Type::I1 {
-                        assert!(image[RESULT as usize] <= 1, "{what} in {name} is no truth value");
+                        assert!(image[at as usize] <= 1, "{what} in {name} is no truth value");
                     }
                 }
             }

@@ -91,7 +91,7 @@ fn make(lowered: &Lowered, target: &Target, form: Emit) -> Result<Vec<u8>, Compi
             emit::object(&lowered.program, &code, target)?
         }
         Emit::Ir => plcc_ir::text::print(&lowered.module).into_bytes(),
-        Emit::Clif => emit::clif(&lowered.module, target).into_bytes(),
+        Emit::Clif => emit::clif(&lowered.module, target)?.into_bytes(),
         Emit::Asm => emit::asm(&lowered.module, target)?.into_bytes(),
     })
 }

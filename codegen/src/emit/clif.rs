@@ -9,15 +9,18 @@ use cranelift_frontend::FunctionBuilderContext;
 use plcc_ir::Module;
 
 use super::source;
-use crate::{Target, lower};
+use crate::{CodegenError, Target, lower};
 
 /// A verified module's CLIF as it is handed to Cranelift.
-pub fn clif(module: &Module, target: &Target) -> String {
+///
+/// # Errors
+/// When the module breaks a rule of the verifier.
+pub fn clif(module: &Module, target: &Target) -> Result<String, CodegenError> {
     let mut out = format!("; CLIF for {}, before Cranelift's passes\n", target.triple());
     let mut builder_context = FunctionBuilderContext::new();
     for (_, func) in module.funcs() {
         let mut function = Function::new();
-        lower::function(module, func, &*target.isa, &mut function, &mut builder_context);
+        lower::function(module, func, &*target.isa, &mut function, &mut builder_context)?;
         let mut locs = SecondaryMap::with_default(SourceLoc::default());
         for block in function.layout.blocks() {
             for inst in function.layout.block_insts(block) {
@@ -31,7 +34,7 @@ pub fn clif(module: &Module, target: &Target) -> String {
         // Writing to a string can't fail.
         let _ = decorate_function(&mut writer, &mut out, &function);
     }
-    out
+    Ok(out)
 }
 
 /// Writes a comment where another statement begins.

@@ -4,13 +4,13 @@ use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
 use cranelift_codegen::ir::{InstBuilder, MemFlagsData, Value as ClifValue, types};
 use plcc_ir::{BinaryOp, ConvertOp, FloatCond, Inst, InstData, IntCond, Type, UnaryOp, Value};
 
-use super::{Lowering, clif_type};
+use super::{Lowered, Lowering, clif_type};
 
 impl Lowering<'_> {
-    pub(super) fn unary(&mut self, op: UnaryOp, arg: Value) -> ClifValue {
+    pub(super) fn unary(&mut self, op: UnaryOp, arg: Value) -> Lowered<ClifValue> {
         let ty = self.func.ty(arg);
-        let x = self.value(arg);
-        match op {
+        let x = self.value(arg)?;
+        Ok(match op {
             UnaryOp::Not if ty == Type::I1 => self.builder.ins().bxor_imm_u(x, 1),
             UnaryOp::Not => self.builder.ins().bnot(x),
             UnaryOp::Neg => self.builder.ins().ineg(x),
@@ -20,18 +20,18 @@ impl Lowering<'_> {
             UnaryOp::Ffloor => self.builder.ins().floor(x),
             UnaryOp::Fceil => self.builder.ins().ceil(x),
             UnaryOp::Ftrunc => self.builder.ins().trunc(x),
-        }
+        })
     }
 
-    pub(super) fn binary(&mut self, op: BinaryOp, args: [Value; 2]) -> ClifValue {
+    pub(super) fn binary(&mut self, op: BinaryOp, args: [Value; 2]) -> Lowered<ClifValue> {
         let ty = self.func.ty(args[0]);
-        let (a, mut b) = (self.value(args[0]), self.value(args[1]));
+        let (a, mut b) = (self.value(args[0])?, self.value(args[1])?);
         if let (Some(InstData::Load { .. }), Some(&InstData::Fconst { bits })) =
             (self.func.def_inst(args[0]), self.func.def_inst(args[1]))
         {
             b = self.pooled(bits);
         }
-        match op {
+        Ok(match op {
             BinaryOp::Add => self.builder.ins().iadd(a, b),
             BinaryOp::Sub => self.builder.ins().isub(a, b),
             BinaryOp::Mul => self.builder.ins().imul(a, b),
@@ -50,7 +50,7 @@ impl Lowering<'_> {
             BinaryOp::Sdiv | BinaryOp::Srem => self.signed_division(op, ty, a, b, args[1]),
             BinaryOp::Smod => self.modulo(ty, a, b, args[1]),
             BinaryOp::Udiv | BinaryOp::Urem => self.unsigned_division(op, ty, a, b, args[1]),
-        }
+        })
     }
 
     /// A double from among the constants behind the code. Where the other operand is read from
@@ -177,8 +177,8 @@ impl Lowering<'_> {
         self.builder.ins().select(is_zero, zero, plain)
     }
 
-    pub(super) fn icmp(&mut self, cond: IntCond, args: [Value; 2]) -> ClifValue {
-        let (a, b) = (self.value(args[0]), self.value(args[1]));
+    pub(super) fn icmp(&mut self, cond: IntCond, args: [Value; 2]) -> Lowered<ClifValue> {
+        let (a, b) = (self.value(args[0])?, self.value(args[1])?);
         let cond = match cond {
             IntCond::Eq => IntCC::Equal,
             IntCond::Ne => IntCC::NotEqual,
@@ -191,11 +191,11 @@ impl Lowering<'_> {
             IntCond::Ugt => IntCC::UnsignedGreaterThan,
             IntCond::Uge => IntCC::UnsignedGreaterThanOrEqual,
         };
-        self.builder.ins().icmp(cond, a, b)
+        Ok(self.builder.ins().icmp(cond, a, b))
     }
 
-    pub(super) fn fcmp(&mut self, cond: FloatCond, args: [Value; 2]) -> ClifValue {
-        let (a, b) = (self.value(args[0]), self.value(args[1]));
+    pub(super) fn fcmp(&mut self, cond: FloatCond, args: [Value; 2]) -> Lowered<ClifValue> {
+        let (a, b) = (self.value(args[0])?, self.value(args[1])?);
         let cond = match cond {
             FloatCond::Eq => FloatCC::Equal,
             FloatCond::Ne => FloatCC::NotEqual,
@@ -205,14 +205,20 @@ impl Lowering<'_> {
             FloatCond::Ge => FloatCC::GreaterThanOrEqual,
             FloatCond::OrderedNe => FloatCC::OrderedNotEqual,
         };
-        self.builder.ins().fcmp(cond, a, b)
+        Ok(self.builder.ins().fcmp(cond, a, b))
     }
 
-    pub(super) fn convert(&mut self, inst: Inst, op: ConvertOp, to: Type, arg: Value) -> ClifValue {
+    pub(super) fn convert(
+        &mut self,
+        inst: Inst,
+        op: ConvertOp,
+        to: Type,
+        arg: Value,
+    ) -> Lowered<ClifValue> {
         let from = self.func.ty(arg);
-        let x = self.value(arg);
+        let x = self.value(arg)?;
         let wide = clif_type(to);
-        match op {
+        Ok(match op {
             // A truth value is held in 8 bits already.
             ConvertOp::Zext if from == Type::I1 && to == Type::I8 => x,
             ConvertOp::Zext => self.builder.ins().uextend(wide, x),
@@ -232,9 +238,9 @@ impl Lowering<'_> {
                 self.builder.ins().band_imm_u(narrow, 1)
             }
             ConvertOp::Trunc => self.builder.ins().ireduce(wide, x),
-            ConvertOp::IntToFloat => self.int_to_float(arg),
-            ConvertOp::FloatToInt => self.whole(inst, arg),
+            ConvertOp::IntToFloat => self.int_to_float(arg)?,
+            ConvertOp::FloatToInt => self.truncate(inst, arg)?,
             ConvertOp::Bitcast => self.builder.ins().bitcast(wide, MemFlagsData::new(), x),
-        }
+        })
     }
 }

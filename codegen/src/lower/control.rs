@@ -1,12 +1,14 @@
 //! How functions are entered and blocks end.
 
-use cranelift_codegen::ir::{BlockArg, InstBuilder, JumpTableData, Value as ClifValue, types};
+use cranelift_codegen::ir::{
+    Block as ClifBlock, BlockArg, InstBuilder, JumpTableData, Value as ClifValue, types,
+};
 use plcc_abi::{RawOutcome, TrapCode};
 use plcc_ir::{
     BinaryOp, Block, BlockCall, ConvertOp, FloatCond, InstData, Label, Terminator, Type, Value,
 };
 
-use super::Lowering;
+use super::{Fault, Lowered, Lowering};
 
 /// A table may have this many empty places for each filled one.
 const SPARSE: u32 = 8;
@@ -16,40 +18,45 @@ const DIRECT: i64 = 31;
 
 impl Lowering<'_> {
     /// Goes to the entry block of the label.
-    pub(super) fn enter(&mut self, label: ClifValue) {
+    pub(super) fn enter(&mut self, label: ClifValue) -> Lowered<()> {
         let entries = self.func.entries();
+        if !entries.is_sorted_by(|(a, _), (b, _)| a < b) {
+            return Err(Fault("its labels are not sorted".into()));
+        }
         match entries {
             [] => self.outcome(RawOutcome::trap(TrapCode::BadLabel)),
             [(_, only)] => {
-                let block = self.blocks[only.index()];
+                let block = self.clif_block(*only)?;
                 self.builder.ins().jump(block, &[]);
             }
             [(first, _), .., (last, _)] => {
                 let span = last.0 - first.0;
                 if span / SPARSE <= entries.len() as u32 {
-                    self.enter_by_table(label, *first, span);
+                    self.enter_by_table(label, *first, span)?;
                 } else {
-                    self.enter_by_search(label);
+                    self.enter_by_search(label)?;
                 }
             }
         }
+        Ok(())
     }
 
-    fn enter_by_table(&mut self, label: ClifValue, first: Label, span: u32) {
+    fn enter_by_table(&mut self, label: ClifValue, first: Label, span: u32) -> Lowered<()> {
         let bad = self.builder.create_block();
         let mut targets = vec![bad; span as usize + 1];
         for &(label, block) in self.func.entries() {
-            targets[(label.0 - first.0) as usize] = self.blocks[block.index()];
+            targets[(label.0 - first.0) as usize] = self.clif_block(block)?;
         }
         let first = self.builder.ins().iconst(types::I32, i64::from(first.0));
         let number = self.builder.ins().isub(label, first);
         self.table(number, &targets, bad);
         self.builder.switch_to_block(bad);
         self.outcome(RawOutcome::trap(TrapCode::BadLabel));
+        Ok(())
     }
 
     /// Entries far apart: halves them until one is left.
-    fn enter_by_search(&mut self, label: ClifValue) {
+    fn enter_by_search(&mut self, label: ClifValue) -> Lowered<()> {
         use cranelift_codegen::ir::condcodes::IntCC;
         let entries = self.func.entries();
         let mut pending = vec![(None, entries)];
@@ -58,26 +65,24 @@ impl Lowering<'_> {
                 self.builder.switch_to_block(block);
             }
             if let [(_, only)] = range {
-                let block = self.blocks[only.index()];
+                let block = self.clif_block(*only)?;
                 self.builder.ins().jump(block, &[]);
                 continue;
             }
             let (low, high) = range.split_at(range.len() / 2);
-            let pivot = high.first().map_or(0, |(label, _)| label.0);
-            let pivot = self.builder.ins().iconst(types::I32, i64::from(pivot));
+            let Some((pivot, _)) = high.first() else {
+                return Err(Fault("it has no labels to choose from".into()));
+            };
+            let pivot = self.builder.ins().iconst(types::I32, i64::from(pivot.0));
             let below = self.builder.ins().icmp(IntCC::UnsignedLessThan, label, pivot);
             let (left, right) = (self.builder.create_block(), self.builder.create_block());
             self.builder.ins().brif(below, left, &[], right, &[]);
             pending.extend([(Some(left), low), (Some(right), high)]);
         }
+        Ok(())
     }
 
-    fn table(
-        &mut self,
-        number: ClifValue,
-        targets: &[cranelift_codegen::ir::Block],
-        default: cranelift_codegen::ir::Block,
-    ) {
+    fn table(&mut self, number: ClifValue, targets: &[ClifBlock], default: ClifBlock) {
         let pool = &mut self.builder.func.dfg.value_lists;
         let default = cranelift_codegen::ir::BlockCall::new(default, [], pool);
         let calls: Vec<_> = targets
@@ -88,10 +93,10 @@ impl Lowering<'_> {
         self.builder.ins().br_table(number, table);
     }
 
-    pub(super) fn terminator(&mut self, terminator: &Terminator) {
+    pub(super) fn terminator(&mut self, terminator: &Terminator) -> Lowered<()> {
         match terminator {
             Terminator::Jump(call) => {
-                let (block, args) = self.call(call);
+                let (block, args) = self.call(call)?;
                 self.builder.ins().jump(block, &args);
             }
             Terminator::Brif { cond, then, otherwise } => {
@@ -100,9 +105,9 @@ impl Lowering<'_> {
                     Some(InstData::Fcmp { cond: FloatCond::Ge, args: [a, b] }) if a == b
                 );
                 let rare = [then, otherwise].map(|call| self.is_rare(call.block));
-                let cond = self.truth(*cond);
-                let (then, then_args) = self.call(then);
-                let (otherwise, other_args) = self.call(otherwise);
+                let cond = self.truth(*cond)?;
+                let (then, then_args) = self.call(then)?;
+                let (otherwise, other_args) = self.call(otherwise)?;
                 self.builder.ins().brif(cond, then, &then_args, otherwise, &other_args);
                 // A double that does not compare with itself is rare: out of the way with it.
                 if asks_for_nan {
@@ -115,16 +120,16 @@ impl Lowering<'_> {
                 }
             }
             Terminator::Switch { arg, targets, default } => {
-                let number = self.value(*arg);
-                let block = |this: &Self, block: &Block| this.blocks[block.index()];
-                let targets: Vec<_> = targets.iter().map(|target| block(self, target)).collect();
-                let default = block(self, default);
+                let number = self.value(*arg)?;
+                let targets = targets.iter().map(|target| self.clif_block(*target));
+                let targets = targets.collect::<Lowered<Vec<_>>>()?;
+                let default = self.clif_block(*default)?;
                 self.table(number, &targets, default);
             }
             Terminator::Goto(label) => self.outcome(RawOutcome::new(RawOutcome::GOTO, label.0)),
             Terminator::GotoIndirect(label) => {
                 // The kind of a goto is 0, so the number alone is the outcome.
-                let label = self.value(*label);
+                let label = self.value(*label)?;
                 let outcome = self.builder.ins().uextend(types::I64, label);
                 self.builder.ins().return_(&[outcome]);
             }
@@ -134,11 +139,12 @@ impl Lowering<'_> {
             Terminator::Return => self.outcome(RawOutcome::new(RawOutcome::END, 0)),
             Terminator::Trap(code) => self.outcome(RawOutcome::trap(*code)),
         }
+        Ok(())
     }
 
     /// A truth value to branch by: 0, or anything else for true. A bit of a word is looked at where
     /// it is.
-    pub(super) fn truth(&mut self, cond: Value) -> ClifValue {
+    pub(super) fn truth(&mut self, cond: Value) -> Lowered<ClifValue> {
         let Some(&InstData::Convert { op: ConvertOp::Trunc, to: _, arg }) =
             self.func.def_inst(cond)
         else {
@@ -152,12 +158,12 @@ impl Lowering<'_> {
         {
             (word, bit) = (x, by);
         }
-        let mut word = self.value(word);
+        let mut word = self.value(word)?;
         // A byte is looked at by a shorter instruction.
         if bit < 8 && self.func.ty(arg) != Type::I8 {
             word = self.builder.ins().ireduce(types::I8, word);
         }
-        self.builder.ins().band_imm_u(word, 1 << bit)
+        Ok(self.builder.ins().band_imm_u(word, 1 << bit))
     }
 
     /// Whether a block does what integers could not: PMAC's bit operators and roundings on any
@@ -184,8 +190,9 @@ impl Lowering<'_> {
         self.builder.ins().return_(&[value]);
     }
 
-    fn call(&mut self, call: &BlockCall) -> (cranelift_codegen::ir::Block, Vec<BlockArg>) {
-        let args = call.args.iter().map(|&arg| BlockArg::Value(self.value(arg))).collect();
-        (self.blocks[call.block.index()], args)
+    fn call(&mut self, call: &BlockCall) -> Lowered<(ClifBlock, Vec<BlockArg>)> {
+        let args = call.args.iter().map(|&arg| Ok(BlockArg::Value(self.value(arg)?)));
+        let args = args.collect::<Lowered<_>>()?;
+        Ok((self.clif_block(call.block)?, args))
     }
 }

@@ -6,7 +6,7 @@ use cranelift_frontend::Variable;
 use plcc_abi::ScanContext;
 use plcc_ir::{Address, BinaryOp, ConvertOp, Index, InstData, Type, Value};
 
-use super::{Lowering, clif_type};
+use super::{Fault, Lowered, Lowering, clif_type};
 
 impl Lowering<'_> {
     /// Takes the image's address from the context, and makes the bases. Behind a call that seldom
@@ -26,24 +26,41 @@ impl Lowering<'_> {
         }
     }
 
-    pub(super) fn load(&mut self, ty: Type, at: Address) -> ClifValue {
-        let (base, offset) = self.address(at);
-        self.builder.ins().load(clif_type(ty), flags(), base, offset)
+    pub(super) fn load(&mut self, ty: Type, at: Address) -> Lowered<ClifValue> {
+        let (base, offset) = self.address(ty, at)?;
+        Ok(self.builder.ins().load(clif_type(ty), flags(), base, offset))
     }
 
-    pub(super) fn store(&mut self, at: Address, value: Value) {
-        let (base, offset) = self.address(at);
-        let value = self.value(value);
+    pub(super) fn store(&mut self, at: Address, value: Value) -> Lowered<()> {
+        let (base, offset) = self.address(self.func.ty(value), at)?;
+        let value = self.value(value)?;
         self.builder.ins().store(flags(), value, base, offset);
+        Ok(())
     }
 
-    /// A base and an offset from it. The verifier has seen that the extent lies in the region.
-    fn address(&mut self, at: Address) -> (ClifValue, i32) {
-        let region = self.module.region(at.region).map_or(0, |region| region.offset);
-        let offset = i64::from(region) + i64::from(at.offset);
+    /// The offset in the image that an address has without its index. That the access stays in
+    /// its region, whatever the index, is what makes code safe to run, so it is checked here even
+    /// though the verifier has.
+    fn place(&self, ty: Type, at: Address) -> Lowered<i64> {
+        let region = self.module.region(at.region);
+        let region = region.ok_or_else(|| Fault("its region is not there".into()))?;
+        let last = at
+            .index
+            .map_or(0, |index| u64::from(index.count.saturating_sub(1)) * u64::from(index.scale));
+        let end = u64::from(at.offset) + last + u64::from(ty.bytes());
+        let region_end = u64::from(region.offset) + u64::from(region.size);
+        if end > u64::from(region.size) || region_end > u64::from(self.module.image_size) {
+            return Err(Fault(format!("it leaves its region `{}`", region.name)));
+        }
+        Ok(i64::from(region.offset) + i64::from(at.offset))
+    }
+
+    /// A base and an offset from it.
+    fn address(&mut self, ty: Type, at: Address) -> Lowered<(ClifValue, i32)> {
+        let offset = self.place(ty, at)?;
         let base = match at.index {
             Some(index) => {
-                let moved = self.index(index);
+                let moved = self.index(index)?;
                 let image = self.builder.use_var(self.image);
                 self.builder.ins().iadd(image, moved)
             }
@@ -53,20 +70,20 @@ impl Lowering<'_> {
                 if near(0).is_none()
                     && let Some((base, offset)) = self.bases.iter().find_map(based)
                 {
-                    return (self.builder.use_var(base), offset);
+                    return Ok((self.builder.use_var(base), offset));
                 }
                 self.builder.use_var(self.image)
             }
         };
-        match i32::try_from(offset) {
+        Ok(match i32::try_from(offset) {
             Ok(offset) => (base, offset),
             Err(_) => (self.builder.ins().iadd_imm_s(base, offset), 0),
-        }
+        })
     }
 
     /// The bytes that an index adds; one that reaches the count adds none.
-    fn index(&mut self, index: Index) -> ClifValue {
-        let mut value = self.value(index.value);
+    fn index(&mut self, index: Index) -> Lowered<ClifValue> {
+        let mut value = self.value(index.value)?;
         if !self.stays_below(index.value, index.count) {
             let count = self.builder.ins().iconst(types::I32, i64::from(index.count));
             let fits = self.builder.ins().icmp(IntCC::UnsignedLessThan, value, count);
@@ -74,13 +91,13 @@ impl Lowering<'_> {
             value = self.builder.ins().select(fits, value, zero);
         }
         let wide = self.builder.ins().uextend(types::I64, value);
-        match index.scale {
+        Ok(match index.scale {
             1 => wide,
             scale if scale.is_power_of_two() => {
                 self.builder.ins().ishl_imm_u(wide, i64::from(scale.trailing_zeros()))
             }
             scale => self.builder.ins().imul_imm_u(wide, i64::from(scale)),
-        }
+        })
     }
 
     /// Whether what a value is made by keeps it under the count.

@@ -5,6 +5,8 @@ mod base_registers;
 mod control;
 mod integrality_check;
 mod memory;
+#[cfg(test)]
+mod tests;
 
 use std::collections::HashMap;
 
@@ -18,14 +20,26 @@ use plcc_abi::{HostFn, HostType, ScanContext};
 use plcc_ir::{Block, FuncData, Inst, InstData, Module, Type, Value};
 use target_lexicon::Architecture;
 
+use crate::InternalError;
+
+/// What the IR lacks that it must have, in words.
+struct Fault(String);
+
+/// A part of the lowering, which may find that the IR breaks a rule.
+type Lowered<T> = Result<T, Fault>;
+
 /// Writes one function's CLIF.
+///
+/// # Errors
+/// When the IR breaks a rule of the [verifier](plcc_ir::verify); `out` and `context` are then
+/// good for nothing more.
 pub(crate) fn function(
     module: &Module,
     func: &FuncData,
     isa: &dyn TargetIsa,
     out: &mut Function,
     context: &mut FunctionBuilderContext,
-) {
+) -> Result<(), InternalError> {
     out.name = UserFuncName::testcase(func.name().as_bytes());
     out.signature = Signature::new(CallConv::SystemV);
     // Statements are kept relative to this; relative to any other, one of them would be taken for
@@ -57,21 +71,18 @@ pub(crate) fn function(
         bases,
         rare: false,
         is_x86,
-        cut: HashMap::new(),
+        truncated: HashMap::new(),
         call: None,
+        inst: None,
     };
-    lowering.make_bases();
-    lowering.enter(label);
-    for (block, _) in func.blocks() {
-        lowering.params(block);
-    }
-    for block in order(func) {
-        lowering.block(block);
+    if let Err(Fault(reason)) = lowering.run(label) {
+        return Err(InternalError::new(module, func, lowering.inst, reason));
     }
     lowering.builder.seal_all_blocks();
     lowering.builder.finalize(isa.frontend_config());
     // Variables leave values that are others.
     out.dfg.resolve_all_aliases();
+    Ok(())
 }
 
 /// The blocks in an order in which definitions come before uses: reverse postorder from the
@@ -125,10 +136,12 @@ struct Lowering<'a> {
     /// The block at hand is for what seldom happens.
     rare: bool,
     is_x86: bool,
-    /// Integers that doubles were cut to, in the lanes that hold them.
-    cut: HashMap<Value, ClifValue>,
+    /// Integers that doubles were truncated to, each with the vector whose lowest lane holds it.
+    truncated: HashMap<Value, ClifValue>,
     /// The host call's signature, once one is needed.
     call: Option<cranelift_codegen::ir::SigRef>,
+    /// The instruction at hand, for messages.
+    inst: Option<Inst>,
 }
 
 /// The CLIF type of a value.
@@ -143,63 +156,89 @@ fn clif_type(ty: Type) -> types::Type {
 }
 
 impl Lowering<'_> {
-    fn params(&mut self, block: Block) {
-        let clif = self.blocks[block.index()];
-        for &param in &self.func.block(block).params {
-            let value = self.builder.append_block_param(clif, clif_type(self.func.ty(param)));
-            self.values[param.index()] = Some(value);
+    /// Everything between the function's first block and its end.
+    fn run(&mut self, label: ClifValue) -> Lowered<()> {
+        self.make_bases();
+        self.enter(label)?;
+        for (block, _) in self.func.blocks() {
+            self.params(block)?;
         }
+        for block in order(self.func) {
+            self.block(block)?;
+        }
+        Ok(())
     }
 
-    fn block(&mut self, block: Block) {
-        self.builder.switch_to_block(self.blocks[block.index()]);
+    /// The CLIF block of an IR block.
+    fn clif_block(&self, block: Block) -> Lowered<ClifBlock> {
+        let found = self.blocks.get(block.index()).copied();
+        found.ok_or_else(|| Fault(format!("there is no {block}")))
+    }
+
+    fn params(&mut self, block: Block) -> Lowered<()> {
+        let clif = self.clif_block(block)?;
+        for &param in &self.func.block(block).params {
+            let value = self.builder.append_block_param(clif, clif_type(self.func.ty(param)));
+            self.define(param, value)?;
+        }
+        Ok(())
+    }
+
+    fn block(&mut self, block: Block) -> Lowered<()> {
+        let clif = self.clif_block(block)?;
+        self.builder.switch_to_block(clif);
         let data = self.func.block(block);
         self.rare = self.is_rare(block);
         for &inst in &data.insts {
-            self.inst(inst);
+            self.inst = Some(inst);
+            self.inst(inst)?;
         }
-        if let Some(terminator) = &data.terminator {
-            self.terminator(terminator);
-        }
+        let terminator = data.terminator.as_ref();
+        self.terminator(terminator.ok_or_else(|| Fault(format!("{block} has no end")))?)
     }
 
-    /// The CLIF value of an IR value. The verifier has seen that definitions dominate uses, so
-    /// there is one; a zero stands in where there is not.
-    fn value(&mut self, value: Value) -> ClifValue {
-        match self.values.get(value.index()).copied().flatten() {
-            Some(clif) => clif,
-            None => match self.func.ty(value) {
-                Type::F64 => self.builder.ins().f64const(0.0),
-                ty => self.builder.ins().iconst(clif_type(ty), 0),
-            },
-        }
+    /// The CLIF value of an IR value.
+    fn value(&mut self, value: Value) -> Lowered<ClifValue> {
+        let found = self.values.get(value.index()).copied().flatten();
+        found.ok_or_else(|| Fault(format!("{value} is used and not defined before")))
     }
 
-    fn inst(&mut self, inst: Inst) {
+    /// From now on a CLIF value stands for the IR value.
+    fn define(&mut self, value: Value, clif: ClifValue) -> Lowered<()> {
+        let slot = self.values.get_mut(value.index());
+        *slot.ok_or_else(|| Fault(format!("there is no {value}")))? = Some(clif);
+        Ok(())
+    }
+
+    fn inst(&mut self, inst: Inst) -> Lowered<()> {
         let loc = self.func.loc(inst);
         self.builder.set_srcloc(SourceLoc::new(loc.0));
         let data = *self.func.inst(inst);
         let result = match data {
             InstData::Iconst { ty, value } => Some(self.iconst(ty, value)),
             InstData::Fconst { bits } => Some(self.builder.ins().f64const(f64::from_bits(bits))),
-            InstData::Unary { op, arg } => Some(self.unary(op, arg)),
-            InstData::Binary { op, args } => Some(self.binary(op, args)),
-            InstData::Icmp { cond, args } => Some(self.icmp(cond, args)),
-            InstData::Fcmp { cond, args } => Some(self.fcmp(cond, args)),
+            InstData::Unary { op, arg } => Some(self.unary(op, arg)?),
+            InstData::Binary { op, args } => Some(self.binary(op, args)?),
+            InstData::Icmp { cond, args } => Some(self.icmp(cond, args)?),
+            InstData::Fcmp { cond, args } => Some(self.fcmp(cond, args)?),
             InstData::Select { cond, args } => {
-                let (cond, a, b) = (self.truth(cond), self.value(args[0]), self.value(args[1]));
+                let cond = self.truth(cond)?;
+                let (a, b) = (self.value(args[0])?, self.value(args[1])?);
                 Some(self.builder.ins().select(cond, a, b))
             }
-            InstData::Convert { op, to, arg } => Some(self.convert(inst, op, to, arg)),
-            InstData::Load { ty, at } => Some(self.load(ty, at)),
+            InstData::Convert { op, to, arg } => Some(self.convert(inst, op, to, arg)?),
+            InstData::Load { ty, at } => Some(self.load(ty, at)?),
             InstData::Store { at, value } => {
-                self.store(at, value);
+                self.store(at, value)?;
                 None
             }
-            InstData::HostCall { function, args } => self.host_call(function, args.as_slice()),
+            InstData::HostCall { function, args } => self.host_call(function, args.as_slice())?,
         };
-        if let (Some(value), Some(clif)) = (self.func.result(inst), result) {
-            self.values[value.index()] = Some(clif);
+        match (self.func.result(inst), result) {
+            (Some(value), Some(clif)) => self.define(value, clif),
+            (None, None) => Ok(()),
+            (Some(_), None) => Err(Fault("it has a result where it gives none".into())),
+            (None, Some(_)) => Err(Fault("it has no result where it gives one".into())),
         }
     }
 
@@ -209,7 +248,7 @@ impl Lowering<'_> {
         self.builder.ins().iconst(clif_type(ty), value & mask)
     }
 
-    fn host_call(&mut self, function: HostFn, args: &[Value]) -> Option<ClifValue> {
+    fn host_call(&mut self, function: HostFn, args: &[Value]) -> Lowered<Option<ClifValue>> {
         let pointer = self.builder.func.dfg.value_type(self.context);
         let signature = *self.call.get_or_insert_with(|| {
             let mut signature = Signature::new(CallConv::SystemV);
@@ -224,12 +263,15 @@ impl Lowering<'_> {
         let number = self.builder.ins().iconst(types::I32, i64::from(function as u32));
         let mut operands = vec![self.context, number];
         for &arg in args {
-            let value = self.value(arg);
+            let value = self.value(arg)?;
             operands.push(match self.func.ty(arg) {
                 Type::F64 => self.builder.ins().bitcast(types::I64, MemFlagsData::new(), value),
                 Type::I64 => value,
                 _ => self.builder.ins().uextend(types::I64, value),
             });
+        }
+        if operands.len() > 6 {
+            return Err(Fault("it has more than four arguments".into()));
         }
         while operands.len() < 6 {
             operands.push(self.builder.ins().iconst(types::I64, 0));
@@ -239,10 +281,10 @@ impl Lowering<'_> {
         if self.rare {
             self.make_bases();
         }
-        function.signature().1.map(|ty| match ty {
+        Ok(function.signature().1.map(|ty| match ty {
             HostType::I32 => self.builder.ins().ireduce(types::I32, result),
             HostType::I64 => result,
             HostType::F64 => self.builder.ins().bitcast(types::F64, MemFlagsData::new(), result),
-        })
+        }))
     }
 }

@@ -98,12 +98,18 @@ impl fmt::Display for VerifyError {
 
 /// Checks a module and gives everything that is wrong with it.
 pub fn verify(module: &Module) -> Vec<VerifyError> {
+    let mut errors = self::module(module);
+    for (_, func) in module.funcs() {
+        errors.extend(function(module, func));
+    }
+    errors
+}
+
+/// What is wrong with a module apart from its functions: rules 1 to 3 and 14.
+pub fn module(module: &Module) -> Vec<VerifyError> {
     let mut errors = Errors::default();
     structure::module(module, &mut errors);
     resume::module(module, &mut errors);
-    for (_, func) in module.funcs() {
-        errors.list.extend(function(module, func));
-    }
     errors.list
 }
 

@@ -18,7 +18,7 @@ use plcc_tests::{gen_ir, gen_pmac, gen_pmi};
 fn look(name: &str, module: &Module) {
     for triple in ["x86_64-unknown-linux-gnu", "aarch64-unknown-linux-gnu"] {
         let target = Target::baseline(triple).unwrap();
-        let clif = emit::clif(module, &target);
+        let clif = emit::clif(module, &target).unwrap();
         let found = faults(&clif);
         assert!(found.is_empty(), "{name}, {triple}: {found:#?}");
         assert!(clif.contains("return"), "{name}: there was nothing to look at");
