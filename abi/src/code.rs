@@ -15,6 +15,8 @@ use core::ops::Deref;
 
 use serde::{Deserialize, Serialize};
 
+use crate::unwind::{self, UnwindEntry};
+
 /// A compiled program's code and its tables: one position-independent blob without relocations.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CodeParts {
@@ -33,6 +35,8 @@ pub struct CodeParts {
     pub features: Vec<String>,
     /// Bytes of the process image that the code may access, from its beginning.
     pub image_size: u32,
+    /// The [unwind information](crate::unwind) of the functions; may be empty.
+    pub eh_frame: Vec<u8>,
 }
 
 /// One compiled function.
@@ -87,7 +91,8 @@ impl CodeParts {
     }
 
     /// Whether the tables fit the bytes and each other: functions lie in the code one behind the
-    /// other and are not empty, every label is at a function, lines are sorted and lie in the code.
+    /// other and are not empty, every label is at a function, lines are sorted and lie in the code, and
+    /// unwind information is about functions.
     ///
     /// # Errors
     /// With what does not fit.
@@ -114,7 +119,15 @@ impl CodeParts {
             ensure(fits, &|| "the line table does not fit the code".into())?;
             last = offset;
         }
-        Ok(())
+        let entries = unwind::entries(&self.eh_frame, self.bytes.len());
+        let known = |entry: &UnwindEntry| {
+            let at = self.functions.binary_search_by_key(&entry.start, |function| function.offset);
+            let function = at.ok().and_then(|at| self.functions.get(at));
+            function.is_some_and(|function| function.len == entry.len)
+        };
+        ensure(entries.is_some_and(|entries| entries.iter().all(known)), &|| {
+            "the unwind information does not fit the functions".into()
+        })
     }
 }
 
@@ -202,7 +215,7 @@ mod tests {
     #[test]
     fn tables_that_do_not_fit_are_found() {
         assert_eq!(parts().check(), Ok(()));
-        let changes: [fn(&mut CodeParts); 12] = [
+        let changes: [fn(&mut CodeParts); 13] = [
             |parts| parts.architecture.clear(),
             |parts| parts.bytes.truncate(23),
             |parts| parts.labels[0] = 1,
@@ -215,6 +228,7 @@ mod tests {
             |parts| parts.lines[2].offset = 24,
             |parts| parts.lines[1].line = 0,
             |parts| parts.lines.swap(0, 1),
+            |parts| parts.eh_frame = vec![0; 8],
         ];
         for (number, change) in changes.iter().enumerate() {
             let mut changed = parts();

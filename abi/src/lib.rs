@@ -25,6 +25,7 @@ pub mod resume;
 #[cfg(feature = "suggest")]
 mod suggest;
 mod symbols;
+pub mod unwind;
 
 pub use code::{Code, CodeError, CodeLine, CodeMemory, CodeParts, FunctionRange};
 pub use context::{RawOutcome, ScanContext};

@@ -6,12 +6,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cranelift_codegen::Context;
 use cranelift_codegen::control::ControlPlane;
+use cranelift_codegen::isa::unwind::systemv::UnwindInfo;
+use cranelift_codegen::isa::unwind::{UnwindInfo as AnyUnwindInfo, UnwindInfoKind};
 use cranelift_frontend::FunctionBuilderContext;
 use plcc_abi::{Code, CodeLine, CodeParts, FunctionRange};
 use plcc_ir::{FuncData, Module, verify};
 
 use crate::error::panic_text;
-use crate::{CodegenError, InternalError, Target, lower};
+use crate::{CodegenError, InternalError, Target, lower, unwind};
 
 /// Functions begin at multiples of this.
 const ALIGNMENT: usize = 16;
@@ -23,6 +25,7 @@ const WORTH_A_THREAD: usize = 4000;
 struct Compiled {
     bytes: Vec<u8>,
     locs: Vec<(u32, u32)>,
+    unwind: UnwindInfo,
 }
 
 /// Compiles a module.
@@ -74,6 +77,9 @@ pub fn compile(module: &Module, target: &Target) -> Result<Code, CodegenError> {
         return Err(CodegenError::internal("a thread of the compiler was lost"));
     }
     let mut parts = assemble(module, &compiled)?;
+    let pieces = parts.functions.iter().zip(&compiled);
+    let infos = pieces.map(|(function, piece)| (function.offset, &piece.unwind));
+    parts.eh_frame = unwind::section(&*target.isa, parts.bytes.len(), infos)?;
     parts.architecture = target.architecture();
     parts.features = target.features().iter().map(ToString::to_string).collect();
     // SAFETY: Cranelift made every function for this target, with the signature of a `ChunkFn` and
@@ -104,7 +110,11 @@ fn one(
             locs.push((range.start, range.loc.bits()));
         }
     }
-    Ok(Compiled { bytes: code.code_buffer().to_vec(), locs })
+    let unwind = code.create_unwind_info_of_kind(&*target.isa, UnwindInfoKind::SystemV);
+    let Ok(Some(AnyUnwindInfo::SystemV(unwind))) = unwind else {
+        return Err(fail("there is no unwind information").into());
+    };
+    Ok(Compiled { bytes: code.code_buffer().to_vec(), locs, unwind })
 }
 
 /// Compiles one function of a module; its code is then in the context.

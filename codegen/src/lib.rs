@@ -17,6 +17,7 @@ mod jit_memory;
 )]
 mod lower;
 mod target;
+mod unwind;
 
 pub use compile::{compile, compile_function};
 pub use error::{CodegenError, InternalError};

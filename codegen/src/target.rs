@@ -105,7 +105,7 @@ fn flags() -> Result<settings::Flags, SetError> {
     // they are spilled, which costs more than loading them again.
     builder.set("enable_alias_analysis", "false")?;
     builder.set("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" })?;
-    builder.set("unwind_info", "false")?;
+    builder.set("unwind_info", "true")?;
     builder.set("enable_probestack", "false")?;
     // Where blocks begin tells a listing jump tables from code.
     builder.set("machine_code_cfg_info", "true")?;

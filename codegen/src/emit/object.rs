@@ -11,7 +11,10 @@
 //! | `plcc_task_count`, `plcc_tasks` | for each task its first label, 32 bits |
 //! | `plcc_layout` | the [layout](super::layout()) as a text that ends with a zero |
 //!
-//! The code has no relocations; those of the object are in its debug sections, DWARF 5.
+//! `.eh_frame` lets debuggers unwind through the code.
+//!
+//! The code has no relocations; those of the object are in `.eh_frame` and in its debug sections,
+//! DWARF 5.
 
 use std::collections::HashMap;
 
@@ -23,6 +26,7 @@ use object::{
     Architecture as ObjectArchitecture, BinaryFormat, Endianness, RelocationEncoding,
     RelocationFlags, RelocationKind, SectionKind, SymbolFlags, SymbolKind, SymbolScope,
 };
+use plcc_abi::unwind::{self, ALIGNMENT};
 use plcc_abi::{ABI_VERSION, Code, Program};
 use target_lexicon::Architecture;
 
@@ -59,6 +63,7 @@ pub fn object(program: &Program, code: &Code, target: &Target) -> Result<Vec<u8>
             place.export(&mut object, &format!("plcc_{}", function.name))
         })
         .collect();
+    add_unwind(&mut object, code, &functions).map_err(|error| fail(error.to_string()))?;
     tables(&mut object, program, code);
     // Without this note linkers take the object to need a stack that can be executed.
     object.add_section(vec![], b".note.GNU-stack".to_vec(), SectionKind::Other);
@@ -109,6 +114,29 @@ fn tables(object: &mut Object<'_>, program: &Program, code: &Code) {
     add("plcc_tasks", &words(&mut program.tasks.iter().map(|task| task.entry)), 4);
     let text = layout(program).replace('\0', "?") + "\0";
     add("plcc_layout", text.as_bytes(), 1);
+}
+
+/// Adds the unwind information. The linker puts the functions' addresses in.
+fn add_unwind(
+    object: &mut Object<'_>,
+    code: &Code,
+    functions: &[SymbolId],
+) -> object::write::Result<()> {
+    let section = object.add_section(vec![], b".eh_frame".to_vec(), SectionKind::ReadOnlyData);
+    object.append_section_data(section, &code.eh_frame, ALIGNMENT as u64);
+    let flags = RelocationFlags::Generic {
+        kind: RelocationKind::Relative,
+        encoding: RelocationEncoding::Generic,
+        size: 32,
+    };
+    // Code is sealed after its unwind information was checked.
+    for entry in unwind::entries(&code.eh_frame, code.bytes.len()).unwrap_or_default() {
+        let index = code.functions.binary_search_by_key(&entry.start, |function| function.offset);
+        let Some(&symbol) = index.ok().and_then(|index| functions.get(index)) else { continue };
+        let offset = entry.address_at.into();
+        object.add_relocation(section, Relocation { offset, symbol, addend: 0, flags })?;
+    }
+    Ok(())
 }
 
 fn add_debug(

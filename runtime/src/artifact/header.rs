@@ -11,7 +11,8 @@
 //! | 32 | 4 | number of lines |
 //! | 36 | 4 | length of the code |
 //! | 40 | 24 | the architecture's name, padded with zeros |
-//! | 64 | 120 | what the processor must have besides, names with commas between, padded |
+//! | 64 | 116 | what the processor must have besides, names with commas between, padded |
+//! | 180 | 4 | length of the unwind information |
 //! | 184 | 4 | bytes of the process image that the code was made for |
 //! | 188 | 4 | CRC-32 of the bytes before |
 //!
@@ -32,7 +33,8 @@ const PAYLOAD_CRC: usize = 12;
 const FILE_LENGTH: usize = 16;
 const PARTS: usize = 24;
 const ARCHITECTURE: std::ops::Range<usize> = 40..64;
-const FEATURES: std::ops::Range<usize> = 64..IMAGE_SIZE;
+const FEATURES: std::ops::Range<usize> = 64..EH_FRAME;
+const EH_FRAME: usize = 180;
 const IMAGE_SIZE: usize = 184;
 const CRC: usize = 188;
 
@@ -47,6 +49,8 @@ pub struct Parts {
     pub lines: u32,
     /// Bytes of code.
     pub code: u32,
+    /// Bytes of unwind information.
+    pub eh_frame: u32,
 }
 
 /// What the header says.
@@ -93,9 +97,13 @@ impl Header {
     pub fn encode(&self) -> Result<[u8; LENGTH], ArtifactError> {
         let mut bytes = [0; LENGTH];
         put(&mut bytes, 0, &MAGIC);
-        let Parts { tables, labels, lines, code } = self.parts;
-        let words =
-            [(VERSION, self.version), (PAYLOAD_CRC, self.checksum), (IMAGE_SIZE, self.image_size)];
+        let Parts { tables, labels, lines, code, eh_frame } = self.parts;
+        let words = [
+            (VERSION, self.version),
+            (PAYLOAD_CRC, self.checksum),
+            (EH_FRAME, eh_frame),
+            (IMAGE_SIZE, self.image_size),
+        ];
         let parts = [tables, labels, lines, code];
         let parts = parts.into_iter().enumerate().map(|(i, part)| (PARTS + 4 * i, part));
         for (at, word) in words.into_iter().chain(parts) {
@@ -149,6 +157,7 @@ impl Header {
                 labels: word(head, PARTS + 4),
                 lines: word(head, PARTS + 8),
                 code: word(head, PARTS + 12),
+                eh_frame: word(head, EH_FRAME),
             },
             architecture: text(&head[ARCHITECTURE])?,
             features: features.split(',').filter(|s| !s.is_empty()).map(str::to_owned).collect(),

@@ -9,6 +9,7 @@
 //! | labels | for each label the offset of its function in the code, 32 bits each |
 //! | lines | the line table, three times 32 bits an entry: offset, file, line |
 //! | code | position-independent machine code without relocations |
+//! | unwind information | an `.eh_frame` section, see [`plcc_abi::unwind`] |
 //!
 //! The header also has a checksum of all that follows it, so no byte of a file can be wrong
 //! unnoticed. A checksum is against accidents; whoever can write artifacts can run code, as with

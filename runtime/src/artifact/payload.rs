@@ -1,4 +1,4 @@
-//! What stands behind the header: tables, labels, lines, code.
+//! What stands behind the header: tables, labels, lines, code, unwind information.
 
 use plcc_abi::{CodeLine, CodeParts, FunctionRange, Program};
 use serde::{Deserialize, Serialize};
@@ -25,7 +25,7 @@ pub(super) struct Payload {
 
 pub(super) fn encode(program: &Program, code: &CodeParts) -> Result<Payload, ArtifactError> {
     // What is not named here stands in the header.
-    let CodeParts { bytes: machine_code, labels, functions, lines, .. } = code;
+    let CodeParts { bytes: machine_code, labels, functions, lines, eh_frame, .. } = code;
     let tables = Tables { program, functions };
     let mut bytes = postcard::to_allocvec(&tables)
         .map_err(|error| inconsistent(format!("its tables can't be written: {error}")))?;
@@ -35,6 +35,7 @@ pub(super) fn encode(program: &Program, code: &CodeParts) -> Result<Payload, Art
         labels: length(labels.len())?,
         lines: length(lines.len())?,
         code: length(machine_code.len())?,
+        eh_frame: length(eh_frame.len())?,
     };
     for label in labels {
         bytes.extend(label.to_le_bytes());
@@ -45,6 +46,7 @@ pub(super) fn encode(program: &Program, code: &CodeParts) -> Result<Payload, Art
         }
     }
     bytes.extend(machine_code);
+    bytes.extend(eh_frame);
     Ok(Payload { bytes, parts })
 }
 
@@ -68,12 +70,13 @@ pub(super) fn decode(
     header: &Header,
     payload: &[u8],
 ) -> Result<(Program, CodeParts), ArtifactError> {
-    let Parts { tables, labels, lines, code } = header.parts;
+    let Parts { tables, labels, lines, code, eh_frame } = header.parts;
     check_tables(u64::from(tables))?;
     let (tables, rest) = split(payload, 1, tables)?;
     let (labels, rest) = split(rest, LABEL, labels)?;
     let (lines, rest) = split(rest, LINE, lines)?;
     let (machine_code, rest) = split(rest, 1, code)?;
+    let (eh_frame, rest) = split(rest, 1, eh_frame)?;
     if !rest.is_empty() {
         return Err(inconsistent("its parts are shorter than the whole"));
     }
@@ -98,6 +101,7 @@ pub(super) fn decode(
         architecture: header.architecture.clone(),
         features: header.features.clone(),
         image_size: header.image_size,
+        eh_frame: eh_frame.to_vec(),
     };
     Ok((tables.program, code))
 }

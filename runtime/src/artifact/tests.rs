@@ -46,6 +46,11 @@ fn code() -> CodeParts {
         architecture: std::env::consts::ARCH.into(),
         features: vec![],
         image_size: 8 + 2048,
+        // A CIE, and an FDE for `chunk1`.
+        eh_frame: [8_u32, 0, 0, 12, 16, (32_u32).wrapping_sub(48 + 20), 16]
+            .into_iter()
+            .flat_map(u32::to_le_bytes)
+            .collect(),
     }
 }
 
@@ -149,7 +154,7 @@ fn others_versions_and_machines_are_refused() {
 #[test]
 fn lengths_that_were_forged_allocate_nothing() {
     let bytes = write(&program(), &code()).unwrap();
-    for at in [24, 28, 32, 36] {
+    for at in [24, 28, 32, 36, 180] {
         for value in [0_u32, 1, 0x1000_0000, u32::MAX] {
             let mut copy = bytes.clone();
             copy[at..at + 4].copy_from_slice(&value.to_le_bytes());
@@ -187,6 +192,9 @@ fn pmi(program: &mut Program) -> &mut PmiTables {
 #[test]
 fn tables_that_point_outside_are_refused() {
     inconsistent(|_, code| code.image_size += 1);
+    inconsistent(|_, code| code.eh_frame[20] += 1);
+    inconsistent(|_, code| code.eh_frame[24] += 1);
+    inconsistent(|_, code| code.eh_frame.push(0));
     inconsistent(|_, code| code.labels[0] = 16);
     inconsistent(|_, code| code.labels[0] = 4000);
     inconsistent(|_, code| code.functions[1].len = 17);
