@@ -282,6 +282,7 @@ fn calls_then_suspends(b: &mut ChunkBuilder) {
     let (start, next) = (b.place(), b.place());
     b.bind(start);
     b.task("t", start);
+    b.resume_points(0, &[next]);
     for line in 1..=5 {
         statement(b, line);
         b.ins().host_call(HostFn::PmacSave, &[]);
