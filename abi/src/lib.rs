@@ -4,6 +4,30 @@
 //! [process image](image), the [calls](context) into compiled code, the [few ways out](host) of
 //! it, [how a scan ends](outcome), and the [tables](program) that an executive works by. The
 //! crate depends on no other of the project and needs no standard library.
+//!
+//! An engine runs a task's scan on the process image, and says how it ended. This one adds 1 to
+//! the image's first word:
+//!
+//! ```
+//! use plcc_abi::engine::NoHost;
+//! use plcc_abi::image::{read_i32, write_i32};
+//! use plcc_abi::{Engine, Outcome, ResumePoint, Scan};
+//!
+//! struct Counter;
+//!
+//! impl Engine for Counter {
+//!     fn call(&mut self, _: usize, _: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+//!         let count = read_i32(scan.image, 0);
+//!         write_i32(scan.image, 0, count + 1);
+//!         Outcome::End
+//!     }
+//! }
+//!
+//! let mut image = [0; 8];
+//! let mut scan = Scan { image: &mut image, host: &mut NoHost };
+//! assert_eq!(Counter.call(0, None, &mut scan), Outcome::End);
+//! assert_eq!(read_i32(&image, 0), 1);
+//! ```
 #![no_std]
 
 extern crate alloc;

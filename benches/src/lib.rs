@@ -1,4 +1,15 @@
-//! Programs to measure with, and what measuring them has in common.
+//! Programs to measure with, and what measuring them has in common. Each program is made from a
+//! seed, in a control's language and in C that does the same, so that the two can be compared:
+//! [`equations`] for PMI, [`conditions`] for NCT, [`pmac`] for PMAC. The benchmarks are in
+//! `benches/benches/`.
+//!
+//! ```
+//! use plcc_benches::equations::Equations;
+//!
+//! let program = Equations::new(2000, 1);
+//! assert!(program.pmi().contains("$INPUT"));
+//! assert!(program.c_program().contains("int main"));
+//! ```
 #![allow(clippy::indexing_slicing)]
 
 pub mod compiled;

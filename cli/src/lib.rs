@@ -2,6 +2,24 @@
 //!
 //! [`compile`] goes from source text to engines, for any language; the commands are in `commands`,
 //! a file each. What a command can't do is a `Failure`, which decides the exit status.
+//!
+//! ```
+//! use plcc::compile::{check, jit};
+//! use plcc::disk::Disk;
+//! use plcc_abi::Dialect;
+//! use plcc_codegen::OptLevel;
+//! use plcc_diag::SourceMap;
+//! use plcc_frontend::common::Options;
+//!
+//! let mut sources = SourceMap::new();
+//! let file = sources.add("count.pmi", b"$INTEGER\nN\n$END\nN = N + 1\n");
+//! let (checked, diagnostics) =
+//!     check(&mut sources, &[file], Dialect::Pmi, &Disk, &Options::default());
+//! assert!(diagnostics.is_empty());
+//! let lowered = checked.and_then(|program| program.optimized(OptLevel::Speed).ok());
+//! let (_engine, bytes_of_code) = lowered.and_then(|lowered| jit(&lowered).ok()).unwrap();
+//! assert!(bytes_of_code > 0);
+//! ```
 
 mod args;
 mod commands;

@@ -1,11 +1,31 @@
-//! Verified IR to machine code, by Cranelift.
+//! IR to machine code, by Cranelift.
 //!
-//! There is one lowering. What comes out is a [`Code`](plcc_abi::Code): position-independent,
-//! without relocations, calling nothing but the host through its context, so it can be mapped at
-//! once (the JIT) or put into an artifact (ahead of time); only the [`Target`] differs.
+//! [`compile`] takes a [`Module`](plcc_ir::Module) and a [`Target`] and gives a
+//! [`Code`](plcc_abi::Code): machine code that works at any address, has no relocations and calls
+//! nothing but the host function of its context. It can be copied into memory and run at once
+//! ([`JitMemory`]) or put into an artifact. [`emit`] makes listings and objects of the same code.
+//! There is one lowering for all of this; only the target differs.
 //!
-//! Nothing in it can fault: divisors are guarded, indices are clamped, and
-//! a program that is stopped returns its trap code.
+//! The code can't fault: divisors are guarded, an index outside its range is taken as 0, and a
+//! program that is stopped returns its trap code. IR that breaks a rule of the
+//! [verifier](plcc_ir::verify) is an [`InternalError`], never code.
+//!
+//! ```
+//! use plcc_codegen::{Target, compile};
+//! use plcc_ir::{Address, ChunkBuilder, Type};
+//!
+//! let region = plcc_abi::Region { name: "vars".into(), offset: 0, size: 8, bits: false };
+//! let mut builder = ChunkBuilder::new(8, vec![region]);
+//! let start = builder.place();
+//! builder.bind(start);
+//! builder.task("scan", start);
+//! let seven = builder.ins().iconst(Type::I32, 7);
+//! builder.ins().store(Address::fixed(plcc_ir::Region(0), 4), seven);
+//! builder.ret();
+//! let code = compile(&builder.finish(), &Target::host()?)?;
+//! assert_eq!(code.functions.len(), 1);
+//! # Ok::<(), plcc_codegen::CodegenError>(())
+//! ```
 
 mod compile;
 pub mod emit;

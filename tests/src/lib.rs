@@ -1,4 +1,21 @@
-//! End-to-end tests.
+//! What the end-to-end tests have in common: a source file in every engine ([`compile`]), random
+//! programs of each language and of the IR (`gen_…`), what makes failing ones small ([`shrink`]),
+//! and what fuzzing holds the compiler to ([`oracle`]). The tests are in `tests/tests/`, a folder
+//! for each language.
+//!
+//! ```
+//! use std::path::Path;
+//! use plcc_abi::Dialect;
+//! use plcc_frontend::common::Options;
+//! use plcc_tests::compile::{Way, compile};
+//!
+//! let lathe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/pmi/lathe.pmi");
+//! let compiled = compile(&lathe, Dialect::Pmi, &Options::default()).unwrap();
+//! for way in Way::ALL {
+//!     let (program, _engine) = compiled.engine(way).unwrap();
+//!     assert_eq!(program.tasks.len(), 1);
+//! }
+//! ```
 #![allow(clippy::indexing_slicing)]
 
 pub mod arithmetic;
