@@ -1,11 +1,24 @@
 //! Rules for operations on two integers or truth values: identities, constants on the right side,
 //! rows of the same operation, and gates of truth values.
+//!
+//! ```text
+//! v1: i32 = add v0, 3
+//! v2: i32 = add v1, 4      ==>    v2: i32 = add v0, 7
+//! v5: i1 = not v3
+//! v6: i1 = not v4
+//! v7: i1 = and v5, v6      ==>    v8: i1 = or v3, v4
+//!                                 v7: i1 = not v8
+//! ```
+//!
+//! A rule that needs a new instruction beside the one that it replaces applies only where another
+//! one becomes unused, so that code does not grow.
 
 use super::fold::{Fold, Simpler};
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value, eval};
 
 impl Fold<'_> {
+    /// What an operation on two operands can be replaced by.
     pub(super) fn binary(&mut self, op: BinaryOp, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
         match (self.func.constant(a), self.func.constant(b)) {
             (Some(x), Some(y)) => {

@@ -3,6 +3,14 @@
 //! Truth values that are bits of words are combined as words: one word is shifted so that the two
 //! bits stand at the same position, and one bit of the result is the truth value. That is shorter
 //! than making two truth values.
+//!
+//! ```text
+//! v1: i32 = lshr v0, 5
+//! v2: i1 = trunc v1               v1: i32 = lshr v0, 3
+//! v3: i32 = lshr v9, 2     ==>    v2: i32 = and v1, v9
+//! v4: i1 = trunc v3               v3: i32 = lshr v2, 2
+//! v5: i1 = and v2, v4             v5: i1 = trunc v3
+//! ```
 
 use super::fold::{Fold, Simpler};
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value};

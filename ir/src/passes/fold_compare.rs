@@ -1,11 +1,18 @@
 //! Rules for comparisons of integers: constants, values whose range decides, and values that were
 //! widened, shifted or subtracted only to be compared.
+//!
+//! ```text
+//! v1: i32 = zext v0                           (v0 is an i8)
+//! v2: i1 = icmp eq v1, 7     ==>    v2: i1 = icmp eq v0, 7
+//! v3: i1 = icmp ult v1, 300  ==>    v3: i1 = iconst 1
+//! ```
 
 use super::fold::{Fold, Simpler};
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, IntCond, Type, Value, eval};
 
 impl Fold<'_> {
+    /// What a comparison of two integers can be replaced by.
     pub(super) fn icmp(&mut self, cond: IntCond, [a, b]: [Value; 2]) -> Option<Simpler> {
         let ty = self.func.ty(a);
         match (self.func.constant(a), self.func.constant(b)) {

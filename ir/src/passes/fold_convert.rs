@@ -1,5 +1,14 @@
 //! Rules for conversions: of constants, of conversions, and to the lowest bit of a value, which is
 //! taken from where it was put in.
+//!
+//! ```text
+//! v1: i32 = zext v0                           (v0 is an i8)
+//! v2: i64 = zext v1          ==>    v2: i64 = zext v0
+//! v4: i32 = shl v3, 4
+//! v5: i32 = lshr v4, 6
+//! v6: i1 = trunc v5          ==>    v5: i32 = lshr v3, 2
+//!                                   v6: i1 = trunc v5
+//! ```
 
 use super::fold::{Fold, Simpler};
 use super::value_range::mask;
@@ -17,6 +26,7 @@ enum Bit {
 }
 
 impl Fold<'_> {
+    /// What a conversion can be replaced by.
     pub(super) fn convert(&mut self, op: ConvertOp, to: Type, arg: Value) -> Option<Simpler> {
         let from = self.func.ty(arg);
         if let Some(x) = self.func.constant(arg) {
