@@ -1,26 +1,27 @@
-//! Which statements integers compute, and what forces floating point on the others.
+//! Which statements are computed with integers, and what forces floating point on the others.
 //!
-//! A statement is integer when every step of it is one by its [shape](super::rangeanalysis). P, Q
-//! and I hold doubles, so whether they hold integers is asked when the statement runs: it is
-//! written twice, once for integers of 32 bits in all of them and once for anything else, where
-//! that gains something. Sums, differences and comparisons gain nothing: doubles do these exactly
-//! for such integers, without conversion.
+//! A statement is computed with integers if the result of each of its operations is an integer by
+//! its [bounds](super::range_analysis). P-, Q- and I-variables hold doubles, so that is not known of
+//! them. Where it pays, the lowering *speculates* that they hold integers of 32 bits: an integrality
+//! check of each such variable guards specialised code with integers, and general code with doubles
+//! stands beside it. It pays for bit operators and remainders. It does not for sums, differences and
+//! comparisons, which doubles compute exactly for such integers, and without conversions.
 
 use plcc_abi::pmac::Kind;
 
-use super::rangeanalysis::Shape;
+use super::range_analysis::Bounds;
 use crate::pmac::ast::{Bin, Func, Op};
 
-/// Most variables that a statement asks about.
-const MAX_ASKED: usize = 6;
+/// The most variables that a statement speculates on.
+const MAX_ASSUMED: usize = 6;
 
-/// What a variable that is asked about is taken for.
-pub(crate) const ASKED: Shape = Shape::Int(i32::MIN as i64, i32::MAX as i64);
+/// The bounds of a variable that is assumed to hold an integer.
+pub(crate) const ASSUMED: Bounds = Bounds::Int(i32::MIN as i64, i32::MAX as i64);
 
 /// A variable.
 pub(crate) type Name = (Kind, u16);
 
-/// What forces floating point.
+/// What forces floating point on a statement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Reason {
     /// A literal with a fraction, or beyond 2^53.
@@ -33,7 +34,7 @@ pub(crate) enum Reason {
     Operator(Bin),
     /// A function.
     Function(Func),
-    /// It asks about more variables than are worth it.
+    /// It would have to assume integers in more variables than pays.
     Many,
 }
 
@@ -43,29 +44,31 @@ pub(crate) struct Analysis {
     /// The first thing that forces floating point; none when integers compute it.
     pub(crate) forced: Option<Reason>,
     /// The variables that must hold integers for that.
-    pub(crate) asked: Vec<Name>,
-    /// Whether integers are faster: a bit operator or remainder works on what is asked about.
+    pub(crate) assumed: Vec<Name>,
+    /// Whether integers are faster: the operand of a bit operator or remainder depends on one of these
+    /// variables.
     pub(crate) gains: bool,
 }
 
-/// Analyses steps. `shape` tells what is known of a variable's value.
-pub(crate) fn analyse(ops: &[Op], mut shape: impl FnMut(Name) -> Shape) -> Analysis {
-    let mut out = Analysis { forced: None, asked: Vec::new(), gains: false };
-    // For each value its shape, and whether it hangs on what is asked about.
-    let mut stack: Vec<(Shape, bool)> = Vec::new();
+/// Analyses the operations of an expression or condition. `bounds` tells what is known of a
+/// variable's value.
+pub(crate) fn analyse(ops: &[Op], mut bounds: impl FnMut(Name) -> Bounds) -> Analysis {
+    let mut out = Analysis { forced: None, assumed: Vec::new(), gains: false };
+    // For each value its bounds, and whether it depends on an assumed variable.
+    let mut stack: Vec<(Bounds, bool)> = Vec::new();
     for op in ops {
-        let mut pop = || stack.pop().unwrap_or((Shape::FINITE, false));
+        let mut pop = || stack.pop().unwrap_or((Bounds::FINITE, false));
         let (value, reason) = match *op {
-            Op::Const(value) => ((Shape::constant(value), false), Reason::Constant(value)),
+            Op::Const(value) => ((Bounds::constant(value), false), Reason::Constant(value)),
             Op::Var(kind, number) => {
                 let name = (kind, number);
-                let value = match shape(name) {
-                    known @ Shape::Int(..) => (known, false),
+                let value = match bounds(name) {
+                    known @ Bounds::Int(..) => (known, false),
                     _ if matches!(kind, Kind::P | Kind::Q | Kind::I) => {
-                        if !out.asked.contains(&name) {
-                            out.asked.push(name);
+                        if !out.assumed.contains(&name) {
+                            out.assumed.push(name);
                         }
-                        (ASKED, true)
+                        (ASSUMED, true)
                     }
                     unknown => (unknown, false),
                 };
@@ -73,38 +76,38 @@ pub(crate) fn analyse(ops: &[Op], mut shape: impl FnMut(Name) -> Shape) -> Analy
             }
             Op::Indirect(kind) => {
                 pop();
-                ((Shape::FINITE, false), Reason::Indirect(kind))
+                ((Bounds::FINITE, false), Reason::Indirect(kind))
             }
             Op::Neg => {
-                let (value, asked) = pop();
-                ((value.negated(), asked), Reason::Operator(Bin::Sub))
+                let (value, assumed) = pop();
+                ((value.negated(), assumed), Reason::Operator(Bin::Sub))
             }
             Op::Bin(bin) => {
                 let ((right, b), (left, a)) = (pop(), pop());
                 out.gains |= (a || b) && matches!(bin, Bin::And | Bin::Or | Bin::Xor | Bin::Mod);
-                ((Shape::binary(bin, left, right), a || b), Reason::Operator(bin))
+                ((Bounds::binary(bin, left, right), a || b), Reason::Operator(bin))
             }
             Op::Call(func) => {
-                let (value, asked) = pop();
-                let shape = match (func, value) {
-                    (Func::Int, Shape::Int(..)) => value,
-                    (Func::Abs, Shape::Int(low, high)) => Shape::magnitude(low, high),
-                    _ => Shape::FUNCTION,
+                let (value, assumed) = pop();
+                let bounds = match (func, value) {
+                    (Func::Int, Bounds::Int(..)) => value,
+                    (Func::Abs, Bounds::Int(low, high)) => Bounds::magnitude(low, high),
+                    _ => Bounds::FUNCTION,
                 };
-                ((shape, asked), Reason::Function(func))
+                ((bounds, assumed), Reason::Function(func))
             }
             Op::Cmp(_) | Op::Both | Op::Either => {
                 pop();
                 pop();
-                ((Shape::Truth, false), Reason::Many)
+                ((Bounds::Truth, false), Reason::Many)
             }
         };
-        if out.forced.is_none() && matches!(value.0, Shape::Real { .. }) {
+        if out.forced.is_none() && matches!(value.0, Bounds::Real { .. }) {
             out.forced = Some(reason);
         }
         stack.push(value);
     }
-    if out.forced.is_none() && out.gains && out.asked.len() > MAX_ASKED {
+    if out.forced.is_none() && out.gains && out.assumed.len() > MAX_ASSUMED {
         out.forced = Some(Reason::Many);
     }
     out

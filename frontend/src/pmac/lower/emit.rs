@@ -1,5 +1,18 @@
-//! Values while IR is written: doubles, integers where the [analysis](super::rangeanalysis) allows
-//! them, truth values.
+//! Operands of expressions and their operations, in IR.
+//!
+//! An [`Operand`] is a value together with what [range analysis](super::range_analysis) knows of it.
+//! Each operation chooses by that how it is computed: with integers where both operands are integers
+//! and the result is exact, otherwise with doubles as the control does.
+//!
+//! | PMAC | integers | doubles |
+//! | --- | --- | --- |
+//! | `+ - *` | `add sub mul` | `fadd fsub fmul` |
+//! | `/` | never: the quotient may have a fraction | `fdiv`, and what PMAC makes of a division by 0 |
+//! | `%` | `smod` by a constant | host function |
+//! | `& \| ^` | `and or xor` | `and or xor` behind an integrality check, else host function |
+//!
+//! Variables hold doubles that are finite and never -0; [`Operand::stored`] makes such a double of
+//! any value.
 
 use std::convert::Infallible;
 
@@ -9,57 +22,58 @@ use plcc_ir::{
     Address, BinaryOp, ConvertOp, FloatCond, FuncBuilder, IntCond, Type, UnaryOp, Value,
 };
 
-use super::rangeanalysis::Shape;
+use super::range_analysis::Bounds;
 use crate::common::InternalError;
 use crate::pmac::ast::{Bin, Cmp};
 
 /// A value with what is known of it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Operand {
-    /// A number that is known.
+    /// A constant.
     Const(f64),
-    /// A double in the image that is not read yet: finite, and no -0.
+    /// A variable's double in the process image, which is loaded where it is used.
     Stored(Address),
-    /// Of the type of its [`Shape::Int`], an `f64` for [`Shape::Real`], an `i1` for [`Shape::Truth`].
-    Value(Value, Shape),
+    /// A value of IR: an integer that has room for its [`Bounds::Int`], an `f64` for
+    /// [`Bounds::Real`], an `i1` for [`Bounds::Truth`].
+    Value(Value, Bounds),
 }
 
 impl Operand {
-    pub(crate) fn shape(self) -> Shape {
+    pub(crate) fn bounds(self) -> Bounds {
         match self {
-            Self::Const(value) => Shape::constant(value),
-            Self::Stored(_) => Shape::FINITE,
-            Self::Value(_, shape) => shape,
+            Self::Const(value) => Bounds::constant(value),
+            Self::Stored(_) => Bounds::FINITE,
+            Self::Value(_, bounds) => bounds,
         }
     }
 
-    /// As a double.
+    /// The operand as a double.
     pub(crate) fn float(self, b: &mut FuncBuilder) -> Value {
         match self {
-            // Its shape is that of an integer, which has no -0.
+            // Its bounds are those of an integer, which knows no -0.
             Self::Const(value) => b.fconst(value + 0.0),
             Self::Stored(at) => b.load(Type::F64, at),
-            Self::Value(value, Shape::Int(..)) => {
+            Self::Value(value, Bounds::Int(..)) => {
                 b.convert(ConvertOp::IntToFloat, Type::F64, value)
             }
-            Self::Value(value, Shape::Real { .. }) => value,
-            Self::Value(value, Shape::Truth) => {
+            Self::Value(value, Bounds::Real { .. }) => value,
+            Self::Value(value, Bounds::Truth) => {
                 let wide = b.zextend_or_trunc(Type::I64, value);
                 b.convert(ConvertOp::IntToFloat, Type::F64, wide)
             }
         }
     }
 
-    /// As an integer of a type, the low bits, if it is one.
+    /// The low bits of the operand as an integer of a type; `None` if it may be no integer.
     pub(crate) fn int(self, b: &mut FuncBuilder, ty: Type) -> Option<Value> {
         match self {
-            Self::Const(value) => self.shape().is_int().then(|| b.iconst(ty, value as i64)),
-            Self::Value(value, Shape::Int(..)) => Some(b.sextend_or_trunc(ty, value)),
+            Self::Const(value) => self.bounds().is_int().then(|| b.iconst(ty, value as i64)),
+            Self::Value(value, Bounds::Int(..)) => Some(b.sextend_or_trunc(ty, value)),
             Self::Value(..) | Self::Stored(_) => None,
         }
     }
 
-    /// The bits of a double that is finite and no -0, an `i64`, where that costs nothing.
+    /// The bits of a double that is finite and not -0, an `i64`, if that costs nothing.
     fn raw(self, b: &mut FuncBuilder) -> Option<Value> {
         match self {
             Self::Const(value) if value.is_finite() => {
@@ -71,7 +85,7 @@ impl Operand {
         }
     }
 
-    /// Puts it into the image as a double that is finite and no -0.
+    /// Stores the operand in the process image as a double that is finite and not -0.
     pub(crate) fn store(self, b: &mut FuncBuilder, at: Address) {
         let value = match self {
             Self::Const(value) => {
@@ -84,10 +98,10 @@ impl Operand {
         b.store(at, value);
     }
 
-    /// As a truth value.
+    /// The operand as a truth value: whether it is not 0.
     pub(crate) fn truth(self, b: &mut FuncBuilder) -> Value {
         match self {
-            Self::Value(value, Shape::Truth) => value,
+            Self::Value(value, Bounds::Truth) => value,
             Self::Const(value) => b.iconst(Type::I1, i64::from(value != 0.0)),
             other => {
                 let value = other.float(b);
@@ -97,9 +111,10 @@ impl Operand {
         }
     }
 
-    /// As a double that can be stored: finite and not -0.
+    /// The operand as a double that a variable can hold: finite and not -0. An infinity becomes the
+    /// largest number of its sign, NaN becomes 0.
     pub(crate) fn stored(self, b: &mut FuncBuilder) -> Value {
-        let (most, nan, minus_zero) = self.shape().real();
+        let (most, nan, minus_zero) = self.bounds().real();
         let value = match self {
             Self::Const(value) => return b.fconst(plcc_abi::pmac::math::finite(value)),
             other => other.float(b),
@@ -113,7 +128,7 @@ impl Operand {
         b.binary(BinaryOp::Fadd, value, zero)
     }
 
-    /// Rounded to an integer, the low bits of it, an `i32`.
+    /// The low bits of the operand rounded to an integer, an `i32`.
     pub(crate) fn bits(self, b: &mut FuncBuilder) -> Result<Value, InternalError> {
         if let Some(value) = self.int(b, Type::I32) {
             return Ok(value);
@@ -121,19 +136,19 @@ impl Operand {
         if let Self::Const(value) = self {
             return Ok(b.iconst(Type::I32, plcc_abi::pmac::fixed::bits(value) as i64));
         }
-        // Most numbers are integers: these are known by coming back from one unchanged.
-        let (_, may_be_nan, _) = self.shape().real();
+        // Most numbers are integers, which need no rounding.
+        let (_, may_be_nan, _) = self.bounds().real();
         let value = self.float(b);
         let cond = if may_be_nan { FloatCond::Eq } else { FloatCond::OrderedNe };
-        let (whole, answer) = ask(b, value, cond);
+        let (truncated, is_integer) = integrality_check(b, value, cond);
         let fixed = |b: &mut FuncBuilder| {
             let bits = host_value(b, HostFn::PmacBits, &[value])?;
             Ok(b.sextend_or_trunc(Type::I32, bits))
         };
         if may_be_nan {
-            either(b, answer, Type::I32, |_| Ok(whole), fixed)
+            either(b, is_integer, Type::I32, |_| Ok(truncated), fixed)
         } else {
-            either(b, answer, Type::I32, fixed, |_| Ok(whole))
+            either(b, is_integer, Type::I32, fixed, |_| Ok(truncated))
         }
     }
 }
@@ -149,29 +164,34 @@ pub(crate) fn host_value(
     value.ok_or_else(|| InternalError::new(format!("the host function {name} gives no value")))
 }
 
-/// A double cut to an `i32`, and how that compares with it: equal if it is an integer.
-pub(crate) fn ask(b: &mut FuncBuilder, value: Value, cond: FloatCond) -> (Value, Value) {
-    let whole = b.convert(ConvertOp::FloatToInt, Type::I32, value);
-    let back = b.convert(ConvertOp::IntToFloat, Type::F64, whole);
-    (whole, b.fcmp(cond, back, value))
+/// An integrality check: converts a double to an `i32` and back, and compares with the double. Gives
+/// the `i32` and the result of the comparison `cond`; they are equal if the double is an integer.
+pub(crate) fn integrality_check(
+    b: &mut FuncBuilder,
+    value: Value,
+    cond: FloatCond,
+) -> (Value, Value) {
+    let truncated = b.convert(ConvertOp::FloatToInt, Type::I32, value);
+    let back = b.convert(ConvertOp::IntToFloat, Type::F64, truncated);
+    (truncated, b.fcmp(cond, back, value))
 }
 
-/// The type that holds every integer of a shape.
-pub(crate) fn whole_type(shape: Shape) -> Type {
-    match shape {
-        Shape::Int(low, high) if i32::try_from(low).is_ok() && i32::try_from(high).is_ok() => {
+/// The type that has room for every integer within bounds.
+pub(crate) fn integer_type(bounds: Bounds) -> Type {
+    match bounds {
+        Bounds::Int(low, high) if i32::try_from(low).is_ok() && i32::try_from(high).is_ok() => {
             Type::I32
         }
         _ => Type::I64,
     }
 }
 
-/// The type that holds every integer of two shapes.
-fn common_type(a: Shape, b: Shape) -> Type {
-    whole_type(a).max(whole_type(b))
+/// The type that has room for every integer within one of two bounds.
+fn common_type(a: Bounds, b: Bounds) -> Type {
+    integer_type(a).max(integer_type(b))
 }
 
-/// One of two values, each computed only where it is wanted.
+/// One of two values by a condition, in blocks of their own, so that only one is computed.
 fn either<E>(
     b: &mut FuncBuilder,
     cond: Value,
@@ -192,7 +212,7 @@ fn either<E>(
     Ok(result)
 }
 
-/// An infinity to the largest number of its sign, NaN to 0.
+/// A double without infinities and NaN: the largest number of the infinity's sign, or 0.
 fn bounded(b: &mut FuncBuilder, value: Value) -> Value {
     let finite = is_finite(b, value);
     let Ok(value) = either(
@@ -221,37 +241,37 @@ fn largest(b: &mut FuncBuilder, value: Value, high: Value, low: Value) -> Value 
 pub(crate) fn negate(b: &mut FuncBuilder, a: Operand) -> Operand {
     match a {
         Operand::Const(value) => Operand::Const(-value),
-        Operand::Value(value, shape @ Shape::Int(..)) => {
-            let shape = shape.negated();
-            let value = b.sextend_or_trunc(whole_type(shape), value);
-            Operand::Value(b.unary(UnaryOp::Neg, value), shape)
+        Operand::Value(value, bounds @ Bounds::Int(..)) => {
+            let bounds = bounds.negated();
+            let value = b.sextend_or_trunc(integer_type(bounds), value);
+            Operand::Value(b.unary(UnaryOp::Neg, value), bounds)
         }
         other => {
             let value = other.float(b);
-            Operand::Value(b.unary(UnaryOp::Fneg, value), other.shape().negated())
+            Operand::Value(b.unary(UnaryOp::Fneg, value), other.bounds().negated())
         }
     }
 }
 
-/// An operator. Where it is `rare` that this runs, it is short rather than fast.
+/// An operator. With `short` the code is short rather than fast, for code that seldom runs.
 pub(crate) fn binary(
     b: &mut FuncBuilder,
     op: Bin,
     left: Operand,
     right: Operand,
-    rare: bool,
+    short: bool,
 ) -> Result<Operand, InternalError> {
     if let (Operand::Const(x), Operand::Const(y)) = (left, right) {
         return Ok(Operand::Const(crate::pmac::analyse::eval::binary(op, x, y)));
     }
-    let shape = Shape::binary(op, left.shape(), right.shape());
-    let ty = whole_type(shape);
-    if shape.is_int() && op == Bin::Mod {
+    let bounds = Bounds::binary(op, left.bounds(), right.bounds());
+    let ty = integer_type(bounds);
+    if bounds.is_int() && op == Bin::Mod {
         let value = modulo(b, left, right)?;
-        return Ok(Operand::Value(b.sextend_or_trunc(ty, value), shape));
+        return Ok(Operand::Value(b.sextend_or_trunc(ty, value), bounds));
     }
-    // The low bits of all of these hang on the operands' low bits alone.
-    if shape.is_int()
+    // The low bits of these results depend only on the low bits of the operands.
+    if bounds.is_int()
         && let (Some(x), Some(y)) = (left.int(b, ty), right.int(b, ty))
     {
         let value = match op {
@@ -266,7 +286,7 @@ pub(crate) fn binary(
                 return Err(InternalError::new(message));
             }
         };
-        return Ok(Operand::Value(value, shape));
+        return Ok(Operand::Value(value, bounds));
     }
     let (x, y) = (left.float(b), right.float(b));
     let value = match op {
@@ -275,27 +295,28 @@ pub(crate) fn binary(
         Bin::Mul => b.binary(BinaryOp::Fmul, x, y),
         Bin::Div => divide(b, (x, left), (y, right)),
         Bin::Mod => host_value(b, HostFn::PmacMod, &[x, y])?,
-        Bin::And => bit_operator(b, (BinaryOp::And, HostFn::PmacAnd), x, y, rare)?,
-        Bin::Or => bit_operator(b, (BinaryOp::Or, HostFn::PmacOr), x, y, rare)?,
-        Bin::Xor => bit_operator(b, (BinaryOp::Xor, HostFn::PmacXor), x, y, rare)?,
+        Bin::And => bit_operator(b, (BinaryOp::And, HostFn::PmacAnd), x, y, short)?,
+        Bin::Or => bit_operator(b, (BinaryOp::Or, HostFn::PmacOr), x, y, short)?,
+        Bin::Xor => bit_operator(b, (BinaryOp::Xor, HostFn::PmacXor), x, y, short)?,
     };
-    Ok(Operand::Value(value, shape))
+    Ok(Operand::Value(value, bounds))
 }
 
 /// An integer modulo a constant that is not 0.
 fn modulo(b: &mut FuncBuilder, x: Operand, by: Operand) -> Result<Value, InternalError> {
     let no_integers = || InternalError::new("an integer remainder of what are no integers");
-    let (Shape::Int(low, high), Shape::Int(by, _)) = (x.shape(), by.shape()) else {
+    let (Bounds::Int(low, high), Bounds::Int(by, _)) = (x.bounds(), by.bounds()) else {
         return Err(no_integers());
     };
     if by == 0 {
         return Err(InternalError::new("an integer remainder by 0"));
     }
-    // For a negative one as for twice its magnitude, that much further on, then back.
+    // By a negative divisor -y the result lies between -y and y - 1: it is the remainder by 2y of
+    // the dividend plus y, less y.
     let shift = if by > 0 { 0 } else { -by };
     let by = if by > 0 { by } else { -2 * by };
-    let bounds = Shape::Int(low.saturating_add(shift), high.saturating_add(shift));
-    let ty = common_type(bounds, Shape::Int(by, by));
+    let bounds = Bounds::Int(low.saturating_add(shift), high.saturating_add(shift));
+    let ty = common_type(bounds, Bounds::Int(by, by));
     let x = x.int(b, ty).ok_or_else(no_integers)?;
     let shifted = if shift == 0 { x } else { b.binary_imm(BinaryOp::Add, x, shift) };
     let rest = b.binary_imm(BinaryOp::Smod, shifted, by);
@@ -306,7 +327,7 @@ fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Val
     let quotient = b.binary(BinaryOp::Fdiv, a.0, by.0);
     let never_zero = match by.1 {
         Operand::Const(value) => value != 0.0,
-        Operand::Value(_, Shape::Int(low, high)) => low > 0 || high < 0,
+        Operand::Value(_, Bounds::Int(low, high)) => low > 0 || high < 0,
         Operand::Value(..) | Operand::Stored(_) => false,
     };
     if never_zero {
@@ -343,13 +364,13 @@ fn bit_operator(
     (instruction, function): (BinaryOp, HostFn),
     x: Value,
     y: Value,
-    rare: bool,
+    short: bool,
 ) -> Result<Value, InternalError> {
-    if rare {
+    if short {
         return host_value(b, function, &[x, y]);
     }
-    let (i, x_fits) = ask(b, x, FloatCond::Eq);
-    let (j, y_fits) = ask(b, y, FloatCond::Eq);
+    let (i, x_fits) = integrality_check(b, x, FloatCond::Eq);
+    let (j, y_fits) = integrality_check(b, y, FloatCond::Eq);
     let both_fit = b.binary(BinaryOp::And, x_fits, y_fits);
     let integers = |b: &mut FuncBuilder| {
         let bits = b.binary(instruction, i, j);
@@ -362,24 +383,24 @@ fn bit_operator(
 pub(crate) fn compare(b: &mut FuncBuilder, cmp: Cmp, left: Operand, right: Operand) -> Operand {
     if let (Operand::Const(x), Operand::Const(y)) = (left, right) {
         let truth = crate::pmac::analyse::eval::compare(cmp, x, y);
-        return Operand::Value(b.iconst(Type::I1, i64::from(truth)), Shape::Truth);
+        return Operand::Value(b.iconst(Type::I1, i64::from(truth)), Bounds::Truth);
     }
-    let ty = common_type(left.shape(), right.shape());
-    if left.shape().is_int()
-        && right.shape().is_int()
+    let ty = common_type(left.bounds(), right.bounds());
+    if left.bounds().is_int()
+        && right.bounds().is_int()
         && let (Some(x), Some(y)) = (left.int(b, ty), right.int(b, ty))
     {
-        return Operand::Value(compare_ints(b, cmp, x, y), Shape::Truth);
+        return Operand::Value(compare_ints(b, cmp, x, y), Bounds::Truth);
     }
     if let (Cmp::Eq | Cmp::Ne, Operand::Stored(_), _) | (Cmp::Eq | Cmp::Ne, _, Operand::Stored(_)) =
         (cmp, left, right)
         && let (Some(x), Some(y)) = (left.raw(b), right.raw(b))
     {
         let cond = if cmp == Cmp::Eq { IntCond::Eq } else { IntCond::Ne };
-        return Operand::Value(b.icmp(cond, x, y), Shape::Truth);
+        return Operand::Value(b.icmp(cond, x, y), Bounds::Truth);
     }
     if let Some(truth) = compare_stored(b, cmp, left, right) {
-        return Operand::Value(truth, Shape::Truth);
+        return Operand::Value(truth, Bounds::Truth);
     }
     let (x, y) = (left.float(b), right.float(b));
     let value = match cmp {
@@ -396,7 +417,7 @@ pub(crate) fn compare(b: &mut FuncBuilder, cmp: Cmp, left: Operand, right: Opera
     };
     let negated = matches!(cmp, Cmp::Ne | Cmp::NotGt | Cmp::NotLt | Cmp::NotNear);
     let value = if negated { b.unary(UnaryOp::Not, value) } else { value };
-    Operand::Value(value, Shape::Truth)
+    Operand::Value(value, Bounds::Truth)
 }
 
 /// A variable with a number by their bits, which takes less code than by their values: those of

@@ -6,8 +6,8 @@ use plcc_abi::pmac::Kind;
 use plcc_diag::SourceMap;
 
 use super::analysis::{Name, Reason, analyse};
-use super::rangeanalysis::Shape;
-use super::variables::shape_of;
+use super::range_analysis::Bounds;
+use super::variables::bounds_of;
 use crate::pmac::analyse::assumptions::places_after_load;
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Bin, Download, Func, Stmt, Target, What};
@@ -17,7 +17,7 @@ use crate::pmac::tasks::{TaskKind, tasks};
 /// variable or operation that forces floating point. Then how many there are of each.
 pub(crate) fn explain(download: &Download, loaded: &Loaded, sources: &SourceMap) -> String {
     let places = places_after_load(loaded);
-    let shape = |(kind, number): Name| shape_of(download, &places, kind, number);
+    let bounds = |(kind, number): Name| bounds_of(download, &places, kind, number);
     let mut out = String::new();
     let (mut integer, mut real) = (0, 0);
     for (kind, code) in tasks(download, loaded) {
@@ -26,7 +26,7 @@ pub(crate) fn explain(download: &Download, loaded: &Loaded, sources: &SourceMap)
         }
         let _ = writeln!(out, "{}", kind.name());
         for stmt in code {
-            let Some(line) = statement(download, stmt, &shape) else { continue };
+            let Some(line) = statement(download, stmt, &bounds) else { continue };
             *(if line.starts_with("integer") { &mut integer } else { &mut real }) += 1;
             let (span, _) = download.origins.place(stmt.at);
             let (number, _) = sources.line_col(span.file, span.start);
@@ -55,24 +55,24 @@ fn uncommented(source: &str) -> String {
     words.join(" ")
 }
 
-fn statement(download: &Download, stmt: &Stmt, shape: &impl Fn(Name) -> Shape) -> Option<String> {
+fn statement(download: &Download, stmt: &Stmt, bounds: &impl Fn(Name) -> Bounds) -> Option<String> {
     let expr = Download::computed(&stmt.what)?;
     if stmt.integer {
         return Some("integer (24 bits)".into());
     }
-    let found = analyse(download.ops(expr), shape);
+    let found = analyse(download.ops(expr), bounds);
     if let Some(reason) = found.forced {
         return Some(format!("floating point: {}", tell(reason)));
     }
     if let What::Assign(Target::Indirect(_, index), _) = stmt.what
-        && let Some(reason) = analyse(download.ops(index), shape).forced
+        && let Some(reason) = analyse(download.ops(index), bounds).forced
     {
         return Some(format!("floating point: {} in the variable's number", tell(reason)));
     }
-    if found.asked.is_empty() {
+    if found.assumed.is_empty() {
         return Some("integer".into());
     }
-    let names: Vec<String> = found.asked.iter().map(|&name| variable(name)).collect();
+    let names: Vec<String> = found.assumed.iter().map(|&name| variable(name)).collect();
     let verb = if names.len() == 1 { "holds an integer" } else { "hold integers" };
     Some(format!("integer while {} {verb}", names.join(", ")))
 }

@@ -1,7 +1,8 @@
 //! Statements of L-variables in IR: 24-bit two's complement, wrapping.
 //!
-//! Values are `i32`s of which the low 24 bits count; they are brought to their sign only where
-//! more than the low bits is looked at.
+//! Values are `i32`s of which only the low 24 bits mean anything. Sums, products and bit operators
+//! need no more than those, so a value is sign-extended from its 24 bits only where an operation
+//! depends on more: divisions, remainders, comparisons, and conversions to doubles.
 
 use plcc_abi::pmac::{Format, Kind};
 use plcc_ir::{BinaryOp, FuncBuilder, IntCond, Type, UnaryOp, Value};
@@ -15,7 +16,7 @@ use crate::pmac::ast::{Bin, Expr, Func, Op, Target};
 type Integer = (Value, bool);
 
 /// The value sign-extended from its low 24 bits.
-fn whole(b: &mut FuncBuilder, (value, clean): Integer) -> Value {
+fn sign_extended(b: &mut FuncBuilder, (value, clean): Integer) -> Value {
     if clean {
         return value;
     }
@@ -45,8 +46,8 @@ impl Lowerer<'_> {
     fn write_integer(&mut self, number: u32, value: Integer) -> Result<(), InternalError> {
         let bits = match self.l_format(number)? {
             Format::D | Format::C => {
-                let whole = whole(self.builder.ins(), value);
-                let value = self.widened(whole);
+                let extended = sign_extended(self.builder.ins(), value);
+                let value = self.widened(extended);
                 self.bcd(number, value)?
             }
             Format::U | Format::S => value.0,
@@ -79,7 +80,7 @@ impl Lowerer<'_> {
                 Op::Cmp(cmp) => {
                     let (right, left) = (pop()?, pop()?);
                     let b = self.builder.ins();
-                    let (left, right) = (whole(b, left), whole(b, right));
+                    let (left, right) = (sign_extended(b, left), sign_extended(b, right));
                     (emit::compare_ints(b, cmp, left, right), true)
                 }
                 Op::Both | Op::Either => {
@@ -89,7 +90,7 @@ impl Lowerer<'_> {
                 }
                 Op::Call(Func::Abs) => {
                     let b = self.builder.ins();
-                    let value = whole(b, pop()?);
+                    let value = sign_extended(b, pop()?);
                     let negative = b.unary(UnaryOp::Neg, value);
                     (b.binary(BinaryOp::Smax, value, negative), false)
                 }
@@ -113,11 +114,11 @@ impl Lowerer<'_> {
             Bin::Or => BinaryOp::Or,
             Bin::Xor => BinaryOp::Xor,
             Bin::Div => {
-                let (left, right) = (whole(b, left), whole(b, right));
+                let (left, right) = (sign_extended(b, left), sign_extended(b, right));
                 return (b.binary(BinaryOp::Sdiv, left, right), false);
             }
             Bin::Mod => {
-                let (left, right) = (whole(b, left), whole(b, right));
+                let (left, right) = (sign_extended(b, left), sign_extended(b, right));
                 let by = b.func().constant(right);
                 return match by.filter(|&by| by > 0) {
                     Some(by) => (b.binary_imm(BinaryOp::Smod, left, by), true),
@@ -135,14 +136,14 @@ fn modulo(b: &mut FuncBuilder, a: Value, x: Value) -> Value {
     let minus = b.unary(UnaryOp::Neg, x);
     let size = b.binary(BinaryOp::Smax, x, minus);
     let positive = b.icmp_imm(IntCond::Sgt, x, 0);
-    // For x < 0: as for -2x, of a - x, then back.
+    // By a negative divisor -y: the remainder by 2y of the dividend plus y, less y.
     let zero = b.iconst(Type::I32, 0);
     let shift = b.select(positive, zero, size);
-    let twice = b.binary(BinaryOp::Add, size, shift);
+    let double_size = b.binary(BinaryOp::Add, size, shift);
     let from = b.binary(BinaryOp::Add, a, shift);
-    let rest = b.binary(BinaryOp::Srem, from, twice);
+    let rest = b.binary(BinaryOp::Srem, from, double_size);
     let negative = b.icmp_imm(IntCond::Slt, rest, 0);
-    let up = b.binary(BinaryOp::Add, rest, twice);
+    let up = b.binary(BinaryOp::Add, rest, double_size);
     let rest = b.select(negative, up, rest);
     b.binary(BinaryOp::Sub, rest, shift)
 }

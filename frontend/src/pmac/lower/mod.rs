@@ -1,15 +1,20 @@
 //! Checked download to IR.
 //!
-//! Each PLC is written twice where it relies on the definitions of M-variables: once with those
-//! built in that it is made for, without any check, and once with all access through the host.
-//! The entry, every WHILE at which a scan may go on, and every statement that may move a
-//! definition choose between the two.
+//! There are two kinds of speculation, each with specialised and general code side by side:
+//!
+//! - *On definitions of M-variables*, for a PLC as a whole. Specialised code accesses M-variables
+//!   where the definitions that it was compiled for say they are; general code accesses them through
+//!   the host. The guard is a word of the image that says whether definitions have been moved. It
+//!   is checked at the entry, at every WHILE at which a scan may go on, and behind every statement
+//!   that may move a definition; control goes over to the other code there.
+//! - *On variables that hold integers*, for one statement (`speculate`). The guard is an integrality
+//!   check of the variables' values. The [analysis] finds the statements for which it pays.
 
 mod analysis;
 pub(crate) mod emit;
 pub(crate) mod explain;
 mod integer;
-pub(crate) mod rangeanalysis;
+pub(crate) mod range_analysis;
 mod variables;
 
 use plcc_abi::HostFn;
@@ -19,17 +24,17 @@ use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
 
 use self::analysis::Name;
 use self::emit::Operand;
-use self::rangeanalysis::Shape;
+use self::range_analysis::Bounds;
 use crate::common::InternalError;
 use crate::pmac::analyse::assumptions;
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Download, Expr, Func, Op, Plcs, Stmt, Target, What};
 use crate::pmac::tasks::{TaskKind, tasks};
 
-use self::variables::{Regions, shape_of};
+use self::variables::{Regions, bounds_of};
 
-/// Instructions after which a function is cut. A third of them is for what seldom happens, and
-/// each function has a row of registers to save.
+/// The number of instructions after which a function is cut. It is more than for the other
+/// languages, since a third of them are in code that seldom runs.
 const CHUNK: usize = 3000;
 
 /// Whether a task's statements address a coordinate system, or its context is set from outside.
@@ -80,12 +85,12 @@ pub(crate) fn lower(
         task_count: 0,
         context: 0,
         addresses: false,
-        fast: false,
-        cold: false,
-        rare: false,
+        specialised: false,
+        beside_specialised: false,
+        beside_integers: false,
         may_move_definitions: false,
         stack: Vec::new(),
-        known: Vec::new(),
+        guarded: Vec::new(),
     };
     for id in (0..sources.len() as u32).map(FileId) {
         lowerer.builder.add_file(sources.path(id), sources.text(id));
@@ -110,17 +115,17 @@ pub(crate) struct Lowerer<'a> {
     /// Of the task at hand: its context, and whether it addresses coordinate systems.
     pub(crate) context: u32,
     pub(crate) addresses: bool,
-    /// Definitions are those built in.
-    pub(crate) fast: bool,
-    /// There is a fast version besides this one.
-    cold: bool,
-    /// What is written now is for values that are no integers, though they mostly are.
-    rare: bool,
+    /// The current code is specialised: definitions of M-variables are those that it assumes.
+    pub(crate) specialised: bool,
+    /// The current code is general code that has specialised code beside it, so it seldom runs.
+    beside_specialised: bool,
+    /// The current code is that of a statement with an integer guard, for other values than integers.
+    beside_integers: bool,
     /// The statement at hand may have moved a definition.
     pub(crate) may_move_definitions: bool,
     pub(crate) stack: Vec<Operand>,
-    /// Values of variables that the statement at hand has read already.
-    pub(crate) known: Vec<(Name, Operand)>,
+    /// Values of variables that the current statement's guard has loaded.
+    pub(crate) guarded: Vec<(Name, Operand)>,
 }
 
 /// The places of one of the two versions: one for each statement, one for the end.
@@ -159,20 +164,20 @@ impl Lowerer<'_> {
         let points: Vec<Place> = resumes.iter().copied().flatten().collect();
         self.builder.resume_points(self.task_count, &points);
         self.task_count += 1;
-        let [fast, guarded] = &versions;
+        let [specialised, general] = &versions;
         let both = !matches!(kind, TaskKind::Command(_)) && self.relies_on_definitions(code);
         if both {
-            self.choose(0, fast, guarded)?;
-            self.version(code, fast, Some(guarded), &resumes)?;
+            self.choose(0, specialised, general)?;
+            self.version(code, specialised, Some(general), &resumes)?;
         }
-        self.version(code, guarded, None, &resumes)?;
+        self.version(code, general, None, &resumes)?;
         for (index, resume) in resumes.iter().enumerate() {
             let Some(resume) = resume else { continue };
             self.builder.bind(*resume);
             if both {
-                self.choose(index, fast, guarded)?;
+                self.choose(index, specialised, general)?;
             } else {
-                self.builder.jump(guarded.place(index)?);
+                self.builder.jump(general.place(index)?);
             }
         }
         Ok(())
@@ -182,12 +187,12 @@ impl Lowerer<'_> {
     fn choose(
         &mut self,
         index: usize,
-        fast: &Version,
-        guarded: &Version,
+        specialised: &Version,
+        general: &Version,
     ) -> Result<(), InternalError> {
-        let (fast, guarded) = (fast.place(index)?, guarded.place(index)?);
+        let (specialised, general) = (specialised.place(index)?, general.place(index)?);
         let unmoved = self.unmoved();
-        self.builder.brif(unmoved, fast, guarded);
+        self.builder.brif(unmoved, specialised, general);
         Ok(())
     }
 
@@ -198,11 +203,10 @@ impl Lowerer<'_> {
         other: Option<&Version>,
         resumes: &[Option<Place>],
     ) -> Result<(), InternalError> {
-        let fast = other.is_some();
-        self.fast = fast;
-        // The fast version can come over at any statement, where there is one.
-        let entered = !fast && self.relies_on_definitions(code);
-        self.cold = entered;
+        self.specialised = other.is_some();
+        // Specialised code, if there is some, can come over at any statement.
+        let entered = !self.specialised && self.relies_on_definitions(code);
+        self.beside_specialised = entered;
         let targets = targets(code);
         for (index, stmt) in code.iter().enumerate() {
             let bind = index == 0 || entered || targets.get(index).copied().unwrap_or(false);
@@ -256,9 +260,9 @@ impl Lowerer<'_> {
                     Target::Indirect(_, index) => Some(self.value(index)?),
                     _ => None,
                 };
-                match self.asked(expr) {
-                    Some(asked) => {
-                        self.twice(&asked, |this| {
+                match self.assumed_integers(expr) {
+                    Some(assumed) => {
+                        self.speculate(&assumed, |this| {
                             let value = this.value(expr)?;
                             this.assign(target, value, index)?;
                             Ok(None)
@@ -327,7 +331,7 @@ impl Lowerer<'_> {
         let systems = self.layout.systems();
         let number = self.value(system)?;
         let b = self.builder.ins();
-        let (known, above) = if number.shape().is_int() {
+        let (known, above) = if number.bounds().is_int() {
             let number = number.bits(b)?;
             let above = b.binary_imm(BinaryOp::Sub, number, 1);
             (b.icmp_imm(IntCond::Ule, above, i64::from(systems) - 1), above)
@@ -338,7 +342,7 @@ impl Lowerer<'_> {
             let not_below = b.fcmp(FloatCond::Ge, value, first);
             let not_above = b.fcmp(FloatCond::Lt, value, end);
             let known = b.binary(BinaryOp::And, not_below, not_above);
-            let number = Operand::Value(value, number.shape()).bits(b)?;
+            let number = Operand::Value(value, number.bounds()).bits(b)?;
             (known, b.binary_imm(BinaryOp::Sub, number, 1))
         };
         let base = b.binary_imm(BinaryOp::Mul, above, i64::from(block));
@@ -363,8 +367,8 @@ impl Lowerer<'_> {
         if integer {
             return self.condition_integer(expr);
         }
-        if let Some(asked) = self.asked(expr)
-            && let Some(truth) = self.twice(&asked, |this| {
+        if let Some(assumed) = self.assumed_integers(expr)
+            && let Some(truth) = self.speculate(&assumed, |this| {
                 let value = this.value(expr)?;
                 Ok(Some(value.truth(this.builder.ins())))
             })?
@@ -375,52 +379,53 @@ impl Lowerer<'_> {
         Ok(value.truth(self.builder.ins()))
     }
 
-    /// The variables to ask about before integers compute an expression; none where that gains
-    /// nothing.
-    fn asked(&self, expr: Expr) -> Option<Vec<Name>> {
-        if self.cold {
+    /// The variables that an expression is speculated to find integers in; `None` where that does not
+    /// pay.
+    fn assumed_integers(&self, expr: Expr) -> Option<Vec<Name>> {
+        if self.beside_specialised {
             return None;
         }
-        let shape = |(kind, number)| shape_of(self.download, &self.places_of_m, kind, number);
-        let found = analysis::analyse(self.download.ops(expr), shape);
-        (found.gains && found.forced.is_none()).then_some(found.asked)
+        let bounds = |(kind, number)| bounds_of(self.download, &self.places_of_m, kind, number);
+        let found = analysis::analyse(self.download.ops(expr), bounds);
+        (found.gains && found.forced.is_none()).then_some(found.assumed)
     }
 
-    /// Writes something twice: for integers in all the variables asked about, and for anything
-    /// else. A value that `write` gives comes out of both, a truth value.
-    fn twice(
+    /// Emits specialised code for integers in all assumed variables and general code for other
+    /// values, behind a guard that checks which of the two holds. `emit` is called for each; a truth
+    /// value that it gives comes out of both.
+    fn speculate(
         &mut self,
-        asked: &[Name],
-        mut write: impl FnMut(&mut Self) -> Result<Option<Value>, InternalError>,
+        assumed: &[Name],
+        mut emit: impl FnMut(&mut Self) -> Result<Option<Value>, InternalError>,
     ) -> Result<Option<Value>, InternalError> {
         use plcc_ir::{BinaryOp, FloatCond};
         let mut any = None;
-        let (mut whole, mut real) = (Vec::new(), Vec::new());
-        for &name in asked {
+        let (mut integers, mut doubles) = (Vec::new(), Vec::new());
+        for &name in assumed {
             let value = self.read(name.0, u32::from(name.1))?;
             let b = self.builder.ins();
             let value = value.float(b);
             // Variables hold no NaN.
-            let (narrow, other) = emit::ask(b, value, FloatCond::OrderedNe);
+            let (narrow, other) = emit::integrality_check(b, value, FloatCond::OrderedNe);
             any = Some(match any {
                 Some(others) => b.binary(BinaryOp::Or, others, other),
                 None => other,
             });
-            whole.push((name, Operand::Value(narrow, analysis::ASKED)));
-            real.push((name, Operand::Value(value, Shape::FINITE)));
+            integers.push((name, Operand::Value(narrow, analysis::ASSUMED)));
+            doubles.push((name, Operand::Value(value, Bounds::FINITE)));
         }
         let any = any.ok_or_else(|| InternalError::new("no variable is speculated on"))?;
         let b = self.builder.ins();
         let (integer, float, join) = (b.create_block(), b.create_block(), b.create_block());
         b.brif(any, float, integer);
         let mut result = None;
-        for (block, known) in [(integer, whole), (float, real)] {
+        for (block, loaded) in [(integer, integers), (float, doubles)] {
             self.builder.ins().switch_to(block);
-            self.known = known;
-            self.rare = block == float;
-            let value = write(self)?;
-            self.rare = false;
-            self.known.clear();
+            self.guarded = loaded;
+            self.beside_integers = block == float;
+            let value = emit(self)?;
+            self.beside_integers = false;
+            self.guarded.clear();
             let b = self.builder.ins();
             if value.is_some() && result.is_none() {
                 result = Some(b.block_param(join, Type::I1));
@@ -437,7 +442,7 @@ impl Lowerer<'_> {
         let mut stack = std::mem::take(&mut self.stack);
         stack.clear();
         let mut last = None;
-        let rare = self.cold || self.rare;
+        let short = self.beside_specialised || self.beside_integers;
         for op in download.ops(expr) {
             let mut pop = || stack.pop().ok_or_else(lacks_operand);
             let value = match *op {
@@ -451,7 +456,7 @@ impl Lowerer<'_> {
                 Op::Bin(bin) => {
                     let right = pop()?;
                     let left = pop()?;
-                    emit::binary(self.builder.ins(), bin, left, right, rare)?
+                    emit::binary(self.builder.ins(), bin, left, right, short)?
                 }
                 Op::Cmp(cmp) => {
                     let right = pop()?;
@@ -470,7 +475,7 @@ impl Lowerer<'_> {
                         Op::Both => plcc_ir::BinaryOp::And,
                         _ => plcc_ir::BinaryOp::Or,
                     };
-                    Operand::Value(b.binary(op, left, right), Shape::Truth)
+                    Operand::Value(b.binary(op, left, right), Bounds::Truth)
                 }
             };
             stack.push(value);
@@ -505,7 +510,7 @@ impl Lowerer<'_> {
             let b = self.builder.ins();
             let x = x.float(b);
             let value = emit::host_value(b, function, &[x, radians])?;
-            return Ok(Operand::Value(value, Shape::FUNCTION));
+            return Ok(Operand::Value(value, Bounds::FUNCTION));
         }
         let simple = match func {
             Func::Atan2 => {
@@ -514,10 +519,10 @@ impl Lowerer<'_> {
                 let b = self.builder.ins();
                 let (x, cosine) = (x.float(b), cosine.float(b));
                 let value = emit::host_value(b, HostFn::PmacAtan2, &[x, cosine, radians])?;
-                return Ok(Operand::Value(value, Shape::FUNCTION));
+                return Ok(Operand::Value(value, Bounds::FUNCTION));
             }
             Func::Abs => return Ok(self.abs(x)),
-            Func::Int if x.shape().is_int() => return Ok(x),
+            Func::Int if x.bounds().is_int() => return Ok(x),
             Func::Int => UnaryOp::Ffloor,
             Func::Sqrt => UnaryOp::Fsqrt,
             _ => {
@@ -525,43 +530,43 @@ impl Lowerer<'_> {
                 let b = self.builder.ins();
                 let x = x.float(b);
                 let value = emit::host_value(b, function, &[x])?;
-                return Ok(Operand::Value(value, Shape::FUNCTION));
+                return Ok(Operand::Value(value, Bounds::FUNCTION));
             }
         };
-        let (most, nan, minus_zero) = x.shape().real();
+        let (most, nan, minus_zero) = x.bounds().real();
         let b = self.builder.ins();
         let x = x.float(b);
         let value = b.unary(simple, x);
         if func == Func::Sqrt && magnitude && !nan && !minus_zero && most <= f64::MAX {
             let most = most.max(1.0);
-            let shape = Shape::Real { most, nan: false, minus_zero: false };
-            return Ok(Operand::Value(value, shape));
+            let bounds = Bounds::Real { most, nan: false, minus_zero: false };
+            return Ok(Operand::Value(value, bounds));
         }
         // Both grow no larger than their argument, but for INT below 0 and SQRT below 1.
         let most = if most < f64::MAX { most + 1.0 } else { most };
         let nan = nan || func == Func::Sqrt;
-        let rough = Operand::Value(value, Shape::Real { most, nan, minus_zero: true });
-        Ok(Operand::Value(rough.stored(b), Shape::FINITE))
+        let rough = Operand::Value(value, Bounds::Real { most, nan, minus_zero: true });
+        Ok(Operand::Value(rough.stored(b), Bounds::FINITE))
     }
 
     fn abs(&mut self, x: Operand) -> Operand {
         use plcc_ir::{BinaryOp, UnaryOp};
         let b = self.builder.ins();
-        match (x, x.shape()) {
-            (Operand::Value(value, _), Shape::Int(low, high)) => {
-                let shape = Shape::magnitude(low, high);
-                let value = b.sextend_or_trunc(emit::whole_type(shape), value);
+        match (x, x.bounds()) {
+            (Operand::Value(value, _), Bounds::Int(low, high)) => {
+                let bounds = Bounds::magnitude(low, high);
+                let value = b.sextend_or_trunc(emit::integer_type(bounds), value);
                 let negative = b.unary(UnaryOp::Neg, value);
-                Operand::Value(b.binary(BinaryOp::Smax, value, negative), shape)
+                Operand::Value(b.binary(BinaryOp::Smax, value, negative), bounds)
             }
-            (_, shape) => {
-                let (most, nan, _) = shape.real();
+            (_, bounds) => {
+                let (most, nan, _) = bounds.real();
                 let value = x.float(b);
                 let value = b.unary(UnaryOp::Fabs, value);
-                let rough = Operand::Value(value, Shape::Real { most, nan, minus_zero: false });
+                let rough = Operand::Value(value, Bounds::Real { most, nan, minus_zero: false });
                 Operand::Value(
                     rough.stored(b),
-                    Shape::Real { most: most.min(f64::MAX), nan: false, minus_zero: false },
+                    Bounds::Real { most: most.min(f64::MAX), nan: false, minus_zero: false },
                 )
             }
         }

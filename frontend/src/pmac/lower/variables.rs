@@ -6,7 +6,7 @@ use plcc_ir::{Address, BinaryOp, ConvertOp, IntCond, Region, Type, Value};
 
 use super::Lowerer;
 use super::emit::{self, Operand};
-use super::rangeanalysis::Shape;
+use super::range_analysis::Bounds;
 use crate::common::InternalError;
 use crate::pmac::analyse::assumptions::names_of_m;
 use crate::pmac::ast::Target;
@@ -23,23 +23,25 @@ pub(crate) struct Regions {
 }
 
 /// What is known of a variable's value while definitions are those built in.
-pub(crate) fn shape_of(
+pub(crate) fn bounds_of(
     download: &crate::pmac::ast::Download,
     places: &[Option<Direct>],
     kind: Kind,
     number: u16,
-) -> Shape {
+) -> Bounds {
     match kind {
         Kind::M => match places.get(usize::from(number)) {
-            Some(Some(Direct::Word(_, _, field))) => Shape::field(*field),
-            Some(Some(Direct::Star)) => Shape::STAR,
-            _ => Shape::FINITE,
+            Some(Some(Direct::Word(_, _, field))) => Bounds::field(*field),
+            Some(Some(Direct::Star)) => Bounds::STAR,
+            _ => Bounds::FINITE,
         },
         Kind::L => match download.l_defs.get(&number) {
-            Some(Definition::X { field, .. } | Definition::Y { field, .. }) => Shape::field(*field),
-            _ => Shape::Int(0, 0),
+            Some(Definition::X { field, .. } | Definition::Y { field, .. }) => {
+                Bounds::field(*field)
+            }
+            _ => Bounds::Int(0, 0),
         },
-        Kind::P | Kind::Q | Kind::I => Shape::FINITE,
+        Kind::P | Kind::Q | Kind::I => Bounds::FINITE,
     }
 }
 
@@ -89,7 +91,8 @@ impl Lowerer<'_> {
 
     /// A variable's value.
     pub(crate) fn read(&mut self, kind: Kind, number: u32) -> Result<Operand, InternalError> {
-        if let Some((_, known)) = self.known.iter().find(|(name, _)| *name == (kind, number as u16))
+        if let Some((_, known)) =
+            self.guarded.iter().find(|(name, _)| *name == (kind, number as u16))
         {
             return Ok(*known);
         }
@@ -100,7 +103,7 @@ impl Lowerer<'_> {
             Kind::M => return self.read_m(number),
             Kind::L => {
                 let (_, _, field) = self.l_field(number)?;
-                return Ok(Operand::Value(self.read_l(number)?, Shape::field(field)));
+                return Ok(Operand::Value(self.read_l(number)?, Bounds::field(field)));
             }
         };
         Ok(Operand::Stored(at))
@@ -109,7 +112,7 @@ impl Lowerer<'_> {
     fn read_m(&mut self, number: u32) -> Result<Operand, InternalError> {
         let number = number & (self.layout.count - 1);
         let place = self.places_of_m.get(number as usize).copied().flatten();
-        match place.filter(|_| self.fast) {
+        match place.filter(|_| self.specialised) {
             Some(place) => Ok(self.read_m_direct(number, place)),
             None => self.read_m_general(number),
         }
@@ -119,7 +122,7 @@ impl Lowerer<'_> {
         let b = self.builder.ins();
         let number = b.iconst(Type::I32, i64::from(number));
         let value = emit::host_value(b, HostFn::PmacMRead, &[number])?;
-        Ok(Operand::Value(value, Shape::FINITE))
+        Ok(Operand::Value(value, Bounds::FINITE))
     }
 
     fn read_m_direct(&mut self, number: u32, place: Direct) -> Operand {
@@ -127,14 +130,14 @@ impl Lowerer<'_> {
             Direct::Word(offset, address, field) => {
                 let at = self.word_address(offset, address);
                 let b = self.builder.ins();
-                return Operand::Value(emit::read_field(b, at, field), Shape::field(field));
+                return Operand::Value(emit::read_field(b, at, field), Bounds::field(field));
             }
             Direct::Star => {
                 let at = Address::fixed(self.regions.mdef, 8 * number);
                 let b = self.builder.ins();
                 let word = b.load(Type::I32, at);
                 let left = b.binary_imm(BinaryOp::Shl, word, 11);
-                return Operand::Value(b.binary_imm(BinaryOp::Ashr, left, 11), Shape::STAR);
+                return Operand::Value(b.binary_imm(BinaryOp::Ashr, left, 11), Bounds::STAR);
             }
             Direct::P(number) => self.double(self.regions.p, number),
             Direct::Q(number) => self.double(self.regions.q, number),
@@ -160,7 +163,7 @@ impl Lowerer<'_> {
             Kind::M => {
                 let b = self.builder.ins();
                 let value = emit::host_value(b, HostFn::PmacMRead, &[index])?;
-                return Ok(Operand::Value(value, Shape::FINITE));
+                return Ok(Operand::Value(value, Bounds::FINITE));
             }
             Kind::L => return Err(computed_l()),
         };
@@ -192,17 +195,17 @@ impl Lowerer<'_> {
                 // Read once: a write may change what it was read from.
                 let value = match value {
                     Operand::Stored(_) => {
-                        Operand::Value(value.float(self.builder.ins()), Shape::FINITE)
+                        Operand::Value(value.float(self.builder.ins()), Bounds::FINITE)
                     }
                     other => other,
                 };
-                let fast = self.fast;
+                let specialised = self.specialised;
                 for k in 0..u32::from(count) {
                     self.write(kind, u32::from(first) + k * u32::from(step), value)?;
                     // It may have moved the definitions of those that follow.
-                    self.fast &= !self.may_move_definitions;
+                    self.specialised &= !self.may_move_definitions;
                 }
-                self.fast = fast;
+                self.specialised = specialised;
                 Ok(())
             }
         }
@@ -234,12 +237,12 @@ impl Lowerer<'_> {
         let range = self.ranges.binary_search_by_key(&number, |r| r.0).ok();
         let range = range.and_then(|index| self.ranges.get(index)).map(|r| r.1);
         let b = self.builder.ins();
-        match (range, value.shape()) {
+        match (range, value.bounds()) {
             (None, _) => {
                 let value = value.stored(b);
                 b.store(at, value);
             }
-            (Some(Range::Integer(low, high)), Shape::Int(least, most))
+            (Some(Range::Integer(low, high)), Bounds::Int(least, most))
                 if least >= low && most <= high =>
             {
                 let value = value.stored(b);
@@ -256,7 +259,7 @@ impl Lowerer<'_> {
     fn write_m(&mut self, number: u32, value: Operand) -> Result<(), InternalError> {
         let number = number & (self.layout.count - 1);
         let place = self.places_of_m.get(number as usize).copied().flatten();
-        match place.filter(|_| self.fast) {
+        match place.filter(|_| self.specialised) {
             Some(place) => self.write_m_direct(number, place, value),
             None => {
                 self.write_m_general(number, value);
@@ -432,6 +435,6 @@ impl Lowerer<'_> {
     /// An integer as a double.
     pub(crate) fn widened(&mut self, value: Value) -> Operand {
         let b = self.builder.ins();
-        Operand::Value(b.convert(ConvertOp::IntToFloat, Type::F64, value), Shape::FINITE)
+        Operand::Value(b.convert(ConvertOp::IntToFloat, Type::F64, value), Bounds::FINITE)
     }
 }

@@ -1,9 +1,10 @@
-//! What can be known of a value before the program runs.
+//! Range analysis: what is known of a value before the program runs.
 //!
-//! A value is an integer within bounds, or a double about which it is known how large it can get
-//! and whether it can be NaN or -0. Integers stay within 2^53, where doubles hold them exactly; so
-//! whatever is computed in integers is exactly what doubles would give. The sign of a zero never
-//! shows: stores drop it, comparators and functions do not see it.
+//! [`Bounds`] says of a value that it is an integer between two others, or a double of at most some
+//! magnitude that may be NaN or -0 or not, or a truth value. The bounds of an operation follow from
+//! those of its operands. Integers are kept within ±2^53, where every integer is a double. So what
+//! integer arithmetic computes is exactly what the control's floating point gives. The sign of a
+//! zero cannot be observed: stores drop it, and comparators and functions do not tell it apart.
 
 use plcc_abi::pmac::{Field, Format};
 
@@ -11,22 +12,22 @@ use crate::pmac::ast::Bin;
 
 /// What is known of a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Shape {
-    /// An integer from the first to the second.
+pub(crate) enum Bounds {
+    /// An integer, not less than the first and not greater than the second.
     Int(i64, i64),
-    /// A double: its magnitude's bound, whether it may be NaN, and whether it may be -0.
+    /// A double: the most that its magnitude can be, whether it may be NaN, and whether it may be -0.
     Real { most: f64, nan: bool, minus_zero: bool },
     /// A truth value.
     Truth,
 }
 
-/// The largest integer up to which every one is a double.
+/// Every integer of at most this magnitude is a double.
 const EXACT: i64 = 1 << 53;
 
-/// Integers below this have all their bits in the fixed-point form of the bit operators.
+/// Integers of a smaller magnitude keep all their bits in the fixed-point form of the bit operators.
 const FIXED: i64 = 1 << 39;
 
-impl Shape {
+impl Bounds {
     /// Any value that a variable can hold.
     pub(crate) const FINITE: Self = Self::Real { most: f64::MAX, nan: false, minus_zero: false };
 
@@ -88,7 +89,7 @@ impl Shape {
         }
     }
 
-    /// The result of an operator: an integer only where integers compute it.
+    /// The bounds of an operator's result: an integer only if integer arithmetic computes it.
     pub(crate) fn binary(op: Bin, a: Self, b: Self) -> Self {
         if let (Self::Int(a_low, a_high), Self::Int(b_low, b_high)) = (a, b)
             && let Some(result) = integer(op, (a_low, a_high), (b_low, b_high))
@@ -126,8 +127,8 @@ impl Shape {
     }
 }
 
-/// The bounds of an integer operation, where integers compute it exactly.
-fn integer(op: Bin, a: (i64, i64), b: (i64, i64)) -> Option<Shape> {
+/// The bounds of an operation on integers; `None` if integer arithmetic does not give its result.
+fn integer(op: Bin, a: (i64, i64), b: (i64, i64)) -> Option<Bounds> {
     let (low, high) = match op {
         Bin::Add => (a.0 + b.0, a.1 + b.1),
         Bin::Sub => (a.0 - b.1, a.1 - b.0),
@@ -164,7 +165,7 @@ fn integer(op: Bin, a: (i64, i64), b: (i64, i64)) -> Option<Shape> {
         }
         Bin::Div => return None,
     };
-    (low >= -EXACT && high <= EXACT).then_some(Shape::Int(low, high))
+    (low >= -EXACT && high <= EXACT).then_some(Bounds::Int(low, high))
 }
 
 #[cfg(test)]
@@ -184,8 +185,8 @@ mod tests {
         for op in ops {
             for &a in &edges {
                 for &b in &edges {
-                    let Shape::Int(low, high) =
-                        Shape::binary(op, Shape::Int(a, a), Shape::Int(b, b))
+                    let Bounds::Int(low, high) =
+                        Bounds::binary(op, Bounds::Int(a, a), Bounds::Int(b, b))
                     else {
                         continue;
                     };
@@ -216,8 +217,8 @@ mod tests {
         for op in [Bin::Add, Bin::Sub, Bin::Mul, Bin::And, Bin::Or, Bin::Xor] {
             for a in ranges {
                 for b in ranges {
-                    let shape = Shape::binary(op, Shape::Int(a.0, a.1), Shape::Int(b.0, b.1));
-                    let Shape::Int(low, high) = shape else { panic!("{op:?}") };
+                    let bounds = Bounds::binary(op, Bounds::Int(a.0, a.1), Bounds::Int(b.0, b.1));
+                    let Bounds::Int(low, high) = bounds else { panic!("{op:?}") };
                     for x in a.0..=a.1 {
                         for y in b.0..=b.1 {
                             let value = eval::binary(op, x as f64, y as f64) as i64;
@@ -232,8 +233,8 @@ mod tests {
     #[test]
     fn remainders_stay_within_their_bounds() {
         for by in [1, 2, 3, 8, -1, -2, -3, -8] {
-            let shape = Shape::binary(Bin::Mod, Shape::Int(-40, 40), Shape::Int(by, by));
-            let Shape::Int(low, high) = shape else { panic!("{by}") };
+            let bounds = Bounds::binary(Bin::Mod, Bounds::Int(-40, 40), Bounds::Int(by, by));
+            let Bounds::Int(low, high) = bounds else { panic!("{by}") };
             for x in -40..=40 {
                 let value = eval::binary(Bin::Mod, f64::from(x), by as f64) as i64;
                 assert!((low..=high).contains(&value), "{x} % {by}: {value}");
@@ -248,7 +249,7 @@ mod tests {
             for offset in 0..=24 - width {
                 for format in [Format::U, Format::S, Format::D, Format::C] {
                     let field = Field { offset, width, format };
-                    let Shape::Int(low, high) = Shape::field(field) else { panic!("{field:?}") };
+                    let Bounds::Int(low, high) = Bounds::field(field) else { panic!("{field:?}") };
                     for word in words {
                         let value = plcc_abi::pmac::fixed::read_field(word, field).into();
                         assert!((low..=high).contains(&value), "{field:?} {word:x}: {value}");
@@ -260,11 +261,14 @@ mod tests {
 
     #[test]
     fn doubles_know_what_they_can_become() {
-        let sum = Shape::binary(Bin::Add, Shape::FINITE, Shape::constant(1.0));
+        let sum = Bounds::binary(Bin::Add, Bounds::FINITE, Bounds::constant(1.0));
         assert_eq!(sum.real(), (f64::MAX, false, false));
-        assert_eq!(Shape::binary(Bin::Add, Shape::FINITE, Shape::FINITE).real().0, f64::INFINITY);
-        assert!(Shape::binary(Bin::Mul, Shape::FINITE, Shape::FINITE).real().2);
-        let wide = Shape::binary(Bin::Mul, Shape::FINITE, Shape::FINITE);
-        assert!(Shape::binary(Bin::Sub, wide, wide).real().1);
+        assert_eq!(
+            Bounds::binary(Bin::Add, Bounds::FINITE, Bounds::FINITE).real().0,
+            f64::INFINITY
+        );
+        assert!(Bounds::binary(Bin::Mul, Bounds::FINITE, Bounds::FINITE).real().2);
+        let wide = Bounds::binary(Bin::Mul, Bounds::FINITE, Bounds::FINITE);
+        assert!(Bounds::binary(Bin::Sub, wide, wide).real().1);
     }
 }
