@@ -17,7 +17,6 @@
 use std::convert::Infallible;
 
 use plcc_abi::HostFn;
-use plcc_abi::pmac::Field;
 use plcc_ir::{
     Address, BinaryOp, ConvertOp, FloatCond, FuncBuilder, IntCond, Type, UnaryOp, Value,
 };
@@ -228,7 +227,7 @@ fn bounded(b: &mut FuncBuilder, value: Value) -> Value {
     value
 }
 
-/// `high` for what is above 0, `low` for what is below, else 0.
+/// `high` if a double is above 0, `low` if it is below, else 0.
 fn largest(b: &mut FuncBuilder, value: Value, high: Value, low: Value) -> Value {
     let zero = b.fconst(0.0);
     let positive = b.fcmp(FloatCond::Gt, value, zero);
@@ -282,7 +281,7 @@ pub(crate) fn binary(
             Bin::Or => b.binary(BinaryOp::Or, x, y),
             Bin::Xor => b.binary(BinaryOp::Xor, x, y),
             Bin::Mod | Bin::Div => {
-                let message = format!("the low bits of {op:?} hang on more than low bits");
+                let message = format!("the low bits of {op:?} depend on more than low bits");
                 return Err(InternalError::new(message));
             }
         };
@@ -333,7 +332,7 @@ fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Val
     if never_zero {
         return quotient;
     }
-    // Nothing finite comes of a division by 0.
+    // The quotient of a division by 0 is infinite or NaN, so a finite quotient needs no further check.
     let finite = is_finite(b, quotient);
     let Ok(value) = either(
         b,
@@ -351,7 +350,8 @@ fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Val
     value
 }
 
-/// Whether a double is neither infinite nor NaN, an `i1`: less itself it is 0, else NaN.
+/// Whether a double is neither infinite nor NaN, an `i1`: then its difference from itself is 0, and
+/// otherwise NaN.
 fn is_finite(b: &mut FuncBuilder, value: Value) -> Value {
     let nothing = b.binary(BinaryOp::Fsub, value, value);
     b.fcmp(FloatCond::Ge, nothing, nothing)
@@ -420,9 +420,10 @@ pub(crate) fn compare(b: &mut FuncBuilder, cmp: Cmp, left: Operand, right: Opera
     Operand::Value(value, Bounds::Truth)
 }
 
-/// A variable with a number by their bits, which takes less code than by their values: those of
-/// doubles that are finite and no -0 rise with them as signed integers do above a number that is
-/// not negative, and fall as unsigned ones do below 0.
+/// Compares a variable with a constant by their bits as integers, which takes less code than a
+/// comparison of doubles. For doubles that are finite and not -0, the order of the bits as signed
+/// integers is that of the doubles if the constant is not negative; if it is, the order of the bits
+/// as unsigned integers is the reverse.
 fn compare_stored(b: &mut FuncBuilder, cmp: Cmp, left: Operand, right: Operand) -> Option<Value> {
     let (at, number, cmp) = match (left, right, cmp) {
         (Operand::Stored(at), Operand::Const(number), _) => (at, number, cmp),
@@ -448,7 +449,7 @@ fn compare_stored(b: &mut FuncBuilder, cmp: Cmp, left: Operand, right: Operand) 
     Some(b.icmp(cond, bits, number))
 }
 
-/// A comparator of integers: nearly equal are only equal ones.
+/// A comparator of integers. Integers that are nearly equal (`~`, less than 1 apart) are equal.
 pub(crate) fn compare_ints(b: &mut FuncBuilder, cmp: Cmp, x: Value, y: Value) -> Value {
     let cond = match cmp {
         Cmp::Eq | Cmp::Near => IntCond::Eq,
@@ -459,65 +460,4 @@ pub(crate) fn compare_ints(b: &mut FuncBuilder, cmp: Cmp, x: Value, y: Value) ->
         Cmp::NotLt => IntCond::Sge,
     };
     b.icmp(cond, x, y)
-}
-
-/// Reads a field of a word, U or S, as an `i32`.
-pub(crate) fn read_field(b: &mut FuncBuilder, at: Address, field: Field) -> Value {
-    let word = b.load(Type::I32, at);
-    field_of(b, word, field)
-}
-
-/// A field of a word at hand.
-pub(crate) fn field_of(b: &mut FuncBuilder, word: Value, field: Field) -> Value {
-    use plcc_abi::pmac::Format;
-    let (offset, width) = (i64::from(field.offset), i64::from(field.width));
-    match field.format {
-        Format::S => {
-            let left = b.binary_imm(BinaryOp::Shl, word, 32 - offset - width);
-            b.binary_imm(BinaryOp::Ashr, left, 32 - width)
-        }
-        Format::U => {
-            let low = if offset == 0 { word } else { b.binary_imm(BinaryOp::Lshr, word, offset) };
-            b.binary_imm(BinaryOp::And, low, (1 << width) - 1)
-        }
-        Format::D | Format::C => {
-            let low = b.binary_imm(BinaryOp::Lshr, word, offset);
-            let low = match field.format {
-                Format::C => b.binary_imm(BinaryOp::Xor, low, -1),
-                _ => low,
-            };
-            let bits = b.binary_imm(BinaryOp::And, low, (1 << width) - 1);
-            let mut sum = b.iconst(Type::I32, 0);
-            for digit in (0..6).rev() {
-                let tens = b.binary_imm(BinaryOp::Mul, sum, 10);
-                let nibble = b.binary_imm(BinaryOp::Lshr, bits, 4 * digit);
-                let nibble = b.binary_imm(BinaryOp::And, nibble, 15);
-                sum = b.binary(BinaryOp::Add, tens, nibble);
-            }
-            sum
-        }
-    }
-}
-
-/// A word with a field replaced by the low bits of an `i32`.
-pub(crate) fn insert_field(b: &mut FuncBuilder, word: Value, field: Field, bits: Value) -> Value {
-    let mask = ((1i64 << field.width) - 1) << field.offset;
-    let shifted = match field.offset {
-        0 => bits,
-        offset => b.binary_imm(BinaryOp::Shl, bits, i64::from(offset)),
-    };
-    let new = b.binary_imm(BinaryOp::And, shifted, mask);
-    let old = b.binary_imm(BinaryOp::And, word, 0xFF_FFFF & !mask);
-    b.binary(BinaryOp::Or, old, new)
-}
-
-/// Writes a field of a word in the image.
-pub(crate) fn write_field(b: &mut FuncBuilder, at: Address, field: Field, bits: Value) {
-    let word = if field.width == 24 {
-        b.binary_imm(BinaryOp::And, bits, 0xFF_FFFF)
-    } else {
-        let old = b.load(Type::I32, at);
-        insert_field(b, old, field, bits)
-    };
-    b.store(at, word);
 }

@@ -13,25 +13,27 @@
 mod analysis;
 pub(crate) mod emit;
 pub(crate) mod explain;
+mod expression;
+mod field;
 mod integer;
 pub(crate) mod range_analysis;
+mod speculation;
 mod variables;
 
 use plcc_abi::HostFn;
-use plcc_abi::pmac::{Direct, Kind, Layout, Range, Relied};
+use plcc_abi::pmac::{Direct, Layout, Range, Relied};
 use plcc_diag::{FileId, SourceMap};
-use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
+use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type};
 
 use self::analysis::Name;
 use self::emit::Operand;
-use self::range_analysis::Bounds;
 use crate::common::InternalError;
 use crate::pmac::analyse::assumptions;
 use crate::pmac::analyse::load::Loaded;
-use crate::pmac::ast::{Download, Expr, Func, Op, Plcs, Stmt, Target, What};
+use crate::pmac::ast::{Download, Expr, Plcs, Stmt, Target, What};
 use crate::pmac::tasks::{TaskKind, tasks};
 
-use self::variables::{Regions, bounds_of};
+use self::variables::Regions;
 
 /// The number of instructions after which a function is cut. It is more than for the other
 /// languages, since a third of them are in code that seldom runs.
@@ -112,7 +114,7 @@ pub(crate) struct Lowerer<'a> {
     pub(crate) places_of_m: Vec<Option<Direct>>,
     /// How many tasks there are so far.
     task_count: usize,
-    /// Of the task at hand: its context, and whether it addresses coordinate systems.
+    /// Of the current task: its context, and whether it addresses coordinate systems.
     pub(crate) context: u32,
     pub(crate) addresses: bool,
     /// The current code is specialised: definitions of M-variables are those that it assumes.
@@ -121,7 +123,7 @@ pub(crate) struct Lowerer<'a> {
     beside_specialised: bool,
     /// The current code is that of a statement with an integer guard, for other values than integers.
     beside_integers: bool,
-    /// The statement at hand may have moved a definition.
+    /// The current statement may have moved a definition.
     pub(crate) may_move_definitions: bool,
     pub(crate) stack: Vec<Operand>,
     /// Values of variables that the current statement's guard has loaded.
@@ -360,215 +362,6 @@ impl Lowerer<'_> {
             let args = [op, i64::from(plcs.compiled), i64::from(first), i64::from(last)]
                 .map(|arg| b.iconst(Type::I32, arg));
             b.host_call(HostFn::PmacPlc, &args);
-        }
-    }
-
-    fn condition(&mut self, expr: Expr, integer: bool) -> Result<Value, InternalError> {
-        if integer {
-            return self.condition_integer(expr);
-        }
-        if let Some(assumed) = self.assumed_integers(expr)
-            && let Some(truth) = self.speculate(&assumed, |this| {
-                let value = this.value(expr)?;
-                Ok(Some(value.truth(this.builder.ins())))
-            })?
-        {
-            return Ok(truth);
-        }
-        let value = self.value(expr)?;
-        Ok(value.truth(self.builder.ins()))
-    }
-
-    /// The variables that an expression is speculated to find integers in; `None` where that does not
-    /// pay.
-    fn assumed_integers(&self, expr: Expr) -> Option<Vec<Name>> {
-        if self.beside_specialised {
-            return None;
-        }
-        let bounds = |(kind, number)| bounds_of(self.download, &self.places_of_m, kind, number);
-        let found = analysis::analyse(self.download.ops(expr), bounds);
-        (found.gains && found.forced.is_none()).then_some(found.assumed)
-    }
-
-    /// Emits specialised code for integers in all assumed variables and general code for other
-    /// values, behind a guard that checks which of the two holds. `emit` is called for each; a truth
-    /// value that it gives comes out of both.
-    fn speculate(
-        &mut self,
-        assumed: &[Name],
-        mut emit: impl FnMut(&mut Self) -> Result<Option<Value>, InternalError>,
-    ) -> Result<Option<Value>, InternalError> {
-        use plcc_ir::{BinaryOp, FloatCond};
-        let mut any = None;
-        let (mut integers, mut doubles) = (Vec::new(), Vec::new());
-        for &name in assumed {
-            let value = self.read(name.0, u32::from(name.1))?;
-            let b = self.builder.ins();
-            let value = value.float(b);
-            // Variables hold no NaN.
-            let (narrow, other) = emit::integrality_check(b, value, FloatCond::OrderedNe);
-            any = Some(match any {
-                Some(others) => b.binary(BinaryOp::Or, others, other),
-                None => other,
-            });
-            integers.push((name, Operand::Value(narrow, analysis::ASSUMED)));
-            doubles.push((name, Operand::Value(value, Bounds::FINITE)));
-        }
-        let any = any.ok_or_else(|| InternalError::new("no variable is speculated on"))?;
-        let b = self.builder.ins();
-        let (integer, float, join) = (b.create_block(), b.create_block(), b.create_block());
-        b.brif(any, float, integer);
-        let mut result = None;
-        for (block, loaded) in [(integer, integers), (float, doubles)] {
-            self.builder.ins().switch_to(block);
-            self.guarded = loaded;
-            self.beside_integers = block == float;
-            let value = emit(self)?;
-            self.beside_integers = false;
-            self.guarded.clear();
-            let b = self.builder.ins();
-            if value.is_some() && result.is_none() {
-                result = Some(b.block_param(join, Type::I1));
-            }
-            b.jump(join, value.as_slice());
-        }
-        self.builder.ins().switch_to(join);
-        Ok(result)
-    }
-
-    /// An expression's or condition's value.
-    pub(crate) fn value(&mut self, expr: Expr) -> Result<Operand, InternalError> {
-        let download = self.download;
-        let mut stack = std::mem::take(&mut self.stack);
-        stack.clear();
-        let mut last = None;
-        let short = self.beside_specialised || self.beside_integers;
-        for op in download.ops(expr) {
-            let mut pop = || stack.pop().ok_or_else(lacks_operand);
-            let value = match *op {
-                Op::Const(value) => Operand::Const(value),
-                Op::Var(kind, number) => self.read(kind, u32::from(number))?,
-                Op::Indirect(kind) => {
-                    let number = pop()?;
-                    self.read_indirect(kind, number)?
-                }
-                Op::Neg => emit::negate(self.builder.ins(), pop()?),
-                Op::Bin(bin) => {
-                    let right = pop()?;
-                    let left = pop()?;
-                    emit::binary(self.builder.ins(), bin, left, right, short)?
-                }
-                Op::Cmp(cmp) => {
-                    let right = pop()?;
-                    let left = pop()?;
-                    emit::compare(self.builder.ins(), cmp, left, right)
-                }
-                Op::Call(func) => {
-                    let x = pop()?;
-                    self.call(func, x, last == Some(&Op::Call(Func::Abs)))?
-                }
-                Op::Both | Op::Either => {
-                    let b = self.builder.ins();
-                    let right = pop()?.truth(b);
-                    let left = pop()?.truth(b);
-                    let op = match op {
-                        Op::Both => plcc_ir::BinaryOp::And,
-                        _ => plcc_ir::BinaryOp::Or,
-                    };
-                    Operand::Value(b.binary(op, left, right), Bounds::Truth)
-                }
-            };
-            stack.push(value);
-            last = Some(op);
-        }
-        let value = stack.pop().ok_or_else(lacks_operand);
-        self.stack = stack;
-        value
-    }
-
-    /// A function of `x`, which is a `magnitude` where it comes out of ABS.
-    fn call(&mut self, func: Func, x: Operand, magnitude: bool) -> Result<Operand, InternalError> {
-        use plcc_ir::UnaryOp;
-        if let (Operand::Const(value), Func::Sqrt | Func::Ln | Func::Exp | Func::Abs | Func::Int) =
-            (x, func)
-        {
-            return Ok(Operand::Const(crate::pmac::analyse::eval::function(
-                func, value, 0.0, false,
-            )));
-        }
-        let trigonometric = match func {
-            Func::Sin => Some(HostFn::PmacSin),
-            Func::Cos => Some(HostFn::PmacCos),
-            Func::Tan => Some(HostFn::PmacTan),
-            Func::Asin => Some(HostFn::PmacAsin),
-            Func::Acos => Some(HostFn::PmacAcos),
-            Func::Atan => Some(HostFn::PmacAtan),
-            _ => None,
-        };
-        if let Some(function) = trigonometric {
-            let radians = self.radians();
-            let b = self.builder.ins();
-            let x = x.float(b);
-            let value = emit::host_value(b, function, &[x, radians])?;
-            return Ok(Operand::Value(value, Bounds::FUNCTION));
-        }
-        let simple = match func {
-            Func::Atan2 => {
-                let cosine = self.read(Kind::Q, 0)?;
-                let radians = self.radians();
-                let b = self.builder.ins();
-                let (x, cosine) = (x.float(b), cosine.float(b));
-                let value = emit::host_value(b, HostFn::PmacAtan2, &[x, cosine, radians])?;
-                return Ok(Operand::Value(value, Bounds::FUNCTION));
-            }
-            Func::Abs => return Ok(self.abs(x)),
-            Func::Int if x.bounds().is_int() => return Ok(x),
-            Func::Int => UnaryOp::Ffloor,
-            Func::Sqrt => UnaryOp::Fsqrt,
-            _ => {
-                let function = if func == Func::Ln { HostFn::PmacLn } else { HostFn::PmacExp };
-                let b = self.builder.ins();
-                let x = x.float(b);
-                let value = emit::host_value(b, function, &[x])?;
-                return Ok(Operand::Value(value, Bounds::FUNCTION));
-            }
-        };
-        let (most, nan, minus_zero) = x.bounds().real();
-        let b = self.builder.ins();
-        let x = x.float(b);
-        let value = b.unary(simple, x);
-        if func == Func::Sqrt && magnitude && !nan && !minus_zero && most <= f64::MAX {
-            let most = most.max(1.0);
-            let bounds = Bounds::Real { most, nan: false, minus_zero: false };
-            return Ok(Operand::Value(value, bounds));
-        }
-        // Both grow no larger than their argument, but for INT below 0 and SQRT below 1.
-        let most = if most < f64::MAX { most + 1.0 } else { most };
-        let nan = nan || func == Func::Sqrt;
-        let rough = Operand::Value(value, Bounds::Real { most, nan, minus_zero: true });
-        Ok(Operand::Value(rough.stored(b), Bounds::FINITE))
-    }
-
-    fn abs(&mut self, x: Operand) -> Operand {
-        use plcc_ir::{BinaryOp, UnaryOp};
-        let b = self.builder.ins();
-        match (x, x.bounds()) {
-            (Operand::Value(value, _), Bounds::Int(low, high)) => {
-                let bounds = Bounds::magnitude(low, high);
-                let value = b.sextend_or_trunc(emit::integer_type(bounds), value);
-                let negative = b.unary(UnaryOp::Neg, value);
-                Operand::Value(b.binary(BinaryOp::Smax, value, negative), bounds)
-            }
-            (_, bounds) => {
-                let (most, nan, _) = bounds.real();
-                let value = x.float(b);
-                let value = b.unary(UnaryOp::Fabs, value);
-                let rough = Operand::Value(value, Bounds::Real { most, nan, minus_zero: false });
-                Operand::Value(
-                    rough.stored(b),
-                    Bounds::Real { most: most.min(f64::MAX), nan: false, minus_zero: false },
-                )
-            }
         }
     }
 }

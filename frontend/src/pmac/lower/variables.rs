@@ -6,6 +6,7 @@ use plcc_ir::{Address, BinaryOp, ConvertOp, IntCond, Region, Type, Value};
 
 use super::Lowerer;
 use super::emit::{self, Operand};
+use super::field;
 use super::range_analysis::Bounds;
 use crate::common::InternalError;
 use crate::pmac::analyse::assumptions::names_of_m;
@@ -130,7 +131,7 @@ impl Lowerer<'_> {
             Direct::Word(offset, address, field) => {
                 let at = self.word_address(offset, address);
                 let b = self.builder.ins();
-                return Operand::Value(emit::read_field(b, at, field), Bounds::field(field));
+                return Operand::Value(field::read_field(b, at, field), Bounds::field(field));
             }
             Direct::Star => {
                 let at = Address::fixed(self.regions.mdef, 8 * number);
@@ -287,7 +288,7 @@ impl Lowerer<'_> {
                 let at = self.word_address(offset, address);
                 let b = self.builder.ins();
                 let bits = value.bits(b)?;
-                emit::write_field(b, at, field, bits);
+                field::write_field(b, at, field, bits);
                 return Ok(());
             }
             Direct::Star => {
@@ -356,11 +357,11 @@ impl Lowerer<'_> {
         Ok(match self.layout.place(space, address) {
             Place::Word(offset) => {
                 let at = self.word_address(offset - self.layout.words, address);
-                emit::read_field(self.builder.ins(), at, field)
+                field::read_field(self.builder.ins(), at, field)
             }
             _ => {
                 let word = self.far_word(space, address)?;
-                emit::field_of(self.builder.ins(), word, field)
+                field::field_of(self.builder.ins(), word, field)
             }
         })
     }
@@ -377,12 +378,12 @@ impl Lowerer<'_> {
         let (space, address, field) = self.l_field(number)?;
         if let Place::Word(offset) = self.layout.place(space, address) {
             let at = self.word_address(offset - self.layout.words, address);
-            emit::write_field(self.builder.ins(), at, field, bits);
+            field::write_field(self.builder.ins(), at, field, bits);
             return Ok(());
         }
         let old = self.far_word(space, address)?;
         let b = self.builder.ins();
-        let word = emit::insert_field(b, old, field, bits);
+        let word = field::insert_field(b, old, field, bits);
         self.write_far_word(space, address, word);
         Ok(())
     }
