@@ -203,8 +203,8 @@ impl FuncBuilder {
         self.push(InstData::Store { at, value });
     }
 
-    /// Appends a call of a host function with the arguments of its signature; gives its result. With
-    /// more than four arguments nothing is appended.
+    /// Appends a call of a host function with the arguments of its signature; gives its result.
+    /// With more than four arguments nothing is appended.
     pub fn host_call(&mut self, function: HostFn, args: &[Value]) -> Option<Value> {
         let args = Args::new(args)?;
         self.push(InstData::HostCall { function, args })

@@ -1,4 +1,5 @@
-//! The result of each operation for given operands: the executable definition of [`inst`](crate::inst).
+//! The result of each operation for given operands: the executable definition of
+//! [`inst`](crate::inst).
 //!
 //! The interpreter and constant folding compute with these functions, and generated code is
 //! tested against them.

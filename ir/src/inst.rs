@@ -80,11 +80,11 @@ words! {
         Sub = "sub",
         /// Wrapping product.
         Mul = "mul",
-        /// Signed quotient, rounded towards 0. Divided by 0 it is 0; the least integer divided by -1 is
-        /// itself.
+        /// Signed quotient, rounded towards 0. Divided by 0 it is 0; the least integer divided by
+        /// -1 is itself.
         Sdiv = "sdiv",
-        /// Signed remainder of the quotient rounded towards 0, with the dividend's sign. Divided by 0
-        /// or by -1 it is 0.
+        /// Signed remainder of the quotient rounded towards 0, with the dividend's sign. Divided by
+        /// 0 or by -1 it is 0.
         Srem = "srem",
         /// Signed remainder of the quotient rounded down, with the divisor's sign (SMT-LIB's
         /// `bvsmod`). Divided by 0 it is 0.
@@ -102,11 +102,11 @@ words! {
         /// The first operand shifted left by the second, which is unsigned; 0 if that reaches the
         /// width.
         Shl = "shl",
-        /// The first operand shifted right by the second, which is unsigned, with zeros coming in; 0
-        /// if that reaches the width.
+        /// The first operand shifted right by the second, which is unsigned, with zeros coming in;
+        /// 0 if that reaches the width.
         Lshr = "lshr",
-        /// The first operand shifted right by the second, which is unsigned, with copies of the sign
-        /// coming in; nothing but copies of the sign if that reaches the width.
+        /// The first operand shifted right by the second, which is unsigned, with copies of the
+        /// sign coming in; nothing but copies of the sign if that reaches the width.
         Ashr = "ashr",
         /// The lesser of two signed integers.
         Smin = "smin",
@@ -449,8 +449,8 @@ impl InstData {
         }
     }
 
-    /// Whether the instruction does more than give a result, so that it must stay even if its result
-    /// is not used: stores, volatile loads, and calls of host functions that are not pure.
+    /// Whether the instruction does more than give a result, so that it must stay even if its
+    /// result is not used: stores, volatile loads, and calls of host functions that are not pure.
     pub fn has_effect(&self) -> bool {
         match self {
             Self::Store { .. } => true,

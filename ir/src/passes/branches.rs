@@ -83,7 +83,8 @@ fn thread(func: &mut FuncData) {
     let mut path = vec![];
     for start in 0..count {
         let mut at = Block(start as u32);
-        // Empty blocks that jump in a circle lead back to a block of the path, which is then the end.
+        // Empty blocks that jump in a circle lead back to a block of the path, which is then the
+        // end.
         let end = loop {
             if let Some(end) = ends[at.index()] {
                 break end;

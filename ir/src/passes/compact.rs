@@ -2,9 +2,9 @@
 //! reach.
 //!
 //! Passes drop instructions from the lists of their blocks and leave them in the tables of the
-//! [function](crate::func). This pass makes new tables that hold only what is left, in the order
-//! in which it stands (in text `block0: v3, v7` becomes `block0: v0, v1`), so that code generation and later passes do not visit the rest. It changes
-//! nothing else; entries keep their labels.
+//! [function](crate::func). This pass makes new tables that hold only what is left, in the order in
+//! which it stands (in text `block0: v3, v7` becomes `block0: v0, v1`), so that code generation and
+//! later passes do not visit the rest. It changes nothing else; entries keep their labels.
 
 use super::graph::Graph;
 use crate::func::ValueData;

@@ -182,8 +182,8 @@ impl Walk<'_> {
         }
     }
 
-    /// The bytes that are dead at the beginning of the block just visited, those that are overwritten
-    /// soonest first.
+    /// The bytes that are dead at the beginning of the block just visited, those that are
+    /// overwritten soonest first.
     fn dead_at_begin(&mut self, insts: usize) -> Vec<u32> {
         let most = PASSED_ON.max(insts * 2);
         let mut bytes = vec![];

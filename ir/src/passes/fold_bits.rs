@@ -92,8 +92,8 @@ impl Fold<'_> {
         }
     }
 
-    /// A bit that is computed at the bottom of a word and put somewhere else: computed where it
-    /// goes, where that takes fewer shifts.
+    /// A lowest bit that is shifted left to `to`, as a program does that computes a bit and puts it
+    /// into a word: computed at bit `to`, if that takes fewer shifts.
     pub(super) fn put_bit(&mut self, ty: Type, a: Value, to: i64) -> Option<Simpler> {
         let [word, mask] = self.operands(a, BinaryOp::And)?;
         if self.func.constant(mask) != Some(1) || !self.is_single(a) {
@@ -107,7 +107,8 @@ impl Fold<'_> {
         Some(Simpler::binary(BinaryOp::And, word, mask))
     }
 
-    /// What a gate works on, where it is only used by the gate that is looked at.
+    /// The AND, OR, XOR or NOT that a value is the result of, and its operands, if nothing else
+    /// uses the value; so it can be computed at another bit instead.
     fn gate_operands(&self, value: Value, depth: u32) -> Option<(InstData, [Value; 2])> {
         let data = *self.func.def_inst(value)?;
         match data {

@@ -66,8 +66,8 @@ impl Fold<'_> {
         Some(if same { Simpler::Same(bit) } else { Simpler::not(bit) })
     }
 
-    /// A sign-extended field compared with a constant: compared at the top of its word instead, before
-    /// it is shifted down.
+    /// A sign-extended field compared with a constant: compared at the top of its word instead,
+    /// before it is shifted down.
     fn compare_shifted(
         &mut self,
         cond: IntCond,

@@ -11,7 +11,7 @@
 //!   rounded down, is added to the product. `f` is off by at most `1/2`, so the product is off by
 //!   at most `2^(n-1)`, which is no more than what was added and, as `d` is no power of two, less
 //!   than the other half. So the sum lies between the same two multiples of `2^(n+l)` as the
-//!   dividend lies between multiples of `d`, and no sign needs to be looked at.
+//!   dividend lies between multiples of `d`, and its sign does not matter.
 //!
 //! A quotient of doubles is a product where the divisor is a power of two whose reciprocal is a
 //! normal number: then both round the same number.

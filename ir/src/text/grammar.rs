@@ -1,8 +1,8 @@
 //! The grammar of the text form, over the [tokens](super::lex) of a whole text.
 //!
 //! What it gives is the text's structure. Names are not looked up yet: where a [`Value`],
-//! [`Block`], [`Label`] or [`Region`] is mentioned, its number here is the *index of the token* that
-//! names it, so that [`resolve`](super::resolve) finds both the name and its place.
+//! [`Block`], [`Label`] or [`Region`] is mentioned, its number here is the *index of the token*
+//! that names it, so that [`resolve`](super::resolve) finds both the name and its place.
 //!
 //! There is no recursion in it, so no text makes it go deep, and it decides by one token in
 //! almost every place, so time is proportional to length.
@@ -117,7 +117,7 @@ fn number<'t, N: FromStr + 't>(what: &'static str) -> impl Grammar<'t, N> {
     word(what, |word| word.parse().ok())
 }
 
-/// The index of the token at hand, where that is a prefix and a number.
+/// The index of the current token, if that is a prefix and a number.
 fn reference<'t>(prefix: &'static str, what: &str) -> impl Grammar<'t, u32> {
     word(format!("{what} (`{prefix}0`)"), move |word| name(prefix, word))
         .map_with(|_, place| token_index(place.span()))

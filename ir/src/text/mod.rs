@@ -1,4 +1,5 @@
-//! The text form of a module: what `plcc build --emit ir` prints, and what filetests are written in.
+//! The text form of a module: what `plcc build --emit ir` prints, and what filetests are written
+//! in.
 //!
 //! ```text
 //! image 16
@@ -31,8 +32,8 @@
 //! ```
 //!
 //! - A `;` begins a comment, except inside quotes.
-//! - Regions stand above the functions. Blocks are numbered from `block0` in the order in which they
-//!   stand. A value may be used above its definition.
+//! - Regions stand above the functions. Blocks are numbered from `block0` in the order in which
+//!   they stand. A value may be used above its definition.
 //! - The names of labels in parentheses behind a block's name make it an entry.
 //! - `@N` says that the instructions that follow belong to statement N, `@none` that they belong to
 //!   none. It holds until the next such line, also in the blocks that follow.

@@ -1,7 +1,7 @@
 //! Finds what each name of a text stands for, and makes a module of its structure.
 //!
-//! What the [grammar](super::grammar) gives holds indices of tokens for names. Regions stand above the
-//! functions that use them; blocks, values and labels may be used before they are defined, so a
+//! What the [grammar](super::grammar) gives holds indices of tokens for names. Regions stand above
+//! the functions that use them; blocks, values and labels may be used before they are defined, so a
 //! function is read twice: once for what it defines, once for what it uses.
 
 use std::collections::HashMap;
@@ -23,7 +23,7 @@ use crate::{
 /// At a name that stands for nothing, or for two things.
 pub(super) fn resolve(tokens: &Tokens<'_>, items: Vec<Item>) -> Result<Module, ParseError> {
     let mut module = Module::default();
-    // Labels that are mentioned, by their tokens; looked at when all functions are known.
+    // Labels that are mentioned, by their tokens; checked when all functions are known.
     let mut labels: Vec<Label> = vec![];
     for item in items {
         match item {

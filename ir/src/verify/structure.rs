@@ -64,7 +64,8 @@ fn labels(module: &Module, errors: &mut Errors) {
     }
 }
 
-/// Whether references inside a function lead somewhere, so that the rest can be looked at.
+/// Checks the references inside a function; gives whether all exist, so that the other rules can be
+/// checked.
 pub(super) fn function(func: &FuncData, errors: &mut Errors) -> bool {
     let before = errors.list.len();
     for (label, block) in func.entries() {

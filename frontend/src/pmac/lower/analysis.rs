@@ -1,11 +1,12 @@
 //! Which statements are computed with integers, and what forces floating point on the others.
 //!
 //! A statement is computed with integers if the result of each of its operations is an integer by
-//! its [bounds](super::range_analysis). P-, Q- and I-variables hold doubles, so that is not known of
-//! them. Where it pays, the lowering *speculates* that they hold integers of 32 bits: an integrality
-//! check of each such variable guards specialised code with integers, and general code with doubles
-//! stands beside it. It pays for bit operators and remainders. It does not for sums, differences and
-//! comparisons, which doubles compute exactly for such integers, and without conversions.
+//! its [bounds](super::range_analysis). P-, Q- and I-variables hold doubles, so that is not known
+//! of them. Where it pays, the lowering *speculates* that they hold integers of 32 bits: an
+//! integrality check of each such variable guards specialised code with integers, and general code
+//! with doubles stands beside it. It pays for bit operators and remainders. It does not for sums,
+//! differences and comparisons, which doubles compute exactly for such integers, and without
+//! conversions.
 
 use plcc_abi::pmac::Kind;
 
@@ -45,8 +46,8 @@ pub(crate) struct Analysis {
     pub(crate) forced: Option<Reason>,
     /// The variables that must hold integers for that.
     pub(crate) assumed: Vec<Name>,
-    /// Whether integers are faster: the operand of a bit operator or remainder depends on one of these
-    /// variables.
+    /// Whether integers are faster: the operand of a bit operator or remainder depends on one of
+    /// these variables.
     pub(crate) gains: bool,
 }
 

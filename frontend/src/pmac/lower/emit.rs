@@ -1,8 +1,8 @@
 //! Operands of expressions and their operations, in IR.
 //!
-//! An [`Operand`] is a value together with what [range analysis](super::range_analysis) knows of it.
-//! Each operation chooses by that how it is computed: with integers where both operands are integers
-//! and the result is exact, otherwise with doubles as the control does.
+//! An [`Operand`] is a value together with what [range analysis](super::range_analysis) knows of
+//! it. Each operation chooses by that how it is computed: with integers where both operands are
+//! integers and the result is exact, otherwise with doubles as the control does.
 //!
 //! | PMAC | integers | doubles |
 //! | --- | --- | --- |
@@ -163,8 +163,9 @@ pub(crate) fn host_value(
     value.ok_or_else(|| InternalError::new(format!("the host function {name} gives no value")))
 }
 
-/// An integrality check: converts a double to an `i32` and back, and compares with the double. Gives
-/// the `i32` and the result of the comparison `cond`; they are equal if the double is an integer.
+/// An integrality check: converts a double to an `i32` and back, and compares with the double.
+/// Gives the `i32` and the result of the comparison `cond`; they are equal if the double is an
+/// integer.
 pub(crate) fn integrality_check(
     b: &mut FuncBuilder,
     value: Value,
@@ -332,7 +333,8 @@ fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Val
     if never_zero {
         return quotient;
     }
-    // The quotient of a division by 0 is infinite or NaN, so a finite quotient needs no further check.
+    // The quotient of a division by 0 is infinite or NaN, so a finite quotient needs no further
+    // check.
     let finite = is_finite(b, quotient);
     let Ok(value) = either(
         b,

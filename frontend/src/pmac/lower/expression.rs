@@ -1,5 +1,5 @@
-//! Expressions and conditions: evaluates their operations, which stand in postfix order, with a stack
-//! of operands, and emits the functions (SIN, ABS and so on).
+//! Expressions and conditions: evaluates their operations, which stand in postfix order, with a
+//! stack of operands, and emits the functions (SIN, ABS and so on).
 
 use plcc_abi::HostFn;
 use plcc_abi::pmac::Kind;

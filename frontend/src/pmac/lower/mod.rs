@@ -3,12 +3,13 @@
 //! There are two kinds of speculation, each with specialised and general code side by side:
 //!
 //! - *On definitions of M-variables*, for a PLC as a whole. Specialised code accesses M-variables
-//!   where the definitions that it was compiled for say they are; general code accesses them through
-//!   the host. The guard is a word of the image that says whether definitions have been moved. It
-//!   is checked at the entry, at every WHILE at which a scan may go on, and behind every statement
-//!   that may move a definition; control goes over to the other code there.
-//! - *On variables that hold integers*, for one statement (`speculate`). The guard is an integrality
-//!   check of the variables' values. The [analysis] finds the statements for which it pays.
+//!   where the definitions that it was compiled for say they are; general code accesses them
+//!   through the host. The guard is a word of the image that says whether definitions have been
+//!   moved. It is checked at the entry, at every WHILE at which a scan may go on, and behind every
+//!   statement that may move a definition; control goes over to the other code there.
+//! - *On variables that hold integers*, for one statement (`speculate`). The guard is an
+//!   integrality check of the variables' values. The [analysis] finds the statements for which it
+//!   pays.
 
 mod analysis;
 pub(crate) mod emit;
@@ -121,7 +122,8 @@ pub(crate) struct Lowerer<'a> {
     pub(crate) specialised: bool,
     /// The current code is general code that has specialised code beside it, so it seldom runs.
     beside_specialised: bool,
-    /// The current code is that of a statement with an integer guard, for other values than integers.
+    /// The current code is that of a statement with an integer guard, for other values than
+    /// integers.
     beside_integers: bool,
     /// The current statement may have moved a definition.
     pub(crate) may_move_definitions: bool,

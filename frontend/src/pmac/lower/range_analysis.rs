@@ -15,7 +15,8 @@ use crate::pmac::ast::Bin;
 pub(crate) enum Bounds {
     /// An integer, not less than the first and not greater than the second.
     Int(i64, i64),
-    /// A double: the most that its magnitude can be, whether it may be NaN, and whether it may be -0.
+    /// A double: the most that its magnitude can be, whether it may be NaN, and whether it may be
+    /// -0.
     Real { most: f64, nan: bool, minus_zero: bool },
     /// A truth value.
     Truth,
@@ -24,7 +25,8 @@ pub(crate) enum Bounds {
 /// Every integer of at most this magnitude is a double.
 const EXACT: i64 = 1 << 53;
 
-/// Integers of a smaller magnitude keep all their bits in the fixed-point form of the bit operators.
+/// Integers of a smaller magnitude keep all their bits in the fixed-point form of the bit
+/// operators.
 const FIXED: i64 = 1 << 39;
 
 impl Bounds {

@@ -39,8 +39,8 @@ impl Lowerer<'_> {
         Ok(value.truth(self.builder.ins()))
     }
 
-    /// The variables that an expression is speculated to find integers in; `None` where that does not
-    /// pay.
+    /// The variables that an expression is speculated to find integers in; `None` where that does
+    /// not pay.
     pub(super) fn assumed_integers(&self, expr: Expr) -> Option<Vec<Name>> {
         if self.beside_specialised {
             return None;
@@ -51,8 +51,8 @@ impl Lowerer<'_> {
     }
 
     /// Emits specialised code for integers in all assumed variables and general code for other
-    /// values, behind a guard that checks which of the two holds. `emit` is called for each; a truth
-    /// value that it gives comes out of both.
+    /// values, behind a guard that checks which of the two holds. `emit` is called for each; a
+    /// truth value that it gives comes out of both.
     pub(super) fn speculate(
         &mut self,
         assumed: &[Name],
