@@ -48,7 +48,7 @@ use crate::nct::{
     oracle::{Computed, compute},
     read::{
         cursor::Cursor,
-        diagnostic::{Fail, error},
+        diagnostic::{SyntaxError, error},
         operand::{Prefix, place},
         parser::{Parsed, parse},
     },
@@ -142,7 +142,7 @@ impl Program {
 }
 
 /// The error of a `U` or `D`.
-fn switches(stmt: &Stmt, bit: ast::Bit) -> Fail {
+fn switches(stmt: &Stmt, bit: ast::Bit) -> SyntaxError {
     let help = format!("to look at the bit, write {bit}");
     error(7, stmt.span, format!("this switches {bit}"), help)
 }

@@ -12,10 +12,22 @@ use plcc_abi::{
     },
 };
 
-use crate::nct::ast::{Arith, Cond, Op, Operand, Place, Program, Space, Test, Word};
+use crate::nct::{
+    ast::{Arith, Cond, Op, Operand, Place, Program, Space, Test, Word},
+    status_flags::{BYTES, HIGH, NOT_BCD},
+};
 
-/// Bits of a condition that wait for their gate, at most.
-pub(crate) const WAITING: u32 = 264;
+/// The region that the module which runs shares with the executive.
+pub(crate) const CONTEXT: &str = "context";
+/// The region of the values of OP that brackets keep, and of the number of an indirect call's
+/// return behind them.
+pub(crate) const SCRATCH: &str = "scratch";
+/// The region of the results in a long condition that wait for their gate.
+pub(crate) const WAITING: &str = "waiting";
+/// The region of the bytes of F; see [`NctHome`].
+pub(crate) const FLAG_BYTES_REGION: &str = "flag_bytes";
+/// How many results of a condition wait at most.
+const WAITING_BITS: u32 = 264;
 
 /// The layout of one program.
 #[derive(Clone, Debug)]
@@ -90,7 +102,7 @@ impl Uses {
             flags: Use::new(FLAG_BYTES),
         };
         // Statements set these whether the program names them or not.
-        [4, 5, 8].into_iter().for_each(|byte| uses.flags.bit(byte));
+        BYTES.into_iter().for_each(|byte| uses.flags.bit(byte));
         for stmt in &program.stmts {
             uses.stmt(&stmt.op);
         }
@@ -116,7 +128,7 @@ impl Uses {
             Op::Apply { op, .. } => self.high_word(op),
             Op::Area { .. } => self.flags.all(),
             Op::GotoIndirect(byte) | Op::CallIndirect(byte) => self.flags.word(byte),
-            Op::Bin => self.flags.bit(8),
+            Op::Bin => self.flags.bit(NOT_BCD.byte),
             Op::Count { .. }
             | Op::Shift { .. }
             | Op::Bcd
@@ -136,7 +148,7 @@ impl Uses {
 
     fn high_word(&mut self, op: Arith) {
         if matches!(op, Arith::Mul | Arith::Div) {
-            self.flags.word(0);
+            self.place(Place::Word(HIGH));
         }
     }
 
@@ -213,7 +225,7 @@ impl Layout {
         let uses = Uses::of(program);
         let mut regions = Regions::default();
         let words = |count: u16| u32::from(count) * 2;
-        let context = regions.add("context", context::SIZE, false);
+        let context = regions.add(CONTEXT, context::SIZE, false);
         let inputs = regions.locations("input", &uses.inputs.unpacked());
         let previous = regions.locations("previous", &uses.inputs.unpacked());
         let outputs = regions.locations("output", &uses.outputs.unpacked());
@@ -228,8 +240,8 @@ impl Layout {
         let rp = regions.add("rp", words(RP_COUNT), false);
         // An indirect call's return number lies behind them, aligned.
         let slots = (u32::from(program.slots) * 2).next_multiple_of(4);
-        let scratch = regions.add("scratch", slots + 4, false);
-        regions.add("waiting", WAITING, true);
+        let scratch = regions.add(SCRATCH, slots + 4, false);
+        regions.add(WAITING, WAITING_BITS, true);
         let size = regions.end.next_multiple_of(8);
         Self {
             regions: regions.all,

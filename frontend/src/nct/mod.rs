@@ -10,6 +10,7 @@ mod lower;
 mod oracle;
 mod read;
 mod reference;
+mod status_flags;
 mod tables;
 
 use std::sync::Arc;

@@ -71,7 +71,7 @@ impl Program {
         let mut variables: Vec<String> = vec![];
         for op in ops {
             let code = self.code(op, &mut variables).ok_or_else(|| {
-                let span = cursor.whole();
+                let span = cursor.statement_span();
                 vec![Diagnostic::error("PMI-45", span, "the program's variables have no place")]
             })?;
             evaluator.codes.push(code);

@@ -228,7 +228,7 @@ fn reached(program: &Program) -> Vec<u8> {
 fn outputs_of_two(program: &Program) -> Vec<Diagnostic> {
     let reached = reached(program);
     let mut first: BTreeMap<Bit, (u8, Span)> = BTreeMap::new();
-    let mut told = std::collections::BTreeSet::new();
+    let mut reported = std::collections::BTreeSet::new();
     let mut warnings = vec![];
     for (stmt, &modules) in program.stmts.iter().zip(&reached) {
         let bit = match stmt.op {
@@ -242,7 +242,7 @@ fn outputs_of_two(program: &Program) -> Vec<Diagnostic> {
         }
         let (before, at) = *first.entry(bit).or_insert((modules, stmt.span));
         let both = before | modules;
-        if both.count_ones() < 2 || !told.insert(bit) {
+        if both.count_ones() < 2 || !reported.insert(bit) {
             continue;
         }
         let names: Vec<String> =

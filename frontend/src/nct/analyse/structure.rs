@@ -35,7 +35,7 @@ pub(crate) struct Checker<'a> {
 }
 
 /// What stands inside statements that could not be read, such as a wrong parenthesis: it is not
-/// missing, and nothing more is told about it.
+/// missing, and nothing more is reported about it.
 #[derive(Default)]
 struct Unread {
     labels: BTreeSet<u16>,

@@ -5,12 +5,10 @@ use plcc_ir::{BinaryOp, IntCond, Type, Value};
 use super::place::{Bcd, Indirect};
 use super::{Lowerer, Result};
 use crate::nct::{
-    ast::{Arith, Operand, Place, Space, Word},
+    ast::{Arith, Bit, Operand, Place, Word},
     lower::liveness::Set,
+    status_flags::{BCD_SIGN, CARRY, HIGH, MUL_OVERFLOW, NOT_BCD, OVERFLOW, SIGN, SYNTAX, ZERO},
 };
-
-/// The high word of products and dividends, later the remainder.
-const HIGH: Word = Word::Bytes { space: Space::F, byte: 0 };
 
 fn binary(op: Arith) -> BinaryOp {
     match op {
@@ -25,26 +23,26 @@ fn binary(op: Arith) -> BinaryOp {
 }
 
 impl Lowerer<'_> {
-    /// Writes bits of F of one byte, where the guard holds.
-    fn flags(&mut self, byte: u16, guard: Option<Value>, bits: &[(u8, Value)]) -> Result {
-        let mut kept = Vec::with_capacity(bits.len());
-        for (bit, value) in bits {
+    /// Sets status flags, which lie in one byte, where the guard holds.
+    fn flags(&mut self, guard: Option<Value>, flags: &[(Bit, Value)]) -> Result {
+        let Some(&(Bit { space, byte, .. }, _)) = flags.first() else { return Ok(()) };
+        let mut bits = Vec::with_capacity(flags.len());
+        for &(flag, value) in flags {
             let value = match guard {
-                None => *value,
+                None => value,
                 Some(guard) => {
-                    let at = crate::nct::ast::Bit { space: Space::F, byte, bit: *bit };
-                    let old = self.bit(at)?;
-                    self.builder.ins().select(guard, *value, old)
+                    let old = self.bit(flag)?;
+                    self.builder.ins().select(guard, value, old)
                 }
             };
-            kept.push((*bit, value));
+            bits.push((flag.bit, value));
         }
-        self.store_bits(Space::F, byte, &kept)
+        self.store_bits(space, byte, &bits)
     }
 
     /// F0080 and F0082 of an indirect access.
-    fn note(&mut self, to: &Indirect) -> Result {
-        self.flags(8, None, &[(0, to.syntax), (2, to.not_bcd)])
+    fn address_flags(&mut self, to: &Indirect) -> Result {
+        self.flags(None, &[(SYNTAX, to.syntax), (NOT_BCD, to.not_bcd)])
     }
 
     /// A load's value and, of an indirect one, whether it was done.
@@ -68,7 +66,7 @@ impl Lowerer<'_> {
                     Word::Indirect(at) => {
                         let to = self.indirect(at)?;
                         let value = self.indirect_word(&to);
-                        self.note(&to)?;
+                        self.address_flags(&to)?;
                         (value, Some(to.ok))
                     }
                     word => (self.word(word)?, None),
@@ -106,7 +104,7 @@ impl Lowerer<'_> {
                 let old = self.indirect_word(&to);
                 let value = self.guarded(Some(to.ok), value, old);
                 self.store_indirect(&to, value);
-                self.note(&to)?;
+                self.address_flags(&to)?;
             }
             Place::Word(word) => self.store_word(word, value)?,
         }
@@ -162,20 +160,20 @@ impl Lowerer<'_> {
             _ => return Ok(()),
         };
         if let Some((less, than)) = carry.filter(|_| after.has(Set::CARRY)) {
-            bits.push((0, self.builder.ins().icmp(IntCond::Ult, less, than)));
+            bits.push((CARRY, self.builder.ins().icmp(IntCond::Ult, less, than)));
         }
         bits.extend(self.value_flags(value, after));
-        self.flags(4, guard, &bits)
+        self.flags(guard, &bits)
     }
 
     /// F0046 and F0047 of a result, as far as they may be looked at.
-    fn value_flags(&mut self, value: Value, after: Set) -> Vec<(u8, Value)> {
+    fn value_flags(&mut self, value: Value, after: Set) -> Vec<(Bit, Value)> {
         let mut bits = vec![];
         if after.has(Set::ZERO) {
-            bits.push((6, self.is_zero(value)));
+            bits.push((ZERO, self.is_zero(value)));
         }
         if after.has(Set::SIGN) {
-            bits.push((7, self.builder.ins().icmp_imm(IntCond::Slt, value, 0)));
+            bits.push((SIGN, self.builder.ins().icmp_imm(IntCond::Slt, value, 0)));
         }
         bits
     }
@@ -201,7 +199,7 @@ impl Lowerer<'_> {
         }
         if after.has(Set::MUL_OVERFLOW) {
             let some = self.builder.ins().icmp_imm(IntCond::Ne, high, 0);
-            self.flags(8, guard, &[(3, some)])?;
+            self.flags(guard, &[(MUL_OVERFLOW, some)])?;
         }
         Ok(low)
     }
@@ -218,7 +216,7 @@ impl Lowerer<'_> {
         let rest = ins.zextend_or_trunc(Type::I16, rest);
         let by_zero = self.is_zero(b);
         if after.has(Set::SYNTAX) {
-            self.flags(8, guard, &[(0, by_zero)])?;
+            self.flags(guard, &[(SYNTAX, by_zero)])?;
         }
         if after.has(Set::HIGH) {
             let rest = self.builder.ins().select(by_zero, high, rest);
@@ -248,7 +246,7 @@ impl Lowerer<'_> {
                 let value = self.builder.ins().binary(binary(op), old, with);
                 let kept = self.guarded(Some(to.ok), value, before);
                 self.store_indirect(&to, kept);
-                self.note(&to)?;
+                self.address_flags(&to)?;
                 self.sum_flags(op, (old, with), value, Some(to.ok), after)?;
             }
             Place::Word(word) => {
@@ -269,16 +267,16 @@ impl Lowerer<'_> {
         let op = self.op();
         let word = self.wide(op);
         let Bcd { number, wrong } = self.take_bcd(word);
-        let sign = self.bit(crate::nct::ast::Bit { space: Space::F, byte: 8, bit: 7 })?;
+        let sign = self.bit(BCD_SIGN)?;
         let ins = self.builder.ins();
         let value = ins.zextend_or_trunc(Type::I16, number);
         let negative = ins.unary(plcc_ir::UnaryOp::Neg, value);
         let value = ins.select(sign, negative, value);
         let result = ins.select(wrong, op, value);
-        self.flags(8, None, &[(2, wrong)])?;
+        self.flags(None, &[(NOT_BCD, wrong)])?;
         let right = self.not(wrong);
         let bits = self.value_flags(value, after);
-        self.flags(4, Some(right), &bits)?;
+        self.flags(Some(right), &bits)?;
         self.set_op(result);
         Ok(())
     }
@@ -299,16 +297,16 @@ impl Lowerer<'_> {
             result = ins.binary(BinaryOp::Or, result, digit);
         }
         let result = ins.select(over, op, result);
-        self.flags(5, None, &[(3, over)])?;
+        self.flags(None, &[(OVERFLOW, over)])?;
         let within = self.not(over);
         let mut bits = vec![];
         if after.has(Set::ZERO) {
-            bits.push((6, self.is_zero(op)));
+            bits.push((ZERO, self.is_zero(op)));
         }
         if after.has(Set::SIGN) {
-            bits.push((7, negative));
+            bits.push((SIGN, negative));
         }
-        self.flags(4, Some(within), &bits)?;
+        self.flags(Some(within), &bits)?;
         self.set_op(result);
         Ok(())
     }

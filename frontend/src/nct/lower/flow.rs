@@ -9,6 +9,7 @@ use crate::common::OrMissing;
 use crate::nct::{
     ast::{Op, Space, Word},
     lower::liveness::Set,
+    status_flags::{NOT_BCD, SYNTAX},
     tables::modules,
 };
 
@@ -208,7 +209,7 @@ impl Lowerer<'_> {
         let none = self.builder.ins().iconst(Type::I32, i64::from(u16::MAX));
         let number = self.builder.ins().select(wrong, none, number);
         let zero = self.builder.ins().iconst(Type::I1, 0);
-        self.store_bits(Space::F, 8, &[(0, zero), (2, wrong)])?;
+        self.store_bits(Space::F, SYNTAX.byte, &[(SYNTAX.bit, zero), (NOT_BCD.bit, wrong)])?;
         if call {
             let site = self.site(at)?;
             let site = self.builder.ins().iconst(Type::I32, site);
@@ -225,10 +226,10 @@ impl Lowerer<'_> {
         }
         self.builder.switch(number, targets, refused);
         self.bind(refused);
-        // A digit that is none is told already; otherwise there is no such label.
-        let wrong = self.bit(crate::nct::ast::Bit { space: Space::F, byte: 8, bit: 2 })?;
+        // F0082 says already that a digit is wrong; otherwise there is no such label.
+        let wrong = self.bit(NOT_BCD)?;
         let missing = self.not(wrong);
-        self.store_bits(Space::F, 8, &[(0, missing)])
+        self.store_bit(SYNTAX, missing)
     }
 
     /// Where the number of an indirect call's return waits.

@@ -1,11 +1,14 @@
-//! Which status flags, and whether OP, somebody may still look at: what is overwritten before
-//! anybody can need not be computed.
+//! Liveness of OP and of the status flags before each statement: what is overwritten before
+//! anything can read it need not be computed.
 //!
 //! One walk backwards over the flat statements. Whatever leaves the straight way (a module's end,
-//! a return, a call, a jump back, an indirect one) may show everything, and so may an indirect
+//! a return, a call, a jump back, an indirect one) may read everything, and so may an indirect
 //! access to F and every statement with a register area.
 
-use crate::nct::ast::{Arith, Bit, Cond, Op, Operand, Place, Program, Space, Test, Word};
+use crate::nct::{
+    ast::{Arith, Bit, Cond, Op, Operand, Place, Program, Space, Test, Word},
+    status_flags,
+};
 
 /// A set of OP and status flags.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,32 +43,30 @@ impl Set {
     }
 }
 
-/// What lies in a byte of F.
+/// Each status flag and its set.
+const FLAGS: [(Bit, Set); 7] = [
+    (status_flags::CARRY, Set::CARRY),
+    (status_flags::ZERO, Set::ZERO),
+    (status_flags::SIGN, Set::SIGN),
+    (status_flags::OVERFLOW, Set::OVERFLOW),
+    (status_flags::SYNTAX, Set::SYNTAX),
+    (status_flags::NOT_BCD, Set::NOT_BCD),
+    (status_flags::MUL_OVERFLOW, Set::MUL_OVERFLOW),
+];
+
+/// The status flags in a byte of F.
 fn of_byte(byte: u16) -> Set {
-    match byte {
-        0 | 1 => Set::HIGH,
-        4 => Set::SUM,
-        5 => Set::OVERFLOW,
-        8 => Set::INDIRECT.and(Set::MUL_OVERFLOW),
-        _ => Set::NONE,
-    }
+    let flags = FLAGS.iter().filter(|(bit, _)| bit.byte == byte);
+    let high = if byte <= 1 { Set::HIGH } else { Set::NONE };
+    flags.fold(high, |all, &(_, set)| all.and(set))
 }
 
+/// The status flag that a bit is, or the register that it lies in.
 fn of_bit(bit: Bit) -> Set {
-    if bit.space != Space::F {
-        return Set::NONE;
+    if bit.space == Space::F && bit.byte <= 1 {
+        return Set::HIGH;
     }
-    match (bit.byte, bit.bit) {
-        (0 | 1, _) => Set::HIGH,
-        (4, 0) => Set::CARRY,
-        (4, 6) => Set::ZERO,
-        (4, 7) => Set::SIGN,
-        (5, 3) => Set::OVERFLOW,
-        (8, 0) => Set::SYNTAX,
-        (8, 2) => Set::NOT_BCD,
-        (8, 3) => Set::MUL_OVERFLOW,
-        _ => Set::NONE,
-    }
+    FLAGS.iter().find(|&&(flag, _)| flag == bit).map_or(Set::NONE, |&(_, set)| set)
 }
 
 /// What reading a variable looks at.
@@ -115,7 +116,7 @@ fn arith(op: Arith) -> (Set, Set) {
     }
 }
 
-/// What may be looked at before each statement; one more entry stands for the text's end.
+/// The live set before each statement; one more entry stands for the text's end.
 pub(crate) fn liveness(program: &Program) -> Vec<Set> {
     let count = program.stmts.len();
     let mut live = vec![Set::ALL; count + 1];

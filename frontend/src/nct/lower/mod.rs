@@ -21,7 +21,7 @@ use plcc_ir::{
 use crate::common::{InternalError, OrMissing};
 use crate::nct::{
     ast::{Op, Program, Stmt, Word},
-    layout::Layout,
+    layout::{CONTEXT, FLAG_BYTES_REGION, Layout, SCRATCH, WAITING},
     lower::liveness::{Set, liveness},
 };
 
@@ -40,10 +40,10 @@ pub(super) fn lower_with(program: &Program, layout: &Layout, limit: usize) -> Re
     let builder = ChunkBuilder::new(layout.size, layout.regions.clone()).with_limit(limit);
     let region = |name: &str| builder.region(name).or_missing(|| format!("region `{name}`"));
     let regions = Regions {
-        context: region("context")?,
-        scratch: region("scratch")?,
-        waiting: region("waiting")?,
-        flag_bytes: region("flag_bytes")?,
+        context: region(CONTEXT)?,
+        scratch: region(SCRATCH)?,
+        waiting: region(WAITING)?,
+        flag_bytes: region(FLAG_BYTES_REGION)?,
     };
     let mut lowerer = Lowerer {
         program,

@@ -1,10 +1,10 @@
 //! Arithmetic on OP with the flags that it sets (NCT 4.8, 4.9).
 
-use super::{
-    memory::{BCD_SIGN, CARRY, HIGH, MUL_OVERFLOW, NOT_BCD, OVERFLOW, SIGN, SYNTAX, ZERO},
-    run::Run,
+use super::run::Run;
+use crate::nct::{
+    ast::Arith,
+    status_flags::{BCD_SIGN, CARRY, HIGH, MUL_OVERFLOW, NOT_BCD, OVERFLOW, SIGN, SYNTAX, ZERO},
 };
-use crate::nct::ast::Arith;
 
 /// The number that four BCD digits stand for.
 pub(super) fn from_bcd(word: u16) -> Option<u16> {

@@ -3,23 +3,10 @@
 use plcc_abi::image::{read_u16, write_u16};
 
 use super::{arithmetic::from_bcd, run::Run};
-use crate::nct::ast::{Bit, Operand, Place, Space, Word};
-
-/// A bit of F by its four digits.
-const fn flag(digits: u16) -> Bit {
-    Bit { space: Space::F, byte: digits / 10, bit: (digits % 10) as u8 }
-}
-
-pub(super) const CARRY: Bit = flag(40);
-pub(super) const ZERO: Bit = flag(46);
-pub(super) const SIGN: Bit = flag(47);
-pub(super) const OVERFLOW: Bit = flag(53);
-pub(super) const SYNTAX: Bit = flag(80);
-pub(super) const NOT_BCD: Bit = flag(82);
-pub(super) const MUL_OVERFLOW: Bit = flag(83);
-pub(super) const BCD_SIGN: Bit = flag(87);
-/// The high word of products and dividends, later the remainder.
-pub(super) const HIGH: Word = Word::Bytes { space: Space::F, byte: 0 };
+use crate::nct::{
+    ast::{Bit, Operand, Place, Space, Word},
+    status_flags::{NOT_BCD, SYNTAX},
+};
 
 impl Run<'_> {
     pub(super) fn bit(&self, bit: Bit) -> bool {
@@ -79,7 +66,7 @@ impl Run<'_> {
     }
 
     /// Sets the flags of an indirect access.
-    pub(super) fn note(&mut self, syntax: bool, not_bcd: bool) {
+    pub(super) fn set_address_flags(&mut self, syntax: bool, not_bcd: bool) {
         self.set(SYNTAX, syntax);
         self.set(NOT_BCD, not_bcd);
     }
@@ -95,11 +82,11 @@ impl Run<'_> {
             Place::Word(Word::Indirect(at)) => match self.indirect(at) {
                 Ok(word) => {
                     let value = self.word(word);
-                    self.note(false, false);
+                    self.set_address_flags(false, false);
                     value
                 }
                 Err((syntax, not_bcd)) => {
-                    self.note(syntax, not_bcd);
+                    self.set_address_flags(syntax, not_bcd);
                     return None;
                 }
             },
@@ -124,14 +111,14 @@ impl Run<'_> {
                 let (word, indirect) = match word {
                     Word::Indirect(at) => match self.indirect(at) {
                         Ok(word) => (word, true),
-                        Err((syntax, not_bcd)) => return self.note(syntax, not_bcd),
+                        Err((syntax, not_bcd)) => return self.set_address_flags(syntax, not_bcd),
                     },
                     word => (word, false),
                 };
                 let (value, carry) = change(self.word(word), self.op);
                 self.set_word(word, value);
                 if indirect {
-                    self.note(false, false);
+                    self.set_address_flags(false, false);
                 }
                 if let Some(carry) = carry {
                     self.result_flags(carry, value);

@@ -118,11 +118,11 @@ impl Run<'_> {
     fn named_label(&mut self, at: u16) -> Option<usize> {
         let word = self.word(Word::Bytes { space: Space::F, byte: at });
         let Some(label) = from_bcd(word) else {
-            self.note(false, true);
+            self.set_address_flags(false, true);
             return None;
         };
         let target = if NAMED.contains(&label) { self.target(label) } else { None };
-        self.note(target.is_none(), false);
+        self.set_address_flags(target.is_none(), false);
         target
     }
 

@@ -4,8 +4,8 @@
 use crate::nct::{
     ast::{Cond, Op, Operand, Relation, Space, Test},
     read::{
-        diagnostic::{Fail, Read, error, shown},
-        operand::{Prefix, begins_constant, bit, constant, counter, load, refuse, whole},
+        diagnostic::{Read, SyntaxError, error, shown},
+        operand::{Prefix, begins_constant, bit, constant, counter, load, refuse, require_word},
         parser::Parser,
     },
 };
@@ -67,7 +67,7 @@ impl Parser<'_> {
         Ok(true)
     }
 
-    fn bad_p(&mut self, start: usize) -> Fail {
+    fn bad_p(&mut self, start: usize) -> SyntaxError {
         let found = self.c.peek();
         refuse(&mut self.c, |c| {
             let message = format!("{} can't follow P", shown(found));
@@ -75,7 +75,7 @@ impl Parser<'_> {
         })
     }
 
-    fn bad_not(&mut self, start: usize) -> Fail {
+    fn bad_not(&mut self, start: usize) -> SyntaxError {
         let found = self.c.peek();
         refuse(&mut self.c, |c| {
             let message = format!("{} can't follow N", shown(found));
@@ -102,7 +102,7 @@ impl Parser<'_> {
             c.bump();
             let operand = load(c, start, if not { Prefix::LoadNot } else { Prefix::Load })?;
             if let Operand::Load { place, .. } = operand {
-                whole(c, start, place)?;
+                require_word(c, start, place)?;
             }
             return Ok(Test::Relation { relation, operand });
         }

@@ -3,10 +3,10 @@
 use plcc_diag::{Diagnostic, Span};
 
 /// An error on its way to the list.
-pub(crate) type Fail = Box<Diagnostic>;
+pub(crate) type SyntaxError = Box<Diagnostic>;
 
 /// What reading something gives.
-pub(crate) type Read<T> = Result<T, Fail>;
+pub(crate) type Read<T> = Result<T, SyntaxError>;
 
 macro_rules! codes {
     ($($number:literal)*) => {
@@ -32,7 +32,7 @@ pub(crate) fn error(
     span: Span,
     message: impl Into<String>,
     help: impl Into<String>,
-) -> Fail {
+) -> SyntaxError {
     Box::new(Diagnostic::error(code(number), span, message).help(help))
 }
 

@@ -8,7 +8,7 @@ use crate::nct::{
     ast::{Arith, Cond, Op},
     read::{
         cursor::Cursor,
-        diagnostic::{Fail, Read, error, shown},
+        diagnostic::{Read, SyntaxError, error, shown},
         operand::{Prefix, begins_constant, constant, load, refuse},
         parser::Parser,
     },
@@ -100,7 +100,7 @@ impl Parser<'_> {
         }
     }
 
-    fn no_test(&mut self, first: bool) -> Fail {
+    fn no_test(&mut self, first: bool) -> SyntaxError {
         if !first {
             return self.wrong_inside("a condition");
         }
@@ -111,7 +111,7 @@ impl Parser<'_> {
     }
 
     /// Something that may not stand inside parentheses or brackets.
-    fn wrong_inside(&mut self, wanted: &str) -> Fail {
+    fn wrong_inside(&mut self, wanted: &str) -> SyntaxError {
         let found = self.c.peek();
         let lower = found
             .is_some_and(|c| !matches!(c, 'A'..='Z' | '0'..='9') && !":,.$()[]<>=+-*/".contains(c));
@@ -126,7 +126,13 @@ impl Parser<'_> {
 
     /// Goes behind the parenthesis that was wrong, if it is closed; what nothing closes is the
     /// error where one is.
-    fn leave(&mut self, fail: Fail, open: Vec<usize>, opening: char, closing: char) -> Fail {
+    fn leave(
+        &mut self,
+        fail: SyntaxError,
+        open: Vec<usize>,
+        opening: char,
+        closing: char,
+    ) -> SyntaxError {
         if self.unclosed.is_none() {
             self.unclosed = Some(find_unclosed(Cursor::new(self.file, self.text)));
         }

@@ -2,7 +2,7 @@
 
 use crate::nct::read::{
     cursor::Cursor,
-    diagnostic::{Fail, Read, error, shown},
+    diagnostic::{Read, SyntaxError, error, shown},
     operand::refuse,
 };
 
@@ -63,7 +63,7 @@ pub(crate) fn address(
     Ok(Address { value, len })
 }
 
-fn not_octal(c: &Cursor<'_>, start: usize) -> Fail {
+fn not_octal(c: &Cursor<'_>, start: usize) -> SyntaxError {
     error(
         9,
         c.span_from(start),
@@ -72,7 +72,7 @@ fn not_octal(c: &Cursor<'_>, start: usize) -> Fail {
     )
 }
 
-fn too_few(c: &Cursor<'_>, start: usize, least: u8, most: u8, digits: Digits) -> Fail {
+fn too_few(c: &Cursor<'_>, start: usize, least: u8, most: u8, digits: Digits) -> SyntaxError {
     let count = if least == most { format!("{most}") } else { format!("{least} or {most}") };
     let s = if most == 1 { "" } else { "s" };
     let number = if digits == Digits::Octal { 9 } else { 19 };

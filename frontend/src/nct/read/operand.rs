@@ -5,7 +5,7 @@ use crate::nct::{
     ast::{Bit, Operand, Place, Space, Word},
     read::{
         cursor::Cursor,
-        diagnostic::{Fail, Read, error, shown},
+        diagnostic::{Read, SyntaxError, error, shown},
         number::{Digits, address, decimal, hexadecimal},
     },
 };
@@ -164,7 +164,10 @@ fn register(c: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Word> {
 
 /// Takes a character that may not stand here, with the rest of the variable behind it, unless it
 /// is one that holds the program's structure together, then makes the error.
-pub(crate) fn refuse(c: &mut Cursor<'_>, make: impl FnOnce(&Cursor<'_>) -> Fail) -> Fail {
+pub(crate) fn refuse(
+    c: &mut Cursor<'_>,
+    make: impl FnOnce(&Cursor<'_>) -> SyntaxError,
+) -> SyntaxError {
     if !matches!(c.peek(), None | Some('Z' | 'E' | 'J' | ':' | '$' | '(' | ')' | '[' | ']')) {
         c.bump();
     }
@@ -257,7 +260,7 @@ pub(crate) fn load(c: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Ope
 }
 
 /// Refuses a bit where a number of 16 bits is needed.
-pub(crate) fn whole(c: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
+pub(crate) fn require_word(c: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
     let Place::Bit(bit) = place else { return Ok(()) };
     let digits = if bit.space == Space::F { "three digits" } else { "two digits" };
     Err(error(

@@ -8,9 +8,11 @@ use crate::nct::{
     ast::{AreaOp, Arith, Cond, Op, Opens, Operand, Space, Stmt, Texts, Word},
     read::{
         cursor::Cursor,
-        diagnostic::{Fail, Read, error, shown},
+        diagnostic::{Read, SyntaxError, error, shown},
         number::{Digits, address, decimal, hexadecimal},
-        operand::{Prefix, begins_constant, bit, constant, counter, load, place, refuse, whole},
+        operand::{
+            Prefix, begins_constant, bit, constant, counter, load, place, refuse, require_word,
+        },
     },
 };
 
@@ -164,7 +166,7 @@ impl Parser<'_> {
         })
     }
 
-    fn unknown(&mut self, start: usize, first: char) -> Fail {
+    fn unknown(&mut self, start: usize, first: char) -> SyntaxError {
         let span = self.c.span_from(start);
         if !matches!(first, 'A'..='Z' | '0'..='9' | ')' | ']' | '$') {
             let upper = first.to_ascii_uppercase();
@@ -393,7 +395,7 @@ impl Parser<'_> {
                 let prefix = if not { Prefix::StoreNot } else { Prefix::Store };
                 let place = place(c, start, prefix)?;
                 if matches!(op, Arith::Add | Arith::Sub) {
-                    whole(c, start, place)?;
+                    require_word(c, start, place)?;
                 }
                 Op::Update { op, negate: not, place }
             }
@@ -415,12 +417,12 @@ impl Parser<'_> {
         if let Operand::Load { place, .. } = operand
             && matches!(op, Arith::Add | Arith::Sub | Arith::Mul | Arith::Div)
         {
-            whole(&self.c, start, place)?;
+            require_word(&self.c, start, place)?;
         }
         Ok(Op::Arith { op, operand })
     }
 
-    fn bad_operand(&mut self, start: usize, first: char, not: bool) -> Fail {
+    fn bad_operand(&mut self, start: usize, first: char, not: bool) -> SyntaxError {
         let found = self.c.peek();
         let tests = matches!(found, Some('I' | 'Y' | 'V' | 'P' | 'F' | 'Q' | 'T' | 'H' | 'M'));
         let gate = matches!(first, 'A' | 'O' | 'X');

@@ -6,7 +6,7 @@ use plcc_diag::Span;
 
 use crate::common::Limits;
 use crate::pmi::{
-    analyse::specification_section::{Result, Spec, fail},
+    analyse::specification_section::{Result, SpecificationSection, fail},
     ast::{FlipFlopDef, Meaning, SymbolId, TimerDef},
     read::{cursor::Cursor, diagnostic::error, token::Kind},
 };
@@ -18,7 +18,7 @@ const ARRAYS: u32 = 256;
 /// Bytes that all arrays together may take, whatever the limits.
 const BYTES: u64 = 64 << 20;
 
-impl Spec<'_> {
+impl SpecificationSection<'_> {
     /// `NAME`, `NAME = constant`, `NAME[n]`, `NAME[n] = [constants]`, with commas between them.
     pub(crate) fn variables(&mut self, cursor: &mut Cursor<'_>, ty: Type) -> Result {
         loop {
@@ -99,7 +99,7 @@ impl Spec<'_> {
         let mut values = vec![];
         let mut extra = None;
         loop {
-            let span = cursor.here();
+            let span = cursor.span();
             values.push(self.constant(cursor, ty)?);
             if values.len() > elements as usize {
                 extra = extra.or(Some(span));
@@ -125,9 +125,9 @@ impl Spec<'_> {
 
     /// A constant of a type.
     fn constant(&mut self, cursor: &mut Cursor<'_>, ty: Type) -> Result<i32> {
-        let start = cursor.here();
+        let start = cursor.span();
         let negative = cursor.eat(Kind::Minus);
-        let span = start.to(cursor.here());
+        let span = start.to(cursor.span());
         let value = match cursor.token() {
             Some(token) => match (token.kind, cursor.slice(token)) {
                 (Kind::Number(value), _) => {
@@ -162,7 +162,7 @@ impl Spec<'_> {
 
     /// `E/TC/DC = P`.
     pub(crate) fn timer(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        let span = cursor.here();
+        let span = cursor.span();
         let kind = match cursor.name() {
             Some(("E", _)) => TimerKind::E,
             Some(("D", _)) => TimerKind::D,

@@ -25,7 +25,7 @@ const GOTOS: u32 = 1000;
 /// An IF that is not over.
 struct Frame {
     span: Span,
-    /// The condition to be told where to go on when it is false.
+    /// The step of the condition whose target for false is not known yet.
     condition: Option<usize>,
     /// Jumps to the ENDIF.
     leave: Vec<usize>,
@@ -33,7 +33,7 @@ struct Frame {
 }
 
 /// The execution section's state.
-pub(crate) struct Exec<'a> {
+pub(crate) struct ExecutionSection<'a> {
     names: &'a mut Names,
     checked: &'a mut Checked,
     limits: Limits,
@@ -69,12 +69,12 @@ pub(crate) fn declare(names: &mut Names, cursor: &mut Cursor<'_>) {
     }
 }
 
-impl<'a> Exec<'a> {
+impl<'a> ExecutionSection<'a> {
     pub(crate) fn new(names: &'a mut Names, checked: &'a mut Checked, limits: Limits) -> Self {
         Self { names, checked, limits, frames: vec![], gotos: 0, jumps: vec![] }
     }
 
-    fn here(&self) -> u32 {
+    fn next_step(&self) -> u32 {
         self.checked.steps.len() as u32
     }
 
@@ -110,7 +110,7 @@ impl<'a> Exec<'a> {
                     .help("IF, ELSE, ELSEIF, ENDIF, GOTO, T and F cannot be labels"),
             );
         }
-        let here = self.here();
+        let here = self.next_step();
         let known = self.names.find(name).and_then(|id| self.names.get_mut(id));
         match known {
             Some(symbol) if symbol.declared == Some(span) => {
@@ -198,7 +198,7 @@ impl<'a> Exec<'a> {
         };
         cursor.at += 1;
         let value = self.parser(cursor).parse(Until::End)?.ops;
-        self.step(Action::Assign { target, value }, cursor.whole());
+        self.step(Action::Assign { target, value }, cursor.statement_span());
         Ok(())
     }
 
@@ -259,7 +259,7 @@ impl<'a> Exec<'a> {
         let parsed = self.parser(cursor).parse(Until::Condition)?;
         if cursor.kind() == Some(Kind::RParen) {
             return fail(
-                error(32, cursor.here(), "`)` has no `(`")
+                error(32, cursor.span(), "`)` has no `(`")
                     .help("remove it, or open it further left"),
             );
         }
@@ -274,7 +274,7 @@ impl<'a> Exec<'a> {
     }
 
     fn begin_if(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        let word = cursor.here();
+        let word = cursor.span();
         cursor.at += 1;
         self.frames.push(Frame { span: word, condition: None, leave: vec![], has_else: false });
         let depth = self.frames.len();
@@ -286,7 +286,7 @@ impl<'a> Exec<'a> {
             );
         }
         let condition = self.condition(cursor, "IF")?;
-        let step = self.step(Action::If { condition, otherwise: 0 }, cursor.whole());
+        let step = self.step(Action::If { condition, otherwise: 0 }, cursor.statement_span());
         if let Some(frame) = self.frames.last_mut() {
             frame.condition = Some(step);
         }
@@ -296,7 +296,7 @@ impl<'a> Exec<'a> {
     /// Ends a body: a jump to the ENDIF, and the false condition goes on behind it.
     fn end_body(&mut self, span: Span) {
         let jump = self.step(Action::Jump { to: 0, counted: false }, span);
-        let here = self.here();
+        let here = self.next_step();
         let condition = self.frames.last_mut().and_then(|frame| {
             frame.leave.push(jump);
             frame.condition.take()
@@ -323,14 +323,14 @@ impl<'a> Exec<'a> {
     }
 
     fn else_if(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        let word = cursor.here();
+        let word = cursor.span();
         cursor.at += 1;
         if self.frames.last().is_none_or(|frame| frame.has_else) {
             return self.misplaced(word, "ELSEIF");
         }
-        self.end_body(cursor.whole());
+        self.end_body(cursor.statement_span());
         let condition = self.condition(cursor, "ELSEIF")?;
-        let step = self.step(Action::If { condition, otherwise: 0 }, cursor.whole());
+        let step = self.step(Action::If { condition, otherwise: 0 }, cursor.statement_span());
         if let Some(frame) = self.frames.last_mut() {
             frame.condition = Some(step);
         }
@@ -338,12 +338,12 @@ impl<'a> Exec<'a> {
     }
 
     fn else_(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        let word = cursor.here();
+        let word = cursor.span();
         cursor.at += 1;
         if self.frames.last().is_none_or(|frame| frame.has_else) {
             return self.misplaced(word, "ELSE");
         }
-        self.end_body(cursor.whole());
+        self.end_body(cursor.statement_span());
         if let Some(frame) = self.frames.last_mut() {
             frame.has_else = true;
         }
@@ -352,9 +352,9 @@ impl<'a> Exec<'a> {
     }
 
     fn end_if(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        let word = cursor.here();
+        let word = cursor.span();
         cursor.at += 1;
-        let here = self.here();
+        let here = self.next_step();
         let Some(frame) = self.frames.pop() else {
             return self.misplaced(word, "ENDIF");
         };
@@ -382,7 +382,7 @@ impl<'a> Exec<'a> {
     }
 
     fn goto(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        let word = cursor.here();
+        let word = cursor.span();
         cursor.at += 1;
         self.gotos += 1;
         if self.gotos > GOTOS && self.limits == Limits::Original {
@@ -418,7 +418,7 @@ impl<'a> Exec<'a> {
             }
         }
         self.alone(cursor, "the label", "")?;
-        let step = self.step(Action::Jump { to: 0, counted: true }, cursor.whole());
+        let step = self.step(Action::Jump { to: 0, counted: true }, cursor.statement_span());
         self.jumps.extend(id.map(|id| (step, id)));
         Ok(())
     }

@@ -14,10 +14,12 @@ use plcc_diag::{Diagnostic, FileId, SourceMap};
 use crate::common::{FileLoader, Options};
 use crate::pmi::{
     analyse::{
-        execution_section::Exec,
+        execution_section::ExecutionSection,
         lookup::resolve,
         names::Names,
-        specification_section::{Pending, PendingItem, Section, Spec, array_in_text},
+        specification_section::{
+            Pending, PendingItem, Section, SpecificationSection, array_in_text,
+        },
     },
     ast::{Announcement, Checked, Item},
     read::{
@@ -43,22 +45,22 @@ pub(crate) fn check(
     let mut names = Names::new(&Executive::new(&options.machine));
     let mut lexer = Lexer { sources, options, tokens: vec![] };
 
-    let mut spec = Spec::new(&mut names, &mut checked, options.limits);
+    let mut specification = SpecificationSection::new(&mut names, &mut checked, options.limits);
     let mut rest = text.statements.as_slice();
     while let [statement, tail @ ..] = rest {
         rest = tail;
         let mut cursor = lexer.cursor(*statement);
-        if let Err(problem) = spec.statement(&mut cursor) {
+        if let Err(problem) = specification.statement(&mut cursor) {
             diagnostics.push(*problem);
         }
-        if spec.section == Some(Section::End) {
+        if specification.section == Some(Section::End) {
             break;
         }
     }
-    let ended = spec.section == Some(Section::End);
-    let pending = std::mem::take(&mut spec.pending);
-    diagnostics.append(&mut spec.warnings);
-    // A file that ends in the middle of a statement has said so already.
+    let ended = specification.section == Some(Section::End);
+    let pending = std::mem::take(&mut specification.pending);
+    diagnostics.append(&mut specification.warnings);
+    // A file that ends in the middle of a statement has an error already.
     if !ended && diagnostics.iter().all(|diagnostic| diagnostic.code != "PMI-2") {
         diagnostics.push(
             error(2, text.last, "the file ends without $END")
@@ -70,13 +72,13 @@ pub(crate) fn check(
         execution_section::declare(&mut names, &mut lexer.cursor(*statement));
     }
     announcements(pending, &mut names, &mut checked, &mut diagnostics);
-    let mut exec = Exec::new(&mut names, &mut checked, options.limits);
+    let mut execution = ExecutionSection::new(&mut names, &mut checked, options.limits);
     for statement in rest {
-        if let Err(problem) = exec.statement(&mut lexer.cursor(*statement)) {
+        if let Err(problem) = execution.statement(&mut lexer.cursor(*statement)) {
             diagnostics.push(*problem);
         }
     }
-    exec.finish(&mut diagnostics);
+    execution.finish(&mut diagnostics);
     checked.symbols = names.into_symbols();
     for step in &mut checked.steps {
         step.line = sources.line_col(step.span.file, step.span.start).0;

@@ -117,7 +117,7 @@ impl Names {
     }
 
     /// Declares a name about which nothing is known, so that its uses are no further errors.
-    pub(crate) fn poison(&mut self, name: &str, at: Span) {
+    pub(crate) fn declare_unknown(&mut self, name: &str, at: Span) {
         if !RESERVED.contains(&name) && self.find(name).is_none() {
             let _ = self.declare(name, at, Type::Logical, None, Meaning::Unknown);
         }

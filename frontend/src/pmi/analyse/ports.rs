@@ -6,7 +6,7 @@ use plcc_abi::pmi::{Format, Lines, Type};
 use plcc_diag::{Diagnostic, Span};
 
 use crate::pmi::{
-    analyse::specification_section::{HelpIfNone, Result, Section, Spec, fail},
+    analyse::specification_section::{HelpIfNone, Result, Section, SpecificationSection, fail},
     ast::Meaning,
     read::{
         cursor::Cursor,
@@ -31,9 +31,9 @@ struct Port {
     bits: [Option<Span>; 8],
 }
 
-impl Spec<'_> {
+impl SpecificationSection<'_> {
     /// `v = port/bit` or `v = port/bit1-bit2/type`.
-    pub(crate) fn line(&mut self, cursor: &mut Cursor<'_>, section: Section) -> Result {
+    pub(crate) fn port_line(&mut self, cursor: &mut Cursor<'_>, section: Section) -> Result {
         let name = self.new_name(cursor)?;
         self.check_new(name)?;
         self.expect(cursor, Kind::Eq, "=")?;
@@ -72,7 +72,7 @@ impl Spec<'_> {
             }
         };
         self.end(cursor)?;
-        let shared = self.use_lines(lines, output, name.1);
+        let shared = self.claim_bits(lines, output, name.1);
         let meaning = if output { Meaning::Output(lines) } else { Meaning::Input(lines) };
         let ty = if lines.format == Format::Bit { Type::Logical } else { Type::Integer };
         self.declare(name, ty, None, meaning)?;
@@ -102,7 +102,7 @@ impl Spec<'_> {
 
     /// `bit2/type` of a group.
     fn group(&self, cursor: &mut Cursor<'_>, port: u16, low: u8) -> Result<Lines> {
-        let span = cursor.here();
+        let span = cursor.span();
         let high = self.bit(cursor)?;
         if high <= low {
             return fail(
@@ -111,7 +111,7 @@ impl Spec<'_> {
             );
         }
         self.expect(cursor, Kind::Slash, "/")?;
-        let span = cursor.here();
+        let span = cursor.span();
         let format = match cursor.name() {
             Some(("B", _)) => Format::Binary,
             Some(("BCD", _)) => Format::Bcd,
@@ -132,7 +132,7 @@ impl Spec<'_> {
     }
 
     /// Notes the use; a bit that another output drives is the result.
-    fn use_lines(&mut self, lines: Lines, output: bool, at: Span) -> Option<(u8, Span)> {
+    fn claim_bits(&mut self, lines: Lines, output: bool, at: Span) -> Option<(u8, Span)> {
         let entry = self.ports.used.entry(lines.port);
         let port = entry.or_insert(Port { output, at, bits: [None; 8] });
         if !output {

@@ -91,7 +91,7 @@ pub(crate) enum PendingItem {
 }
 
 /// The specification section's state.
-pub(crate) struct Spec<'a> {
+pub(crate) struct SpecificationSection<'a> {
     pub(crate) names: &'a mut Names,
     pub(crate) checked: &'a mut Checked,
     pub(crate) pending: Vec<Pending>,
@@ -99,7 +99,7 @@ pub(crate) struct Spec<'a> {
     pub(crate) limits: Limits,
     /// The part that is being read; none before the first directive, or behind an unknown one.
     pub(crate) section: Option<Section>,
-    /// Nothing is known of the statements that follow.
+    /// An unknown directive stands in front: nothing is known of the statements that follow.
     lost: bool,
     seen: Vec<(Section, Span)>,
     pub(crate) arrays: u32,
@@ -109,7 +109,7 @@ pub(crate) struct Spec<'a> {
     pub(crate) ports: crate::pmi::analyse::ports::Ports,
 }
 
-impl<'a> Spec<'a> {
+impl<'a> SpecificationSection<'a> {
     pub(crate) fn new(names: &'a mut Names, checked: &'a mut Checked, limits: Limits) -> Self {
         Self {
             names,
@@ -144,7 +144,7 @@ impl<'a> Spec<'a> {
         }
         let Some(section) = self.section else {
             if self.lost {
-                self.poison(cursor);
+                self.declare_unknown(cursor);
                 // Nothing is known of its form, but what is no token is wrong in any.
                 let bad = |token: &Token| matches!(token.kind, Kind::Bad(_));
                 let Some(at) = cursor.tokens.iter().position(bad) else { return Ok(()) };
@@ -153,13 +153,13 @@ impl<'a> Spec<'a> {
             }
             let problem =
                 cursor.fail(3, format!("a directive is expected, not {}", cursor.found()));
-            self.poison(cursor);
+            self.declare_unknown(cursor);
             return Err(Box::new(
                 problem.help("start with $INPUT, $OUTPUT, $INTEGER…; $END stands before the logic"),
             ));
         };
         let result = match section {
-            Section::Input | Section::Output => self.line(cursor, section),
+            Section::Input | Section::Output => self.port_line(cursor, section),
             Section::Logical => self.variables(cursor, Type::Logical),
             Section::Integer => self.variables(cursor, Type::Integer),
             Section::Long => self.variables(cursor, Type::Long),
@@ -173,7 +173,7 @@ impl<'a> Spec<'a> {
             Section::End => Ok(()),
         };
         if result.is_err() {
-            self.poison(cursor);
+            self.declare_unknown(cursor);
         }
         result.map_err(|problem| Box::new(problem.help_if_none(section.form())))
     }
@@ -241,11 +241,11 @@ impl<'a> Spec<'a> {
 
     /// Declares all names of a faulty statement as unknown, so that their uses are no further
     /// errors. Names of the executive are declared as codes only.
-    fn poison(&mut self, cursor: &Cursor<'_>) {
+    fn declare_unknown(&mut self, cursor: &Cursor<'_>) {
         let codes = matches!(self.section, Some(Section::MCode | Section::GCode) | None);
         for token in cursor.tokens {
             if token.kind == Kind::Name || codes && token.kind == Kind::Executive {
-                self.names.poison(cursor.slice(*token), cursor.span_of(*token));
+                self.names.declare_unknown(cursor.slice(*token), cursor.span_of(*token));
             }
         }
     }
@@ -280,7 +280,7 @@ impl<'a> Spec<'a> {
     }
 
     /// Refuses a name that exists before anything behind it is looked at: the first error of a
-    /// statement is the one to be told.
+    /// statement is the one to report.
     pub(crate) fn check_new(&self, (name, span): (&str, Span)) -> Result {
         let known = self.names.find(name).and_then(|id| self.names.get(id));
         match known.filter(|symbol| symbol.meaning != Meaning::Unknown) {
@@ -299,7 +299,7 @@ impl<'a> Spec<'a> {
 
     /// A number of a declaration. None may be negative, but the error is that of its range.
     pub(crate) fn number(&self, cursor: &mut Cursor<'_>) -> Result<(i64, Span)> {
-        let span = cursor.here();
+        let span = cursor.span();
         match (cursor.kind(), cursor.next_kind()) {
             (Some(Kind::Number(value)), _) => {
                 cursor.at += 1;
@@ -350,7 +350,7 @@ impl<'a> Spec<'a> {
         if length > 40 {
             let what = format!("the text has {length} characters; the control shows 40");
             self.warnings.push(
-                Diagnostic::warning(diagnostic::LONG_TEXT, cursor.whole(), what)
+                Diagnostic::warning(diagnostic::LONG_TEXT, cursor.statement_span(), what)
                     .help("what is behind the 40th character is cut; shorten the text"),
             );
         }
@@ -381,7 +381,7 @@ impl<'a> Spec<'a> {
 
     fn codes(&mut self, cursor: &mut Cursor<'_>, letter: char, last: u32) -> Result {
         loop {
-            let span = cursor.here();
+            let span = cursor.span();
             let name = match cursor.token() {
                 Some(token) if token.kind == Kind::Executive => cursor.slice(token),
                 _ => {
@@ -405,7 +405,7 @@ impl<'a> Spec<'a> {
             self.declare((name, span), Type::Logical, None, Meaning::ResetOnly)?;
             let when = if cursor.eat(Kind::Slash) { cursor.name() } else { None };
             if !matches!(when, Some(("P" | "D", _))) {
-                let place = when.map_or(cursor.here(), |(_, span)| span);
+                let place = when.map_or(cursor.span(), |(_, span)| span);
                 let what = format!("{name} needs /P (prompt) or /D (delayed)");
                 let problem = cursor.fail(25, what);
                 // A wrong word is to be shown itself, not what stands behind it.
@@ -428,7 +428,7 @@ impl<'a> Spec<'a> {
 /// The directive in a faulty statement: in small letters, or with something in front of it. What
 /// follows belongs to it all the same.
 fn meant(cursor: &Cursor<'_>) -> Option<Section> {
-    let statement = cursor.whole();
+    let statement = cursor.statement_span();
     let first = cursor.text.get(statement.range()).filter(|text| text.starts_with('$'));
     let directive = cursor.tokens.iter().find(|token| token.kind == Kind::Directive);
     let text = first.or_else(|| directive.map(|token| cursor.slice(*token)))?;

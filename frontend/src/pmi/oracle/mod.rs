@@ -45,8 +45,8 @@ pub struct Interpreter {
     steps: Vec<Step>,
     /// What assignments set off, by the steps' numbers.
     effects: Vec<Effect>,
-    /// How often each step ran; for those that are no statement of their own, nothing is told.
-    /// Empty where nobody asks.
+    /// How often each step ran; for nothing is reported of those that are no statement of their own.
+    /// Empty where nothing is counted.
     counts: Vec<u64>,
     /// Places of the statements that steps stand for.
     spans: Vec<Option<Span>>,
@@ -58,8 +58,9 @@ impl Interpreter {
         let steps: Vec<Step> =
             checked.steps.iter().map(|step| resolver.step(&step.action)).collect();
         let Resolver { rows, effects, .. } = resolver;
-        let told = |action: &Action| !matches!(action, Action::Jump { counted: false, .. });
-        let spans = checked.steps.iter().map(|s| told(&s.action).then_some(s.span)).collect();
+        let is_statement = |action: &Action| !matches!(action, Action::Jump { counted: false, .. });
+        let spans =
+            checked.steps.iter().map(|s| is_statement(&s.action).then_some(s.span)).collect();
         Self { rows, steps, effects, counts: vec![], spans }
     }
 

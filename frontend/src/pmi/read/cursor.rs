@@ -26,17 +26,17 @@ impl<'a> Cursor<'a> {
         self.statement.file
     }
 
-    /// The token here.
+    /// The next token.
     pub(crate) fn token(&self) -> Option<Token> {
         self.tokens.get(self.at).copied()
     }
 
-    /// What the token here is.
+    /// What the next token is.
     pub(crate) fn kind(&self) -> Option<Kind> {
         self.token().map(|token| token.kind)
     }
 
-    /// What the token behind the one here is.
+    /// What the token behind the next one is.
     pub(crate) fn next_kind(&self) -> Option<Kind> {
         self.tokens.get(self.at + 1).map(|token| token.kind)
     }
@@ -51,8 +51,8 @@ impl<'a> Cursor<'a> {
         Span { file: self.file(), start: token.start, end: token.end }
     }
 
-    /// The place here: the token's, or behind the last one the last one's.
-    pub(crate) fn here(&self) -> Span {
+    /// The place of the next token; behind the last one, that of the last one.
+    pub(crate) fn span(&self) -> Span {
         match self.token().or(self.tokens.last().copied()) {
             Some(token) => self.span_of(token),
             None => {
@@ -62,37 +62,37 @@ impl<'a> Cursor<'a> {
     }
 
     /// The whole statement's place.
-    pub(crate) fn whole(&self) -> Span {
+    pub(crate) fn statement_span(&self) -> Span {
         Span { file: self.file(), start: self.statement.start, end: self.statement.end }
     }
 
-    /// Takes the token here if it is a `kind`.
+    /// Takes the next token if it is a `kind`.
     pub(crate) fn eat(&mut self, kind: Kind) -> bool {
         let found = self.kind() == Some(kind);
         self.at += usize::from(found);
         found
     }
 
-    /// The name here, if there is one.
+    /// Takes the next token if it is a name.
     pub(crate) fn name(&mut self) -> Option<(&'a str, Span)> {
         let token = self.token().filter(|token| token.kind == Kind::Name)?;
         self.at += 1;
         Some((self.slice(token), self.span_of(token)))
     }
 
-    /// The error `number` at this place, unless the token here is none, or the file is over.
+    /// The error `number` at the next token, unless what stands there is no token, or the file is over.
     pub(crate) fn fail(&self, number: u8, message: impl Into<String>) -> Diagnostic {
         match self.kind() {
             Some(Kind::Bad(fault)) => self.bad(fault),
             None if self.statement.open => {
-                error(2, self.here(), "the file ends in the middle of a statement")
+                error(2, self.span(), "the file ends in the middle of a statement")
                     .help("finish the statement, or remove the `#` that continues it")
             }
-            _ => error(number, self.here(), message),
+            _ => error(number, self.span(), message),
         }
     }
 
-    /// What stands here, for a message.
+    /// The next token as a message names it.
     pub(crate) fn found(&self) -> String {
         match self.token() {
             Some(token) => {
@@ -107,7 +107,7 @@ impl<'a> Cursor<'a> {
     }
 
     fn bad(&self, fault: Fault) -> Diagnostic {
-        let span = self.here();
+        let span = self.span();
         let text = self.token().map_or("", |token| self.slice(token));
         let short: String = text.chars().take(20).collect();
         let before = self.text.get(..span.start as usize).unwrap_or("");

@@ -1,0 +1,31 @@
+//! The flags and the register in F that statements set by themselves (NCT 2.3.1), each named once.
+
+use crate::nct::ast::{Bit, Space, Word};
+
+/// A bit of F by its four digits.
+const fn flag(digits: u16) -> Bit {
+    Bit { space: Space::F, byte: digits / 10, bit: (digits % 10) as u8 }
+}
+
+/// F0040: carry of an addition, borrow of a subtraction.
+pub(crate) const CARRY: Bit = flag(40);
+/// F0046: the result is zero.
+pub(crate) const ZERO: Bit = flag(46);
+/// F0047: the result is negative.
+pub(crate) const SIGN: Bit = flag(47);
+/// F0053: the result does not fit.
+pub(crate) const OVERFLOW: Bit = flag(53);
+/// F0080: the statement was refused.
+pub(crate) const SYNTAX: Bit = flag(80);
+/// F0082: a digit is not decimal.
+pub(crate) const NOT_BCD: Bit = flag(82);
+/// F0083: a product needs its high word.
+pub(crate) const MUL_OVERFLOW: Bit = flag(83);
+/// F0087: the sign of the number that BIN converts.
+pub(crate) const BCD_SIGN: Bit = flag(87);
+
+/// The bytes that these flags lie in.
+pub(crate) const BYTES: [u16; 3] = [CARRY.byte, OVERFLOW.byte, SYNTAX.byte];
+
+/// F000 and F001: the high word of products and dividends, later the remainder.
+pub(crate) const HIGH: Word = Word::Bytes { space: Space::F, byte: 0 };
