@@ -95,13 +95,13 @@ impl Layout {
     }
 
     /// The offset of a type's region.
-    pub(crate) fn base(&self, ty: Type) -> u32 {
+    pub(crate) fn base(&self, ty: Type) -> Option<u32> {
         let index = match ty {
             Type::Logical => 0,
             Type::Integer => 1,
             Type::Long => 2,
         };
-        self.regions.get(index).map_or(0, |region: &Region| region.offset)
+        self.regions.get(index).map(|region: &Region| region.offset)
     }
 }
 

@@ -149,11 +149,15 @@ impl Lowerer<'_> {
         }
     }
 
+    /// Where in the region of its type an offset of the image lies.
+    fn within(&self, ty: PmiType, offset: u32) -> Result<u32> {
+        let within = self.layout.base(ty).and_then(|base| offset.checked_sub(base));
+        within.or_missing(|| format!("offset {offset} in region `{}`", region_name(ty)))
+    }
+
     /// The address of what stands at an offset of the image, in the region of its type.
     fn address(&self, ty: PmiType, offset: u32) -> Result<Address> {
-        let within = offset.checked_sub(self.layout.base(ty));
-        let within = within.or_missing(|| format!("offset {offset} of {}", region_name(ty)))?;
-        Ok(Address::fixed(self.region(ty), within))
+        Ok(Address::fixed(self.region(ty), self.within(ty, offset)?))
     }
 
     fn symbol(&self, id: SymbolId) -> Result<&Symbol> {
@@ -283,7 +287,7 @@ impl Lowerer<'_> {
             ins.trap(TrapCode::ArrayBounds);
             ins.switch_to(go);
         }
-        let offset = self.offset(id)? - self.layout.base(ty);
+        let offset = self.within(ty, self.offset(id)?)?;
         Ok(Address::indexed(self.region(ty), offset, index, ty.size(), elements))
     }
 
