@@ -164,9 +164,33 @@ pub static CODES: &[CodeInfo] = &[
         "Wrong:\n  I8=256      ; is 0\nRight:\n  I8=255      ; plcc explain I8 has the range",
     ),
     code(
+        "PMAC-W6",
+        "`==` taken as `=`",
+        "In motion programs M…==… waits for the next move. Interpreted PLCs of real controllers stored it too, so that their listings hold it; it is taken as `=`.",
+        "Wrong:\n  M1==1\nRight:\n  M1=1",
+    ),
+    code(
+        "PMAC-W7",
+        "characters outside ASCII in a text",
+        "A text in quotes holds characters that the controller has not. They are passed on as they are.",
+        "Wrong:\n  SEND\"prêt\"\nRight:\n  SEND\"pret\"",
+    ),
+    code(
+        "PMAC-W8",
+        "#define without a name",
+        "A #define is followed by no name, so it defines nothing.",
+        "Wrong:\n  #define ; PUMP P1\nRight:\n  #define PUMP P1",
+    ),
+    code(
         "PMAC-N1",
         "motion program skipped",
         "OPEN PROG, OPEN ROTARY and their kind hold motion programs. They are no PLC code and are passed over up to their CLOSE.",
         "Nothing is to be done.",
+    ),
+    code(
+        "PMAC-N2",
+        "names replaced inside a COMMAND",
+        "Names in quotes are not replaced. The text of this COMMAND is no command as it stands, but it is one when the names that #define defined are replaced in it, so that is done.",
+        "Nothing is to be done; to be plain, write the number:\n  #define LAMP M5\n  CMD\"LAMP=1\"    ; is taken as M5=1",
     ),
 ];

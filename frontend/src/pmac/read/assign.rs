@@ -1,6 +1,6 @@
 //! What statements of buffers and on-line commands share: assignments and lists of PLCs.
 
-use plcc_abi::pmac::Kind;
+use plcc_abi::pmac::{Kind, PlcOp};
 
 use super::cursor::{Parsed, syntax, syntax_help};
 use super::expr::Reader;
@@ -22,6 +22,7 @@ pub(crate) enum Variable {
 impl Reader<'_> {
     /// What begins with a variable of `kind` at the place.
     pub(crate) fn variable(&mut self, kind: Kind) -> Parsed<Variable> {
+        self.double_equals = None;
         self.cur.blanks();
         let start = self.cur.pos;
         self.cur.pos += 1;
@@ -50,6 +51,7 @@ impl Reader<'_> {
             };
         }
         let compound = match self.cur.peek() {
+            _ if kind == Kind::L => None,
             b'&' => Some(Bin::And),
             b'|' => Some(Bin::Or),
             b'^' => Some(Bin::Xor),
@@ -78,8 +80,14 @@ impl Reader<'_> {
         self.cur.pos += 1;
         if self.cur.byte() == b'=' {
             let at = At::new(equals, equals + 2);
-            let help = "`==` waits for a move of a motion program; write `=` here";
-            return syntax_help(at, "`==` is for motion programs", help);
+            // Controllers took it in PLCs, so that their listings hold it; compiled PLCs are not
+            // read by them.
+            if kind != Kind::M || self.l_used.is_some() {
+                let help = "`==` waits for a move of a motion program; write `=` here";
+                return syntax_help(at, "`==` is for motion programs", help);
+            }
+            self.cur.pos += 1;
+            self.double_equals = Some(at);
         }
         if self.cur.peek() == b'*' {
             if kind != Kind::I || count == 0 || compound.is_some_and(|_| self.ops.len() > from) {
@@ -170,6 +178,18 @@ impl Reader<'_> {
             }
             self.cur = ahead;
         }
+    }
+
+    /// The programs that ENABLE, DISABLE, PAUSE or RESUME is for. Compiled PLCs are never paused.
+    pub(crate) fn switched(&mut self, op: PlcOp) -> Parsed<Plcs> {
+        self.cur.blanks();
+        let start = self.cur.pos;
+        let plcs = self.plcs()?;
+        if plcs.compiled && matches!(op, PlcOp::Pause | PlcOp::Resume) {
+            let help = "PLCCs are enabled and disabled only";
+            return syntax_help(self.cur.since(start), "PAUSE and RESUME are for PLCs", help);
+        }
+        Ok(plcs)
     }
 
     /// A PLC's number.

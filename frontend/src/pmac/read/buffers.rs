@@ -3,7 +3,7 @@
 use super::cursor::{Parsed, syntax_help};
 use super::expr::Reader;
 use super::online::Flow;
-use super::words::{self, BUFFER, OPENED};
+use super::words::{self, BUFFER, Keyword, ONLINE, OPENED};
 use crate::pmac::ast::Action;
 
 impl Reader<'_> {
@@ -32,8 +32,18 @@ impl Reader<'_> {
             return Ok(Flow::Open { compiled, number: Some(number) });
         }
         match words::find(self.cur, OPENED) {
-            Some((_, behind)) => {
+            Some((word, behind)) => {
                 self.cur = behind;
+                let numbered = word.spelling == "PROGRAM";
+                let clears = words::find(self.cur, ONLINE)
+                    .is_some_and(|(word, _)| word.keyword == Keyword::Clear);
+                if numbered
+                    && self.cur.integer().is_none()
+                    && (self.cur.byte().is_ascii_alphabetic() || self.cur.byte() == b'_')
+                    && !clears
+                {
+                    return self.cur.expected("a motion program's number");
+                }
                 Ok(Flow::OpenMotion)
             }
             None => self.cur.expected("PLC, PLCC, PROG, ROTARY, FORWARD or INVERSE"),
@@ -43,9 +53,8 @@ impl Reader<'_> {
     /// DELETE, whose word is taken.
     pub(crate) fn delete(&mut self, out: &mut Vec<Action>) -> Parsed<Flow> {
         if self.cur.word("PLCC") {
-            if let Some(number @ 0..=31) = self.cur.integer() {
-                out.push(Action::DeletePlcc(number as u8));
-            }
+            let number = self.plc_number()?;
+            out.push(Action::DeletePlcc(number));
             return Ok(Flow::Go);
         }
         if !self.cur.word("PLC") {

@@ -1,12 +1,13 @@
 //! COMMAND: the on-line commands in its text, and the statements that do what they say.
 
 use plcc_abi::pmac::{Define, Kind, Space, Text};
-use plcc_diag::Diagnostic;
+use plcc_diag::{Diagnostic, SourceMap};
 
 use super::cursor::{Cursor, Parsed, syntax};
 use super::download::Checker;
 use super::expr::Reader;
 use super::online::{Flow, control};
+use super::preprocess::{is_word, replace_names};
 use super::words::{self, Keyword, PLC};
 use crate::pmac::ast::{Action, Stmt, Target, What, WriteKind};
 
@@ -15,13 +16,21 @@ impl Checker<'_> {
     pub(crate) fn command(&mut self, start: usize) -> Parsed<()> {
         // Turbo PMAC's forms say which port the answer goes to; a command here has none.
         let _ = words::port(&mut self.reader.cur);
-        let text = self.reader.quoted()?;
-        let ops = std::mem::take(&mut self.reader.ops);
-        let mut inner = Reader::new(&text, self.reader.turbo);
-        inner.ops = ops;
-        let actions = read_command(&mut inner);
-        self.reader.ops = std::mem::take(&mut inner.ops);
+        let mut text = self.quoted()?;
         let at = self.reader.cur.since(start);
+        let mut actions = self.actions(&text);
+        if actions.is_err()
+            && let Some(replaced) = self.names_replaced(&text)
+            && let Ok(found) = self.actions(&replaced)
+        {
+            let diagnostic = self.flat.origins.diagnose(at, |span| {
+                let message = format!("defined names are replaced in this command: `{replaced}`");
+                Diagnostic::info("PMAC-N2", span, message)
+                    .note("the text as it stands is no command; names in quotes are else kept")
+            });
+            self.diagnostics.push(diagnostic);
+            (text, actions) = (replaced, Ok(found));
+        }
         let (error, task) = match actions {
             Ok(actions) => {
                 for action in &actions {
@@ -46,6 +55,34 @@ impl Checker<'_> {
             let _ = self.reader.cur.eat(b',');
         }
         Ok(())
+    }
+
+    /// What a COMMAND's text does.
+    fn actions(&mut self, text: &str) -> Parsed<Vec<Action>> {
+        let ops = std::mem::take(&mut self.reader.ops);
+        let mut inner = Reader::new(text, self.reader.turbo);
+        inner.ops = ops;
+        let actions = read_command(&mut inner);
+        self.reader.ops = std::mem::take(&mut inner.ops);
+        actions
+    }
+
+    /// A COMMAND's text with the names replaced that `#define` defined; none where it has none.
+    /// How much work all commands together may make is limited.
+    fn names_replaced(&mut self, text: &str) -> Option<String> {
+        let names = &self.flat.names;
+        let known =
+            |word: &str| names.binary_search_by(|known| known.name.as_str().cmp(word)).is_ok();
+        if !text.split(|c| !is_word(c)).any(known) {
+            return None;
+        }
+        let size: usize = names.iter().map(|known| known.name.len() + known.body.len()).sum();
+        self.replacement_budget = self.replacement_budget.checked_sub(size)?;
+        let mut sources = SourceMap::new();
+        let file = sources.add("command", text.as_bytes());
+        let (flat, diagnostics) = replace_names(&mut sources, file, names);
+        let whole = !diagnostics.iter().any(Diagnostic::is_error);
+        whole.then(|| flat.text.trim_end().to_owned())
     }
 
     /// The statements that do what a command says; none for one that only concerns motion.

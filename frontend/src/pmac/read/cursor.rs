@@ -216,7 +216,9 @@ impl<'a> Cursor<'a> {
     pub(crate) fn number(&mut self) -> Option<f64> {
         self.blanks();
         if self.byte() == b'$' {
-            return self.integer().map(|v| v as f64);
+            let dollar = self.pos;
+            self.integer()?;
+            return Some(hexadecimal(self.text.get(dollar..self.pos).unwrap_or("")));
         }
         let start = self.pos;
         let mut digits = 0;
@@ -240,5 +242,48 @@ impl<'a> Cursor<'a> {
         // Decimal digits with one point always parse; very many of them make an infinity.
         let value: f64 = text.parse().unwrap_or(0.0);
         Some(if value.is_finite() { value } else { f64::MAX })
+    }
+}
+
+/// The double that is nearest to hexadecimal digits, ties to even; what is no digit does not count.
+/// Beyond all doubles it is the largest.
+fn hexadecimal(text: &str) -> f64 {
+    // The first 60 bits or so decide, with one bit more that says whether anything follows them.
+    let (mut head, mut dropped, mut rest) = (0u64, 0i32, false);
+    for digit in text.chars().filter_map(|c| c.to_digit(16)) {
+        if head >> 58 == 0 {
+            head = head << 4 | u64::from(digit);
+        } else {
+            dropped = dropped.saturating_add(4);
+            rest |= digit != 0;
+        }
+    }
+    // The head has 59 bits at least where something was dropped, so its last bit is below half the
+    // last place of a double.
+    let nearest = (head | u64::from(rest)) as f64;
+    let value = nearest * 2f64.powi(dropped);
+    if value.is_finite() { value } else { f64::MAX }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cursor;
+
+    #[test]
+    fn hexadecimal_constants_are_the_nearest_double() {
+        let number = |text: &str| Cursor::new(text).number();
+        assert_eq!(number("$FF"), Some(255.0));
+        assert_eq!(number("$ 0ff"), Some(255.0));
+        assert_eq!(number("$10000000000000000"), Some(18_446_744_073_709_551_616.0));
+        assert_eq!(number("$FFFFFFFFFFFFFFFFFFFF"), Some(2f64.powi(80)));
+        // Half of the last place: to even, but up where anything follows.
+        assert_eq!(number("$20000000000001"), Some(2f64.powi(53)));
+        assert_eq!(number("$20000000000003"), Some(2f64.powi(53) + 4.0));
+        assert_eq!(number("$2000000000000100000000"), Some(2f64.powi(85)));
+        let above = 2f64.powi(85) + 2f64.powi(33);
+        assert_eq!(number("$2000000000000100000001"), Some(above));
+        assert_eq!(number(&format!("$1{}", "0".repeat(300))), Some(f64::MAX));
+        assert_eq!(number(&format!("${}", "0".repeat(300))), Some(0.0));
+        assert_eq!(number("$"), None);
     }
 }

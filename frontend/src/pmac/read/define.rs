@@ -108,7 +108,7 @@ impl Reader<'_> {
             (offset, width) = (0, 24);
         }
         if self.cur.eat(b',') {
-            if self.cur.peek().is_ascii_alphabetic() {
+            if whole && self.cur.peek().is_ascii_alphabetic() {
                 format = self.format()?;
             } else {
                 let given = self.small("the number of bits", 0, 24)?;
@@ -125,6 +125,10 @@ impl Reader<'_> {
             let at = self.cur.since(start);
             let message = format!("a word has 24 bits: {width} from bit {offset} on do not fit");
             return syntax_help(at, message, "offset and width together are 24 at most");
+        }
+        // Formats mean nothing to a single bit, which is 0 or 1 (guide, Memory Map).
+        if width == 1 {
+            format = Format::U;
         }
         Ok(Definition::word(space, addr, Field { offset, width, format }))
     }

@@ -58,9 +58,10 @@ impl Preprocessor<'_> {
             "undef" => {
                 self.macros.remove(name);
             }
-            // A #define of nothing is left over where a name was taken out.
-            _ if name.is_empty() && strip_comment(trimmed).trim().is_empty() => {}
-            _ if name.is_empty() => self.error(at, "PMAC-3", "#define needs a name"),
+            _ if name.is_empty() => {
+                let message = "this #define has no name: it defines nothing";
+                self.diagnostics.push(Diagnostic::warning("PMAC-W8", at, message));
+            }
             _ => {
                 let rest = trimmed.get(name.len()..).unwrap_or("");
                 let body = strip_comment(rest).trim();

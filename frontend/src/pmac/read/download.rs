@@ -8,6 +8,7 @@ use super::expr::Reader;
 use super::online::Flow;
 use super::preprocess::Flat;
 use super::structure::{Frame, FrameKind};
+use super::words::{self, Keyword, ONLINE};
 use crate::common::{Controller, Options};
 use crate::pmac::ast::{Action, Buffer, Download, Expr, Online, Op, Stmt, What};
 use crate::pmac::origin::At;
@@ -41,6 +42,8 @@ pub(crate) struct Checker<'a> {
     has_plc: Option<At>,
     /// Statements that are not judged, since they need a file that is missing.
     pub(crate) unjudged: usize,
+    /// Bytes of definitions that may still be looked at for names inside COMMANDs.
+    pub(crate) replacement_budget: usize,
 }
 
 /// A download that was read.
@@ -77,6 +80,7 @@ pub(crate) fn read(flat: &Flat, options: &Options) -> Read {
         assigns_i5: false,
         has_plc: None,
         unjudged: 0,
+        replacement_budget: 16 << 20,
     };
     checker.run();
     Read { download: checker.out, diagnostics: checker.diagnostics, unjudged: checker.unjudged }
@@ -112,7 +116,7 @@ impl Checker<'_> {
     }
 
     /// Warns of the CLOSE that is missing, at the last line; gives its place.
-    fn warn_unclosed(&mut self) -> At {
+    pub(crate) fn warn_unclosed(&mut self) -> At {
         let end = self.flat.text.len();
         let at = At::new(end.saturating_sub(1), end);
         let diagnostic = self.flat.origins.diagnose(at, |span| {
@@ -145,16 +149,20 @@ impl Checker<'_> {
                     }
                 }
                 Err(fault) => {
-                    let open_plc = self.flat.text.get(start..).is_some_and(|t| {
-                        t.get(..4).is_some_and(|w| w.eq_ignore_ascii_case("OPEN"))
-                    });
-                    self.report(fault);
+                    let opens = words::find(self.reader.cur_at(start), ONLINE)
+                        .is_some_and(|(word, _)| word.keyword == Keyword::Open);
+                    let judged = self.report(fault);
                     // The fault may have been found to lie on the line before.
                     self.reader.cur.pos = self.reader.cur.pos.max(start);
-                    if !open_plc {
+                    if !opens {
                         self.recover(start);
                         continue;
                     }
+                    if judged {
+                        self.skip_refused();
+                        return;
+                    }
+                    // A missing file may define its number: the statements are read.
                     self.reader.cur.skip_line();
                     self.open = Some(Open {
                         compiled: false,
@@ -204,46 +212,6 @@ impl Checker<'_> {
         }
     }
 
-    /// Skips the buffer of a motion program, with one note.
-    fn skip_motion(&mut self, at: At) {
-        let rest = self.reader.cur.rest();
-        let bytes = rest.as_bytes();
-        let mut quoted = false;
-        let mut end = rest.len();
-        for (i, &b) in bytes.iter().enumerate() {
-            match b {
-                b'"' => quoted = !quoted,
-                b'\n' => quoted = false,
-                b'C' | b'c' if !quoted => {
-                    let word = |word: &str| {
-                        bytes
-                            .get(i..i + word.len())
-                            .is_some_and(|w| w.eq_ignore_ascii_case(word.as_bytes()))
-                            && !bytes
-                                .get(i + word.len())
-                                .is_some_and(|b| b.is_ascii_alphanumeric() || *b == b'_')
-                    };
-                    let fresh = i == 0 || bytes.get(i - 1) != Some(&b'_');
-                    if fresh && (word("CLOSE") || word("CLS")) {
-                        end = i;
-                        break;
-                    }
-                }
-                _ => {}
-            }
-        }
-        self.reader.cur.pos += end;
-        let closed = self.reader.cur.word("CLOSE") || self.reader.cur.word("CLS");
-        let diagnostic = self.flat.origins.diagnose(at, |span| {
-            Diagnostic::info("PMAC-N1", span, "this motion program is skipped")
-                .note("only PLC programs are compiled")
-        });
-        self.diagnostics.push(diagnostic);
-        if !closed {
-            self.warn_unclosed();
-        }
-    }
-
     pub(crate) fn buffer(&mut self) -> Option<&mut Buffer> {
         let open = self.open.as_ref()?;
         if open.lost {
@@ -271,7 +239,8 @@ impl Checker<'_> {
     }
 
     /// Whether a statement is computed in integers: L-variables, integer constants, operators,
-    /// ABS and INT only, and at least one L-variable.
+    /// ABS and INT only, and at least one L-variable. A constant with a written point is no integer
+    /// constant, whatever its value.
     fn is_integer(&self, what: &What) -> bool {
         use crate::pmac::ast::{Func, Target};
         if !self.open.as_ref().is_some_and(|open| open.compiled) {
@@ -297,10 +266,13 @@ impl Checker<'_> {
             Op::Call(func) => matches!(func, Func::Abs | Func::Int),
             Op::Neg | Op::Bin(_) | Op::Cmp(_) | Op::Both | Op::Either => true,
         });
-        all && any
+        let written_point =
+            self.reader.points.iter().any(|&at| at >= start && at < start + ops.len());
+        all && any && !written_point
     }
 
     fn note_l_uses(&mut self) {
+        self.reader.points.clear();
         self.statements += 1;
         if let Some(used) = &mut self.reader.l_used {
             for (number, at) in used.drain(..) {

@@ -17,6 +17,10 @@ pub(crate) struct Reader<'a> {
     pub(crate) turbo: bool,
     /// L-variables that are used, with their places; none outside PLCCs.
     pub(crate) l_used: Option<Vec<(u16, At)>>,
+    /// Where `==` was taken as `=`.
+    pub(crate) double_equals: Option<At>,
+    /// In PLCCs: the steps that are constants with a written point.
+    pub(crate) points: Vec<usize>,
     /// Comparators, AND and OR may stand outside parentheses.
     bare_conditions: bool,
 }
@@ -63,8 +67,17 @@ impl<'a> Reader<'a> {
             ops: Vec::new(),
             turbo,
             l_used: None,
+            double_equals: None,
+            points: Vec::new(),
             bare_conditions: false,
         }
+    }
+
+    /// The cursor at another place.
+    pub(crate) fn cur_at(&self, pos: usize) -> Cursor<'a> {
+        let mut cur = self.cur;
+        cur.pos = pos;
+        cur
     }
 
     /// The highest variable number.
@@ -267,6 +280,10 @@ impl<'a> Reader<'a> {
                 {
                     let at = At::new(start, self.cur.here().end as usize);
                     return syntax_help(at, "numbers have no exponent", "write its digits out");
+                }
+                let written = At::new(start, self.cur.pos);
+                if self.l_used.is_some() && self.cur.what(written).contains('.') {
+                    self.points.push(self.ops.len());
                 }
                 self.ops.push(Op::Const(number));
                 stacks.values.push(false);

@@ -16,6 +16,7 @@ pub(crate) mod preprocess;
 mod recover;
 mod report;
 mod ring;
+mod skip;
 pub(crate) mod statement;
 mod structure;
 mod template;

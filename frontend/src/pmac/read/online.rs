@@ -93,8 +93,13 @@ impl Reader<'_> {
                 }
                 return Ok(Flow::Go);
             }
-            b'?' | b'/' | b'\\' | b'<' | b'>' | b'!' | b'{' | b'}' => {
+            b'?' | b'/' | b'\\' => {
                 self.cur.pos += 1;
+                return Ok(Flow::Go);
+            }
+            b'!' if is_axis(self.cur.byte_at(1)) => {
+                self.altered_destination()?;
+                out.push(Action::Motion);
                 return Ok(Flow::Go);
             }
             b'^' if self.cur.byte_at(1).is_ascii_alphabetic() => {
@@ -113,7 +118,12 @@ impl Reader<'_> {
 
     fn online_variable(&mut self, kind: Kind, out: &mut Vec<Action>) -> Parsed<Flow> {
         match self.variable(kind)? {
-            Variable::Assign(target, expr) => out.push(Action::Assign(target, expr)),
+            Variable::Assign(target, expr) => {
+                if let Some(at) = self.double_equals.take() {
+                    return syntax_help(at, "`==` is for motion programs", "write `=` here");
+                }
+                out.push(Action::Assign(target, expr));
+            }
             Variable::Defaults(first, count, step) => {
                 out.push(Action::Defaults(first, count, step));
             }
@@ -152,6 +162,7 @@ impl Reader<'_> {
             return Ok(Flow::Go);
         }
         if let Some((word, behind)) = words::find(self.cur, ONLINE.or(PLC).or(MOTION)) {
+            let start = self.cur.pos;
             if !word.is_in(ONLINE) {
                 // WHICH=1 is no shortened WHILE but a name without #define. Nothing that begins
                 // with a letter follows these three.
@@ -172,7 +183,7 @@ impl Reader<'_> {
                 Keyword::Define => return self.define_buffer(table),
                 Keyword::Delete => return self.delete(out),
                 Keyword::Switch(op) => {
-                    let plcs = self.plcs()?;
+                    let plcs = self.switched(op)?;
                     out.push(Action::Plc(op, plcs));
                     return Ok(Flow::Go);
                 }
@@ -180,7 +191,11 @@ impl Reader<'_> {
                     out.push(Action::Save);
                     return Ok(Flow::Go);
                 }
-                Keyword::Clear | Keyword::Undefine => Tail::All,
+                Keyword::Clear => {
+                    self.cur = self.cur_at(start);
+                    return self.for_programs();
+                }
+                Keyword::Undefine => Tail::All,
                 Keyword::Ring | Keyword::RingRead | Keyword::Lock => Tail::Line,
                 Keyword::Unlock => Tail::Number,
                 Keyword::SetPhase => Tail::Numbers,
@@ -257,6 +272,16 @@ impl Reader<'_> {
             None => PERHAPS_A_NAME.to_owned(),
         };
         syntax_help(at, format!("`{what}` is neither a statement nor defined"), help)
+    }
+
+    /// `!X10Y20`: the destination of the move under way is altered.
+    fn altered_destination(&mut self) -> Parsed<()> {
+        self.cur.pos += 1;
+        while is_axis(self.cur.peek()) {
+            self.cur.pos += 1;
+            self.expression()?;
+        }
+        Ok(())
     }
 
     /// Whether an axis with a position begins here.
@@ -368,6 +393,11 @@ impl Reader<'_> {
         }
         Ok(true)
     }
+}
+
+/// Whether a letter names an axis.
+fn is_axis(letter: u8) -> bool {
+    matches!(letter.to_ascii_uppercase(), b'A'..=b'C' | b'U'..=b'Z')
 }
 
 /// What a control character does to PLCs: `^D` disables all of them.

@@ -21,6 +21,9 @@ pub(super) const MAX_NESTING: usize = 256;
 /// Bytes that replacements and includes may produce besides the sources' own.
 const MAX_PRODUCED: usize = 16 << 20;
 
+/// The same for a text that is not part of the program.
+const MAX_REPLACED: usize = 64 << 10;
+
 /// A preprocessed download.
 #[derive(Debug, Default)]
 pub(crate) struct Flat {
@@ -41,7 +44,7 @@ pub(crate) struct Flat {
 pub(crate) struct DefinedName {
     pub(crate) name: String,
     /// What it is replaced by.
-    body: String,
+    pub(crate) body: String,
     /// Where that stands.
     defined: Span,
 }
@@ -141,6 +144,7 @@ pub(crate) fn replace_names(
 ) -> (Flat, Vec<Diagnostic>) {
     let (loader, options) = (MemoryLoader::new(), Options::default());
     let mut this = Preprocessor::new(sources, &loader, &options);
+    this.budget = MAX_REPLACED;
     this.macros = names
         .iter()
         .map(|DefinedName { name, body, defined }| {

@@ -10,20 +10,21 @@ use crate::common::closest;
 use crate::pmac::origin::At;
 
 impl Checker<'_> {
-    /// Reports an error unless a template that nothing defines is to blame.
-    pub(crate) fn report(&mut self, fault: Fault) {
+    /// Reports an error, unless a template that nothing defines or a missing file is to blame. Says
+    /// whether no missing file is.
+    pub(crate) fn report(&mut self, fault: Fault) -> bool {
         let at = fault.at;
         let line = self.line_of(at);
         let blamed = self.flat.poisoned.partition_point(|p| p.end <= line.start);
         if self.flat.poisoned.get(blamed).is_some_and(|p| p.start < line.end) {
-            return;
+            return true;
         }
         if self.flat.incomplete && self.is_name(at) {
             self.unjudged += 1;
             if let Some(open) = &mut self.open {
                 open.unknown = true;
             }
-            return;
+            return false;
         }
         let help = self.near_name(&fault).or(fault.help);
         let diagnostic = self.flat.origins.diagnose(at, |span| {
@@ -34,6 +35,7 @@ impl Checker<'_> {
             }
         });
         self.diagnostics.push(diagnostic);
+        true
     }
 
     /// The defined name that the word at an error may have been meant for, where nothing better is

@@ -113,7 +113,7 @@ impl Checker<'_> {
 
     /// ENABLE, DISABLE, PAUSE or RESUME, whose word is taken.
     fn switch(&mut self, op: PlcOp, start: usize) -> Parsed<()> {
-        let plcs = self.reader.plcs()?;
+        let plcs = self.reader.switched(op)?;
         if plcs.compiled && op == PlcOp::Disable && self.in_plc0() {
             let at = self.reader.cur.since(start);
             return syntax(at, "PLC0 and PLCC0 cannot disable PLCCs");
@@ -209,6 +209,19 @@ impl Checker<'_> {
     fn assignment(&mut self, kind: Kind, start: usize) -> Parsed<()> {
         match self.reader.variable(kind)? {
             Variable::Assign(target, expr) => {
+                if let Some(at) = self.reader.double_equals.take() {
+                    let diagnostic = self.flat.origins.diagnose(at, |span| {
+                        Diagnostic::warning("PMAC-W6", span, "`==` is taken as `=` in a PLC")
+                            .note("in a motion program it waits for the next move")
+                            .help("write `=`")
+                    });
+                    self.diagnostics.push(diagnostic);
+                }
+                if self.reader.turbo && matches!(target, Target::Range { .. }) {
+                    let at = self.reader.cur.since(start);
+                    let help = "assign to each variable, or to an indirect one in a loop";
+                    return syntax_help(at, "Turbo PMAC has no ranges in programs", help);
+                }
                 self.warn_of_range(target, expr, self.reader.cur.since(start));
                 self.push(What::Assign(target, expr), start);
             }

@@ -1,6 +1,7 @@
 //! Statements that say something: SEND and DISPLAY.
 
 use plcc_abi::pmac::Text;
+use plcc_diag::Diagnostic;
 
 use super::cursor::{Parsed, syntax};
 use super::download::Checker;
@@ -8,6 +9,22 @@ use super::words;
 use crate::pmac::ast::{Expr, What};
 
 impl Checker<'_> {
+    /// A text in quotes, or `^` and a letter. Warns of characters that the controller has not.
+    pub(crate) fn quoted(&mut self) -> Parsed<String> {
+        self.reader.cur.blanks();
+        let start = self.reader.cur.pos;
+        let text = self.reader.quoted()?;
+        if let Some(c) = text.chars().find(|c| !c.is_ascii()) {
+            let at = self.reader.cur.since(start);
+            let diagnostic = self.flat.origins.diagnose(at, |span| {
+                let message = format!("the controller has no character `{c}`");
+                Diagnostic::warning("PMAC-W7", span, message).help("texts are of ASCII characters")
+            });
+            self.diagnostics.push(diagnostic);
+        }
+        Ok(text)
+    }
+
     pub(crate) fn text(&mut self, text: Text, value: Option<Expr>, start: usize) {
         self.out.texts.push(text);
         let index = self.out.texts.len() as u32 - 1;
@@ -16,7 +33,7 @@ impl Checker<'_> {
 
     pub(crate) fn send(&mut self, start: usize) -> Parsed<()> {
         let port = words::port(&mut self.reader.cur).map(String::from);
-        let text = self.reader.quoted()?;
+        let text = self.quoted()?;
         self.text(Text::Send { text, port }, None, start);
         Ok(())
     }
@@ -30,7 +47,7 @@ impl Checker<'_> {
         };
         let _ = self.reader.cur.eat(b',');
         if self.reader.cur.peek() == b'"' {
-            let text = self.reader.quoted()?;
+            let text = self.quoted()?;
             self.text(Text::Show { text, position }, None, start);
             return Ok(());
         }

@@ -309,6 +309,7 @@ const WORDS: &[Word] = &[
     word("LIST", 3, Keyword::Accepted(Tail::Line), ONLINE.or(SUGGESTED)),
     accepted("LMOVERLAY", 3, Tail::Line),
     accepted("MACSTA", 6, Tail::Line),
+    accepted("MOVETIME", 8, Tail::Nothing),
     accepted("MFLUSH", 3, Tail::Nothing),
     accepted("NOFRAX", 3, Tail::Nothing),
     accepted("NORMAL", 4, Tail::Line),

@@ -1,0 +1,84 @@
+//! Buffers that are not read: those of motion programs, and those whose OPEN is refused.
+
+use plcc_diag::Diagnostic;
+
+use super::cursor::Cursor;
+use super::download::Checker;
+use super::words::{self, Keyword, ONLINE, OPENED};
+use crate::pmac::origin::At;
+
+/// Where a buffer that is skipped ends.
+enum End {
+    /// At a CLOSE; the place behind it.
+    Close(usize),
+    /// At the OPEN of another buffer, which stands at the place.
+    Open(usize),
+    /// At the end of the text.
+    Text,
+}
+
+impl Checker<'_> {
+    /// Skips the buffer of a motion program, which was opened at `at`, with one note.
+    pub(crate) fn skip_motion(&mut self, at: At) {
+        let diagnostic = self.flat.origins.diagnose(at, |span| {
+            Diagnostic::info("PMAC-N1", span, "this motion program is skipped")
+                .note("only PLC programs are compiled")
+        });
+        self.diagnostics.push(diagnostic);
+        match end_of_buffer(self.reader.cur) {
+            End::Close(behind) => self.reader.cur.pos = behind,
+            End::Open(open) => {
+                self.reader.cur.pos = open;
+                let at = self.reader.cur.here();
+                self.report_still_open(at);
+            }
+            End::Text => {
+                self.reader.cur.pos = self.flat.text.len();
+                self.warn_unclosed();
+            }
+        }
+    }
+
+    /// Skips the buffer whose OPEN was refused, without further errors.
+    pub(crate) fn skip_refused(&mut self) {
+        self.reader.cur.pos = match end_of_buffer(self.reader.cur) {
+            End::Close(behind) => behind,
+            End::Open(open) => open,
+            End::Text => self.flat.text.len(),
+        };
+    }
+}
+
+/// The end of the buffer that is open at a place: CLOSE or OPEN as a word of its own, outside
+/// quotes. An OPEN says which buffer, so that no other word is taken for one.
+fn end_of_buffer(cur: Cursor<'_>) -> End {
+    let mut quoted = false;
+    let mut before = b'\n';
+    for (offset, byte) in cur.rest().bytes().enumerate() {
+        match byte {
+            b'"' => quoted = !quoted,
+            b'\n' => quoted = false,
+            b'C' | b'c' | b'O' | b'o' if !quoted && before != b'_' => {
+                let mut at = cur;
+                at.pos += offset;
+                match words::find(at, ONLINE) {
+                    Some((word, behind)) if word.keyword == Keyword::Close => {
+                        let next = behind.byte();
+                        if !next.is_ascii_alphanumeric() && next != b'_' {
+                            return End::Close(behind.pos);
+                        }
+                    }
+                    Some((word, mut behind)) if word.keyword == Keyword::Open => {
+                        if behind.word("PLC") || words::find(behind, OPENED).is_some() {
+                            return End::Open(at.pos);
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            _ => {}
+        }
+        before = byte;
+    }
+    End::Text
+}
