@@ -1,7 +1,9 @@
 //! What statements give, computed step by step in floating point as the rulings say.
 
 use plcc_abi::image::{read_f64, write_f64};
-use plcc_abi::pmac::{Definition, Far, Field, Kind, Layout, Memory, Range, Space, fixed, math};
+use plcc_abi::pmac::{
+    Definition, Far, Field, Format, Kind, Layout, Memory, Range, Space, fixed, math,
+};
 
 use super::{Bin, Cmp, Condition, Expr, Statement, Statements};
 
@@ -222,9 +224,12 @@ fn binary(bin: Bin, a: f64, b: f64) -> f64 {
 }
 
 fn definition(number: u32, all: &Statements) -> Option<(Space, u32, Field)> {
+    // A single bit is 0 or 1 whatever its format says (guide, Memory Map).
+    let bit =
+        |field: Field| if field.width == 1 { Field { format: Format::U, ..field } } else { field };
     match all.l.iter().find(|(n, _)| *n == number)?.1 {
-        Definition::X { address, field } => Some((Space::X, address, field)),
-        Definition::Y { address, field } => Some((Space::Y, address, field)),
+        Definition::X { address, field } => Some((Space::X, address, bit(field))),
+        Definition::Y { address, field } => Some((Space::Y, address, bit(field))),
         _ => None,
     }
 }
