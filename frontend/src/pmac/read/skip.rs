@@ -68,10 +68,10 @@ fn end_of_buffer(cur: Cursor<'_>) -> End {
                             return End::Close(behind.pos);
                         }
                     }
-                    Some((word, mut behind)) if word.keyword == Keyword::Open => {
-                        if behind.word("PLC") || words::find(behind, OPENED).is_some() {
-                            return End::Open(at.pos);
-                        }
+                    Some((word, behind))
+                        if word.keyword == Keyword::Open && names_buffer(behind) =>
+                    {
+                        return End::Open(at.pos);
                     }
                     _ => {}
                 }
@@ -81,4 +81,9 @@ fn end_of_buffer(cur: Cursor<'_>) -> End {
         before = byte;
     }
     End::Text
+}
+
+/// Whether the name of a buffer that OPEN opens stands at a place.
+fn names_buffer(mut cur: Cursor<'_>) -> bool {
+    cur.word("PLC") || words::find(cur, OPENED).is_some()
 }
