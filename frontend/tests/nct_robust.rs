@@ -92,3 +92,23 @@ fn a_long_condition_and_deep_ones() {
     assert_eq!(errors(deep(256).as_bytes(), Limits::None), 0);
     assert!(errors(deep(100_000).as_bytes(), Limits::None) > 0);
 }
+
+/// Ruling: nesting beyond 256 is an error of ours, whatever the limits; 12 is the original one's.
+#[test]
+fn parentheses_nest_8_levels_or_without_limits_256() {
+    for (limits, depth, code) in [
+        (Limits::Original, 8, None),
+        (Limits::Original, 9, Some("NCT-12")),
+        (Limits::None, 256, None),
+        (Limits::None, 257, Some("NCT-X1")),
+    ] {
+        let (open, close) = ("(".repeat(depth), ")".repeat(depth));
+        let text = format!(":001 {open}I000{close} Z J1 :000 J0");
+        let mut sources = SourceMap::new();
+        let file = sources.add("main.nct", text.as_bytes());
+        let options = Options { limits, ..Options::default() };
+        let (_, all) = nct::check(&mut sources, file, &MemoryLoader::new(), &options);
+        let codes: Vec<_> = all.iter().map(|d| d.code).collect();
+        assert_eq!(codes, code.into_iter().collect::<Vec<_>>(), "{depth}");
+    }
+}
