@@ -2,7 +2,7 @@
 //! the same when it is written again.
 
 use plcc_abi::pmac::{
-    Definition, Far, Field, Format, Layout, Memory, Space,
+    Definition, Field, Format, Layout, Memory, Space, SparseMemory,
     fixed::{bits, from_float48, read_field, to_float48},
     math::{finite, round},
 };
@@ -65,20 +65,20 @@ fn is_clean(value: f64) -> bool {
 struct Machine {
     layout: Layout,
     image: Vec<u8>,
-    far: Far,
+    sparse: SparseMemory,
 }
 
 impl Machine {
     fn new(definition: Definition) -> Self {
         let layout = Layout::new(false);
         let mut machine =
-            Self { layout, image: vec![0; layout.size as usize], far: Far::default() };
+            Self { layout, image: vec![0; layout.size as usize], sparse: SparseMemory::default() };
         machine.memory().define(1, definition);
         machine
     }
 
     fn memory(&mut self) -> Memory<'_> {
-        Memory { image: &mut self.image, layout: &self.layout, far: &mut self.far }
+        Memory { image: &mut self.image, layout: &self.layout, sparse: &mut self.sparse }
     }
 }
 

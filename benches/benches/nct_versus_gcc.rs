@@ -142,7 +142,7 @@ fn run(
 /// Where the inputs' bits begin, if they lie side by side; then a pattern is one copy, as in C.
 fn together(tables: &NctTables) -> Option<usize> {
     let first = tables.inputs.first()?.offset;
-    let at = |(n, home): (usize, &plcc_abi::nct::NctHome)| {
+    let at = |(n, home): (usize, &plcc_abi::nct::FlagLocation)| {
         home.unpacked && home.offset == first + 8 * n as u32
     };
     tables.inputs.iter().enumerate().all(at).then_some(first as usize)

@@ -13,7 +13,7 @@ use std::time::Instant;
 use plcc::compile::jit;
 use plcc::recompile::PmacRecompiler;
 use plcc_abi::image::write_u32;
-use plcc_abi::pmac::{Definition, Definitions, Field, Format, Layout, Place, Relied, Space};
+use plcc_abi::pmac::{Assumption, Definition, Definitions, Field, Format, Layout, Place, Space};
 use plcc_abi::{Engine, Scan};
 use plcc_benches::pmac::{BITS, Form, INPUT_WORDS, Kernel, patterns};
 use plcc_codegen::OptLevel;
@@ -65,7 +65,7 @@ fn measure(size: usize) -> Result<Times, Box<dyn Error>> {
     let program = program.ok_or("the kernel has errors")?;
     let mut lowered = program.lower()?;
     plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
-    let number = program.relied().first().ok_or("the kernel names no M-variable")?.number;
+    let number = program.assumed().first().ok_or("the kernel names no M-variable")?.number;
     let scans = (5_000_000 / size).max(64);
     let [mut before, mut moved, mut anew, mut left, mut made] = [(); 5].map(|()| vec![]);
     for _ in 0..ROUNDS {
@@ -147,9 +147,9 @@ impl Machine {
         settings: Settings,
     ) -> Result<Self, Box<dyn Error>> {
         let (native, _) = jit(lowered)?;
-        let relied: &[Relied] = program.relied();
+        let assumed: &[Assumption] = program.assumed();
         let compiler = Box::new(PmacRecompiler::new(Box::new(program.clone()), OptLevel::Speed));
-        let engine = Recompiling::new(native, relied, false, compiler, settings);
+        let engine = Recompiling::new(native, assumed, false, compiler, settings);
         let executive = PmacExecutive::new(&lowered.program, PmacOptions::default());
         Ok(Self { engine, executive: executive.ok_or("no PMAC")? })
     }

@@ -4,7 +4,7 @@
 //! changed some, its code still gives the right results, but slowly; the runtime then asks a
 //! [`PmacRecompiler`] for code that assumes the definitions as they are now.
 
-use plcc_abi::pmac::Relied;
+use plcc_abi::pmac::Assumption;
 use plcc_abi::{Engine, Program, Tables};
 use plcc_codegen::OptLevel;
 use plcc_frontend::Recompilable;
@@ -27,7 +27,7 @@ impl PmacRecompiler {
 }
 
 impl Recompiler for PmacRecompiler {
-    fn recompile(&mut self, assumptions: &[Relied]) -> Result<NativeEngine, String> {
+    fn recompile(&mut self, assumptions: &[Assumption]) -> Result<NativeEngine, String> {
         let lowered = self.program.lower_for(assumptions);
         let mut lowered = lowered.map_err(|error| error.to_string())?;
         plcc_ir::passes::optimize(&mut lowered.module, self.opt);

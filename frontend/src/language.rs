@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use plcc_abi::pmac::Relied;
+use plcc_abi::pmac::Assumption;
 use plcc_abi::{Dialect, Engine, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
@@ -139,14 +139,14 @@ pub trait CheckedProgram: fmt::Debug + Send + Sync {
 /// definitions of M-variables.
 pub trait Recompilable: Send {
     /// The assumptions of the code that [`CheckedProgram::lower`] gives.
-    fn assumptions(&self) -> &[Relied];
+    fn assumptions(&self) -> &[Assumption];
 
     /// The same program with other assumptions. Tables, tasks and the places at which tasks can be
     /// suspended are the same, so that a task suspended in one code is resumed in the other.
     ///
     /// # Errors
     /// When the front end notices a mistake of its own.
-    fn lower_for(&self, assumptions: &[Relied]) -> Result<Lowered, InternalError>;
+    fn lower_for(&self, assumptions: &[Assumption]) -> Result<Lowered, InternalError>;
 }
 
 #[cfg(test)]

@@ -6,14 +6,14 @@ use crate::image;
 
 /// The place of one byte of flags: itself, or its eight bits as bytes of 0 or 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct NctHome {
+pub struct FlagLocation {
     /// Offset of the byte, or of bit 0 with the others behind it.
     pub offset: u32,
     /// Whether it is kept as eight bytes.
     pub unpacked: bool,
 }
 
-impl NctHome {
+impl FlagLocation {
     /// The byte.
     #[inline]
     pub fn read(self, image: &[u8]) -> u8 {
@@ -66,22 +66,22 @@ impl NctHome {
 
 #[cfg(test)]
 mod tests {
-    use super::NctHome;
+    use super::FlagLocation;
 
     #[test]
     fn both_forms_hold_every_byte() {
         for unpacked in [false, true] {
-            let home = NctHome { offset: 1, unpacked };
+            let location = FlagLocation { offset: 1, unpacked };
             for value in 0..=255 {
                 let mut image = [0; 10];
-                home.write(&mut image, value);
-                assert_eq!(home.read(&image), value);
+                location.write(&mut image, value);
+                assert_eq!(location.read(&image), value);
                 assert_eq!((image[0], image[9]), (0, 0));
                 for bit in 0..8 {
-                    assert_eq!(home.bit(&image, bit), value >> bit & 1 != 0);
+                    assert_eq!(location.bit(&image, bit), value >> bit & 1 != 0);
                     let mut other = image;
-                    home.set_bit(&mut other, bit, value >> bit & 1 == 0);
-                    assert_eq!(home.read(&other), value ^ 1 << bit);
+                    location.set_bit(&mut other, bit, value >> bit & 1 == 0);
+                    assert_eq!(location.read(&other), value ^ 1 << bit);
                 }
                 if unpacked {
                     assert!(image.iter().all(|&byte| byte <= 1));

@@ -7,7 +7,7 @@ use alloc::{
     vec::Vec,
 };
 
-use super::{NctHome, NctName, NctTables};
+use super::{FlagLocation, NctName, NctTables};
 use crate::{ImageSymbol, ImageType};
 
 /// The bytes of I, Y and F that the program names, each once. The registers stand in regions of
@@ -26,7 +26,7 @@ pub(crate) fn symbols(tables: &NctTables) -> Vec<ImageSymbol> {
         // A word is two bytes.
         let count = if name.to_string().len() == width + 1 { 2 } else { 1 };
         for number in byte..byte + count {
-            let Some(&NctHome { offset, unpacked }) = places.get(number) else { continue };
+            let Some(&FlagLocation { offset, unpacked }) = places.get(number) else { continue };
             let name = format!("{letter}{number:0width$}");
             if name != last {
                 let ty = if unpacked { ImageType::Bits } else { ImageType::Byte };

@@ -1,9 +1,12 @@
-//! What compiled code takes M-variables for, and whether that is still right.
+//! Assumptions: the definitions of M-variables that specialised code has built in.
 //!
-//! Code that names an M-variable has its definition built in, or asks the host. A count in the
-//! image says how many of the built-in ones are other than the variables' own; while it is 0 the
-//! code is right as it stands, else it asks the host for all of them. So a definition that moves
-//! is noticed by the statement after, and one that comes back counts no more.
+//! Code that names an M-variable assumes its definition and accesses the memory behind it directly,
+//! or it calls the host. A count in the image says how many assumed definitions are other than the
+//! variables' own. While it is 0, specialised code runs; a guard at the beginning of a scan, at
+//! resume points and behind statements that may change a definition looks at the count, and where
+//! it is not 0, general code goes on, which calls the host for every M-variable. So a definition
+//! that a program changes is noticed by the next statement, and one that comes back to what was
+//! assumed makes the specialised code valid again.
 
 use super::definition::{Definition, Field, Format};
 use super::layout::{Layout, Place, Space};
@@ -45,12 +48,12 @@ impl Direct {
     }
 }
 
-/// An M-variable that code names.
+/// What code assumes of an M-variable that it names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Relied {
+pub struct Assumption {
     /// Its number.
     pub number: u32,
-    /// The definition that is built in; none where the code asks the host, for now.
+    /// The definition that is built in; `None` where the code calls the host.
     pub definition: Option<Definition>,
 }
 
@@ -195,15 +198,15 @@ impl<'a> Definitions<'a> {
     }
 
     /// Code comes that names and has built in what `on` says, and nothing else.
-    pub fn rely(&mut self, on: &[Relied]) {
+    pub fn assume(&mut self, on: &[Assumption]) {
         let layout = self.layout;
         for number in 0..layout.count {
             self.set_flags(number, 0);
         }
         let mut stale = 0;
-        for relied in on {
-            let number = relied.number & (layout.count - 1);
-            let Some(definition) = relied.definition else {
+        for assumed in on {
+            let number = assumed.number & (layout.count - 1);
+            let Some(definition) = assumed.definition else {
                 self.set_flags(number, NAMED);
                 continue;
             };
@@ -236,8 +239,8 @@ mod tests {
         }
         definitions.seal();
         assert_eq!((definitions.epoch(), definitions.stale()), (0, 0));
-        let relied = |number, definition| Relied { number, definition };
-        definitions.rely(&[relied(1, Some(P1)), relied(2, None), relied(3, Some(P1))]);
+        let assumed = |number, definition| Assumption { number, definition };
+        definitions.assume(&[assumed(1, Some(P1)), assumed(2, None), assumed(3, Some(P1))]);
         for number in 0..4 {
             definitions.set_code(number, P2.encode());
         }
@@ -252,13 +255,13 @@ mod tests {
         assert_eq!((definitions.epoch(), definitions.stale()), (5, 1));
         assert!(!definitions.is_moved(1) && definitions.is_moved(3));
         // New code has what is there now, but for M1, which it took for what it was before.
-        definitions.rely(&[relied(1, Some(P2)), relied(3, Some(P2))]);
+        definitions.assume(&[assumed(1, Some(P2)), assumed(3, Some(P2))]);
         assert_eq!(definitions.stale(), 1);
         assert!(definitions.is_moved(1) && !definitions.is_moved(3));
         definitions.set_code(1, P2.encode());
         assert_eq!(definitions.stale(), 0);
         assert!(definitions.is_built_in(1) && !definitions.is_built_in(2));
-        definitions.rely(&[relied(1, Some(P2)), relied(2, None)]);
+        definitions.assume(&[assumed(1, Some(P2)), assumed(2, None)]);
         let epoch = definitions.epoch();
         definitions.ignore(1);
         definitions.ignore(2);
@@ -275,7 +278,7 @@ mod tests {
         let mut definitions = Definitions::new(&mut image, &layout);
         definitions.set_code(5, 12);
         definitions.seal();
-        definitions.rely(&[Relied { number: 5, definition: Some(Definition::Star) }]);
+        definitions.assume(&[Assumption { number: 5, definition: Some(Definition::Star) }]);
         definitions.set_code(5, 13);
         assert_eq!((definitions.epoch(), definitions.stale()), (0, 0));
         definitions.set_code(5, P1.encode());

@@ -3,7 +3,7 @@
 //! The layout depends on nothing but the controller, so compiler, load evaluator and executive
 //! all compute it alike. P, Q and I are doubles; every other register is a word of 24 bits in a
 //! `u32`. Turbo's 24-bit address space is not all in the image: a few windows are, the rest is
-//! kept by [`Far`](super::sparse_memory::Far).
+//! kept by [`SparseMemory`](super::sparse_memory::SparseMemory).
 
 use alloc::{string::ToString, vec, vec::Vec};
 
@@ -32,7 +32,7 @@ pub enum Place {
     /// The definition of the M-variable of this number.
     Definition(u32),
     /// A plain word that is not in the image.
-    Far,
+    Sparse,
 }
 
 /// Contexts with an addressed coordinate system: PLC 0-31, PLCC 0-31, commands.
@@ -44,6 +44,22 @@ pub const COMMAND_CONTEXT: u32 = 64;
 /// The context of a PLC or PLCC.
 pub const fn context(compiled: bool, number: u32) -> u32 {
     (number & 31) + if compiled { 32 } else { 0 }
+}
+
+/// Offsets in the region `exec`, in bytes from its start.
+pub mod exec {
+    /// [`Layout::stale`](super::Layout::stale).
+    pub const STALE: u32 = 0;
+    /// [`Layout::epoch`](super::Layout::epoch).
+    pub const EPOCH: u32 = 4;
+    /// The first Q-variables of the addressed coordinate systems, 32 bits for each
+    /// [context](super::context()).
+    pub const Q_BASES: u32 = 8;
+
+    /// The offset of a context's first Q-variable.
+    pub const fn q_base(context: u32) -> u32 {
+        Q_BASES + 4 * context
+    }
 }
 
 /// Offsets of everything, in bytes from the image's start.
@@ -70,7 +86,7 @@ pub struct Layout {
     pub words: u32,
     /// For each M-variable a byte: 1 while its definition is not the one in `mload`.
     pub moved: u32,
-    /// For each M-variable a byte with what is said of it in [`reliance`](super::reliance).
+    /// For each M-variable a byte with what is said of it in [`assumption`](super::assumption).
     pub mwatch: u32,
     /// A `u32`: how many definitions that code has built in are other now.
     pub stale: u32,
@@ -101,9 +117,9 @@ impl Layout {
         let moved = words + 8 * resident(windows(turbo));
         let mwatch = moved + count;
         let stale = mwatch + count;
-        let epoch = stale + 4;
-        let q_base = stale + 8;
-        let size = (q_base + 4 * CONTEXTS).next_multiple_of(8);
+        let epoch = stale + exec::EPOCH;
+        let q_base = stale + exec::Q_BASES;
+        let size = (stale + exec::q_base(CONTEXTS)).next_multiple_of(8);
         Self {
             turbo,
             count,
@@ -123,8 +139,13 @@ impl Layout {
         }
     }
 
+    /// The offset in the image of the first Q-variable of a context's coordinate system.
+    pub const fn q_base_at(&self, context: u32) -> u32 {
+        self.stale + exec::q_base(context)
+    }
+
     /// The image's regions, by rising offset: `p q i mdef mload tw words moved mwatch exec`.
-    /// `stale` is at 0 in `exec`, `epoch` at 4, the Q bases at 8.
+    /// What is where in `exec`, the module [`exec`] says.
     pub fn regions(&self) -> Vec<Region> {
         let bounds = [
             ("p", self.p, self.q),
@@ -223,7 +244,7 @@ impl Layout {
             Some(index) => {
                 Place::Word(self.words + 8 * index + if space == Space::Y { 4 } else { 0 })
             }
-            None => Place::Far,
+            None => Place::Sparse,
         }
     }
 
@@ -338,7 +359,7 @@ mod tests {
         assert_eq!(turbo.place(Space::X, 0x9FFF), Place::Q(8191));
         assert_eq!(turbo.place(Space::Y, 0x4000), Place::Definition(0));
         assert_eq!(turbo.place(Space::Y, 0x7_FFFF), Place::Word(turbo.moved - 4));
-        assert_eq!(turbo.place(Space::Y, 0x5_0000), Place::Far);
+        assert_eq!(turbo.place(Space::Y, 0x5_0000), Place::Sparse);
         assert_eq!(turbo.place(Space::X, 0x100_0000), Place::Word(turbo.words));
     }
 

@@ -9,7 +9,7 @@ use super::definition::{Definition, Field};
 use super::fixed;
 use super::layout::{Layout, Place, Space};
 use super::math::finite;
-use super::sparse_memory::Far;
+use super::sparse_memory::SparseMemory;
 use crate::image::{read_f64, read_u8, read_u32, read_u64, write_f64, write_u32};
 
 /// A PMAC's memory, to look at.
@@ -20,7 +20,7 @@ pub struct View<'a> {
     /// Its layout.
     pub layout: &'a Layout,
     /// What is not in it.
-    pub far: &'a Far,
+    pub sparse: &'a SparseMemory,
 }
 
 impl View<'_> {
@@ -43,8 +43,8 @@ impl View<'_> {
                 let code = read_u32(self.image, self.layout.mdef + 8 * number);
                 code & self.layout.address_mask()
             }
-            Place::Far => {
-                let (x, y) = self.far.get(address);
+            Place::Sparse => {
+                let (x, y) = self.sparse.get(address);
                 if space == Space::X { x } else { y }
             }
         }
@@ -53,7 +53,7 @@ impl View<'_> {
     /// The words of a P or Q.
     fn halves(&self, offset: u32) -> (u32, u32) {
         let value = read_f64(self.image, offset);
-        self.far.halves(offset, value).unwrap_or_else(|| fixed::to_float48(value))
+        self.sparse.halves(offset, value).unwrap_or_else(|| fixed::to_float48(value))
     }
 
     /// Reads a field of a word.
@@ -139,13 +139,13 @@ pub struct Memory<'a> {
     /// Its layout.
     pub layout: &'a Layout,
     /// What is not in it.
-    pub far: &'a mut Far,
+    pub sparse: &'a mut SparseMemory,
 }
 
 impl Memory<'_> {
     /// The same, to look at.
     pub fn view(&self) -> View<'_> {
-        View { image: self.image, layout: self.layout, far: self.far }
+        View { image: self.image, layout: self.layout, sparse: self.sparse }
     }
 
     /// Reads a word.
@@ -191,10 +191,10 @@ impl Memory<'_> {
                 let code = read_u64(self.image, offset);
                 self.define_code(number, (code & !mask) | (u64::from(word) & mask));
             }
-            Place::Far => {
-                let (x, y) = self.far.get(address);
+            Place::Sparse => {
+                let (x, y) = self.sparse.get(address);
                 let words = if space == Space::X { (word, y) } else { (x, word) };
-                self.far.set(address, words);
+                self.sparse.set(address, words);
             }
         }
     }
@@ -204,7 +204,7 @@ impl Memory<'_> {
         let (x, y) = if space == Space::X { (word, y) } else { (x, word) };
         let value = fixed::from_float48(x, y);
         write_f64(self.image, offset, value);
-        self.far.set_halves(offset, value, (x, y));
+        self.sparse.set_halves(offset, value, (x, y));
     }
 
     /// Replaces a field of a word by the low bits of `bits`.
@@ -293,17 +293,17 @@ mod tests {
     struct Machine {
         layout: Layout,
         image: Vec<u8>,
-        far: Far,
+        sparse: SparseMemory,
     }
 
     impl Machine {
         fn new(turbo: bool) -> Self {
             let layout = Layout::new(turbo);
-            Self { layout, image: vec![0; layout.size as usize], far: Far::default() }
+            Self { layout, image: vec![0; layout.size as usize], sparse: SparseMemory::default() }
         }
 
         fn memory(&mut self) -> Memory<'_> {
-            Memory { image: &mut self.image, layout: &self.layout, far: &mut self.far }
+            Memory { image: &mut self.image, layout: &self.layout, sparse: &mut self.sparse }
         }
     }
 
@@ -426,10 +426,10 @@ mod tests {
         memory.write(float, 0.1);
         assert_eq!(memory.read(float), f64::from(0.1_f32));
         assert_eq!(memory.read_word(Space::X, 0xD7FF), 0x3DCC);
-        let far = Definition::L { address: 0x822 };
-        memory.write(far, -1.0);
+        let sparse = Definition::L { address: 0x822 };
+        memory.write(sparse, -1.0);
         assert_eq!(memory.read_word(Space::X, 0x822), 0xC0_0000);
-        assert_eq!(memory.read(far), -1.0);
+        assert_eq!(memory.read(sparse), -1.0);
     }
 
     #[test]
@@ -453,12 +453,12 @@ mod tests {
             memory.write(y, 6.0);
             assert_eq!((memory.read(x), memory.read(y)), (5.0, 6.0));
         }
-        assert_eq!(machine.far.words().count(), 2);
+        assert_eq!(machine.sparse.words().count(), 2);
         machine.memory().write_word(Space::X, 0x5_0000, 0);
         machine.memory().write_word(Space::Y, 0x5_0000, 0);
-        assert_eq!(machine.far.words().collect::<Vec<_>>(), [(0xFF_FFFF, 5, 6)]);
-        let bytes = postcard::to_allocvec(&machine.far).unwrap();
-        assert_eq!(postcard::from_bytes::<Far>(&bytes).as_ref(), Ok(&machine.far));
-        assert_ne!(machine.far, Far::default());
+        assert_eq!(machine.sparse.words().collect::<Vec<_>>(), [(0xFF_FFFF, 5, 6)]);
+        let bytes = postcard::to_allocvec(&machine.sparse).unwrap();
+        assert_eq!(postcard::from_bytes::<SparseMemory>(&bytes).as_ref(), Ok(&machine.sparse));
+        assert_ne!(machine.sparse, SparseMemory::default());
     }
 }

@@ -14,11 +14,11 @@ pub mod sparse_memory;
 mod symbols;
 pub mod tables;
 
-pub use assumption::{Definitions, Direct, Relied};
+pub use assumption::{Assumption, Definitions, Direct};
 pub use definition::{Definition, Field, Format};
 pub use layout::{COMMAND_CONTEXT, Layout, Place, Run, Space, context};
 pub use memory::{Memory, View};
 pub use range::Range;
-pub use sparse_memory::Far;
+pub use sparse_memory::SparseMemory;
 pub(crate) use symbols::symbols;
 pub use tables::{Define, Kind, PlcOp, PmacTables, Program, Text, Variable};

@@ -1,5 +1,6 @@
-//! Memory of a PMAC that is not in the image: words far out, and what words of a P or Q were
-//! written that its double does not show.
+//! Sparse memory: the words of a PMAC's address space that have no place in the process image. It
+//! also keeps the 24-bit halves of a P- or Q-variable as they were written, where the variable's
+//! double alone does not give them back: a mantissa can be written before its exponent.
 
 use alloc::{boxed::Box, collections::BTreeMap, vec, vec::Vec};
 
@@ -7,14 +8,14 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::fixed;
 
-/// Addresses of a page of [`Far`].
+/// Addresses of a page of [`SparseMemory`].
 const PAGE: u32 = 256;
 
 /// Words outside the image, in pages that come when something is written there and stay, so that
 /// a scan that has been there before allocates nothing, and all of them together are no more than
 /// the address space is (128 MiB).
 #[derive(Clone, Debug, Default)]
-pub struct Far {
+pub struct SparseMemory {
     pages: BTreeMap<u32, Box<[(u32, u32)]>>,
     /// By the offset of a P or Q: the bits of its double, and the words that were written.
     halves: BTreeMap<u32, (u64, (u32, u32))>,
@@ -23,7 +24,7 @@ pub struct Far {
 /// What of it is written: address, X and Y; offset, bits, X and Y.
 type Saved = (Vec<(u32, u32, u32)>, Vec<(u32, u64, u32, u32)>);
 
-impl Far {
+impl SparseMemory {
     /// The X and Y words at an address.
     pub fn get(&self, address: u32) -> (u32, u32) {
         let page = self.pages.get(&(address / PAGE));
@@ -69,15 +70,15 @@ impl Far {
     }
 }
 
-impl PartialEq for Far {
+impl PartialEq for SparseMemory {
     fn eq(&self, other: &Self) -> bool {
         self.words().eq(other.words()) && self.halves == other.halves
     }
 }
 
-impl Eq for Far {}
+impl Eq for SparseMemory {}
 
-impl Serialize for Far {
+impl Serialize for SparseMemory {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let halves = self.halves.iter().map(|(offset, (bits, (x, y)))| (*offset, *bits, *x, *y));
         let saved: Saved = (self.words().collect(), halves.collect());
@@ -85,18 +86,18 @@ impl Serialize for Far {
     }
 }
 
-impl<'de> Deserialize<'de> for Far {
+impl<'de> Deserialize<'de> for SparseMemory {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let (words, halves) = Saved::deserialize(deserializer)?;
-        let mut far = Self::default();
+        let mut memory = Self::default();
         for (address, x, y) in words {
-            far.set(address & 0xFF_FFFF, (x & 0xFF_FFFF, y & 0xFF_FFFF));
+            memory.set(address & 0xFF_FFFF, (x & 0xFF_FFFF, y & 0xFF_FFFF));
         }
         let halves = halves.into_iter();
-        far.halves = halves
+        memory.halves = halves
             .map(|(offset, bits, x, y)| (offset, (bits, (x & 0xFF_FFFF, y & 0xFF_FFFF))))
             .collect();
-        Ok(far)
+        Ok(memory)
     }
 }
 
@@ -106,26 +107,26 @@ mod tests {
 
     #[test]
     fn halves_last_as_long_as_the_value() {
-        let mut far = Far::default();
-        far.set_halves(8, 0.0, (0x40_0000, 0));
-        assert_eq!(far.halves(8, 0.0), Some((0x40_0000, 0)));
-        assert_eq!(far.halves(8, 1.0), None);
-        assert_eq!(far.halves(16, 0.0), None);
-        let saved = postcard::to_allocvec(&far).unwrap();
-        assert_eq!(postcard::from_bytes::<Far>(&saved).unwrap(), far);
-        assert_ne!(far, Far::default());
-        far.set_halves(8, 1.0, (0x40_0000, 0x801));
-        assert_eq!(far, Far::default());
+        let mut memory = SparseMemory::default();
+        memory.set_halves(8, 0.0, (0x40_0000, 0));
+        assert_eq!(memory.halves(8, 0.0), Some((0x40_0000, 0)));
+        assert_eq!(memory.halves(8, 1.0), None);
+        assert_eq!(memory.halves(16, 0.0), None);
+        let saved = postcard::to_allocvec(&memory).unwrap();
+        assert_eq!(postcard::from_bytes::<SparseMemory>(&saved).unwrap(), memory);
+        assert_ne!(memory, SparseMemory::default());
+        memory.set_halves(8, 1.0, (0x40_0000, 0x801));
+        assert_eq!(memory, SparseMemory::default());
     }
 
     #[test]
     fn words_come_in_pages() {
-        let mut far = Far::default();
-        far.set(0x12_3456, (0, 0));
-        assert!(far.pages.is_empty());
-        far.set(0x12_3456, (1, 2));
-        assert_eq!((far.get(0x12_3456), far.get(0x12_3457)), ((1, 2), (0, 0)));
-        far.set(0x12_3456, (0, 0));
-        assert_eq!(far, Far::default());
+        let mut memory = SparseMemory::default();
+        memory.set(0x12_3456, (0, 0));
+        assert!(memory.pages.is_empty());
+        memory.set(0x12_3456, (1, 2));
+        assert_eq!((memory.get(0x12_3456), memory.get(0x12_3457)), ((1, 2), (0, 0)));
+        memory.set(0x12_3456, (0, 0));
+        assert_eq!(memory, SparseMemory::default());
     }
 }

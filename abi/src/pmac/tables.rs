@@ -4,7 +4,7 @@ use alloc::{string::String, vec::Vec};
 
 use serde::{Deserialize, Serialize};
 
-use super::{definition::Definition, layout::Run, range::Range, sparse_memory::Far};
+use super::{definition::Definition, layout::Run, range::Range, sparse_memory::SparseMemory};
 
 /// What happens to PLCs (ENABLE to RESUME); the numbers are the host function's argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -147,7 +147,7 @@ pub struct PmacTables {
     /// The image after load.
     pub initial: Vec<Run>,
     /// Memory outside the image after load.
-    pub far: Far,
+    pub sparse: SparseMemory,
     /// Whether the text itself says SAVE.
     pub save: bool,
 }

@@ -1,9 +1,11 @@
 //! What a PMI program and its executive agree on: the [tables] that the compiler fills and the
 //! executive works by, and how variables stand in the image.
 
+pub mod layout;
 mod symbols;
 pub mod tables;
 
+pub use layout::PORTS;
 pub(crate) use symbols::symbols;
 pub use tables::{
     Announcement, FlipFlop, Format, Lines, PmiTables, Role, Special, Symbol, TextItem, Timer,

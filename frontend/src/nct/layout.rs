@@ -7,7 +7,7 @@
 use plcc_abi::{
     Region,
     nct::{
-        FLAG_BYTES, H_COUNT, IMAGE_BYTES, LINE_BYTES, M_COUNT, NctHome, Q_COUNT, RH_COUNT,
+        FLAG_BYTES, FlagLocation, H_COUNT, IMAGE_BYTES, LINE_BYTES, M_COUNT, Q_COUNT, RH_COUNT,
         RP_COUNT, T_COUNT, context,
     },
 };
@@ -24,7 +24,7 @@ pub(crate) const CONTEXT: &str = "context";
 pub(crate) const SCRATCH: &str = "scratch";
 /// The region of the results in a long condition that wait for their gate.
 pub(crate) const WAITING: &str = "waiting";
-/// The region of the bytes of F; see [`NctHome`].
+/// The region of the bytes of F; see [`FlagLocation`].
 pub(crate) const FLAG_BYTES_REGION: &str = "flag_bytes";
 /// How many results of a condition wait at most.
 const WAITING_BITS: u32 = 264;
@@ -36,10 +36,10 @@ pub(crate) struct Layout {
     pub(crate) regions: Vec<Region>,
     /// Its length.
     pub(crate) size: u32,
-    pub(crate) inputs: Vec<NctHome>,
-    pub(crate) previous: Vec<NctHome>,
-    pub(crate) outputs: Vec<NctHome>,
-    pub(crate) flags: Vec<NctHome>,
+    pub(crate) inputs: Vec<FlagLocation>,
+    pub(crate) previous: Vec<FlagLocation>,
+    pub(crate) outputs: Vec<FlagLocation>,
+    pub(crate) flags: Vec<FlagLocation>,
     pub(crate) context: u32,
     pub(crate) lines_in: u32,
     pub(crate) lines_out: u32,
@@ -204,16 +204,16 @@ impl Regions {
 
     /// The regions of a kind of flags and where each byte lies. The bytes have one more behind
     /// them, always 0, so that the word of the last one can be read as a whole.
-    fn locations(&mut self, name: &str, unpacked: &[bool]) -> Vec<NctHome> {
+    fn locations(&mut self, name: &str, unpacked: &[bool]) -> Vec<FlagLocation> {
         let bytes = self.add(&format!("{name}_bytes"), unpacked.len() as u32 + 1, false);
         let count = unpacked.iter().filter(|u| **u).count() as u32;
         let mut next = self.add(&format!("{name}_bits"), count * 8, true);
         let mut location = |(byte, &unpacked): (usize, &bool)| {
             if !unpacked {
-                return NctHome { offset: bytes + byte as u32, unpacked };
+                return FlagLocation { offset: bytes + byte as u32, unpacked };
             }
             next += 8;
-            NctHome { offset: next - 8, unpacked }
+            FlagLocation { offset: next - 8, unpacked }
         };
         unpacked.iter().enumerate().map(&mut location).collect()
     }
@@ -264,15 +264,17 @@ impl Layout {
     }
 
     /// Where a byte of a kind of flags lies; V's are those of the inputs.
-    pub(crate) fn location(&self, space: Space, byte: u16) -> Option<NctHome> {
+    pub(crate) fn location(&self, space: Space, byte: u16) -> Option<FlagLocation> {
         let byte = byte as usize;
         match space {
             Space::I | Space::V => self.inputs.get(byte).copied(),
             Space::Y => self.outputs.get(byte).copied(),
             Space::F => self.flags.get(byte).copied(),
             Space::P | Space::O if byte >= LINE_BYTES => None,
-            Space::P => Some(NctHome { offset: self.lines_in + byte as u32, unpacked: false }),
-            Space::O => Some(NctHome { offset: self.lines_out + byte as u32, unpacked: false }),
+            Space::P => Some(FlagLocation { offset: self.lines_in + byte as u32, unpacked: false }),
+            Space::O => {
+                Some(FlagLocation { offset: self.lines_out + byte as u32, unpacked: false })
+            }
         }
     }
 

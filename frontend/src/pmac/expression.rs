@@ -18,7 +18,7 @@
 use std::collections::BTreeMap;
 
 use plcc_abi::image::read_f64;
-use plcc_abi::pmac::{Definition, Far, Kind, Layout, Place, Space, View, math};
+use plcc_abi::pmac::{Definition, Kind, Layout, Place, Space, SparseMemory, View, math};
 use plcc_diag::{Diagnostic, SourceMap, Span};
 
 use super::Program;
@@ -133,8 +133,8 @@ struct Postfix {
 impl Evaluate for Postfix {
     fn evaluate(&self, image: &[u8]) -> Result<Value, EvaluationError> {
         let layout = &self.layout;
-        let sparse = Far::default();
-        let view = View { image, layout, far: &sparse };
+        let sparse = SparseMemory::default();
+        let view = View { image, layout, sparse: &sparse };
         let base = layout.q_base_of(self.system);
         let mut outside = None;
         let mut read = |kind: Kind, number: u32| {
@@ -164,15 +164,15 @@ impl Evaluate for Postfix {
 
 /// Whether a definition leads to words that the image does not hold.
 fn is_outside(layout: &Layout, definition: Definition) -> bool {
-    let far = |space, address| matches!(layout.place(space, address), Place::Far);
+    let beyond = |space, address| matches!(layout.place(space, address), Place::Sparse);
     match definition {
         Definition::Star | Definition::Tw { .. } => false,
-        Definition::X { address, .. } => far(Space::X, address),
-        Definition::Y { address, .. } => far(Space::Y, address),
+        Definition::X { address, .. } => beyond(Space::X, address),
+        Definition::Y { address, .. } => beyond(Space::Y, address),
         Definition::D { address }
         | Definition::Dp { address }
         | Definition::L { address }
-        | Definition::F { address } => far(Space::X, address) || far(Space::Y, address),
+        | Definition::F { address } => beyond(Space::X, address) || beyond(Space::Y, address),
     }
 }
 

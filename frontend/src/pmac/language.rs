@@ -1,6 +1,6 @@
 //! PMAC as one of the languages.
 
-use plcc_abi::pmac::Relied;
+use plcc_abi::pmac::Assumption;
 use plcc_abi::{Dialect, Engine, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
@@ -119,11 +119,11 @@ impl CheckedProgram for Program {
 }
 
 impl Recompilable for Program {
-    fn assumptions(&self) -> &[Relied] {
-        self.relied()
+    fn assumptions(&self) -> &[Assumption] {
+        self.assumed()
     }
 
-    fn lower_for(&self, assumptions: &[Relied]) -> Result<Lowered, InternalError> {
+    fn lower_for(&self, assumptions: &[Assumption]) -> Result<Lowered, InternalError> {
         self.lower_for(assumptions)
     }
 }

@@ -23,7 +23,7 @@ mod tasks;
 mod tests;
 
 use plcc_abi::Engine;
-use plcc_abi::pmac::Relied;
+use plcc_abi::pmac::Assumption;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 use crate::common::{CrossReference, FileLoader, InternalError, Lowered, Options};
@@ -81,24 +81,24 @@ impl Program {
     /// # Errors
     /// When the compiler finds a defect of its own.
     pub fn lower(&self) -> Result<Lowered, InternalError> {
-        self.lower_for(&self.loaded.relied)
+        self.lower_for(&self.loaded.assumed)
     }
 
     /// The M-variables that PLCs name, by rising number, with the definitions that
     /// [`lower`](Self::lower) builds in: those after load, but for what the text itself moves.
-    pub fn relied(&self) -> &[Relied] {
-        &self.loaded.relied
+    pub fn assumed(&self) -> &[Assumption] {
+        &self.loaded.assumed
     }
 
     /// The same program with other definitions of M-variables built into its code; those that
-    /// `relied` leaves out are reached through the host. The executive's tables are the same, and
+    /// `assumed` leaves out are reached through the host. The executive's tables are the same, and
     /// so are the labels of all tasks and of all places at which they are suspended: a task that
     /// waits in one module goes on in any other.
     ///
     /// # Errors
     /// When the compiler finds a defect of its own.
-    pub fn lower_for(&self, relied: &[Relied]) -> Result<Lowered, InternalError> {
-        let module = lower::lower(&self.download, &self.loaded, &self.sources, relied)?;
+    pub fn lower_for(&self, assumed: &[Assumption]) -> Result<Lowered, InternalError> {
+        let module = lower::lower(&self.download, &self.loaded, &self.sources, assumed)?;
         let names = self.files().map(str::to_owned).collect();
         let tasks = module.tasks.clone();
         let program = tables::program(&self.download, &self.loaded, names, tasks);

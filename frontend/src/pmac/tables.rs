@@ -45,7 +45,7 @@ pub(crate) fn program(
         l: download.l_defs.iter().map(|(&number, &def)| (u32::from(number), def)).collect(),
         named,
         initial: Run::pack(&loaded.image),
-        far: loaded.far.clone(),
+        sparse: loaded.sparse.clone(),
         save: loaded.save,
     };
     Program {

@@ -5,12 +5,10 @@
 //! physical lines, one byte a port. Programs with very long expressions have `scratch` too, where
 //! compiled code keeps what it has computed of one.
 
-use plcc_abi::{Region, pmi::Type};
+use plcc_abi::Region;
+use plcc_abi::pmi::{PORTS, Type};
 
 use crate::pmi::ast::{Action, Checked, Meaning, Op, Ops, SymbolId, Target};
-
-/// The number of ports: 16 MAX boards of 128.
-const PORTS: u32 = 2048;
 
 /// Expressions with more operations than this may be cut into several functions, and then keep
 /// what waits for them in the image.

@@ -1,7 +1,7 @@
 //! Message flags as events (NCT 3.5, 3.6).
 
 use plcc_abi::image::read_u16;
-use plcc_abi::nct::{NctHome, NctTables};
+use plcc_abi::nct::{FlagLocation, NctTables};
 
 use crate::{Event, EventBody};
 
@@ -16,18 +16,18 @@ const FIRST_INDEX: u32 = 90;
 pub(super) struct Messages {
     indexed: Vec<String>,
     plain: Vec<String>,
-    homes: Vec<NctHome>,
+    locations: Vec<FlagLocation>,
 }
 
 impl Messages {
     pub(super) fn new(tables: &NctTables) -> Self {
-        let homes = tables.outputs.get(BYTES).unwrap_or_default().to_vec();
-        Self { indexed: tables.texts198.clone(), plain: tables.texts199.clone(), homes }
+        let locations = tables.outputs.get(BYTES).unwrap_or_default().to_vec();
+        Self { indexed: tables.texts198.clone(), plain: tables.texts199.clone(), locations }
     }
 
     /// How many bytes of flags there are.
     pub(super) fn count(&self) -> usize {
-        self.homes.len()
+        self.locations.len()
     }
 
     /// An event for each flag that is not as it was at the last call, in the order of the flags;
@@ -40,8 +40,8 @@ impl Messages {
         tick: u64,
         events: &mut Vec<Event>,
     ) {
-        for (row, (home, shown)) in self.homes.iter().zip(shown).enumerate() {
-            let now = home.read(image);
+        for (row, (location, shown)) in self.locations.iter().zip(shown).enumerate() {
+            let now = location.read(image);
             let changed = now ^ *shown;
             if changed == 0 {
                 continue;

@@ -1,6 +1,6 @@
 //! What an NCT program may call.
 
-use plcc_abi::nct::NctHome;
+use plcc_abi::nct::FlagLocation;
 use plcc_abi::{Host, HostFn};
 
 use super::arithmetic::{self, Arithmetic};
@@ -11,7 +11,7 @@ use super::search;
 /// The host of an NCT program, for one call of a module.
 #[derive(Debug)]
 pub(super) struct NctHost<'a> {
-    pub(super) flags: &'a [NctHome],
+    pub(super) flags: &'a [FlagLocation],
     pub(super) memory: &'a mut NcMemory,
 }
 

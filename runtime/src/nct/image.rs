@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use plcc_abi::Program;
 use plcc_abi::image::{read_u16, write_u8, write_u16, write_u32};
-use plcc_abi::nct::{IMAGE_BYTES, LINE_BYTES, NctHome, NctTables, context};
+use plcc_abi::nct::{FlagLocation, IMAGE_BYTES, LINE_BYTES, NctTables, context};
 
 use super::state::{Modules, SavedInputs};
 
@@ -89,7 +89,7 @@ impl Modules {
 pub(super) struct Image {
     pub(super) bytes: Vec<u8>,
     pub(super) places: Places,
-    pub(super) inputs: Vec<NctHome>,
+    pub(super) inputs: Vec<FlagLocation>,
 }
 
 impl Image {
@@ -145,15 +145,15 @@ impl Image {
 
     /// Fills the shown input image's byte.
     pub(super) fn set_input(&mut self, byte: usize, value: u8) {
-        if let Some(home) = self.inputs.get(byte) {
-            home.write(&mut self.bytes, value);
+        if let Some(location) = self.inputs.get(byte) {
+            location.write(&mut self.bytes, value);
         }
     }
 
     /// Sets a bit of the shown input image.
     pub(super) fn set_input_bit(&mut self, byte: usize, bit: u8, value: bool) {
-        if let Some(home) = self.inputs.get(byte) {
-            home.set_bit(&mut self.bytes, bit, value);
+        if let Some(location) = self.inputs.get(byte) {
+            location.set_bit(&mut self.bytes, bit, value);
         }
     }
 
@@ -195,18 +195,23 @@ impl Image {
 
 /// Checks what the tables say of the image.
 pub(super) fn check_tables(program: &Program, tables: &NctTables) -> Result<(), String> {
-    let homes = [
+    let locations = [
         ("inputs", &tables.inputs, IMAGE_BYTES),
         ("previous inputs", &tables.previous, IMAGE_BYTES),
         ("outputs", &tables.outputs, IMAGE_BYTES),
         ("local variables", &tables.flags, plcc_abi::nct::FLAG_BYTES),
     ];
-    for (what, homes, count) in homes {
-        if homes.len() != count {
-            return Err(format!("the table of {what} has {} entries, not {count}", homes.len()));
+    for (what, locations, count) in locations {
+        if locations.len() != count {
+            return Err(format!(
+                "the table of {what} has {} entries, not {count}",
+                locations.len()
+            ));
         }
-        let end = |home: &NctHome| u64::from(home.offset) + if home.unpacked { 8 } else { 1 };
-        if homes.iter().any(|home| end(home) > program.image_size.into()) {
+        let end = |location: &FlagLocation| {
+            u64::from(location.offset) + if location.unpacked { 8 } else { 1 }
+        };
+        if locations.iter().any(|location| end(location) > program.image_size.into()) {
             return Err(format!("the table of {what} points outside the image"));
         }
     }

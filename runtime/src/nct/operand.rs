@@ -1,7 +1,7 @@
-//! Local variables as operands: bytes behind their homes, register areas, the flags that a
+//! Local variables as operands: bytes behind their locations, register areas, the flags that a
 //! statement writes.
 
-use plcc_abi::nct::{FLAG_BYTES, NctHome};
+use plcc_abi::nct::{FLAG_BYTES, FlagLocation};
 
 /// Flags that statements with a register area write, as byte and bit of F.
 pub(super) mod flag {
@@ -22,23 +22,23 @@ pub(super) mod flag {
 /// The local variables F000 to F999 in the image.
 pub(super) struct Locals<'a> {
     image: &'a mut [u8],
-    homes: &'a [NctHome],
+    locations: &'a [FlagLocation],
 }
 
 impl<'a> Locals<'a> {
-    pub(super) fn new(image: &'a mut [u8], homes: &'a [NctHome]) -> Self {
-        Self { image, homes }
+    pub(super) fn new(image: &'a mut [u8], locations: &'a [FlagLocation]) -> Self {
+        Self { image, locations }
     }
 
     /// A byte; 0 beyond F999.
     pub(super) fn byte(&self, n: u16) -> u8 {
-        self.homes.get(usize::from(n)).map_or(0, |home| home.read(self.image))
+        self.locations.get(usize::from(n)).map_or(0, |location| location.read(self.image))
     }
 
     /// Writes a byte; nothing beyond F999.
     pub(super) fn set_byte(&mut self, n: u16, value: u8) {
-        if let Some(home) = self.homes.get(usize::from(n)) {
-            home.write(self.image, value);
+        if let Some(location) = self.locations.get(usize::from(n)) {
+            location.write(self.image, value);
         }
     }
 
@@ -56,8 +56,8 @@ impl<'a> Locals<'a> {
 
     /// Writes a flag.
     pub(super) fn set_flag(&mut self, (byte, bit): (u16, u8), value: bool) {
-        if let Some(home) = self.homes.get(usize::from(byte)) {
-            home.set_bit(self.image, bit, value);
+        if let Some(location) = self.locations.get(usize::from(byte)) {
+            location.set_bit(self.image, bit, value);
         }
     }
 

@@ -91,8 +91,8 @@ impl NctExecutive {
         }
         for pot in &settings.tool_pots {
             let row = nct::RETAINED_FROM + usize::from(pot.pot) * 2;
-            for (home, byte) in tables.flags.iter().skip(row).zip(pot.word().to_le_bytes()) {
-                home.write(&mut image.bytes, byte);
+            for (location, byte) in tables.flags.iter().skip(row).zip(pot.word().to_le_bytes()) {
+                location.write(&mut image.bytes, byte);
             }
         }
         let memory = NcMemory::new(&settings);
@@ -114,7 +114,7 @@ impl NctExecutive {
 
     /// A flag of the output image.
     fn output(&self, (byte, bit): (usize, u8)) -> bool {
-        self.tables.outputs.get(byte).is_some_and(|home| home.bit(&self.image.bytes, bit))
+        self.tables.outputs.get(byte).is_some_and(|location| location.bit(&self.image.bytes, bit))
     }
 
     /// Timers go down (NCT 2.4).
@@ -153,8 +153,8 @@ impl NctExecutive {
 
     /// The physical outputs take the output image.
     fn drive_lines(&mut self) {
-        for (byte, home) in self.tables.outputs.iter().take(self.boards * 10).enumerate() {
-            let value = home.read(&self.image.bytes);
+        for (byte, location) in self.tables.outputs.iter().take(self.boards * 10).enumerate() {
+            let value = location.read(&self.image.bytes);
             write_u8(&mut self.image.bytes, self.image.places.lines_out + byte as u32, value);
         }
     }
@@ -342,21 +342,21 @@ impl Executive for NctExecutive {
     }
 
     fn retained(&self) -> Option<Vec<u8>> {
-        let homes = self.tables.flags.iter().skip(nct::RETAINED_FROM);
-        Some(homes.map(|home| home.read(&self.image.bytes)).collect())
+        let locations = self.tables.flags.iter().skip(nct::RETAINED_FROM);
+        Some(locations.map(|location| location.read(&self.image.bytes)).collect())
     }
 
     fn restore(&mut self, retained: &[u8]) -> Result<(), String> {
-        let homes = self.tables.flags.get(nct::RETAINED_FROM..).unwrap_or_default();
-        if retained.len() != homes.len() {
+        let locations = self.tables.flags.get(nct::RETAINED_FROM..).unwrap_or_default();
+        if retained.len() != locations.len() {
             return Err(format!(
                 "it holds {} bytes, F500 to F999 are {}",
                 retained.len(),
-                homes.len()
+                locations.len()
             ));
         }
-        for (home, &byte) in homes.iter().zip(retained) {
-            home.write(&mut self.image.bytes, byte);
+        for (location, &byte) in locations.iter().zip(retained) {
+            location.write(&mut self.image.bytes, byte);
         }
         Ok(())
     }

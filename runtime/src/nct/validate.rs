@@ -1,6 +1,6 @@
 //! Whether the tables of an NCT program fit its image.
 
-use plcc_abi::nct::{FLAG_BYTES, IMAGE_BYTES, NctHome, NctTables};
+use plcc_abi::nct::{FLAG_BYTES, FlagLocation, IMAGE_BYTES, NctTables};
 
 use crate::artifact::validate::{Check, Image, ensure};
 
@@ -14,9 +14,9 @@ pub(super) fn tables(tables: &NctTables, image: Image) -> Check {
         (outputs, IMAGE_BYTES),
         (flags, FLAG_BYTES),
     ];
-    for (homes, count) in groups {
-        ensure(homes.len() == count, || "a table of bytes has the wrong length".into())?;
-        for &NctHome { offset, unpacked } in homes {
+    for (locations, count) in groups {
+        ensure(locations.len() == count, || "a table of bytes has the wrong length".into())?;
+        for &FlagLocation { offset, unpacked } in locations {
             image.check(offset, if unpacked { 8 } else { 1 }, "a byte of flags")?;
         }
     }

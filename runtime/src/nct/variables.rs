@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use plcc_abi::image::{read_u8, read_u16, write_u8, write_u16};
-use plcc_abi::nct::{IMAGE_BYTES, LINE_BYTES, NctHome, NctName, NctTables};
+use plcc_abi::nct::{FlagLocation, IMAGE_BYTES, LINE_BYTES, NctName, NctTables};
 
 use crate::{NameError, Purpose, Setting, ValueError, Variable};
 
@@ -71,9 +71,9 @@ pub(super) struct View<'a> {
     pub(super) tables: &'a NctTables,
 }
 
-/// A byte or bit among homes; a word's second byte is 0 where there is none.
-fn homed(image: &[u8], homes: &[NctHome], byte: usize, bit: Option<u8>) -> u16 {
-    let read = |n: usize| homes.get(n).map_or(0, |home| home.read(image));
+/// A byte or bit among locations; a word's second byte is 0 where there is none.
+fn located(image: &[u8], locations: &[FlagLocation], byte: usize, bit: Option<u8>) -> u16 {
+    let read = |n: usize| locations.get(n).map_or(0, |location| location.read(image));
     pick(read, byte, bit)
 }
 
@@ -96,9 +96,9 @@ impl View<'_> {
         let places = &self.image.places;
         let word = |offset: u32, n: u32| read_u16(image, offset + n * 2);
         match name {
-            NctName::I { byte, bit } => homed(image, &self.tables.inputs, byte.into(), bit),
-            NctName::Y { byte, bit } => homed(image, &self.tables.outputs, byte.into(), bit),
-            NctName::F { byte, bit } => homed(image, &self.tables.flags, byte.into(), bit),
+            NctName::I { byte, bit } => located(image, &self.tables.inputs, byte.into(), bit),
+            NctName::Y { byte, bit } => located(image, &self.tables.outputs, byte.into(), bit),
+            NctName::F { byte, bit } => located(image, &self.tables.flags, byte.into(), bit),
             NctName::P { byte, bit } => lines(image, places.lines_in, byte.into(), bit),
             NctName::O { byte, bit } => lines(image, places.lines_out, byte.into(), bit),
             NctName::Rh(n) => word(places.rh, n.into()),
@@ -134,8 +134,8 @@ impl Target<'_> {
             NctName::M(n) => put(places.m, n.into()),
             NctName::Rp(n) => put(places.rp, n.into()),
             NctName::Op(n) => self.modules.set_op(n.into(), word),
-            NctName::Y { byte, bit } => self.homed(&tables.outputs, byte.into(), bit, word),
-            NctName::F { byte, bit } => self.homed(&tables.flags, byte.into(), bit, word),
+            NctName::Y { byte, bit } => self.located(&tables.outputs, byte.into(), bit, word),
+            NctName::F { byte, bit } => self.located(&tables.flags, byte.into(), bit, word),
             NctName::O { byte, bit } => {
                 self.lines(places.lines_out, LINE_BYTES, byte.into(), bit, word);
             }
@@ -148,16 +148,16 @@ impl Target<'_> {
         }
     }
 
-    fn homed(&mut self, homes: &[NctHome], byte: usize, bit: Option<u8>, word: u16) {
-        let Some(home) = homes.get(byte) else { return };
+    fn located(&mut self, locations: &[FlagLocation], byte: usize, bit: Option<u8>, word: u16) {
+        let Some(location) = locations.get(byte) else { return };
         let image = &mut self.image.bytes;
         match bit {
-            Some(bit) => home.set_bit(image, bit, word & 1 != 0),
+            Some(bit) => location.set_bit(image, bit, word & 1 != 0),
             None => {
                 let [low, high] = word.to_le_bytes();
-                home.write(image, low);
-                if let Some(home) = homes.get(byte + 1) {
-                    home.write(image, high);
+                location.write(image, low);
+                if let Some(location) = locations.get(byte + 1) {
+                    location.write(image, high);
                 }
             }
         }

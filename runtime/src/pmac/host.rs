@@ -75,11 +75,11 @@ impl Control {
     }
 
     fn view<'a>(&'a self, image: &'a [u8]) -> View<'a> {
-        View { image, layout: &self.layout, far: &self.state.sparse }
+        View { image, layout: &self.layout, sparse: &self.state.sparse }
     }
 
     fn memory<'a>(&'a mut self, image: &'a mut [u8]) -> Memory<'a> {
-        Memory { image, layout: &self.layout, far: &mut self.state.sparse }
+        Memory { image, layout: &self.layout, sparse: &mut self.state.sparse }
     }
 
     /// Assigns to an I-variable.
@@ -137,7 +137,7 @@ impl Control {
             },
             PreparedText::Queue { body, task } => {
                 if self.state.queue.len() < QUEUE {
-                    let q_base = read_u32(image, self.layout.q_base + 4 * self.running);
+                    let q_base = read_u32(image, self.layout.q_base_at(self.running));
                     self.state.queue.push_back(Queued { task: *task, q_base });
                 }
                 body.clone()

@@ -94,12 +94,16 @@ impl PmacExecutive {
     }
 
     fn view(&self) -> View<'_> {
-        View { image: &self.image, layout: &self.control.layout, far: &self.control.state.sparse }
+        View {
+            image: &self.image,
+            layout: &self.control.layout,
+            sparse: &self.control.state.sparse,
+        }
     }
 
     fn memory(&mut self) -> Memory<'_> {
         let Control { layout, state, .. } = &mut self.control;
-        Memory { image: &mut self.image, layout, far: &mut state.sparse }
+        Memory { image: &mut self.image, layout, sparse: &mut state.sparse }
     }
 
     fn name(&self, variable: Variable) -> Name {

@@ -12,20 +12,20 @@
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread;
 
-use plcc_abi::pmac::{Definitions, Direct, Layout, Relied};
+use plcc_abi::pmac::{Assumption, Definitions, Direct, Layout};
 use plcc_abi::{Engine, Outcome, ResumePoint, Scan};
 
 use crate::NativeEngine;
 
 /// A compiler at hand.
 pub trait Recompiler: Send {
-    /// The same program with the definitions of `relied` built in; M-variables that `relied` leaves
+    /// The same program with the definitions of `assumed` built in; M-variables that `assumed` leaves
     /// out, or has without a definition, are reached through the host. Tasks and their resume
     /// points are those of any other code of the program.
     ///
     /// # Errors
     /// When no code can be made; the message is for people.
-    fn recompile(&mut self, relied: &[Relied]) -> Result<NativeEngine, String>;
+    fn recompile(&mut self, assumed: &[Assumption]) -> Result<NativeEngine, String>;
 }
 
 /// When code is made anew.
@@ -53,13 +53,13 @@ impl Default for Settings {
 
 /// What the compiler is asked for: the code, and an engine that is to be dropped.
 struct Order {
-    relied: Vec<Relied>,
+    assumed: Vec<Assumption>,
     retired: Option<NativeEngine>,
 }
 
 /// What it gives.
 struct Fresh {
-    relied: Vec<Relied>,
+    assumed: Vec<Assumption>,
     engine: Result<NativeEngine, String>,
 }
 
@@ -82,8 +82,8 @@ impl Workshop {
         let _ = thread::Builder::new().name("recompile".into()).spawn(move || {
             for order in taken {
                 drop(order.retired);
-                let engine = recompiler.recompile(&order.relied);
-                if made.send(Fresh { relied: order.relied, engine }).is_err() {
+                let engine = recompiler.recompile(&order.assumed);
+                if made.send(Fresh { assumed: order.assumed, engine }).is_err() {
                     return;
                 }
             }
@@ -95,8 +95,8 @@ impl Workshop {
     fn order(&mut self, order: Order) -> bool {
         match self {
             Self::Here(recompiler, fresh) => {
-                let engine = recompiler.recompile(&order.relied);
-                *fresh = Some(Fresh { relied: order.relied, engine });
+                let engine = recompiler.recompile(&order.assumed);
+                *fresh = Some(Fresh { assumed: order.assumed, engine });
                 true
             }
             Self::Beside(orders, _) => orders.try_send(order).is_ok(),
@@ -152,22 +152,23 @@ pub struct Recompiling {
 }
 
 impl Recompiling {
-    /// Code that has the definitions of `relied` built in, and the compiler that made it.
+    /// Code that has the definitions of `assumed` built in, and the compiler that made it.
     pub fn new(
         engine: NativeEngine,
-        relied: &[Relied],
+        assumed: &[Assumption],
         turbo: bool,
         recompiler: Box<dyn Recompiler>,
         settings: Settings,
     ) -> Self {
-        let named = |relied: &Relied| Named { number: relied.number, followed: 0, left: false };
+        let named =
+            |assumed: &Assumption| Named { number: assumed.number, followed: 0, left: false };
         Self {
             engine,
             retired: None,
             workshop: Workshop::new(recompiler, settings.beside),
             settings,
             layout: Layout::new(turbo),
-            named: relied.iter().map(named).collect(),
+            named: assumed.iter().map(named).collect(),
             epoch: 0,
             // What the compiler left to the host, since it saw that it moves, may well rest.
             unrest: Some(0),
@@ -189,7 +190,7 @@ impl Recompiling {
         let last = self.orders + 1 >= self.settings.most;
         let each = if last { 1 } else { self.settings.each };
         let mut needed = false;
-        let mut relied = Vec::with_capacity(self.named.len());
+        let mut assumed = Vec::with_capacity(self.named.len());
         for named in self.named.iter_mut().filter(|named| !named.left) {
             let number = named.number;
             let built_in = definitions.is_built_in(number);
@@ -212,13 +213,13 @@ impl Recompiling {
                 needed = true;
                 named.followed = named.followed.saturating_add(1);
             }
-            relied.push(Relied { number, definition: direct });
+            assumed.push(Assumption { number, definition: direct });
         }
         if !needed {
             return;
         }
         self.orders += 1;
-        self.ordered = self.workshop.order(Order { relied, retired: self.retired.take() });
+        self.ordered = self.workshop.order(Order { assumed, retired: self.retired.take() });
     }
 
     /// Changes over to code that was ordered, if it is there.
@@ -241,7 +242,7 @@ impl Recompiling {
         if !engine.has_tasks_of(&self.engine) {
             return self.give_up();
         }
-        definitions.rely(&fresh.relied);
+        definitions.assume(&fresh.assumed);
         self.retired = Some(std::mem::replace(&mut self.engine, engine));
         self.changes += 1;
     }

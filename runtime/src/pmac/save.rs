@@ -53,8 +53,11 @@ impl PmacExecutive {
         for offset in (layout.p..layout.mdef).step_by(8) {
             write_f64(&mut self.image, offset, finite(read_f64(&kept, offset)));
         }
-        let mut memory =
-            Memory { image: &mut self.image, layout: &layout, far: &mut self.control.state.sparse };
+        let mut memory = Memory {
+            image: &mut self.image,
+            layout: &layout,
+            sparse: &mut self.control.state.sparse,
+        };
         for number in 0..layout.count {
             memory.define_code(number, read_u64(&kept, layout.mdef + 8 * number));
         }

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use plcc_abi::ResumePoint;
-use plcc_abi::pmac::{Far, Layout, PlcOp, PmacTables, Run};
+use plcc_abi::pmac::{Layout, PlcOp, PmacTables, Run, SparseMemory};
 use serde::{Deserialize, Serialize};
 
 /// All of it. Variables, the words of memory that have a place, the definitions of M-variables and
@@ -21,7 +21,7 @@ pub(super) struct State {
     /// The commands that wait for the end of the background step.
     pub(super) queue: VecDeque<Queued>,
     /// Memory that has no place in the image.
-    pub(super) sparse: Far,
+    pub(super) sparse: SparseMemory,
     pub(super) saved: Saved,
 }
 
@@ -163,7 +163,7 @@ impl State {
             plcs,
             plccs,
             queue: VecDeque::with_capacity(64),
-            sparse: tables.far.clone(),
+            sparse: tables.sparse.clone(),
             saved: Saved { image, exists: tables.save },
         }
     }

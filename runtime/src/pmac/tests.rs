@@ -51,7 +51,7 @@ impl Download {
     }
 
     fn memory(&mut self) -> Memory<'_> {
-        Memory { image: &mut self.image, layout: &self.layout, far: &mut self.tables.far }
+        Memory { image: &mut self.image, layout: &self.layout, sparse: &mut self.tables.sparse }
     }
 
     fn task(
@@ -268,13 +268,13 @@ fn commands_wait_for_the_end_of_the_step() {
     let layout = download.layout;
     download.plc("PLC4", move |scan| {
         let q_base = layout.q_base_of(2);
-        plcc_abi::image::write_u32(scan.image, layout.q_base + 4 * 4, q_base);
+        plcc_abi::image::write_u32(scan.image, layout.q_base_at(4), q_base);
         call(scan, HostFn::PmacEvent, [0; 4]);
         call(scan, HostFn::PmacEvent, [1, 0, 0, 0]);
     });
     download.plc("PLCC1", |_| ());
     let task = download.task("command", move |scan| {
-        let base = plcc_abi::image::read_u32(scan.image, layout.q_base + 4 * 64);
+        let base = plcc_abi::image::read_u32(scan.image, layout.q_base_at(pmac::COMMAND_CONTEXT));
         write_f64(scan.image, layout.q_offset(base + 5), 7.0);
         Outcome::End
     });

@@ -220,7 +220,7 @@ impl PmacExecutive {
     /// The commands that were queued.
     fn do_commands(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
         while let Some(command) = self.control.state.queue.pop_front() {
-            let offset = self.control.layout.q_base + 4 * COMMAND_CONTEXT;
+            let offset = self.control.layout.q_base_at(COMMAND_CONTEXT);
             write_u32(&mut self.image, offset, command.q_base);
             // On-line commands have no WHILE, so they always come to their end.
             self.run(COMMAND_CONTEXT, command.task as usize, None, engine)?;

@@ -25,8 +25,18 @@ impl Control for PmacTables {
 
 /// Checks numbers, definitions and the order of the tables, and that the image is long enough.
 fn tables(tables: &PmacTables, image: Image) -> Check {
-    let PmacTables { turbo, programs, texts, defines, ranges, l, named, initial, far: _, save: _ } =
-        tables;
+    let PmacTables {
+        turbo,
+        programs,
+        texts,
+        defines,
+        ranges,
+        l,
+        named,
+        initial,
+        sparse: _,
+        save: _,
+    } = tables;
     let layout = Layout::new(*turbo);
     ensure(u64::from(layout.size) <= image.size, || "its image is too short".into())?;
     for program in programs {

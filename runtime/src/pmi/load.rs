@@ -1,11 +1,8 @@
 //! What is checked of a program before it runs.
 
-use plcc_abi::pmi::{PmiTables, Role, Type};
+use plcc_abi::pmi::{PORTS, PmiTables, Role, Type};
 use plcc_abi::{Program, Tables};
 use thiserror::Error;
-
-/// Bytes of the physical lines, one a port: 16 MAX boards of 128.
-pub(super) const PORTS: u32 = 2048;
 
 /// Why a program can't be run.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

@@ -2,7 +2,7 @@
 
 use plcc_abi::engine::NoHost;
 use plcc_abi::image::{read_u8, write_i16, write_i32, write_u8};
-use plcc_abi::pmi::{FlipFlop, Lines, Role, Special, Timer, Type};
+use plcc_abi::pmi::{FlipFlop, Lines, PORTS, Role, Special, Timer, Type};
 use plcc_abi::{Engine, Outcome, Program, Scan, TrapCode};
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ use crate::checkpoint::{Binding, CheckpointError};
 use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
 
 use super::events::{Announcements, value};
-use super::load::{self, PORTS, PmiLoadError};
+use super::load::{self, PmiLoadError};
 use super::state::State;
 use super::variables::{Name, Names};
 use super::{macros, port_lines};

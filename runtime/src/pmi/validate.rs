@@ -1,13 +1,10 @@
 //! Whether the tables of a PMI program fit its image.
 
 use plcc_abi::pmi::{
-    Announcement, FlipFlop, Lines, PmiTables, Role, Special, Symbol, TextItem, Timer, Type,
+    Announcement, FlipFlop, Lines, PORTS, PmiTables, Role, Special, Symbol, TextItem, Timer, Type,
 };
 
 use crate::artifact::validate::{Check, Image, ensure};
-
-/// Ports of PMI (rulings, PMI: 16 boards of 128), a byte each.
-const PORTS: u32 = 2048;
 
 /// Checks that every place in the tables is inside the image, and every index inside its table.
 pub(super) fn tables(tables: &PmiTables, image: Image) -> Check {

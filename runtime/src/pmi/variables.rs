@@ -3,11 +3,9 @@
 use std::collections::HashMap;
 
 use plcc_abi::closest;
-use plcc_abi::pmi::{PmiTables, Role, Symbol, Timer};
+use plcc_abi::pmi::{PORTS, PmiTables, Role, Symbol, Timer};
 
 use crate::{NameError, Purpose, Variable};
-
-use super::load::PORTS;
 
 /// Something with a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

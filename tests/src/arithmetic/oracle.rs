@@ -2,7 +2,7 @@
 
 use plcc_abi::image::{read_f64, write_f64};
 use plcc_abi::pmac::{
-    Definition, Far, Field, Format, Kind, Layout, Memory, Range, Space, fixed, math,
+    Definition, Field, Format, Kind, Layout, Memory, Range, Space, SparseMemory, fixed, math,
 };
 
 use super::{Bin, Cmp, Condition, Expr, Statement, Statements};
@@ -15,7 +15,7 @@ pub struct Machine<'a> {
     /// Its layout.
     pub layout: &'a Layout,
     /// What is not in it.
-    pub far: Far,
+    pub sparse: SparseMemory,
     /// The ranges of I-variables.
     pub ranges: &'a [(u32, Range)],
 }
@@ -66,7 +66,7 @@ impl Machine<'_> {
     }
 
     fn memory(&mut self) -> Memory<'_> {
-        Memory { image: self.image, layout: self.layout, far: &mut self.far }
+        Memory { image: self.image, layout: self.layout, sparse: &mut self.sparse }
     }
 
     fn read(&mut self, kind: Kind, number: u32, all: &Statements) -> f64 {

@@ -7,7 +7,7 @@
 //! statements; `PLCC_FIRST` is the first seed.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use plcc_abi::pmac::{Far, Layout, PmacTables};
+use plcc_abi::pmac::{Layout, PmacTables, SparseMemory};
 use plcc_abi::{Engine, Outcome, Program, Scan, Tables};
 use plcc_codegen::{OptLevel, Target, compile};
 use plcc_diag::SourceMap;
@@ -92,7 +92,8 @@ fn difference(statements: &Statements, built: &mut Built, seed: u64) -> Option<S
         let mut expected = start.clone();
         let ranges = &tables(&built.program).ranges;
         let image = &mut expected;
-        let mut oracle = Machine { image, layout: &layout, far: Far::default(), ranges };
+        let mut oracle =
+            Machine { image, layout: &layout, sparse: SparseMemory::default(), ranges };
         oracle.run(statements);
         for (name, engine) in &mut built.engines {
             let (image, host) = executive.parts();

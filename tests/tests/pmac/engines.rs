@@ -62,7 +62,7 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
         let program = Box::new(checked.clone());
         let compiler = Box::new(PmacRecompiler::new(program, OptLevel::Speed));
         let turbo = controller == Controller::Turbo;
-        Box::new(Recompiling::new(engine, checked.relied(), turbo, compiler, settings))
+        Box::new(Recompiling::new(engine, checked.assumed(), turbo, compiler, settings))
     };
     let always = Settings { rest: 0, patience: 99, most: 999, each: 255, beside: false };
     let leaving = Settings { rest: 2, patience: 4, most: 3, each: 2, beside: false };

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use plcc::compile::jit;
 use plcc::recompile::PmacRecompiler;
-use plcc_abi::pmac::{Definition, Layout, Relied};
+use plcc_abi::pmac::{Assumption, Definition, Layout};
 use plcc_abi::{Engine, Host, HostFn, Outcome, ResumePoint, Scan};
 use plcc_codegen::OptLevel;
 use plcc_diag::SourceMap;
@@ -96,7 +96,7 @@ impl Pair {
     ) -> Self {
         let tables = program.lower().unwrap().program;
         let executive = || PmacExecutive::new(&tables, PmacOptions::default()).unwrap();
-        let engine = Recompiling::new(native, program.relied(), false, compiler, settings);
+        let engine = Recompiling::new(native, program.assumed(), false, compiler, settings);
         Self {
             interpreter: program.interpreter(),
             oracle: executive(),
@@ -362,11 +362,11 @@ fn resume_points_are_the_same_whatever_is_built_in() {
          WHILE (M3<M1)\nENDWHILE\nCLOSE\nOPEN PLCC 4 CLEAR\nWHILE (P4<M1)\nENDWHILE\nCLOSE\n"
     );
     let program = check(&source);
-    let relied = |definition| -> Vec<Relied> {
-        (1..=3).map(|number| Relied { number, definition }).collect()
+    let assumed = |definition| -> Vec<Assumption> {
+        (1..=3).map(|number| Assumption { number, definition }).collect()
     };
-    let resumes = |relied: &[Relied]| {
-        let lowered = program.lower_for(relied).unwrap();
+    let resumes = |assumed: &[Assumption]| {
+        let lowered = program.lower_for(assumed).unwrap();
         assert_eq!(plcc_ir::verify::verify(&lowered.module), []);
         // Every statement that ends a loop, by its place in the source.
         let mut resumes = vec![];
@@ -381,14 +381,14 @@ fn resume_points_are_the_same_whatever_is_built_in() {
         resumes.dedup();
         (resumes, lowered.module.tasks, lowered.program)
     };
-    let first = resumes(program.relied());
+    let first = resumes(program.assumed());
     assert_eq!(first.0.len(), 4);
     for other in [
         vec![],
-        relied(None),
-        relied(Some(Definition::Star)),
-        relied(Some(Definition::L { address: 0x1003 })),
-        vec![Relied { number: 1, definition: Some(Definition::Star) }],
+        assumed(None),
+        assumed(Some(Definition::Star)),
+        assumed(Some(Definition::L { address: 0x1003 })),
+        vec![Assumption { number: 1, definition: Some(Definition::Star) }],
     ] {
         assert_eq!(resumes(&other), first, "{other:?}");
     }
@@ -399,9 +399,9 @@ fn resume_points_are_the_same_whatever_is_built_in() {
 fn a_compiler_beside_holds_nothing_up() {
     struct Slow(Box<dyn Recompiler>);
     impl Recompiler for Slow {
-        fn recompile(&mut self, relied: &[Relied]) -> Result<NativeEngine, String> {
+        fn recompile(&mut self, assumed: &[Assumption]) -> Result<NativeEngine, String> {
             std::thread::sleep(Duration::from_millis(300));
-            self.0.recompile(relied)
+            self.0.recompile(assumed)
         }
     }
     let source = format!("I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM3->*\nM1=1\n{LOGIC}");
@@ -425,7 +425,7 @@ fn a_compiler_beside_holds_nothing_up() {
 fn a_compiler_that_fails() {
     struct Failing(Arc<AtomicU32>);
     impl Recompiler for Failing {
-        fn recompile(&mut self, _: &[Relied]) -> Result<NativeEngine, String> {
+        fn recompile(&mut self, _: &[Assumption]) -> Result<NativeEngine, String> {
             self.0.fetch_add(1, Ordering::Relaxed);
             Err("no".into())
         }

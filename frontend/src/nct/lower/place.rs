@@ -1,6 +1,6 @@
 //! Reading and writing bits and words.
 
-use plcc_abi::nct::{FLAG_BYTES, IMAGE_BYTES, LINE_BYTES, NctHome};
+use plcc_abi::nct::{FLAG_BYTES, FlagLocation, IMAGE_BYTES, LINE_BYTES};
 use plcc_ir::{Address, BinaryOp, IntCond, Region, Type, Value};
 
 use super::{Lowerer, Result};
@@ -38,13 +38,13 @@ impl Lowerer<'_> {
     }
 
     /// Where a byte of flags lies.
-    fn location(&self, space: Space, byte: u16) -> Result<NctHome> {
+    fn location(&self, space: Space, byte: u16) -> Result<FlagLocation> {
         let location = self.layout.location(space, byte);
         location.or_missing(|| format!("the location of {}{byte:02}", space.letter()))
     }
 
     /// Where a byte of the image before lies, for V.
-    fn previous(&self, byte: u16) -> Result<NctHome> {
+    fn previous(&self, byte: u16) -> Result<FlagLocation> {
         let location = self.layout.previous.get(byte as usize).copied();
         location.or_missing(|| format!("the location of V{byte:02}"))
     }
@@ -55,12 +55,12 @@ impl Lowerer<'_> {
         self.address(offset.or_missing(|| format!("the place of {word}"))?)
     }
 
-    fn byte_address(&self, space: Space, location: NctHome) -> Result<Address> {
+    fn byte_address(&self, space: Space, location: FlagLocation) -> Result<Address> {
         let at = self.address(location.offset)?;
         Ok(if matches!(space, Space::P | Space::O) { at.volatile() } else { at })
     }
 
-    fn bit_at(&mut self, space: Space, location: NctHome, bit: u8) -> Result<Value> {
+    fn bit_at(&mut self, space: Space, location: FlagLocation, bit: u8) -> Result<Value> {
         if location.unpacked {
             let at = self.address(location.offset + u32::from(bit))?;
             return Ok(self.builder.ins().load(Type::I1, at));

@@ -4,7 +4,9 @@
 //! after load reaches those places directly, as long as they are so; the executive watches over
 //! them and has other code made when they change.
 
-use plcc_abi::pmac::{Definition, Definitions, Direct, Kind, Layout, Place, Relied, Space, View};
+use plcc_abi::pmac::{
+    Assumption, Definition, Definitions, Direct, Kind, Layout, Place, Space, View,
+};
 
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Download, Op, Stmt, Target, What};
@@ -85,14 +87,14 @@ pub(crate) fn assume(download: &Download, loaded: &mut Loaded) {
     let assumed = after_load(download, loaded);
     let mut definitions = Definitions::new(&mut loaded.image, &loaded.layout);
     definitions.seal();
-    definitions.rely(&assumed);
-    loaded.relied = assumed;
+    definitions.assume(&assumed);
+    loaded.assumed = assumed;
 }
 
 /// What code assumes that is made for the definitions after load: the M-variables that PLCs name,
 /// by rising number. A definition that the text itself changes is not assumed: the host reaches
 /// the variable, so that changing it leaves all other code as fast as it was.
-fn after_load(download: &Download, loaded: &Loaded) -> Vec<Relied> {
+fn after_load(download: &Download, loaded: &Loaded) -> Vec<Assumption> {
     let layout = loaded.layout;
     let mut named = vec![false; layout.count as usize];
     for (kind, code) in tasks(download, loaded) {
@@ -105,7 +107,7 @@ fn after_load(download: &Download, loaded: &Loaded) -> Vec<Relied> {
             });
         }
     }
-    let view = View { image: &loaded.image, layout: &layout, far: &loaded.far };
+    let view = View { image: &loaded.image, layout: &layout, sparse: &loaded.sparse };
     let mut changed = vec![false; layout.count as usize];
     for (_, code) in tasks(download, loaded) {
         mark_changed(download, &view, code, &mut |number| {
@@ -120,12 +122,12 @@ fn after_load(download: &Download, loaded: &Loaded) -> Vec<Relied> {
     };
     let numbers = (0..).zip(named.into_iter().zip(changed)).filter(|(_, (named, _))| *named);
     numbers
-        .map(|(number, (_, changed))| Relied { number, definition: assumed(number, changed) })
+        .map(|(number, (_, changed))| Assumption { number, definition: assumed(number, changed) })
         .collect()
 }
 
 /// Where code goes directly for each M-variable, by number.
-pub(crate) fn places(layout: &Layout, assumed: &[Relied]) -> Vec<Option<Direct>> {
+pub(crate) fn places(layout: &Layout, assumed: &[Assumption]) -> Vec<Option<Direct>> {
     let mut places = vec![None; layout.count as usize];
     for assumption in assumed {
         if let Some(slot) = places.get_mut(assumption.number as usize) {
@@ -138,6 +140,6 @@ pub(crate) fn places(layout: &Layout, assumed: &[Relied]) -> Vec<Option<Direct>>
 /// The same for every M-variable with its definition after load, named or not.
 pub(crate) fn places_after_load(loaded: &Loaded) -> Vec<Option<Direct>> {
     let layout = loaded.layout;
-    let view = View { image: &loaded.image, layout: &layout, far: &loaded.far };
+    let view = View { image: &loaded.image, layout: &layout, sparse: &loaded.sparse };
     (0..layout.count).map(|number| Direct::of(&layout, view.definition(number))).collect()
 }

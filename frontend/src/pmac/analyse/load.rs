@@ -2,7 +2,8 @@
 
 use plcc_abi::image::{read_f64, write_f64, write_u32};
 use plcc_abi::pmac::{
-    Far, Kind, Layout, Memory, PlcOp, Range, Relied, Space, Variable, fixed, layout::CONTEXTS, math,
+    Assumption, Kind, Layout, Memory, PlcOp, Range, Space, SparseMemory, Variable, fixed,
+    layout::CONTEXTS, math,
 };
 
 use super::eval;
@@ -38,7 +39,7 @@ pub(crate) struct Loaded {
     pub(crate) layout: Layout,
     /// The image after load.
     pub(crate) image: Vec<u8>,
-    pub(crate) far: Far,
+    pub(crate) sparse: SparseMemory,
     /// What ENABLE to RESUME have made of the PLCs.
     pub(crate) plcs: States,
     /// The same of the PLCCs.
@@ -51,7 +52,7 @@ pub(crate) struct Loaded {
     pub(crate) named: Vec<Variable>,
     pub(crate) ranges: Vec<(u32, Range)>,
     /// What code that is made for this state assumes of the definitions of M-variables.
-    pub(crate) relied: Vec<Relied>,
+    pub(crate) assumed: Vec<Assumption>,
 }
 
 struct Loader {
@@ -72,20 +73,20 @@ pub(crate) fn load(download: &Download) -> Loaded {
         write_f64(&mut image, layout.i_offset(number), value);
     }
     for context in 0..CONTEXTS {
-        write_u32(&mut image, layout.q_base + 4 * context, layout.q_base_of(1));
+        write_u32(&mut image, layout.q_base_at(context), layout.q_base_of(1));
     }
     let mut loader = Loader {
         out: Loaded {
             layout,
             image,
-            far: Far::default(),
+            sparse: SparseMemory::default(),
             plcs: States::START,
             plccs: States::START,
             erased: 0,
             save: false,
             named: Vec::new(),
             ranges: tables::ranges(download.controller),
-            relied: Vec::new(),
+            assumed: Vec::new(),
         },
         system: 1,
         stack: Vec::new(),
@@ -134,7 +135,7 @@ impl Loader {
 
     fn memory(&mut self) -> Memory<'_> {
         let out = &mut self.out;
-        Memory { image: &mut out.image, layout: &out.layout, far: &mut out.far }
+        Memory { image: &mut out.image, layout: &out.layout, sparse: &mut out.sparse }
     }
 
     fn write_memory(&mut self, kind: WriteKind, address: u32, value: f64) {
@@ -200,7 +201,8 @@ impl Loader {
         let radians = read_f64(&self.out.image, layout.i_offset(15)) != 0.0;
         let value = {
             let out = &mut self.out;
-            let memory = Memory { image: &mut out.image, layout: &out.layout, far: &mut out.far };
+            let memory =
+                Memory { image: &mut out.image, layout: &out.layout, sparse: &mut out.sparse };
             eval::expression(ops, &mut stack, radians, &mut |kind, number| match kind {
                 Kind::P => read_f64(memory.image, layout.p_offset(number)),
                 Kind::Q => read_f64(memory.image, layout.q_offset(base.wrapping_add(number))),

@@ -22,7 +22,8 @@ mod speculation;
 mod variables;
 
 use plcc_abi::HostFn;
-use plcc_abi::pmac::{Direct, Layout, Range, Relied};
+use plcc_abi::pmac::layout::exec;
+use plcc_abi::pmac::{Assumption, Direct, Layout, Range};
 use plcc_diag::{FileId, SourceMap};
 use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type};
 
@@ -50,7 +51,7 @@ fn addresses(kind: TaskKind, code: &[Stmt]) -> bool {
         })
 }
 
-/// Lowers a download, with the definitions of `relied` built in.
+/// Lowers a download, with the definitions of `assumed` built in.
 ///
 /// A task's resume points are its WHILE statements, whatever is built in, so that a task may be
 /// suspended in one module and go on in another of the same download.
@@ -61,7 +62,7 @@ pub(crate) fn lower(
     download: &Download,
     loaded: &Loaded,
     sources: &SourceMap,
-    relied: &[Relied],
+    assumed: &[Assumption],
 ) -> Result<Module, InternalError> {
     let layout = loaded.layout;
     let builder = ChunkBuilder::new(layout.size, layout.regions()).with_limit(CHUNK);
@@ -84,7 +85,7 @@ pub(crate) fn lower(
         regions,
         sources,
         ranges: &loaded.ranges,
-        places_of_m: assumptions::places(&layout, relied),
+        places_of_m: assumptions::places(&layout, assumed),
         task_count: 0,
         context: 0,
         addresses: false,
@@ -293,7 +294,7 @@ impl Lowerer<'_> {
             }
             What::Plc(op, plcs) => self.plc(op as i64, plcs),
             What::Address(_, Some(system)) => {
-                let at = Address::fixed(self.regions.exec, 8 + 4 * self.context);
+                let at = Address::fixed(self.regions.exec, exec::q_base(self.context));
                 let base = self.layout.q_base_of(u32::from(system));
                 let b = self.builder.ins();
                 let base = b.iconst(Type::I32, i64::from(base));
@@ -330,7 +331,7 @@ impl Lowerer<'_> {
     /// nothing.
     fn address_by(&mut self, system: Expr) -> Result<(), InternalError> {
         use plcc_ir::{BinaryOp, FloatCond, IntCond};
-        let at = Address::fixed(self.regions.exec, 8 + 4 * self.context);
+        let at = Address::fixed(self.regions.exec, exec::q_base(self.context));
         let block = self.layout.q_base_of(2);
         let systems = self.layout.systems();
         let number = self.value(system)?;

@@ -1,6 +1,7 @@
 //! Access to variables in IR: direct where the definition built in says where a variable is.
 
 use plcc_abi::HostFn;
+use plcc_abi::pmac::layout::exec;
 use plcc_abi::pmac::{Definition, Direct, Field, Format, Kind, Layout, Place, Range, Space};
 use plcc_ir::{Address, BinaryOp, ConvertOp, IntCond, Region, Type, Value};
 
@@ -70,7 +71,7 @@ impl Lowerer<'_> {
     /// The number of a Q-variable among all of them, an `i32`: its own plus the addressed
     /// coordinate system's first.
     fn q_index(&mut self, number: Value) -> Value {
-        let at = Address::fixed(self.regions.exec, 8 + 4 * self.context);
+        let at = Address::fixed(self.regions.exec, exec::q_base(self.context));
         let b = self.builder.ins();
         let base = b.load(Type::I32, at);
         let sum = b.binary(BinaryOp::Add, base, number);
@@ -427,7 +428,7 @@ impl Lowerer<'_> {
 
     /// Whether definitions are those built in, an `i1`.
     pub(crate) fn unmoved(&mut self) -> Value {
-        let at = Address::fixed(self.regions.exec, 0);
+        let at = Address::fixed(self.regions.exec, exec::STALE);
         let b = self.builder.ins();
         let stale = b.load(Type::I32, at);
         b.icmp_imm(IntCond::Eq, stale, 0)

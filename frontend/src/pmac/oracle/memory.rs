@@ -135,7 +135,7 @@ impl Memory<'_, '_> {
 
     /// Where the first Q-variable's number of the addressed coordinate system is kept.
     fn addressed(&self) -> u32 {
-        self.layout.q_base + 4 * self.context
+        self.layout.q_base_at(self.context)
     }
 
     /// ADDRESS: a coordinate system for the Q-variables of this task from now on. What is no

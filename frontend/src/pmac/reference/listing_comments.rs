@@ -18,7 +18,7 @@ pub fn notes(tables: &PmacTables) -> Vec<String> {
     let layout = Layout::new(tables.turbo);
     let mut image = vec![0; layout.size as usize];
     Run::unpack(&tables.initial, &mut image);
-    let view = View { image: &image, layout: &layout, far: &tables.far };
+    let view = View { image: &image, layout: &layout, sparse: &tables.sparse };
     let of = |kind: Kind, number: u32| match kind {
         Kind::I => {
             let (row, member) = i_variable(controller, number)?;

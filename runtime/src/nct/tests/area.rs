@@ -1,6 +1,6 @@
 //! ADD to CMP, MR and MW: the manual's examples (NCT 4.15, 4.16) and the edges.
 
-use plcc_abi::nct::{NctHome, NctSettings};
+use plcc_abi::nct::{FlagLocation, NctSettings};
 use plcc_abi::{Host, HostFn};
 
 use crate::nct::host::NctHost;
@@ -8,14 +8,14 @@ use crate::nct::memory::NcMemory;
 
 /// Local variables with a host, and what a statement leaves of its flags.
 struct Bench {
-    flags: Vec<NctHome>,
+    flags: Vec<FlagLocation>,
     memory: NcMemory,
     f: Vec<u8>,
 }
 
 impl Bench {
     fn new(settings: &NctSettings) -> Self {
-        let flags = (0..1000).map(|offset| NctHome { offset, unpacked: false }).collect();
+        let flags = (0..1000).map(|offset| FlagLocation { offset, unpacked: false }).collect();
         let memory = NcMemory::new(settings);
         Self { flags, memory, f: vec![0; 1000] }
     }

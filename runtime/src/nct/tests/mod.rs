@@ -4,7 +4,7 @@ mod area;
 mod search;
 mod tick;
 
-use plcc_abi::nct::{FLAG_BYTES, NctHome, NctTables};
+use plcc_abi::nct::{FLAG_BYTES, FlagLocation, NctTables};
 use plcc_abi::{Engine, Outcome, Program, Region, ResumePoint, Scan, Tables, Task};
 
 /// An NCT program without code: bits of I, V and Y unpacked, F packed.
@@ -23,16 +23,16 @@ pub(super) fn program(tables: NctTables, tasks: usize) -> Program {
     for (name, count) in [("rh", 200), ("q", 32), ("t", 50), ("h", 100), ("m", 10), ("rp", 41)] {
         region(name, count * 2, false);
     }
-    let mut unpacked = |bytes: &str, bits: &str| -> Vec<NctHome> {
+    let mut unpacked = |bytes: &str, bits: &str| -> Vec<FlagLocation> {
         region(bytes, 0, false);
         let start = region(bits, 800, true);
-        (0..100).map(|byte| NctHome { offset: start + byte * 8, unpacked: true }).collect()
+        (0..100).map(|byte| FlagLocation { offset: start + byte * 8, unpacked: true }).collect()
     };
     let inputs = unpacked("input_bytes", "input_bits");
     let previous = unpacked("previous_bytes", "previous_bits");
     let outputs = unpacked("output_bytes", "output_bits");
     let start = region("flag_bytes", FLAG_BYTES as u32, false);
-    let flags = (0..FLAG_BYTES as u32).map(|n| NctHome { offset: start + n, unpacked: false });
+    let flags = (0..FLAG_BYTES as u32).map(|n| FlagLocation { offset: start + n, unpacked: false });
     let tables = NctTables { inputs, previous, outputs, flags: flags.collect(), ..tables };
     let task = |n| Task { name: format!(":00{n}"), entry: n as u32, resume_points: vec![] };
     Program {

@@ -1,6 +1,6 @@
 //! HF and PF: the manual's examples (NCT 4.14) and the edges.
 
-use plcc_abi::nct::{NctHome, NctSettings};
+use plcc_abi::nct::{FlagLocation, NctSettings};
 use plcc_abi::{Host, HostFn};
 
 use crate::nct::host::NctHost;
@@ -14,7 +14,8 @@ fn search(
     words: &[(usize, &[u16])],
     answer: usize,
 ) -> [u16; 3] {
-    let flags: Vec<NctHome> = (0..1000).map(|offset| NctHome { offset, unpacked: false }).collect();
+    let flags: Vec<FlagLocation> =
+        (0..1000).map(|offset| FlagLocation { offset, unpacked: false }).collect();
     let settings = NctSettings { parameters: vec![(61, 8)], ..NctSettings::default() };
     let mut memory = NcMemory::new(&settings);
     let mut host = NctHost { flags: &flags, memory: &mut memory };
