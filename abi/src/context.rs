@@ -1,9 +1,9 @@
 //! The call into compiled code.
 //!
-//! A compiled program is a row of functions of the type [`ChunkFn`]. Each is entered at one of
+//! A compiled program is a sequence of functions of the type [`ChunkFn`]. Each is entered at one of
 //! its labels and returns a [`RawOutcome`]: another label to go on with, or how the scan ended.
-//! The loop that follows the labels is the host's, so no function is ever huge and no function
-//! calls another.
+//! The loop that enters the function of the next label belongs to the host. So no function needs
+//! to be long, and none calls another.
 
 use core::ffi::c_void;
 

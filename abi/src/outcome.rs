@@ -1,4 +1,4 @@
-//! How a scan ends.
+//! How a scan ends: at its end, suspended, or stopped by a trap with a code.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use crate::ResumePoint;
 
 macro_rules! trap_codes {
     ($($(#[$doc:meta])* $name:ident = $number:literal, $text:literal;)*) => {
-        /// Why a program was stopped from inside.
+        /// Why a program was stopped by its own code or while a host function ran.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
         #[repr(u32)]
         pub enum TrapCode {

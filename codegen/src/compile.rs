@@ -1,4 +1,4 @@
-//! Compiles a module's functions, side by side, into one blob.
+//! Compiles a module's functions in parallel and joins their code to one blob.
 #![allow(unsafe_code)]
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -15,15 +15,17 @@ use plcc_ir::{FuncData, Module, verify};
 use crate::error::panic_text;
 use crate::{CodegenError, InternalError, Target, lower, unwind};
 
-/// Functions begin at multiples of this.
+/// Functions begin at multiples of this, in bytes.
 const ALIGNMENT: usize = 16;
 
-/// Under this many instructions a second thread costs more than it saves.
+/// The number of IR instructions that a further thread is started for; with fewer it costs more
+/// time than it saves.
 const WORTH_A_THREAD: usize = 4000;
 
-/// A function's code and, by rising offset, the statements that stretches of it belong to.
+/// What becomes of one function.
 struct Compiled {
     bytes: Vec<u8>,
+    /// By rising offset, the statement that the code from there on was made for.
     locs: Vec<(u32, u32)>,
     unwind: UnwindInfo,
 }

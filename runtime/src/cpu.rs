@@ -1,7 +1,7 @@
 //! What this machine's processor can do.
 
-/// Which of the features, by the names of Rust's feature detection, this processor lacks. One
-/// that is not known counts as lacking.
+/// The features among the given ones that this processor lacks. Features have the names that Rust's
+/// feature detection uses; one that is unknown here counts as lacking.
 pub fn missing(features: &[String]) -> Vec<String> {
     features.iter().filter(|feature| !has(feature)).cloned().collect()
 }

@@ -1,8 +1,9 @@
-//! Names for `perf`.
+//! Names of compiled functions for the profiler `perf`.
 //!
 //! With `PLCC_PERF=1` in the environment every [`NativeEngine`](crate::NativeEngine) appends its
-//! functions to `/tmp/perf-PID.map`, where `perf report` and `perf annotate` look for code that is
-//! in no file. A function goes by its name in the IR and the source lines it was made from.
+//! functions to `/tmp/perf-PID.map`. `perf report` and `perf annotate` read the names of code that
+//! belongs to no file there. A function has the name that it has in the IR, followed by the source
+//! lines that it was made from.
 
 use std::fmt::Write as _;
 use std::fs::OpenOptions;
@@ -13,16 +14,16 @@ use plcc_abi::{CodeLine, CodeParts};
 /// The environment variable that asks for a map.
 pub const VARIABLE: &str = "PLCC_PERF";
 
-/// Appends code that is mapped at `base` to this process's map. A profile without names is all
-/// that is lost when the file can't be written.
+/// Appends code that lies at the address `base` to this process's map. When the file can't be
+/// written, nothing is lost but the names in a profile.
 pub(crate) fn write_map(code: &CodeParts, files: &[String], base: usize) {
-    // perf looks here and nowhere else.
+    // The path is fixed in perf.
     let path = format!("/tmp/perf-{}.map", std::process::id());
     let file = OpenOptions::new().create(true).append(true).open(path);
     let _ = file.and_then(|mut file| file.write_all(map(code, files, base).as_bytes()));
 }
 
-/// A line a function: address, length, name.
+/// The map's text: for each function a line with its address, length (both hexadecimal) and name.
 fn map(code: &CodeParts, files: &[String], base: usize) -> String {
     let mut text = String::new();
     for function in &code.functions {

@@ -1,4 +1,4 @@
-//! What becomes of a program, to look at and to link.
+//! What `plcc build --emit` writes of a compiled program: listings to read, objects to link.
 //!
 //! [`clif`] and [`asm`] are text with the source's statements as comments in between; [`object`]
 //! is a relocatable object for linkers and debuggers.

@@ -1,19 +1,22 @@
-//! Short addresses.
+//! Base registers: which addresses a function keeps in registers to reach the image from.
 //!
-//! A long scan is fetched rather than computed, so bytes of code are time. An access whose
-//! distance from its base fits a byte takes three bytes less on x86-64; so the stretches of the
-//! image that a function touches most get bases of their own.
+//! A long scan is bound by fetching instructions, so bytes of code are time. On x86-64 an access
+//! whose distance from a base register fits a signed byte is three bytes shorter than one whose
+//! distance does not. So the parts of the image that a function accesses most get base registers of
+//! their own, besides the one for the beginning of the image.
 
 use plcc_ir::{FuncData, InstData, Module};
 
-/// What a distance of one byte reaches from a base: from 128 before to 127 behind it.
+/// The bytes that a distance of one signed byte reaches: 128 before the base to 127 behind it.
 const REACH: u32 = 256;
-/// So many bases at most: each takes a register.
+/// The largest number of bases, since each takes a register.
 const BASES: usize = 2;
-/// A base is worth its register and its making for so many accesses.
+/// The number of accesses from which on a base is worth its register and the instructions that
+/// compute it.
 const WORTH: usize = 24;
 
-/// Where in the image a function's bases best stand.
+/// The offsets in the image that a function's base registers best hold, at most [`BASES`]. Empty
+/// where no part of the image is accessed often enough.
 pub(super) fn bases(module: &Module, func: &FuncData) -> Vec<u32> {
     let mut places = vec![];
     for (_, block) in func.blocks() {
@@ -31,7 +34,7 @@ pub(super) fn bases(module: &Module, func: &FuncData) -> Vec<u32> {
     places.sort_unstable();
     let mut found = vec![];
     while found.len() < BASES
-        && let Some((first, end)) = fullest(&places).filter(|(first, end)| end - first >= WORTH)
+        && let Some((first, end)) = longest_run(&places).filter(|(first, end)| end - first >= WORTH)
     {
         let Some(start) = places.drain(first..end).next() else { break };
         found.push(start.saturating_add(REACH / 2));
@@ -39,8 +42,9 @@ pub(super) fn bases(module: &Module, func: &FuncData) -> Vec<u32> {
     found
 }
 
-/// The most neighbours that one base reaches, in a sorted list: the first and behind the last.
-fn fullest(places: &[u32]) -> Option<(usize, usize)> {
+/// The longest run of offsets in a sorted list that one base reaches: the index of its first, and
+/// that behind its last. Of several equally long ones the first.
+fn longest_run(places: &[u32]) -> Option<(usize, usize)> {
     let mut end = 0;
     let mut best = None;
     for (first, &start) in places.iter().enumerate() {
@@ -56,12 +60,12 @@ fn fullest(places: &[u32]) -> Option<(usize, usize)> {
 
 #[cfg(test)]
 mod tests {
-    use super::fullest;
+    use super::longest_run;
 
     #[test]
-    fn the_fullest_stretch_is_found() {
-        assert_eq!(fullest(&[]), None);
-        assert_eq!(fullest(&[0, 300, 310, 555, 556]), Some((1, 4)));
-        assert_eq!(fullest(&[0, 0, 5, 300]), Some((0, 3)));
+    fn the_longest_run_is_found() {
+        assert_eq!(longest_run(&[]), None);
+        assert_eq!(longest_run(&[0, 300, 310, 555, 556]), Some((1, 4)));
+        assert_eq!(longest_run(&[0, 0, 5, 300]), Some((0, 3)));
     }
 }

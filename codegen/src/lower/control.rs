@@ -10,10 +10,10 @@ use plcc_ir::{
 
 use super::{Fault, Lowered, Lowering};
 
-/// A table may have this many empty places for each filled one.
+/// A jump table may have this many unused entries for each used one; else a search is shorter.
 const SPARSE: u32 = 8;
 
-/// Bits below this are looked at by one instruction.
+/// Bits below this are tested by one instruction where they are in their word.
 const DIRECT: i64 = 31;
 
 impl Lowering<'_> {
@@ -55,7 +55,7 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// Entries far apart: halves them until one is left.
+    /// Enters by a binary search, for labels that are far apart.
     fn enter_by_search(&mut self, label: ClifValue) -> Lowered<()> {
         use cranelift_codegen::ir::condcodes::IntCC;
         let entries = self.func.entries();
@@ -142,8 +142,8 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// A truth value to branch by: 0, or anything else for true. A bit of a word is looked at where
-    /// it is.
+    /// A truth value to branch by: 0 for false, anything else for true. A single bit of a word is
+    /// tested where it is in the word.
     pub(super) fn truth(&mut self, cond: Value) -> Lowered<ClifValue> {
         let Some(&InstData::Convert { op: ConvertOp::Trunc, to: _, arg }) =
             self.func.def_inst(cond)
@@ -159,7 +159,7 @@ impl Lowering<'_> {
             (word, bit) = (x, by);
         }
         let mut word = self.value(word)?;
-        // A byte is looked at by a shorter instruction.
+        // The instruction that tests a byte is shorter.
         if bit < 8 && self.func.ty(arg) != Type::I8 {
             word = self.builder.ins().ireduce(types::I8, word);
         }

@@ -9,17 +9,18 @@ use plcc_ir::{Address, BinaryOp, ConvertOp, Index, InstData, Type, Value};
 use super::{Fault, Lowered, Lowering, clif_type};
 
 impl Lowering<'_> {
-    /// Takes the image's address from the context, and makes the bases. Behind a call that seldom
-    /// comes they are made anew, so that they need not stay in one of the few registers that a
-    /// call keeps, whose names take a byte more each.
-    pub(super) fn make_bases(&mut self) {
+    /// Loads the image's address from the context and computes the base addresses from it. That is
+    /// done at the beginning of a function, and they are rematerialised behind each call in a cold
+    /// block: so they need not survive that call in a callee-saved register, of which there are
+    /// few and most of whose encodings take a byte more in each instruction.
+    pub(super) fn materialise_bases(&mut self) {
         let pointer = self.builder.func.dfg.value_type(self.context);
         let flags = MemFlagsData::trusted().with_readonly();
         let offset = std::mem::offset_of!(ScanContext, image) as i32;
         let image = self.builder.ins().load(pointer, flags, self.context, offset);
         self.builder.def_var(self.image, image);
         for &(place, base) in &self.bases {
-            // A difference: a sum would be folded back into every address.
+            // By a subtraction: Cranelift would fold an addition back into every address.
             let less = self.builder.ins().iconst(pointer, -place);
             let value = self.builder.ins().isub(image, less);
             self.builder.def_var(base, value);

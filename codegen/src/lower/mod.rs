@@ -131,7 +131,7 @@ struct Lowering<'a> {
     values: Vec<Option<ClifValue>>,
     context: ClifValue,
     image: Variable,
-    /// Bases for short addresses, with their places in the image.
+    /// The base registers, each with the offset in the image that it points to.
     bases: Vec<(i64, Variable)>,
     /// The block at hand is for what seldom happens.
     rare: bool,
@@ -158,7 +158,7 @@ fn clif_type(ty: Type) -> types::Type {
 impl Lowering<'_> {
     /// Everything between the function's first block and its end.
     fn run(&mut self, label: ClifValue) -> Lowered<()> {
-        self.make_bases();
+        self.materialise_bases();
         self.enter(label)?;
         for (block, _) in self.func.blocks() {
             self.params(block)?;
@@ -279,7 +279,7 @@ impl Lowering<'_> {
         let call = self.builder.ins().call_indirect(signature, callee, &operands);
         let result = self.builder.inst_results(call)[0];
         if self.rare {
-            self.make_bases();
+            self.materialise_bases();
         }
         Ok(function.signature().1.map(|ty| match ty {
             HostType::I32 => self.builder.ins().ireduce(types::I32, result),
