@@ -25,7 +25,7 @@ use super::Program;
 use super::analyse::eval;
 use super::ast::{Func, Op};
 use super::read::{expr::Reader, preprocess};
-use crate::common::{Controller, Evaluate, EvaluationError, Expression, Value};
+use crate::common::{Evaluate, EvaluationError, Expression, Value};
 
 /// What an expression is read against.
 #[expect(missing_debug_implementations, reason = "a source map has none")]
@@ -57,7 +57,7 @@ pub fn parse_expression(text: &str, context: Context<'_>) -> Result<Expression, 
         return Err(vec![Diagnostic::error("PMAC-3", place, "this is no expression: it is empty")]);
     }
     let download = &program.download;
-    let mut reader = Reader::new(&flat.text, download.controller == Controller::Turbo);
+    let mut reader = Reader::new(&flat.text, download.controller);
     reader.l_used = compiled.then(Vec::new);
     let (expr, condition) = reader.whole_text().map_err(|fault| {
         vec![flat.origins.diagnose(fault.at, |span| {
@@ -179,7 +179,7 @@ fn is_outside(layout: &Layout, definition: Definition) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::common::{MemoryLoader, Options};
+    use crate::common::{Controller, MemoryLoader, Options};
     use crate::pmac::check;
 
     const PROGRAM: &str = "#define DOOR M7\n#define SPEED (P1*2)\nI5=2 P1=21 P2=0.5 Q3=8\n&2 Q3=9\n\

@@ -31,7 +31,7 @@ use crate::common::{CrossReference, FileLoader, InternalError, Lowered, Options}
 pub use language::Pmac;
 pub use oracle::Interpreter;
 
-use analyse::{assumptions, load};
+use analyse::{assumptions, load, out_of_range};
 use lower::explain;
 use read::{download, preprocess};
 
@@ -66,6 +66,7 @@ pub fn check(
         missing.notes.push(format!("{what} over names that it may define are not shown"));
     }
     diagnostics.extend(found);
+    diagnostics.extend(out_of_range::warnings(&download));
     if diagnostics.iter().any(|d| d.is_error() && d.code != "PMAC-9") {
         return (None, diagnostics);
     }

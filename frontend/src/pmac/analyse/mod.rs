@@ -4,4 +4,4 @@ pub(crate) mod assumptions;
 pub(crate) mod cross_reference;
 pub(crate) mod eval;
 pub(crate) mod load;
-mod outofrange;
+pub(crate) mod out_of_range;

@@ -91,7 +91,7 @@ impl Reader<'_> {
         }
         if self.cur.peek() == b'*' {
             if kind != Kind::I || count == 0 || compound.is_some_and(|_| self.ops.len() > from) {
-                return syntax(self.cur.here(), "only I-variables have defaults");
+                return syntax(self.cur.next_word(), "only I-variables have defaults");
             }
             self.cur.pos += 1;
             return Ok(Variable::Defaults(first, count, step));
@@ -209,7 +209,7 @@ impl Reader<'_> {
     pub(crate) fn addressed(&mut self, what: &str, pmac: u64, turbo: u64) -> Parsed<u8> {
         self.cur.blanks();
         let start = self.cur.pos;
-        let last = if self.turbo { turbo } else { pmac };
+        let last = if self.is_turbo() { turbo } else { pmac };
         match self.cur.integer() {
             Some(number) if (1..=last).contains(&number) => Ok(number as u8),
             Some(0) if what == "motor" => Ok(0),

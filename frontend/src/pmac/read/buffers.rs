@@ -11,9 +11,9 @@ impl Reader<'_> {
     /// whether the entries of a compensation table may follow.
     pub(crate) fn define_buffer(&mut self, table: &mut bool) -> Parsed<Flow> {
         self.cur.blanks();
-        let at = self.cur.here();
+        let at = self.cur.next_word();
         let Some((word, _)) = words::find(self.cur, BUFFER) else {
-            let what = format!("`{}` is no buffer that can be defined", self.cur.what(at));
+            let what = format!("`{}` is no buffer that can be defined", self.cur.text_at(at));
             return syntax_help(at, what, "GATHER, ROTARY, TBUF, UBUFFER, COMP…");
         };
         *table = word.spelling.ends_with("COMP");

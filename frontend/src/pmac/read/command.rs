@@ -35,7 +35,6 @@ impl Checker<'_> {
             Ok(actions) => {
                 for action in &actions {
                     self.note_i5(action);
-                    self.warn_of_action(action, at);
                 }
                 (None, self.command_code(actions, at))
             }
@@ -60,7 +59,7 @@ impl Checker<'_> {
     /// What a COMMAND's text does.
     fn actions(&mut self, text: &str) -> Parsed<Vec<Action>> {
         let ops = std::mem::take(&mut self.reader.ops);
-        let mut inner = Reader::new(text, self.reader.turbo);
+        let mut inner = Reader::new(text, self.reader.controller);
         inner.ops = ops;
         let actions = read_command(&mut inner);
         self.reader.ops = std::mem::take(&mut inner.ops);
@@ -95,7 +94,7 @@ impl Checker<'_> {
                     for k in 0..count {
                         let number = first + k * step;
                         let expr = self.reader.constant(crate::pmac::reference::tables::i_default(
-                            self.out.controller,
+                            self.download.controller,
                             u32::from(number),
                         ));
                         code.push(What::Assign(Target::Var(Kind::I, number), expr));
@@ -103,8 +102,8 @@ impl Checker<'_> {
                 }
                 Action::Define(first, count, definition) => {
                     let (first, last) = (u32::from(first), u32::from(first + count) - 1);
-                    self.out.defines.push(Define { first, last, definition });
-                    code.push(What::Define(self.out.defines.len() as u32 - 1));
+                    self.download.defines.push(Define { first, last, definition });
+                    code.push(What::Define(self.download.defines.len() as u32 - 1));
                 }
                 Action::Plc(op, plcs) => code.push(What::Plc(op, plcs)),
                 Action::System(system) => code.push(What::Address(None, Some(system))),
@@ -126,8 +125,8 @@ impl Checker<'_> {
             return None;
         }
         let code = code.into_iter().map(|what| Stmt { what, at, integer: false }).collect();
-        self.out.commands.push(code);
-        Some(self.out.commands.len() as u32 - 1)
+        self.download.commands.push(code);
+        Some(self.download.commands.len() as u32 - 1)
     }
 }
 

@@ -44,7 +44,7 @@ impl<'a> Cursor<'a> {
         Self { text, pos: 0, lines: false }
     }
 
-    /// The byte at the place, 0 at the end.
+    /// The byte at the place; 0 at the end.
     pub(crate) fn byte(&self) -> u8 {
         self.byte_at(0)
     }
@@ -61,7 +61,7 @@ impl<'a> Cursor<'a> {
         self.text.get(self.pos..).unwrap_or("")
     }
 
-    /// Whether blanks, and control characters, which count as such.
+    /// Takes blanks, and control characters, which count as such.
     pub(crate) fn blanks(&mut self) {
         while !self.at_end() {
             match self.byte() {
@@ -124,7 +124,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next character or word behind the blanks, to point at it.
-    pub(crate) fn here(&mut self) -> At {
+    pub(crate) fn next_word(&mut self) -> At {
         self.blanks();
         let rest = self.rest();
         let length = rest
@@ -144,7 +144,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// What stands at the place, for messages.
-    pub(crate) fn what(&self, at: At) -> &'a str {
+    pub(crate) fn text_at(&self, at: At) -> &'a str {
         self.text.get(at.start as usize..at.end as usize).unwrap_or("").trim()
     }
 
@@ -161,12 +161,12 @@ impl<'a> Cursor<'a> {
             let at = At::new(solid.len() - last, solid.len());
             return syntax(at, format!("{wanted} is missing behind this"));
         }
-        self.expected_here(wanted)
+        self.expected_at_once(wanted)
     }
 
     /// An error at the next word, on whatever line it stands.
-    pub(crate) fn expected_here<T>(&mut self, wanted: &str) -> Parsed<T> {
-        let at = self.here();
+    pub(crate) fn expected_at_once<T>(&mut self, wanted: &str) -> Parsed<T> {
+        let at = self.next_word();
         if let Some(c) = self.rest().chars().next().filter(|c| !c.is_ascii()) {
             return Err(Fault {
                 code: "PMAC-4",

@@ -14,7 +14,7 @@ impl Reader<'_> {
         let Some(value) = self.cur.integer() else {
             return self.cur.expected("an address");
         };
-        let last = if self.turbo { 0xFF_FFFF } else { 0xFFFF };
+        let last = if self.is_turbo() { 0xFF_FFFF } else { 0xFFFF };
         match u32::try_from(value) {
             Ok(address) if address <= last => Ok(address),
             _ => {

@@ -6,10 +6,10 @@ use plcc_diag::Diagnostic;
 use super::cursor::Fault;
 use super::expr::Reader;
 use super::online::Flow;
-use super::preprocess::Flat;
+use super::preprocess::Preprocessed;
 use super::structure::{Frame, FrameKind};
 use super::words::{self, Keyword, ONLINE};
-use crate::common::{Controller, Options};
+use crate::common::Options;
 use crate::pmac::ast::{Action, Buffer, Download, Expr, Online, Op, Stmt, What};
 use crate::pmac::origin::At;
 
@@ -29,8 +29,8 @@ pub(crate) struct Open {
 /// Reads a preprocessed text.
 pub(crate) struct Checker<'a> {
     pub(crate) reader: Reader<'a>,
-    pub(crate) flat: &'a Flat,
-    pub(crate) out: Download,
+    pub(crate) flat: &'a Preprocessed,
+    pub(crate) download: Download,
     pub(crate) open: Option<Open>,
     pub(crate) diagnostics: Vec<Diagnostic>,
     /// Entries of a compensation table may follow.
@@ -55,12 +55,11 @@ pub(crate) struct Read {
 }
 
 /// Reads a download. The structure of broken PLCs is reported, and they are left empty.
-pub(crate) fn read(flat: &Flat, options: &Options) -> Read {
-    let turbo = options.controller == Controller::Turbo;
+pub(crate) fn read(flat: &Preprocessed, options: &Options) -> Read {
     let mut checker = Checker {
-        reader: Reader::new(&flat.text, turbo),
+        reader: Reader::new(&flat.text, options.controller),
         flat,
-        out: Download {
+        download: Download {
             controller: options.controller,
             ops: Vec::new(),
             plcs: vec![Buffer::default(); 32],
@@ -83,7 +82,11 @@ pub(crate) fn read(flat: &Flat, options: &Options) -> Read {
         replacement_budget: 16 << 20,
     };
     checker.run();
-    Read { download: checker.out, diagnostics: checker.diagnostics, unjudged: checker.unjudged }
+    Read {
+        download: checker.download,
+        diagnostics: checker.diagnostics,
+        unjudged: checker.unjudged,
+    }
 }
 
 impl Checker<'_> {
@@ -110,7 +113,7 @@ impl Checker<'_> {
             let at = self.warn_unclosed();
             self.close(at);
         }
-        self.out.ops = std::mem::take(&mut self.reader.ops);
+        self.download.ops = std::mem::take(&mut self.reader.ops);
         self.report_undefined_l();
         self.warn_of_i5();
     }
@@ -141,8 +144,7 @@ impl Checker<'_> {
                     let at = self.reader.cur.since(start);
                     for action in actions {
                         self.note_i5(&action);
-                        self.warn_of_action(&action, at);
-                        self.out.online.push(Online { action, at });
+                        self.download.online.push(Online { action, at });
                     }
                     if self.flow(flow, at) {
                         return;
@@ -188,7 +190,7 @@ impl Checker<'_> {
             Flow::Go | Flow::Close => false,
             Flow::DefineL(first, count, definition) => {
                 for number in first..first + count {
-                    self.out.l_defs.insert(number, definition);
+                    self.download.l_defs.insert(number, definition);
                 }
                 false
             }
@@ -200,7 +202,8 @@ impl Checker<'_> {
                 let number = number.unwrap_or(0);
                 self.has_plc.get_or_insert(at);
                 self.reader.l_used = compiled.then(Vec::new);
-                let buffers = if compiled { &mut self.out.plccs } else { &mut self.out.plcs };
+                let buffers =
+                    if compiled { &mut self.download.plccs } else { &mut self.download.plcs };
                 if let Some(buffer) = buffers.get_mut(usize::from(number)) {
                     buffer.opened = Some(at);
                 }
@@ -217,12 +220,13 @@ impl Checker<'_> {
         if open.lost {
             return None;
         }
-        let buffers = if open.compiled { &mut self.out.plccs } else { &mut self.out.plcs };
+        let buffers =
+            if open.compiled { &mut self.download.plccs } else { &mut self.download.plcs };
         buffers.get_mut(usize::from(open.number))
     }
 
     /// The index of the next statement.
-    pub(crate) fn here(&mut self) -> u32 {
+    pub(crate) fn next_index(&mut self) -> u32 {
         self.buffer().map_or(0, |buffer| buffer.code.len() as u32)
     }
 
@@ -284,7 +288,7 @@ impl Checker<'_> {
     fn report_undefined_l(&mut self) {
         let mut last = 0;
         for (statement, number, at) in std::mem::take(&mut self.l_uses) {
-            if statement != last && !self.out.l_defs.contains_key(&number) {
+            if statement != last && !self.download.l_defs.contains_key(&number) {
                 last = statement;
                 self.report(Fault {
                     code: "PMAC-3",
@@ -311,7 +315,7 @@ impl Checker<'_> {
 
     fn warn_of_i5(&mut self) {
         // What is not known may set it.
-        if self.flat.incomplete || !self.flat.poisoned.is_empty() {
+        if self.flat.incomplete || !self.flat.undefined_templates.is_empty() {
             return;
         }
         if self.assigns_i5 || self.diagnostics.iter().any(Diagnostic::is_error) {

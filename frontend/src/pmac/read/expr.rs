@@ -3,6 +3,7 @@
 use plcc_abi::pmac::Kind;
 
 use super::cursor::{Cursor, Fault, Parsed, syntax, syntax_help};
+use crate::common::Controller;
 use crate::pmac::ast::{Bin, Cmp, Expr, FUNCTIONS, Func, Op};
 use crate::pmac::origin::At;
 
@@ -14,7 +15,7 @@ const MAX_NESTING: usize = 256;
 pub(crate) struct Reader<'a> {
     pub(crate) cur: Cursor<'a>,
     pub(crate) ops: Vec<Op>,
-    pub(crate) turbo: bool,
+    pub(crate) controller: Controller,
     /// L-variables that are used, with their places; none outside PLCCs.
     pub(crate) l_used: Option<Vec<(u16, At)>>,
     /// Where `==` was taken as `=`.
@@ -61,11 +62,11 @@ struct Stacks {
 }
 
 impl<'a> Reader<'a> {
-    pub(crate) fn new(text: &'a str, turbo: bool) -> Self {
+    pub(crate) fn new(text: &'a str, controller: Controller) -> Self {
         Self {
             cur: Cursor::new(text),
             ops: Vec::new(),
-            turbo,
+            controller,
             l_used: None,
             double_equals: None,
             points: Vec::new(),
@@ -80,9 +81,14 @@ impl<'a> Reader<'a> {
         cur
     }
 
+    /// Whether the text is for Turbo PMAC.
+    pub(crate) fn is_turbo(&self) -> bool {
+        self.controller == Controller::Turbo
+    }
+
     /// The highest variable number.
     pub(crate) fn last_variable(&self) -> u16 {
-        if self.turbo { 8191 } else { 1023 }
+        if self.is_turbo() { 8191 } else { 1023 }
     }
 
     /// A constant variable number.
@@ -102,7 +108,7 @@ impl<'a> Reader<'a> {
 
     /// The error for a number beyond the controller.
     pub(crate) fn beyond(&self, at: At, message: String) -> Fault {
-        let help = if self.turbo {
+        let help = if self.is_turbo() {
             "Turbo PMAC has no more than that".to_owned()
         } else {
             "a program for Turbo PMAC needs --controller turbo".to_owned()
@@ -178,7 +184,7 @@ impl<'a> Reader<'a> {
         let condition = self.shunt(false)?;
         self.cur.blanks();
         if !self.cur.at_end() {
-            return self.cur.expected_here("an operator");
+            return self.cur.expected_at_once("an operator");
         }
         Ok((self.since(start), condition))
     }
@@ -278,11 +284,11 @@ impl<'a> Reader<'a> {
                 if matches!(self.cur.byte(), b'e' | b'E')
                     && (digit(1) || self.cur.byte_at(1) == b'-' && digit(2))
                 {
-                    let at = At::new(start, self.cur.here().end as usize);
+                    let at = At::new(start, self.cur.next_word().end as usize);
                     return syntax_help(at, "numbers have no exponent", "write its digits out");
                 }
                 let written = At::new(start, self.cur.pos);
-                if self.l_used.is_some() && self.cur.what(written).contains('.') {
+                if self.l_used.is_some() && self.cur.text_at(written).contains('.') {
                     self.points.push(self.ops.len());
                 }
                 self.ops.push(Op::Const(number));

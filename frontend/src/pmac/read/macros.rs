@@ -63,7 +63,7 @@ impl Preprocessor<'_> {
                 if let Some(entry) = self.macros.get_mut(&name) {
                     entry.busy = true;
                     if entry.unknown {
-                        self.flat.poisoned.push(At::new(start, start + 1));
+                        self.flat.undefined_templates.push(At::new(start, start + 1));
                     }
                 }
                 self.flat.origins.expanded(start, used, defined);

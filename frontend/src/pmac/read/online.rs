@@ -230,8 +230,8 @@ impl Reader<'_> {
 
     /// The error for a statement outside any buffer.
     fn for_programs(&mut self) -> Parsed<Flow> {
-        let at = self.cur.here();
-        let what = self.cur.what(at);
+        let at = self.cur.next_word();
+        let what = self.cur.text_at(at);
         Err(Fault {
             code: "PMAC-5",
             at,
@@ -255,10 +255,10 @@ impl Reader<'_> {
 
     /// The error for a word that nothing knows.
     pub(crate) fn unknown<T>(&mut self) -> Parsed<T> {
-        let at = self.cur.here();
-        let what = self.cur.what(at).to_owned();
+        let at = self.cur.next_word();
+        let what = self.cur.text_at(at).to_owned();
         if !what.is_ascii() || !what.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
-            return self.cur.expected_here("a command or statement");
+            return self.cur.expected_at_once("a command or statement");
         }
         // ENDWHLE: a short keyword was taken off its front.
         let whole = self.cur.glued_word(at);
@@ -324,7 +324,7 @@ impl Reader<'_> {
         let _ = !negative && self.cur.eat(b'+');
         match self.cur.number() {
             Some(value) => Ok(if negative && value != 0.0 { -value } else { value }),
-            None if self.cur.byte() == b'.' => self.cur.expected_here("a number"),
+            None if self.cur.byte() == b'.' => self.cur.expected_at_once("a number"),
             None => self.cur.expected("a number"),
         }
     }

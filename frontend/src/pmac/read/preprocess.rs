@@ -26,13 +26,13 @@ const MAX_REPLACED: usize = 64 << 10;
 
 /// A preprocessed download.
 #[derive(Debug, Default)]
-pub(crate) struct Flat {
+pub(crate) struct Preprocessed {
     /// The text. Its last character stands for the last line of the last file.
     pub(crate) text: String,
     /// Where it comes from.
     pub(crate) origins: Origins,
     /// Stretches around a template that nothing defines: no further errors there.
-    pub(crate) poisoned: Vec<At>,
+    pub(crate) undefined_templates: Vec<At>,
     /// An included file is missing: names that nothing defines may be defined there.
     pub(crate) incomplete: bool,
     /// What is defined at the end, by its names in alphabetical order.
@@ -75,7 +75,7 @@ pub(super) struct Preprocessor<'a> {
     pub(super) macros: HashMap<String, Macro>,
     pub(super) files: Vec<OpenFile>,
     pub(super) conditionals: Vec<Conditional>,
-    pub(super) flat: Flat,
+    pub(super) flat: Preprocessed,
     pub(super) diagnostics: Vec<Diagnostic>,
     /// Bytes of replacements and includes that may still come.
     pub(super) budget: usize,
@@ -89,8 +89,8 @@ pub(super) struct Preprocessor<'a> {
 struct Defines<'a> {
     options: &'a Options,
     diagnostics: &'a mut Vec<Diagnostic>,
-    /// The line has been complained of.
-    told: bool,
+    /// The line has been reported.
+    is_reported: bool,
     templates: &'a HashMap<String, String>,
 }
 
@@ -101,7 +101,7 @@ impl Values for Defines<'_> {
     }
 
     fn unknown(&mut self, name: &str, at: Span) {
-        if !std::mem::replace(&mut self.told, true) {
+        if !std::mem::replace(&mut self.is_reported, true) {
             self.diagnostics.push(
                 Diagnostic::error("PMAC-X3", at, format!("nothing says what $({name}) is"))
                     .help(format!("give its value: --define {name}=VALUE")),
@@ -116,7 +116,7 @@ pub(crate) fn preprocess(
     files: &[FileId],
     loader: &dyn FileLoader,
     options: &Options,
-) -> (Flat, Vec<Diagnostic>) {
+) -> (Preprocessed, Vec<Diagnostic>) {
     let mut this = Preprocessor::new(map, loader, options);
     for &file in files {
         this.file(file);
@@ -141,7 +141,7 @@ pub(crate) fn replace_names(
     sources: &mut SourceMap,
     file: FileId,
     names: &[DefinedName],
-) -> (Flat, Vec<Diagnostic>) {
+) -> (Preprocessed, Vec<Diagnostic>) {
     let (loader, options) = (MemoryLoader::new(), Options::default());
     let mut this = Preprocessor::new(sources, &loader, &options);
     this.budget = MAX_REPLACED;
@@ -183,7 +183,7 @@ impl<'a> Preprocessor<'a> {
             macros: HashMap::new(),
             files: Vec::new(),
             conditionals: Vec::new(),
-            flat: Flat::default(),
+            flat: Preprocessed::default(),
             diagnostics: Vec::new(),
             budget: MAX_PRODUCED,
             no_block_end: None,
@@ -243,7 +243,7 @@ impl<'a> Preprocessor<'a> {
         let mut defines = Defines {
             options: self.options,
             diagnostics: &mut self.diagnostics,
-            told: false,
+            is_reported: false,
             templates: &self.templates,
         };
         // Where nothing is read, no template needs a value.
@@ -377,8 +377,8 @@ impl<'a> Preprocessor<'a> {
     }
 
     fn copy(&mut self, line: &Line<'_>, range: std::ops::Range<usize>) {
-        let Flat { text, origins, poisoned, .. } = &mut self.flat;
-        line.copy(range, text, origins, poisoned);
+        let Preprocessed { text, origins, undefined_templates, .. } = &mut self.flat;
+        line.copy(range, text, origins, undefined_templates);
     }
 }
 

@@ -15,8 +15,8 @@ impl Checker<'_> {
     pub(crate) fn report(&mut self, fault: Fault) -> bool {
         let at = fault.at;
         let line = self.line_of(at);
-        let blamed = self.flat.poisoned.partition_point(|p| p.end <= line.start);
-        if self.flat.poisoned.get(blamed).is_some_and(|p| p.start < line.end) {
+        let blamed = self.flat.undefined_templates.partition_point(|p| p.end <= line.start);
+        if self.flat.undefined_templates.get(blamed).is_some_and(|p| p.start < line.end) {
             return true;
         }
         if self.flat.incomplete && self.is_name(at) {
@@ -80,7 +80,7 @@ impl Checker<'_> {
 
     /// The line around a place, as far as templates are concerned.
     fn line_of(&self, at: At) -> At {
-        if self.flat.poisoned.is_empty() {
+        if self.flat.undefined_templates.is_empty() {
             return at;
         }
         let start = at.start as usize;

@@ -15,7 +15,7 @@ impl Checker<'_> {
         let line = rest.find('\n').map_or(rest, |end| rest.get(..end).unwrap_or("")).trim_end();
         let letters = line.bytes().take_while(u8::is_ascii_alphabetic).count();
         if self.in_plc0() {
-            return syntax(self.reader.cur.here(), "the MACRO ring is for PLCs 1 to 31");
+            return syntax(self.reader.cur.next_word(), "the MACRO ring is for PLCs 1 to 31");
         }
         let known = self.reader.cur;
         if !self.ring_items(letters) {
@@ -37,7 +37,7 @@ impl Checker<'_> {
         }
         let expr = self.variable_value()?;
         let at = self.reader.cur.since(start);
-        let text = self.reader.cur.what(at).to_owned();
+        let text = self.reader.cur.text_at(at).to_owned();
         self.text(Text::Macro { text }, Some(expr), start);
         Ok(())
     }

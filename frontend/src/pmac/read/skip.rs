@@ -29,7 +29,7 @@ impl Checker<'_> {
             End::Close(behind) => self.reader.cur.pos = behind,
             End::Open(open) => {
                 self.reader.cur.pos = open;
-                let at = self.reader.cur.here();
+                let at = self.reader.cur.next_word();
                 self.report_still_open(at);
             }
             End::Text => {

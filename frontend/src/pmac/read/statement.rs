@@ -66,7 +66,7 @@ impl Checker<'_> {
             }
             Keyword::And | Keyword::Or if self.reader.cur.peek() == b'(' => {
                 self.reader.cur = before;
-                let at = self.reader.cur.here();
+                let at = self.reader.cur.next_word();
                 let message = format!("{} stands behind no IF or WHILE", word.spelling);
                 syntax_help(at, message, "it follows the condition it belongs to")
             }
@@ -136,7 +136,7 @@ impl Checker<'_> {
     /// OPEN while a buffer is open: that buffer ends here, and the OPEN is read as an on-line
     /// command.
     fn open_in_buffer(&mut self) -> Parsed<()> {
-        let at = self.reader.cur.here();
+        let at = self.reader.cur.next_word();
         self.report_still_open(at);
         self.close(at);
         Ok(())
@@ -174,8 +174,8 @@ impl Checker<'_> {
             return self.for_motion_programs();
         }
         if byte.is_ascii_digit() || matches!(byte, b'#' | b'&' | b'?' | b'%') {
-            let at = self.reader.cur.here();
-            let what = self.reader.cur.what(at);
+            let at = self.reader.cur.next_word();
+            let what = self.reader.cur.text_at(at);
             let message = format!("`{what}` is an on-line command, no statement");
             return syntax_help(at, message, "a PLC gives it with COMMAND\"…\"");
         }
@@ -184,8 +184,8 @@ impl Checker<'_> {
 
     /// The error for a statement of motion programs.
     fn for_motion_programs(&mut self) -> Parsed<()> {
-        let at = self.reader.cur.here();
-        let what = self.reader.cur.what(at);
+        let at = self.reader.cur.next_word();
+        let what = self.reader.cur.text_at(at);
         let message = format!("`{what}` is for motion programs, not for PLCs");
         syntax_help(at, message, "a PLC can start one: COMMAND\"&1B1R\"")
     }
@@ -217,12 +217,11 @@ impl Checker<'_> {
                     });
                     self.diagnostics.push(diagnostic);
                 }
-                if self.reader.turbo && matches!(target, Target::Range { .. }) {
+                if self.reader.is_turbo() && matches!(target, Target::Range { .. }) {
                     let at = self.reader.cur.since(start);
                     let help = "assign to each variable, or to an indirect one in a loop";
                     return syntax_help(at, "Turbo PMAC has no ranges in programs", help);
                 }
-                self.warn_of_range(target, expr, self.reader.cur.since(start));
                 self.push(What::Assign(target, expr), start);
             }
             Variable::Define(kind, first, count) => {
@@ -250,8 +249,7 @@ impl Checker<'_> {
     fn take_online(&mut self, actions: Vec<Action>, at: crate::pmac::origin::At) {
         for action in actions {
             self.note_i5(&action);
-            self.warn_of_action(&action, at);
-            self.out.online.push(crate::pmac::ast::Online { action, at });
+            self.download.online.push(crate::pmac::ast::Online { action, at });
         }
     }
 

@@ -35,7 +35,7 @@ impl Checker<'_> {
             // A longer word. In front of a parenthesis it is meant for this one: WHIEL (P1=1).
             self.reader.cur.pos = start;
             let mut ahead = self.reader.cur;
-            ahead.pos = ahead.here().end as usize;
+            ahead.pos = ahead.next_word().end as usize;
             if ahead.peek() != b'(' {
                 return self.reader.unknown();
             }
@@ -44,7 +44,7 @@ impl Checker<'_> {
             self.whole_condition()
         };
         let expr = *condition.as_ref().unwrap_or(&Expr::default());
-        let patch = self.here() as usize;
+        let patch = self.next_index() as usize;
         let what = if kind == FrameKind::While { What::While } else { What::If };
         self.push(what(expr, 0), start);
         if let Some(open) = &mut self.open {
@@ -90,16 +90,16 @@ impl Checker<'_> {
     }
 
     pub(crate) fn else_branch(&mut self, start: usize) {
-        let here = self.here();
+        let next = self.next_index();
         let frame = match self.open.as_mut().and_then(|open| open.frames.last_mut()) {
             Some(frame) if frame.kind == FrameKind::If => frame,
             _ => return self.misplaced(start, "this ELSE has no IF"),
         };
         let patch = frame.patch;
         frame.kind = FrameKind::Else;
-        frame.patch = here as usize;
+        frame.patch = next as usize;
         self.push(What::Jump(0), start);
-        self.patch(patch, here + 1);
+        self.patch(patch, next + 1);
     }
 
     fn patch(&mut self, index: usize, to: u32) {
@@ -112,9 +112,9 @@ impl Checker<'_> {
     }
 
     pub(crate) fn end_if(&mut self, start: usize) {
-        let here = self.here();
+        let next = self.next_index();
         match self.open.as_mut().and_then(|open| open.frames.pop()) {
-            Some(frame) if frame.kind != FrameKind::While => self.patch(frame.patch, here),
+            Some(frame) if frame.kind != FrameKind::While => self.patch(frame.patch, next),
             Some(frame) => {
                 if let Some(open) = &mut self.open {
                     open.frames.push(frame);
@@ -126,11 +126,11 @@ impl Checker<'_> {
     }
 
     pub(crate) fn end_while(&mut self, start: usize) {
-        let here = self.here();
+        let next = self.next_index();
         match self.open.as_mut().and_then(|open| open.frames.pop()) {
             Some(frame) if frame.kind == FrameKind::While => {
                 self.push(What::EndWhile(frame.patch as u32), start);
-                self.patch(frame.patch, here + 1);
+                self.patch(frame.patch, next + 1);
             }
             Some(frame) => {
                 if let Some(open) = &mut self.open {

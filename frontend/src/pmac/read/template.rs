@@ -148,7 +148,7 @@ impl<'a> Line<'a> {
         range: std::ops::Range<usize>,
         out: &mut String,
         origins: &mut Origins,
-        poisoned: &mut Vec<At>,
+        undefined_templates: &mut Vec<At>,
     ) {
         let mut pos = range.start;
         while pos < range.end {
@@ -168,7 +168,7 @@ impl<'a> Line<'a> {
             }
             out.push_str(self.text.get(pos..end).unwrap_or(""));
             if unknown {
-                poisoned.push(At::new(at, out.len()));
+                undefined_templates.push(At::new(at, out.len()));
             }
             pos = end;
         }

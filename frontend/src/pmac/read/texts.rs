@@ -26,8 +26,8 @@ impl Checker<'_> {
     }
 
     pub(crate) fn text(&mut self, text: Text, value: Option<Expr>, start: usize) {
-        self.out.texts.push(text);
-        let index = self.out.texts.len() as u32 - 1;
+        self.download.texts.push(text);
+        let index = self.download.texts.len() as u32 - 1;
         self.push(What::Text(index, value), start);
     }
 

@@ -1,53 +1,58 @@
-//! Constants that an I-variable does not take as they are.
+//! Warnings of constants that an I-variable does not take as they are.
 
 use plcc_abi::pmac::{Kind, Range};
 use plcc_diag::Diagnostic;
 
-use crate::pmac::ast::{Action, Expr, Op, Target};
+use crate::pmac::ast::{Action, Download, Expr, Op, Target, What};
 use crate::pmac::origin::At;
-use crate::pmac::read::download::Checker;
 use crate::pmac::reference::tables::i_range;
 
-impl Checker<'_> {
-    /// Warns of an on-line assignment.
-    pub(crate) fn warn_of_action(&mut self, action: &Action, at: At) {
-        if let Action::Assign(target, expr) = *action {
-            self.warn_of_range(target, expr, at);
-        }
-    }
-
-    /// Warns of a constant that rolls over. Rows (`I0..99=0`) sweep over many variables and are
-    /// not meant for each.
-    pub(crate) fn warn_of_range(&mut self, target: Target, expr: Expr, at: At) {
-        let Target::Var(Kind::I, number) = target else { return };
-        let number = u32::from(number);
-        let Some(value) = self.constant_value(expr) else { return };
-        let Some(range) = i_range(self.out.controller, number) else { return };
-        if holds(range, value) {
-            return;
-        }
-        let (low, high) = match range {
-            Range::Integer(low, high) => (low as f64, high as f64),
-            Range::Real(low, high) => (low, high),
-        };
-        let stored = range.convert(value);
-        let diagnostic = self.flat.origins.diagnose(at, |span| {
-            let message = format!("I{number} takes {low} to {high}: {value} becomes {stored}");
-            Diagnostic::warning("PMAC-W5", span, message)
-                .help(format!("`plcc explain I{number}` says what it means"))
+/// Warns of every constant, in on-line text, PLCs and COMMANDs, that rolls over in the I-variable
+/// that it is assigned to; in the order of the text. Rows (`I0..99=0`) sweep over many variables
+/// and are not meant for each.
+pub(crate) fn warnings(download: &Download) -> Vec<Diagnostic> {
+    let online = download.online.iter().filter_map(|online| match online.action {
+        Action::Assign(target, expr) => Some((target, expr, online.at)),
+        _ => None,
+    });
+    let buffers = download.plcs.iter().chain(&download.plccs).map(|buffer| &buffer.code);
+    let statements =
+        buffers.chain(&download.commands).flatten().filter_map(|stmt| match stmt.what {
+            What::Assign(target, expr) => Some((target, expr, stmt.at)),
+            _ => None,
         });
-        self.diagnostics.push(diagnostic);
-    }
+    let mut found: Vec<(At, Diagnostic)> = online
+        .chain(statements)
+        .filter_map(|(target, expr, at)| Some((at, warning(download, target, expr, at)?)))
+        .collect();
+    found.sort_by_key(|(at, _)| at.start);
+    found.into_iter().map(|(_, diagnostic)| diagnostic).collect()
+}
 
-    /// A number, perhaps with minus signs before it.
-    fn constant_value(&self, expr: Expr) -> Option<f64> {
-        let start = expr.start as usize;
-        let ops = self.reader.ops.get(start..start + expr.len as usize)?;
-        let (Op::Const(value), signs) = ops.split_first()? else { return None };
-        let minus = |op: &Op| matches!(op, Op::Neg);
-        let negative = signs.len() % 2 == 1;
-        signs.iter().all(minus).then_some(if negative { -value } else { *value })
-    }
+/// The warning of one assignment.
+fn warning(download: &Download, target: Target, expr: Expr, at: At) -> Option<Diagnostic> {
+    let Target::Var(Kind::I, number) = target else { return None };
+    let number = u32::from(number);
+    let value = constant_value(download.ops(expr))?;
+    let range = i_range(download.controller, number).filter(|range| !holds(*range, value))?;
+    let (low, high) = match range {
+        Range::Integer(low, high) => (low as f64, high as f64),
+        Range::Real(low, high) => (low, high),
+    };
+    let stored = range.convert(value);
+    Some(download.origins.diagnose(at, |span| {
+        let message = format!("I{number} takes {low} to {high}: {value} becomes {stored}");
+        Diagnostic::warning("PMAC-W5", span, message)
+            .help(format!("`plcc explain I{number}` says what it means"))
+    }))
+}
+
+/// A number, perhaps with minus signs before it.
+fn constant_value(ops: &[Op]) -> Option<f64> {
+    let (Op::Const(value), signs) = ops.split_first()? else { return None };
+    let negative = signs.len() % 2 == 1;
+    let minus = signs.iter().all(|op| matches!(op, Op::Neg));
+    minus.then_some(if negative { -value } else { *value })
 }
 
 /// Whether a value stays what it is, roundings of integers aside.
