@@ -1,12 +1,12 @@
 //! What PMAC's executive knows of a program, and what all engines share: [where](layout) memory
 //! stands in the image, how [general access](memory) to it goes, its [formats](fixed) and its
-//! [arithmetic](math), and what compiled code [assumes](assumption).
+//! [arithmetic], and what compiled code [assumes](assumption).
 
+pub mod arithmetic;
 pub mod assumption;
 pub mod definition;
 pub mod fixed;
 pub mod layout;
-pub mod math;
 pub mod memory;
 pub mod pure_functions;
 pub mod range;
@@ -14,6 +14,8 @@ pub mod sparse_memory;
 mod symbols;
 pub mod tables;
 
+/// The arithmetic by its former name.
+pub use arithmetic as math;
 pub use assumption::{Assumption, Definitions, Direct};
 pub use definition::{Definition, Field, Format};
 pub use layout::{COMMAND_CONTEXT, Layout, Place, Run, Space, context};
