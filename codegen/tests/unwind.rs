@@ -81,15 +81,29 @@ fn is_there(program: &str) -> bool {
     found
 }
 
+/// The host function unwinds by the sections alone, as exceptions of C++ would, and counts how often
+/// it comes to `main`; not when the program has no argument. gdb has other ways too, where there is
+/// no unwind information.
 const MAIN: &str = r#"
+#include <unwind.h>
 #include "plcc.h"
+int main(int argc, char **argv);
+static int unwinds, found;
+static _Unwind_Reason_Code frame(struct _Unwind_Context *context, void *data) {
+    found += _Unwind_GetRegionStart(context) == (_Unwind_Ptr)main;
+    return _URC_NO_REASON;
+}
 static uint64_t host(const struct plcc_context *c, uint32_t f, uint64_t a, uint64_t b,
-                     uint64_t d, uint64_t e) { return 0; }
-int main(void) {
+                     uint64_t d, uint64_t e) {
+    if (unwinds) _Unwind_Backtrace(frame, 0);
+    return 0;
+}
+int main(int argc, char **argv) {
     static uint8_t image[4096];
     struct plcc_context context = { image, host, 0 };
     struct plcc_task task = plcc_task_at(0);
-    return plcc_scan(&task, &context) == PLCC_END ? image[7] : 100;
+    unwinds = argc > 1;
+    return plcc_scan(&task, &context) == PLCC_END && found == unwinds ? image[7] : 100;
 }
 "#;
 
@@ -133,7 +147,10 @@ fn gdb_unwinds_through_a_scan() {
     }
     let folder = std::env::temp_dir().join(format!("plcc-unwind-{}", std::process::id()));
     build(&folder);
-    assert_eq!(Command::new(folder.join("main")).status().unwrap().code(), Some(1));
+    for argument in [None, Some("unwind")] {
+        let status = Command::new(folder.join("main")).args(argument).status().unwrap();
+        assert_eq!(status.code(), Some(1), "{argument:?}");
+    }
     let gdb = Command::new("gdb")
         .args(["-nx", "-batch", "-x", "script", "main"])
         .current_dir(&folder)
