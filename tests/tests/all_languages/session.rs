@@ -335,7 +335,8 @@ fn a_million_rows_and_ticks() {
     fs::write(shop.path("go.csv"), format!("tick,name,value\n{rows}")).unwrap();
     let start = Instant::now();
     assert_eq!(shop.run("p.pmi", "--ticks 10 --stimulus %go.csv"), 0);
-    assert!(start.elapsed() < Duration::from_secs(60), "{:?}", start.elapsed());
+    // So long takes only a reader whose time grows with the square of the rows.
+    assert!(start.elapsed() < Duration::from_secs(600), "{:?}", start.elapsed());
     assert_eq!(shop.run("p.pmi", "--ticks 1000"), 0);
     let before = resident();
     assert_eq!(shop.run("p.pmi", "--ticks 1000000"), 0);

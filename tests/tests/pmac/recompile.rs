@@ -7,6 +7,7 @@ use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use plcc::compile::jit;
@@ -397,23 +398,27 @@ fn resume_points_are_the_same_whatever_is_built_in() {
 /// In a thread of its own the compiler holds up no tick; its code takes over when it is there.
 #[test]
 fn a_compiler_beside_holds_nothing_up() {
-    struct Slow(Box<dyn Recompiler>);
-    impl Recompiler for Slow {
+    /// A compiler that begins when it is told to.
+    struct Waiting(Box<dyn Recompiler>, Receiver<()>);
+    impl Recompiler for Waiting {
         fn recompile(&mut self, assumed: &[Assumption]) -> Result<NativeEngine, String> {
-            std::thread::sleep(Duration::from_millis(300));
+            self.1.recv().map_err(|error| error.to_string())?;
             self.0.recompile(assumed)
         }
     }
     let source = format!("I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM3->*\nM1=1\n{LOGIC}");
     let program = check(&source);
     let (native, _) = jit(&program.lower().unwrap()).unwrap();
-    let compiler = Box::new(Slow(recompiler(&program)));
+    let (begin, told) = channel();
+    let compiler = Box::new(Waiting(recompiler(&program), told));
     let mut pair = Pair::with(&program, native, compiler, Settings { beside: true, ..AT_ONCE });
     pair.set("Y:$BC01", "$07F5");
     pair.run(12);
-    assert_eq!(pair.changes(), 0, "the compiler sleeps");
+    assert_eq!(pair.changes(), 0, "the compiler has not begun");
+    begin.send(()).unwrap();
+    // So long takes only a compiler that never ends.
     let start = Instant::now();
-    while pair.changes() == 0 && start.elapsed() < Duration::from_secs(60) {
+    while pair.changes() == 0 && start.elapsed() < Duration::from_secs(300) {
         pair.run(1);
     }
     let (_, calls) = pair.run(40);
