@@ -144,7 +144,9 @@ impl Gen {
             self.var(format!("OUT{i}"), Ty::Logical, None, true);
         }
         for (i, format) in ["B", "BCD", "TWOC"].into_iter().enumerate() {
-            self.line(&format!("GO{i} = {}/1-6/{format}", 8 + i));
+            let low = self.rng.below(6);
+            let high = low + 1 + self.rng.below(7 - low);
+            self.line(&format!("GO{i} = {}/{low}-{high}/{format}", 8 + i));
             self.var(format!("GO{i}"), Ty::Integer, None, true);
         }
         self.values("$LOGICAL", "L", Ty::Logical);
@@ -199,6 +201,8 @@ impl Gen {
                     "\"TOOL\",IV0",
                     "IV1,\"OF \",GV0,LV0",
                     "\"POS\",@SCODE,\"NOW\"",
+                    "GV1,\" OF \",LV2,GC",
+                    "\"AT \",TC0,DC1,Q2",
                 ]);
                 self.line(&format!("{name}{i} = {items}"));
                 self.var(format!("{name}{i}"), Ty::Logical, None, true);
@@ -215,13 +219,13 @@ impl Gen {
         self.line("$TIMER");
         for i in 0..4 {
             let kind = if i % 2 == 0 { "E" } else { "D" };
-            let preset = 1 + self.rng.below(8);
+            let preset = if self.rng.chance(10) { 32_767 } else { 1 + self.rng.below(8) };
             self.line(&format!("{kind}/TC{i}/DC{i} = {preset}"));
             self.var(format!("TC{i}"), Ty::Logical, None, true);
             self.var(format!("DC{i}"), Ty::Logical, None, false);
         }
         self.line("$FLIPFLOP");
-        for i in 0..2 {
+        for i in 0..3 {
             self.line(&format!("Q{i}/D{i}/CK{i}/PR{i}/CL{i}"));
             self.var(format!("Q{i}"), Ty::Logical, None, false);
             for pin in ["D", "CK", "PR", "CL"] {
@@ -348,12 +352,33 @@ impl Gen {
     /// An index that is inside most of the time.
     fn index(&mut self, elements: usize, depth: usize) -> Vec<String> {
         if self.risky && self.rng.chance(2) {
+            // Outside more often than not: a variable, a sum, an element, a negative number.
             let name = self.scalar(|var| var.ty == Ty::Integer && var.writable);
-            return vec![name];
+            let last = (elements - 1).to_string();
+            let parts: Vec<&str> = match self.rng.below(5) {
+                0 => vec![&name],
+                1 => vec![&name, "+", &last],
+                2 => vec!["IA", "[", "1", "]"],
+                3 => vec!["-", "LV0"],
+                _ => vec![&last, "+", "LV1"],
+            };
+            return parts.into_iter().map(str::to_owned).collect();
         }
-        match self.rng.below(3) {
+        match self.rng.below(5) {
             0 => vec![self.rng.below(elements).to_string()],
             1 => vec![self.scalar(|var| var.ty == Ty::Logical)],
+            2 if depth < 4 => {
+                // An element, or a relation of two LONGs, decides between the first two.
+                let element = ["/", "LA", "[", "LV2", "]"];
+                let relation = ["(", "GV0", "<=", "GV1", ")"];
+                let parts = if self.rng.chance(50) { element } else { relation };
+                parts.into_iter().map(str::to_owned).collect()
+            }
+            3 if depth < 3 => {
+                let n = elements.to_string();
+                let parts = ["(", "IA", "[", "LV1", "]", "%", &n, "+", &n, ")", "%", &n];
+                parts.into_iter().map(str::to_owned).collect()
+            }
             _ if depth < 4 => {
                 // (a%n+n)%n is never outside.
                 let name = self.scalar(|var| var.ty == Ty::Integer && var.writable);
