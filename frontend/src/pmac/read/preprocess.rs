@@ -447,9 +447,10 @@ mod tests {
     }
 
     #[test]
-    fn a_define_of_nothing_is_nothing() {
-        assert_eq!(plain("#define\n#Define ; none\nP1"), "P1");
-        assert_eq!(run("#define =5\n", &Options::default()).1, ["PMAC-3"]);
+    fn a_define_of_nothing_is_nothing_but_a_warning() {
+        let (text, codes) = run("#define\n#Define ; none\nP1", &Options::default());
+        assert_eq!((text.trim(), codes), ("P1", vec!["PMAC-W8", "PMAC-W8"]));
+        assert_eq!(run("#define =5\n", &Options::default()).1, ["PMAC-W8"]);
     }
 
     #[test]
