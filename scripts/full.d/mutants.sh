@@ -1,7 +1,8 @@
 # Whether the quick tests notice each of the mistakes in tests/mutants/*.patch.
 #
 # A mutant is a patch with a header that says what it breaks (tests/mutants/README.md). It is
-# applied to the work tree, and the tests below are run in their order until one fails.
+# applied to the work tree. First the test runs that the header expects to notice it, then the tests
+# below in their order, until one fails.
 head=$'mutant\tresult\tkilled by\tseconds\tbreaks'
 
 # No test takes so long but one that a mutant keeps from ending.
@@ -35,6 +36,9 @@ units() {
     echo "$(basename "$patch" .patch)-$(cksum <"$patch" | cut -c1-6 | tr -d ' ')"
   done
 }
+
+# The test that a patch's header names, as words for cargo test.
+expected_test() { field "$1" 'noticed by' | sed -n 's/^cargo test //p'; }
 
 # The unit tests of the crates that a patch touches, as words for cargo test.
 own_tests() {
@@ -80,7 +84,7 @@ unit() {
   patch=$root/tests/mutants/${1%-*}.patch
   expected=$(field "$patch" expected)
   if git apply "$patch" >&2; then
-    IFS=$'\t' read -r result by < <({ own_tests "$patch"; quick_tests; } | judge; echo)
+    IFS=$'\t' read -r result by < <({ expected_test "$patch"; own_tests "$patch"; quick_tests; } | judge; echo)
   else
     result="does not apply" by=
   fi
