@@ -100,6 +100,6 @@ unit() {
 }
 
 note() {
-  units | while read -r unit; do cut -f2 "$state/rows/$unit" 2>/dev/null; done \
-    | grep -v '^all tests pass' | tr -d '*' | sort | uniq -c | sed 's/^ *\([0-9]*\) /\1 /'
+  find "$state/rows" -type f ! -name '.*' ! -name unchanged -exec cut -f2 {} + \
+    | tr -d '*' | sort | uniq -c | sed 's/^ *\([0-9]*\) /\1 /'
 }
