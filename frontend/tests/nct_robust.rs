@@ -17,7 +17,7 @@ fn errors(text: &[u8], limits: Limits) -> usize {
     if let Some(program) = program {
         program.lower().unwrap();
         program.interpreter();
-        program.xref().to_string();
+        program.cross_reference().to_string();
     }
     for diagnostic in &all {
         let span = diagnostic.span;

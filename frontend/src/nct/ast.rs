@@ -200,7 +200,7 @@ pub(crate) enum Test {
 
 /// A condition is a row of these, in postfix order: a gate takes the two results before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Cond {
+pub(crate) enum ConditionPart {
     /// A result.
     Test(Test),
     /// `And`, `Or` or `Xor` of the last two.
@@ -330,7 +330,7 @@ pub(crate) enum Op {
         /// The slot.
         slot: u16,
     },
-    /// A condition: a range of [`Program::conds`]. Where it does not hold, on behind the
+    /// A condition: a range of [`Program::condition_parts`]. Where it does not hold, on behind the
     /// statement `otherwise`, its `E` or `Z`.
     If {
         /// First of its parts.
@@ -422,7 +422,7 @@ pub(crate) struct Program {
     /// Statements in the order of the text.
     pub(crate) stmts: Vec<Stmt>,
     /// Parts of conditions.
-    pub(crate) conds: Vec<Cond>,
+    pub(crate) condition_parts: Vec<ConditionPart>,
     /// Where each label stands: the index of its statement.
     pub(crate) labels: Vec<Option<u32>>,
     /// The texts.

@@ -52,7 +52,7 @@ use crate::nct::{
         operand::{Prefix, place},
         parser::{Parsed, parse},
     },
-    tables::{cond_place, places},
+    tables::{places, tested_place},
 };
 
 /// The source of an expression, for the places of its errors.
@@ -82,17 +82,17 @@ impl Program {
         for stmt in &parsed.stmts {
             places(&stmt.op, &mut add);
         }
-        parsed.conds.iter().filter_map(cond_place).for_each(add);
+        parsed.condition_parts.iter().filter_map(tested_place).for_each(add);
         let image_size = self.layout.size;
         // Brackets keep values of OP; they do so behind the image, where nothing else lies.
         let layout = Layout { scratch: image_size, ..Layout::clone(&self.layout) };
-        let Parsed { stmts, conds, slots, .. } = parsed;
+        let Parsed { stmts, condition_parts, slots, .. } = parsed;
         let statements = ast::Program {
             name: String::new(),
             text: String::new(),
             lines: vec![],
             stmts,
-            conds,
+            condition_parts,
             labels: vec![],
             texts: Texts::default(),
             slots,
@@ -149,12 +149,12 @@ fn switches(stmt: &Stmt, bit: ast::Bit) -> SyntaxError {
 
 /// The variable that the whole text names, if it is just one, with the statement that loads it.
 fn variable(text: &str) -> Option<(Place, Stmt)> {
-    let mut c = Cursor::new(FILE, text);
+    let mut cursor = Cursor::new(FILE, text);
     // The program loads no output line, but a trace shows it.
-    let prefix = if c.at('O') { Prefix::Store } else { Prefix::Load };
-    let place = place(&mut c, 0, prefix).ok().filter(|_| c.peek().is_none())?;
+    let prefix = if cursor.at('O') { Prefix::Store } else { Prefix::Load };
+    let place = place(&mut cursor, 0, prefix).ok().filter(|_| cursor.peek().is_none())?;
     let op = Op::Load(Operand::Load { negate: false, place });
-    Some((place, Stmt { op, span: c.span_from(0) }))
+    Some((place, Stmt { op, span: cursor.span_from(0) }))
 }
 
 /// An expression's statements, for an image with room for the values of brackets behind it.

@@ -85,6 +85,6 @@ impl CheckedProgram for Program {
     }
 
     fn cross_reference(&self) -> CrossReference {
-        self.xref()
+        self.cross_reference()
     }
 }

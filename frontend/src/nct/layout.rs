@@ -13,8 +13,8 @@ use plcc_abi::{
 };
 
 use crate::nct::{
-    ast::{Arith, Cond, Op, Operand, Place, Program, Space, Test, Word},
-    status_flags::{BYTES, HIGH, NOT_BCD},
+    ast::{Arith, ConditionPart, Op, Operand, Place, Program, Space, Test, Word},
+    status_flags::{HIGH_WORD, NOT_BCD, STATUS_BYTES},
 };
 
 /// The region that the module which runs shares with the executive.
@@ -102,15 +102,15 @@ impl Uses {
             flags: Use::new(FLAG_BYTES),
         };
         // Statements set these whether the program names them or not.
-        BYTES.into_iter().for_each(|byte| uses.flags.bit(byte));
+        STATUS_BYTES.into_iter().for_each(|byte| uses.flags.bit(byte));
         for stmt in &program.stmts {
             uses.stmt(&stmt.op);
         }
-        for cond in &program.conds {
+        for cond in &program.condition_parts {
             match cond {
-                Cond::Test(Test::Bit { bit, .. }) => uses.place(Place::Bit(*bit)),
-                Cond::Test(Test::Relation { operand, .. }) => uses.operand(*operand),
-                Cond::Test(Test::Word { .. }) | Cond::Gate(_) => {}
+                ConditionPart::Test(Test::Bit { bit, .. }) => uses.place(Place::Bit(*bit)),
+                ConditionPart::Test(Test::Relation { operand, .. }) => uses.operand(*operand),
+                ConditionPart::Test(Test::Word { .. }) | ConditionPart::Gate(_) => {}
             }
         }
         uses
@@ -148,7 +148,7 @@ impl Uses {
 
     fn high_word(&mut self, op: Arith) {
         if matches!(op, Arith::Mul | Arith::Div) {
-            self.place(Place::Word(HIGH));
+            self.place(Place::Word(HIGH_WORD));
         }
     }
 

@@ -48,11 +48,11 @@ pub fn check(
     if found.iter().any(Diagnostic::is_error) {
         return (None, found);
     }
-    let read::parser::Parsed { stmts, conds, texts, slots } = parsed;
+    let read::parser::Parsed { stmts, condition_parts, texts, slots } = parsed;
     let lines = stmts.iter().map(|s| sources.line_col(file, s.span.start).0).collect();
     let name = sources.path(file).to_owned();
     let text = text.to_owned();
-    let checked = ast::Program { name, text, lines, stmts, conds, labels, texts, slots };
+    let checked = ast::Program { name, text, lines, stmts, condition_parts, labels, texts, slots };
     let layout = layout::Layout::new(&checked);
     let settings = options.machine.nct.clone();
     let (checked, layout, limits) = (Arc::new(checked), Arc::new(layout), options.limits);
@@ -86,8 +86,8 @@ impl Program {
     }
 
     /// Where each variable is read, written and tested.
-    pub fn xref(&self) -> CrossReference {
-        analyse::cross_reference::xref(&self.checked)
+    pub fn cross_reference(&self) -> CrossReference {
+        analyse::cross_reference::cross_reference(&self.checked)
     }
 
     /// The statement interpreter, as an engine like the others.
@@ -123,7 +123,7 @@ mod tests {
         assert_eq!(found, "region `context` is missing");
         let found = message(|_, layout| layout.inputs.clear());
         assert_eq!(found, "the location of I00 is missing (at a.nct:2)");
-        let found = message(|program, _| program.conds.clear());
+        let found = message(|program, _| program.condition_parts.clear());
         assert_eq!(found, "a part of a condition is missing (at a.nct:2)");
         let found = message(|program, _| program.labels.truncate(10));
         assert_eq!(found, "label :010 is missing (at a.nct:3)");

@@ -25,7 +25,7 @@ pub(crate) const MUL_OVERFLOW: Bit = flag(83);
 pub(crate) const BCD_SIGN: Bit = flag(87);
 
 /// The bytes that these flags lie in.
-pub(crate) const BYTES: [u16; 3] = [CARRY.byte, OVERFLOW.byte, SYNTAX.byte];
+pub(crate) const STATUS_BYTES: [u16; 3] = [CARRY.byte, OVERFLOW.byte, SYNTAX.byte];
 
 /// F000 and F001: the high word of products and dividends, later the remainder.
-pub(crate) const HIGH: Word = Word::Bytes { space: Space::F, byte: 0 };
+pub(crate) const HIGH_WORD: Word = Word::Bytes { space: Space::F, byte: 0 };

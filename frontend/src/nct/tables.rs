@@ -6,7 +6,7 @@ use plcc_abi::{
 };
 
 use crate::nct::{
-    ast::{Bit, Cond, Op, Operand, Place, Program, Space, Test, Texts, Word},
+    ast::{Bit, ConditionPart, Op, Operand, Place, Program, Space, Test, Texts, Word},
     layout::Layout,
 };
 
@@ -73,12 +73,14 @@ pub(crate) fn places(op: &Op, mut f: impl FnMut(Place)) {
 }
 
 /// The variable that a part of a condition names.
-pub(crate) fn cond_place(cond: &Cond) -> Option<Place> {
+pub(crate) fn tested_place(cond: &ConditionPart) -> Option<Place> {
     match *cond {
-        Cond::Test(Test::Bit { bit, .. }) => Some(Place::Bit(bit)),
-        Cond::Test(Test::Word { word, .. }) => Some(Place::Word(word)),
-        Cond::Test(Test::Relation { operand: Operand::Load { place, .. }, .. }) => Some(place),
-        Cond::Test(Test::Relation { .. }) | Cond::Gate(_) => None,
+        ConditionPart::Test(Test::Bit { bit, .. }) => Some(Place::Bit(bit)),
+        ConditionPart::Test(Test::Word { word, .. }) => Some(Place::Word(word)),
+        ConditionPart::Test(Test::Relation { operand: Operand::Load { place, .. }, .. }) => {
+            Some(place)
+        }
+        ConditionPart::Test(Test::Relation { .. }) | ConditionPart::Gate(_) => None,
     }
 }
 
@@ -87,7 +89,7 @@ fn named(program: &Program) -> Vec<NctName> {
     for stmt in &program.stmts {
         places(&stmt.op, |place| all.extend(name(place)));
     }
-    all.extend(program.conds.iter().filter_map(cond_place).filter_map(name));
+    all.extend(program.condition_parts.iter().filter_map(tested_place).filter_map(name));
     all.sort_unstable();
     all.dedup();
     all

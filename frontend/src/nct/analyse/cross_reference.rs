@@ -9,7 +9,7 @@ use plcc_diag::{Diagnostic, Span};
 use crate::common::{CrossReference, CrossReferenceRow, Use};
 use crate::nct::{
     ast::{AreaOp, Bit, Op, Place, Program, Space, Word},
-    tables::{cond_place, modules, name, places},
+    tables::{modules, name, places, tested_place},
 };
 
 /// The order of rows: the letters, then the number, words before the bits of the same digits.
@@ -25,7 +25,7 @@ struct Finder<'a> {
 }
 
 /// Makes the cross-reference of a program.
-pub(crate) fn xref(program: &Program) -> CrossReference {
+pub(crate) fn cross_reference(program: &Program) -> CrossReference {
     let mut finder =
         Finder { program, rows: BTreeMap::new(), bits: BTreeMap::new(), words: BTreeMap::new() };
     for (at, stmt) in program.stmts.iter().enumerate() {
@@ -43,8 +43,8 @@ impl Finder<'_> {
             Op::If { first, count, .. } => {
                 let range = first as usize..(first + count) as usize;
                 let program = self.program;
-                for cond in program.conds.get(range).unwrap_or_default() {
-                    if let Some(place) = cond_place(cond) {
+                for cond in program.condition_parts.get(range).unwrap_or_default() {
+                    if let Some(place) = tested_place(cond) {
                         self.note(at, place, &[Use::Tested]);
                     }
                 }

@@ -6,8 +6,10 @@ use super::place::{Bcd, Indirect};
 use super::{Lowerer, Result};
 use crate::nct::{
     ast::{Arith, Bit, Operand, Place, Word},
-    lower::liveness::Set,
-    status_flags::{BCD_SIGN, CARRY, HIGH, MUL_OVERFLOW, NOT_BCD, OVERFLOW, SIGN, SYNTAX, ZERO},
+    lower::liveness::LiveSet,
+    status_flags::{
+        BCD_SIGN, CARRY, HIGH_WORD, MUL_OVERFLOW, NOT_BCD, OVERFLOW, SIGN, SYNTAX, ZERO,
+    },
 };
 
 fn binary(op: Arith) -> BinaryOp {
@@ -111,7 +113,7 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    pub(super) fn arith(&mut self, op: Arith, operand: Operand, after: Set) -> Result {
+    pub(super) fn arith(&mut self, op: Arith, operand: Operand, after: LiveSet) -> Result {
         let (mut with, guard) = self.operand(operand)?;
         if op == Arith::And && matches!(operand, Operand::Load { place: Place::Bit(_), .. }) {
             // A bit meets bit 0 alone.
@@ -128,7 +130,7 @@ impl Lowerer<'_> {
         a: Value,
         b: Value,
         guard: Option<Value>,
-        after: Set,
+        after: LiveSet,
     ) -> Result {
         let value = match op {
             Arith::Mul => self.multiply(a, b, guard, after)?,
@@ -151,7 +153,7 @@ impl Lowerer<'_> {
         (a, b): (Value, Value),
         value: Value,
         guard: Option<Value>,
-        after: Set,
+        after: LiveSet,
     ) -> Result {
         let mut bits = vec![];
         let carry = match op {
@@ -159,7 +161,7 @@ impl Lowerer<'_> {
             Arith::Sub => Some((a, b)),
             _ => return Ok(()),
         };
-        if let Some((less, than)) = carry.filter(|_| after.has(Set::CARRY)) {
+        if let Some((less, than)) = carry.filter(|_| after.has(LiveSet::CARRY)) {
             bits.push((CARRY, self.builder.ins().icmp(IntCond::Ult, less, than)));
         }
         bits.extend(self.value_flags(value, after));
@@ -167,12 +169,12 @@ impl Lowerer<'_> {
     }
 
     /// F0046 and F0047 of a result, as far as they may be looked at.
-    fn value_flags(&mut self, value: Value, after: Set) -> Vec<(Bit, Value)> {
+    fn value_flags(&mut self, value: Value, after: LiveSet) -> Vec<(Bit, Value)> {
         let mut bits = vec![];
-        if after.has(Set::ZERO) {
+        if after.has(LiveSet::ZERO) {
             bits.push((ZERO, self.is_zero(value)));
         }
-        if after.has(Set::SIGN) {
+        if after.has(LiveSet::SIGN) {
             bits.push((SIGN, self.builder.ins().icmp_imm(IntCond::Slt, value, 0)));
         }
         bits
@@ -182,30 +184,42 @@ impl Lowerer<'_> {
         self.builder.ins().zextend_or_trunc(Type::I32, value)
     }
 
-    fn multiply(&mut self, a: Value, b: Value, guard: Option<Value>, after: Set) -> Result<Value> {
+    fn multiply(
+        &mut self,
+        a: Value,
+        b: Value,
+        guard: Option<Value>,
+        after: LiveSet,
+    ) -> Result<Value> {
         let (a, b) = (self.wide(a), self.wide(b));
         let ins = self.builder.ins();
         let product = ins.binary(BinaryOp::Mul, a, b);
         let low = ins.zextend_or_trunc(Type::I16, product);
-        if !after.has(Set::HIGH) && !after.has(Set::MUL_OVERFLOW) {
+        if !after.has(LiveSet::HIGH) && !after.has(LiveSet::MUL_OVERFLOW) {
             return Ok(low);
         }
         let high = ins.binary_imm(BinaryOp::Lshr, product, 16);
         let high = ins.zextend_or_trunc(Type::I16, high);
-        if after.has(Set::HIGH) {
-            let old = if guard.is_some() { self.word(HIGH)? } else { high };
+        if after.has(LiveSet::HIGH) {
+            let old = if guard.is_some() { self.word(HIGH_WORD)? } else { high };
             let value = self.guarded(guard, high, old);
-            self.store_word(HIGH, value)?;
+            self.store_word(HIGH_WORD, value)?;
         }
-        if after.has(Set::MUL_OVERFLOW) {
+        if after.has(LiveSet::MUL_OVERFLOW) {
             let some = self.builder.ins().icmp_imm(IntCond::Ne, high, 0);
             self.flags(guard, &[(MUL_OVERFLOW, some)])?;
         }
         Ok(low)
     }
 
-    fn divide(&mut self, a: Value, b: Value, guard: Option<Value>, after: Set) -> Result<Value> {
-        let high = self.word(HIGH)?;
+    fn divide(
+        &mut self,
+        a: Value,
+        b: Value,
+        guard: Option<Value>,
+        after: LiveSet,
+    ) -> Result<Value> {
+        let high = self.word(HIGH_WORD)?;
         let (low, upper, divisor) = (self.wide(a), self.wide(high), self.wide(b));
         let ins = self.builder.ins();
         let upper = ins.binary_imm(BinaryOp::Shl, upper, 16);
@@ -215,19 +229,25 @@ impl Lowerer<'_> {
         let quotient = ins.zextend_or_trunc(Type::I16, quotient);
         let rest = ins.zextend_or_trunc(Type::I16, rest);
         let by_zero = self.is_zero(b);
-        if after.has(Set::SYNTAX) {
+        if after.has(LiveSet::SYNTAX) {
             self.flags(guard, &[(SYNTAX, by_zero)])?;
         }
-        if after.has(Set::HIGH) {
+        if after.has(LiveSet::HIGH) {
             let rest = self.builder.ins().select(by_zero, high, rest);
             let rest = self.guarded(guard, rest, high);
-            self.store_word(HIGH, rest)?;
+            self.store_word(HIGH_WORD, rest)?;
         }
         Ok(self.builder.ins().select(by_zero, a, quotient))
     }
 
     /// The variable, or its complement, with OP; the result in the variable.
-    pub(super) fn update(&mut self, op: Arith, negate: bool, place: Place, after: Set) -> Result {
+    pub(super) fn update(
+        &mut self,
+        op: Arith,
+        negate: bool,
+        place: Place,
+        after: LiveSet,
+    ) -> Result {
         let with = self.op();
         match place {
             Place::Bit(bit) => {
@@ -263,7 +283,7 @@ impl Lowerer<'_> {
     }
 
     /// BCD to binary, negative where F0087 says so.
-    pub(super) fn bin(&mut self, after: Set) -> Result {
+    pub(super) fn bin(&mut self, after: LiveSet) -> Result {
         let op = self.op();
         let word = self.wide(op);
         let Bcd { number, wrong } = self.take_bcd(word);
@@ -282,7 +302,7 @@ impl Lowerer<'_> {
     }
 
     /// Binary to BCD.
-    pub(super) fn bcd(&mut self, after: Set) -> Result {
+    pub(super) fn bcd(&mut self, after: LiveSet) -> Result {
         let op = self.op();
         let ins = self.builder.ins();
         let negative = ins.icmp_imm(IntCond::Slt, op, 0);
@@ -300,10 +320,10 @@ impl Lowerer<'_> {
         self.flags(None, &[(OVERFLOW, over)])?;
         let within = self.not(over);
         let mut bits = vec![];
-        if after.has(Set::ZERO) {
+        if after.has(LiveSet::ZERO) {
             bits.push((ZERO, self.is_zero(op)));
         }
-        if after.has(Set::SIGN) {
+        if after.has(LiveSet::SIGN) {
             bits.push((SIGN, negative));
         }
         self.flags(Some(within), &bits)?;

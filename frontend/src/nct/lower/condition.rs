@@ -5,7 +5,7 @@ use plcc_ir::{Address, BinaryOp, IntCond, Type, Value};
 
 use super::{Lowerer, Result};
 use crate::common::{InternalError, OrMissing};
-use crate::nct::ast::{Arith, Bit, Cond, Op, Relation, Space, Test};
+use crate::nct::ast::{Arith, Bit, ConditionPart, Op, Relation, Space, Test};
 
 /// So many switched flags are computed rather than jumped over.
 const MAX_SWITCHED: usize = 6;
@@ -101,10 +101,10 @@ impl Lowerer<'_> {
                 self.keep(&mut waiting);
                 self.begin(at)?;
             }
-            let cond = self.program.conds.get((first + part) as usize);
+            let cond = self.program.condition_parts.get((first + part) as usize);
             let value = match cond.or_missing(|| "a part of a condition")? {
-                Cond::Test(test) => self.test(*test)?,
-                Cond::Gate(gate) => {
+                ConditionPart::Test(test) => self.test(*test)?,
+                ConditionPart::Gate(gate) => {
                     let b = self.take(&mut waiting)?;
                     let a = self.take(&mut waiting)?;
                     let op = match gate {

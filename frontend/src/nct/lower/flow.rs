@@ -8,7 +8,7 @@ use super::{Lowerer, Result};
 use crate::common::OrMissing;
 use crate::nct::{
     ast::{Op, Space, Word},
-    lower::liveness::Set,
+    lower::liveness::LiveSet,
     status_flags::{NOT_BCD, SYNTAX},
     tables::modules,
 };
@@ -125,7 +125,7 @@ impl Lowerer<'_> {
 
     pub(super) fn goto(&mut self, at: usize, label: u16) -> Result {
         let to = self.target(label).or_missing(|| format!("label :{label:03}"))?;
-        self.leave(Set::ALL);
+        self.leave(LiveSet::ALL);
         if to <= at {
             self.safepoint(to);
         } else {
@@ -138,7 +138,7 @@ impl Lowerer<'_> {
     pub(super) fn call(&mut self, at: usize, label: u16) -> Result {
         let to = self.target(label).or_missing(|| format!("label :{label:03}"))?;
         let site = self.site(at)?;
-        self.leave(Set::ALL);
+        self.leave(LiveSet::ALL);
         self.enter(Site::Number(site), to);
         Ok(())
     }
@@ -182,7 +182,7 @@ impl Lowerer<'_> {
     }
 
     pub(super) fn ret(&mut self) {
-        self.leave(Set::ALL);
+        self.leave(LiveSet::ALL);
         let depth = self.context(Type::I16, context::DEPTH);
         let outside = self.is_zero(depth);
         let (end, back) = (self.builder.place(), self.builder.place());
@@ -202,7 +202,7 @@ impl Lowerer<'_> {
 
     /// `GF` and `CF`: on to the label that the BCD word at a byte of F names.
     pub(super) fn jump_indirect(&mut self, at: usize, word: u16, call: bool) -> Result {
-        self.leave(Set::ALL);
+        self.leave(LiveSet::ALL);
         let word = self.word(Word::Bytes { space: Space::F, byte: word })?;
         let word = self.builder.ins().zextend_or_trunc(Type::I32, word);
         let Bcd { number, wrong } = self.take_bcd(word);

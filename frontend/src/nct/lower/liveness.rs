@@ -6,15 +6,15 @@
 //! access to F and every statement with a register area.
 
 use crate::nct::{
-    ast::{Arith, Bit, Cond, Op, Operand, Place, Program, Space, Test, Word},
+    ast::{Arith, Bit, ConditionPart, Op, Operand, Place, Program, Space, Test, Word},
     status_flags,
 };
 
 /// A set of OP and status flags.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Set(u16);
+pub(crate) struct LiveSet(u16);
 
-impl Set {
+impl LiveSet {
     pub(crate) const NONE: Self = Self(0);
     pub(crate) const OP: Self = Self(1);
     pub(crate) const CARRY: Self = Self(2);
@@ -34,7 +34,7 @@ impl Set {
         self.0 & other.0 != 0
     }
 
-    fn and(self, other: Self) -> Self {
+    fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
@@ -44,51 +44,53 @@ impl Set {
 }
 
 /// Each status flag and its set.
-const FLAGS: [(Bit, Set); 7] = [
-    (status_flags::CARRY, Set::CARRY),
-    (status_flags::ZERO, Set::ZERO),
-    (status_flags::SIGN, Set::SIGN),
-    (status_flags::OVERFLOW, Set::OVERFLOW),
-    (status_flags::SYNTAX, Set::SYNTAX),
-    (status_flags::NOT_BCD, Set::NOT_BCD),
-    (status_flags::MUL_OVERFLOW, Set::MUL_OVERFLOW),
+const FLAGS: [(Bit, LiveSet); 7] = [
+    (status_flags::CARRY, LiveSet::CARRY),
+    (status_flags::ZERO, LiveSet::ZERO),
+    (status_flags::SIGN, LiveSet::SIGN),
+    (status_flags::OVERFLOW, LiveSet::OVERFLOW),
+    (status_flags::SYNTAX, LiveSet::SYNTAX),
+    (status_flags::NOT_BCD, LiveSet::NOT_BCD),
+    (status_flags::MUL_OVERFLOW, LiveSet::MUL_OVERFLOW),
 ];
 
 /// The status flags in a byte of F.
-fn of_byte(byte: u16) -> Set {
+fn of_byte(byte: u16) -> LiveSet {
     let flags = FLAGS.iter().filter(|(bit, _)| bit.byte == byte);
-    let high = if byte <= 1 { Set::HIGH } else { Set::NONE };
-    flags.fold(high, |all, &(_, set)| all.and(set))
+    let high = if byte <= 1 { LiveSet::HIGH } else { LiveSet::NONE };
+    flags.fold(high, |all, &(_, set)| all.union(set))
 }
 
 /// The status flag that a bit is, or the register that it lies in.
-fn of_bit(bit: Bit) -> Set {
+fn of_bit(bit: Bit) -> LiveSet {
     if bit.space == Space::F && bit.byte <= 1 {
-        return Set::HIGH;
+        return LiveSet::HIGH;
     }
-    FLAGS.iter().find(|&&(flag, _)| flag == bit).map_or(Set::NONE, |&(_, set)| set)
+    FLAGS.iter().find(|&&(flag, _)| flag == bit).map_or(LiveSet::NONE, |&(_, set)| set)
 }
 
 /// What reading a variable looks at.
-fn read(place: Place) -> Set {
+fn read(place: Place) -> LiveSet {
     match place {
         Place::Bit(bit) => of_bit(bit),
-        Place::Word(Word::Bytes { space: Space::F, byte }) => of_byte(byte).and(of_byte(byte + 1)),
-        Place::Word(Word::Indirect(_)) => Set::ALL.without(Set::OP),
-        Place::Word(_) => Set::NONE,
+        Place::Word(Word::Bytes { space: Space::F, byte }) => {
+            of_byte(byte).union(of_byte(byte + 1))
+        }
+        Place::Word(Word::Indirect(_)) => LiveSet::ALL.without(LiveSet::OP),
+        Place::Word(_) => LiveSet::NONE,
     }
 }
 
 /// What writing a variable surely replaces.
-fn replaced(place: Place) -> Set {
+fn replaced(place: Place) -> LiveSet {
     match place {
         // A bit of F000 or F001 leaves the others.
-        Place::Bit(bit) => of_bit(bit).without(Set::HIGH),
+        Place::Bit(bit) => of_bit(bit).without(LiveSet::HIGH),
         Place::Word(Word::Bytes { space: Space::F, byte }) => {
-            let whole = of_byte(byte).and(of_byte(byte + 1));
-            if byte == 0 { whole } else { whole.without(Set::HIGH) }
+            let whole = of_byte(byte).union(of_byte(byte + 1));
+            if byte == 0 { whole } else { whole.without(LiveSet::HIGH) }
         }
-        Place::Word(_) => Set::NONE,
+        Place::Word(_) => LiveSet::NONE,
     }
 }
 
@@ -97,47 +99,49 @@ fn is_indirect(place: Place) -> bool {
 }
 
 /// What a load looks at and replaces.
-fn operand(operand: Operand) -> (Set, Set, bool) {
+fn operand(operand: Operand) -> (LiveSet, LiveSet, bool) {
     match operand {
-        Operand::Const(_) => (Set::NONE, Set::NONE, true),
-        Operand::Load { place, .. } if is_indirect(place) => (read(place), Set::INDIRECT, false),
-        Operand::Load { place, .. } => (read(place), Set::NONE, true),
+        Operand::Const(_) => (LiveSet::NONE, LiveSet::NONE, true),
+        Operand::Load { place, .. } if is_indirect(place) => {
+            (read(place), LiveSet::INDIRECT, false)
+        }
+        Operand::Load { place, .. } => (read(place), LiveSet::NONE, true),
     }
 }
 
 /// What an operation looks at and, where it is done at all, replaces; OP aside.
-fn arith(op: Arith) -> (Set, Set) {
+fn arith(op: Arith) -> (LiveSet, LiveSet) {
     match op {
-        Arith::Add | Arith::Sub => (Set::NONE, Set::SUM),
-        Arith::Mul => (Set::NONE, Set::MUL_OVERFLOW.and(Set::HIGH)),
+        Arith::Add | Arith::Sub => (LiveSet::NONE, LiveSet::SUM),
+        Arith::Mul => (LiveSet::NONE, LiveSet::MUL_OVERFLOW.union(LiveSet::HIGH)),
         // By zero the remainder stays what it was.
-        Arith::Div => (Set::HIGH, Set::SYNTAX),
-        Arith::And | Arith::Or | Arith::Xor => (Set::NONE, Set::NONE),
+        Arith::Div => (LiveSet::HIGH, LiveSet::SYNTAX),
+        Arith::And | Arith::Or | Arith::Xor => (LiveSet::NONE, LiveSet::NONE),
     }
 }
 
 /// The live set before each statement; one more entry stands for the text's end.
-pub(crate) fn liveness(program: &Program) -> Vec<Set> {
+pub(crate) fn liveness(program: &Program) -> Vec<LiveSet> {
     let count = program.stmts.len();
-    let mut live = vec![Set::ALL; count + 1];
+    let mut live = vec![LiveSet::ALL; count + 1];
     for (at, stmt) in program.stmts.iter().enumerate().rev() {
-        let behind = |at: u32| live.get(at as usize + 1).copied().unwrap_or(Set::ALL);
+        let behind = |at: u32| live.get(at as usize + 1).copied().unwrap_or(LiveSet::ALL);
         let next = behind(at as u32);
         let before = match stmt.op {
             Op::If { first, count, otherwise } => {
-                let mut set = next.and(behind(otherwise));
+                let mut set = next.union(behind(otherwise));
                 let range = first as usize..(first + count) as usize;
-                for cond in program.conds.get(range).unwrap_or_default() {
-                    set = set.and(condition(cond));
+                for cond in program.condition_parts.get(range).unwrap_or_default() {
+                    set = set.union(condition(cond));
                 }
                 set
             }
             Op::Else { end } => behind(end),
             Op::Goto(label) => match program.labels.get(label as usize) {
                 Some(Some(to)) if *to as usize > at => {
-                    live.get(*to as usize).copied().unwrap_or(Set::ALL)
+                    live.get(*to as usize).copied().unwrap_or(LiveSet::ALL)
                 }
-                _ => Set::ALL,
+                _ => LiveSet::ALL,
             },
             ref op => step(op, next),
         };
@@ -148,43 +152,45 @@ pub(crate) fn liveness(program: &Program) -> Vec<Set> {
     live
 }
 
-fn condition(cond: &Cond) -> Set {
+fn condition(cond: &ConditionPart) -> LiveSet {
     match *cond {
-        Cond::Test(Test::Bit { bit, .. }) => of_bit(bit),
-        Cond::Test(Test::Relation { operand: with, .. }) => operand(with).0.and(Set::OP),
-        Cond::Test(Test::Word { .. }) | Cond::Gate(_) => Set::NONE,
+        ConditionPart::Test(Test::Bit { bit, .. }) => of_bit(bit),
+        ConditionPart::Test(Test::Relation { operand: with, .. }) => {
+            operand(with).0.union(LiveSet::OP)
+        }
+        ConditionPart::Test(Test::Word { .. }) | ConditionPart::Gate(_) => LiveSet::NONE,
     }
 }
 
 /// What may be looked at before a statement that is followed by the next one.
-fn step(op: &Op, after: Set) -> Set {
+fn step(op: &Op, after: LiveSet) -> LiveSet {
     match *op {
         Op::Set(bit) | Op::Clear(bit) => after.without(replaced(Place::Bit(bit))),
         Op::Load(from) => {
             let (reads, replaces, done) = operand(from);
-            let replaces = if done { replaces.and(Set::OP) } else { replaces };
-            after.without(replaces).and(reads)
+            let replaces = if done { replaces.union(LiveSet::OP) } else { replaces };
+            after.without(replaces).union(reads)
         }
         Op::Store { place, .. } => {
-            let reads = if is_indirect(place) { read(place) } else { Set::NONE };
-            after.without(replaced(place)).and(reads).and(Set::OP)
+            let reads = if is_indirect(place) { read(place) } else { LiveSet::NONE };
+            after.without(replaced(place)).union(reads).union(LiveSet::OP)
         }
         Op::Arith { op, operand: from } => {
             let (reads, replaces, done) = operand(from);
             let (looks, writes) = arith(op);
             let after = if done { after.without(writes) } else { after };
-            after.without(replaces).and(reads).and(looks).and(Set::OP)
+            after.without(replaces).union(reads).union(looks).union(LiveSet::OP)
         }
         Op::Update { op, place, .. } => {
-            let writes = if is_indirect(place) { Set::NONE } else { arith(op).1 };
-            after.without(writes).and(read(place)).and(Set::OP)
+            let writes = if is_indirect(place) { LiveSet::NONE } else { arith(op).1 };
+            after.without(writes).union(read(place)).union(LiveSet::OP)
         }
         Op::Apply { op, .. } => {
             let (looks, writes) = arith(op);
-            after.without(writes).and(looks).and(Set::OP)
+            after.without(writes).union(looks).union(LiveSet::OP)
         }
-        Op::Shift { .. } | Op::Push(_) => after.and(Set::OP),
-        Op::Bin | Op::Bcd => after.and(Set::OP),
+        Op::Shift { .. } | Op::Push(_) => after.union(LiveSet::OP),
+        Op::Bin | Op::Bcd => after.union(LiveSet::OP),
         Op::Count { .. } | Op::EndIf | Op::Label(_) | Op::Text => after,
         Op::Area { .. }
         | Op::GotoIndirect(_)
@@ -195,6 +201,6 @@ fn step(op: &Op, after: Set) -> Set {
         | Op::Bad { .. }
         | Op::If { .. }
         | Op::Else { .. }
-        | Op::Goto(_) => Set::ALL,
+        | Op::Goto(_) => LiveSet::ALL,
     }
 }

@@ -22,7 +22,7 @@ use crate::common::{InternalError, OrMissing};
 use crate::nct::{
     ast::{Op, Program, Stmt, Word},
     layout::{CONTEXT, FLAG_BYTES_REGION, Layout, SCRATCH, WAITING},
-    lower::liveness::{Set, liveness},
+    lower::liveness::{LiveSet, liveness},
 };
 
 type Result<T = ()> = std::result::Result<T, InternalError>;
@@ -77,7 +77,7 @@ struct Regions {
 struct Lowerer<'a> {
     program: &'a Program,
     layout: &'a Layout,
-    liveness: Vec<Set>,
+    liveness: Vec<LiveSet>,
     limit: usize,
     regions: Regions,
     /// The place before each statement, where something leads there.
@@ -112,7 +112,7 @@ impl Lowerer<'_> {
             })?;
         }
         self.go_on_at(at);
-        self.leave(Set::ALL);
+        self.leave(LiveSet::ALL);
         self.builder.ret();
         self.tails();
         Ok(())
@@ -137,8 +137,8 @@ impl Lowerer<'_> {
         self.program.stmts.get(at).or_missing(|| format!("statement {at}"))
     }
 
-    fn live_at(&self, at: usize) -> Set {
-        self.liveness.get(at).copied().unwrap_or(Set::ALL)
+    fn live_at(&self, at: usize) -> LiveSet {
+        self.liveness.get(at).copied().unwrap_or(LiveSet::ALL)
     }
 
     /// Binds the place before a statement, if something leads there.
@@ -156,9 +156,9 @@ impl Lowerer<'_> {
     }
 
     /// Writes OP back before control leaves the block, if it may be looked at.
-    fn leave(&mut self, live: Set) {
+    fn leave(&mut self, live: LiveSet) {
         if let (true, Some(op)) = (self.dirty, self.op)
-            && live.has(Set::OP)
+            && live.has(LiveSet::OP)
         {
             let at = Address::fixed(self.regions.context, context::OP);
             self.builder.ins().store(at, op);
@@ -249,7 +249,7 @@ impl Lowerer<'_> {
             Op::CallIndirect(word) => self.jump_indirect(at, word, true)?,
             Op::Return => self.ret(),
             Op::End(_) => {
-                self.leave(Set::ALL);
+                self.leave(LiveSet::ALL);
                 self.builder.ret();
             }
             Op::Area { op, area } => {

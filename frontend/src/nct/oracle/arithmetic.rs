@@ -3,7 +3,9 @@
 use super::run::Run;
 use crate::nct::{
     ast::Arith,
-    status_flags::{BCD_SIGN, CARRY, HIGH, MUL_OVERFLOW, NOT_BCD, OVERFLOW, SIGN, SYNTAX, ZERO},
+    status_flags::{
+        BCD_SIGN, CARRY, HIGH_WORD, MUL_OVERFLOW, NOT_BCD, OVERFLOW, SIGN, SYNTAX, ZERO,
+    },
 };
 
 /// The number that four BCD digits stand for.
@@ -44,18 +46,18 @@ impl Run<'_> {
             Arith::Mul => {
                 let product = u32::from(a) * u32::from(b);
                 let high = (product >> 16) as u16;
-                self.set_word(HIGH, high);
+                self.set_word(HIGH_WORD, high);
                 self.set(MUL_OVERFLOW, high != 0);
                 product as u16
             }
             Arith::Div => {
-                let dividend = u32::from(self.word(HIGH)) << 16 | u32::from(a);
+                let dividend = u32::from(self.word(HIGH_WORD)) << 16 | u32::from(a);
                 let divisor = u32::from(b);
                 self.set(SYNTAX, divisor == 0);
                 if divisor == 0 {
                     a
                 } else {
-                    self.set_word(HIGH, (dividend % divisor) as u16);
+                    self.set_word(HIGH_WORD, (dividend % divisor) as u16);
                     (dividend / divisor) as u16
                 }
             }

@@ -8,7 +8,7 @@ use plcc_abi::{
 
 use super::arithmetic::{from_bcd, sum};
 use crate::nct::{
-    ast::{Arith, Cond, Op, Operand, Place, Program, Relation, Space, Test, Word},
+    ast::{Arith, ConditionPart, Op, Operand, Place, Program, Relation, Space, Test, Word},
     layout::Layout,
 };
 
@@ -45,9 +45,9 @@ impl Run<'_> {
     pub(super) fn condition(&mut self, first: u32, count: u32) -> bool {
         self.waiting.clear();
         for at in first..first + count {
-            let result = match self.program.conds.get(at as usize) {
-                Some(Cond::Test(test)) => self.test(*test),
-                Some(Cond::Gate(gate)) => {
+            let result = match self.program.condition_parts.get(at as usize) {
+                Some(ConditionPart::Test(test)) => self.test(*test),
+                Some(ConditionPart::Gate(gate)) => {
                     let b = self.waiting.pop().unwrap_or(false);
                     let a = self.waiting.pop().unwrap_or(false);
                     match gate {

@@ -14,7 +14,7 @@ use crate::nct::{
 impl Parser<'_> {
     pub(crate) fn named_area(&mut self, start: usize, name: &str, op: AreaOp) -> Read<Op> {
         for _ in name.chars() {
-            self.c.bump();
+            self.cursor.bump();
         }
         self.area_address(start, op)
     }
@@ -28,23 +28,23 @@ impl Parser<'_> {
         last: char,
         number: u8,
     ) -> Read<Op> {
-        if !self.c.eat(last) {
-            let found = self.c.peek();
+        if !self.cursor.eat(last) {
+            let found = self.cursor.peek();
             let message = format!("{} can't follow here: {name} was begun", shown(found));
-            return Err(refuse(&mut self.c, |c| {
-                error(number, c.span_from(start), message, format!("write {name}nnn"))
+            return Err(refuse(&mut self.cursor, |cursor| {
+                error(number, cursor.span_from(start), message, format!("write {name}nnn"))
             }));
         }
         self.area_address(start, op)
     }
 
     fn area_address(&mut self, start: usize, op: AreaOp) -> Read<Op> {
-        let area = address(&mut self.c, start, 3, 3, Digits::Decimal)?.value;
+        let area = address(&mut self.cursor, start, 3, 3, Digits::Decimal)?.value;
         let (name, bytes) = (op.name(), op.area());
         if area + bytes > 1000 {
             return Err(error(
                 46,
-                self.c.span_from(start),
+                self.cursor.span_from(start),
                 format!("the {bytes} bytes of {name}'s registers reach beyond F999"),
                 format!("let them begin at F{:03} or before", 1000 - bytes),
             ));

@@ -5,7 +5,7 @@ use plcc_diag::Diagnostic;
 
 use crate::common::Limits;
 use crate::nct::{
-    ast::{Arith, Cond, Op},
+    ast::{Arith, ConditionPart, Op},
     read::{
         cursor::Cursor,
         diagnostic::{Read, SyntaxError, error, shown},
@@ -43,7 +43,7 @@ impl Parser<'_> {
         if depth < most {
             return Ok(());
         }
-        let span = self.c.span_here();
+        let span = self.cursor.span_here();
         let message = format!("more than {most} levels of parentheses");
         if self.limits == Limits::None {
             let help = "compute a part before and keep it in a flag";
@@ -64,10 +64,10 @@ impl Parser<'_> {
         let mut waiting = None;
         loop {
             // A condition must begin here.
-            if self.c.at('(') {
+            if self.cursor.at('(') {
                 self.check_depth(open.len())?;
-                open.push(Open { at: self.c.pos(), then: waiting.take() });
-                self.c.bump();
+                open.push(Open { at: self.cursor.pos(), then: waiting.take() });
+                self.cursor.bump();
                 continue;
             }
             let first = waiting.is_none();
@@ -75,13 +75,13 @@ impl Parser<'_> {
                 return Err(self.no_test(first));
             }
             if let Some(gate) = waiting.take() {
-                self.out.conds.push(Cond::Gate(gate));
+                self.out.condition_parts.push(ConditionPart::Gate(gate));
             }
             loop {
-                if self.c.eat(')') {
+                if self.cursor.eat(')') {
                     match open.pop() {
                         Some(Open { then: Some(gate), .. }) => {
-                            self.out.conds.push(Cond::Gate(gate));
+                            self.out.condition_parts.push(ConditionPart::Gate(gate));
                         }
                         Some(_) => {}
                         None => return Ok(()),
@@ -89,9 +89,9 @@ impl Parser<'_> {
                     if open.is_empty() {
                         return Ok(());
                     }
-                } else if let Some(gate) = gate(self.c.peek()) {
+                } else if let Some(gate) = gate(self.cursor.peek()) {
                     waiting = Some(gate);
-                    self.c.bump();
+                    self.cursor.bump();
                     break;
                 } else {
                     return Err(self.wrong_inside("A, O, X or `)`"));
@@ -104,22 +104,22 @@ impl Parser<'_> {
         if !first {
             return self.wrong_inside("a condition");
         }
-        let found = self.c.peek();
-        let span = self.c.span_here();
+        let found = self.cursor.peek();
+        let span = self.cursor.span_here();
         let help = "a condition must follow `(`: a flag, a counter, a timer or a relation";
         error(18, span, format!("{} begins no condition", shown(found)), help)
     }
 
     /// Something that may not stand inside parentheses or brackets.
     fn wrong_inside(&mut self, wanted: &str) -> SyntaxError {
-        let found = self.c.peek();
+        let found = self.cursor.peek();
         let lower = found
             .is_some_and(|c| !matches!(c, 'A'..='Z' | '0'..='9') && !":,.$()[]<>=+-*/".contains(c));
         let number = if lower { 44 } else { 62 };
         let message = format!("{} can't stand here", shown(found));
-        let span = self.c.span_here();
+        let span = self.cursor.span_here();
         if lower {
-            self.c.bump();
+            self.cursor.bump();
         }
         error(number, span, message, format!("{wanted} must stand here"))
     }
@@ -153,7 +153,7 @@ impl Parser<'_> {
         }
         let mut depth = open.len();
         while depth > 0 {
-            match self.c.bump() {
+            match self.cursor.bump() {
                 Some(c) if c == opening => depth += 1,
                 Some(c) if c == closing => depth -= 1,
                 Some(_) => {}
@@ -183,17 +183,17 @@ impl Parser<'_> {
         let mut start = start;
         loop {
             // OP's first value in the bracket must begin here, or a bracket inside.
-            if self.c.at('[') {
+            if self.cursor.at('[') {
                 self.check_depth(open.len())?;
                 let slot = open.len() as u16;
-                let at = self.c.pos();
-                self.c.bump();
+                let at = self.cursor.pos();
+                self.cursor.bump();
                 if waiting.is_some() {
                     self.out.slots = self.out.slots.max(slot + 1);
                     self.emit(start, Op::Push(slot));
                 }
                 open.push(Open { at, then: waiting.take().map(|op| (op, slot)) });
-                start = self.c.pos();
+                start = self.cursor.pos();
                 continue;
             }
             let operand = self.bracket_operand(start, waiting.is_none())?;
@@ -203,8 +203,8 @@ impl Parser<'_> {
             };
             self.emit(start, op);
             loop {
-                start = self.c.pos();
-                if self.c.eat(']') {
+                start = self.cursor.pos();
+                if self.cursor.eat(']') {
                     if let Some(Open { then: Some((op, slot)), .. }) = open.pop() {
                         self.emit(start, Op::Apply { op, slot });
                     }
@@ -221,25 +221,25 @@ impl Parser<'_> {
 
     /// An operation that needs an operand, or `None` behind a shift or conversion.
     fn bracket_operation(&mut self, start: usize) -> Read<Option<Arith>> {
-        let found = self.c.peek();
+        let found = self.cursor.peek();
         let op = match found {
             Some('+') => Arith::Add,
             Some('-') => Arith::Sub,
             Some('*') => Arith::Mul,
             Some('/') => Arith::Div,
             Some('B') => {
-                self.c.bump();
+                self.cursor.bump();
                 let op = self.convert(start)?;
                 self.emit(start, op);
                 return Ok(None);
             }
             Some(arrow @ ('<' | '>')) => {
-                let mut ahead = self.c.clone();
+                let mut ahead = self.cursor.clone();
                 ahead.bump();
                 if !ahead.eat(arrow) {
                     return Err(self.wrong_inside("an operation or `]`"));
                 }
-                self.c = ahead;
+                self.cursor = ahead;
                 let op = self.shift(start, arrow == '<')?;
                 self.emit(start, op);
                 return Ok(None);
@@ -249,32 +249,32 @@ impl Parser<'_> {
                 None => return Err(self.wrong_inside("an operation or `]`")),
             },
         };
-        self.c.bump();
+        self.cursor.bump();
         Ok(Some(op))
     }
 
     fn bracket_operand(&mut self, start: usize, first: bool) -> Read<crate::nct::ast::Operand> {
-        let c = &mut self.c;
-        if begins_constant(c) && (!first || c.at('.')) {
-            return constant(c, start);
+        let cursor = &mut self.cursor;
+        if begins_constant(cursor) && (!first || cursor.at('.')) {
+            return constant(cursor, start);
         }
-        if first && c.eat(',') {
-            return crate::nct::read::number::decimal(c, start)
+        if first && cursor.eat(',') {
+            return crate::nct::read::number::decimal(cursor, start)
                 .map(crate::nct::ast::Operand::Const);
         }
-        let mut ahead = c.clone();
+        let mut ahead = cursor.clone();
         let not = ahead.eat('N');
         if ahead.eat('L') {
-            *c = ahead;
-            return load(c, start, if not { Prefix::LoadNot } else { Prefix::Load });
+            *cursor = ahead;
+            return load(cursor, start, if not { Prefix::LoadNot } else { Prefix::Load });
         }
         if matches!(ahead.peek(), Some('I' | 'Y' | 'V' | 'P' | 'F' | 'R' | 'Q' | 'T' | 'H' | 'M')) {
             let name = ahead.peek().unwrap_or('F');
             let n = if not { "N" } else { "" };
-            *c = ahead;
+            *cursor = ahead;
             let help = format!("write {n}L{name}…: in brackets variables are loaded");
-            return Err(refuse(c, |c| {
-                error(20, c.span_from(start), "L is missing before the variable's name", help)
+            return Err(refuse(cursor, |cursor| {
+                error(20, cursor.span_from(start), "L is missing before the variable's name", help)
             }));
         }
         Err(self.wrong_inside("a constant, a variable behind L, or `[`"))
@@ -284,14 +284,14 @@ impl Parser<'_> {
 /// The offsets, rising, of parentheses and brackets that nothing closes. `Z` and `$` can't stand in
 /// any, so whatever is open there stays so; nor can labels and `J`, unless what closes the innermost
 /// one comes next.
-fn find_unclosed(mut c: Cursor<'_>) -> Vec<usize> {
+fn find_unclosed(mut cursor: Cursor<'_>) -> Vec<usize> {
     let mut open: Vec<(char, usize)> = vec![];
     let mut unclosed = vec![];
     let mut round = 0_usize;
     let mut next_closing = NextClosing::default();
     loop {
-        let at = c.pos();
-        let Some(next) = c.bump() else { break };
+        let at = cursor.pos();
+        let Some(next) = cursor.bump() else { break };
         match next {
             '(' | '[' => {
                 round += usize::from(next == '(');
@@ -308,15 +308,15 @@ fn find_unclosed(mut c: Cursor<'_>) -> Vec<usize> {
                     unclosed.push(at);
                 }
             }
-            ':' | 'J' if open.last().is_some_and(|&(kind, _)| next_closing.is(&c, kind)) => {}
+            ':' | 'J' if open.last().is_some_and(|&(kind, _)| next_closing.is(&cursor, kind)) => {}
             ':' => {
                 round = 0;
                 unclosed.extend(open.drain(..).map(|(_, at)| at));
-                let label: String = (0..3).filter_map(|_| c.bump()).collect();
+                let label: String = (0..3).filter_map(|_| cursor.bump()).collect();
                 if matches!(label.as_str(), "197" | "198" | "199" | "200") {
-                    c.enter_raw();
-                    while c.bump_raw().is_some_and(|c| c != Some('$')) {}
-                    c.leave_raw();
+                    cursor.enter_raw();
+                    while cursor.bump_raw().is_some_and(|c| c != Some('$')) {}
+                    cursor.leave_raw();
                 }
             }
             'Z' | 'J' | '$' => {
@@ -342,9 +342,9 @@ struct NextClosing {
 
 impl NextClosing {
     /// Whether it is the one that closes an `opening`.
-    fn is(&mut self, c: &Cursor<'_>, opening: char) -> bool {
-        if self.end <= c.pos() {
-            let mut ahead = c.clone();
+    fn is(&mut self, cursor: &Cursor<'_>, opening: char) -> bool {
+        if self.end <= cursor.pos() {
+            let mut ahead = cursor.clone();
             self.found = None;
             while let Some(next) = ahead.bump() {
                 if matches!(next, '(' | ')' | '[' | ']' | 'Z' | '$') {

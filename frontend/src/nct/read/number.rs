@@ -25,7 +25,7 @@ pub(crate) struct Address {
 /// Reads an address of `least` to `most` digits; both lengths are valid, none between.
 /// `start` is where the statement begins, for the message.
 pub(crate) fn address(
-    c: &mut Cursor<'_>,
+    cursor: &mut Cursor<'_>,
     start: usize,
     least: u8,
     most: u8,
@@ -34,81 +34,84 @@ pub(crate) fn address(
     let mut value = 0_u16;
     let mut len = 0_u8;
     while len < most {
-        if len == least && c.gap() {
+        if len == least && cursor.gap() {
             break;
         }
         let octal = digits == Digits::Octal && len + 1 == most;
-        match c.peek().and_then(|d| d.to_digit(10)) {
+        match cursor.peek().and_then(|d| d.to_digit(10)) {
             Some(digit) if digit < 8 || !octal => {
                 value = value.saturating_mul(10).saturating_add(digit as u16);
                 len += 1;
-                c.bump();
+                cursor.bump();
             }
             _ if len == least => {
                 // A digit that can't be the bit's is no other statement's beginning either.
-                if c.peek().is_some_and(|d| d.is_ascii_digit()) {
-                    return Err(not_octal(c, start));
+                if cursor.peek().is_some_and(|d| d.is_ascii_digit()) {
+                    return Err(not_octal(cursor, start));
                 }
                 break;
             }
-            Some(_) => return Err(not_octal(c, start)),
+            Some(_) => return Err(not_octal(cursor, start)),
             // A name that stands where digits should is part of the wrong statement.
-            None if len == 0 && !c.gap() && c.peek().is_some_and(|c| c.is_ascii_uppercase()) => {
-                let fail = too_few(c, start, least, most, digits);
-                return Err(refuse(c, |_| fail));
+            None if len == 0
+                && !cursor.gap()
+                && cursor.peek().is_some_and(|c| c.is_ascii_uppercase()) =>
+            {
+                let fail = too_few(cursor, start, least, most, digits);
+                return Err(refuse(cursor, |_| fail));
             }
-            None => return Err(too_few(c, start, least, most, digits)),
+            None => return Err(too_few(cursor, start, least, most, digits)),
         }
     }
     Ok(Address { value, len })
 }
 
-fn not_octal(c: &Cursor<'_>, start: usize) -> SyntaxError {
+fn not_octal(cursor: &Cursor<'_>, start: usize) -> SyntaxError {
     error(
         9,
-        c.span_from(start),
-        format!("the last digit names a bit and is octal, not {}", shown(c.peek())),
+        cursor.span_from(start),
+        format!("the last digit names a bit and is octal, not {}", shown(cursor.peek())),
         "bits are numbered 0 to 7; 8 and 9 do not exist",
     )
 }
 
-fn too_few(c: &Cursor<'_>, start: usize, least: u8, most: u8, digits: Digits) -> SyntaxError {
+fn too_few(cursor: &Cursor<'_>, start: usize, least: u8, most: u8, digits: Digits) -> SyntaxError {
     let count = if least == most { format!("{most}") } else { format!("{least} or {most}") };
     let s = if most == 1 { "" } else { "s" };
     let number = if digits == Digits::Octal { 9 } else { 19 };
-    let message = format!("{count} digit{s} must stand here, not {}", shown(c.peek()));
-    let help = match c.peek() {
+    let message = format!("{count} digit{s} must stand here, not {}", shown(cursor.peek()));
+    let help = match cursor.peek() {
         Some('O') => "this is the letter O; a zero was probably meant".into(),
         Some('I' | 'l') => "this is a letter; a one was probably meant".into(),
         _ => format!("write the number with {count} digit{s}, with leading zeros"),
     };
-    error(number, c.span_from(start), message, help)
+    error(number, cursor.span_from(start), message, help)
 }
 
 /// Reads a decimal constant; a gap ends it.
-pub(crate) fn decimal(c: &mut Cursor<'_>, start: usize) -> Read<u16> {
+pub(crate) fn decimal(cursor: &mut Cursor<'_>, start: usize) -> Read<u16> {
     let mut value = 0_u32;
     let mut len = 0;
-    while let Some(digit) = c.peek().and_then(|d| d.to_digit(10)) {
-        if len > 0 && c.gap() {
+    while let Some(digit) = cursor.peek().and_then(|d| d.to_digit(10)) {
+        if len > 0 && cursor.gap() {
             break;
         }
         value = value.saturating_mul(10).saturating_add(digit);
         len += 1;
-        c.bump();
+        cursor.bump();
     }
     if len == 0 {
         return Err(error(
             19,
-            c.span_from(start),
-            format!("a decimal number must stand here, not {}", shown(c.peek())),
+            cursor.span_from(start),
+            format!("a decimal number must stand here, not {}", shown(cursor.peek())),
             "write a number from 0 to 65535, or `.` and a hexadecimal one",
         ));
     }
     u16::try_from(value).map_err(|_| {
         error(
             16,
-            c.span_from(start),
+            cursor.span_from(start),
             "the number does not fit into two bytes",
             "OP has 16 bits: 65535 is the largest number",
         )
@@ -116,23 +119,24 @@ pub(crate) fn decimal(c: &mut Cursor<'_>, start: usize) -> Read<u16> {
 }
 
 /// Reads a hexadecimal constant behind its point: at most four digits; a gap ends it.
-pub(crate) fn hexadecimal(c: &mut Cursor<'_>, start: usize) -> Read<u16> {
+pub(crate) fn hexadecimal(cursor: &mut Cursor<'_>, start: usize) -> Read<u16> {
     let mut value = 0_u16;
     let mut len = 0;
-    while len < 4 && !(len > 0 && c.gap()) {
-        let Some(digit) = c.peek().filter(|d| !d.is_ascii_lowercase()).and_then(|d| d.to_digit(16))
+    while len < 4 && !(len > 0 && cursor.gap()) {
+        let Some(digit) =
+            cursor.peek().filter(|d| !d.is_ascii_lowercase()).and_then(|d| d.to_digit(16))
         else {
             break;
         };
         value = value << 4 | digit as u16;
         len += 1;
-        c.bump();
+        cursor.bump();
     }
     if len == 0 {
         return Err(error(
             10,
-            c.span_from(start),
-            format!("a hexadecimal number must follow the point, not {}", shown(c.peek())),
+            cursor.span_from(start),
+            format!("a hexadecimal number must follow the point, not {}", shown(cursor.peek())),
             "write one to four of the digits 0-9 and A-F, such as .3FFF",
         ));
     }

@@ -48,15 +48,15 @@ impl Prefix {
 }
 
 /// A bit-or-word address behind its letter: two digits a word, three a bit (`F` one more).
-fn bytes(c: &mut Cursor<'_>, start: usize, space: Space) -> Read<Place> {
+fn bytes(cursor: &mut Cursor<'_>, start: usize, space: Space) -> Read<Place> {
     let least = if space == Space::F { 3 } else { 2 };
-    let found = address(c, start, least, least + 1, Digits::Octal)?;
+    let found = address(cursor, start, least, least + 1, Digits::Octal)?;
     let place = if found.len == least {
         Place::Word(Word::Bytes { space, byte: found.value })
     } else {
         Place::Bit(split(space, found.value))
     };
-    check_port(c, start, place)?;
+    check_port(cursor, start, place)?;
     Ok(place)
 }
 
@@ -66,15 +66,15 @@ fn split(space: Space, digits: u16) -> Bit {
 }
 
 /// A bit behind its letter.
-pub(crate) fn bit(c: &mut Cursor<'_>, start: usize, space: Space) -> Read<Bit> {
+pub(crate) fn bit(cursor: &mut Cursor<'_>, start: usize, space: Space) -> Read<Bit> {
     let len = if space == Space::F { 4 } else { 3 };
-    let found = address(c, start, len, len, Digits::Octal)?;
+    let found = address(cursor, start, len, len, Digits::Octal)?;
     let bit = split(space, found.value);
-    check_port(c, start, Place::Bit(bit))?;
+    check_port(cursor, start, Place::Bit(bit))?;
     Ok(bit)
 }
 
-fn check_port(c: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
+fn check_port(cursor: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
     let (space, byte) = match place {
         Place::Bit(bit) => (bit.space, bit.byte),
         Place::Word(Word::Bytes { space, byte }) => (space, byte),
@@ -83,7 +83,7 @@ fn check_port(c: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
     if matches!(space, Space::P | Space::O) && byte >= space.bytes() {
         return Err(error(
             60,
-            c.span_from(start),
+            cursor.span_from(start),
             format!("there is no interface board {} to reach directly", byte / 10),
             "direct inputs and outputs are on boards 0 to 3; use I, U, D or S for flags",
         ));
@@ -92,9 +92,9 @@ fn check_port(c: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
 }
 
 /// The number of a counter or timer behind its letter.
-pub(crate) fn counter(c: &mut Cursor<'_>, start: usize, letter: char) -> Read<Word> {
+pub(crate) fn counter(cursor: &mut Cursor<'_>, start: usize, letter: char) -> Read<Word> {
     let len = if letter == 'M' { 1 } else { 2 };
-    let n = address(c, start, len, len, Digits::Decimal)?.value as u8;
+    let n = address(cursor, start, len, len, Digits::Decimal)?.value as u8;
     let (number, most, what) = match letter {
         'Q' => (42, 31, "counters are Q00 to Q31"),
         'T' => (43, 49, "20 ms timers are T00 to T49"),
@@ -103,7 +103,7 @@ pub(crate) fn counter(c: &mut Cursor<'_>, start: usize, letter: char) -> Read<Wo
     };
     if n > most {
         let message = format!("there is no {letter}{n:02}");
-        return Err(error(number, c.span_from(start), message, what));
+        return Err(error(number, cursor.span_from(start), message, what));
     }
     Ok(match letter {
         'Q' => Word::Q(n),
@@ -114,10 +114,10 @@ pub(crate) fn counter(c: &mut Cursor<'_>, start: usize, letter: char) -> Read<Wo
 }
 
 /// A register or constant behind `R`.
-fn register(c: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Word> {
-    if c.eat('H') {
-        let n = address(c, start, 3, 3, Digits::Decimal)?.value;
-        let span = c.span_from(start);
+fn register(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Word> {
+    if cursor.eat('H') {
+        let n = address(cursor, start, 3, 3, Digits::Decimal)?.value;
+        let span = cursor.span_from(start);
         let Some(register) = u8::try_from(n).ok().filter(|n| *n <= 199) else {
             let help = "registers are RH000 to RH199; 050 to 099 and 150 to 199 can be stored to";
             return Err(error(64, span, format!("there is no RH{n:03}"), help));
@@ -129,33 +129,33 @@ fn register(c: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Word> {
         }
         return Ok(Word::Rh(register));
     }
-    if c.at('P') && prefix.stores() {
-        c.bump();
-        let _ = address(c, start, 3, 3, Digits::Decimal);
+    if cursor.at('P') && prefix.stores() {
+        cursor.bump();
+        let _ = address(cursor, start, 3, 3, Digits::Decimal);
         return Err(error(
             22,
-            c.span_from(start),
+            cursor.span_from(start),
             "constants of the control can't be stored to",
             "RP constants are set on the control or in the machine file; keep the value in F",
         ));
     }
-    if c.eat('P') {
-        let n = address(c, start, 3, 3, Digits::Decimal)?.value;
+    if cursor.eat('P') {
+        let n = address(cursor, start, 3, 3, Digits::Decimal)?.value;
         return match u8::try_from(n) {
             Ok(n @ 1..=40) => Ok(Word::Rp(n)),
             _ => Err(error(
                 49,
-                c.span_from(start),
+                cursor.span_from(start),
                 format!("there is no RP{n:03}"),
                 "constants are RP001 to RP040",
             )),
         };
     }
-    let found = c.peek();
-    Err(refuse(c, |c| {
+    let found = cursor.peek();
+    Err(refuse(cursor, |cursor| {
         error(
             23,
-            c.span_from(start),
+            cursor.span_from(start),
             format!("H or P must follow R here, not {}", shown(found)),
             "RHnnn is a register, RP0nn a constant",
         )
@@ -165,22 +165,24 @@ fn register(c: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Word> {
 /// Takes a character that may not stand here, with the rest of the variable behind it, unless it
 /// is one that holds the program's structure together, then makes the error.
 pub(crate) fn refuse(
-    c: &mut Cursor<'_>,
+    cursor: &mut Cursor<'_>,
     make: impl FnOnce(&Cursor<'_>) -> SyntaxError,
 ) -> SyntaxError {
-    if !matches!(c.peek(), None | Some('Z' | 'E' | 'J' | ':' | '$' | '(' | ')' | '[' | ']')) {
-        c.bump();
+    if !matches!(cursor.peek(), None | Some('Z' | 'E' | 'J' | ':' | '$' | '(' | ')' | '[' | ']')) {
+        cursor.bump();
     }
-    let fail = make(c);
-    while !c.gap() && c.peek().is_some_and(|d| d.is_ascii_digit() || "IYVPFRQTHMLSN".contains(d)) {
-        c.bump();
+    let fail = make(cursor);
+    while !cursor.gap()
+        && cursor.peek().is_some_and(|d| d.is_ascii_digit() || "IYVPFRQTHMLSN".contains(d))
+    {
+        cursor.bump();
     }
     fail
 }
 
 /// A variable behind `L`, `NL`, `S` or `NS`.
-pub(crate) fn place(c: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Place> {
-    let letter = c.peek();
+pub(crate) fn place(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Place> {
+    let letter = cursor.peek();
     let space = match letter {
         Some('I') if !prefix.stores() => Some(Space::I),
         Some('V') if !prefix.stores() => Some(Space::V),
@@ -191,32 +193,32 @@ pub(crate) fn place(c: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Pl
         _ => None,
     };
     if let Some(space) = space {
-        c.bump();
-        if space == Space::F && c.eat('I') {
-            let at = address(c, start, 3, 3, Digits::Decimal)?.value;
+        cursor.bump();
+        if space == Space::F && cursor.eat('I') {
+            let at = address(cursor, start, 3, 3, Digits::Decimal)?.value;
             return Ok(Place::Word(Word::Indirect(at)));
         }
-        let place = bytes(c, start, space)?;
+        let place = bytes(cursor, start, space)?;
         if prefix.stores() {
-            check_even(c, start, place)?;
+            check_even(cursor, start, place)?;
         }
         return Ok(place);
     }
     match letter {
         Some('R') => {
-            c.bump();
-            register(c, start, prefix).map(Place::Word)
+            cursor.bump();
+            register(cursor, start, prefix).map(Place::Word)
         }
         Some(letter @ ('Q' | 'T' | 'H' | 'M')) => {
-            c.bump();
-            counter(c, start, letter).map(Place::Word)
+            cursor.bump();
+            counter(cursor, start, letter).map(Place::Word)
         }
         _ => {
             let names = if prefix.stores() { "Y O F R Q T H M" } else { "I Y V P F R Q T H M" };
-            Err(refuse(c, |c| {
+            Err(refuse(cursor, |cursor| {
                 error(
                     prefix.number(),
-                    c.span_from(start),
+                    cursor.span_from(start),
                     format!("{} can't follow {}", shown(letter), prefix.text()),
                     format!("one of {names} must follow, the beginning of a variable's name"),
                 )
@@ -226,14 +228,14 @@ pub(crate) fn place(c: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Pl
 }
 
 /// Words are stored to even bytes of an interface board.
-fn check_even(c: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
+fn check_even(cursor: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
     match place {
         Place::Word(Word::Bytes { space: space @ (Space::Y | Space::O), byte })
             if byte < 40 && byte % 2 == 1 =>
         {
             Err(error(
                 58,
-                c.span_from(start),
+                cursor.span_from(start),
                 format!("{}{byte:02} is at an odd byte of its board", space.letter()),
                 "store words to even bytes, or store the bits one by one",
             ))
@@ -243,29 +245,29 @@ fn check_even(c: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
 }
 
 /// Whether what follows is an operand that a number or a load makes.
-pub(crate) fn begins_constant(c: &Cursor<'_>) -> bool {
-    c.peek().is_some_and(|d| d.is_ascii_digit() || d == '.')
+pub(crate) fn begins_constant(cursor: &Cursor<'_>) -> bool {
+    cursor.peek().is_some_and(|d| d.is_ascii_digit() || d == '.')
 }
 
 /// A constant that needs no comma before it.
-pub(crate) fn constant(c: &mut Cursor<'_>, start: usize) -> Read<Operand> {
-    let value = if c.eat('.') { hexadecimal(c, start)? } else { decimal(c, start)? };
+pub(crate) fn constant(cursor: &mut Cursor<'_>, start: usize) -> Read<Operand> {
+    let value = if cursor.eat('.') { hexadecimal(cursor, start)? } else { decimal(cursor, start)? };
     Ok(Operand::Const(value))
 }
 
 /// A variable behind `L` or `NL`, as an operand.
-pub(crate) fn load(c: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Operand> {
-    let place = place(c, start, prefix)?;
+pub(crate) fn load(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Operand> {
+    let place = place(cursor, start, prefix)?;
     Ok(Operand::Load { negate: prefix.negates(), place })
 }
 
 /// Refuses a bit where a number of 16 bits is needed.
-pub(crate) fn require_word(c: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
+pub(crate) fn require_word(cursor: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
     let Place::Bit(bit) = place else { return Ok(()) };
     let digits = if bit.space == Space::F { "three digits" } else { "two digits" };
     Err(error(
         7,
-        c.span_from(start),
+        cursor.span_from(start),
         format!("{bit} is a bit, and this statement works on words"),
         format!("name a word with {digits}; bits go with L, S, A, O and X"),
     ))

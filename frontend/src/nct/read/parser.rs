@@ -5,7 +5,7 @@ use plcc_diag::{Diagnostic, FileId, Span};
 
 use crate::common::Limits;
 use crate::nct::{
-    ast::{AreaOp, Arith, Cond, Op, Opens, Operand, Space, Stmt, Texts, Word},
+    ast::{AreaOp, Arith, ConditionPart, Op, Opens, Operand, Space, Stmt, Texts, Word},
     read::{
         cursor::Cursor,
         diagnostic::{Read, SyntaxError, error, shown},
@@ -23,13 +23,13 @@ const MAX_TEXT: usize = 64 * 1024;
 #[derive(Default)]
 pub(crate) struct Parsed {
     pub(crate) stmts: Vec<Stmt>,
-    pub(crate) conds: Vec<Cond>,
+    pub(crate) condition_parts: Vec<ConditionPart>,
     pub(crate) texts: Texts,
     pub(crate) slots: u16,
 }
 
 pub(crate) struct Parser<'a> {
-    pub(crate) c: Cursor<'a>,
+    pub(crate) cursor: Cursor<'a>,
     pub(crate) file: FileId,
     pub(crate) text: &'a str,
     pub(crate) limits: Limits,
@@ -42,7 +42,7 @@ pub(crate) struct Parser<'a> {
 /// Reads a whole text.
 pub(crate) fn parse(file: FileId, text: &str, limits: Limits) -> (Parsed, Vec<Diagnostic>) {
     let mut parser = Parser {
-        c: Cursor::new(file, text),
+        cursor: Cursor::new(file, text),
         file,
         text,
         limits,
@@ -76,9 +76,9 @@ impl Parser<'_> {
         // An error right behind another one, with nothing read between, says nothing new.
         let mut quiet = false;
         let mut too_long = false;
-        while self.c.peek().is_some() {
-            let start = self.c.pos();
-            quiet &= !self.c.gap();
+        while self.cursor.peek().is_some() {
+            let start = self.cursor.pos();
+            quiet &= !self.cursor.gap();
             match self.statement(start) {
                 Ok(()) => quiet = false,
                 Err(fail) => {
@@ -89,17 +89,17 @@ impl Parser<'_> {
                     quiet = true;
                 }
             }
-            if self.c.taken() > MAX_TEXT && !too_long && self.limits == Limits::Original {
+            if self.cursor.taken() > MAX_TEXT && !too_long && self.limits == Limits::Original {
                 too_long = true;
                 self.found.push(*error(
                     29,
-                    self.c.span_from(start),
+                    self.cursor.span_from(start),
                     "the program has more than 64 kB of text, comments and spaces aside",
                     "shorten the program, or lift the original limits with --limits none",
                 ));
             }
         }
-        if let Some(start) = self.c.open_comment() {
+        if let Some(start) = self.cursor.open_comment() {
             let span = Span::new(self.file, start, start + 2);
             self.found.push(*error(
                 76,
@@ -111,13 +111,13 @@ impl Parser<'_> {
     }
 
     fn recover(&mut self, start: usize, again: bool) {
-        if self.c.pos() == start {
-            self.c.bump();
+        if self.cursor.pos() == start {
+            self.cursor.bump();
         }
-        while !self.c.gap() && self.c.peek().is_some_and(|c| c.is_ascii_digit()) {
-            self.c.bump();
+        while !self.cursor.gap() && self.cursor.peek().is_some_and(|c| c.is_ascii_digit()) {
+            self.cursor.bump();
         }
-        let opens = match opens(self.text.get(start..self.c.end()).unwrap_or("")) {
+        let opens = match opens(self.text.get(start..self.cursor.end()).unwrap_or("")) {
             Opens::Yes if again => Opens::Perhaps,
             other => other,
         };
@@ -125,12 +125,12 @@ impl Parser<'_> {
     }
 
     pub(crate) fn emit(&mut self, start: usize, op: Op) {
-        let span = self.c.span_from(start);
+        let span = self.cursor.span_from(start);
         self.out.stmts.push(Stmt { op, span });
     }
 
     fn statement(&mut self, start: usize) -> Read<()> {
-        let Some(first) = self.c.peek() else { return Ok(()) };
+        let Some(first) = self.cursor.peek() else { return Ok(()) };
         let op = match first {
             'I' | 'Y' | 'V' | 'F' | 'Q' | 'T' | '(' | '=' => return self.condition(start),
             'P' | 'H' | 'M' | 'N' | '<' | '>' => return self.statement_or_test(start, first),
@@ -138,7 +138,7 @@ impl Parser<'_> {
             '+' | '-' | '*' | '/' | 'A' | 'O' | 'X' => return self.operation(start, first),
             ':' => return self.label(start),
             _ => {
-                self.c.bump();
+                self.cursor.bump();
                 self.simple(start, first)?
             }
         };
@@ -148,14 +148,14 @@ impl Parser<'_> {
 
     /// A statement whose first character, taken, leaves only one reading.
     fn simple(&mut self, start: usize, first: char) -> Read<Op> {
-        let c = &mut self.c;
+        let cursor = &mut self.cursor;
         Ok(match first {
             'U' | 'D' => return self.switch(start, first == 'U'),
-            ',' => Op::Load(Operand::Const(decimal(c, start)?)),
-            '.' => Op::Load(Operand::Const(hexadecimal(c, start)?)),
-            'L' => Op::Load(load(c, start, Prefix::Load)?),
-            'S' if c.eat('U') => return self.area(start, "SUB", AreaOp::Sub, 'B', 48),
-            'S' => Op::Store { negate: false, place: place(c, start, Prefix::Store)? },
+            ',' => Op::Load(Operand::Const(decimal(cursor, start)?)),
+            '.' => Op::Load(Operand::Const(hexadecimal(cursor, start)?)),
+            'L' => Op::Load(load(cursor, start, Prefix::Load)?),
+            'S' if cursor.eat('U') => return self.area(start, "SUB", AreaOp::Sub, 'B', 48),
+            'S' => Op::Store { negate: false, place: place(cursor, start, Prefix::Store)? },
             'B' => return self.convert(start),
             'E' => Op::Else { end: 0 },
             'Z' => Op::EndIf,
@@ -167,7 +167,7 @@ impl Parser<'_> {
     }
 
     fn unknown(&mut self, start: usize, first: char) -> SyntaxError {
-        let span = self.c.span_from(start);
+        let span = self.cursor.span_from(start);
         if !matches!(first, 'A'..='Z' | '0'..='9' | ')' | ']' | '$') {
             let upper = first.to_ascii_uppercase();
             let help = if first.is_ascii_lowercase() {
@@ -191,7 +191,7 @@ impl Parser<'_> {
 
     /// Statements and tests that begin with the same letter.
     fn statement_or_test(&mut self, start: usize, first: char) -> Read<()> {
-        let mut ahead = self.c.clone();
+        let mut ahead = self.cursor.clone();
         ahead.bump();
         let op = match (first, ahead.peek()) {
             ('P', Some('F')) => self.named_area(start, "PF", AreaOp::Pf)?,
@@ -199,24 +199,24 @@ impl Parser<'_> {
             ('M', Some('R')) => self.named_area(start, "MR", AreaOp::Mr)?,
             ('M', Some('W')) => self.named_area(start, "MW", AreaOp::Mw)?,
             ('M', Some('U')) => {
-                self.c.bump();
-                self.c.bump();
+                self.cursor.bump();
+                self.cursor.bump();
                 self.area(start, "MUL", AreaOp::Mul, 'L', 52)?
             }
             ('N', Some('L')) => {
-                self.c = ahead;
-                self.c.bump();
-                Op::Load(load(&mut self.c, start, Prefix::LoadNot)?)
+                self.cursor = ahead;
+                self.cursor.bump();
+                Op::Load(load(&mut self.cursor, start, Prefix::LoadNot)?)
             }
             ('N', Some('S')) => {
-                self.c = ahead;
-                self.c.bump();
-                let place = place(&mut self.c, start, Prefix::StoreNot)?;
+                self.cursor = ahead;
+                self.cursor.bump();
+                let place = place(&mut self.cursor, start, Prefix::StoreNot)?;
                 Op::Store { negate: true, place }
             }
             ('<', Some('<')) | ('>', Some('>')) => {
-                self.c = ahead;
-                self.c.bump();
+                self.cursor = ahead;
+                self.cursor.bump();
                 self.shift(start, first == '<')?
             }
             _ => return self.condition(start),
@@ -226,12 +226,12 @@ impl Parser<'_> {
     }
 
     pub(crate) fn shift(&mut self, start: usize, left: bool) -> Read<Op> {
-        let by = decimal(&mut self.c, start)?;
+        let by = decimal(&mut self.cursor, start)?;
         match u8::try_from(by) {
             Ok(by @ 0..=15) => Ok(Op::Shift { left, by }),
             _ => Err(error(
                 if left { 24 } else { 25 },
-                self.c.span_from(start),
+                self.cursor.span_from(start),
                 format!("OP can't be shifted by {by} bits"),
                 "shift by 0 to 15",
             )),
@@ -239,70 +239,70 @@ impl Parser<'_> {
     }
 
     pub(crate) fn convert(&mut self, start: usize) -> Read<Op> {
-        let (second, last, number, op) = match self.c.peek() {
+        let (second, last, number, op) = match self.cursor.peek() {
             Some('I') => ('I', 'N', 27, Op::Bin),
             Some('C') => ('C', 'D', 28, Op::Bcd),
             _ => ('I', 'N', 26, Op::Bin),
         };
-        if self.c.eat(second) && self.c.eat(last) {
+        if self.cursor.eat(second) && self.cursor.eat(last) {
             return Ok(op);
         }
-        let found = self.c.peek();
-        Err(refuse(&mut self.c, |c| {
+        let found = self.cursor.peek();
+        Err(refuse(&mut self.cursor, |cursor| {
             let message = format!("{} can't follow here", shown(found));
             let help = "only the statements BIN and BCD begin with B";
-            error(number, c.span_from(start), message, help)
+            error(number, cursor.span_from(start), message, help)
         }))
     }
 
     /// `U` and `D`.
     fn switch(&mut self, start: usize, up: bool) -> Read<Op> {
-        let c = &mut self.c;
-        let bit = match c.peek() {
+        let cursor = &mut self.cursor;
+        let bit = match cursor.peek() {
             Some('F') => {
-                c.bump();
-                bit(c, start, Space::F)?
+                cursor.bump();
+                bit(cursor, start, Space::F)?
             }
             Some('O') => {
-                c.bump();
-                bit(c, start, Space::O)?
+                cursor.bump();
+                bit(cursor, start, Space::O)?
             }
             Some('Q') => {
-                c.bump();
-                let Word::Q(counter) = counter(c, start, 'Q')? else {
+                cursor.bump();
+                let Word::Q(counter) = counter(cursor, start, 'Q')? else {
                     return Ok(Op::Bad { opens: Opens::No });
                 };
                 return Ok(Op::Count { counter, up });
             }
             Some('I') if !up => {
-                c.bump();
+                cursor.bump();
                 return self.area(start, "DIV", AreaOp::Div, 'V', 56);
             }
             Some('Y') => {
                 let name = if up { 'U' } else { 'D' };
-                return Err(refuse(c, |c| {
+                return Err(refuse(cursor, |cursor| {
                     let message = format!("`Y` can't follow {name}");
                     let help = format!("leave it out: {name}pqr switches the output Ypqr");
-                    error(9, c.span_from(start), message, help)
+                    error(9, cursor.span_from(start), message, help)
                 }));
             }
-            _ => bit(c, start, Space::Y)?,
+            _ => bit(cursor, start, Space::Y)?,
         };
         Ok(if up { Op::Set(bit) } else { Op::Clear(bit) })
     }
 
     /// `G` and `C`.
     fn jump(&mut self, start: usize, call: bool) -> Read<Op> {
-        let c = &mut self.c;
-        if c.eat('F') {
-            let at = address(c, start, 3, 3, Digits::Decimal)?.value;
+        let cursor = &mut self.cursor;
+        if cursor.eat('F') {
+            let at = address(cursor, start, 3, 3, Digits::Decimal)?.value;
             return Ok(if call { Op::CallIndirect(at) } else { Op::GotoIndirect(at) });
         }
-        if call && c.eat('M') {
+        if call && cursor.eat('M') {
             return self.area(start, "CMP", AreaOp::Cmp, 'P', 59);
         }
-        let label = address(c, start, 3, 3, Digits::Decimal)?.value;
-        let span = c.span_from(start);
+        let label = address(cursor, start, 3, 3, Digits::Decimal)?.value;
+        let span = cursor.span_from(start);
         if label > 196 {
             let message = format!(":{label:03} can't be jumped to or called");
             let help = "program labels are :003 to :196; :197 to :200 hold texts";
@@ -328,26 +328,26 @@ impl Parser<'_> {
 
     /// `J`.
     fn end(&mut self, start: usize) -> Read<Op> {
-        if let Some(digit @ '0'..='2') = self.c.peek() {
-            self.c.bump();
+        if let Some(digit @ '0'..='2') = self.cursor.peek() {
+            self.cursor.bump();
             return Ok(Op::End(digit as u8 - b'0'));
         }
-        let found = self.c.peek();
-        Err(refuse(&mut self.c, |c| {
+        let found = self.cursor.peek();
+        Err(refuse(&mut self.cursor, |cursor| {
             let message = format!("J0, J1 or J2 was begun, and {} follows", shown(found));
             let help = "J0 ends module :000, J1 module :001, J2 module :002";
-            error(57, c.span_from(start), message, help)
+            error(57, cursor.span_from(start), message, help)
         }))
     }
 
     /// `:nnn`, and the texts behind :197 to :200.
     fn label(&mut self, start: usize) -> Read<()> {
-        self.c.bump();
-        let label = address(&mut self.c, start, 3, 3, Digits::Decimal)?.value;
+        self.cursor.bump();
+        let label = address(&mut self.cursor, start, 3, 3, Digits::Decimal)?.value;
         if label > 200 {
             return Err(error(
                 1,
-                self.c.span_from(start),
+                self.cursor.span_from(start),
                 format!("there is no label :{label:03}"),
                 "labels are :000 to :200",
             ));
@@ -361,15 +361,15 @@ impl Parser<'_> {
 
     /// An operation on OP outside brackets.
     fn operation(&mut self, start: usize, first: char) -> Read<()> {
-        self.c.bump();
-        let c = &mut self.c;
+        self.cursor.bump();
+        let cursor = &mut self.cursor;
         let op = match first {
             '+' => Arith::Add,
             '-' => Arith::Sub,
             '*' => Arith::Mul,
             '/' => Arith::Div,
-            'A' if c.at('D') => {
-                c.bump();
+            'A' if cursor.at('D') => {
+                cursor.bump();
                 let op = self.area(start, "ADD", AreaOp::Add, 'D', 47)?;
                 self.emit(start, op);
                 return Ok(());
@@ -379,31 +379,32 @@ impl Parser<'_> {
             _ => Arith::Xor,
         };
         let stores = !matches!(op, Arith::Mul | Arith::Div);
-        let not = c.at('N');
+        let not = cursor.at('N');
         if not {
-            c.bump();
+            cursor.bump();
         }
-        let found = c.peek();
+        let found = cursor.peek();
         let op = match found {
             Some('L') => {
-                c.bump();
-                let operand = load(c, start, if not { Prefix::LoadNot } else { Prefix::Load })?;
+                cursor.bump();
+                let operand =
+                    load(cursor, start, if not { Prefix::LoadNot } else { Prefix::Load })?;
                 self.arith(start, op, operand)?
             }
             Some('S') if stores => {
-                c.bump();
+                cursor.bump();
                 let prefix = if not { Prefix::StoreNot } else { Prefix::Store };
-                let place = place(c, start, prefix)?;
+                let place = place(cursor, start, prefix)?;
                 if matches!(op, Arith::Add | Arith::Sub) {
-                    require_word(c, start, place)?;
+                    require_word(cursor, start, place)?;
                 }
                 Op::Update { op, negate: not, place }
             }
             Some('[') if !not => {
                 return self.bracket(start, Some(op));
             }
-            _ if !not && begins_constant(c) => {
-                let operand = constant(c, start)?;
+            _ if !not && begins_constant(cursor) => {
+                let operand = constant(cursor, start)?;
                 self.arith(start, op, operand)?
             }
             _ => return Err(self.bad_operand(start, first, not)),
@@ -417,13 +418,13 @@ impl Parser<'_> {
         if let Operand::Load { place, .. } = operand
             && matches!(op, Arith::Add | Arith::Sub | Arith::Mul | Arith::Div)
         {
-            require_word(&self.c, start, place)?;
+            require_word(&self.cursor, start, place)?;
         }
         Ok(Op::Arith { op, operand })
     }
 
     fn bad_operand(&mut self, start: usize, first: char, not: bool) -> SyntaxError {
-        let found = self.c.peek();
+        let found = self.cursor.peek();
         let tests = matches!(found, Some('I' | 'Y' | 'V' | 'P' | 'F' | 'Q' | 'T' | 'H' | 'M'));
         let gate = matches!(first, 'A' | 'O' | 'X');
         let number = match first {
@@ -442,6 +443,6 @@ impl Parser<'_> {
         };
         let n = if not { "N" } else { "" };
         let message = format!("{} can't follow {first}{n}", shown(found));
-        refuse(&mut self.c, |c| error(number, c.span_from(start), message, help))
+        refuse(&mut self.cursor, |cursor| error(number, cursor.span_from(start), message, help))
     }
 }

@@ -36,18 +36,18 @@ fn begins_module(rest: &str) -> bool {
 impl Parser<'_> {
     /// Reads the texts behind a label, up to `$`.
     pub(crate) fn text_module(&mut self, label: u16, start: usize) {
-        self.c.enter_raw();
+        self.cursor.enter_raw();
         let mut texts = vec![];
         let mut text = String::new();
         let mut from = None;
         let mut line_start = false;
         let mut closed = false;
         loop {
-            if line_start && begins_module(self.c.raw_rest()) {
+            if line_start && begins_module(self.cursor.raw_rest()) {
                 break;
             }
-            let at = self.c.pos();
-            let Some(c) = self.c.bump_raw() else { break };
+            let at = self.cursor.pos();
+            let Some(c) = self.cursor.bump_raw() else { break };
             match c {
                 None => {}
                 Some('$') => {
@@ -55,7 +55,7 @@ impl Parser<'_> {
                     break;
                 }
                 Some(',') if label != 200 => {
-                    texts.push((std::mem::take(&mut text), from.take(), self.c.end()));
+                    texts.push((std::mem::take(&mut text), from.take(), self.cursor.end()));
                 }
                 Some('\r' | '\n') => line_start = true,
                 Some(c) => {
@@ -67,7 +67,7 @@ impl Parser<'_> {
                 }
             }
         }
-        let end = self.c.end();
+        let end = self.cursor.end();
         // A comma may stand before the `$`, and then no text follows it.
         if !text.trim_matches(is_blank).is_empty() {
             texts.push((text, from, end));
@@ -75,7 +75,7 @@ impl Parser<'_> {
         if !closed {
             self.unclosed_text(label);
         }
-        self.c.leave_raw();
+        self.cursor.leave_raw();
         self.check_texts(label, start, &texts);
         let mut texts: Vec<String> =
             texts.into_iter().map(|(t, ..)| t.trim_matches(is_blank).to_owned()).collect();
@@ -90,10 +90,10 @@ impl Parser<'_> {
     }
 
     fn unclosed_text(&mut self, label: u16) {
-        let span = if self.c.peek().is_none() {
+        let span = if self.cursor.peek().is_none() {
             last_place(self.file, self.text)
         } else {
-            self.c.span_here()
+            self.cursor.span_here()
         };
         let message = format!("the texts of :{label} do not end");
         self.found.push(*error(55, span, message, "write `$` behind the last text"));

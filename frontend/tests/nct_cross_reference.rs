@@ -7,20 +7,24 @@ use plcc_frontend::{
     nct,
 };
 
-fn xref(text: &str) -> (CrossReference, Vec<(&'static str, u32)>) {
+fn cross_reference(text: &str) -> (CrossReference, Vec<(&'static str, u32)>) {
     let mut sources = SourceMap::new();
     let file = sources.add("main.nct", text.as_bytes());
     let (program, all) = nct::check(&mut sources, file, &MemoryLoader::new(), &Options::default());
-    let xref = program.unwrap_or_else(|| panic!("{all:?}")).xref();
-    let warnings: Vec<_> =
-        xref.warnings.iter().map(|w| (w.code, sources.line_col(file, w.span.start).0)).collect();
-    (xref, warnings)
+    let cross_reference = program.unwrap_or_else(|| panic!("{all:?}")).cross_reference();
+    let warnings: Vec<_> = cross_reference
+        .warnings
+        .iter()
+        .map(|w| (w.code, sources.line_col(file, w.span.start).0))
+        .collect();
+    (cross_reference, warnings)
 }
 
 #[test]
 fn every_use_has_its_line() {
-    let (xref, _) = xref(":001\nI000\nU012\nZ\nLF020\n+LF020\nSF022\nY012 UQ01 Z\nJ1\n:000 J0");
-    let row = |name: &str| xref.rows.iter().find(|row| row.name == name).unwrap();
+    let (cross_reference, _) =
+        cross_reference(":001\nI000\nU012\nZ\nLF020\n+LF020\nSF022\nY012 UQ01 Z\nJ1\n:000 J0");
+    let row = |name: &str| cross_reference.rows.iter().find(|row| row.name == name).unwrap();
     assert_eq!(row("I000").tested, [2]);
     assert_eq!((&row("Y012").written, &row("Y012").tested), (&vec![3], &vec![8]));
     assert_eq!((&row("F020").read, &row("F020").written), (&vec![5, 6], &vec![]));
@@ -30,39 +34,40 @@ fn every_use_has_its_line() {
 
 #[test]
 fn bits_written_and_never_read() {
-    assert_eq!(xref(":001\nUF0200\nJ1\n:000 J0").1, [("NCT-W4", 2)]);
+    assert_eq!(cross_reference(":001\nUF0200\nJ1\n:000 J0").1, [("NCT-W4", 2)]);
     // A test, or a word that holds it, reads it.
-    assert_eq!(xref(":001\nUF0200\nF0200 U012 Z J1\n:000 J0").1, []);
-    assert_eq!(xref(":001\nUF0200\nLF019\nJ1\n:000 J0").1, []);
+    assert_eq!(cross_reference(":001\nUF0200\nF0200 U012 Z J1\n:000 J0").1, []);
+    assert_eq!(cross_reference(":001\nUF0200\nLF019\nJ1\n:000 J0").1, []);
     // The machine reads outputs.
-    assert_eq!(xref(":001\nU012\nJ1\n:000 J0").1, []);
+    assert_eq!(cross_reference(":001\nU012\nJ1\n:000 J0").1, []);
 }
 
 #[test]
 fn bits_read_and_never_written() {
-    assert_eq!(xref(":001\nF0200 U012 Z\nJ1\n:000 J0").1, [("NCT-W5", 2)]);
-    assert_eq!(xref(":001\n,0 SF020\nF0200 U012 Z\nJ1\n:000 J0").1, []);
+    assert_eq!(cross_reference(":001\nF0200 U012 Z\nJ1\n:000 J0").1, [("NCT-W5", 2)]);
+    assert_eq!(cross_reference(":001\n,0 SF020\nF0200 U012 Z\nJ1\n:000 J0").1, []);
     // The control writes these.
-    assert_eq!(xref(":001\nF0040 U012 Z\nJ1\n:000 J0").1, []);
+    assert_eq!(cross_reference(":001\nF0040 U012 Z\nJ1\n:000 J0").1, []);
 }
 
 #[test]
 fn outputs_of_two_modules() {
-    assert_eq!(xref(":001\nU012\nJ1\n:000\nD012\nJ0").1, [("NCT-W6", 5)]);
+    assert_eq!(cross_reference(":001\nU012\nJ1\n:000\nD012\nJ0").1, [("NCT-W6", 5)]);
     // A subroutine belongs to all that call it.
     let two = ":001\nC010 J1\n:000\nC010 J0\n:010\nU012\nR";
-    assert_eq!(xref(two).1, [("NCT-W6", 6)]);
+    assert_eq!(cross_reference(two).1, [("NCT-W6", 6)]);
 }
 
 #[test]
 fn the_words_of_a_register_area_are_used() {
-    let (xref, warnings) = xref(":001\nHF120\nPF130\nCMP140\nMR150\nLF128 SQ01\nJ1\n:000 J0");
-    let row = |name: &str| xref.rows.iter().find(|row| row.name == name).unwrap();
+    let (cross_reference, warnings) =
+        cross_reference(":001\nHF120\nPF130\nCMP140\nMR150\nLF128 SQ01\nJ1\n:000 J0");
+    let row = |name: &str| cross_reference.rows.iter().find(|row| row.name == name).unwrap();
     for (name, line) in [("F120", 2), ("F126", 2), ("F132", 3), ("F144", 4), ("F156", 5)] {
         assert_eq!((&row(name).read, &row(name).written), (&vec![line], &vec![]), "{name}");
     }
     assert_eq!((&row("F128").read, &row("F128").written), (&vec![6], &vec![2]));
     assert_eq!((&row("F134").read, &row("F134").written), (&vec![], &vec![3]));
-    assert!(xref.rows.iter().all(|row| row.name != "F146" && row.name != "F158"));
+    assert!(cross_reference.rows.iter().all(|row| row.name != "F146" && row.name != "F158"));
     assert_eq!(warnings, []);
 }
