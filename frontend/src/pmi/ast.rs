@@ -159,7 +159,7 @@ pub(crate) enum Action {
     /// Goes on with the next step if the condition is true, else at `otherwise`.
     If { condition: Ops, otherwise: u32 },
     /// Goes on at a later step; `counted` for a GOTO, not for the end of an IF's body.
-    Jump { to: u32, counted: bool },
+    Jump { to: u32, is_goto: bool },
 }
 
 /// A step of the scan.

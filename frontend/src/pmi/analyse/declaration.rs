@@ -6,7 +6,7 @@ use plcc_diag::Span;
 
 use crate::common::Limits;
 use crate::pmi::{
-    analyse::specification_section::{Result, SpecificationSection, fail},
+    analyse::specification_section::{Result, SpecificationSection},
     ast::{FlipFlopDef, Meaning, SymbolId, TimerDef},
     read::{cursor::Cursor, diagnostic::error, token::Kind},
 };
@@ -44,7 +44,7 @@ impl SpecificationSection<'_> {
             }
             if !cursor.eat(Kind::Comma) {
                 let what = format!("`,` is expected, not {}", cursor.found());
-                return fail(cursor.fail(11, what));
+                return Err(cursor.error_here(11, what).into());
             }
         }
     }
@@ -64,22 +64,20 @@ impl SpecificationSection<'_> {
                 Limits::None => "an array has at least one element",
             };
             let what = format!("{} cannot have {written} elements", name.0);
-            return fail(error(19, span, what).help(help));
+            return Err(error(19, span, what).help(help).into());
         }
         self.expect(cursor, Kind::RBracket, "]")?;
         self.arrays += 1;
         if self.arrays > ARRAYS && self.limits == Limits::Original {
-            return fail(
-                error(18, name.1, format!("{} is one array too many", name.0))
-                    .help("256 arrays are the most, or compile with `--limits none`"),
-            );
+            return Err(error(18, name.1, format!("{} is one array too many", name.0))
+                .help("256 arrays are the most, or compile with `--limits none`")
+                .into());
         }
         self.bytes += u64::from(count) * u64::from(ty.size());
         if self.bytes > BYTES {
-            return fail(
-                error(40, name.1, format!("there is no room for {}", name.0))
-                    .help("all arrays together may take 64 MiB; make them smaller"),
-            );
+            return Err(error(40, name.1, format!("there is no room for {}", name.0))
+                .help("all arrays together may take 64 MiB; make them smaller")
+                .into());
         }
         Ok(count)
     }
@@ -109,7 +107,7 @@ impl SpecificationSection<'_> {
             }
             if !cursor.eat(Kind::Comma) {
                 let what = format!("`,` or `]` is expected, not {}", cursor.found());
-                return fail(cursor.fail(11, what));
+                return Err(cursor.error_here(11, what).into());
             }
         }
         if values.len() == elements as usize {
@@ -120,7 +118,7 @@ impl SpecificationSection<'_> {
         let span = extra.unwrap_or(end);
         let count = values.len();
         let what = format!("{} has {elements} elements but {count} constants", name.0);
-        fail(error(20, span, what).help("give one constant for each element"))
+        Err(error(20, span, what).help("give one constant for each element").into())
     }
 
     /// A constant of a type.
@@ -138,14 +136,14 @@ impl SpecificationSection<'_> {
                 (Kind::Name, "F") if ty == Type::Logical && !negative => 0,
                 (Kind::Name | Kind::Executive | Kind::Text, _) => {
                     let what = format!("{} is no constant of this type", cursor.found());
-                    return fail(error(30, span, what).help(range_of(ty)));
+                    return Err(error(30, span, what).help(range_of(ty)).into());
                 }
                 _ => {
                     let what = format!("a constant is expected, not {}", cursor.found());
-                    return fail(cursor.fail(12, what));
+                    return Err(cursor.error_here(12, what).into());
                 }
             },
-            None => return fail(cursor.fail(12, "a constant is expected here")),
+            None => return Err(cursor.error_here(12, "a constant is expected here").into()),
         };
         cursor.at += 1;
         let fits = match ty {
@@ -155,7 +153,7 @@ impl SpecificationSection<'_> {
         };
         if !fits {
             let what = format!("{value} is no constant of this type");
-            return fail(error(30, span, what).help(range_of(ty)));
+            return Err(error(30, span, what).help(range_of(ty)).into());
         }
         Ok(value as i32)
     }
@@ -167,14 +165,13 @@ impl SpecificationSection<'_> {
             Some(("E", _)) => TimerKind::E,
             Some(("D", _)) => TimerKind::D,
             Some((other, _)) => {
-                return fail(
-                    error(21, span, format!("`{other}` is no type of timer"))
-                        .help("E delays switching on, D switching off: E/TC/DC = 50"),
-                );
+                return Err(error(21, span, format!("`{other}` is no type of timer"))
+                    .help("E delays switching on, D switching off: E/TC/DC = 50")
+                    .into());
             }
             None => {
                 let what = format!("E or D is expected, not {}", cursor.found());
-                return fail(cursor.fail(21, what));
+                return Err(cursor.error_here(21, what).into());
             }
         };
         self.expect(cursor, Kind::Slash, "/")?;
@@ -187,10 +184,9 @@ impl SpecificationSection<'_> {
         self.expect(cursor, Kind::Eq, "=")?;
         let (preset, span) = self.number(cursor)?;
         if !(1..=32_767).contains(&preset) {
-            return fail(
-                error(22, span, format!("{preset} is no delay"))
-                    .help("a delay is 1 to 32767 units of 20 ms"),
-            );
+            return Err(error(22, span, format!("{preset} is no delay"))
+                .help("a delay is 1 to 32767 units of 20 ms")
+                .into());
         }
         self.end(cursor)?;
         let preset = preset as i32;

@@ -9,7 +9,7 @@ use crate::pmi::{
         expression::{Index, Parser, Until},
         lookup::resolve,
         names::{Names, RESERVED},
-        specification_section::{HelpIfNone, Result, fail},
+        specification_section::{HelpIfNone, Result},
     },
     ast::{Action, Checked, Meaning, Step, SymbolId, Target},
     read::{cursor::Cursor, diagnostic::error, token::Kind},
@@ -52,7 +52,7 @@ fn keyword<'c>(cursor: &Cursor<'c>) -> Option<&'c str> {
 
 /// Declares the labels and the implicit LOGICALs of a statement, before any is checked.
 pub(crate) fn declare(names: &mut Names, cursor: &mut Cursor<'_>) {
-    while cursor.kind() == Some(Kind::Name) && cursor.next_kind() == Some(Kind::Colon) {
+    while cursor.kind() == Some(Kind::Name) && cursor.second_kind() == Some(Kind::Colon) {
         if let Some((name, span)) = cursor.name()
             && !RESERVED.contains(&name)
         {
@@ -61,7 +61,7 @@ pub(crate) fn declare(names: &mut Names, cursor: &mut Cursor<'_>) {
         cursor.at += 1;
     }
     if cursor.kind() == Some(Kind::Name)
-        && cursor.next_kind() == Some(Kind::Eq)
+        && cursor.second_kind() == Some(Kind::Eq)
         && let Some((name, span)) = cursor.name()
         && !RESERVED.contains(&name)
     {
@@ -92,23 +92,22 @@ impl<'a> ExecutionSection<'a> {
             Some("ELSE") => self.else_(cursor),
             Some("ENDIF") => self.end_if(cursor),
             Some("GOTO") => self.goto(cursor),
-            _ => self.other(cursor),
+            _ => self.statement_without_keyword(cursor),
         };
         label.and(statement)
     }
 
     /// The label in front of a statement.
     fn label(&mut self, cursor: &mut Cursor<'_>) -> Result {
-        if cursor.kind() != Some(Kind::Name) || cursor.next_kind() != Some(Kind::Colon) {
+        if cursor.kind() != Some(Kind::Name) || cursor.second_kind() != Some(Kind::Colon) {
             return Ok(());
         }
         let Some((name, span)) = cursor.name() else { return Ok(()) };
         cursor.at += 1;
         if RESERVED.contains(&name) {
-            return fail(
-                error(10, span, format!("{name} is a reserved word"))
-                    .help("IF, ELSE, ELSEIF, ENDIF, GOTO, T and F cannot be labels"),
-            );
+            return Err(error(10, span, format!("{name} is a reserved word"))
+                .help("IF, ELSE, ELSEIF, ENDIF, GOTO, T and F cannot be labels")
+                .into());
         }
         let here = self.next_step();
         let known = self.names.find(name).and_then(|id| self.names.get_mut(id));
@@ -119,33 +118,38 @@ impl<'a> ExecutionSection<'a> {
             }
             Some(symbol) => {
                 let problem = error(10, span, format!("{name} is declared a second time"));
-                fail(
-                    match symbol.declared {
-                        Some(at) => problem.label(at, "it is declared here already"),
-                        None => problem,
-                    }
-                    .help("give one of the two another name"),
-                )
+                Err(match symbol.declared {
+                    Some(at) => problem.label(at, "it is declared here already"),
+                    None => problem,
+                }
+                .help("give one of the two another name")
+                .into())
             }
             None => Ok(()),
         }
     }
 
-    fn other(&mut self, cursor: &mut Cursor<'_>) -> Result {
+    fn statement_without_keyword(&mut self, cursor: &mut Cursor<'_>) -> Result {
         match cursor.kind() {
             None => Ok(()),
             Some(Kind::Directive) => {
                 let what = format!("{} stands behind $END", cursor.found());
-                fail(cursor.fail(1, what).help_if_none(
-                    "directives belong in front of $END; only $INCLUDE may stand here",
-                ))
+                Err(cursor
+                    .error_here(1, what)
+                    .help_if_none(
+                        "directives belong in front of $END; only $INCLUDE may stand here",
+                    )
+                    .into())
             }
             Some(Kind::Name | Kind::Executive) => self.assignment(cursor),
             Some(_) => {
                 let what = format!("a name is expected, not {}", cursor.found());
-                fail(cursor.fail(9, what).help_if_none(
-                    "a statement is an assignment, an IF, ELSEIF, ELSE, ENDIF or a GOTO",
-                ))
+                Err(cursor
+                    .error_here(9, what)
+                    .help_if_none(
+                        "a statement is an assignment, an IF, ELSEIF, ELSE, ENDIF or a GOTO",
+                    )
+                    .into())
             }
         }
     }
@@ -157,23 +161,21 @@ impl<'a> ExecutionSection<'a> {
     fn assignment(&mut self, cursor: &mut Cursor<'_>) -> Result {
         let Some(token) = cursor.token() else { return Ok(()) };
         let (name, span) = (cursor.slice(token), cursor.span_of(token));
-        let next = cursor.next_kind();
+        let next = cursor.second_kind();
         let indexed = next == Some(Kind::LBracket);
         if !indexed && next != Some(Kind::Eq) {
             return self.no_assignment(cursor, name);
         }
         if matches!(name, "T" | "F") {
-            return fail(
-                error(41, span, format!("{name} is a constant"))
-                    .help("assign to a variable; T and F are true and false"),
-            );
+            return Err(error(41, span, format!("{name} is a constant"))
+                .help("assign to a variable; T and F are true and false")
+                .into());
         }
         if let Some(label) = self.label_named(name) {
-            return fail(
-                error(10, span, format!("{name} is a label"))
-                    .label(label, "it is declared here already")
-                    .help("give one of the two another name"),
-            );
+            return Err(error(10, span, format!("{name} is a label"))
+                .label(label, "it is declared here already")
+                .help("give one of the two another name")
+                .into());
         }
         let symbol = resolve(self.names, name, span, indexed)?;
         if let Some(id) = symbol {
@@ -187,7 +189,7 @@ impl<'a> ExecutionSection<'a> {
             let index = self.parser(cursor).parse(Until::Index(array))?;
             if cursor.kind() != Some(Kind::Eq) {
                 let what = format!("`=` is expected, not {}", cursor.found());
-                return fail(cursor.fail(11, what));
+                return Err(cursor.error_here(11, what).into());
             }
             match index.index {
                 Index::At(at) => Target::At(array, at),
@@ -217,7 +219,7 @@ impl<'a> ExecutionSection<'a> {
             _ => "an assignment is written name = expression",
         };
         let what = format!("`=` is expected behind {name}, not {}", cursor.found());
-        fail(cursor.fail(11, what).help_if_none(help))
+        Err(cursor.error_here(11, what).help_if_none(help).into())
     }
 
     fn check_writable(&self, id: SymbolId, span: Span) -> Result {
@@ -241,34 +243,37 @@ impl<'a> ExecutionSection<'a> {
             Some(at) => problem.label(at, "it is declared here"),
             None => problem,
         };
-        fail(problem.help(match symbol.meaning {
-            Meaning::ReadOnly => {
-                "only reading it is allowed; where the machine differs, a machine file says so \
+        Err(problem
+            .help(match symbol.meaning {
+                Meaning::ReadOnly => {
+                    "only reading it is allowed; where the machine differs, a machine file says so \
                  (--machine)"
-            }
-            _ => "assign to a variable of your own; only reading it is allowed",
-        }))
+                }
+                _ => "assign to a variable of your own; only reading it is allowed",
+            })
+            .into())
     }
 
     /// `(condition)` and nothing behind it.
     fn condition(&mut self, cursor: &mut Cursor<'_>, word: &str) -> Result<crate::pmi::ast::Ops> {
         if !cursor.eat(Kind::LParen) {
             let what = format!("`(` is expected behind {word}, not {}", cursor.found());
-            return fail(cursor.fail(11, what).help_if_none(&format!("write {word}(condition)")));
+            return Err(cursor
+                .error_here(11, what)
+                .help_if_none(&format!("write {word}(condition)"))
+                .into());
         }
         let parsed = self.parser(cursor).parse(Until::Condition)?;
         if cursor.kind() == Some(Kind::RParen) {
-            return fail(
-                error(32, cursor.span(), "`)` has no `(`")
-                    .help("remove it, or open it further left"),
-            );
+            return Err(error(32, cursor.span(), "`)` has no `(`")
+                .help("remove it, or open it further left")
+                .into());
         }
         if cursor.kind().is_some() {
             let what = format!("{} stands behind the condition", cursor.found());
-            return fail(cursor.fail(5, what).help_if_none(
-                "put the whole condition in one pair of parentheses, and statements in lines of \
-                 their own",
-            ));
+            let help = "put the whole condition in one pair of parentheses, and statements in \
+                        lines of their own";
+            return Err(cursor.error_here(5, what).help_if_none(help).into());
         }
         Ok(parsed.ops)
     }
@@ -280,10 +285,9 @@ impl<'a> ExecutionSection<'a> {
         let depth = self.frames.len();
         if depth > MAX_LEVELS || depth > LEVELS && self.limits == Limits::Original {
             let most = if self.limits == Limits::Original { LEVELS } else { MAX_LEVELS };
-            return fail(
-                error(38, word, format!("more than {most} IFs are nested"))
-                    .help("combine conditions with &, or leave earlier with a GOTO"),
-            );
+            return Err(error(38, word, format!("more than {most} IFs are nested"))
+                .help("combine conditions with &, or leave earlier with a GOTO")
+                .into());
         }
         let condition = self.condition(cursor, "IF")?;
         let step = self.step(Action::If { condition, otherwise: 0 }, cursor.statement_span());
@@ -295,16 +299,16 @@ impl<'a> ExecutionSection<'a> {
 
     /// Ends a body: a jump to the ENDIF, and the false condition goes on behind it.
     fn end_body(&mut self, span: Span) {
-        let jump = self.step(Action::Jump { to: 0, counted: false }, span);
+        let jump = self.step(Action::Jump { to: 0, is_goto: false }, span);
         let here = self.next_step();
         let condition = self.frames.last_mut().and_then(|frame| {
             frame.leave.push(jump);
             frame.condition.take()
         });
-        self.otherwise(condition, here);
+        self.set_otherwise(condition, here);
     }
 
-    fn otherwise(&mut self, condition: Option<usize>, here: u32) {
+    fn set_otherwise(&mut self, condition: Option<usize>, here: u32) {
         let step = condition.and_then(|index| self.checked.steps.get_mut(index));
         if let Some(Step { action: Action::If { otherwise, .. }, .. }) = step {
             *otherwise = here;
@@ -319,7 +323,7 @@ impl<'a> ExecutionSection<'a> {
             None => error(39, span, format!("{word} has no IF"))
                 .help("remove it, or put the IF in front of it"),
         };
-        fail(problem)
+        Err(problem.into())
     }
 
     fn else_if(&mut self, cursor: &mut Cursor<'_>) -> Result {
@@ -348,7 +352,7 @@ impl<'a> ExecutionSection<'a> {
             frame.has_else = true;
         }
         let split = keyword(cursor) == Some("IF");
-        self.alone(cursor, "ELSE", if split { "write ELSEIF as one word" } else { "" })
+        self.expect_end_behind(cursor, "ELSE", if split { "write ELSEIF as one word" } else { "" })
     }
 
     fn end_if(&mut self, cursor: &mut Cursor<'_>) -> Result {
@@ -358,27 +362,27 @@ impl<'a> ExecutionSection<'a> {
         let Some(frame) = self.frames.pop() else {
             return self.misplaced(word, "ENDIF");
         };
-        self.otherwise(frame.condition, here);
+        self.set_otherwise(frame.condition, here);
         for jump in frame.leave {
-            self.land(jump, here);
+            self.set_jump_target(jump, here);
         }
-        self.alone(cursor, "ENDIF", "")
+        self.expect_end_behind(cursor, "ENDIF", "")
     }
 
-    fn land(&mut self, jump: usize, here: u32) {
+    fn set_jump_target(&mut self, jump: usize, here: u32) {
         if let Some(Step { action: Action::Jump { to, .. }, .. }) = self.checked.steps.get_mut(jump)
         {
             *to = here;
         }
     }
 
-    fn alone(&self, cursor: &Cursor<'_>, word: &str, help: &str) -> Result {
+    fn expect_end_behind(&self, cursor: &Cursor<'_>, word: &str, help: &str) -> Result {
         if cursor.kind().is_none() {
             return Ok(());
         }
         let help = if help.is_empty() { "put it on a line of its own" } else { help };
         let what = format!("{} stands behind {word}", cursor.found());
-        fail(cursor.fail(5, what).help_if_none(help))
+        Err(cursor.error_here(5, what).help_if_none(help).into())
     }
 
     fn goto(&mut self, cursor: &mut Cursor<'_>) -> Result {
@@ -386,15 +390,17 @@ impl<'a> ExecutionSection<'a> {
         cursor.at += 1;
         self.gotos += 1;
         if self.gotos > GOTOS && self.limits == Limits::Original {
-            return fail(
-                error(44, word, "a program has 1000 GOTOs at most")
-                    .help("use IFs, or compile with `--limits none`"),
-            );
+            return Err(error(44, word, "a program has 1000 GOTOs at most")
+                .help("use IFs, or compile with `--limits none`")
+                .into());
         }
         let reserved = cursor.token().is_some_and(|token| RESERVED.contains(&cursor.slice(token)));
         let Some((name, span)) = (if reserved { None } else { cursor.name() }) else {
             let what = format!("a label is expected behind GOTO, not {}", cursor.found());
-            return fail(cursor.fail(46, what).help_if_none("write GOTO and the label's name"));
+            return Err(cursor
+                .error_here(46, what)
+                .help_if_none("write GOTO and the label's name")
+                .into());
         };
         let id = self.names.find(name);
         match id.and_then(|id| self.names.get(id)).map(|symbol| (&symbol.meaning, symbol.declared))
@@ -406,19 +412,20 @@ impl<'a> ExecutionSection<'a> {
                     Some(at) => problem.label(at, "it stands here"),
                     None => problem,
                 };
-                return fail(problem.help("a GOTO goes forward only; a scan ends by itself"));
+                return Err(problem.help("a GOTO goes forward only; a scan ends by itself").into());
             }
             Some((Meaning::Unknown, _)) => return Ok(()),
             _ => {
                 let problem = error(46, span, format!("no label is named {name}"));
-                return fail(match self.names.suggest(name, true) {
+                return Err(match self.names.suggest(name, true) {
                     Some(near) => problem.help(format!("did you mean {near}?")),
                     None => problem.help("put the label and a colon in front of a later statement"),
-                });
+                }
+                .into());
             }
         }
-        self.alone(cursor, "the label", "")?;
-        let step = self.step(Action::Jump { to: 0, counted: true }, cursor.statement_span());
+        self.expect_end_behind(cursor, "the label", "")?;
+        let step = self.step(Action::Jump { to: 0, is_goto: true }, cursor.statement_span());
         self.jumps.extend(id.map(|id| (step, id)));
         Ok(())
     }
@@ -433,7 +440,7 @@ impl<'a> ExecutionSection<'a> {
         for (step, label) in std::mem::take(&mut self.jumps) {
             if let Some(Meaning::Label(Some(to))) = self.names.get(label).map(|s| &s.meaning) {
                 let to = *to;
-                self.land(step, to);
+                self.set_jump_target(step, to);
             }
         }
     }

@@ -36,7 +36,7 @@ pub(crate) fn resolve(
         (false, Some(count)) => error(36, span, format!("{name} is an array"))
             .help(format!("name one of its elements, {name}[0] to {name}[{}]", count.max(1) - 1)),
         _ => {
-            names.name(id);
+            names.mark_named(id);
             return Ok(Some(id));
         }
     };

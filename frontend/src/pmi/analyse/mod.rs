@@ -18,7 +18,7 @@ use crate::pmi::{
         lookup::resolve,
         names::Names,
         specification_section::{
-            Pending, PendingItem, Section, SpecificationSection, array_in_text,
+            PendingAnnouncement, PendingItem, Section, SpecificationSection, array_in_text,
         },
     },
     ast::{Announcement, Checked, Item},
@@ -109,12 +109,12 @@ impl Lexer<'_> {
 
 /// Looks up the variables of the faults' and messages' texts, now that all are declared.
 fn announcements(
-    pending: Vec<Pending>,
+    pending: Vec<PendingAnnouncement>,
     names: &mut Names,
     checked: &mut Checked,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
-    for Pending { symbol, fault, items } in pending {
+    for PendingAnnouncement { symbol, fault, items } in pending {
         let mut found = Ok(vec![]);
         for item in items {
             let Ok(list) = &mut found else { break };

@@ -81,7 +81,7 @@ impl Names {
     }
 
     /// Notes that the program names the symbol.
-    pub(crate) fn name(&mut self, id: SymbolId) {
+    pub(crate) fn mark_named(&mut self, id: SymbolId) {
         if let Some(symbol) = self.get_mut(id) {
             symbol.named = true;
         }

@@ -6,7 +6,7 @@ use plcc_abi::pmi::{Format, Lines, Type};
 use plcc_diag::{Diagnostic, Span};
 
 use crate::pmi::{
-    analyse::specification_section::{HelpIfNone, Result, Section, SpecificationSection, fail},
+    analyse::specification_section::{HelpIfNone, Result, Section, SpecificationSection},
     ast::Meaning,
     read::{
         cursor::Cursor,
@@ -39,10 +39,9 @@ impl SpecificationSection<'_> {
         self.expect(cursor, Kind::Eq, "=")?;
         let (port, port_span) = self.number(cursor)?;
         if !(0..=LAST_PORT).contains(&port) {
-            return fail(
-                error(13, port_span, format!("there is no port {port}"))
-                    .help("ports go from 0 to 2047: 128 for each of 16 MAX boards"),
-            );
+            return Err(error(13, port_span, format!("there is no port {port}"))
+                .help("ports go from 0 to 2047: 128 for each of 16 MAX boards")
+                .into());
         }
         let output = section == Section::Output;
         let port = port as u16;
@@ -51,11 +50,14 @@ impl SpecificationSection<'_> {
         {
             let (number, was, is) =
                 if output { (15, "inputs", "outputs") } else { (14, "outputs", "inputs") };
-            return fail(
-                error(number, port_span, format!("port {port} has {was} and cannot have {is} too"))
-                    .label(used.at, format!("its {was} are declared here"))
-                    .help("all lines of a port go in one direction; use another port"),
-            );
+            return Err(error(
+                number,
+                port_span,
+                format!("port {port} has {was} and cannot have {is} too"),
+            )
+            .label(used.at, format!("its {was} are declared here"))
+            .help("all lines of a port go in one direction; use another port")
+            .into());
         }
         self.expect(cursor, Kind::Slash, "/")?;
         let low = self.bit(cursor)?;
@@ -68,7 +70,7 @@ impl SpecificationSection<'_> {
             Some(_) => {
                 let what = format!("{} stands behind the line's bit", cursor.found());
                 let help = "a group of bits is written port/bit-bit/type, for instance 2/0-7/BCD";
-                return fail(cursor.fail(5, what).help_if_none(help));
+                return Err(cursor.error_here(5, what).help_if_none(help).into());
             }
         };
         self.end(cursor)?;
@@ -77,15 +79,14 @@ impl SpecificationSection<'_> {
         let ty = if lines.format == Format::Bit { Type::Logical } else { Type::Integer };
         self.declare(name, ty, None, meaning)?;
         match shared {
-            Some((bit, other)) => fail(
-                Diagnostic::error(
-                    diagnostic::SHARED_OUTPUT,
-                    name.1,
-                    format!("port {port} bit {bit} is an output already"),
-                )
-                .label(other, "it is declared here")
-                .help("give the output a line of its own"),
-            ),
+            Some((bit, other)) => Err(Diagnostic::error(
+                diagnostic::SHARED_OUTPUT,
+                name.1,
+                format!("port {port} bit {bit} is an output already"),
+            )
+            .label(other, "it is declared here")
+            .help("give the output a line of its own")
+            .into()),
             None => Ok(()),
         }
     }
@@ -94,9 +95,9 @@ impl SpecificationSection<'_> {
         let (bit, span) = self.number(cursor)?;
         match u8::try_from(bit) {
             Ok(bit @ 0..=7) => Ok(bit),
-            _ => {
-                fail(error(16, span, format!("there is no bit {bit}")).help("bits go from 0 to 7"))
-            }
+            _ => Err(error(16, span, format!("there is no bit {bit}"))
+                .help("bits go from 0 to 7")
+                .into()),
         }
     }
 
@@ -105,10 +106,13 @@ impl SpecificationSection<'_> {
         let span = cursor.span();
         let high = self.bit(cursor)?;
         if high <= low {
-            return fail(
-                error(16, span, format!("the last bit, {high}, is not above the first, {low}"))
-                    .help("name the lowest bit first"),
-            );
+            return Err(error(
+                16,
+                span,
+                format!("the last bit, {high}, is not above the first, {low}"),
+            )
+            .help("name the lowest bit first")
+            .into());
         }
         self.expect(cursor, Kind::Slash, "/")?;
         let span = cursor.span();
@@ -117,15 +121,14 @@ impl SpecificationSection<'_> {
             Some(("BCD", _)) => Format::Bcd,
             Some(("TWOC", _)) => Format::TwosComplement,
             Some((other, _)) => {
-                return fail(
-                    error(17, span, format!("`{other}` is no type of number"))
-                        .help("the types are B (binary), BCD and TWOC (two's complement)"),
-                );
+                return Err(error(17, span, format!("`{other}` is no type of number"))
+                    .help("the types are B (binary), BCD and TWOC (two's complement)")
+                    .into());
             }
             None => {
                 let what = format!("a type of number is expected, not {}", cursor.found());
                 let help = "the types are B (binary), BCD and TWOC (two's complement)";
-                return fail(cursor.fail(17, what).help_if_none(help));
+                return Err(cursor.error_here(17, what).help_if_none(help).into());
             }
         };
         Ok(Lines { port, low, count: high - low + 1, format })

@@ -78,7 +78,7 @@ const DIRECTIVES: [(&str, Section); 14] = [
 ];
 
 /// Where a fault or message item is: its name and place, to be looked up when all is declared.
-pub(crate) struct Pending {
+pub(crate) struct PendingAnnouncement {
     pub(crate) symbol: SymbolId,
     pub(crate) fault: bool,
     pub(crate) items: Vec<PendingItem>,
@@ -94,7 +94,7 @@ pub(crate) enum PendingItem {
 pub(crate) struct SpecificationSection<'a> {
     pub(crate) names: &'a mut Names,
     pub(crate) checked: &'a mut Checked,
-    pub(crate) pending: Vec<Pending>,
+    pub(crate) pending: Vec<PendingAnnouncement>,
     pub(crate) warnings: Vec<Diagnostic>,
     pub(crate) limits: Limits,
     /// The part that is being read; none before the first directive, or behind an unknown one.
@@ -149,10 +149,10 @@ impl<'a> SpecificationSection<'a> {
                 let bad = |token: &Token| matches!(token.kind, Kind::Bad(_));
                 let Some(at) = cursor.tokens.iter().position(bad) else { return Ok(()) };
                 cursor.at = at;
-                return fail(cursor.fail(5, ""));
+                return Err(cursor.error_here(5, "").into());
             }
             let problem =
-                cursor.fail(3, format!("a directive is expected, not {}", cursor.found()));
+                cursor.error_here(3, format!("a directive is expected, not {}", cursor.found()));
             self.declare_unknown(cursor);
             return Err(Box::new(
                 problem.help("start with $INPUT, $OUTPUT, $INTEGER…; $END stands before the logic"),
@@ -201,17 +201,16 @@ impl<'a> SpecificationSection<'a> {
                         .to_owned()
                 }
             };
-            return fail(error(1, span, format!("`{word}` is no directive")).help(help));
+            return Err(error(1, span, format!("`{word}` is no directive")).help(help).into());
         };
         cursor.at += 1;
         self.section = Some(section);
         let earlier = self.seen.iter().find(|(seen, _)| *seen == section).map(|&(_, at)| at);
         if let Some(at) = earlier {
-            return fail(
-                error(23, span, format!("{word} stands a second time"))
-                    .label(at, "it stands here already")
-                    .help("put all its statements behind the first one"),
-            );
+            return Err(error(23, span, format!("{word} stands a second time"))
+                .label(at, "it stands here already")
+                .help("put all its statements behind the first one")
+                .into());
         }
         self.seen.push((section, span));
         if section == Section::AuxAxis {
@@ -231,11 +230,10 @@ impl<'a> SpecificationSection<'a> {
     pub(crate) fn end(&self, cursor: &Cursor<'_>) -> Result {
         match cursor.kind() {
             None => Ok(()),
-            Some(_) => fail(
-                cursor
-                    .fail(5, format!("{} is too much in this statement", cursor.found()))
-                    .help_if_none("remove it, or put it on a line of its own"),
-            ),
+            Some(_) => Err(cursor
+                .error_here(5, format!("{} is too much in this statement", cursor.found()))
+                .help_if_none("remove it, or put it on a line of its own")
+                .into()),
         }
     }
 
@@ -254,15 +252,21 @@ impl<'a> SpecificationSection<'a> {
     pub(crate) fn new_name<'c>(&self, cursor: &mut Cursor<'c>) -> Result<(&'c str, Span)> {
         if cursor.kind() == Some(Kind::Executive) {
             let what = format!("{} belongs to the executive", cursor.found());
-            return fail(cursor.fail(10, what).help("a name of the program starts with a letter"));
+            return Err(cursor
+                .error_here(10, what)
+                .help("a name of the program starts with a letter")
+                .into());
         }
         match cursor.name() {
-            Some((name, span)) if RESERVED.contains(&name) => fail(
-                error(10, span, format!("{name} is a reserved word"))
-                    .help("IF, ELSE, ELSEIF, ENDIF, GOTO, T and F cannot be declared"),
-            ),
+            Some((name, span)) if RESERVED.contains(&name) => {
+                Err(error(10, span, format!("{name} is a reserved word"))
+                    .help("IF, ELSE, ELSEIF, ENDIF, GOTO, T and F cannot be declared")
+                    .into())
+            }
             Some(found) => Ok(found),
-            None => fail(cursor.fail(9, format!("a name is expected, not {}", cursor.found()))),
+            None => Err(cursor
+                .error_here(9, format!("a name is expected, not {}", cursor.found()))
+                .into()),
         }
     }
 
@@ -294,13 +298,13 @@ impl<'a> SpecificationSection<'a> {
         if cursor.eat(kind) {
             return Ok(());
         }
-        fail(cursor.fail(11, format!("`{what}` is expected, not {}", cursor.found())))
+        Err(cursor.error_here(11, format!("`{what}` is expected, not {}", cursor.found())).into())
     }
 
     /// A number of a declaration. None may be negative, but the error is that of its range.
     pub(crate) fn number(&self, cursor: &mut Cursor<'_>) -> Result<(i64, Span)> {
         let span = cursor.span();
-        match (cursor.kind(), cursor.next_kind()) {
+        match (cursor.kind(), cursor.second_kind()) {
             (Some(Kind::Number(value)), _) => {
                 cursor.at += 1;
                 Ok((value.into(), span))
@@ -309,7 +313,9 @@ impl<'a> SpecificationSection<'a> {
                 cursor.at += 2;
                 Ok((-i64::from(value), span))
             }
-            _ => fail(cursor.fail(12, format!("a number is expected, not {}", cursor.found()))),
+            _ => Err(cursor
+                .error_here(12, format!("a number is expected, not {}", cursor.found()))
+                .into()),
         }
     }
 
@@ -321,7 +327,7 @@ impl<'a> SpecificationSection<'a> {
         let mut length = 0;
         loop {
             let Some(token) = cursor.token() else {
-                return fail(cursor.fail(11, "a text or a variable is expected here"));
+                return Err(cursor.error_here(11, "a text or a variable is expected here").into());
             };
             match token.kind {
                 Kind::Text => {
@@ -335,12 +341,12 @@ impl<'a> SpecificationSection<'a> {
                 }
                 _ => {
                     let what = format!("a text or a variable is expected, not {}", cursor.found());
-                    return fail(cursor.fail(11, what));
+                    return Err(cursor.error_here(11, what).into());
                 }
             }
             cursor.at += 1;
             if cursor.kind() == Some(Kind::LBracket) {
-                return fail(array_in_text(cursor.span_of(token)));
+                return Err(array_in_text(cursor.span_of(token)).into());
             }
             if cursor.kind().is_none() {
                 break;
@@ -355,7 +361,7 @@ impl<'a> SpecificationSection<'a> {
             );
         }
         let fault = section == Section::Fault;
-        self.pending.push(Pending { symbol, fault, items });
+        self.pending.push(PendingAnnouncement { symbol, fault, items });
         Ok(())
     }
 
@@ -369,7 +375,7 @@ impl<'a> SpecificationSection<'a> {
             Some(token) if token.kind == Kind::Text => text_of(cursor.slice(token)),
             _ => {
                 let what = format!("a text in quotes is expected, not {}", cursor.found());
-                return fail(cursor.fail(11, what));
+                return Err(cursor.error_here(11, what).into());
             }
         };
         cursor.at += 1;
@@ -387,7 +393,7 @@ impl<'a> SpecificationSection<'a> {
                 _ => {
                     let what =
                         format!("a code like @{letter}03 is expected, not {}", cursor.found());
-                    return fail(cursor.fail(24, what));
+                    return Err(cursor.error_here(24, what).into());
                 }
             };
             let digits = name.strip_prefix('@').and_then(|rest| rest.strip_prefix(letter));
@@ -396,10 +402,9 @@ impl<'a> SpecificationSection<'a> {
                 canonical && digits.parse::<u32>().is_ok_and(|number| number <= last)
             });
             if !valid {
-                return fail(
-                    error(24, span, format!("`{name}` is no {letter} code"))
-                        .help(format!("they are @{letter}00 to @{letter}{last}")),
-                );
+                return Err(error(24, span, format!("`{name}` is no {letter} code"))
+                    .help(format!("they are @{letter}00 to @{letter}{last}"))
+                    .into());
             }
             cursor.at += 1;
             self.declare((name, span), Type::Logical, None, Meaning::ResetOnly)?;
@@ -407,15 +412,17 @@ impl<'a> SpecificationSection<'a> {
             if !matches!(when, Some(("P" | "D", _))) {
                 let place = when.map_or(cursor.span(), |(_, span)| span);
                 let what = format!("{name} needs /P (prompt) or /D (delayed)");
-                let problem = cursor.fail(25, what);
+                let problem = cursor.error_here(25, what);
                 // A wrong word is to be shown itself, not what stands behind it.
                 let problem = Diagnostic {
                     span: if when.is_some() { place } else { problem.span },
                     ..problem
                 };
-                return fail(problem.help_if_none(
-                    "P: before the block's motion, D: after it; write for instance @M03/P",
-                ));
+                return Err(problem
+                    .help_if_none(
+                        "P: before the block's motion, D: after it; write for instance @M03/P",
+                    )
+                    .into());
             }
             if cursor.kind().is_none() {
                 return Ok(());
@@ -451,11 +458,6 @@ fn duplicate(name: &str, span: Span, earlier: Option<Span>) -> Box<Diagnostic> {
 pub(crate) fn array_in_text(span: Span) -> Diagnostic {
     error(11, span, "an array has no place in a fault's or message's text")
         .help("copy the element to a variable and name that")
-}
-
-/// An error, boxed to keep the good case small.
-pub(crate) fn fail<T>(problem: Diagnostic) -> Result<T> {
-    Err(Box::new(problem))
 }
 
 /// Help that does not replace what the error says already.

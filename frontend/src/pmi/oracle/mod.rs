@@ -58,7 +58,7 @@ impl Interpreter {
         let steps: Vec<Step> =
             checked.steps.iter().map(|step| resolver.step(&step.action)).collect();
         let Resolver { rows, effects, .. } = resolver;
-        let is_statement = |action: &Action| !matches!(action, Action::Jump { counted: false, .. });
+        let is_statement = |action: &Action| !matches!(action, Action::Jump { is_goto: false, .. });
         let spans =
             checked.steps.iter().map(|s| is_statement(&s.action).then_some(s.span)).collect();
         Self { rows, steps, effects, counts: vec![], spans }

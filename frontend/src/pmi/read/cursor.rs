@@ -37,7 +37,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// What the token behind the next one is.
-    pub(crate) fn next_kind(&self) -> Option<Kind> {
+    pub(crate) fn second_kind(&self) -> Option<Kind> {
         self.tokens.get(self.at + 1).map(|token| token.kind)
     }
 
@@ -81,7 +81,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The error `number` at the next token, unless what stands there is no token, or the file is over.
-    pub(crate) fn fail(&self, number: u8, message: impl Into<String>) -> Diagnostic {
+    pub(crate) fn error_here(&self, number: u8, message: impl Into<String>) -> Diagnostic {
         match self.kind() {
             Some(Kind::Bad(fault)) => self.bad(fault),
             None if self.statement.open => {

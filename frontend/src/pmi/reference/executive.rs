@@ -29,7 +29,7 @@ pub(crate) struct Family {
     /// What a program may do with them.
     pub(crate) class: VariableClass,
     /// Elements, 0 where it is no array.
-    pub(crate) size: u32,
+    pub(crate) elements: u32,
     /// The manual's section; `example` for names that only its examples have.
     pub(crate) section: &'static str,
     /// One line of meaning.
@@ -68,8 +68,8 @@ fn family(row: &Row<'static>) -> Result<Family, TsvError> {
         ("rw", VariableClass::ReadWrite),
         ("reset", VariableClass::ResetOnly),
     ];
-    let size = row.number("elements", 0..=100)?;
-    if size == 1 {
+    let elements = row.number("elements", 0..=100)?;
+    if elements == 1 {
         return Err(row.error("elements", "an array has at least two elements"));
     }
     let family = Family {
@@ -77,7 +77,7 @@ fn family(row: &Row<'static>) -> Result<Family, TsvError> {
         last,
         ty: row.word("type", &types)?,
         class: row.word("class", &classes)?,
-        size,
+        elements,
         section: row.text("section")?,
         meaning: row.text("meaning")?,
     };
@@ -163,7 +163,7 @@ impl Executive {
         let mut this = Self { variables: vec![], index: HashMap::new() };
         for family in families().iter().filter(|family| !family.is_code()) {
             for name in family.names() {
-                let elements = (family.size > 0).then_some(family.size);
+                let elements = (family.elements > 0).then_some(family.elements);
                 this.push(Variable { name, ty: family.ty, class: family.class, elements });
             }
         }
@@ -227,7 +227,7 @@ pub fn explain(name: &str) -> Option<String> {
     };
     let name = if upper.starts_with('@') { upper } else { format!("@{upper}") };
     let family = families().iter().find(|family| family.has(&name))?;
-    if index.is_some_and(|index| index >= family.size) {
+    if index.is_some_and(|index| index >= family.elements) {
         return None;
     }
     let ty = match family.ty {
@@ -245,9 +245,9 @@ pub fn explain(name: &str) -> Option<String> {
         text.push_str(&format!(" (of {} to {})", family.first, family.last));
     }
     text.push_str(&format!("\n  {}\n  {ty}, {class}", family.meaning));
-    if family.size > 0 {
-        let last = family.size - 1;
-        text.push_str(&format!(", array of {}: {name}[0] to {name}[{last}]", family.size));
+    if family.elements > 0 {
+        let last = family.elements - 1;
+        text.push_str(&format!(", array of {}: {name}[0] to {name}[{last}]", family.elements));
     }
     if family.section == "example" {
         text.push_str("\n  PMI manual: only in an example, 3.4 does not list it\n");

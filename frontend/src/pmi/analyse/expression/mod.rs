@@ -38,7 +38,7 @@ pub(crate) enum Until {
 
 /// Something on the operator stack.
 #[derive(Clone, Copy, Debug)]
-enum Pending {
+enum Waiting {
     Binary { symbol: Kind, at: Token },
     Unary { not: bool, at: Token },
     Paren { at: Option<Token> },
@@ -83,7 +83,7 @@ pub(crate) struct Parser<'p, 'c> {
     pub(crate) names: &'p mut Names,
     pub(crate) ops: &'p mut Vec<Op>,
     pub(crate) limits: Limits,
-    pending: Vec<Pending>,
+    waiting: Vec<Waiting>,
     operands: Vec<Operand>,
     depth: u32,
     problem: Option<Box<Diagnostic>>,
@@ -108,8 +108,8 @@ impl<'p, 'c> Parser<'p, 'c> {
         ops: &'p mut Vec<Op>,
         limits: Limits,
     ) -> Self {
-        let (pending, operands) = (vec![], vec![]);
-        Self { cursor, names, ops, limits, pending, operands, depth: 0, problem: None }
+        let (waiting, operands) = (vec![], vec![]);
+        Self { cursor, names, ops, limits, waiting, operands, depth: 0, problem: None }
     }
 
     /// Parses an expression.
@@ -120,10 +120,10 @@ impl<'p, 'c> Parser<'p, 'c> {
         let from = self.ops.len();
         match until {
             Until::End => {}
-            Until::Condition => self.pending.push(Pending::Paren { at: None }),
+            Until::Condition => self.waiting.push(Waiting::Paren { at: None }),
             Until::Index(array) => {
                 self.depth = 1;
-                self.pending.push(Pending::Bracket { array: Some(array), at: None });
+                self.waiting.push(Waiting::Bracket { array: Some(array), at: None });
             }
         }
         let outcome = self.run(until);
@@ -185,28 +185,28 @@ impl<'p, 'c> Parser<'p, 'c> {
             let (start, at) = (self.ops.len(), *at);
             self.operands.push(Operand { ty: None, constant: None, product: None, start, at });
         }
-        while let Some(pending) = self.pending.pop() {
-            match pending {
-                Pending::Binary { .. } | Pending::Unary { .. } => self.apply(pending),
-                Pending::Paren { .. } | Pending::Bracket { .. } => {}
+        while let Some(waiting) = self.waiting.pop() {
+            match waiting {
+                Waiting::Binary { .. } | Waiting::Unary { .. } => self.apply(waiting),
+                Waiting::Paren { .. } | Waiting::Bracket { .. } => {}
             }
         }
     }
 
-    fn fail<T>(
+    fn refuse<T>(
         &self,
         number: u8,
         message: impl Into<String>,
         help: &str,
     ) -> Result<T, Box<Diagnostic>> {
-        let problem = self.cursor.fail(number, message);
+        let problem = self.cursor.error_here(number, message);
         Err(Box::new(if problem.help.is_none() { problem.help(help) } else { problem }))
     }
 
     /// Reads an operand, or an opening; whether an operand is still expected.
     fn operand(&mut self) -> Result<bool, Box<Diagnostic>> {
         let Some(token) = self.cursor.token() else {
-            return self.fail(
+            return self.refuse(
                 34,
                 "the expression ends where an operand is expected",
                 "finish the expression",
@@ -214,21 +214,21 @@ impl<'p, 'c> Parser<'p, 'c> {
         };
         match token.kind {
             Kind::Minus | Kind::Slash => {
-                if let Some(Pending::Unary { at, .. }) = self.pending.last() {
+                if let Some(Waiting::Unary { at, .. }) = self.waiting.last() {
                     let adjacent = self.names_of(*at, token);
-                    return self.fail(
+                    return self.refuse(
                         34,
                         format!("{adjacent} stand side by side"),
                         "put the second one and its operand in parentheses",
                     );
                 }
-                self.pending.push(Pending::Unary { not: token.kind == Kind::Slash, at: token });
+                self.waiting.push(Waiting::Unary { not: token.kind == Kind::Slash, at: token });
                 self.cursor.at += 1;
                 Ok(true)
             }
             Kind::LParen => {
                 self.open()?;
-                self.pending.push(Pending::Paren { at: Some(token) });
+                self.waiting.push(Waiting::Paren { at: Some(token) });
                 self.cursor.at += 1;
                 Ok(true)
             }
@@ -242,7 +242,7 @@ impl<'p, 'c> Parser<'p, 'c> {
             Kind::Comma | Kind::Directive if self.in_parentheses() => self.not_closed(),
             _ => {
                 let what = format!("an operand is expected, not {}", self.cursor.found());
-                self.fail(34, what, "a name, a number, T, F or a parenthesis stands here")
+                self.refuse(34, what, "a name, a number, T, F or a parenthesis stands here")
             }
         }
     }
@@ -250,14 +250,14 @@ impl<'p, 'c> Parser<'p, 'c> {
     /// Whether the innermost opening that waits is a parenthesis.
     fn in_parentheses(&self) -> bool {
         let open =
-            |pending: &&Pending| matches!(pending, Pending::Paren { .. } | Pending::Bracket { .. });
-        matches!(self.pending.iter().rev().find(open), Some(Pending::Paren { .. }))
+            |waiting: &&Waiting| matches!(waiting, Waiting::Paren { .. } | Waiting::Bracket { .. });
+        matches!(self.waiting.iter().rev().find(open), Some(Waiting::Paren { .. }))
     }
 
     /// A comma or directive where a parenthesis has still to be closed.
     fn not_closed<T>(&self) -> Result<T, Box<Diagnostic>> {
         let what = format!("a parenthesis is not closed before {}", self.cursor.found());
-        self.fail(32, what, "put a `)` before it, or remove it")
+        self.refuse(32, what, "put a `)` before it, or remove it")
     }
 
     fn names_of(&self, a: Token, b: Token) -> String {
@@ -268,14 +268,14 @@ impl<'p, 'c> Parser<'p, 'c> {
     fn open(&mut self) -> Result<(), Box<Diagnostic>> {
         self.depth += 1;
         if self.depth > NESTING && self.limits == Limits::Original {
-            return self.fail(
+            return self.refuse(
                 32,
                 "more than five parentheses and brackets are nested",
                 "compute a part in a statement of its own, or compile with `--limits none`",
             );
         }
         if self.depth > MAX_NESTING {
-            return self.fail(
+            return self.refuse(
                 32,
                 "more than 256 parentheses and brackets are nested",
                 "compute a part in a statement of its own",
@@ -298,9 +298,9 @@ impl<'p, 'c> Parser<'p, 'c> {
     fn variable(&mut self, token: Token) -> Result<bool, Box<Diagnostic>> {
         let name = self.cursor.slice(token);
         let span = self.cursor.span_of(token);
-        let indexed = self.cursor.next_kind() == Some(Kind::LBracket);
+        let indexed = self.cursor.second_kind() == Some(Kind::LBracket);
         if RESERVED.contains(&name) && !matches!(name, "T" | "F") {
-            return self.fail(
+            return self.refuse(
                 34,
                 format!("{name} stands where an operand is expected"),
                 "a keyword starts a statement",
@@ -328,7 +328,7 @@ impl<'p, 'c> Parser<'p, 'c> {
         if indexed {
             let bracket = self.cursor.token();
             self.open()?;
-            self.pending.push(Pending::Bracket { array, at: bracket });
+            self.waiting.push(Waiting::Bracket { array, at: bracket });
             self.cursor.at += 1;
             return Ok(true);
         }
@@ -352,11 +352,11 @@ impl<'p, 'c> Parser<'p, 'c> {
     fn operator(&mut self, until: Until) -> Result<(bool, bool), Box<Diagnostic>> {
         let Some(token) = self.cursor.token() else {
             self.reduce(0);
-            return match self.pending.last() {
+            return match self.waiting.last() {
                 None => Ok((false, true)),
-                Some(Pending::Paren { at }) => {
+                Some(Waiting::Paren { at }) => {
                     let open = at.map(|token| self.cursor.span_of(token));
-                    let problem = self.cursor.fail(32, "a parenthesis is not closed");
+                    let problem = self.cursor.error_here(32, "a parenthesis is not closed");
                     let problem = if problem.help.is_none() {
                         problem.help("put a `)` where it ends")
                     } else {
@@ -367,79 +367,81 @@ impl<'p, 'c> Parser<'p, 'c> {
                         None => problem,
                     }))
                 }
-                Some(_) => self.fail(34, "a bracket is not closed", "put a `]` behind the index"),
+                Some(_) => self.refuse(34, "a bracket is not closed", "put a `]` behind the index"),
             };
         };
         if let Some(binds) = precedence(token.kind) {
             self.reduce(binds);
-            self.pending.push(Pending::Binary { symbol: token.kind, at: token });
+            self.waiting.push(Waiting::Binary { symbol: token.kind, at: token });
             self.cursor.at += 1;
             return Ok((true, false));
         }
         match token.kind {
             Kind::RParen => {
                 self.reduce(0);
-                match self.pending.last() {
-                    Some(Pending::Paren { .. }) => {
-                        self.pending.pop();
+                match self.waiting.last() {
+                    Some(Waiting::Paren { .. }) => {
+                        self.waiting.pop();
                         self.depth = self.depth.saturating_sub(1);
                         self.cursor.at += 1;
-                        Ok((false, self.pending.is_empty() && until == Until::Condition))
+                        Ok((false, self.waiting.is_empty() && until == Until::Condition))
                     }
-                    Some(_) => {
-                        self.fail(34, "`)` stands where `]` is expected", "close the bracket first")
-                    }
-                    None => self.fail(32, "`)` has no `(`", "remove it, or open it further left"),
+                    Some(_) => self.refuse(
+                        34,
+                        "`)` stands where `]` is expected",
+                        "close the bracket first",
+                    ),
+                    None => self.refuse(32, "`)` has no `(`", "remove it, or open it further left"),
                 }
             }
             Kind::RBracket => {
                 self.reduce(0);
-                match self.pending.last().copied() {
-                    Some(Pending::Bracket { array, at }) => {
-                        self.pending.pop();
+                match self.waiting.last().copied() {
+                    Some(Waiting::Bracket { array, at }) => {
+                        self.waiting.pop();
                         self.depth = self.depth.saturating_sub(1);
                         let done = at.is_none();
                         self.element(array, token, done);
                         self.cursor.at += 1;
                         Ok((false, done))
                     }
-                    Some(_) => self.fail(
+                    Some(_) => self.refuse(
                         32,
                         "a parenthesis is not closed before `]`",
                         "put a `)` before it",
                     ),
-                    None => self.fail(34, "`]` has no `[`", "remove it"),
+                    None => self.refuse(34, "`]` has no `[`", "remove it"),
                 }
             }
             Kind::Name | Kind::Executive | Kind::Number(_) | Kind::LParen => {
                 let what = format!("an operator is expected, not {}", self.cursor.found());
-                self.fail(37, what, "put one of + - * / % & ! = /= < <= > >= between the two")
+                self.refuse(37, what, "put one of + - * / % & ! = /= < <= > >= between the two")
             }
             Kind::LBracket | Kind::Text => {
                 let what = format!("{} has no place in an expression", self.cursor.found());
-                self.fail(34, what, "brackets belong right behind an array's name")
+                self.refuse(34, what, "brackets belong right behind an array's name")
             }
             Kind::Comma | Kind::Directive if self.in_parentheses() => self.not_closed(),
             _ => {
                 let what = format!("{} is too much in this statement", self.cursor.found());
-                self.fail(5, what, "remove it, or put it on a line of its own")
+                self.refuse(5, what, "remove it, or put it on a line of its own")
             }
         }
     }
 
     /// Applies the waiting operators that bind at least as tightly as `binds`.
     fn reduce(&mut self, binds: u8) {
-        while let Some(pending) = self.pending.last().copied() {
-            let applies = match pending {
-                Pending::Unary { .. } => true,
-                Pending::Binary { symbol, .. } => precedence(symbol).is_some_and(|p| p >= binds),
-                Pending::Paren { .. } | Pending::Bracket { .. } => false,
+        while let Some(waiting) = self.waiting.last().copied() {
+            let applies = match waiting {
+                Waiting::Unary { .. } => true,
+                Waiting::Binary { symbol, .. } => precedence(symbol).is_some_and(|p| p >= binds),
+                Waiting::Paren { .. } | Waiting::Bracket { .. } => false,
             };
             if !applies {
                 return;
             }
-            self.pending.pop();
-            self.apply(pending);
+            self.waiting.pop();
+            self.apply(waiting);
         }
     }
 }

@@ -4,7 +4,7 @@
 use plcc_abi::pmi::Type;
 use plcc_diag::{Diagnostic, Span};
 
-use super::{Operand, Parser, Pending};
+use super::{Operand, Parser, Waiting};
 use crate::pmi::{
     arith,
     ast::{Binary, Meaning, Op, SymbolId},
@@ -15,11 +15,11 @@ use crate::pmi::{
 };
 
 impl Parser<'_, '_> {
-    pub(super) fn apply(&mut self, pending: Pending) {
-        match pending {
-            Pending::Unary { not, at } => self.unary(not, at),
-            Pending::Binary { symbol, at } => self.binary(symbol, at),
-            Pending::Paren { .. } | Pending::Bracket { .. } => {}
+    pub(super) fn apply(&mut self, waiting: Waiting) {
+        match waiting {
+            Waiting::Unary { not, at } => self.unary(not, at),
+            Waiting::Binary { symbol, at } => self.binary(symbol, at),
+            Waiting::Paren { .. } | Waiting::Bracket { .. } => {}
         }
     }
 
