@@ -88,7 +88,7 @@ impl FuncBuilder {
     }
 
     /// Makes a block an entry with a label.
-    pub fn entry(&mut self, label: Label, block: Block) {
+    pub fn add_entry(&mut self, label: Label, block: Block) {
         self.func.entries.push((label, block));
     }
 
@@ -108,7 +108,7 @@ impl FuncBuilder {
         self.func.result(inst)
     }
 
-    fn push_valued(&mut self, data: InstData) -> Value {
+    fn push_with_result(&mut self, data: InstData) -> Value {
         // Only stores and calls without result have none, and they do not come here.
         self.push(data).unwrap_or(Value(u32::MAX))
     }
@@ -123,22 +123,22 @@ impl FuncBuilder {
 
     /// Appends an integer constant, cut to the type.
     pub fn iconst(&mut self, ty: Type, value: i64) -> Value {
-        self.push_valued(InstData::Iconst { ty, value: ty.wrap(value) })
+        self.push_with_result(InstData::Iconst { ty, value: ty.wrap(value) })
     }
 
     /// Appends a constant double.
     pub fn fconst(&mut self, value: f64) -> Value {
-        self.push_valued(InstData::Fconst { bits: value.to_bits() })
+        self.push_with_result(InstData::Fconst { bits: value.to_bits() })
     }
 
     /// Appends an operation on one operand.
     pub fn unary(&mut self, op: UnaryOp, arg: Value) -> Value {
-        self.push_valued(InstData::Unary { op, arg })
+        self.push_with_result(InstData::Unary { op, arg })
     }
 
     /// Appends an operation on two operands of one type.
     pub fn binary(&mut self, op: BinaryOp, a: Value, b: Value) -> Value {
-        self.push_valued(InstData::Binary { op, args: [a, b] })
+        self.push_with_result(InstData::Binary { op, args: [a, b] })
     }
 
     /// Appends an operation on an operand and a constant of its type.
@@ -150,7 +150,7 @@ impl FuncBuilder {
 
     /// Appends a comparison of two integers.
     pub fn icmp(&mut self, cond: IntCond, a: Value, b: Value) -> Value {
-        self.push_valued(InstData::Icmp { cond, args: [a, b] })
+        self.push_with_result(InstData::Icmp { cond, args: [a, b] })
     }
 
     /// Appends a comparison of an integer with a constant.
@@ -162,17 +162,17 @@ impl FuncBuilder {
 
     /// Appends a comparison of two doubles.
     pub fn fcmp(&mut self, cond: FloatCond, a: Value, b: Value) -> Value {
-        self.push_valued(InstData::Fcmp { cond, args: [a, b] })
+        self.push_with_result(InstData::Fcmp { cond, args: [a, b] })
     }
 
     /// Appends a choice: `a` if `cond` is true, else `b`.
     pub fn select(&mut self, cond: Value, a: Value, b: Value) -> Value {
-        self.push_valued(InstData::Select { cond, args: [a, b] })
+        self.push_with_result(InstData::Select { cond, args: [a, b] })
     }
 
     /// Appends a conversion to another type.
     pub fn convert(&mut self, op: ConvertOp, to: Type, arg: Value) -> Value {
-        self.push_valued(InstData::Convert { op, to, arg })
+        self.push_with_result(InstData::Convert { op, to, arg })
     }
 
     /// Brings a signed integer to a wider, narrower or the same type.
@@ -195,7 +195,7 @@ impl FuncBuilder {
 
     /// Appends a load from the process image.
     pub fn load(&mut self, ty: Type, at: Address) -> Value {
-        self.push_valued(InstData::Load { ty, at })
+        self.push_with_result(InstData::Load { ty, at })
     }
 
     /// Appends a store to the process image.

@@ -60,7 +60,7 @@ pub struct ChunkBuilder {
     places: Vec<PlaceData>,
     /// The branches so far, each with the function and the block that it ends.
     branches: Vec<(usize, Block, Branch)>,
-    done: Vec<FuncBuilder>,
+    finished: Vec<FuncBuilder>,
 }
 
 impl ChunkBuilder {
@@ -72,7 +72,7 @@ impl ChunkBuilder {
             current: FuncBuilder::new("chunk0"),
             places: vec![],
             branches: vec![],
-            done: vec![],
+            finished: vec![],
         }
     }
 
@@ -127,7 +127,7 @@ impl ChunkBuilder {
 
     /// Begins a statement, to which further instructions belong. A new function may begin here.
     pub fn statement(&mut self, statement: Statement) -> SourceLoc {
-        if self.is_long() && !self.current.is_terminated() {
+        if self.is_full() && !self.current.is_terminated() {
             let next = self.place();
             self.jump(next);
             self.bind(next);
@@ -138,7 +138,7 @@ impl ChunkBuilder {
         loc
     }
 
-    fn is_long(&self) -> bool {
+    fn is_full(&self) -> bool {
         self.current.func().inst_count() >= self.limit
             || self.current.func().block_count() >= self.limit
     }
@@ -148,16 +148,16 @@ impl ChunkBuilder {
         if !self.current.is_terminated() {
             self.jump(place);
         }
-        if self.is_long() {
+        if self.is_full() {
             let loc = self.current.loc();
-            let name = format!("chunk{}", self.done.len() + 1);
-            self.done.push(std::mem::replace(&mut self.current, FuncBuilder::new(name)));
+            let name = format!("chunk{}", self.finished.len() + 1);
+            self.finished.push(std::mem::replace(&mut self.current, FuncBuilder::new(name)));
             self.current.set_loc(loc);
         } else {
             let block = self.current.create_block();
             self.current.switch_to(block);
         }
-        self.places[place.0 as usize].bound = Some((self.done.len(), self.current.current()));
+        self.places[place.0 as usize].bound = Some((self.finished.len(), self.current.current()));
     }
 
     /// The builder of the current function, to append instructions.
@@ -168,7 +168,7 @@ impl ChunkBuilder {
     fn branch(&mut self, branch: Branch) {
         // The terminator is put in when every place is bound.
         self.current.terminate(Terminator::Return);
-        self.branches.push((self.done.len(), self.current.current(), branch));
+        self.branches.push((self.finished.len(), self.current.current(), branch));
     }
 
     /// Ends the current block with a jump to a place.
@@ -210,8 +210,8 @@ impl ChunkBuilder {
 
     /// The finished module. Places that were never bound lead to the end of the scan.
     pub fn finish(mut self) -> Module {
-        self.done.push(std::mem::replace(&mut self.current, FuncBuilder::new("")));
-        self.bind_the_unbound();
+        self.finished.push(std::mem::replace(&mut self.current, FuncBuilder::new("")));
+        self.bind_remaining_places();
         let mut stubs = HashMap::new();
         for (func, block, branch) in std::mem::take(&mut self.branches) {
             let mut resolve = |place: Place| self.resolve(func, place, &mut stubs);
@@ -228,14 +228,14 @@ impl ChunkBuilder {
                     default: resolve(default),
                 },
             };
-            self.done[func].set_terminator(block, terminator);
+            self.finished[func].set_terminator(block, terminator);
         }
         for data in &self.places {
             if let (Some(label), Some((func, block))) = (data.label, data.bound) {
-                self.done[func].entry(label, block);
+                self.finished[func].add_entry(label, block);
             }
         }
-        self.module.funcs = self.done.into_iter().map(FuncBuilder::finish).collect();
+        self.module.funcs = self.finished.into_iter().map(FuncBuilder::finish).collect();
         for func in &mut self.module.funcs {
             func.entries.sort_unstable();
         }
@@ -243,10 +243,10 @@ impl ChunkBuilder {
         self.module
     }
 
-    fn bind_the_unbound(&mut self) {
-        let last = self.done.len() - 1;
+    fn bind_remaining_places(&mut self) {
+        let last = self.finished.len() - 1;
         for data in self.places.iter_mut().filter(|data| data.bound.is_none()) {
-            let block = self.done[last].create_block();
+            let block = self.finished[last].create_block();
             data.bound = Some((last, block));
         }
     }
@@ -263,8 +263,8 @@ impl ChunkBuilder {
             Some((owner, block)) if owner == func => block,
             _ => *stubs.entry((func, place)).or_insert_with(|| {
                 let label = self.label(place);
-                let block = self.done[func].create_block();
-                self.done[func].set_terminator(block, Terminator::Goto(label));
+                let block = self.finished[func].create_block();
+                self.finished[func].set_terminator(block, Terminator::Goto(label));
                 block
             }),
         }

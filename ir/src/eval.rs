@@ -161,7 +161,7 @@ fn float_to_int(x: f64) -> i64 {
 
 /// Whether a result may become a constant. Any but NaN may: NaN has many bit patterns, and which of
 /// them an operation gives depends on the machine.
-pub fn is_foldable(ty: Type, value: i64) -> bool {
+pub fn may_become_constant(ty: Type, value: i64) -> bool {
     ty != Type::F64 || !float(value).is_nan()
 }
 

@@ -40,13 +40,19 @@ impl Interpreter {
         }
     }
 
-    fn run(&mut self, func: &FuncData, mut block: Block, task: usize, scan: &mut Scan<'_>) -> Exit {
+    fn run_function(
+        &mut self,
+        func: &FuncData,
+        mut block: Block,
+        task: usize,
+        scan: &mut Scan<'_>,
+    ) -> Exit {
         self.values.clear();
         self.values.resize(func.value_count(), 0);
         loop {
             let data = func.block(block);
             for &inst in &data.insts {
-                let result = self.inst(func, func.inst(inst), scan);
+                let result = self.execute(func, func.inst(inst), scan);
                 if let Some(value) = func.result(inst) {
                     self.set(value, result);
                 }
@@ -89,7 +95,7 @@ impl Interpreter {
         self.values.get(value.index()).copied().unwrap_or(0)
     }
 
-    fn inst(&self, func: &FuncData, data: &InstData, scan: &mut Scan<'_>) -> i64 {
+    fn execute(&self, func: &FuncData, data: &InstData, scan: &mut Scan<'_>) -> i64 {
         match *data {
             InstData::Iconst { ty: _, value } => value,
             InstData::Fconst { bits } => bits as i64,
@@ -111,9 +117,9 @@ impl Interpreter {
                 }
             }
             InstData::Convert { op, to, arg } => eval::convert(op, func.ty(arg), to, self.get(arg)),
-            InstData::Load { ty, at } => read(scan.image, self.offset(at), ty),
+            InstData::Load { ty, at } => read(scan.image, self.image_offset(at), ty),
             InstData::Store { at, value } => {
-                write(scan.image, self.offset(at), func.ty(value), self.get(value));
+                write(scan.image, self.image_offset(at), func.ty(value), self.get(value));
                 0
             }
             InstData::HostCall { function, args } => {
@@ -134,7 +140,7 @@ impl Interpreter {
         }
     }
 
-    fn offset(&self, at: Address) -> u32 {
+    fn image_offset(&self, at: Address) -> u32 {
         let region = self.module.region(at.region).map_or(0, |region| region.offset);
         let moved = at.index.map_or(0, |index| {
             let number = self.get(index.value) as u32;
@@ -176,7 +182,7 @@ impl Engine for Interpreter {
             let Some(func) = module.funcs.get(func.index()) else {
                 return Outcome::Trap(TrapCode::BadLabel);
             };
-            match self.run(func, block, task, scan) {
+            match self.run_function(func, block, task, scan) {
                 Exit::Goto(next) => label = next,
                 Exit::Done(outcome) => return outcome,
             }

@@ -26,14 +26,14 @@ pub(super) fn run(func: &mut FuncData) {
     for index in 0..func.blocks.len() {
         decide(func, index);
     }
-    thread(func);
+    thread_jumps(func);
     let graph = Graph::new(func);
     for (index, data) in func.blocks.iter_mut().enumerate() {
         if !graph.is_reachable(Block(index as u32)) {
             *data = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
         }
     }
-    join(func, &graph);
+    join_blocks(func, &graph);
 }
 
 /// Makes a jump of a branch that can go one way only.
@@ -77,7 +77,7 @@ fn decide_brif(
 }
 
 /// Lets every branch to an empty block that only jumps on go straight to where that goes.
-fn thread(func: &mut FuncData) {
+fn thread_jumps(func: &mut FuncData) {
     let count = func.blocks.len();
     let mut ends: Vec<Option<Block>> = vec![None; count];
     let mut path = vec![];
@@ -89,7 +89,7 @@ fn thread(func: &mut FuncData) {
             if let Some(end) = ends[at.index()] {
                 break end;
             }
-            match next(func, at) {
+            match only_jumps_to(func, at) {
                 Some(next) => {
                     ends[at.index()] = Some(at);
                     path.push(at);
@@ -114,7 +114,7 @@ fn thread(func: &mut FuncData) {
 }
 
 /// The block that an empty block jumps to.
-fn next(func: &FuncData, block: Block) -> Option<Block> {
+fn only_jumps_to(func: &FuncData, block: Block) -> Option<Block> {
     match &func.blocks[block.index()] {
         BlockData { params, insts, terminator: Some(Terminator::Jump(call)) }
             if params.is_empty() && insts.is_empty() && call.args.is_empty() =>
@@ -126,7 +126,7 @@ fn next(func: &FuncData, block: Block) -> Option<Block> {
 }
 
 /// Appends blocks to their sole predecessors.
-fn join(func: &mut FuncData, graph: &Graph) {
+fn join_blocks(func: &mut FuncData, graph: &Graph) {
     let mut values = Substitution::new(func);
     let mut replaced = false;
     let mut gone = vec![false; func.blocks.len()];

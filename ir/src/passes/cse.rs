@@ -24,9 +24,9 @@ use crate::{Block, FuncData, InstData, Value};
 /// A fast hash function. The keys are instructions that the front ends wrote, and a collision only
 /// costs time, so it need not withstand attacks.
 #[derive(Default)]
-struct Mix(u64);
+struct FastHasher(u64);
 
-impl Hasher for Mix {
+impl Hasher for FastHasher {
     fn finish(&self) -> u64 {
         self.0
     }
@@ -63,7 +63,7 @@ impl Hasher for Mix {
     }
 }
 
-type Table = HashMap<InstData, (Value, Block), BuildHasherDefault<Mix>>;
+type Table = HashMap<InstData, (Value, Block), BuildHasherDefault<FastHasher>>;
 
 /// Runs the pass.
 pub(super) fn run(func: &mut FuncData) {
@@ -80,7 +80,7 @@ pub(super) fn run(func: &mut FuncData) {
             let Some(result) = func.result(inst).filter(|_| is_mergeable(&data)) else {
                 return true;
             };
-            let slot = table.entry(ordered(data)).or_insert((result, block));
+            let slot = table.entry(table_key(data)).or_insert((result, block));
             let (first, owner) = *slot;
             if first == result {
                 return true;
@@ -106,7 +106,7 @@ fn is_mergeable(data: &InstData) -> bool {
 }
 
 /// The key of an instruction: the operands in a fixed order where the operation allows.
-fn ordered(mut data: InstData) -> InstData {
+fn table_key(mut data: InstData) -> InstData {
     if let InstData::Binary { op, args } = &mut data
         && op.is_commutative()
     {

@@ -30,11 +30,11 @@ use super::image_bytes::ImageBytes;
 use crate::{Block, FuncData, InstData, Label, Terminator};
 
 /// A load through an index that may touch more bytes than this makes all bytes live.
-const LOOKED_THROUGH: usize = 64;
+const MAX_LOADED_BYTES: usize = 64;
 
 /// A block passes on no more dead bytes than this, or than twice the number of its instructions
 /// if that is more. This keeps the time linear.
-const PASSED_ON: usize = 64;
+const MAX_PASSED_ON: usize = 64;
 
 /// For each label of the functions visited so far, the bytes that are dead there.
 #[derive(Debug, Default)]
@@ -61,12 +61,12 @@ pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes, dead: &mut DeadBy
         blocks: vec![vec![]; func.block_count()],
         used: vec![false; func.value_count()],
         stamp: 0,
-        written: vec![],
+        marked: vec![],
     };
     // Definitions come before uses in this order, so backwards every use is seen first.
     for &block in graph.order.iter().rev() {
-        walk.begin(func, block, dead);
-        let count = walk.block(func, block);
+        walk.start_at_end_of(func, block, dead);
+        let count = walk.visit_block(func, block);
         walk.blocks[block.index()] = walk.dead_at_begin(count);
     }
     for &(label, block) in func.entries() {
@@ -86,25 +86,25 @@ struct Walk<'a> {
     /// A byte with this mark is dead.
     stamp: u32,
     /// The bytes that got this mark, in the order of getting it; some may have lost it.
-    written: Vec<u32>,
+    marked: Vec<u32>,
 }
 
 impl Walk<'_> {
     /// Finds the bytes that are dead at a block's end.
-    fn begin(&mut self, func: &FuncData, block: Block, dead: &DeadBytes) {
-        self.all_live();
+    fn start_at_end_of(&mut self, func: &FuncData, block: Block, dead: &DeadBytes) {
+        self.make_all_live();
         let Some(terminator) = &func.block(block).terminator else { return };
         terminator.for_each_arg(|value| self.used[value.index()] = true);
         match terminator {
-            Terminator::Jump(to) => self.written.extend(self.blocks[to.block.index()].iter().rev()),
-            Terminator::Goto(label) => self.written.extend(dead.at(*label).iter().rev()),
+            Terminator::Jump(to) => self.marked.extend(self.blocks[to.block.index()].iter().rev()),
+            Terminator::Goto(label) => self.marked.extend(dead.at(*label).iter().rev()),
             Terminator::Brif { cond: _, then, otherwise } => {
                 let one = &self.blocks[then.block.index()];
                 let stamp = self.stamp;
                 one.iter().for_each(|&byte| mark(self.bytes, byte, stamp));
                 let is_dead_too = |byte: &&u32| is_marked(self.bytes, **byte, stamp);
                 let other = &self.blocks[otherwise.block.index()];
-                self.written.extend(other.iter().rev().filter(is_dead_too));
+                self.marked.extend(other.iter().rev().filter(is_dead_too));
                 self.stamp = self.bytes.fresh_stamps(1);
             }
             Terminator::Switch { .. }
@@ -113,27 +113,27 @@ impl Walk<'_> {
             | Terminator::Return
             | Terminator::Trap(_) => {}
         }
-        for &byte in &self.written {
+        for &byte in &self.marked {
             mark(self.bytes, byte, self.stamp);
         }
     }
 
     /// Makes every byte live.
-    fn all_live(&mut self) {
+    fn make_all_live(&mut self) {
         self.stamp = self.bytes.fresh_stamps(1);
-        self.written.clear();
+        self.marked.clear();
     }
 
     /// Visits a block's instructions, drops what is dead, and gives the number that there was.
-    fn block(&mut self, func: &mut FuncData, block: Block) -> usize {
+    fn visit_block(&mut self, func: &mut FuncData, block: Block) -> usize {
         let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
         let count = insts.len();
         let mut kept = count;
         for at in (0..count).rev() {
             let inst = insts[at];
             let data = func.inst(inst);
-            let wanted = func.result(inst).is_some_and(|value| self.used[value.index()]);
-            if !wanted && !data.has_effect() || self.is_dead(func, data) {
+            let is_used = func.result(inst).is_some_and(|value| self.used[value.index()]);
+            if !is_used && !data.has_effect() || self.visit_access(func, data) {
                 continue;
             }
             data.for_each_arg(|value| self.used[value.index()] = true);
@@ -146,28 +146,28 @@ impl Walk<'_> {
     }
 
     /// Whether an instruction is a dead store; notes which bytes it makes dead or live.
-    fn is_dead(&mut self, func: &FuncData, data: &InstData) -> bool {
+    fn visit_access(&mut self, func: &FuncData, data: &InstData) -> bool {
         match data {
             InstData::Store { at, value } if !at.volatile && at.index.is_none() => {
                 let bytes = self.bytes.bytes(at, func.ty(*value));
                 let stamp = self.stamp;
                 let first = bytes.start as u32;
                 let marks = self.bytes.marks_mut(bytes);
-                let before = self.written.len();
+                let before = self.marked.len();
                 for (byte, mark) in (first..).zip(marks.iter_mut()) {
                     if *mark != stamp {
                         *mark = stamp;
-                        self.written.push(byte);
+                        self.marked.push(byte);
                     }
                 }
-                !marks.is_empty() && self.written.len() == before
+                !marks.is_empty() && self.marked.len() == before
             }
             // Which bytes it writes is not known, and it reads none.
             InstData::Store { at, value: _ } if !at.volatile => false,
             InstData::Load { ty, at } if !at.volatile => {
                 let bytes = self.bytes.bytes(at, *ty);
-                if bytes.len() > LOOKED_THROUGH {
-                    self.all_live();
+                if bytes.len() > MAX_LOADED_BYTES {
+                    self.make_all_live();
                 } else {
                     self.bytes.marks_mut(bytes).fill(0);
                 }
@@ -175,7 +175,7 @@ impl Walk<'_> {
             }
             data => {
                 if data.has_effect() {
-                    self.all_live();
+                    self.make_all_live();
                 }
                 false
             }
@@ -185,9 +185,9 @@ impl Walk<'_> {
     /// The bytes that are dead at the beginning of the block just visited, those that are
     /// overwritten soonest first.
     fn dead_at_begin(&mut self, insts: usize) -> Vec<u32> {
-        let most = PASSED_ON.max(insts * 2);
+        let most = MAX_PASSED_ON.max(insts * 2);
         let mut bytes = vec![];
-        for &byte in self.written.iter().rev() {
+        for &byte in self.marked.iter().rev() {
             if bytes.len() < most && is_marked(self.bytes, byte, self.stamp) {
                 // Each is passed on once.
                 mark(self.bytes, byte, 0);

@@ -16,7 +16,7 @@ use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, FuncData, InstData, Type, UnaryOp, Value};
 
 /// The number of instructions that are gone around at one use.
-const ROUNDS: usize = 8;
+const MAX_SKIPPED: usize = 8;
 
 /// Runs the pass.
 pub(super) fn run(func: &mut FuncData) {
@@ -42,7 +42,7 @@ pub(super) fn run(func: &mut FuncData) {
             let original = data;
             data.for_each_arg_mut(|value| {
                 let bits = demanded(func, &original, number, bits);
-                *value = around(func, *value, bits);
+                *value = without_unneeded(func, *value, bits);
                 demanded_bits[value.index()] |= bits;
                 number += 1;
             });
@@ -52,7 +52,7 @@ pub(super) fn run(func: &mut FuncData) {
 }
 
 /// All bits up to the highest: those of the operands that a sum or product depends on.
-fn below(bits: u64) -> u64 {
+fn up_to_highest_bit(bits: u64) -> u64 {
     u64::MAX.checked_shr(bits.leading_zeros()).unwrap_or(0)
 }
 
@@ -66,26 +66,32 @@ fn distance(func: &FuncData, by: Value, ty: Type) -> Option<u32> {
 /// result are demanded.
 fn demanded(func: &FuncData, data: &InstData, number: usize, bits: u64) -> u64 {
     match *data {
-        InstData::Binary { op, args } => binary(func, op, args, number, bits),
+        InstData::Binary { op, args } => demanded_by_binary(func, op, args, number, bits),
         InstData::Unary { op: UnaryOp::Not, arg: _ } => bits,
-        InstData::Unary { op: UnaryOp::Neg, arg: _ } => below(bits),
+        InstData::Unary { op: UnaryOp::Neg, arg: _ } => up_to_highest_bit(bits),
         InstData::Select { .. } if number > 0 => bits,
         InstData::Convert { op: ConvertOp::Trunc, to, arg: _ } => bits & mask(to),
         InstData::Convert { op: ConvertOp::Zext, to: _, arg } => bits & mask(func.ty(arg)),
         InstData::Convert { op: ConvertOp::Sext, to: _, arg } => {
             let from = func.ty(arg);
-            let sign = if bits & !mask(from) == 0 { 0 } else { sign(from) };
+            let sign = if bits & !mask(from) == 0 { 0 } else { sign_bit(from) };
             bits & mask(from) | sign
         }
         _ => u64::MAX,
     }
 }
 
-fn sign(ty: Type) -> u64 {
+fn sign_bit(ty: Type) -> u64 {
     1 << (ty.bits() - 1)
 }
 
-fn binary(func: &FuncData, op: BinaryOp, [a, b]: [Value; 2], number: usize, bits: u64) -> u64 {
+fn demanded_by_binary(
+    func: &FuncData,
+    op: BinaryOp,
+    [a, b]: [Value; 2],
+    number: usize,
+    bits: u64,
+) -> u64 {
     let ty = func.ty(a);
     let bits = bits & mask(ty);
     let other = func.constant(if number == 0 { b } else { a }).map(|other| other as u64);
@@ -93,13 +99,13 @@ fn binary(func: &FuncData, op: BinaryOp, [a, b]: [Value; 2], number: usize, bits
         BinaryOp::And => bits & other.unwrap_or(u64::MAX),
         BinaryOp::Or => bits & !other.unwrap_or(0),
         BinaryOp::Xor => bits,
-        BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul => below(bits),
+        BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul => up_to_highest_bit(bits),
         BinaryOp::Shl | BinaryOp::Lshr | BinaryOp::Ashr if number == 0 => {
             let Some(by) = distance(func, b, ty) else { return u64::MAX };
             let right = bits << by & mask(ty);
             match op {
                 BinaryOp::Shl => bits >> by,
-                BinaryOp::Ashr if right >> by != bits => right | sign(ty),
+                BinaryOp::Ashr if right >> by != bits => right | sign_bit(ty),
                 _ => right,
             }
         }
@@ -108,9 +114,9 @@ fn binary(func: &FuncData, op: BinaryOp, [a, b]: [Value; 2], number: usize, bits
 }
 
 /// A value that is the same in these bits and takes fewer instructions to compute.
-fn around(func: &FuncData, mut value: Value, bits: u64) -> Value {
-    for _ in 0..ROUNDS {
-        match past(func, value, bits & mask(func.ty(value))) {
+fn without_unneeded(func: &FuncData, mut value: Value, bits: u64) -> Value {
+    for _ in 0..MAX_SKIPPED {
+        match operand_with_same_bits(func, value, bits & mask(func.ty(value))) {
             Some(next) => value = next,
             None => break,
         }
@@ -118,7 +124,7 @@ fn around(func: &FuncData, mut value: Value, bits: u64) -> Value {
     value
 }
 
-fn past(func: &FuncData, value: Value, bits: u64) -> Option<Value> {
+fn operand_with_same_bits(func: &FuncData, value: Value, bits: u64) -> Option<Value> {
     let &InstData::Binary { op, args: [a, b] } = func.def_inst(value)? else { return None };
     let number = func.constant(b)? as u64;
     match op {

@@ -24,12 +24,12 @@ use crate::{
 };
 
 /// The number of times that an instruction is simplified in a row.
-const ROUNDS: usize = 8;
+const MAX_ROUNDS: usize = 8;
 
 /// What an instruction can be replaced by.
 pub(super) enum Simpler {
     /// A value that exists already.
-    Same(Value),
+    Value(Value),
     /// A constant: an integer, or the bits of a double.
     Const(i64),
     /// Another instruction.
@@ -78,7 +78,7 @@ pub(super) fn run(func: &mut FuncData) {
     let graph = Graph::new(func);
     let mut values = Substitution::new(func);
     let ranges = ValueRanges::new(func);
-    let uses = uses(func);
+    let uses = count_uses(func);
     let mut fold = Fold { func, ranges, uses, out: vec![], loc: SourceLoc::NONE };
     for &block in &graph.order {
         let insts = std::mem::take(&mut fold.func.blocks[block.index()].insts);
@@ -88,14 +88,14 @@ pub(super) fn run(func: &mut FuncData) {
             let mut data = *fold.func.inst(inst);
             values.inst(&mut data);
             let Some(result) = fold.func.result(inst) else {
-                fold.fix_index(&mut data);
+                fold.fix_constant_index(&mut data);
                 fold.func.insts[inst.index()] = data;
                 fold.out.push(inst);
                 continue;
             };
             let ty = fold.func.ty(result);
             let mut same = None;
-            for _ in 0..ROUNDS {
+            for _ in 0..MAX_ROUNDS {
                 match fold.simplify(&data, ty) {
                     None => break,
                     Some(Simpler::Inst(next)) => data = next,
@@ -103,7 +103,7 @@ pub(super) fn run(func: &mut FuncData) {
                         data = constant(ty, value);
                         break;
                     }
-                    Some(Simpler::Same(value)) => {
+                    Some(Simpler::Value(value)) => {
                         same = Some(value);
                         break;
                     }
@@ -126,7 +126,7 @@ pub(super) fn run(func: &mut FuncData) {
 }
 
 /// How often each value is used.
-fn uses(func: &FuncData) -> Vec<u32> {
+fn count_uses(func: &FuncData) -> Vec<u32> {
     let mut uses = vec![0; func.value_count()];
     for block in &func.blocks {
         for &inst in &block.insts {
@@ -164,7 +164,7 @@ impl Fold<'_> {
             InstData::Convert { op, to, arg } => self.convert(op, to, arg),
             InstData::Load { .. } => {
                 let mut fixed = *data;
-                self.fix_index(&mut fixed).then_some(Simpler::Inst(fixed))
+                self.fix_constant_index(&mut fixed).then_some(Simpler::Inst(fixed))
             }
             InstData::Store { .. } | InstData::HostCall { .. } => None,
         }
@@ -180,7 +180,7 @@ impl Fold<'_> {
     }
 
     /// Makes a fixed address of one whose index is a constant; gives whether it did.
-    fn fix_index(&self, data: &mut InstData) -> bool {
+    fn fix_constant_index(&self, data: &mut InstData) -> bool {
         let (InstData::Load { ty: _, at } | InstData::Store { at, value: _ }) = data else {
             return false;
         };
@@ -209,13 +209,19 @@ impl Fold<'_> {
     }
 
     /// Adds an operation with a constant before the current instruction.
-    pub(super) fn with(&mut self, op: BinaryOp, ty: Type, a: Value, c: i64) -> Option<Value> {
+    pub(super) fn insert_with_const(
+        &mut self,
+        op: BinaryOp,
+        ty: Type,
+        a: Value,
+        c: i64,
+    ) -> Option<Value> {
         let c = self.insert_const(ty, c)?;
         self.insert(InstData::Binary { op, args: [a, c] })
     }
 
     /// Whether a value is used at most once, so that its definition goes when that use goes.
-    pub(super) fn is_single(&self, value: Value) -> bool {
+    pub(super) fn is_used_once(&self, value: Value) -> bool {
         self.uses.get(value.index()).is_none_or(|&uses| uses < 2)
     }
 
@@ -238,17 +244,17 @@ impl Fold<'_> {
     fn unary(&mut self, op: UnaryOp, ty: Type, arg: Value) -> Option<Simpler> {
         if let Some(x) = self.func.constant(arg) {
             let result = eval::unary(op, ty, x);
-            return eval::is_foldable(ty, result).then_some(Simpler::Const(result));
+            return eval::may_become_constant(ty, result).then_some(Simpler::Const(result));
         }
         let inner = *self.func.def_inst(arg)?;
         match (op, inner) {
             (UnaryOp::Not | UnaryOp::Neg | UnaryOp::Fneg, InstData::Unary { op: same, arg })
                 if op == same =>
             {
-                Some(Simpler::Same(arg))
+                Some(Simpler::Value(arg))
             }
             (UnaryOp::Fabs, InstData::Unary { op: UnaryOp::Fabs, arg: _ }) => {
-                Some(Simpler::Same(arg))
+                Some(Simpler::Value(arg))
             }
             (UnaryOp::Fabs, InstData::Unary { op: UnaryOp::Fneg, arg }) => {
                 Some(Simpler::unary(op, arg))
@@ -262,11 +268,11 @@ impl Fold<'_> {
 
     fn select(&mut self, cond: Value, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
         if let Some(cond) = self.func.constant(cond) {
-            return Some(Simpler::Same(if cond != 0 { a } else { b }));
+            return Some(Simpler::Value(if cond != 0 { a } else { b }));
         }
         let known = (self.func.constant(a), self.func.constant(b));
         if a == b || known.0.is_some() && known.0 == known.1 {
-            return Some(Simpler::Same(a));
+            return Some(Simpler::Value(a));
         }
         let chosen = |cond, a, b| Some(Simpler::Inst(InstData::Select { cond, args: [a, b] }));
         if let Some(opposite) = self.not_of(cond) {
@@ -304,7 +310,7 @@ impl Fold<'_> {
     ) -> Option<Simpler> {
         match known {
             (Some(0), Some(_)) => Some(Simpler::not(cond)),
-            (Some(_), Some(_)) => Some(Simpler::Same(cond)),
+            (Some(_), Some(_)) => Some(Simpler::Value(cond)),
             (Some(0), None) => {
                 let fails = self.insert(InstData::Unary { op: UnaryOp::Not, arg: cond })?;
                 Some(Simpler::binary(BinaryOp::And, fails, b))

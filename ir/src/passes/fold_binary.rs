@@ -23,19 +23,19 @@ impl Fold<'_> {
         match (self.func.constant(a), self.func.constant(b)) {
             (Some(x), Some(y)) => {
                 let result = eval::binary(op, ty, x, y);
-                eval::is_foldable(ty, result).then_some(Simpler::Const(result))
+                eval::may_become_constant(ty, result).then_some(Simpler::Const(result))
             }
             (Some(_), None) if op.is_commutative() => Some(Simpler::binary(op, b, a)),
             (None, Some(y)) if ty.is_int() => self.with_const(op, ty, [a, b], y),
             (None, Some(y)) if op == BinaryOp::Fdiv => self.divide_double(a, y as u64),
             _ if op.is_float() => None,
             _ if a == b => same_operands(op, a),
-            _ => self.gate(op, ty, [a, b]),
+            _ => self.without_const(op, ty, [a, b]),
         }
     }
 
     /// The truth value that an integer is the 0 or 1 of.
-    fn truth_of(&self, value: Value) -> Option<Value> {
+    fn truth_value_of(&self, value: Value) -> Option<Value> {
         match *self.func.def_inst(value)? {
             InstData::Convert { op: ConvertOp::Zext, to: _, arg }
                 if self.func.ty(arg) == Type::I1 =>
@@ -47,8 +47,8 @@ impl Fold<'_> {
     }
 
     /// A product with a truth value is a choice between the integer and 0.
-    fn product(&mut self, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
-        let (cond, other) = match (self.truth_of(a), self.truth_of(b)) {
+    fn product_with_truth(&mut self, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
+        let (cond, other) = match (self.truth_value_of(a), self.truth_value_of(b)) {
             (Some(cond), _) => (cond, b),
             (None, Some(cond)) => (cond, a),
             (None, None) => return None,
@@ -58,7 +58,7 @@ impl Fold<'_> {
     }
 
     /// A sum of two choices by the same condition, of which one is always 0, is one choice.
-    fn sum(&mut self, [a, b]: [Value; 2]) -> Option<Simpler> {
+    fn sum_of_selects(&mut self, [a, b]: [Value; 2]) -> Option<Simpler> {
         let choice = |value| match *self.func.def_inst(value)? {
             InstData::Select { cond, args: [x, y] } => {
                 let opposite = self.not_of(cond);
@@ -95,15 +95,15 @@ impl Fold<'_> {
         let bits = c as u64 & mask(ty);
         match (op, c) {
             (B::Add | B::Sub | B::Or | B::Xor | B::Shl | B::Lshr | B::Ashr | B::Umax, 0) => {
-                return Some(Simpler::Same(a));
+                return Some(Simpler::Value(a));
             }
             (B::And | B::Mul | B::Sdiv | B::Udiv | B::Srem | B::Smod | B::Urem | B::Umin, 0) => {
                 return Some(Simpler::Const(0));
             }
             (B::Xor, c) if c == all => return Some(Simpler::not(a)),
             (B::Or | B::Umax, c) if c == all => return Some(Simpler::Const(all)),
-            (B::And | B::Umin, c) if c == all => return Some(Simpler::Same(a)),
-            (B::Mul | B::Sdiv | B::Udiv, 1) => return Some(Simpler::Same(a)),
+            (B::And | B::Umin, c) if c == all => return Some(Simpler::Value(a)),
+            (B::Mul | B::Sdiv | B::Udiv, 1) => return Some(Simpler::Value(a)),
             (B::Mul | B::Sdiv, -1) => return Some(Simpler::unary(UnaryOp::Neg, a)),
             (B::Srem | B::Smod, 1 | -1) | (B::Urem, 1) => return Some(Simpler::Const(0)),
             (B::Shl | B::Lshr, _) if bits >= u64::from(ty.bits()) => {
@@ -111,18 +111,18 @@ impl Fold<'_> {
             }
             _ => {}
         }
-        let ones = self.ranges.ones(a);
+        let possible_ones = self.ranges.possible_ones(a);
         match op {
             B::Sub => {
                 let opposite = self.insert_const(ty, c.wrapping_neg())?;
                 Some(Simpler::binary(B::Add, a, opposite))
             }
-            B::And if ones & !bits == 0 => Some(Simpler::Same(a)),
-            B::And if ones & bits == 0 => Some(Simpler::Const(0)),
-            B::And => self.mask_of(a, b, bits).or_else(|| self.chain(op, ty, a, c)),
-            B::Lshr if ones >> bits == 0 => Some(Simpler::Const(0)),
-            B::Udiv if ones < bits => Some(Simpler::Const(0)),
-            B::Urem if ones < bits => Some(Simpler::Same(a)),
+            B::And if possible_ones & !bits == 0 => Some(Simpler::Value(a)),
+            B::And if possible_ones & bits == 0 => Some(Simpler::Const(0)),
+            B::And => self.mask_of_or(a, b, bits).or_else(|| self.combine_consts(op, ty, a, c)),
+            B::Lshr if possible_ones >> bits == 0 => Some(Simpler::Const(0)),
+            B::Udiv if possible_ones < bits => Some(Simpler::Const(0)),
+            B::Urem if possible_ones < bits => Some(Simpler::Value(a)),
             B::Udiv if bits.is_power_of_two() => {
                 let by = self.insert_const(ty, i64::from(bits.trailing_zeros()))?;
                 Some(Simpler::binary(B::Lshr, a, by))
@@ -133,9 +133,11 @@ impl Fold<'_> {
             }
             B::Sdiv | B::Srem | B::Udiv | B::Urem => self.divide(op, ty, a, c),
             B::Smod => self.modulo(ty, a, c),
-            B::Mul => self.chain(op, ty, a, c).or_else(|| self.product(ty, [a, b])),
-            B::Add | B::Or | B::Xor => self.chain(op, ty, a, c),
-            B::Shl if let Some(simpler) = self.put_bit(ty, a, c) => Some(simpler),
+            B::Mul => {
+                self.combine_consts(op, ty, a, c).or_else(|| self.product_with_truth(ty, [a, b]))
+            }
+            B::Add | B::Or | B::Xor => self.combine_consts(op, ty, a, c),
+            B::Shl if let Some(simpler) = self.shift_lowest_bit(ty, a, c) => Some(simpler),
             B::Shl | B::Lshr => {
                 let [inner, by] = self.operands(a, op)?;
                 let first = self.func.constant(by).filter(|&by| by >= 0)?;
@@ -150,7 +152,7 @@ impl Fold<'_> {
     }
 
     /// The same operation with two constants in a row: the constants are combined.
-    fn chain(&mut self, op: BinaryOp, ty: Type, a: Value, c: i64) -> Option<Simpler> {
+    fn combine_consts(&mut self, op: BinaryOp, ty: Type, a: Value, c: i64) -> Option<Simpler> {
         let [inner, first] = self.operands(a, op)?;
         let both = eval::binary(op, ty, self.func.constant(first)?, c);
         let both = self.insert_const(ty, both)?;
@@ -158,23 +160,23 @@ impl Fold<'_> {
     }
 
     /// A mask of an OR, one side of which has none of the mask's bits: the mask of the other side.
-    fn mask_of(&mut self, a: Value, c: Value, bits: u64) -> Option<Simpler> {
+    fn mask_of_or(&mut self, a: Value, c: Value, bits: u64) -> Option<Simpler> {
         let [x, y] = self.operands(a, BinaryOp::Or)?;
-        if self.ranges.ones(y) & bits == 0 {
+        if self.ranges.possible_ones(y) & bits == 0 {
             return Some(Simpler::binary(BinaryOp::And, x, c));
         }
-        if self.ranges.ones(x) & bits == 0 {
+        if self.ranges.possible_ones(x) & bits == 0 {
             return Some(Simpler::binary(BinaryOp::And, y, c));
         }
         None
     }
 
     /// Two values with the same mask: the mask is applied to the result instead.
-    fn same_mask(&mut self, op: BinaryOp, [a, b]: [Value; 2]) -> Option<Simpler> {
+    fn common_mask(&mut self, op: BinaryOp, [a, b]: [Value; 2]) -> Option<Simpler> {
         let ([x, mask], [y, other]) =
             (self.operands(a, BinaryOp::And)?, self.operands(b, BinaryOp::And)?);
         let same = self.func.constant(mask)? == self.func.constant(other)?;
-        if !same || !self.is_single(a) || !self.is_single(b) {
+        if !same || !self.is_used_once(a) || !self.is_used_once(b) {
             return None;
         }
         let both = self.insert(InstData::Binary { op, args: [x, y] })?;
@@ -182,7 +184,7 @@ impl Fold<'_> {
     }
 
     /// Rules for two operands that are no constants.
-    fn gate(&mut self, op: BinaryOp, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
+    fn without_const(&mut self, op: BinaryOp, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
         let (not_a, not_b) = (self.not_of(a), self.not_of(b));
         let all = ty.wrap(-1);
         if not_a == Some(b) || not_b == Some(a) {
@@ -194,20 +196,20 @@ impl Fold<'_> {
         }
         if ty != Type::I1
             && matches!(op, BinaryOp::Add | BinaryOp::Or | BinaryOp::Xor)
-            && let Some(simpler) = self.sum([a, b])
+            && let Some(simpler) = self.sum_of_selects([a, b])
         {
             return Some(simpler);
         }
         match op {
-            BinaryOp::Mul => self.product(ty, [a, b]),
+            BinaryOp::Mul => self.product_with_truth(ty, [a, b]),
             BinaryOp::And | BinaryOp::Or | BinaryOp::Xor
-                if let Some(simpler) = self.same_mask(op, [a, b]) =>
+                if let Some(simpler) = self.common_mask(op, [a, b]) =>
             {
                 Some(simpler)
             }
             BinaryOp::And | BinaryOp::Or | BinaryOp::Xor
                 if ty == Type::I1
-                    && let Some(simpler) = self.gate_of_bits(op, [a, b]) =>
+                    && let Some(simpler) = self.combine_bits(op, [a, b]) =>
             {
                 Some(simpler)
             }
@@ -218,12 +220,12 @@ impl Fold<'_> {
                     this.operands(y, dual).is_some_and(|args| args.contains(&x))
                 };
                 if within(self, a, b) {
-                    return Some(Simpler::Same(a));
+                    return Some(Simpler::Value(a));
                 }
                 if within(self, b, a) {
-                    return Some(Simpler::Same(b));
+                    return Some(Simpler::Value(b));
                 }
-                self.join_opposites(op, dual, (a, not_a), (b, not_b))
+                self.de_morgan(op, dual, (a, not_a), (b, not_b))
             }
             BinaryOp::Xor => match (not_a, not_b) {
                 (Some(x), Some(y)) => Some(Simpler::binary(op, x, y)),
@@ -237,7 +239,7 @@ impl Fold<'_> {
 impl Fold<'_> {
     /// De Morgan's law, where it saves a NOT: `!x & !y` is `!(x | y)`, and `p & !x & !y` is
     /// `p & !(x | y)`, in any order of the operands; likewise with AND and OR exchanged.
-    fn join_opposites(
+    fn de_morgan(
         &mut self,
         op: BinaryOp,
         dual: BinaryOp,
@@ -245,7 +247,7 @@ impl Fold<'_> {
         (b, not_b): (Value, Option<Value>),
     ) -> Option<Simpler> {
         if let (Some(x), Some(y)) = (not_a, not_b) {
-            if !self.is_single(a) || !self.is_single(b) {
+            if !self.is_used_once(a) || !self.is_used_once(b) {
                 return None;
             }
             let joined = self.insert(InstData::Binary { op: dual, args: [x, y] })?;
@@ -259,7 +261,7 @@ impl Fold<'_> {
         let [p, q] = self.operands(row, op)?;
         let (rest, inner) = if self.not_of(q).is_some() { (p, q) } else { (q, p) };
         let x = self.not_of(inner)?;
-        if ![single, row, inner].into_iter().all(|value| self.is_single(value)) {
+        if ![single, row, inner].into_iter().all(|value| self.is_used_once(value)) {
             return None;
         }
         let joined = self.insert(InstData::Binary { op: dual, args: [x, y] })?;
@@ -276,7 +278,7 @@ fn same_operands(op: BinaryOp, a: Value) -> Option<Simpler> {
         | BinaryOp::Smin
         | BinaryOp::Smax
         | BinaryOp::Umin
-        | BinaryOp::Umax => Some(Simpler::Same(a)),
+        | BinaryOp::Umax => Some(Simpler::Value(a)),
         BinaryOp::Xor | BinaryOp::Sub | BinaryOp::Srem | BinaryOp::Smod | BinaryOp::Urem => {
             Some(Simpler::Const(0))
         }

@@ -16,7 +16,7 @@ use super::fold::{Fold, Simpler};
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value};
 
 /// The depth up to which gates in gates are looked through.
-const DEPTH: u32 = 4;
+const MAX_DEPTH: u32 = 4;
 
 /// A truth value that is a bit of an integer.
 #[derive(Clone, Copy)]
@@ -59,7 +59,7 @@ impl Fold<'_> {
 
     /// AND, OR or XOR of two bits: one of the words is shifted so that its bit is where that of the
     /// other is, the words are combined, and one bit of the result is taken.
-    pub(super) fn gate_of_bits(&mut self, op: BinaryOp, [a, b]: [Value; 2]) -> Option<Simpler> {
+    pub(super) fn combine_bits(&mut self, op: BinaryOp, [a, b]: [Value; 2]) -> Option<Simpler> {
         let (x, y) = (self.bit_of(a)?, self.bit_of(b)?);
         if x.ty != y.ty {
             return None;
@@ -69,7 +69,7 @@ impl Fold<'_> {
         let [x_at, y_at] = [x, y].map(|bit| {
             let at = match bit.number - number {
                 0 => bit.of,
-                shift => self.with(BinaryOp::Lshr, bit.ty, bit.of, shift)?,
+                shift => self.insert_with_const(BinaryOp::Lshr, bit.ty, bit.of, shift)?,
             };
             match bit.opposite && !neither {
                 true => self.insert(InstData::Unary { op: UnaryOp::Not, arg: at }),
@@ -83,7 +83,7 @@ impl Fold<'_> {
         };
         let mut word = self.insert(InstData::Binary { op, args: [x_at?, y_at?] })?;
         if number > 0 {
-            word = self.with(BinaryOp::Lshr, x.ty, word, number)?;
+            word = self.insert_with_const(BinaryOp::Lshr, x.ty, word, number)?;
         }
         let bit = InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: word };
         match neither {
@@ -94,25 +94,27 @@ impl Fold<'_> {
 
     /// A lowest bit that is shifted left to `to`, as a program does that computes a bit and puts it
     /// into a word: computed at bit `to`, if that takes fewer shifts.
-    pub(super) fn put_bit(&mut self, ty: Type, a: Value, to: i64) -> Option<Simpler> {
+    pub(super) fn shift_lowest_bit(&mut self, ty: Type, a: Value, to: i64) -> Option<Simpler> {
         let [word, mask] = self.operands(a, BinaryOp::And)?;
-        if self.func.constant(mask) != Some(1) || !self.is_single(a) {
+        if self.func.constant(mask) != Some(1) || !self.is_used_once(a) {
             return None;
         }
-        if !(1..i64::from(ty.bits()) - 1).contains(&to) || self.extra_shifts(word, to, DEPTH)? > 0 {
+        if !(1..i64::from(ty.bits()) - 1).contains(&to)
+            || self.extra_shifts(word, to, MAX_DEPTH)? > 0
+        {
             return None;
         }
-        let word = self.moved(ty, word, to, DEPTH)?;
+        let word = self.lowest_bit_at(ty, word, to, MAX_DEPTH)?;
         let mask = self.insert_const(ty, 1 << to)?;
         Some(Simpler::binary(BinaryOp::And, word, mask))
     }
 
     /// The AND, OR, XOR or NOT that a value is the result of, and its operands, if nothing else
     /// uses the value; so it can be computed at another bit instead.
-    fn gate_operands(&self, value: Value, depth: u32) -> Option<(InstData, [Value; 2])> {
+    fn logic_operands(&self, value: Value, depth: u32) -> Option<(InstData, [Value; 2])> {
         let data = *self.func.def_inst(value)?;
         match data {
-            _ if depth == 0 || !self.is_single(value) => None,
+            _ if depth == 0 || !self.is_used_once(value) => None,
             InstData::Binary { op: BinaryOp::And | BinaryOp::Or | BinaryOp::Xor, args: [x, y] } => {
                 Some((data, [x, y]))
             }
@@ -126,7 +128,7 @@ impl Fold<'_> {
         if self.func.constant(value).is_some() {
             return None;
         }
-        if let Some((data, [x, y])) = self.gate_operands(value, depth) {
+        if let Some((data, [x, y])) = self.logic_operands(value, depth) {
             let extra = self.extra_shifts(x, to, depth - 1)?;
             return match data {
                 InstData::Unary { .. } => Some(extra),
@@ -135,17 +137,17 @@ impl Fold<'_> {
         }
         Some(match self.shifted_right(value) {
             None => 1,
-            Some((_, by)) => i32::from(by != to) - i32::from(self.is_single(value)),
+            Some((_, by)) => i32::from(by != to) - i32::from(self.is_used_once(value)),
         })
     }
 
     /// A value whose bit `to` is the lowest bit of `value`.
-    fn moved(&mut self, ty: Type, value: Value, to: i64, depth: u32) -> Option<Value> {
-        if let Some((data, [x, y])) = self.gate_operands(value, depth) {
-            let x = self.moved(ty, x, to, depth - 1)?;
+    fn lowest_bit_at(&mut self, ty: Type, value: Value, to: i64, depth: u32) -> Option<Value> {
+        if let Some((data, [x, y])) = self.logic_operands(value, depth) {
+            let x = self.lowest_bit_at(ty, x, to, depth - 1)?;
             return match data {
                 InstData::Binary { op, .. } => {
-                    let y = self.moved(ty, y, to, depth - 1)?;
+                    let y = self.lowest_bit_at(ty, y, to, depth - 1)?;
                     self.insert(InstData::Binary { op, args: [x, y] })
                 }
                 _ => self.insert(InstData::Unary { op: UnaryOp::Not, arg: x }),
@@ -154,8 +156,8 @@ impl Fold<'_> {
         let (x, from) = self.shifted_right(value).unwrap_or((value, 0));
         match to - from {
             0 => Some(x),
-            by if by > 0 => self.with(BinaryOp::Shl, ty, x, by),
-            by => self.with(BinaryOp::Lshr, ty, x, -by),
+            by if by > 0 => self.insert_with_const(BinaryOp::Shl, ty, x, by),
+            by => self.insert_with_const(BinaryOp::Lshr, ty, x, -by),
         }
     }
 }

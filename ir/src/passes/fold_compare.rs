@@ -27,17 +27,17 @@ impl Fold<'_> {
                 IntCond::Ne => Some(Simpler::binary(BinaryOp::Xor, a, b)),
                 _ => None,
             },
-            (None, None) => self.compare_narrow(cond, a, b),
+            (None, None) => self.compare_both_extended(cond, a, b),
         }
     }
 
     fn compare_const(&mut self, cond: IntCond, ty: Type, a: Value, c: i64) -> Option<Simpler> {
         if ty == Type::I1 {
             let same = (cond == IntCond::Eq) == (c != 0);
-            return Some(if same { Simpler::Same(a) } else { Simpler::not(a) });
+            return Some(if same { Simpler::Value(a) } else { Simpler::not(a) });
         }
-        let ones = self.ranges.ones(a);
-        if let Some(truth) = by_range(cond, ones, c, ty) {
+        let possible_ones = self.ranges.possible_ones(a);
+        if let Some(truth) = decided_by_range(cond, possible_ones, c, ty) {
             return Some(Simpler::truth(truth));
         }
         let equality = matches!(cond, IntCond::Eq | IntCond::Ne);
@@ -50,25 +50,27 @@ impl Fold<'_> {
             {
                 Some(Simpler::icmp(cond, x, y))
             }
-            Some(InstData::Binary { op: BinaryOp::Ashr, args: [x, by] }) if self.is_single(a) => {
-                self.compare_shifted(cond, ty, [x, by], c)
+            Some(InstData::Binary { op: BinaryOp::Ashr, args: [x, by] })
+                if self.is_used_once(a) =>
+            {
+                self.compare_field(cond, ty, [x, by], c)
             }
             Some(InstData::Binary { op: BinaryOp::Shl, args: [x, by] }) if equality && c == 0 => {
-                self.zero_below(cond, ty, [x, by])
+                self.compare_shifted_left(cond, ty, [x, by])
             }
             _ => None,
         };
-        if simpler.is_some() || ones != 1 || !equality {
+        if simpler.is_some() || possible_ones != 1 || !equality {
             return simpler;
         }
         let bit = self.insert(InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: a })?;
         let same = (cond == IntCond::Eq) == (c != 0);
-        Some(if same { Simpler::Same(bit) } else { Simpler::not(bit) })
+        Some(if same { Simpler::Value(bit) } else { Simpler::not(bit) })
     }
 
     /// A sign-extended field compared with a constant: compared at the top of its word instead,
     /// before it is shifted down.
-    fn compare_shifted(
+    fn compare_field(
         &mut self,
         cond: IntCond,
         ty: Type,
@@ -90,9 +92,14 @@ impl Fold<'_> {
     }
 
     /// Whether a value shifted left is 0, which is whether its low bits are.
-    fn zero_below(&mut self, cond: IntCond, ty: Type, [x, by]: [Value; 2]) -> Option<Simpler> {
+    fn compare_shifted_left(
+        &mut self,
+        cond: IntCond,
+        ty: Type,
+        [x, by]: [Value; 2],
+    ) -> Option<Simpler> {
         let by = u32::try_from(self.func.constant(by)?).ok().filter(|&by| by < ty.bits())?;
-        let low = self.with(BinaryOp::And, ty, x, (mask(ty) >> by) as i64)?;
+        let low = self.insert_with_const(BinaryOp::And, ty, x, (mask(ty) >> by) as i64)?;
         let zero = self.insert_const(ty, 0)?;
         Some(Simpler::icmp(cond, low, zero))
     }
@@ -110,20 +117,20 @@ impl Fold<'_> {
         if from == Type::I1 {
             let high = eval::convert(op, Type::I1, ty, 1);
             return Some(match (eval::icmp(cond, ty, 0, c), eval::icmp(cond, ty, high, c)) {
-                (false, true) => Simpler::Same(arg),
+                (false, true) => Simpler::Value(arg),
                 (true, false) => Simpler::not(arg),
                 (truth, _) => Simpler::truth(truth),
             });
         }
         let narrow = from.wrap(c);
         let fits = eval::convert(op, from, ty, narrow) == c;
-        let cond = narrowed(cond, op).filter(|_| fits)?;
+        let cond = before_extension(cond, op).filter(|_| fits)?;
         let narrow = self.insert_const(from, narrow)?;
         Some(Simpler::icmp(cond, arg, narrow))
     }
 
     /// Two values that were widened in the same way: compared before that.
-    fn compare_narrow(&mut self, cond: IntCond, a: Value, b: Value) -> Option<Simpler> {
+    fn compare_both_extended(&mut self, cond: IntCond, a: Value, b: Value) -> Option<Simpler> {
         let (Some(&InstData::Convert { op, to: _, arg: x }), Some(second)) =
             (self.func.def_inst(a), self.func.def_inst(b))
         else {
@@ -134,7 +141,7 @@ impl Fold<'_> {
         if op != other || from != self.func.ty(y) {
             return None;
         }
-        let cond = narrowed(cond, op)?;
+        let cond = before_extension(cond, op)?;
         if from == Type::I1 && !matches!(cond, IntCond::Eq | IntCond::Ne) {
             return None;
         }
@@ -143,7 +150,7 @@ impl Fold<'_> {
 }
 
 /// The comparison of two values before they are widened that gives the same.
-fn narrowed(cond: IntCond, op: ConvertOp) -> Option<IntCond> {
+fn before_extension(cond: IntCond, op: ConvertOp) -> Option<IntCond> {
     match (op, cond) {
         (ConvertOp::Zext | ConvertOp::Sext, IntCond::Eq | IntCond::Ne) => Some(cond),
         (ConvertOp::Zext, IntCond::Slt | IntCond::Ult) => Some(IntCond::Ult),
@@ -156,24 +163,32 @@ fn narrowed(cond: IntCond, op: ConvertOp) -> Option<IntCond> {
 }
 
 /// The result of a comparison with a constant, if the bits that may be 1 decide it.
-fn by_range(cond: IntCond, ones: u64, c: i64, ty: Type) -> Option<bool> {
+fn decided_by_range(cond: IntCond, possible_ones: u64, c: i64, ty: Type) -> Option<bool> {
     let all = mask(ty);
     let bound = c as u64 & all;
     let sign = 1u64 << (ty.bits() - 1);
     match cond {
-        IntCond::Eq if bound & !ones != 0 => Some(false),
-        IntCond::Ne if bound & !ones != 0 => Some(true),
+        IntCond::Eq if bound & !possible_ones != 0 => Some(false),
+        IntCond::Ne if bound & !possible_ones != 0 => Some(true),
         IntCond::Ult if bound == 0 => Some(false),
         IntCond::Uge if bound == 0 => Some(true),
-        IntCond::Ult if ones < bound => Some(true),
-        IntCond::Uge if ones < bound => Some(false),
-        IntCond::Ule if ones <= bound => Some(true),
-        IntCond::Ugt if ones <= bound => Some(false),
+        IntCond::Ult if possible_ones < bound => Some(true),
+        IntCond::Uge if possible_ones < bound => Some(false),
+        IntCond::Ule if possible_ones <= bound => Some(true),
+        IntCond::Ugt if possible_ones <= bound => Some(false),
         // Not negative: it compares as an unsigned number does.
-        IntCond::Slt if ones & sign == 0 && (c <= 0 || ones < bound) => Some(c > 0),
-        IntCond::Sge if ones & sign == 0 && (c <= 0 || ones < bound) => Some(c <= 0),
-        IntCond::Sle if ones & sign == 0 && (c < 0 || ones <= bound) => Some(c >= 0),
-        IntCond::Sgt if ones & sign == 0 && (c < 0 || ones <= bound) => Some(c < 0),
+        IntCond::Slt if possible_ones & sign == 0 && (c <= 0 || possible_ones < bound) => {
+            Some(c > 0)
+        }
+        IntCond::Sge if possible_ones & sign == 0 && (c <= 0 || possible_ones < bound) => {
+            Some(c <= 0)
+        }
+        IntCond::Sle if possible_ones & sign == 0 && (c < 0 || possible_ones <= bound) => {
+            Some(c >= 0)
+        }
+        IntCond::Sgt if possible_ones & sign == 0 && (c < 0 || possible_ones <= bound) => {
+            Some(c < 0)
+        }
         _ => None,
     }
 }

@@ -15,10 +15,10 @@ use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, Value, eval};
 
 /// The number of instructions that the origin of a bit is followed through.
-const DEPTH: usize = 8;
+const MAX_STEPS: usize = 8;
 
 /// The origin of a bit.
-enum Bit {
+enum BitOrigin {
     /// It is 0.
     Zero,
     /// It is this bit of a value.
@@ -31,7 +31,7 @@ impl Fold<'_> {
         let from = self.func.ty(arg);
         if let Some(x) = self.func.constant(arg) {
             let result = eval::convert(op, from, to, x);
-            return eval::is_foldable(to, result).then_some(Simpler::Const(result));
+            return eval::may_become_constant(to, result).then_some(Simpler::Const(result));
         }
         if op == ConvertOp::Trunc && to == Type::I1 {
             return self.truncate_to_bit(arg);
@@ -56,13 +56,13 @@ impl Fold<'_> {
             (ConvertOp::Trunc, ConvertOp::Zext | ConvertOp::Sext) => {
                 Some(match to.bits().cmp(&first.bits()) {
                     std::cmp::Ordering::Less => Simpler::convert(op, to, x),
-                    std::cmp::Ordering::Equal => Simpler::Same(x),
+                    std::cmp::Ordering::Equal => Simpler::Value(x),
                     std::cmp::Ordering::Greater => Simpler::convert(inner, to, x),
                 })
             }
-            (ConvertOp::Bitcast, ConvertOp::Bitcast) => Some(Simpler::Same(x)),
+            (ConvertOp::Bitcast, ConvertOp::Bitcast) => Some(Simpler::Value(x)),
             (ConvertOp::FloatToInt, ConvertOp::IntToFloat) if first == Type::I32 => {
-                Some(Simpler::Same(x))
+                Some(Simpler::Value(x))
             }
             _ => None,
         }
@@ -71,10 +71,12 @@ impl Fold<'_> {
     /// The lowest bit of a value, taken from the value that it comes from.
     fn truncate_to_bit(&mut self, arg: Value) -> Option<Simpler> {
         match self.origin(arg, 0) {
-            Bit::Zero => Some(Simpler::Const(0)),
-            Bit::Of(value, _) if value == arg => None,
-            Bit::Of(value, _) if self.func.ty(value) == Type::I1 => Some(Simpler::Same(value)),
-            Bit::Of(value, bit) => {
+            BitOrigin::Zero => Some(Simpler::Const(0)),
+            BitOrigin::Of(value, _) if value == arg => None,
+            BitOrigin::Of(value, _) if self.func.ty(value) == Type::I1 => {
+                Some(Simpler::Value(value))
+            }
+            BitOrigin::Of(value, bit) => {
                 // It is that bit shifted down already.
                 if let Some([x, by]) = self.operands(arg, BinaryOp::Lshr)
                     && x == value
@@ -94,11 +96,11 @@ impl Fold<'_> {
         }
     }
 
-    fn origin(&self, value: Value, bit: u32) -> Bit {
+    fn origin(&self, value: Value, bit: u32) -> BitOrigin {
         let (mut value, mut bit) = (value, bit);
-        for _ in 0..DEPTH {
-            if self.ranges.ones(value) >> bit & 1 == 0 {
-                return Bit::Zero;
+        for _ in 0..MAX_STEPS {
+            if self.ranges.possible_ones(value) >> bit & 1 == 0 {
+                return BitOrigin::Zero;
             }
             if self.func.ty(value) == Type::I1 {
                 break;
@@ -130,9 +132,9 @@ impl Fold<'_> {
                     value = x;
                 }
                 InstData::Binary { op: BinaryOp::Or, args: [x, y] } => {
-                    if self.ranges.ones(y) >> bit & 1 == 0 {
+                    if self.ranges.possible_ones(y) >> bit & 1 == 0 {
                         value = x;
-                    } else if self.ranges.ones(x) >> bit & 1 == 0 {
+                    } else if self.ranges.possible_ones(x) >> bit & 1 == 0 {
                         value = y;
                     } else {
                         break;
@@ -141,6 +143,6 @@ impl Fold<'_> {
                 _ => break,
             }
         }
-        Bit::Of(value, bit)
+        BitOrigin::Of(value, bit)
     }
 }

@@ -37,15 +37,19 @@ impl Fold<'_> {
             return None;
         }
         let sign = 1 << (ty.bits() - 1);
-        let ones = self.ranges.ones(a);
-        let signed = matches!(op, BinaryOp::Sdiv | BinaryOp::Srem) && (ones & sign != 0 || c < 0);
+        let possible_ones = self.ranges.possible_ones(a);
+        let signed =
+            matches!(op, BinaryOp::Sdiv | BinaryOp::Srem) && (possible_ones & sign != 0 || c < 0);
         let size = if signed { c.unsigned_abs() } else { c as u64 & mask(ty) };
-        let quotient =
-            if signed { self.signed(ty, a, size)? } else { self.unsigned(ty, a, ones, size)? };
+        let quotient = if signed {
+            self.quotient_towards_zero(ty, a, size)?
+        } else {
+            self.quotient_of_non_negative(ty, a, possible_ones, size)?
+        };
         match op {
             BinaryOp::Sdiv if c < 0 => Some(Simpler::unary(crate::UnaryOp::Neg, quotient)),
-            BinaryOp::Sdiv | BinaryOp::Udiv => Some(Simpler::Same(quotient)),
-            _ => self.rest(ty, a, quotient, size as i64),
+            BinaryOp::Sdiv | BinaryOp::Udiv => Some(Simpler::Value(quotient)),
+            _ => self.remainder(ty, a, quotient, size as i64),
         }
     }
 
@@ -56,28 +60,28 @@ impl Fold<'_> {
             return None;
         }
         if low >= 0 && high < c {
-            return Some(Simpler::Same(a));
+            return Some(Simpler::Value(a));
         }
         if c & (c - 1) == 0 {
             let below = self.insert_const(ty, c - 1)?;
             return Some(Simpler::binary(BinaryOp::And, a, below));
         }
         let quotient = if low >= 0 {
-            self.unsigned(ty, a, high as u64, c as u64)?
+            self.quotient_of_non_negative(ty, a, high as u64, c as u64)?
         } else {
-            self.rounded_down(ty, a, (low, high), c)?
+            self.quotient_rounded_down(ty, a, (low, high), c)?
         };
-        self.rest(ty, a, quotient, c)
+        self.remainder(ty, a, quotient, c)
     }
 
     /// A dividend less the product of quotient and divisor.
-    fn rest(&mut self, ty: Type, a: Value, quotient: Value, by: i64) -> Option<Simpler> {
-        let product = self.with(BinaryOp::Mul, ty, quotient, by)?;
+    fn remainder(&mut self, ty: Type, a: Value, quotient: Value, by: i64) -> Option<Simpler> {
+        let product = self.insert_with_const(BinaryOp::Mul, ty, quotient, by)?;
         Some(Simpler::binary(BinaryOp::Sub, a, product))
     }
 
     /// The quotient rounded down by a positive constant that is no power of two.
-    fn rounded_down(
+    fn quotient_rounded_down(
         &mut self,
         ty: Type,
         a: Value,
@@ -94,45 +98,52 @@ impl Fold<'_> {
         }
         let factor = ((1 << shift) + by / 2) / by;
         let half = (1 << (shift - 1)) / by;
-        let wide = self.widened(ConvertOp::Sext, ty, a)?;
-        let product = self.with(BinaryOp::Mul, Type::I64, wide, factor)?;
-        let sum = self.with(BinaryOp::Add, Type::I64, product, half)?;
-        let quotient = self.with(BinaryOp::Ashr, Type::I64, sum, i64::from(shift))?;
-        self.narrowed(ty, quotient)
+        let wide = self.extended_to_i64(ConvertOp::Sext, ty, a)?;
+        let product = self.insert_with_const(BinaryOp::Mul, Type::I64, wide, factor)?;
+        let sum = self.insert_with_const(BinaryOp::Add, Type::I64, product, half)?;
+        let quotient = self.insert_with_const(BinaryOp::Ashr, Type::I64, sum, i64::from(shift))?;
+        self.truncated_from_i64(ty, quotient)
     }
 
     /// The quotient of a number that is not negative and at most `most`.
-    fn unsigned(&mut self, ty: Type, a: Value, most: u64, by: u64) -> Option<Value> {
+    fn quotient_of_non_negative(
+        &mut self,
+        ty: Type,
+        a: Value,
+        most: u64,
+        by: u64,
+    ) -> Option<Value> {
         let bits = u64::BITS - most.leading_zeros();
         // One bit more, and the product may not fit.
         if bits > 31 || by < 2 {
             return None;
         }
-        self.shifted(BinaryOp::Lshr, ConvertOp::Zext, ty, a, (bits, by))
+        self.multiply_and_shift(BinaryOp::Lshr, ConvertOp::Zext, ty, a, (bits, by))
     }
 
     /// The quotient towards 0 by a magnitude.
-    fn signed(&mut self, ty: Type, a: Value, by: u64) -> Option<Value> {
+    fn quotient_towards_zero(&mut self, ty: Type, a: Value, by: u64) -> Option<Value> {
         let bits = ty.bits() - 1;
-        let negative = self.with(BinaryOp::Lshr, ty, a, i64::from(bits))?;
+        let negative = self.insert_with_const(BinaryOp::Lshr, ty, a, i64::from(bits))?;
         if by.is_power_of_two() {
             if by < 2 || by.trailing_zeros() >= bits {
                 return None;
             }
             let shift = i64::from(by.trailing_zeros());
-            let all = self.with(BinaryOp::Ashr, ty, a, i64::from(bits))?;
-            let rest = self.with(BinaryOp::Lshr, ty, all, i64::from(ty.bits()) - shift)?;
+            let all = self.insert_with_const(BinaryOp::Ashr, ty, a, i64::from(bits))?;
+            let rest =
+                self.insert_with_const(BinaryOp::Lshr, ty, all, i64::from(ty.bits()) - shift)?;
             let args = [a, rest];
             let sum = self.insert(InstData::Binary { op: BinaryOp::Add, args })?;
-            return self.with(BinaryOp::Ashr, ty, sum, shift);
+            return self.insert_with_const(BinaryOp::Ashr, ty, sum, shift);
         }
-        let below = self.shifted(BinaryOp::Ashr, ConvertOp::Sext, ty, a, (bits, by))?;
+        let below = self.multiply_and_shift(BinaryOp::Ashr, ConvertOp::Sext, ty, a, (bits, by))?;
         let args = [below, negative];
         self.insert(InstData::Binary { op: BinaryOp::Add, args })
     }
 
     /// The product with the factor, shifted back.
-    fn shifted(
+    fn multiply_and_shift(
         &mut self,
         op: BinaryOp,
         extend: ConvertOp,
@@ -145,14 +156,14 @@ impl Fold<'_> {
             return None;
         }
         let factor = (1u64 << shift).div_ceil(by);
-        let wide = self.widened(extend, ty, a)?;
-        let product = self.with(BinaryOp::Mul, Type::I64, wide, factor as i64)?;
-        let quotient = self.with(op, Type::I64, product, i64::from(shift))?;
-        self.narrowed(ty, quotient)
+        let wide = self.extended_to_i64(extend, ty, a)?;
+        let product = self.insert_with_const(BinaryOp::Mul, Type::I64, wide, factor as i64)?;
+        let quotient = self.insert_with_const(op, Type::I64, product, i64::from(shift))?;
+        self.truncated_from_i64(ty, quotient)
     }
 
     /// A value as an `i64`.
-    fn widened(&mut self, extend: ConvertOp, ty: Type, arg: Value) -> Option<Value> {
+    fn extended_to_i64(&mut self, extend: ConvertOp, ty: Type, arg: Value) -> Option<Value> {
         match ty {
             Type::I64 => Some(arg),
             _ => self.insert(InstData::Convert { op: extend, to: Type::I64, arg }),
@@ -160,7 +171,7 @@ impl Fold<'_> {
     }
 
     /// An `i64` as a value of a type.
-    fn narrowed(&mut self, ty: Type, arg: Value) -> Option<Value> {
+    fn truncated_from_i64(&mut self, ty: Type, arg: Value) -> Option<Value> {
         match ty {
             Type::I64 => Some(arg),
             _ => self.insert(InstData::Convert { op: ConvertOp::Trunc, to: ty, arg }),

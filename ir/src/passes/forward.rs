@@ -12,7 +12,7 @@
 //! ([`ImageBytes`](super::image_bytes)) is a stamp plus the fact's number in the list, so that the
 //! fact at an address is found without a search.
 //!
-//! A value is forwarded for at most [`WINDOW`] statements (the forwarding window): one that is kept
+//! A value is forwarded for at most [`FORWARDING_WINDOW`] statements (the forwarding window): one that is kept
 //! longer needs a register all that time, is spilled to the stack, and loading it again from the
 //! image would have been cheaper.
 //!
@@ -25,14 +25,14 @@ use super::substitution::Substitution;
 use crate::{Address, Block, ConvertOp, FuncData, InstData, SourceLoc, Type, Value};
 
 /// The forwarding window: the number of statements behind its own in which a value is forwarded.
-pub(super) const WINDOW: u32 = 8;
+pub(super) const FORWARDING_WINDOW: u32 = 8;
 
 /// A block passes on no more facts than this to the block behind it.
-const PASSED_ON: usize = 64;
+const MAX_PASSED_ON: usize = 64;
 
 /// If there are more facts than this, a store through an index drops them all instead of searching
 /// them for those that it may change.
-const LOOKED_THROUGH: usize = 256;
+const MAX_SEARCHED: usize = 256;
 
 /// The bytes of the widest access.
 const WIDEST: usize = 8;
@@ -56,7 +56,7 @@ struct State<'a> {
     /// All facts, also those of other paths.
     facts: Vec<Fact>,
     /// The number of the first fact of this path.
-    base: usize,
+    first_fact: usize,
     /// The mark that stands for fact 0.
     stamp: u32,
     /// The number of the current statement along the path.
@@ -85,25 +85,26 @@ pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes) -> bool {
     ends.resize_with(func.block_count(), || None);
     let mut values = Substitution::new(func);
     // A fact for each access, and one for each that is passed on.
-    let count = func.inst_count() + graph.order.len() * PASSED_ON;
+    let count = func.inst_count() + graph.order.len() * MAX_PASSED_ON;
     let stamp = bytes.fresh_stamps(count as u32);
-    let mut state = State { bytes, facts: vec![], base: 0, stamp, now: 0, loc: SourceLoc::NONE };
+    let mut state =
+        State { bytes, facts: vec![], first_fact: 0, stamp, now: 0, loc: SourceLoc::NONE };
     let mut changed = false;
     for &block in &graph.order {
-        state.begin(
+        state.enter_block(
             graph.sole_predecessor[block.index()].and_then(|before| ends[before.index()].as_ref()),
         );
         changed |= state.block(func, block, &mut values);
         if is_sole_predecessor[block.index()] {
-            ends[block.index()] = Some(state.end());
+            ends[block.index()] = Some(state.facts_at_end());
         }
     }
     changed
 }
 
 impl State<'_> {
-    fn begin(&mut self, before: Option<&End>) {
-        self.base = self.facts.len();
+    fn enter_block(&mut self, before: Option<&End>) {
+        self.first_fact = self.facts.len();
         match before {
             Some(end) => {
                 (self.now, self.loc) = (end.now, end.loc);
@@ -115,11 +116,12 @@ impl State<'_> {
         }
     }
 
-    fn end(&self) -> End {
-        let known = self.facts.get(self.base..).unwrap_or(&[]);
+    fn facts_at_end(&self) -> End {
+        let known = self.facts.get(self.first_fact..).unwrap_or(&[]);
         let now = self.now;
-        let recent = known.iter().rev().filter(|fact| fact.valid && now - fact.since <= WINDOW);
-        let mut facts: Vec<Fact> = recent.take(PASSED_ON).copied().collect();
+        let recent =
+            known.iter().rev().filter(|fact| fact.valid && now - fact.since <= FORWARDING_WINDOW);
+        let mut facts: Vec<Fact> = recent.take(MAX_PASSED_ON).copied().collect();
         facts.reverse();
         End { facts, now, loc: self.loc }
     }
@@ -158,7 +160,7 @@ impl State<'_> {
                 InstData::Store { at, value } => !self.store(func, &at, value),
                 InstData::HostCall { function, args: _ } => {
                     if !function.is_pure() {
-                        self.base = self.facts.len();
+                        self.first_fact = self.facts.len();
                     }
                     true
                 }
@@ -175,16 +177,16 @@ impl State<'_> {
     }
 
     /// The number of the fact that begins at an address.
-    fn at(&self, start: usize) -> Option<usize> {
+    fn fact_at(&self, start: usize) -> Option<usize> {
         let mark = *self.bytes.marks(start..start + 1).first()?;
         let number = mark.checked_sub(self.stamp)? as usize;
         let fact = self.facts.get(number)?;
-        (number >= self.base && fact.valid && fact.start == start).then_some(number)
+        (number >= self.first_fact && fact.valid && fact.start == start).then_some(number)
     }
 
     /// Adds a fact, which replaces the one at its address.
     fn learn(&mut self, fact: Fact) {
-        if let Some(number) = self.at(fact.start) {
+        if let Some(number) = self.fact_at(fact.start) {
             self.facts[number].valid = false;
         }
         let number = self.facts.len() as u32;
@@ -205,9 +207,9 @@ impl State<'_> {
         if at.index.is_some() {
             return None;
         }
-        if let Some(number) = self.at(bytes.start)
+        if let Some(number) = self.fact_at(bytes.start)
             && let Some(&fact) = self.facts.get(number)
-            && self.now - fact.since <= WINDOW
+            && self.now - fact.since <= FORWARDING_WINDOW
             && (fact.ty == ty || conversion(fact.ty, ty).is_some())
         {
             return Some((fact.value, fact.ty));
@@ -229,7 +231,7 @@ impl State<'_> {
             self.forget(bytes.start, bytes.end);
             return false;
         }
-        if let Some(number) = self.at(bytes.start)
+        if let Some(number) = self.fact_at(bytes.start)
             && let Some(fact) = self.facts.get(number)
             && (fact.ty, fact.value) == (ty, value)
         {
@@ -245,17 +247,17 @@ impl State<'_> {
     fn forget(&mut self, start: usize, end: usize) {
         if end - start <= WIDEST {
             for byte in (start + 1).saturating_sub(WIDEST)..end {
-                if let Some(number) = self.at(byte) {
+                if let Some(number) = self.fact_at(byte) {
                     let fact = &mut self.facts[number];
                     fact.valid &= byte + fact.ty.bytes() as usize <= start;
                 }
             }
             return;
         }
-        if self.facts.len() - self.base > LOOKED_THROUGH {
-            self.base = self.facts.len();
+        if self.facts.len() - self.first_fact > MAX_SEARCHED {
+            self.first_fact = self.facts.len();
         }
-        for fact in &mut self.facts[self.base..] {
+        for fact in &mut self.facts[self.first_fact..] {
             let behind = fact.start + fact.ty.bytes() as usize;
             fact.valid &= behind <= start || end <= fact.start;
         }

@@ -23,7 +23,7 @@ use crate::{
 
 /// The most that may be done for nothing, in rough cycles: about half of what a branch that is
 /// predicted wrongly costs.
-const LIMIT: u32 = 8;
+const MAX_COST: u32 = 8;
 
 /// One way of a branch: through a block of its own, or straight to where the ways meet.
 struct Arm {
@@ -49,12 +49,12 @@ fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
         return false;
     };
     let cond = *cond;
-    let long = |call: &BlockCall| arm(func, call, edges);
-    let short = |call: &BlockCall| Some(Arm { block: None, to: call.clone() });
+    let through_block = |call: &BlockCall| arm(func, call, edges);
+    let straight = |call: &BlockCall| Some(Arm { block: None, to: call.clone() });
     let ways = [
-        (short(then), long(otherwise)),
-        (long(then), short(otherwise)),
-        (long(then), long(otherwise)),
+        (straight(then), through_block(otherwise)),
+        (through_block(then), straight(otherwise)),
+        (through_block(then), through_block(otherwise)),
     ];
     let meets = |(a, b): (Option<Arm>, Option<Arm>)| {
         let (a, b) = (a?, b?);
@@ -64,17 +64,17 @@ fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
     let Some((then, otherwise)) = ways.into_iter().find_map(meets) else { return false };
     let cost = |arm: &Arm| arm.block.map_or(Some(0), |block| cost(func, block));
     let (Some(a), Some(b)) = (cost(&then), cost(&otherwise)) else { return false };
-    if a + b > LIMIT {
+    if a + b > MAX_COST {
         return false;
     }
     let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
-    for (arm, wanted) in [(&then, true), (&otherwise, false)] {
+    for (arm, taken_if) in [(&then, true), (&otherwise, false)] {
         let Some(block) = arm.block else { continue };
         let dropped = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
         let data = std::mem::replace(&mut func.blocks[block.index()], dropped);
         edges[block.index()] = 0;
         for inst in data.insts {
-            choose_store(func, &mut insts, inst, cond, wanted);
+            append_arm_inst(func, &mut insts, inst, cond, taken_if);
         }
     }
     let to = then.to.block;
@@ -122,7 +122,7 @@ fn cost(func: &FuncData, block: Block) -> Option<u32> {
     let mut sum = 0;
     for &inst in &func.block(block).insts {
         sum += inst_cost(func, func.inst(inst))?;
-        if sum > LIMIT {
+        if sum > MAX_COST {
             return None;
         }
     }
@@ -165,13 +165,19 @@ fn inst_cost(func: &FuncData, data: &InstData) -> Option<u32> {
 
 /// Appends an instruction of an arm; a store writes back what it finds where the other way is
 /// taken.
-fn choose_store(func: &mut FuncData, insts: &mut Vec<Inst>, inst: Inst, cond: Value, wanted: bool) {
+fn append_arm_inst(
+    func: &mut FuncData,
+    insts: &mut Vec<Inst>,
+    inst: Inst,
+    cond: Value,
+    taken_if: bool,
+) {
     if let InstData::Store { at, value } = *func.inst(inst) {
         let loc = func.loc(inst);
         let load = func.append(InstData::Load { ty: func.ty(value), at }, loc);
         insts.push(load);
         if let Some(old) = func.result(load) {
-            let args = if wanted { [value, old] } else { [old, value] };
+            let args = if taken_if { [value, old] } else { [old, value] };
             let select = func.append(InstData::Select { cond, args }, loc);
             insts.push(select);
             if let Some(value) = func.result(select) {

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! The comparisons must be of equality, of the same integer of at most 32 bits, at least
-//! [`FEWEST`] of them, and the constants must lie close together. The blocks between may hold a few
+//! [`MIN_TESTS`] of them, and the constants must lie close together. The blocks between may hold a few
 //! instructions without effects; these are done before the switch.
 
 use super::graph::Graph;
@@ -18,13 +18,13 @@ use crate::{
 
 /// Fewer comparisons than this stay branches: the machine predicts a branch well, and a jump
 /// through a table badly.
-const FEWEST: usize = 5;
+const MIN_TESTS: usize = 5;
 /// A table has at most four entries for each comparison and this many more.
-const SLACK: u64 = 8;
+const MAX_EXTRA_ENTRIES: u64 = 8;
 /// If the least constant is below this, the table begins at 0, which saves a subtraction.
-const EMPTY_BELOW: u64 = 4;
+const START_AT_ZERO_BELOW: u64 = 4;
 /// The most instructions that a block between two comparisons may have.
-const INSTS: usize = 4;
+const MAX_INSTS: usize = 4;
 
 /// A branch by whether a value equals a number.
 struct Test {
@@ -53,14 +53,14 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     while let Some(link) = test(func, next)
         && link.value == value
         && graph.sole_predecessor[next.index()].is_some()
-        && is_light(func, next)
+        && is_cheap(func, next)
     {
         links.push(next);
         tests.push((link.number, link.then));
         next = link.otherwise;
     }
     let ty = func.ty(value);
-    if tests.len() < FEWEST || !matches!(ty, Type::I8 | Type::I16 | Type::I32) {
+    if tests.len() < MIN_TESTS || !matches!(ty, Type::I8 | Type::I16 | Type::I32) {
         return false;
     }
     // As unsigned numbers, which a switch takes.
@@ -70,8 +70,8 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     }
     let numbers = || tests.iter().map(|(number, _)| *number as u64);
     let (low, high) = (numbers().min().unwrap_or(0), numbers().max().unwrap_or(0));
-    let low = if low < EMPTY_BELOW { 0 } else { low };
-    if high - low >= 4 * tests.len() as u64 + SLACK {
+    let low = if low < START_AT_ZERO_BELOW { 0 } else { low };
+    if high - low >= 4 * tests.len() as u64 + MAX_EXTRA_ENTRIES {
         return false;
     }
     let mut targets = vec![next; (high - low) as usize + 1];
@@ -129,12 +129,12 @@ fn test(func: &FuncData, block: Block) -> Option<Test> {
 }
 
 /// Whether a block has no parameters, and few and cheap instructions beside its comparison.
-fn is_light(func: &FuncData, block: Block) -> bool {
+fn is_cheap(func: &FuncData, block: Block) -> bool {
     let data = func.block(block);
-    let light = |data: &InstData| {
+    let cheap = |data: &InstData| {
         matches!(data, InstData::Iconst { .. } | InstData::Icmp { .. } | InstData::Unary { .. })
     };
     data.params.is_empty()
-        && data.insts.len() <= INSTS
-        && data.insts.iter().all(|&inst| light(func.inst(inst)))
+        && data.insts.len() <= MAX_INSTS
+        && data.insts.iter().all(|&inst| cheap(func.inst(inst)))
 }

@@ -16,7 +16,7 @@ pub(super) fn mask(ty: Type) -> u64 {
 }
 
 /// All bits up to the highest of a number.
-fn smear(most: u64) -> u64 {
+fn up_to_highest_bit(most: u64) -> u64 {
     match most.leading_zeros() {
         0 => u64::MAX,
         zeros => (1 << (64 - zeros)) - 1,
@@ -27,7 +27,7 @@ fn smear(most: u64) -> u64 {
 type Bounds = (i64, i64);
 
 /// Every number of a type.
-fn every(ty: Type) -> Bounds {
+fn all_numbers(ty: Type) -> Bounds {
     match ty {
         Type::I1 => (0, 1),
         ty => (i64::MIN >> (64 - ty.bits()), i64::MAX >> (64 - ty.bits())),
@@ -37,7 +37,7 @@ fn every(ty: Type) -> Bounds {
 /// What is known of each value.
 pub(super) struct ValueRanges {
     /// The bits that may be 1.
-    ones: Vec<u64>,
+    possible_ones: Vec<u64>,
     /// The bounds, where something is known that the bits do not tell.
     bounds: Vec<Option<Bounds>>,
 }
@@ -45,40 +45,41 @@ pub(super) struct ValueRanges {
 impl ValueRanges {
     /// Nothing known.
     pub(super) fn new(func: &FuncData) -> Self {
-        let ones = func.values.iter().map(|value| mask(value.ty)).collect();
-        Self { ones, bounds: vec![None; func.value_count()] }
+        let possible_ones = func.values.iter().map(|value| mask(value.ty)).collect();
+        Self { possible_ones, bounds: vec![None; func.value_count()] }
     }
 
     /// The bits of a value that may be 1; as an unsigned number, the most that it can be.
-    pub(super) fn ones(&self, value: Value) -> u64 {
-        self.ones.get(value.index()).copied().unwrap_or(u64::MAX)
+    pub(super) fn possible_ones(&self, value: Value) -> u64 {
+        self.possible_ones.get(value.index()).copied().unwrap_or(u64::MAX)
     }
 
     /// The least and the greatest number that a value of a type may be, signed.
     pub(super) fn bounds(&self, value: Value, ty: Type) -> Bounds {
-        let (low, high) = self.bounds.get(value.index()).copied().flatten().unwrap_or(every(ty));
-        let ones = self.ones(value);
-        if ty == Type::I1 || ones >> (ty.bits() - 1) & 1 != 0 {
+        let (low, high) =
+            self.bounds.get(value.index()).copied().flatten().unwrap_or(all_numbers(ty));
+        let possible_ones = self.possible_ones(value);
+        if ty == Type::I1 || possible_ones >> (ty.bits() - 1) & 1 != 0 {
             return (low, high);
         }
         // It is not negative, and no greater than all its bits together.
-        (low.max(0), high.min(ones as i64))
+        (low.max(0), high.min(possible_ones as i64))
     }
 
     /// Notes what is known of an instruction's result.
     pub(super) fn note(&mut self, func: &FuncData, value: Value, data: &InstData) {
         let ty = func.ty(value);
         let all = mask(ty);
-        let ones = self.result(func, data, all) & all;
+        let possible_ones = self.possible_ones_of(func, data, all) & all;
         let bounds = match ty {
             Type::F64 | Type::I1 => None,
-            ty => self.bounds_of(func, data).filter(|&found| within(found, every(ty))),
+            ty => self.bounds_of(func, data).filter(|&found| lies_within(found, all_numbers(ty))),
         };
-        if value.index() >= self.ones.len() {
-            self.ones.resize(value.index() + 1, u64::MAX);
+        if value.index() >= self.possible_ones.len() {
+            self.possible_ones.resize(value.index() + 1, u64::MAX);
             self.bounds.resize(value.index() + 1, None);
         }
-        self.ones[value.index()] = ones;
+        self.possible_ones[value.index()] = possible_ones;
         self.bounds[value.index()] = bounds;
     }
 
@@ -133,7 +134,7 @@ impl ValueRanges {
             }
             BinaryOp::Smin => Some((low.min(from), high.min(to))),
             // The magnitude of a number.
-            BinaryOp::Smax if self.is_opposite(func, a, b) && low > every(ty).0 => {
+            BinaryOp::Smax if self.is_opposite(func, a, b) && low > all_numbers(ty).0 => {
                 Some((0, high.max(-low)))
             }
             BinaryOp::Smax => Some((low.max(from), high.max(to))),
@@ -152,20 +153,28 @@ impl ValueRanges {
         negated(b) == Some(a) || negated(a) == Some(b)
     }
 
-    fn result(&self, func: &FuncData, data: &InstData, all: u64) -> u64 {
+    fn possible_ones_of(&self, func: &FuncData, data: &InstData, all: u64) -> u64 {
         match *data {
             InstData::Iconst { ty: _, value } => value as u64,
             InstData::Binary { op, args: [a, b] } => {
                 let by = func.constant(b).map(|by| by as u64 & all);
-                self.binary(op, self.ones(a), self.ones(b), by, all)
+                self.possible_ones_of_binary(
+                    op,
+                    self.possible_ones(a),
+                    self.possible_ones(b),
+                    by,
+                    all,
+                )
             }
-            InstData::Select { cond: _, args: [a, b] } => self.ones(a) | self.ones(b),
+            InstData::Select { cond: _, args: [a, b] } => {
+                self.possible_ones(a) | self.possible_ones(b)
+            }
             InstData::Convert { op, to: _, arg } => {
-                let ones = self.ones(arg);
+                let possible_ones = self.possible_ones(arg);
                 let sign = 1 << (func.ty(arg).bits() - 1);
                 match op {
-                    ConvertOp::Zext | ConvertOp::Trunc => ones,
-                    ConvertOp::Sext if ones & sign == 0 => ones,
+                    ConvertOp::Zext | ConvertOp::Trunc => possible_ones,
+                    ConvertOp::Sext if possible_ones & sign == 0 => possible_ones,
                     _ => all,
                 }
             }
@@ -173,9 +182,16 @@ impl ValueRanges {
         }
     }
 
-    fn binary(&self, op: BinaryOp, a: u64, b: u64, by: Option<u64>, all: u64) -> u64 {
+    fn possible_ones_of_binary(
+        &self,
+        op: BinaryOp,
+        a: u64,
+        b: u64,
+        by: Option<u64>,
+        all: u64,
+    ) -> u64 {
         let within = |most: Option<u64>| match most {
-            Some(most) if most <= all => smear(most),
+            Some(most) if most <= all => up_to_highest_bit(most),
             _ => all,
         };
         match (op, by) {
@@ -187,11 +203,11 @@ impl ValueRanges {
             (BinaryOp::Lshr, Some(by)) => {
                 a.checked_shr(u32::try_from(by).unwrap_or(64)).unwrap_or(0)
             }
-            (BinaryOp::Lshr | BinaryOp::Udiv | BinaryOp::Urem, None) => smear(a),
-            (BinaryOp::Udiv, Some(by)) => smear(a.checked_div(by).unwrap_or(0)),
-            (BinaryOp::Urem, Some(by)) => smear(a.min(by.saturating_sub(1))),
-            (BinaryOp::Umin, _) => smear(a.min(b)),
-            (BinaryOp::Umax, _) => smear(a.max(b)),
+            (BinaryOp::Lshr | BinaryOp::Udiv | BinaryOp::Urem, None) => up_to_highest_bit(a),
+            (BinaryOp::Udiv, Some(by)) => up_to_highest_bit(a.checked_div(by).unwrap_or(0)),
+            (BinaryOp::Urem, Some(by)) => up_to_highest_bit(a.min(by.saturating_sub(1))),
+            (BinaryOp::Umin, _) => up_to_highest_bit(a.min(b)),
+            (BinaryOp::Umax, _) => up_to_highest_bit(a.max(b)),
             (BinaryOp::Add, _) => within(a.checked_add(b)),
             (BinaryOp::Mul, _) => within(a.checked_mul(b)),
             _ => all,
@@ -200,6 +216,6 @@ impl ValueRanges {
 }
 
 /// Whether all numbers between some bounds are between others.
-fn within((low, high): Bounds, (least, most): Bounds) -> bool {
+fn lies_within((low, high): Bounds, (least, most): Bounds) -> bool {
     least <= low && high <= most
 }

@@ -119,12 +119,12 @@ fn number<'t, N: FromStr + 't>(what: &'static str) -> impl Grammar<'t, N> {
 
 /// The index of the current token, if that is a prefix and a number.
 fn reference<'t>(prefix: &'static str, what: &str) -> impl Grammar<'t, u32> {
-    word(format!("{what} (`{prefix}0`)"), move |word| name(prefix, word))
+    word(format!("{what} (`{prefix}0`)"), move |word| number_in_name(prefix, word))
         .map_with(|_, place| token_index(place.span()))
 }
 
 /// The number in a name that is made of a prefix and a number.
-pub(super) fn name(prefix: &str, word: &str) -> Option<u32> {
+pub(super) fn number_in_name(prefix: &str, word: &str) -> Option<u32> {
     word.strip_prefix(prefix)?.parse().ok()
 }
 
@@ -236,12 +236,12 @@ fn block_text<'t>() -> impl Grammar<'t, BlockText> {
 fn line<'t>() -> impl Grammar<'t, Line> {
     let location = word("a statement (`@0`, `@none`)", |word| match word {
         "@none" => Some(SourceLoc::NONE),
-        _ => name("@", word).map(SourceLoc),
+        _ => number_in_name("@", word).map(SourceLoc),
     });
     let result = value().then_ignore(sign(':')).then(type_name()).then_ignore(sign('='));
     let with_result = result
         .then(choice((operation(), host_call())).labelled("an instruction with a result"))
-        .map(|((value, ty), data)| Line::Inst(Some((value, ty)), typed(data, ty)));
+        .map(|((value, ty), data)| Line::Inst(Some((value, ty)), with_type(data, ty)));
     let store = keyword("store").ignore_then(address()).then_ignore(sign(',')).then(self::value());
     let store = store.map(|(at, value)| InstData::Store { at, value });
     let alone = choice((store, host_call())).map(|data| Line::Inst(None, data));
@@ -249,7 +249,7 @@ fn line<'t>() -> impl Grammar<'t, Line> {
 }
 
 /// An instruction whose type is that of its result, which is written before it.
-fn typed(mut data: InstData, result: Type) -> InstData {
+fn with_type(mut data: InstData, result: Type) -> InstData {
     match &mut data {
         InstData::Iconst { ty, .. } | InstData::Load { ty, .. } => *ty = result,
         InstData::Convert { to, .. } => *to = result,
@@ -258,8 +258,8 @@ fn typed(mut data: InstData, result: Type) -> InstData {
     data
 }
 
-/// What stands for a type that [`typed`] puts in.
-const LATER: Type = Type::I1;
+/// What stands for a type that [`with_type`] puts in.
+const PLACEHOLDER: Type = Type::I1;
 
 /// An instruction with a result, but for calls of the host.
 fn operation<'t>() -> impl Grammar<'t, InstData> {
@@ -277,10 +277,10 @@ fn operation<'t>() -> impl Grammar<'t, InstData> {
     let select = keyword("select").ignore_then(value()).then_ignore(sign(',')).then(pair());
     let load = keyword("load").ignore_then(address());
     choice((
-        load.map(|at| InstData::Load { ty: LATER, at }),
+        load.map(|at| InstData::Load { ty: PLACEHOLDER, at }),
         binary.map(|(op, args)| InstData::Binary { op, args }),
-        iconst.map(|value| InstData::Iconst { ty: LATER, value }),
-        convert.map(|(op, arg)| InstData::Convert { op, to: LATER, arg }),
+        iconst.map(|value| InstData::Iconst { ty: PLACEHOLDER, value }),
+        convert.map(|(op, arg)| InstData::Convert { op, to: PLACEHOLDER, arg }),
         unary.map(|(op, arg)| InstData::Unary { op, arg }),
         icmp.map(|(cond, args)| InstData::Icmp { cond, args }),
         fconst.map(|bits| InstData::Fconst { bits }),

@@ -31,7 +31,7 @@ pub(super) enum Token<'t> {
 
 impl Token<'_> {
     /// How a message shows it.
-    pub(super) fn shown(&self) -> String {
+    pub(super) fn description(&self) -> String {
         match self {
             Self::Word(word) => format!("`{word}`"),
             Self::Quoted(text) => format!("`\"{text}\"`"),

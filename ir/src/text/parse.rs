@@ -45,20 +45,20 @@ fn message(error: &Rich<'_, Token<'_>>) -> String {
         RichReason::ExpectedFound { expected, found } => (expected, found),
         RichReason::Custom(message) => return message.clone(),
     };
-    let mut expected: Vec<String> = expected.iter().filter_map(shown).collect();
+    let mut expected: Vec<String> = expected.iter().filter_map(description).collect();
     expected.sort_unstable();
     expected.dedup();
     let last = expected.pop().unwrap_or_default();
-    let found = found.as_ref().map_or("the end of the text".into(), |token| token.shown());
+    let found = found.as_ref().map_or("the end of the text".into(), |token| token.description());
     match expected.as_slice() {
         [] => format!("expected {last}, found {found}"),
         others => format!("expected {} or {last}, found {found}", others.join(", ")),
     }
 }
 
-fn shown(pattern: &RichPattern<'_, Token<'_>>) -> Option<String> {
+fn description(pattern: &RichPattern<'_, Token<'_>>) -> Option<String> {
     match pattern {
-        RichPattern::Token(token) => Some(token.shown()),
+        RichPattern::Token(token) => Some(token.description()),
         RichPattern::Label(label) => Some(label.to_string()),
         RichPattern::EndOfInput => Some("the end of the text".into()),
         _ => None,

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use plcc_abi::Task;
 
 use super::ParseError;
-use super::grammar::{BlockText, Func, Item, Line, Param, name};
+use super::grammar::{BlockText, Func, Item, Line, Param, number_in_name};
 use super::lex::{Token, Tokens};
 use crate::func::ValueData;
 use crate::{
@@ -68,7 +68,7 @@ pub(super) fn resolve(tokens: &Tokens<'_>, items: Vec<Item>) -> Result<Module, P
 /// The number in the name that the token of an index is.
 fn number(tokens: &Tokens<'_>, token: u32, prefix: &str) -> u32 {
     match tokens.tokens.get(token as usize) {
-        Some(Token::Word(word)) => name(prefix, word).unwrap_or(u32::MAX),
+        Some(Token::Word(word)) => number_in_name(prefix, word).unwrap_or(u32::MAX),
         _ => u32::MAX,
     }
 }
@@ -106,7 +106,7 @@ impl FuncResolver<'_> {
                     }
                     Param::Value(token, ty) => {
                         let def = ValueDef::Param(block, data.params.len() as u32);
-                        data.params.push(self.value(token, ty, def)?);
+                        data.params.push(self.define_value(token, ty, def)?);
                     }
                 }
             }
@@ -114,7 +114,8 @@ impl FuncResolver<'_> {
             for line in &text.lines {
                 let Line::Inst(result, _) = line else { continue };
                 let def = ValueDef::Result(Inst(insts));
-                let result = result.map(|(token, ty)| self.value(token, ty, def)).transpose()?;
+                let result =
+                    result.map(|(token, ty)| self.define_value(token, ty, def)).transpose()?;
                 self.func.results.push(result);
                 insts += 1;
             }
@@ -123,7 +124,7 @@ impl FuncResolver<'_> {
         Ok(())
     }
 
-    fn value(&mut self, token: Value, ty: Type, def: ValueDef) -> Result<Value, ParseError> {
+    fn define_value(&mut self, token: Value, ty: Type, def: ValueDef) -> Result<Value, ParseError> {
         let number = self.number(token.0, "v");
         let value = Value(self.func.values.len() as u32);
         self.func.values.push(ValueData { ty, def });
@@ -161,18 +162,18 @@ impl FuncResolver<'_> {
 
     fn inst(&self, mut data: InstData) -> Result<InstData, ParseError> {
         let mut found = Ok(());
-        data.for_each_arg_mut(|value| self.used(value, &mut found));
+        data.for_each_arg_mut(|value| self.resolve_value(value, &mut found));
         found?;
         if let InstData::Load { ty: _, at } | InstData::Store { at, value: _ } = &mut data {
-            at.region = self.region(at.region)?;
+            at.region = self.resolve_region(at.region)?;
         }
         Ok(data)
     }
 
     fn terminator(&mut self, mut data: Terminator) -> Result<Terminator, ParseError> {
         let mut found = Ok(());
-        data.for_each_arg_mut(|value| self.used(value, &mut found));
-        data.for_each_block_mut(|block| self.target(block, &mut found));
+        data.for_each_arg_mut(|value| self.resolve_value(value, &mut found));
+        data.for_each_block_mut(|block| self.resolve_block(block, &mut found));
         found?;
         if let Terminator::Goto(label) | Terminator::Suspend(label) = &mut data {
             self.labels.push(*label);
@@ -182,7 +183,7 @@ impl FuncResolver<'_> {
     }
 
     /// Puts the value in the place of the token; notes the first error.
-    fn used(&self, value: &mut Value, found: &mut Result<(), ParseError>) {
+    fn resolve_value(&self, value: &mut Value, found: &mut Result<(), ParseError>) {
         let number = self.number(value.0, "v");
         match self.values.get(&number) {
             Some(&known) => *value = known,
@@ -194,7 +195,7 @@ impl FuncResolver<'_> {
         }
     }
 
-    fn target(&self, block: &mut Block, found: &mut Result<(), ParseError>) {
+    fn resolve_block(&self, block: &mut Block, found: &mut Result<(), ParseError>) {
         let number = Block(self.number(block.0, "block"));
         let count = self.func.blocks.len();
         if number.index() < count {
@@ -205,7 +206,7 @@ impl FuncResolver<'_> {
         }
     }
 
-    fn region(&self, token: Region) -> Result<Region, ParseError> {
+    fn resolve_region(&self, token: Region) -> Result<Region, ParseError> {
         let name = match self.tokens.tokens.get(token.index()) {
             Some(Token::Word(word)) => *word,
             _ => "",

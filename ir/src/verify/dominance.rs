@@ -17,7 +17,7 @@ use crate::{Block, FuncData, Value, ValueDef};
 /// The root of the tree: no block, but what stands above all entries.
 const ROOT: u32 = u32::MAX;
 
-pub(super) fn function(func: &FuncData, errors: &mut Errors) {
+pub(super) fn check_function(func: &FuncData, errors: &mut Errors) {
     let graph = Graph::new(func);
     let tree = Tree::new(func, &graph);
     // The values that are defined in the part that has been visited.
@@ -34,7 +34,7 @@ pub(super) fn function(func: &FuncData, errors: &mut Errors) {
         for &param in &data.params {
             defined[param.index()] = true;
         }
-        let reaches = |defined: &[bool], value: Value| {
+        let is_defined_at_use = |defined: &[bool], value: Value| {
             let from = match func.def(value) {
                 ValueDef::Result(inst) => block_of.get(inst.index()).copied().flatten(),
                 ValueDef::Param(block, _) => (block.index() < func.blocks.len()).then_some(block),
@@ -48,7 +48,7 @@ pub(super) fn function(func: &FuncData, errors: &mut Errors) {
         for &inst in &data.insts {
             errors.inst = Some(inst);
             func.inst(inst).for_each_arg(|value| {
-                if !reaches(&defined, value) {
+                if !is_defined_at_use(&defined, value) {
                     errors.push(format!("{value} is not defined on every way here"));
                 }
             });
@@ -59,7 +59,7 @@ pub(super) fn function(func: &FuncData, errors: &mut Errors) {
         errors.inst = None;
         if let Some(terminator) = &data.terminator {
             terminator.for_each_arg(|value| {
-                if !reaches(&defined, value) {
+                if !is_defined_at_use(&defined, value) {
                     errors.push(format!("{value} is not defined on every way here"));
                 }
             });
@@ -83,37 +83,37 @@ impl Tree {
         for (at, block) in graph.order.iter().enumerate() {
             number[block.index()] = at as u32;
         }
-        let mut above: Vec<Option<u32>> = vec![None; count];
+        let mut parents: Vec<Option<u32>> = vec![None; count];
         for (_, entry) in func.entries() {
-            above[number[entry.index()] as usize] = Some(ROOT);
+            parents[number[entry.index()] as usize] = Some(ROOT);
         }
         let mut changed = true;
         while changed {
             changed = false;
             for (at, &block) in graph.order.iter().enumerate() {
                 let Some(terminator) = &func.block(block).terminator else { continue };
-                if above[at].is_none() {
+                if parents[at].is_none() {
                     continue;
                 }
                 terminator.for_each_block(|next, _| {
                     let slot = number[next.index()] as usize;
-                    let meet = match above[slot] {
+                    let meet = match parents[slot] {
                         None => at as u32,
-                        Some(other) => common(&above, other, at as u32),
+                        Some(other) => nearest_common_dominator(&parents, other, at as u32),
                     };
-                    if above[slot] != Some(meet) {
-                        above[slot] = Some(meet);
+                    if parents[slot] != Some(meet) {
+                        parents[slot] = Some(meet);
                         changed = true;
                     }
                 });
             }
         }
-        Self { number, spans: spans(&above) }
+        Self { number, spans: spans(&parents) }
     }
 
-    fn dominates(&self, above: Block, below: Block) -> bool {
-        let span = |block: Block| self.spans.get(*self.number.get(block.index())? as usize);
-        match (span(above), span(below)) {
+    fn dominates(&self, dominator: Block, block: Block) -> bool {
+        let span = |of: Block| self.spans.get(*self.number.get(of.index())? as usize);
+        match (span(dominator), span(block)) {
             (Some(&(first, last)), Some(&(at, _))) => first <= at && at <= last,
             _ => false,
         }
@@ -121,37 +121,37 @@ impl Tree {
 }
 
 /// The nearest common dominator of two blocks.
-fn common(above: &[Option<u32>], mut a: u32, mut b: u32) -> u32 {
+fn nearest_common_dominator(parents: &[Option<u32>], mut a: u32, mut b: u32) -> u32 {
     while a != b {
         if a == ROOT || b == ROOT {
             return ROOT;
         }
         // A dominator has a smaller number than what it dominates.
         if a > b {
-            a = above[a as usize].unwrap_or(ROOT);
+            a = parents[a as usize].unwrap_or(ROOT);
         } else {
-            b = above[b as usize].unwrap_or(ROOT);
+            b = parents[b as usize].unwrap_or(ROOT);
         }
     }
     a
 }
 
 /// Numbers a tree, given by the parent of each node, so that each subtree is a span of numbers.
-fn spans(above: &[Option<u32>]) -> Vec<(u32, u32)> {
+fn spans(parents: &[Option<u32>]) -> Vec<(u32, u32)> {
     // A parent comes before its children, so the sizes of subtrees add up from behind.
-    let mut sizes = vec![1u32; above.len()];
-    for at in (0..above.len()).rev() {
-        if let Some(up) = above[at]
+    let mut sizes = vec![1u32; parents.len()];
+    for at in (0..parents.len()).rev() {
+        if let Some(up) = parents[at]
             && up != ROOT
         {
             sizes[up as usize] += sizes[at];
         }
     }
-    let mut spans = vec![(0, 0); above.len()];
-    let mut next = vec![0u32; above.len()];
+    let mut spans = vec![(0, 0); parents.len()];
+    let mut next = vec![0u32; parents.len()];
     let mut free = 0;
-    for at in 0..above.len() {
-        let first = match above[at] {
+    for at in 0..parents.len() {
+        let first = match parents[at] {
             Some(up) if up != ROOT => {
                 let slot = &mut next[up as usize];
                 let first = *slot;

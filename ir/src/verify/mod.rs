@@ -41,7 +41,7 @@
 //! Blocks that control cannot reach keep all rules but 9.
 //!
 //! # Termination
-//! [`ends_provably`] proves that every scan of a module ends, by the absence of loops. It holds for
+//! [`every_scan_ends`] proves that every scan of a module ends, by the absence of loops. It holds for
 //! PMI's programs, and for PMAC's, whose WHILE suspends the scan.
 //!
 //! # Order of stores
@@ -53,18 +53,18 @@
     reason = "tables have a place for every block; rules about structure were checked before"
 )]
 mod dominance;
+mod operation;
+mod resume;
+mod structure;
 #[allow(
     clippy::indexing_slicing,
     reason = "tables have a place for every block; rules about structure were checked before"
 )]
-mod ends;
-mod operation;
-mod resume;
-mod structure;
+mod termination;
 
 use std::fmt;
 
-pub use ends::ends_provably;
+pub use termination::every_scan_ends;
 
 use crate::{Block, FuncData, Inst, Module};
 
@@ -108,17 +108,17 @@ pub fn verify(module: &Module) -> Vec<VerifyError> {
 /// What is wrong with a module apart from its functions: rules 1 to 3 and 14.
 pub fn module(module: &Module) -> Vec<VerifyError> {
     let mut errors = Errors::default();
-    structure::module(module, &mut errors);
-    resume::module(module, &mut errors);
+    structure::check_module(module, &mut errors);
+    resume::check_module(module, &mut errors);
     errors.list
 }
 
 /// Checks one function of a module and gives everything that is wrong with it.
 pub fn function(module: &Module, func: &FuncData) -> Vec<VerifyError> {
     let mut errors = Errors { function: Some(func.name().to_owned()), ..Errors::default() };
-    if structure::function(func, &mut errors) {
-        operation::function(module, func, &mut errors);
-        dominance::function(func, &mut errors);
+    if structure::check_function(func, &mut errors) {
+        operation::check_function(module, func, &mut errors);
+        dominance::check_function(func, &mut errors);
     }
     errors.list
 }

@@ -8,7 +8,7 @@ use crate::{
     Terminator, Type, UnaryOp, Value, ValueDef,
 };
 
-pub(super) fn function(module: &Module, func: &FuncData, errors: &mut Errors) {
+pub(super) fn check_function(module: &Module, func: &FuncData, errors: &mut Errors) {
     for (block, data) in func.blocks() {
         errors.block = Some(block);
         for (number, &param) in data.params.iter().enumerate() {
@@ -30,27 +30,27 @@ pub(super) fn function(module: &Module, func: &FuncData, errors: &mut Errors) {
             if loc != SourceLoc::NONE && loc.index() >= module.statements.len() {
                 errors.push(format!("belongs to statement {loc}, which is not there"));
             }
-            if let Some(message) = wrong(module, func, instruction) {
+            if let Some(message) = mistake(module, func, instruction) {
                 errors.push(message);
             }
         }
         errors.inst = None;
         if let Some(terminator) = &data.terminator {
-            self::terminator(module, func, terminator, errors);
+            check_terminator(module, func, terminator, errors);
         }
     }
     errors.block = None;
 }
 
 /// What is wrong with an instruction.
-fn wrong(module: &Module, func: &FuncData, data: &InstData) -> Option<String> {
+fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> {
     let ty = |value: Value| func.ty(value);
-    let pair = |[a, b]: [Value; 2]| {
+    let type_mismatch = |[a, b]: [Value; 2]| {
         (ty(a) != ty(b)).then(|| format!("operands are {} and {}", ty(a), ty(b)))
     };
-    let say = |broken: bool, message: String| broken.then_some(message);
+    let when_broken = |broken: bool, message: String| broken.then_some(message);
     match *data {
-        InstData::Iconst { ty, value } => say(
+        InstData::Iconst { ty, value } => when_broken(
             !ty.is_int() || ty.wrap(value) != value,
             format!("{value} is no constant of type {ty}"),
         ),
@@ -61,32 +61,31 @@ fn wrong(module: &Module, func: &FuncData, data: &InstData) -> Option<String> {
                 UnaryOp::Neg => ty(arg).is_int() && ty(arg) != Type::I1,
                 _ => ty(arg) == Type::F64,
             };
-            say(!fits, format!("{} of {}", op.name(), ty(arg)))
+            when_broken(!fits, format!("{} of {}", op.name(), ty(arg)))
         }
-        InstData::Binary { op, args } => pair(args).or_else(|| {
+        InstData::Binary { op, args } => type_mismatch(args).or_else(|| {
             let of = ty(args[0]);
             let fits = match of {
                 Type::F64 => op.is_float(),
                 Type::I1 => matches!(op, BinaryOp::And | BinaryOp::Or | BinaryOp::Xor),
                 _ => !op.is_float(),
             };
-            say(!fits, format!("{} of {of}", op.name()))
+            when_broken(!fits, format!("{} of {of}", op.name()))
         }),
-        InstData::Icmp { cond, args } => pair(args).or_else(|| {
+        InstData::Icmp { cond, args } => type_mismatch(args).or_else(|| {
             let of = ty(args[0]);
             let fits = match of {
                 Type::F64 => false,
                 Type::I1 => matches!(cond, IntCond::Eq | IntCond::Ne),
                 _ => true,
             };
-            say(!fits, format!("{} of {of}", cond.name()))
+            when_broken(!fits, format!("{} of {of}", cond.name()))
         }),
-        InstData::Fcmp { cond, args } => pair(args).or_else(|| {
-            say(ty(args[0]) != Type::F64, format!("{} of {}", cond.name(), ty(args[0])))
+        InstData::Fcmp { cond, args } => type_mismatch(args).or_else(|| {
+            when_broken(ty(args[0]) != Type::F64, format!("{} of {}", cond.name(), ty(args[0])))
         }),
-        InstData::Select { cond, args } => {
-            pair(args).or_else(|| say(ty(cond) != Type::I1, format!("chooses by {}", ty(cond))))
-        }
+        InstData::Select { cond, args } => type_mismatch(args)
+            .or_else(|| when_broken(ty(cond) != Type::I1, format!("chooses by {}", ty(cond)))),
         InstData::Convert { op, to, arg } => {
             let from = ty(arg);
             let ints = from.is_int() && to.is_int();
@@ -100,16 +99,19 @@ fn wrong(module: &Module, func: &FuncData, data: &InstData) -> Option<String> {
                     matches!((from, to), (Type::I64, Type::F64) | (Type::F64, Type::I64))
                 }
             };
-            say(!fits, format!("{} of {from} to {to}", op.name()))
+            when_broken(!fits, format!("{} of {from} to {to}", op.name()))
         }
-        InstData::Load { ty, at } => access(module, func, &at, ty, false),
-        InstData::Store { at, value } => access(module, func, &at, ty(value), true),
+        InstData::Load { ty, at } => access_mistake(module, func, &at, ty, false),
+        InstData::Store { at, value } => access_mistake(module, func, &at, ty(value), true),
         InstData::HostCall { function, args } => {
             let (wanted, _) = function.signature();
             let given = args.as_slice();
             let fits = wanted.len() == given.len()
                 && wanted.iter().zip(given).all(|(&wanted, &arg)| host_type(wanted) == ty(arg));
-            say(!fits, format!("{} is called with other arguments than it has", function.name()))
+            when_broken(
+                !fits,
+                format!("{} is called with other arguments than it has", function.name()),
+            )
         }
     }
 }
@@ -122,7 +124,13 @@ fn host_type(ty: HostType) -> Type {
     }
 }
 
-fn access(module: &Module, func: &FuncData, at: &Address, ty: Type, store: bool) -> Option<String> {
+fn access_mistake(
+    module: &Module,
+    func: &FuncData,
+    at: &Address,
+    ty: Type,
+    store: bool,
+) -> Option<String> {
     let Some(region) = module.region(at.region) else {
         return Some(format!("{} is not there", at.region));
     };
@@ -148,31 +156,36 @@ fn access(module: &Module, func: &FuncData, at: &Address, ty: Type, store: bool)
     None
 }
 
-fn terminator(module: &Module, func: &FuncData, terminator: &Terminator, errors: &mut Errors) {
-    let mut expect = |value: Value, wanted: Type| {
+fn check_terminator(
+    module: &Module,
+    func: &FuncData,
+    terminator: &Terminator,
+    errors: &mut Errors,
+) {
+    let mut check_type = |value: Value, wanted: Type| {
         if func.ty(value) != wanted {
             errors.push(format!("{value} is {}, not {wanted}", func.ty(value)));
         }
     };
     match terminator {
-        Terminator::Brif { cond, .. } => expect(*cond, Type::I1),
-        Terminator::Switch { arg, .. } => expect(*arg, Type::I32),
-        Terminator::GotoIndirect(label) => expect(*label, Type::I32),
+        Terminator::Brif { cond, .. } => check_type(*cond, Type::I1),
+        Terminator::Switch { arg, .. } => check_type(*arg, Type::I32),
+        Terminator::GotoIndirect(label) => check_type(*label, Type::I32),
         Terminator::Goto(label) | Terminator::Suspend(label) => {
-            stands(module, *label, errors);
+            check_label(module, *label, errors);
         }
         Terminator::Jump(_) | Terminator::Return | Terminator::Trap(_) => {}
     }
-    terminator.for_each_block(|block, args| call(func, block, args, errors));
+    terminator.for_each_block(|block, args| check_block_call(func, block, args, errors));
 }
 
-fn stands(module: &Module, label: Label, errors: &mut Errors) {
+fn check_label(module: &Module, label: Label, errors: &mut Errors) {
     if !module.has_label(label) {
         errors.push(format!("{label} stands nowhere"));
     }
 }
 
-fn call(func: &FuncData, block: Block, args: &[Value], errors: &mut Errors) {
+fn check_block_call(func: &FuncData, block: Block, args: &[Value], errors: &mut Errors) {
     let params = &func.block(block).params;
     if params.len() != args.len() {
         errors.push(format!("{block} has {} parameters, not {}", params.len(), args.len()));

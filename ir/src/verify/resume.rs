@@ -5,22 +5,22 @@ use std::collections::HashSet;
 use super::Errors;
 use crate::{Block, Func, Label, Module, Terminator};
 
-pub(super) fn module(module: &Module, errors: &mut Errors) {
+pub(super) fn check_module(module: &Module, errors: &mut Errors) {
     let suspended = suspensions(module);
     // Most modules, all of PMI's among them, never suspend.
     if suspended.is_empty() {
         return;
     }
-    let all: HashSet<u32> =
+    let all_points: HashSet<u32> =
         module.tasks.iter().flat_map(|task| task.resume_points.iter().copied()).collect();
-    for label in suspended.iter().filter(|label| !all.contains(&label.0)) {
+    for label in suspended.iter().filter(|label| !all_points.contains(&label.0)) {
         errors.push(format!("a scan is suspended at {label}, which no task has as a resume point"));
     }
     let targets = module.label_targets();
     for task in &module.tasks {
         let points: HashSet<u32> = task.resume_points.iter().copied().collect();
-        for label in reached(module, &targets, task.entry, &points) {
-            if !points.contains(&label.0) && all.contains(&label.0) {
+        for label in suspensions_reached(module, &targets, task.entry, &points) {
+            if !points.contains(&label.0) && all_points.contains(&label.0) {
                 let name = &task.name;
                 errors.push(format!("task {name} is suspended at {label}, no resume point of it"));
             }
@@ -43,7 +43,7 @@ fn suspensions(module: &Module) -> Vec<Label> {
 }
 
 /// The labels that the suspensions name which a task is known to come to.
-fn reached(
+fn suspensions_reached(
     module: &Module,
     targets: &[Option<(Func, Block)>],
     entry: u32,
@@ -51,10 +51,10 @@ fn reached(
 ) -> Vec<Label> {
     let target = |label: u32| targets.get(label as usize).copied().flatten();
     let mut seen: HashSet<(Func, Block)> = HashSet::new();
-    let mut open: Vec<(Func, Block)> =
+    let mut to_visit: Vec<(Func, Block)> =
         points.iter().copied().chain([entry]).filter_map(target).collect();
     let mut labels = vec![];
-    while let Some((func, block)) = open.pop() {
+    while let Some((func, block)) = to_visit.pop() {
         if !seen.insert((func, block)) {
             continue;
         }
@@ -62,8 +62,8 @@ fn reached(
         let Some(terminator) = data.and_then(|data| data.terminator.as_ref()) else { continue };
         match terminator {
             Terminator::Suspend(label) => labels.push(*label),
-            Terminator::Goto(label) => open.extend(target(label.0)),
-            other => other.for_each_block(|next, _| open.push((func, next))),
+            Terminator::Goto(label) => to_visit.extend(target(label.0)),
+            other => other.for_each_block(|next, _| to_visit.push((func, next))),
         }
     }
     labels.sort_unstable();

@@ -3,9 +3,9 @@
 use super::Errors;
 use crate::{FuncData, Module};
 
-pub(super) fn module(module: &Module, errors: &mut Errors) {
-    regions(module, errors);
-    labels(module, errors);
+pub(super) fn check_module(module: &Module, errors: &mut Errors) {
+    check_regions(module, errors);
+    check_labels(module, errors);
     let files = module.files.len();
     for (index, statement) in module.statements.iter().enumerate() {
         if statement.file as usize >= files && files > 0 {
@@ -14,7 +14,7 @@ pub(super) fn module(module: &Module, errors: &mut Errors) {
     }
 }
 
-fn regions(module: &Module, errors: &mut Errors) {
+fn check_regions(module: &Module, errors: &mut Errors) {
     let mut spans = vec![];
     for region in &module.regions {
         let (start, end) =
@@ -39,7 +39,7 @@ fn regions(module: &Module, errors: &mut Errors) {
     }
 }
 
-fn labels(module: &Module, errors: &mut Errors) {
+fn check_labels(module: &Module, errors: &mut Errors) {
     let mut seen = vec![0u32; module.label_count as usize];
     for (_, func) in module.funcs() {
         for (label, _) in func.entries() {
@@ -66,7 +66,7 @@ fn labels(module: &Module, errors: &mut Errors) {
 
 /// Checks the references inside a function; gives whether all exist, so that the other rules can be
 /// checked.
-pub(super) fn function(func: &FuncData, errors: &mut Errors) -> bool {
+pub(super) fn check_function(func: &FuncData, errors: &mut Errors) -> bool {
     let before = errors.list.len();
     for (label, block) in func.entries() {
         match func.blocks.get(block.index()) {

@@ -1,6 +1,6 @@
 //! A module that breaks each rule, and what is said.
 
-use super::{ends_provably, verify};
+use super::{every_scan_ends, verify};
 use crate::text::parse;
 
 const HEAD: &str = "image 24\nregion data at 0 size 16\nregion bits at 16 size 8 bits\n";
@@ -125,7 +125,7 @@ fn a_value_comes_from_one_arm_only() {
 
 #[test]
 fn what_ends_is_known() {
-    let ends = |text: &str| ends_provably(&parse(&format!("{HEAD}{text}")).unwrap());
+    let ends = |text: &str| every_scan_ends(&parse(&format!("{HEAD}{text}")).unwrap());
     assert!(ends("fn \"f\" {\nblock0 (L0):\ngoto L1\n}\nfn \"g\" {\nblock0 (L1):\nreturn\n}"));
     assert!(!ends("fn \"f\" {\nblock0 (L0):\ngoto L1\n}\nfn \"g\" {\nblock0 (L1):\ngoto L0\n}"));
     assert!(ends("fn \"f\" {\nblock0 (L0):\nsuspend L0\n}"));

@@ -8,7 +8,7 @@ use crate::{Block, Func, Label, Module, Terminator};
 /// Whether every scan of a module ends, whatever the process image holds: control cannot come to
 /// a block twice before the scan returns, is suspended or is stopped. A jump to a label by number
 /// can lead anywhere, so a module with one is not proven to end.
-pub fn ends_provably(module: &Module) -> bool {
+pub fn every_scan_ends(module: &Module) -> bool {
     let labels = module.label_targets();
     let target = |label: Label| labels.get(label.index()).copied().flatten();
     let mut first = vec![];
@@ -28,7 +28,7 @@ pub fn ends_provably(module: &Module) -> bool {
         }
     };
     // Blocks on the current path, and blocks that are done.
-    let (mut open, mut done) = (vec![false; count], vec![false; count]);
+    let (mut on_path, mut done) = (vec![false; count], vec![false; count]);
     let mut stack = vec![];
     for (func, data) in module.funcs() {
         for (block, data) in data.blocks() {
@@ -36,23 +36,23 @@ pub fn ends_provably(module: &Module) -> bool {
                 return false;
             }
             let Some(at) = number((func, block)).filter(|&at| !done[at]) else { continue };
-            open[at] = true;
+            on_path[at] = true;
             stack.push(((func, block), at, 0));
             while let Some((place, at, which)) = stack.last_mut() {
                 match next(*place, *which) {
                     Some(to) => {
                         *which += 1;
                         let Some(to_at) = number(to) else { continue };
-                        if open[to_at] {
+                        if on_path[to_at] {
                             return false;
                         }
                         if !done[to_at] {
-                            open[to_at] = true;
+                            on_path[to_at] = true;
                             stack.push((to, to_at, 0));
                         }
                     }
                     None => {
-                        open[*at] = false;
+                        on_path[*at] = false;
                         done[*at] = true;
                         stack.pop();
                     }
