@@ -2,7 +2,7 @@
 //! the same when it is written again.
 
 use plcc_abi::pmac::{
-    Definition, Field, Format, Layout, Memory, Space, SparseMemory,
+    Controller, Definition, Field, Format, Layout, Memory, Space, SparseMemory,
     fixed::{bits, from_float48, read_field, to_float48},
     math::{finite, round},
 };
@@ -70,7 +70,7 @@ struct Machine {
 
 impl Machine {
     fn new(definition: Definition) -> Self {
-        let layout = Layout::new(false);
+        let layout = Layout::new(Controller::Pmac);
         let mut machine =
             Self { layout, image: vec![0; layout.size as usize], sparse: SparseMemory::default() };
         machine.memory().define(1, definition);

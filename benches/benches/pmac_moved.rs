@@ -13,7 +13,9 @@ use std::time::Instant;
 use plcc::compile::jit;
 use plcc::recompile::PmacRecompiler;
 use plcc_abi::image::write_u32;
-use plcc_abi::pmac::{Assumption, Definition, Definitions, Field, Format, Layout, Place, Space};
+use plcc_abi::pmac::{
+    Assumption, Controller, Definition, Definitions, Field, Format, Layout, Place, Space,
+};
 use plcc_abi::{Engine, Scan};
 use plcc_benches::pmac::{BITS, Form, INPUT_WORDS, Kernel, patterns};
 use plcc_codegen::OptLevel;
@@ -23,7 +25,7 @@ use plcc_frontend::pmac::{self, Program};
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions, Recompiling, Settings};
 
 const ROUNDS: usize = 9;
-const LAYOUT: Layout = Layout::new(false);
+const LAYOUT: Layout = Layout::new(Controller::Pmac);
 /// What the kernel does not use.
 const ELSEWHERE: u32 = 0x07F8;
 
@@ -149,7 +151,7 @@ impl Machine {
         let (native, _) = jit(lowered)?;
         let assumed: &[Assumption] = program.assumed();
         let compiler = Box::new(PmacRecompiler::new(Box::new(program.clone()), OptLevel::Speed));
-        let engine = Recompiling::new(native, assumed, false, compiler, settings);
+        let engine = Recompiling::new(native, assumed, Controller::Pmac, compiler, settings);
         let executive = PmacExecutive::new(&lowered.program, PmacOptions::default());
         Ok(Self { engine, executive: executive.ok_or("no PMAC")? })
     }

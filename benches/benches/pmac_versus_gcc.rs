@@ -12,7 +12,7 @@ use std::process::Command;
 use std::time::Instant;
 
 use plcc_abi::image::{read_f64, read_u32, write_f64, write_u32};
-use plcc_abi::pmac::{Layout, Place, Space};
+use plcc_abi::pmac::{Controller, Layout, Place, Space};
 use plcc_abi::{Engine, Scan};
 use plcc_benches::compiled::{self, Compiled};
 use plcc_benches::least;
@@ -155,7 +155,7 @@ fn offset(layout: &Layout, space: Space, address: u32) -> u32 {
 }
 
 fn run(engine: &mut dyn Engine, executive: &mut PmacExecutive, form: Form, scans: usize) -> f64 {
-    let layout = Layout::new(false);
+    let layout = Layout::new(Controller::Pmac);
     let patterns = patterns();
     let words: Vec<u32> = (0..INPUT_WORDS).map(|k| offset(&layout, Space::Y, BITS + k)).collect();
     let (image, host) = executive.parts();
@@ -178,7 +178,7 @@ fn run(engine: &mut dyn Engine, executive: &mut PmacExecutive, form: Form, scans
 }
 
 fn state(image: &[u8], form: Form) -> Vec<u64> {
-    let layout = Layout::new(false);
+    let layout = Layout::new(Controller::Pmac);
     let p = |n| read_f64(image, layout.p_offset(n)).to_bits();
     let word = |space, address| {
         let word = read_u32(image, offset(&layout, space, address));

@@ -50,7 +50,8 @@ pub fn recompiling(
         (Some(program), Tables::Pmac(tables)) => {
             let assumptions = program.assumptions().to_vec();
             let compiler = Box::new(PmacRecompiler::new(program, opt));
-            Box::new(Recompiling::new(native, &assumptions, tables.turbo, compiler, settings))
+            let controller = tables.controller;
+            Box::new(Recompiling::new(native, &assumptions, controller, compiler, settings))
         }
         _ => Box::new(native),
     }

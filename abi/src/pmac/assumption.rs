@@ -224,6 +224,7 @@ impl<'a> Definitions<'a> {
 mod tests {
     use alloc::vec;
 
+    use super::super::Controller;
     use super::*;
 
     const P1: Definition = Definition::L { address: 0x1001 };
@@ -231,7 +232,7 @@ mod tests {
 
     #[test]
     fn only_what_is_built_in_and_other_counts() {
-        let layout = Layout::new(false);
+        let layout = Layout::new(Controller::Pmac);
         let mut image = vec![0; layout.size as usize];
         let mut definitions = Definitions::new(&mut image, &layout);
         for number in 0..4 {
@@ -273,7 +274,7 @@ mod tests {
 
     #[test]
     fn the_value_of_an_undefined_one_moves_nothing() {
-        let layout = Layout::new(false);
+        let layout = Layout::new(Controller::Pmac);
         let mut image = vec![0; layout.size as usize];
         let mut definitions = Definitions::new(&mut image, &layout);
         definitions.set_code(5, 12);
@@ -288,7 +289,7 @@ mod tests {
 
     #[test]
     fn definitions_lead_where_the_image_has_them() {
-        let layout = Layout::new(false);
+        let layout = Layout::new(Controller::Pmac);
         let field = Field { offset: 8, width: 1, format: Format::U };
         let y = |address| Definition::Y { address, field };
         let at = |space, address| match layout.place(space, address) {

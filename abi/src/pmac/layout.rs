@@ -7,6 +7,7 @@
 
 use alloc::{string::ToString, vec, vec::Vec};
 
+use super::controller::Controller;
 use crate::Region;
 
 /// One of the two data spaces of the DSP (guide, Memory Map).
@@ -65,8 +66,8 @@ pub mod exec {
 /// Offsets of everything, in bytes from the image's start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// Turbo PMAC.
-    pub turbo: bool,
+    /// The controller whose memory it is.
+    pub controller: Controller,
     /// Numbers of each kind of variable: 1024 or 8192, a power of two.
     pub count: u32,
     /// The P-variables, a double each.
@@ -105,8 +106,11 @@ const TURBO_WINDOWS: &[(u32, u32)] = &[(0, 0x1_0000), (0x6_0000, 0x7_0000), (0x7
 
 impl Layout {
     /// The layout for a controller.
-    pub const fn new(turbo: bool) -> Self {
-        let count = if turbo { 8192 } else { 1024 };
+    pub const fn new(controller: Controller) -> Self {
+        let count = match controller {
+            Controller::Pmac => 1024,
+            Controller::Turbo => 8192,
+        };
         let p = 0;
         let q = p + 8 * count;
         let i = q + 8 * count;
@@ -114,14 +118,14 @@ impl Layout {
         let mload = mdef + 8 * count;
         let tw = mload + 8 * count;
         let words = tw + 8 * count;
-        let moved = words + 8 * resident(windows(turbo));
+        let moved = words + 8 * resident(windows(controller));
         let mwatch = moved + count;
         let stale = mwatch + count;
         let epoch = stale + exec::EPOCH;
         let q_base = stale + exec::Q_BASES;
         let size = (stale + exec::q_base(CONTEXTS)).next_multiple_of(8);
         Self {
-            turbo,
+            controller,
             count,
             p,
             q,
@@ -172,27 +176,42 @@ impl Layout {
 
     /// Bits of an address.
     pub const fn address_mask(&self) -> u32 {
-        if self.turbo { 0xFF_FFFF } else { 0xFFFF }
+        match self.controller {
+            Controller::Pmac => 0xFFFF,
+            Controller::Turbo => 0xFF_FFFF,
+        }
     }
 
     /// The address of P0.
     pub const fn p_address(&self) -> u32 {
-        if self.turbo { 0x6000 } else { 0x1000 }
+        match self.controller {
+            Controller::Pmac => 0x1000,
+            Controller::Turbo => 0x6000,
+        }
     }
 
     /// The address of &1Q0.
     pub const fn q_address(&self) -> u32 {
-        if self.turbo { 0x8000 } else { 0x1400 }
+        match self.controller {
+            Controller::Pmac => 0x1400,
+            Controller::Turbo => 0x8000,
+        }
     }
 
     /// The address of M0's definition, in Y.
     pub const fn m_address(&self) -> u32 {
-        if self.turbo { 0x4000 } else { 0xBC00 }
+        match self.controller {
+            Controller::Pmac => 0xBC00,
+            Controller::Turbo => 0x4000,
+        }
     }
 
     /// The number of coordinate systems.
     pub const fn systems(&self) -> u32 {
-        if self.turbo { 16 } else { 8 }
+        match self.controller {
+            Controller::Pmac => 8,
+            Controller::Turbo => 16,
+        }
     }
 
     /// The number of Q0 of a coordinate system (from 1) among all Q-variables.
@@ -229,7 +248,7 @@ impl Layout {
         if let Some(number) = within(self.q_address()) {
             return Place::Q(number);
         }
-        if !self.turbo
+        if self.controller == Controller::Pmac
             && space == Space::X
             && let Some(number) = i_at(address)
         {
@@ -251,7 +270,7 @@ impl Layout {
     /// The index of an address among those in the image.
     fn resident(&self, address: u32) -> Option<u32> {
         let mut base = 0;
-        for &(start, end) in windows(self.turbo) {
+        for &(start, end) in windows(self.controller) {
             if start <= address && address < end {
                 return Some(base + address - start);
             }
@@ -268,8 +287,11 @@ fn i_at(address: u32) -> Option<u32> {
     (motor < 8 && rest == 0).then_some(105 + 100 * motor)
 }
 
-const fn windows(turbo: bool) -> &'static [(u32, u32)] {
-    if turbo { TURBO_WINDOWS } else { PMAC_WINDOWS }
+const fn windows(controller: Controller) -> &'static [(u32, u32)] {
+    match controller {
+        Controller::Pmac => PMAC_WINDOWS,
+        Controller::Turbo => TURBO_WINDOWS,
+    }
 }
 
 const fn resident(windows: &[(u32, u32)]) -> u32 {
@@ -328,8 +350,8 @@ mod tests {
 
     #[test]
     fn regions_cover_the_image_without_gaps() {
-        for turbo in [false, true] {
-            let layout = Layout::new(turbo);
+        for controller in [Controller::Pmac, Controller::Turbo] {
+            let layout = Layout::new(controller);
             let mut end = 0;
             for region in layout.regions() {
                 assert_eq!(region.offset, end, "{}", region.name);
@@ -342,7 +364,7 @@ mod tests {
 
     #[test]
     fn addresses_are_what_the_guide_says() {
-        let pmac = Layout::new(false);
+        let pmac = Layout::new(Controller::Pmac);
         assert_eq!(pmac.place(Space::X, 0x1000), Place::P(0));
         assert_eq!(pmac.place(Space::Y, 0x13FF), Place::P(1023));
         assert_eq!(pmac.place(Space::X, 0x1400), Place::Q(0));
@@ -354,7 +376,7 @@ mod tests {
         assert_eq!(pmac.place(Space::X, 0x1CE), Place::I(805));
         assert!(matches!(pmac.place(Space::Y, 0x2A), Place::Word(_)));
         assert!(matches!(pmac.place(Space::X, 0x20A), Place::Word(_)));
-        let turbo = Layout::new(true);
+        let turbo = Layout::new(Controller::Turbo);
         assert_eq!(turbo.place(Space::Y, 0x6001), Place::P(1));
         assert_eq!(turbo.place(Space::X, 0x9FFF), Place::Q(8191));
         assert_eq!(turbo.place(Space::Y, 0x4000), Place::Definition(0));
@@ -365,11 +387,11 @@ mod tests {
 
     #[test]
     fn coordinate_systems_share_the_q_variables() {
-        let pmac = Layout::new(false);
+        let pmac = Layout::new(Controller::Pmac);
         assert_eq!(pmac.q_base_of(1), 0);
         assert_eq!(pmac.q_base_of(2), 0x80);
         assert_eq!(pmac.q_base_of(8), 0x380);
-        assert_eq!(Layout::new(true).q_base_of(2), 0x200);
+        assert_eq!(Layout::new(Controller::Turbo).q_base_of(2), 0x200);
     }
 
     #[test]

@@ -287,7 +287,7 @@ impl Memory<'_> {
 mod tests {
     use alloc::{vec, vec::Vec};
 
-    use super::super::definition::Format;
+    use super::super::{Controller, definition::Format};
     use super::*;
 
     struct Machine {
@@ -297,8 +297,8 @@ mod tests {
     }
 
     impl Machine {
-        fn new(turbo: bool) -> Self {
-            let layout = Layout::new(turbo);
+        fn new(controller: Controller) -> Self {
+            let layout = Layout::new(controller);
             Self { layout, image: vec![0; layout.size as usize], sparse: SparseMemory::default() }
         }
 
@@ -315,7 +315,7 @@ mod tests {
 
     #[test]
     fn an_undefined_variable_holds_21_bits() {
-        let mut machine = Machine::new(false);
+        let mut machine = Machine::new(Controller::Pmac);
         let mut memory = machine.memory();
         memory.write_m(5, -3.4);
         assert_eq!(memory.read_m(5), -3.0);
@@ -332,7 +332,7 @@ mod tests {
 
     #[test]
     fn the_guides_array_moves_a_definition() {
-        let mut machine = Machine::new(false);
+        let mut machine = Machine::new(Controller::Pmac);
         let mut memory = machine.memory();
         memory.define(34, L_P1);
         memory.define(35, Definition::Y { address: 0xBC22, field: field(0, 16, Format::U) });
@@ -353,7 +353,7 @@ mod tests {
 
     #[test]
     fn a_definitions_high_bits_read_zero_and_stay() {
-        let mut machine = Machine::new(false);
+        let mut machine = Machine::new(Controller::Pmac);
         let mut memory = machine.memory();
         let definition = Definition::X { address: 0xC003, field: field(0, 24, Format::S) };
         memory.define(3, definition);
@@ -364,7 +364,7 @@ mod tests {
             memory.definition(3),
             Definition::X { address: 0x1234, field: field(0, 24, Format::S) }
         );
-        let mut turbo = Machine::new(true);
+        let mut turbo = Machine::new(Controller::Turbo);
         let mut memory = turbo.memory();
         memory.define(3, definition);
         memory.write_word(Space::Y, 0x4003, 0x12_3456);
@@ -373,7 +373,7 @@ mod tests {
 
     #[test]
     fn a_p_variable_shows_its_words() {
-        let mut machine = Machine::new(false);
+        let mut machine = Machine::new(Controller::Pmac);
         let mut memory = machine.memory();
         memory.write(L_P1, 10.0);
         assert_eq!(memory.read_word(Space::X, 0x1001), 0x50_0000);
@@ -394,7 +394,7 @@ mod tests {
 
     #[test]
     fn the_guides_bit_of_an_i_variable_is_one() {
-        let mut machine = Machine::new(false);
+        let mut machine = Machine::new(Controller::Pmac);
         let i105 = machine.layout.i_offset(105);
         write_f64(&mut machine.image, i105, f64::from(0x1_073F));
         let mut memory = machine.memory();
@@ -406,7 +406,7 @@ mod tests {
 
     #[test]
     fn double_words_have_x_high() {
-        let mut machine = Machine::new(false);
+        let mut machine = Machine::new(Controller::Pmac);
         let mut memory = machine.memory();
         let long = Definition::D { address: 0x28 };
         memory.write(long, -1.0);
@@ -434,7 +434,7 @@ mod tests {
 
     #[test]
     fn thumbwheels_keep_what_was_written() {
-        let mut machine = Machine::new(false);
+        let mut machine = Machine::new(Controller::Pmac);
         let mut memory = machine.memory();
         memory.define(100, Definition::Tw { address: 4 });
         memory.write_m(100, 12.345);
@@ -444,7 +444,7 @@ mod tests {
 
     #[test]
     fn turbo_reaches_every_address() {
-        let mut machine = Machine::new(true);
+        let mut machine = Machine::new(Controller::Turbo);
         let mut memory = machine.memory();
         for address in [0_u32, 0xBC00, 0x5_0000, 0x6_0000, 0x7_8C00, 0xFF_FFFF] {
             let x = Definition::X { address, field: Field::WORD };

@@ -4,6 +4,7 @@
 
 pub mod arithmetic;
 pub mod assumption;
+mod controller;
 pub mod definition;
 pub mod fixed;
 pub mod layout;
@@ -17,6 +18,7 @@ pub mod tables;
 /// The arithmetic by its former name.
 pub use arithmetic as math;
 pub use assumption::{Assumption, Definitions, Direct};
+pub use controller::Controller;
 pub use definition::{Definition, Field, Format};
 pub use layout::{COMMAND_CONTEXT, Layout, Place, Run, Space, context};
 pub use memory::{Memory, View};

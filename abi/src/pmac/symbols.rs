@@ -7,7 +7,7 @@ use crate::{ImageSymbol, ImageType};
 
 /// P, Q and I; where an M or an L lies depends on its definition, which may change.
 pub(crate) fn symbols(tables: &PmacTables) -> Vec<ImageSymbol> {
-    let layout = Layout::new(tables.turbo);
+    let layout = Layout::new(tables.controller);
     let place = |named: &super::Variable| {
         let number = named.number;
         let (name, offset) = match named.kind {

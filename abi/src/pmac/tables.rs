@@ -4,7 +4,10 @@ use alloc::{string::String, vec::Vec};
 
 use serde::{Deserialize, Serialize};
 
-use super::{definition::Definition, layout::Run, range::Range, sparse_memory::SparseMemory};
+use super::{
+    controller::Controller, definition::Definition, layout::Run, range::Range,
+    sparse_memory::SparseMemory,
+};
 
 /// What happens to PLCs (ENABLE to RESUME); the numbers are the host function's argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -130,8 +133,8 @@ pub struct Variable {
 /// The tables of a PMAC download.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PmacTables {
-    /// Turbo PMAC.
-    pub turbo: bool,
+    /// The controller that the download is for.
+    pub controller: Controller,
     /// The PLCs and PLCCs.
     pub programs: Vec<Program>,
     /// What `pmac_event` says, by its index.

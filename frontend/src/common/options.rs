@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+pub use plcc_abi::pmac::Controller;
+
 use super::Machine;
 
 /// Whether the fixed limits of the original compilers are errors.
@@ -12,16 +14,6 @@ pub enum Limits {
     Original,
     /// `--limits none`: lifted, but for the nesting of 256 that holds everywhere.
     None,
-}
-
-/// Which PMAC the program is for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Controller {
-    /// PMAC (1): I, P, Q, M 0-1023, 16-bit addresses.
-    #[default]
-    Pmac,
-    /// Turbo PMAC: numbers to 8191, 24-bit addresses.
-    Turbo,
 }
 
 /// Everything that is fixed when a program is compiled.

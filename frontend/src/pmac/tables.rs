@@ -37,7 +37,7 @@ pub(crate) fn program(
         }
     }
     let tables = PmacTables {
-        turbo: loaded.layout.turbo,
+        controller: loaded.layout.controller,
         programs,
         texts,
         defines: download.defines.clone(),

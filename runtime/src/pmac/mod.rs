@@ -73,7 +73,7 @@ impl PmacExecutive {
         let Tables::Pmac(tables) = &program.tables else {
             return None;
         };
-        let layout = Layout::new(tables.turbo);
+        let layout = Layout::new(tables.controller);
         let mut image = vec![0; layout.size.max(program.image_size) as usize];
         Run::unpack(&tables.initial, &mut image);
         Some(Self {

@@ -12,7 +12,7 @@
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread;
 
-use plcc_abi::pmac::{Assumption, Definitions, Direct, Layout};
+use plcc_abi::pmac::{Assumption, Controller, Definitions, Direct, Layout};
 use plcc_abi::{Engine, Outcome, ResumePoint, Scan};
 
 use crate::NativeEngine;
@@ -156,7 +156,7 @@ impl Recompiling {
     pub fn new(
         engine: NativeEngine,
         assumed: &[Assumption],
-        turbo: bool,
+        controller: Controller,
         recompiler: Box<dyn Recompiler>,
         settings: Settings,
     ) -> Self {
@@ -167,7 +167,7 @@ impl Recompiling {
             retired: None,
             workshop: Workshop::new(recompiler, settings.beside),
             settings,
-            layout: Layout::new(turbo),
+            layout: Layout::new(controller),
             named: assumed.iter().map(named).collect(),
             epoch: 0,
             // What the compiler left to the host, since it saw that it moves, may well rest.

@@ -5,7 +5,7 @@ use std::hash::{Hash, Hasher};
 
 use plcc_abi::{
     image::{read_f64, read_u64, write_f64},
-    pmac::{Memory, PmacTables, Run, math::finite},
+    pmac::{Controller, Memory, PmacTables, Run, math::finite},
 };
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +24,7 @@ struct Saved {
 /// What tells one download from another: the controller and the state after load.
 fn fingerprint(tables: &PmacTables) -> u64 {
     let mut hasher = Fnv::default();
-    hasher.write(&[u8::from(tables.turbo)]);
+    hasher.write(&[u8::from(tables.controller == Controller::Turbo)]);
     for run in &tables.initial {
         hasher.write(&run.offset.to_le_bytes());
         run.bytes.as_slice().hash(&mut hasher);

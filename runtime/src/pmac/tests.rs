@@ -4,8 +4,8 @@ use plcc_abi::{
     Engine, HostFn, Outcome, Program, ResumePoint, Scan, Tables, Task,
     image::{read_f64, write_f64},
     pmac::{
-        self, Define, Definition, Field, Kind, Layout, Memory, PlcOp, PmacTables, Range, Run,
-        Space, Text, Variable as Named,
+        self, Controller, Define, Definition, Field, Kind, Layout, Memory, PlcOp, PmacTables,
+        Range, Run, Space, Text, Variable as Named,
     },
 };
 
@@ -39,14 +39,14 @@ struct Download {
 }
 
 impl Download {
-    fn new(turbo: bool) -> Self {
-        let layout = Layout::new(turbo);
+    fn new(controller: Controller) -> Self {
+        let layout = Layout::new(controller);
         let mut image = vec![0; layout.size as usize];
         write_f64(&mut image, layout.i_offset(5), 3.0);
         write_f64(&mut image, layout.i_offset(8), 2.0);
         write_f64(&mut image, layout.i_offset(10), 3_713_707.0);
         let ranges = vec![(5, Range::Integer(0, 3)), (8, Range::Integer(0, 255))];
-        let tables = PmacTables { turbo, ranges, ..PmacTables::default() };
+        let tables = PmacTables { controller, ranges, ..PmacTables::default() };
         Self { layout, image, tables, script: Script::default() }
     }
 
@@ -132,7 +132,7 @@ fn get(executive: &mut PmacExecutive, name: &str) -> f64 {
 
 #[test]
 fn a_tick_has_its_order() {
-    let mut download = Download::new(false);
+    let mut download = Download::new(Controller::Pmac);
     for name in ["PLCC0", "PLC0", "PLC2", "PLC1", "PLCC3", "PLCC1"] {
         download.plc(name, |_| ());
     }
@@ -155,7 +155,7 @@ fn i5_says_what_runs_and_is_asked_before_each() {
         ("3", "PLC0 PLCC0 PLC1 PLCC1"),
         ("5", "PLC0 PLCC0"),
     ] {
-        let mut download = Download::new(false);
+        let mut download = Download::new(Controller::Pmac);
         for name in ["PLC0", "PLCC0", "PLC1", "PLCC1"] {
             download.plc(name, |_| ());
         }
@@ -164,7 +164,7 @@ fn i5_says_what_runs_and_is_asked_before_each() {
         run(&mut executive, &mut script, 1);
         assert_eq!(script.log.join(" "), expected, "I5={i5}");
     }
-    let mut download = Download::new(false);
+    let mut download = Download::new(Controller::Pmac);
     download.plc("PLC1", |scan| {
         call(scan, HostFn::PmacIWrite, [5, 1_f64.to_bits(), 0, 0]);
     });
@@ -176,7 +176,7 @@ fn i5_says_what_runs_and_is_asked_before_each() {
 
 #[test]
 fn the_interrupt_counter_is_reloaded_at_each_interrupt() {
-    let mut download = Download::new(false);
+    let mut download = Download::new(Controller::Pmac);
     download.plc("PLC0", |_| ());
     let (mut executive, mut script) = download.start();
     let mut seen = Vec::new();
@@ -194,7 +194,7 @@ fn the_interrupt_counter_is_reloaded_at_each_interrupt() {
 
 #[test]
 fn plccs_run_for_every_plc() {
-    let mut download = Download::new(false);
+    let mut download = Download::new(Controller::Pmac);
     for name in ["PLC1", "PLC2", "PLC3", "PLC4", "PLC5", "PLC6", "PLC31"] {
         download.plc(name, |_| ());
     }
@@ -207,7 +207,7 @@ fn plccs_run_for_every_plc() {
 
 #[test]
 fn several_steps_a_tick() {
-    let mut download = Download::new(false);
+    let mut download = Download::new(Controller::Pmac);
     download.plc("PLC1", |_| ());
     download.plc("PLC2", |_| ());
     let (mut executive, mut script) = download.start();
@@ -218,7 +218,7 @@ fn several_steps_a_tick() {
 
 #[test]
 fn one_that_disables_itself_finishes_its_scan() {
-    let mut download = Download::new(false);
+    let mut download = Download::new(Controller::Pmac);
     let p1 = download.layout.p_offset(1);
     download.plc("PLC1", move |scan| {
         plc(scan, PlcOp::Disable, false, 1);
@@ -234,7 +234,7 @@ fn one_that_disables_itself_finishes_its_scan() {
 
 #[test]
 fn enable_starts_at_the_top_and_resume_does_not() {
-    let mut download = Download::new(false);
+    let mut download = Download::new(Controller::Pmac);
     let waiting = download.task("PLC3", |_| Outcome::Suspended(ResumePoint(2)));
     let entry =
         pmac::Program { number: 3, compiled: false, task: waiting, enabled: true, paused: false };
@@ -264,7 +264,7 @@ fn enable_starts_at_the_top_and_resume_does_not() {
 
 #[test]
 fn commands_wait_for_the_end_of_the_step() {
-    let mut download = Download::new(false);
+    let mut download = Download::new(Controller::Pmac);
     let layout = download.layout;
     download.plc("PLC4", move |scan| {
         let q_base = layout.q_base_of(2);
@@ -299,7 +299,7 @@ fn commands_wait_for_the_end_of_the_step() {
 
 #[test]
 fn texts_are_events_at_once() {
-    let mut download = Download::new(false);
+    let mut download = Download::new(Controller::Pmac);
     download.tables.texts = vec![
         Text::Send { text: "HELLO".into(), port: None },
         Text::Send { text: "^G".into(), port: Some("S".into()) },
@@ -329,7 +329,7 @@ fn texts_are_events_at_once() {
 
 #[test]
 fn timers_stop_at_the_bottom_and_turbo_has_more() {
-    let mut download = Download::new(true);
+    let mut download = Download::new(Controller::Turbo);
     download.plc("PLC1", |_| ());
     let (mut executive, mut script) = download.start();
     set(&mut executive, "X:$700", "10");
@@ -348,7 +348,7 @@ fn timers_stop_at_the_bottom_and_turbo_has_more() {
 
 #[test]
 fn a_stimulus_is_converted_as_an_assignment() {
-    let mut download = Download::new(false);
+    let mut download = Download::new(Controller::Pmac);
     let output = Field { offset: 8, width: 1, format: pmac::Format::U };
     download.memory().define(1, Definition::Y { address: 0xFFC2, field: output });
     let word = Field { offset: 0, width: 24, format: pmac::Format::U };
@@ -378,7 +378,7 @@ fn a_stimulus_is_converted_as_an_assignment() {
 
 #[test]
 fn dumps_are_in_natural_order() {
-    let mut download = Download::new(false);
+    let mut download = Download::new(Controller::Pmac);
     let named = |kind, number, system| Named { kind, number, system };
     download.tables.named = vec![
         named(Kind::Q, 5, 1),
@@ -396,7 +396,7 @@ fn dumps_are_in_natural_order() {
 
 #[test]
 fn a_command_can_define() {
-    let mut download = Download::new(false);
+    let mut download = Download::new(Controller::Pmac);
     let field = Field { offset: 0, width: 4, format: pmac::Format::U };
     let definition = Definition::X { address: 0x20, field };
     download.tables.defines = vec![Define { first: 5, last: 6, definition }];
@@ -417,7 +417,7 @@ fn a_command_can_define() {
 #[test]
 fn save_keeps_what_it_finds() {
     let make = || {
-        let mut download = Download::new(false);
+        let mut download = Download::new(Controller::Pmac);
         download.memory().define(9, Definition::L { address: 0x1400 });
         download.plc("PLC1", |scan| {
             call(scan, HostFn::PmacSave, [0; 4]);
@@ -442,13 +442,13 @@ fn save_keeps_what_it_finds() {
     for wrong in [&[][..], &saved[..saved.len() - 1], &[1, 2, 3]] {
         assert!(executive.restore(wrong).is_err());
     }
-    let (mut other, _) = Download::new(false).start();
+    let (mut other, _) = Download::new(Controller::Pmac).start();
     assert!(other.restore(&saved).is_err_and(|error| error.contains("another")));
 }
 
 #[test]
 fn a_tick_lasts_as_i10_says() {
-    let (mut executive, _) = Download::new(false).start();
+    let (mut executive, _) = Download::new(Controller::Pmac).start();
     assert_eq!(executive.tick_ns(), 442_708);
     set(&mut executive, "I10", "8388608");
     assert_eq!(executive.tick_ns(), 1_000_000);
@@ -458,7 +458,7 @@ fn a_tick_lasts_as_i10_says() {
 
 #[test]
 fn a_trap_stops_the_control() {
-    let mut download = Download::new(false);
+    let mut download = Download::new(Controller::Pmac);
     let task = download.task("PLC1", |_| Outcome::Trap(plcc_abi::TrapCode::BadLabel));
     let entry = pmac::Program { number: 1, compiled: false, task, enabled: true, paused: false };
     download.tables.programs.push(entry);

@@ -3,7 +3,7 @@
 use plcc_abi::{
     Engine, Outcome, ResumePoint, Scan, TrapCode,
     image::{read_f64, read_u32, write_f64, write_u32},
-    pmac::{COMMAND_CONTEXT, Layout, Place, Space, context, fixed::sign_extend},
+    pmac::{COMMAND_CONTEXT, Controller, Layout, Place, Space, context, fixed::sign_extend},
 };
 
 use super::{PmacExecutive, state::Status};
@@ -50,8 +50,14 @@ impl Clocks {
                 word(Space::Y, 0x701),
             ],
             // The guide tells it for PMAC only; an offset outside the image is never anything.
-            watchdog: if layout.turbo { u32::MAX } else { word(Space::Y, 0x1F) },
-            status: word(Space::X, if layout.turbo { 6 } else { 3 }),
+            watchdog: match layout.controller {
+                Controller::Pmac => word(Space::Y, 0x1F),
+                Controller::Turbo => u32::MAX,
+            },
+            status: match layout.controller {
+                Controller::Pmac => word(Space::X, 3),
+                Controller::Turbo => word(Space::X, 6),
+            },
         }
     }
 }
@@ -88,7 +94,7 @@ impl PmacExecutive {
             let time = (time - 1).max(TIMER_END) as u32 & 0xFF_FFFF;
             write_u32(&mut self.image, offset, time);
         }
-        if !layout.turbo {
+        if layout.controller == Controller::Pmac {
             return;
         }
         // Isx11 and Isx12: I5111 for coordinate system 1, I6012 for 10.

@@ -26,7 +26,7 @@ impl Control for PmacTables {
 /// Checks numbers, definitions and the order of the tables, and that the image is long enough.
 fn tables(tables: &PmacTables, image: Image) -> Check {
     let PmacTables {
-        turbo,
+        controller,
         programs,
         texts,
         defines,
@@ -37,7 +37,7 @@ fn tables(tables: &PmacTables, image: Image) -> Check {
         sparse: _,
         save: _,
     } = tables;
-    let layout = Layout::new(*turbo);
+    let layout = Layout::new(*controller);
     ensure(u64::from(layout.size) <= image.size, || "its image is too short".into())?;
     for program in programs {
         ensure(program.number < 32, || "it has a PLC beyond 31".into())?;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use plcc_abi::pmac::{Definition, Field, Kind, Layout, PmacTables, Variable};
+use plcc_abi::pmac::{Controller, Definition, Field, Kind, Layout, PmacTables, Variable};
 
 use crate::{NameError, ValueError};
 
@@ -111,7 +111,10 @@ pub(super) fn parse(name: &str, layout: &Layout, tables: &PmacTables) -> Result<
 }
 
 fn beyond(layout: &Layout, last: &str) -> String {
-    let help = if layout.turbo { "" } else { "; --controller turbo has more" };
+    let help = match layout.controller {
+        Controller::Pmac => "; --controller turbo has more",
+        Controller::Turbo => "",
+    };
     format!("is beyond {last}, the controller's last{help}")
 }
 
@@ -175,7 +178,7 @@ mod tests {
 
     fn found(name: &str) -> Result<String, String> {
         let tables = PmacTables { l: vec![(3, Definition::Star)], ..PmacTables::default() };
-        parse(name, &Layout::new(false), &tables)
+        parse(name, &Layout::new(Controller::Pmac), &tables)
             .map(|name| name.to_string())
             .map_err(|error| error.to_string())
     }

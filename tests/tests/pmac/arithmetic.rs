@@ -7,7 +7,7 @@
 //! statements; `PLCC_FIRST` is the first seed.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use plcc_abi::pmac::{Layout, PmacTables, SparseMemory};
+use plcc_abi::pmac::{Controller, Layout, PmacTables, SparseMemory};
 use plcc_abi::{Engine, Outcome, Program, Scan, Tables};
 use plcc_codegen::{OptLevel, Target, compile};
 use plcc_diag::SourceMap;
@@ -82,7 +82,7 @@ fn place(layout: &Layout, offset: usize) -> String {
 
 /// What differs first, if something does: from which memory, in which engine, where.
 fn difference(statements: &Statements, built: &mut Built, seed: u64) -> Option<String> {
-    let layout = Layout::new(false);
+    let layout = Layout::new(Controller::Pmac);
     let mut executive = PmacExecutive::new(&built.program, PmacOptions::default()).unwrap();
     let clean = executive.image().to_vec();
     let mut start = clean.clone();
@@ -226,7 +226,7 @@ fn findings_stay_mended() {
         ("P1=P2*P3+(-0)", -1.0, 0.0),
         ("P1=(-0)-P3", 0.0, 0.0),
     ];
-    let layout = Layout::new(false);
+    let layout = Layout::new(Controller::Pmac);
     for (statement, p2, expected) in cases {
         let mut built = build(&format!("I5=3\nOPEN PLC 1 CLEAR\n{statement}\nCLOSE\n"), true);
         let mut executive = PmacExecutive::new(&built.program, PmacOptions::default()).unwrap();

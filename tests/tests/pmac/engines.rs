@@ -54,15 +54,15 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
     };
     let mut optimized = lowered.module.clone();
     plcc_ir::passes::optimize(&mut optimized, OptLevel::Speed);
-    // Made anew whenever a definition has moved; and with what does not rest left to the host.
-    let anew = |settings| -> Box<dyn Engine> {
+    // Recompiled whenever a definition has changed; M-variables that do not settle are left to
+    // the host.
+    let recompiling = |settings| -> Box<dyn Engine> {
         let mut lowered = lowered.clone();
         plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
         let (engine, _) = plcc::compile::jit(&lowered).unwrap();
         let program = Box::new(checked.clone());
         let compiler = Box::new(PmacRecompiler::new(program, OptLevel::Speed));
-        let turbo = controller == Controller::Turbo;
-        Box::new(Recompiling::new(engine, checked.assumed(), turbo, compiler, settings))
+        Box::new(Recompiling::new(engine, checked.assumed(), controller, compiler, settings))
     };
     let always = Settings { rest: 0, patience: 99, most: 999, each: 255, beside: false };
     let leaving = Settings { rest: 2, patience: 4, most: 3, each: 2, beside: false };
@@ -75,9 +75,9 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
         ("jit speed", native(OptLevel::Speed)),
         ("aot none", artifact(OptLevel::None)),
         ("aot speed", artifact(OptLevel::Speed)),
-        ("made anew", anew(always)),
-        ("made anew, leaving", anew(leaving)),
-        ("made anew beside", anew(beside)),
+        ("made anew", recompiling(always)),
+        ("made anew, leaving", recompiling(leaving)),
+        ("made anew beside", recompiling(beside)),
     ];
     let machine = |(name, engine)| {
         let executive = PmacExecutive::new(&program, PmacOptions::default()).unwrap();
@@ -88,7 +88,7 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
 
 /// The name of what stands at an offset of the image.
 fn place(offset: usize, controller: Controller) -> String {
-    let layout = Layout::new(controller == Controller::Turbo);
+    let layout = Layout::new(controller);
     let offset = offset as u32;
     let regions = layout.regions();
     let region = regions.iter().rev().find(|r| r.offset <= offset).unwrap();
@@ -119,7 +119,7 @@ fn compare(source: &str, stimulus: &str, ticks: u32, controller: Controller) -> 
             (tick.parse().unwrap(), name, value)
         })
         .collect();
-    let layout = Layout::new(controller == Controller::Turbo);
+    let layout = Layout::new(controller);
     let mut all = vec![];
     for tick in 0..ticks {
         let mut results = vec![];
@@ -176,7 +176,7 @@ fn stored_values_are_finite() {
             for _ in 0..8 {
                 executive.tick(engine.as_mut(), &mut vec![]).unwrap();
             }
-            let layout = Layout::new(false);
+            let layout = Layout::new(Controller::Pmac);
             for number in 0..3 * layout.count {
                 let value = plcc_abi::image::read_f64(executive.image(), layout.p + 8 * number);
                 let odd = !value.is_finite() || (value == 0.0 && value.is_sign_negative());

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use plcc::compile::jit;
 use plcc::recompile::PmacRecompiler;
-use plcc_abi::pmac::{Assumption, Definition, Layout};
+use plcc_abi::pmac::{Assumption, Controller, Definition, Layout};
 use plcc_abi::{Engine, Host, HostFn, Outcome, ResumePoint, Scan};
 use plcc_codegen::OptLevel;
 use plcc_diag::SourceMap;
@@ -97,13 +97,14 @@ impl Pair {
     ) -> Self {
         let tables = program.lower().unwrap().program;
         let executive = || PmacExecutive::new(&tables, PmacOptions::default()).unwrap();
-        let engine = Recompiling::new(native, program.assumed(), false, compiler, settings);
+        let engine =
+            Recompiling::new(native, program.assumed(), Controller::Pmac, compiler, settings);
         Self {
             interpreter: program.interpreter(),
             oracle: executive(),
             engine: Counting { engine, calls: Rc::default() },
             executive: executive(),
-            layout: Layout::new(false),
+            layout: Layout::new(Controller::Pmac),
             tick: 0,
         }
     }

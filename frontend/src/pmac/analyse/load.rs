@@ -7,7 +7,6 @@ use plcc_abi::pmac::{
 };
 
 use super::eval;
-use crate::common::Controller;
 use crate::pmac::ast::{Action, Download, Op, Target, WriteKind};
 use crate::pmac::reference::tables;
 
@@ -65,8 +64,7 @@ struct Loader {
 /// Does a download's on-line commands. What code assumes of the definitions is decided later
 /// (`assumptions.rs`).
 pub(crate) fn load(download: &Download) -> Loaded {
-    let turbo = download.controller == Controller::Turbo;
-    let layout = Layout::new(turbo);
+    let layout = Layout::new(download.controller);
     let mut image = vec![0; layout.size as usize];
     for number in 0..layout.count {
         let value = tables::i_default(download.controller, number);

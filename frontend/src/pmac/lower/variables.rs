@@ -2,7 +2,9 @@
 
 use plcc_abi::HostFn;
 use plcc_abi::pmac::layout::exec;
-use plcc_abi::pmac::{Definition, Direct, Field, Format, Kind, Layout, Place, Range, Space};
+use plcc_abi::pmac::{
+    Controller, Definition, Direct, Field, Format, Kind, Layout, Place, Range, Space,
+};
 use plcc_ir::{Address, BinaryOp, ConvertOp, IntCond, Region, Type, Value};
 
 use super::Lowerer;
@@ -50,7 +52,10 @@ pub(crate) fn bounds_of(
 /// Whether a word is a register of the hardware, not memory.
 fn is_hardware(layout: &Layout, address: u32) -> bool {
     let address = address & layout.address_mask();
-    if layout.turbo { address >= 0x7_8000 } else { address >= 0xC000 }
+    match layout.controller {
+        Controller::Pmac => address >= 0xC000,
+        Controller::Turbo => address >= 0x7_8000,
+    }
 }
 
 /// The error of an L-variable whose number is computed: the language has none.

@@ -8,7 +8,9 @@
 //! is read and written through the host.
 
 use plcc_abi::image::{read_f64, read_u32, read_u64, write_f64, write_u32};
-use plcc_abi::pmac::{Definition, Field, Format, Kind, Layout, Place, Range, Space, fixed, math};
+use plcc_abi::pmac::{
+    Controller, Definition, Field, Format, Kind, Layout, Place, Range, Space, fixed, math,
+};
 use plcc_abi::{HostFn, Scan};
 
 use super::resolved::{Bits, LongVariable};
@@ -32,25 +34,24 @@ pub(super) struct MemoryMap {
 
 impl MemoryMap {
     /// The map of PMAC, or of Turbo PMAC.
-    pub(super) const fn new(turbo: bool) -> Self {
-        if turbo {
-            Self {
-                count: 8192,
-                last: 0xFF_FFFF,
-                p: 0x6000,
-                q: 0x8000,
-                definitions: 0x4000,
-                systems: 16,
-            }
-        } else {
-            Self {
+    pub(super) const fn new(controller: Controller) -> Self {
+        match controller {
+            Controller::Pmac => Self {
                 count: 1024,
                 last: 0xFFFF,
                 p: 0x1000,
                 q: 0x1400,
                 definitions: 0xBC00,
                 systems: 8,
-            }
+            },
+            Controller::Turbo => Self {
+                count: 8192,
+                last: 0xFF_FFFF,
+                p: 0x6000,
+                q: 0x8000,
+                definitions: 0x4000,
+                systems: 16,
+            },
         }
     }
 
@@ -391,11 +392,11 @@ mod tests {
 
     #[test]
     fn coordinate_systems_share_the_q_variables() {
-        let pmac = MemoryMap::new(false);
+        let pmac = MemoryMap::new(Controller::Pmac);
         assert_eq!(pmac.first_q(1), Some(0));
         assert_eq!(pmac.first_q(8), Some(0x380));
         assert_eq!([0, 9, u64::MAX].map(|system| pmac.first_q(system)), [None; 3]);
-        let turbo = MemoryMap::new(true);
+        let turbo = MemoryMap::new(Controller::Turbo);
         assert_eq!(turbo.first_q(2), Some(0x200));
         assert_eq!(turbo.first_q(16), Some(0x1E00));
         assert_eq!(turbo.first_q(17), None);
@@ -403,7 +404,7 @@ mod tests {
 
     #[test]
     fn addresses_are_what_the_guide_says() {
-        let (map, layout) = (MemoryMap::new(false), Layout::new(false));
+        let (map, layout) = (MemoryMap::new(Controller::Pmac), Layout::new(Controller::Pmac));
         assert_eq!(map.double_at(0x1000), Some((Kind::P, 0)));
         assert_eq!(map.double_at(0x17FF), Some((Kind::Q, 1023)));
         assert_eq!(map.double_at(0x1800), None);
@@ -413,7 +414,7 @@ mod tests {
         assert_eq!(map.plain_word(&layout, Space::Y, 0xBC00), None);
         assert_eq!(map.plain_word(&layout, Space::Y, 0x1001), None);
         assert_eq!(map.plain_word(&layout, Space::X, 0x2A), None);
-        let (map, layout) = (MemoryMap::new(true), Layout::new(true));
+        let (map, layout) = (MemoryMap::new(Controller::Turbo), Layout::new(Controller::Turbo));
         assert_eq!(map.double_at(0x9FFF), Some((Kind::Q, 8191)));
         assert_eq!(map.plain_word(&layout, Space::Y, 0x4000), None);
         assert_eq!(map.plain_word(&layout, Space::Y, 0x5_0000), None);
@@ -422,7 +423,7 @@ mod tests {
 
     #[test]
     fn numbers_that_are_computed_wrap() {
-        let map = MemoryMap::new(false);
+        let map = MemoryMap::new(Controller::Pmac);
         assert_eq!(map.computed_number(-1.0), 1023);
         assert_eq!(map.computed_number(1024.5), 1);
         assert_eq!(map.computed_number(f64::NAN), 0);

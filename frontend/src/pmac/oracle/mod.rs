@@ -61,7 +61,7 @@ impl Interpreter {
         }
         Self {
             layout: loaded.layout,
-            map: MemoryMap::new(loaded.layout.turbo),
+            map: MemoryMap::new(loaded.layout.controller),
             tables: resolver.tables,
             tasks: all,
             ranges: loaded.ranges.clone(),

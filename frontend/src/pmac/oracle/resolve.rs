@@ -49,7 +49,7 @@ impl<'a> Resolver<'a> {
         let mut this = Self {
             download,
             layout,
-            map: MemoryMap::new(layout.turbo),
+            map: MemoryMap::new(layout.controller),
             long_index: HashMap::new(),
             tables: Tables { definitions, ..Tables::default() },
         };

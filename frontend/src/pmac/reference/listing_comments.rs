@@ -14,8 +14,8 @@ use crate::common::Controller;
 /// is defined after load as one of appendices E and F, whatever its number. Turbo PMAC's memory is
 /// another, so there M-variables have none.
 pub fn notes(tables: &PmacTables) -> Vec<String> {
-    let controller = if tables.turbo { Controller::Turbo } else { Controller::Pmac };
-    let layout = Layout::new(tables.turbo);
+    let controller = tables.controller;
+    let layout = Layout::new(controller);
     let mut image = vec![0; layout.size as usize];
     Run::unpack(&tables.initial, &mut image);
     let view = View { image: &image, layout: &layout, sparse: &tables.sparse };
