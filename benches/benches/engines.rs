@@ -63,7 +63,7 @@ fn equations(count: usize) -> Subject {
 fn subjects() -> Vec<Subject> {
     let mut all = vec![
         example(Dialect::Pmi, "lathe.pmi", Some("lathe.csv"), None),
-        example(Dialect::Pmi, "touch.pmi", None, Some("touch.toml")),
+        example(Dialect::Pmi, "touch.pmi", None, Some("touch.machine.toml")),
         example(Dialect::Nct, "sample.plc", Some("sample.csv"), None),
         example(Dialect::Pmac, "mill.pmc", None, None),
     ];

@@ -31,7 +31,7 @@ fn the_lathe_is_accepted() {
 
 #[test]
 fn the_touch_screen_kit_is_accepted_on_its_machine() {
-    assert_eq!(findings("touch.pmi", Some("touch.toml")), Vec::<String>::new());
+    assert_eq!(findings("touch.pmi", Some("touch.machine.toml")), Vec::<String>::new());
 }
 
 /// The stimulus takes the lathe through every statement.

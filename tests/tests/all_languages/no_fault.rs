@@ -60,7 +60,7 @@ fn examples_and_cases() {
     let mut looked = 0;
     for (path, dialect) in &found {
         let mut options = Options::default();
-        for machine in [path.with_extension("toml"), path.with_file_name("machine.toml")] {
+        for machine in [path.with_extension("machine.toml"), path.with_file_name("machine.toml")] {
             if let Ok(text) = std::fs::read_to_string(machine) {
                 options.machine = Machine::parse(&text).unwrap();
             }
