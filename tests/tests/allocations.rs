@@ -1,24 +1,32 @@
-//! Once a control runs, a tick without events takes no memory from the system, in any dialect, in
-//! the statement interpreter and in native code; nor does one of PMAC's with events.
+//! Counts what is taken from the allocator while a control runs. Nothing may be taken in a tick
+//! without events, in any language, in the statement interpreter or in native code, nor in a tick
+//! of a PMAC with events. A test binary of its own, since the allocator counts for a whole process.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::alloc::System;
 use std::path::Path;
 
+use clap::Parser;
 use plcc_abi::Dialect;
 use plcc_frontend::common::Options;
-use plcc_runtime::args::ControlArgs;
+use plcc_runtime::args::{ControlArgs, RunArgs};
 use plcc_runtime::run::{Player, Stimulus};
-use plcc_runtime::session::executive;
+use plcc_runtime::session::{self, executive};
 use plcc_tests::compile::{Way, compile};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
-/// One test, since others beside it would be counted too.
+/// All in one test, since tests that run at the same time would be counted too.
 #[test]
-fn ticks_allocate_nothing() {
+fn a_running_control_takes_no_memory() {
+    ticks_without_events_allocate_nothing();
+    ticks_of_a_pmac_that_sends_and_saves_allocate_nothing();
+    a_run_of_many_ticks_allocates_no_more_than_one_of_few();
+}
+
+fn ticks_without_events_allocate_nothing() {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join("examples");
     for (dialect, program, stimulus) in [
         (Dialect::Pmi, "pmi/lathe.pmi", "pmi/lathe.csv"),
@@ -35,7 +43,7 @@ fn ticks_allocate_nothing() {
             let ticks = stimulus.period() * 2;
             let mut player = Player::new(stimulus, true);
             let mut events = Vec::with_capacity(64);
-            let mut quiet = 0;
+            let mut without_events = 0;
             for tick in 0..ticks {
                 let region = Region::new(ALLOCATOR);
                 player.apply(tick, executive.as_mut());
@@ -44,23 +52,27 @@ fn ticks_allocate_nothing() {
                 if tick >= ticks / 2 && events.is_empty() {
                     let taken = change.allocations + change.reallocations;
                     assert_eq!(taken, 0, "{dialect:?} {way:?} tick {tick}: {change:?}");
-                    quiet += 1;
+                    without_events += 1;
                 }
                 events.clear();
             }
-            assert!(quiet > ticks / 4, "{dialect:?} {way:?}: {quiet} of {ticks} ticks");
+            assert!(
+                without_events > ticks / 4,
+                "{dialect:?} {way:?}: {without_events} of {ticks} ticks"
+            );
         }
     }
-    what_a_pmac_says_allocates_nothing();
 }
 
-/// SEND, DISPLAY, COMMAND and SAVE, moved definitions among them.
+/// A program with SEND, DISPLAY, COMMAND and SAVE, which also changes the definitions of
+/// M-variables while it runs.
 const TALK: &str = "I5=3\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM101->Y:$BC01,0,16\n\
     OPEN PLC 1 CLEAR\nP1=P1+1.25\nSEND\"X\"\nDISPLAY 3,8.2,P1\nDISPLAY 0\"TEXT\"\nCMD\"SAVE\"\n\
     CMD\"P9=P9+1\"\nCMD\"M2->L:$1005\"\nM101=$07F4+INT(P1/4)%4\nM1=M1+M2\nCLOSE\n";
 
-/// A PMAC's texts are events of a known size, and what SAVE keeps has its room from the start.
-fn what_a_pmac_says_allocates_nothing() {
+/// The events that hold a PMAC's texts have a fixed size, and the room for what SAVE keeps is
+/// taken before the first tick.
+fn ticks_of_a_pmac_that_sends_and_saves_allocate_nothing() {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("talk.pmc");
     std::fs::write(&path, TALK).unwrap();
     let compiled = compile(&path, Dialect::Pmac, &Options::default()).unwrap();
@@ -83,4 +95,28 @@ fn what_a_pmac_says_allocates_nothing() {
         assert_eq!(said, 600, "{way:?}");
         assert!(executive.retained().is_some());
     }
+}
+
+#[derive(Parser)]
+struct Args {
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// Whole runs, as `plcc run` makes them: what they allocate does not grow with their ticks.
+fn a_run_of_many_ticks_allocates_no_more_than_one_of_few() {
+    let lathe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/pmi/lathe.pmi");
+    let compiled = compile(&lathe, Dialect::Pmi, &Options::default()).unwrap();
+    let (program, mut engine) = compiled.engine(Way::JitSpeed).unwrap();
+    let mut allocated = |ticks: &str| {
+        let args = Args::try_parse_from(["run", "--ticks", ticks]).unwrap().run;
+        let region = Region::new(ALLOCATOR);
+        assert_eq!(session::run(&program, &mut engine, &args, None), 0);
+        region.change().bytes_allocated
+    };
+    // The first run also allocates what stays for the whole process, and each one adds a little to
+    // the list of signal handlers.
+    allocated("10");
+    let (few, many) = (allocated("10"), allocated("100000"));
+    assert!(many < few + 65_536, "{few} bytes for 10 ticks, {many} for 100000");
 }

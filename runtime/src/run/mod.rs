@@ -21,7 +21,7 @@ use thiserror::Error;
 use crate::{Event, EventBody, Executive, Stop};
 
 pub use dump::dump;
-pub use pace::{Pacer, Punctuality};
+pub use pace::{Clock, Pacer, Punctuality, SystemClock};
 pub use stimulus::{LineError, Player, Stimulus, StimulusError};
 pub use trace::{Trace, TraceFormat};
 pub use watch::Watch;
@@ -47,8 +47,9 @@ pub struct Run<'a> {
     pub events: Option<&'a mut dyn Write>,
     /// How many ticks there are; without a number they go on until the flag is set.
     pub ticks: Option<u64>,
-    /// Whether the clock paces the ticks.
-    pub realtime: bool,
+    /// The clock that says when each tick begins; without one the ticks follow each other as fast
+    /// as they can.
+    pub clock: Option<&'a dyn Clock>,
     /// A flag that, once set, ends the run before its next tick.
     pub interrupt: Option<&'a AtomicBool>,
     /// Called after each tick with how many there were.
@@ -105,11 +106,11 @@ impl Run<'_> {
         }
         let mut time_ns = 0;
         let mut events_of_tick: Vec<Event> = Vec::with_capacity(64);
-        let mut pacer = self.realtime.then(Pacer::start);
+        let mut pacer = self.clock.map(|clock| (Pacer::start(clock.now()), clock));
         while self.ticks.is_none_or(|ticks| end.ticks < ticks) {
-            if let Some(pacer) = &mut pacer {
+            if let Some((pacer, clock)) = &mut pacer {
                 let tick = Duration::from_nanos(self.executive.tick_ns());
-                pacer.wait(tick, self.interrupt);
+                pacer.wait(*clock, tick, self.interrupt);
                 end.punctuality = pacer.punctuality();
             }
             if self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
@@ -158,14 +159,14 @@ impl Run<'_> {
                     .and_then(|()| out.write_all(b"\n"))
                     .map_err(RunError::Events)?;
             }
-            if any && self.realtime {
+            if any && self.clock.is_some() {
                 out.flush().map_err(RunError::Events)?;
             }
         }
         events_of_tick.clear();
         if let Some(out) = &mut self.trace {
             let any = trace.rows(tick, time_ns, self.executive, out).map_err(RunError::Trace)?;
-            if any && self.realtime {
+            if any && self.clock.is_some() {
                 out.flush().map_err(RunError::Trace)?;
             }
         }

@@ -144,7 +144,7 @@ fn run_with(
         trace_format: format,
         events: Some(&mut events),
         ticks: Some(ticks),
-        realtime: false,
+        clock: None,
         interrupt: None,
         after: None,
     }
@@ -317,7 +317,7 @@ fn a_full_disk_ends_the_run() {
         trace_format: TraceFormat::default(),
         events: None,
         ticks: Some(5),
-        realtime: false,
+        clock: None,
         interrupt: None,
         after: None,
     }
@@ -338,7 +338,7 @@ fn the_flag_ends_the_run() {
         trace_format: TraceFormat::default(),
         events: None,
         ticks: None,
-        realtime: true,
+        clock: Some(&SystemClock),
         interrupt: Some(&flag),
         after: None,
     }

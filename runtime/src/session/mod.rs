@@ -20,7 +20,7 @@ use plcc_abi::{Dialect, Engine, Program};
 use thiserror::Error;
 
 use crate::args::RunArgs;
-use crate::run::{End, Player, Run, Stimulus, TraceFormat, Watch, dump};
+use crate::run::{Clock, End, Player, Run, Stimulus, SystemClock, TraceFormat, Watch, dump};
 use crate::{Executive, PanicBarrier, retain};
 
 pub use executive::{executive, takes_machine_file};
@@ -54,7 +54,19 @@ pub fn run(
     args: &RunArgs,
     machine: Option<&Machine>,
 ) -> u8 {
-    match session(program, engine, args, machine) {
+    run_with_clock(program, engine, args, machine, &SystemClock)
+}
+
+/// Does what [`run`] does, with a clock of the caller's to pace the ticks where they are paced
+/// (`--realtime`).
+pub fn run_with_clock(
+    program: &Program,
+    engine: &mut dyn Engine,
+    args: &RunArgs,
+    machine: Option<&Machine>,
+    clock: &dyn Clock,
+) -> u8 {
+    match session(program, engine, args, machine, clock) {
         Ok(status) => status,
         Err(error) => {
             message("error", error);
@@ -73,6 +85,7 @@ fn session(
     engine: &mut dyn Engine,
     args: &RunArgs,
     machine: Option<&Machine>,
+    clock: &dyn Clock,
 ) -> Result<u8, SessionError> {
     if args.ticks.is_none() && args.duration.is_none() && !args.realtime {
         let text = "how long is it to run? Give --ticks N or --for 5s; with --realtime it runs \
@@ -136,7 +149,7 @@ fn session(
             .map_or_else(TraceFormat::default, |path| TraceFormat::of(path, args.time)),
         events: events.as_mut().map(|out| out as &mut dyn Write),
         ticks,
-        realtime: args.realtime,
+        clock: args.realtime.then_some(clock),
         interrupt: Some(&interrupt),
         after: Some(&mut after),
     }

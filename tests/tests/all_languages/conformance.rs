@@ -92,7 +92,7 @@ fn run(compiled: &Compiled, way: Way, dialect: Dialect, args: &Args, case: &Path
         trace: Some(&mut trace),
         events: Some(&mut events),
         ticks: args.run.ticks,
-        realtime: false,
+        clock: None,
         interrupt: None,
         after: None,
     }
