@@ -1,6 +1,9 @@
-# The fuzz targets: with cargo-fuzz where it is installed, else by mutations of the corpus.
+# Feeds damaged sources and artifacts to the compiler and the loader, which must refuse them or cope.
 #
-# FULL_FUZZ_SECONDS (900) is a unit's time with cargo-fuzz, FULL_MUTATIONS (50000) its size without.
+# With cargo-fuzz, where it is installed, a unit lasts FULL_FUZZ_SECONDS (900 unless it is set).
+# Without it the unit is a test that makes FULL_MUTATIONS (50000) changes to the inputs in
+# fuzz/corpus and to the tests' own programs. A unit is a quarter of a target in fuzz/fuzz_targets:
+# the same work from other random numbers.
 head=$'target\tpart\thow\tresult\tseconds'
 
 units() {
@@ -23,6 +26,7 @@ unit() {
     PLCC_MUTATIONS=${FULL_MUTATIONS:-50000} PLCC_MUTATION_SEED=$((part * 1000000)) \
       cargo test --release --locked -p plcc-tests --test all_languages "fuzz_replay::$target" >&2 \
       || result="**fails, see logs/$1**"
+    tests_ran "$1" || return 1
   fi
   printf '%s\t%s\t%s\t%s\t%s\n' "$target" "$part" "$how" "$result" $((SECONDS - start))
 }

@@ -1,15 +1,16 @@
-# Whether the quick tests notice each of the mistakes in tests/mutants/*.patch.
+# Breaks the compiler on purpose in one place at a time; for each place some test must fail.
 #
-# A mutant is a patch with a header that says what it breaks (tests/mutants/README.md). It is
-# applied to the work tree. First the test runs that the header expects to notice it, then the tests
-# below in their order, until one fails.
+# A mutant is a patch in tests/mutants with a header that says what it breaks
+# (tests/mutants/README.md). It is applied to the work tree. First the test runs that the header
+# expects to notice it, then the tests below in their order, until one fails. A unit is one mutant.
 head=$'mutant\tresult\tkilled by\tseconds\tbreaks'
 
-# No test takes so long but one that a mutant keeps from ending.
+# A test that takes longer than this many seconds is one that the mutant keeps from ending; it is
+# stopped and counts as failed.
 most=${FULL_TEST_SECONDS:-1200}
 
-# The tests, fastest and most telling first. What comes before them are the unit tests of the
-# crates that the patch touches.
+# The tests that are tried for every mutant, in an order in which most mutants are noticed soon.
+# The unit tests of the crates that the patch touches run before them.
 quick_tests() {
   cat <<'LIST'
 -p plcc-tests --test ir
@@ -28,8 +29,8 @@ LIST
 patches() { find "$root/tests/mutants" -name '*.patch' 2>/dev/null | sort; }
 field() { sed -n "s/^# $2: //p" "$1" | head -1; }
 
-# The patch's name and a checksum, so that a changed patch is tried again. The tests have to pass
-# without any mutant first.
+# A unit's name is the patch's and a checksum of it, so that a changed patch is tried again. The
+# first unit, `unchanged`, sees that the tests pass without any mutant.
 units() {
   echo unchanged
   patches | while read -r patch; do
@@ -48,7 +49,8 @@ own_tests() {
   done
 }
 
-# Runs tests until some fail. Writes result and failing test, a tab between.
+# Reads words for cargo test, a line for each run, and runs them until one fails. Writes the result
+# and the failing test with a tab between.
 judge() {
   local words log=$state/test.log
   while read -r words; do
@@ -99,6 +101,7 @@ unit() {
   git checkout --quiet --force --detach "$commit"
 }
 
+# How many mutants had each result.
 note() {
   find "$state/rows" -type f ! -name '.*' ! -name unchanged -exec cut -f2 {} + \
     | tr -d '*' | sort | uniq -c | sed 's/^ *\([0-9]*\) /\1 /'
