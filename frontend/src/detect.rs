@@ -1,8 +1,8 @@
 //! Which language a source is in.
 //!
-//! A file's ending decides where one language alone has it. Else the text does: each language says
-//! which marks it knows its programs by ([`Language::has_marks`]), and the one whose marks stand in
-//! the text is taken.
+//! A file's ending decides if one language alone has it. Otherwise the text decides: it is in the
+//! language whose marks it holds, the words and signs that stand in no other language's programs
+//! ([`Language::has_marks`]).
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use plcc_abi::Dialect;
 
 use crate::language::{LANGUAGES, Language};
 
-/// What a file's ending says.
+/// Which languages have a file's ending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
     /// One language alone has it.
@@ -21,7 +21,7 @@ pub enum Ending {
     Unknown,
 }
 
-/// What a file's ending says, in any case.
+/// Which languages have the ending of `path`. Capital and small letters are the same.
 pub fn ending(path: &Path) -> Ending {
     let Some(ending) = path.extension() else { return Ending::Unknown };
     let ending = ending.to_string_lossy().to_ascii_lowercase();
@@ -37,7 +37,7 @@ pub fn ending(path: &Path) -> Ending {
     }
 }
 
-/// Every ending that a language has, with its point, each once: `.pmi`, `.nct`, `.plc`…
+/// Every ending of every language, each once and with its point: `.pmi`, `.nct`, `.plc`…
 pub fn endings() -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for ending in LANGUAGES.iter().flat_map(|language| language.endings()) {
@@ -49,10 +49,10 @@ pub fn endings() -> Vec<String> {
     all
 }
 
-/// The language of a file, by its ending, else by its text.
+/// The language of a file, by the ending of `path`, otherwise by its `text`.
 ///
 /// # Errors
-/// The languages that the text looks like, when that is none or several.
+/// The languages whose marks the text holds, if that is none or several.
 pub fn detect(path: &Path, text: &str) -> Result<Dialect, Vec<Dialect>> {
     if let Ending::Of(dialect) = ending(path) {
         return Ok(dialect);
@@ -64,7 +64,7 @@ pub fn detect(path: &Path, text: &str) -> Result<Dialect, Vec<Dialect>> {
     }
 }
 
-/// The languages whose marks stand in a text, comments and quoted texts aside.
+/// The languages whose marks stand in a text outside comments and quotes.
 pub fn looks_like(text: &str) -> Vec<Dialect> {
     let plain = without_comments(text);
     let having = |language: &&&dyn Language| language.has_marks(&plain);

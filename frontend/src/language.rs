@@ -41,8 +41,9 @@ pub trait Language: Sync {
     /// languages have decides nothing.
     fn endings(&self) -> &'static [&'static str];
 
-    /// Whether a text holds a mark that only this language has. `plain` is the text in capitals,
-    /// with blanks for comments and for what stands in quotes.
+    /// Whether a text holds a word or sign that stands only in programs of this language, such as
+    /// `$INPUT`, `:001` or `OPEN PLC`. `plain` is the text in capitals, in which each comment and
+    /// each text in quotes is replaced by a blank.
     fn has_marks(&self, plain: &str) -> bool;
 
     /// Whether several files can be one program, loaded in their order.
@@ -59,8 +60,8 @@ pub trait Language: Sync {
     /// [joins files](Self::joins_files). Included files are asked of `loader` and added to
     /// `sources`.
     ///
-    /// There is a program where no diagnostic is an error, and where the language can run the rest
-    /// of a program whose broken parts are left out (`run --keep-going`).
+    /// The result is a program if no diagnostic is an error. PMAC gives one too if the only errors are
+    /// broken structures: the PLCs that have them are empty in it (`run --keep-going`).
     fn check(
         &self,
         sources: &mut SourceMap,
@@ -69,23 +70,23 @@ pub trait Language: Sync {
         options: &Options,
     ) -> (Option<Box<dyn CheckedProgram>>, Vec<Diagnostic>);
 
-    /// Whether a warning tells of something that is missing in a program and that another file of
-    /// the same machine may well provide. Where files are checked by themselves it is a note.
+    /// Whether the warning with this code tells of something that is missing in a program and that
+    /// another file of the same machine may provide. `plcc check` shows such a warning as a note.
     fn may_be_elsewhere(&self, _code: &str) -> bool {
         false
     }
 
     /// What `plcc explain` prints for a name of the language: a variable, a keyword, a word of
-    /// memory. Where the language has several controllers and none is given, what it means to each
-    /// of them. `None` for a name without a meaning of its own.
+    /// memory. If the language has several controllers and none is given, the text says what the
+    /// name means on each of them. `None` if the name has no meaning of its own.
     fn explain(&self, name: &str, controller: Option<Controller>) -> Option<String>;
 
-    /// Every name that [`explain`](Self::explain) knows by a line of a table, families by their
-    /// first member.
+    /// Every name that stands in a table of [`explain`](Self::explain). A line for a family of names
+    /// (`@CP100-@CP115`) counts as its first name.
     fn topics(&self) -> Vec<Topic>;
 
-    /// Comments that head the listings of a program: what the variables are that it names, where
-    /// their names do not say it.
+    /// Comments for the head of a program's listings. They say what the program's variables are,
+    /// if the names alone do not.
     fn listing_comments(&self, _tables: &Tables) -> Vec<String> {
         Vec::new()
     }
@@ -100,12 +101,12 @@ pub struct Topic {
     pub meaning: String,
 }
 
-/// A program without errors, or one whose broken parts may be left out.
+/// A program without errors, or one in which the PLCs that have errors are empty.
 pub trait CheckedProgram: fmt::Debug + Send + Sync {
     /// The tables for the executive, and the IR as the front end makes it, before any pass.
     ///
     /// # Errors
-    /// When the front end notices a mistake of its own.
+    /// When the compiler finds its own data inconsistent.
     fn lower(&self) -> Result<Lowered, InternalError>;
 
     /// The statement interpreter, as an engine like the others.
@@ -122,14 +123,14 @@ pub trait CheckedProgram: fmt::Debug + Send + Sync {
     /// Where each variable is read, written and tested.
     fn cross_reference(&self) -> CrossReference;
 
-    /// What each statement is computed in, integers or floating point, a line each; for languages
-    /// where the compiler chooses.
+    /// A line for each statement that says whether it is computed in integers or in floating point.
+    /// `None` for languages in which the types decide this.
     fn explain_arithmetic(&self) -> Option<String> {
         None
     }
 
-    /// The program for a compiler that makes other code for it while it runs; for languages whose
-    /// code assumes what a program may change.
+    /// The program in a form that can be compiled again while it runs. `None` for languages whose
+    /// code makes no [assumptions](Assumption).
     fn recompilable(&self) -> Option<Box<dyn Recompilable>> {
         None
     }
@@ -141,11 +142,11 @@ pub trait Recompilable: Send {
     /// The assumptions of the code that [`CheckedProgram::lower`] gives.
     fn assumptions(&self) -> &[Assumption];
 
-    /// The same program with other assumptions. Tables, tasks and the places at which tasks can be
-    /// suspended are the same, so that a task suspended in one code is resumed in the other.
+    /// The same program with other assumptions. Tables, tasks and resume points are the same, so
+    /// that a task that was suspended in the old code goes on in the new.
     ///
     /// # Errors
-    /// When the front end notices a mistake of its own.
+    /// When the compiler finds its own data inconsistent.
     fn lower_for(&self, assumptions: &[Assumption]) -> Result<Lowered, InternalError>;
 }
 

@@ -11,6 +11,10 @@
 //!   cross-reference.
 //! - [`common::Options`]: what is fixed when a program is compiled.
 //!
+//! A comment such as `PMI 2.3.7` or `NCT 4.10` names the section of the control's manual that says
+//! so. A ruling is what plcc does where a manual is silent or contradicts itself; the rulings stand
+//! in the project's `docs/pmi.md`, `docs/nct.md` and `docs/pmac.md`.
+//!
 //! ```
 //! use plcc_abi::Dialect;
 //! use plcc_diag::SourceMap;

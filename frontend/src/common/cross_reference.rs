@@ -6,7 +6,8 @@ use std::fmt;
 use plcc_abi::natural_cmp;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-/// Where a variable occurs in one file: line numbers from 1, rising, each once.
+/// Where a variable occurs in one file. The lists hold line numbers, from 1, in rising order, each
+/// once.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CrossReferenceRow {
     /// The variable.
@@ -23,12 +24,13 @@ pub struct CrossReferenceRow {
     pub tested: Vec<u32>,
 }
 
-/// A program's cross-reference. Its [`Display`](fmt::Display) is a table with a row a line.
+/// A program's cross-reference. [`Display`](fmt::Display) writes it as a table, a line for each row.
 #[derive(Clone, Debug, Default)]
 pub struct CrossReference {
     /// A row for each variable and each file that it occurs in, in natural sort order.
     pub rows: Vec<CrossReferenceRow>,
-    /// What looks forgotten or doubtful, where the language looks for such things.
+    /// Variables that seem to be forgotten or used by mistake; only NCT's cross-reference looks for
+    /// them.
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -65,7 +67,8 @@ impl CrossReferenceBuilder {
         }
     }
 
-    /// The table. `meaning` gives what a variable means to the control, where it means something.
+    /// The cross-reference of all uses that were added. `meaning` says what a variable means to the
+    /// control, or `None`.
     pub fn finish(self, meaning: impl Fn(&str) -> Option<String>) -> CrossReference {
         let mut rows: Vec<CrossReferenceRow> = self.rows.into_values().collect();
         rows.sort_by(|a, b| natural_cmp(&a.name, &b.name));

@@ -16,7 +16,7 @@ pub enum Value {
     Logical(bool),
     /// A whole number.
     Integer(i64),
-    /// A number of PMAC's P and Q.
+    /// A floating-point number, such as the value of a P- or Q-variable of PMAC.
     Real(f64),
 }
 
@@ -40,7 +40,7 @@ impl Value {
     }
 }
 
-/// Why an expression has no value now.
+/// Why an expression has no value in a given image.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum EvaluationError {
     /// An index is outside its array.
@@ -53,7 +53,7 @@ pub enum EvaluationError {
         /// How many elements it has; the first is 0.
         elements: u32,
     },
-    /// A word that holds an address holds none.
+    /// An indirect access reads its address from a word, and the number in that word is no address.
     #[error("{name} holds no address")]
     NoAddress {
         /// The variable that holds the address.
@@ -77,14 +77,14 @@ pub enum EvaluationError {
 
 /// What a language makes of an expression.
 pub trait Evaluate: fmt::Debug + Send + Sync {
-    /// The value in an image, which has the program's size.
+    /// The value in `image`, which is as long as the program's process image.
     ///
     /// # Errors
     /// Where it has none: see [`EvaluationError`].
     fn evaluate(&self, image: &[u8]) -> Result<Value, EvaluationError>;
 }
 
-/// A checked expression; a cheap handle.
+/// A checked expression. A clone shares its contents.
 #[derive(Clone, Debug)]
 pub struct Expression {
     text: Arc<str>,
@@ -111,9 +111,8 @@ impl Expression {
         &self.text
     }
 
-    /// The names of the variables that it may read, each once, in the order in which it does,
-    /// spelled as in a trace. An array that it indexes with a computed number stands there as a
-    /// whole.
+    /// The names of the variables that it may read, as traces spell them, each once, in the order in
+    /// which the text names them. Of an array with a computed index this is the name of the array.
     pub fn variables(&self) -> &[String] {
         &self.variables
     }

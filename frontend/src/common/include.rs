@@ -7,7 +7,7 @@ use super::FileLoader;
 /// An included file that was found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Included {
-    /// Where, in the folder's own spelling.
+    /// Its path, with capital and small letters as they are on disk.
     pub path: PathBuf,
     /// Its bytes.
     pub bytes: Vec<u8>,
@@ -15,9 +15,12 @@ pub struct Included {
 
 /// Finds the file that a source at `includer` names as `written`.
 ///
-/// The path is tried as written, from the includer's folder, then by its ever shorter trailing
-/// parts (`c:\oem\f.pmi`, `oem/f.pmi`, `f.pmi`), then the same in each of `dirs`. Case does not
-/// matter where the exact spelling does not exist; `\` separates folders as `/` does.
+/// A path that begins with `/` is tried as it is. Then the path, without a drive letter, is tried in
+/// the includer's folder, each time with one more folder left out at its front: for `c:\oem\f.pmi`
+/// these are `oem/f.pmi` and `f.pmi`. Then the same is done in each of `dirs`. Capital and small
+/// letters are the same unless the exact spelling exists; `\` separates folders as `/` does.
+///
+/// `None` if no file is found that `loader` can read.
 pub fn find_include(
     loader: &dyn FileLoader,
     includer: &Path,
@@ -26,11 +29,12 @@ pub fn find_include(
 ) -> Option<Included> {
     let slashed = written.trim().replace('\\', "/");
     let absolute = slashed.starts_with('/');
-    let undriven = match slashed.as_bytes() {
+    let without_drive = match slashed.as_bytes() {
         [drive, b':', ..] if drive.is_ascii_alphabetic() => slashed.get(2..).unwrap_or(""),
         _ => &slashed,
     };
-    let parts: Vec<&str> = undriven.split('/').filter(|p| !p.is_empty() && *p != ".").collect();
+    let parts: Vec<&str> =
+        without_drive.split('/').filter(|p| !p.is_empty() && *p != ".").collect();
     let home = includer.parent().unwrap_or(Path::new(""));
     if absolute && let Some(found) = resolve(loader, Path::new("/"), &parts) {
         return Some(found);
@@ -40,7 +44,8 @@ pub fn find_include(
         .find_map(|dir| (0..parts.len()).find_map(|skip| resolve(loader, dir, parts.get(skip..)?)))
 }
 
-/// Follows `parts` down from `dir`, each exactly if that exists, else in any case.
+/// Follows `parts` down from `dir`: each in its exact spelling if that exists, otherwise in other
+/// capital or small letters.
 fn resolve(loader: &dyn FileLoader, dir: &Path, parts: &[&str]) -> Option<Included> {
     if parts.is_empty() {
         return None;

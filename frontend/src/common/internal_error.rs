@@ -11,7 +11,7 @@ use std::fmt;
 /// mistake in the compiler: the command line ends with exit status 4 and asks for a report.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InternalError {
-    /// What was found, for those who look for the mistake.
+    /// What was found, for the developer who looks for the mistake.
     pub message: String,
     /// The statement that was being translated: its file and its line, from 1.
     pub place: Option<(String, u32)>,
@@ -33,7 +33,8 @@ impl InternalError {
         Self::new(format!("{what} is missing"))
     }
 
-    /// The same with the place of the statement, unless it has one already.
+    /// The same error with the statement in `line` of `file` as its place, unless it has a place
+    /// already.
     #[must_use]
     pub fn or_at(mut self, file: impl Into<String>, line: u32) -> Self {
         self.place.get_or_insert_with(|| (file.into(), line));
@@ -52,12 +53,12 @@ impl fmt::Display for InternalError {
 
 impl std::error::Error for InternalError {}
 
-/// Makes an [`InternalError`] of what is absent.
+/// Turns an absent value into an [`InternalError`].
 pub trait OrMissing<T> {
     /// The value.
     ///
     /// # Errors
-    /// Where there is none; `what` names it.
+    /// [`InternalError::missing`] if there is no value; `what` names it.
     fn or_missing<S: fmt::Display>(self, what: impl FnOnce() -> S) -> Result<T, InternalError>;
 }
 

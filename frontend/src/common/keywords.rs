@@ -7,7 +7,7 @@ use crate::language::Topic;
 /// The columns of such a table.
 const COLUMNS: &[&str] = &["names", "form", "meaning", "section"];
 
-/// A word or a sign of a language.
+/// A row of the table: a word or a sign of a language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Keyword {
     /// Its spellings, the full one first, divided by blanks: `ENDWHILE ENDW`.
@@ -16,14 +16,15 @@ pub struct Keyword {
     pub form: &'static str,
     /// What it does, in one line.
     pub meaning: &'static str,
-    /// Where the manual has it.
+    /// The section of the manual that describes it: `4.10`.
     pub section: &'static str,
 }
 
-/// Reads a table of keywords, which rise by their first spelling.
+/// Reads the table of keywords `text`, which stands in `file`. Its rows are sorted by the bytes of
+/// their first cell.
 ///
 /// # Errors
-/// The first line that is not as it should be.
+/// The first row that is malformed or out of order.
 pub fn load(file: &'static str, text: &'static str) -> Result<Vec<Keyword>, TsvError> {
     tsv::load(file, text, COLUMNS, str::cmp, |row: &Row<'static>| {
         Ok(Keyword {
@@ -35,8 +36,8 @@ pub fn load(file: &'static str, text: &'static str) -> Result<Vec<Keyword>, TsvE
     })
 }
 
-/// What `plcc explain` prints for a keyword in any case, or nothing where there is none of the name.
-/// `manual` is what the language's manual is called.
+/// What `plcc explain` prints for a keyword, in capital or small letters; `None` if none has the
+/// name. `manual` is what the language's manual is called: `PMI manual`.
 pub fn explain(keywords: &[Keyword], name: &str, manual: &str) -> Option<String> {
     let is_name = |spelling: &str| spelling.eq_ignore_ascii_case(name);
     let keyword = keywords.iter().find(|keyword| keyword.names.split(' ').any(is_name))?;

@@ -14,8 +14,9 @@ pub trait FileLoader {
     /// Whatever keeps the file from being read; a folder is an error too.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
 
-    /// The names of the entries of the folder `dir`; empty where it cannot be read. An empty path
-    /// is the current folder. Needed to find a file whatever its case.
+    /// The names of all entries of the folder `dir`, in any order; none if it cannot be read. An
+    /// empty path is the current folder. The names are needed to find a file that is written in other
+    /// capital or small letters.
     fn list(&self, dir: &Path) -> Vec<String>;
 }
 
@@ -34,13 +35,13 @@ impl MemoryLoader {
     /// The same with one more file.
     #[must_use]
     pub fn with(mut self, path: impl Into<PathBuf>, bytes: impl Into<Vec<u8>>) -> Self {
-        self.files.insert(plain(&path.into()), bytes.into());
+        self.files.insert(normalised(&path.into()), bytes.into());
         self
     }
 }
 
-/// The path without `.` and, where it can be resolved, `..`.
-fn plain(path: &Path) -> PathBuf {
+/// The path without `.`, and without `..` behind the name of a folder.
+fn normalised(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for part in path.components() {
         match part {
@@ -56,11 +57,11 @@ fn plain(path: &Path) -> PathBuf {
 
 impl FileLoader for MemoryLoader {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        self.files.get(&plain(path)).cloned().ok_or_else(|| io::ErrorKind::NotFound.into())
+        self.files.get(&normalised(path)).cloned().ok_or_else(|| io::ErrorKind::NotFound.into())
     }
 
     fn list(&self, dir: &Path) -> Vec<String> {
-        let dir = plain(dir);
+        let dir = normalised(dir);
         let mut names: Vec<String> = self
             .files
             .keys()

@@ -1,4 +1,4 @@
-//! What every front end hands on.
+//! What every front end makes of a program: the tables and the code.
 
 /// A program as the code generator and the executive take it.
 #[derive(Clone, Debug)]

@@ -6,27 +6,28 @@ pub use plcc_abi::pmac::Controller;
 
 use super::Machine;
 
-/// Whether the fixed limits of the original compilers are errors.
+/// Whether a program may exceed the fixed limits of the original compilers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Limits {
-    /// As the original compilers had them.
+    /// It may not: what the original compilers refused as too long or too deep is an error.
     #[default]
     Original,
-    /// `--limits none`: lifted, but for the nesting of 256 that holds everywhere.
+    /// `--limits none`: it may. Limits of plcc's own remain, such as 256 levels of nesting.
     None,
 }
 
 /// Everything that is fixed when a program is compiled.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// `--limits`.
+    /// `--limits`: whether the limits of the original compilers hold.
     pub limits: Limits,
-    /// `--define NAME=VALUE`, in their order.
+    /// `--define NAME=VALUE`: the macros that are defined before the text begins, in the order of
+    /// the command line.
     pub defines: Vec<(String, String)>,
-    /// `--controller`.
+    /// `--controller`: the controller that the program is for.
     pub controller: Controller,
-    /// `--machine`.
+    /// `--machine`: what the machine file says.
     pub machine: Machine,
-    /// `-I`, in their order.
+    /// `-I`: the folders in which included files are looked for, in this order.
     pub include_dirs: Vec<PathBuf>,
 }

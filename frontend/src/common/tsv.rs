@@ -1,13 +1,13 @@
-//! The one loader of the front ends' tables of names (`reference/*.tsv`): strict, and it says where
-//! a table is wrong.
+//! The loader of the front ends' tables of names (`reference/*.tsv`). It accepts nothing malformed,
+//! and its errors say where a table is wrong.
 //!
 //! A table is a text of lines. The first line names the columns, every other line is a row with one
 //! cell for each column; tabs separate cells. There are no quotes, no escapes, no comments and no
 //! blank lines. The tables are part of the compiler, so a mistake in one is a mistake of ours:
 //! nothing is guessed or left out, and each table has a unit test that loads it.
 //!
-//! The csv crate was tried on paper and not taken: it copies each cell, while `explain` keeps the
-//! cells of the built-in text for ever, and its errors name a cell by number.
+//! The csv crate is not used. It copies each cell, whereas these rows borrow the cells from the
+//! built-in text; and its errors name a cell by its number, whereas these name its column.
 //!
 //! ```
 //! use plcc_frontend::common::tsv;
@@ -84,8 +84,8 @@ pub fn rows<'t>(
     }))
 }
 
-/// Reads a whole table. `order` compares the first cells of two neighbouring rows, which must rise
-/// strictly, so that none stands twice; `parse` makes a value of each row.
+/// Reads a whole table. `order` compares the first cells of two neighbouring rows: each must be
+/// greater than the one before, so that none stands twice. `parse` makes a value of each row.
 ///
 /// # Errors
 /// What [`rows`] finds, the first row that is out of order, and the first error of `parse`.
@@ -115,11 +115,10 @@ pub fn load<'t, T>(
     Ok(values)
 }
 
-/// A table that is built into the compiler.
+/// The values of a table that is built into the compiler.
 ///
 /// # Panics
-/// Where the table is wrong. No input of a user can cause it; the unit test that each table has
-/// loads it in every test run.
+/// If the table is wrong. No input of a user can cause this, and a unit test loads each table.
 #[expect(clippy::panic, reason = "a wrong built-in table is a mistake of ours that a test finds")]
 pub fn built_in<T>(table: Result<T, TsvError>) -> T {
     table.unwrap_or_else(|error| panic!("{error}"))
@@ -170,7 +169,7 @@ impl<'t> Row<'t> {
         Ok(cell)
     }
 
-    /// The cell of a column, nothing where it is empty.
+    /// The cell of a column, `None` if it is empty.
     ///
     /// # Errors
     /// A cell that begins or ends with a blank.

@@ -1,4 +1,4 @@
-//! What each operation gives (PMI 2.3.3.7 and the rulings): total, on 32-bit values.
+//! What each operation gives, for all 32-bit operands (PMI 2.3.3.7 and the rulings).
 
 use plcc_abi::pmi::Type;
 
@@ -9,17 +9,17 @@ pub(super) fn low16(value: i32) -> i32 {
     i32::from(value as i16)
 }
 
-/// A sum or difference of the width of its type.
-fn width(value: i32, long: bool) -> i32 {
+/// A result as a LONG, or as an INTEGER, which keeps its low 16 bits.
+fn long_or_integer(value: i32, long: bool) -> i32 {
     if long { value } else { low16(value) }
 }
 
 /// A binary operation's result.
 pub(super) fn binary(op: Binary, a: i32, b: i32) -> i32 {
     match op {
-        Binary::Add { long } => width(a.wrapping_add(b), long),
-        Binary::Sub { long } => width(a.wrapping_sub(b), long),
-        Binary::Mul { wide } => width(a.wrapping_mul(b), wide),
+        Binary::Add { long } => long_or_integer(a.wrapping_add(b), long),
+        Binary::Sub { long } => long_or_integer(a.wrapping_sub(b), long),
+        Binary::Mul { wide } => long_or_integer(a.wrapping_mul(b), wide),
         Binary::Div if b == 0 => low16(a),
         Binary::Div => low16(a.wrapping_div(b)),
         Binary::Rem if b == 0 => low16(a),
@@ -37,7 +37,7 @@ pub(super) fn binary(op: Binary, a: i32, b: i32) -> i32 {
 
 /// A negation's result.
 pub(super) fn negate(value: i32, long: bool) -> i32 {
-    width(value.wrapping_neg(), long)
+    long_or_integer(value.wrapping_neg(), long)
 }
 
 /// A value as a variable of the type takes it.

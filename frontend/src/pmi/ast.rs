@@ -1,7 +1,8 @@
-//! The checked program: flat, typed, without errors.
+//! The checked program. All names in it are resolved and all types known.
 //!
-//! Expressions are operations in postfix order in one arena, so that a chain of any length is
-//! walked in a loop. Statements are steps with jump targets, one row for the whole scan.
+//! Its expressions are operations in postfix order, all in one vector, so that an expression of any
+//! length is evaluated in a loop. Its statements are steps with jump targets, in the order of the
+//! text.
 
 use std::ops::Range;
 
@@ -15,7 +16,8 @@ pub(crate) struct SymbolId(pub(super) u32);
 /// What a name stands for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Meaning {
-    /// A variable that may be read and written; flip-flop data pins, faults and messages too.
+    /// A variable that may be read and written. Data pins of flip-flops, faults and messages are
+    /// such variables too.
     Variable,
     /// Digital inputs.
     Input(Lines),
@@ -27,17 +29,18 @@ pub(crate) enum Meaning {
     ReadOnly,
     /// An executive variable that an assignment can only clear.
     ResetOnly,
-    /// A timer's control contact.
+    /// A timer's control contact: its index in [`Checked::timers`].
     TimerControl(u32),
-    /// A timer's delayed contact, or a flip-flop's output.
+    /// A timer's delayed contact, or a flip-flop's output. The program can only read it.
     Derived,
-    /// A flip-flop's clock.
+    /// A flip-flop's clock: its index in [`Checked::flipflops`].
     Clock(u32),
-    /// A flip-flop's preset or clear.
+    /// A flip-flop's preset or clear: its index in [`Checked::flipflops`].
     Pin(u32),
-    /// A statement label: the step that it marks, where it is known.
+    /// A statement label: the index of the step that it marks, `None` until the label is reached.
     Label(Option<u32>),
-    /// What a faulty declaration leaves: nothing about it is an error any more.
+    /// A name from a declaration that has an error. Nothing is known of it, so no use of it is
+    /// reported.
     Unknown,
 }
 
@@ -46,13 +49,14 @@ pub(crate) enum Meaning {
 pub(crate) struct Symbol {
     pub(crate) name: String,
     pub(crate) ty: Type,
+    /// How many elements an array has; `None` for what is no array.
     pub(crate) elements: Option<u32>,
     pub(crate) meaning: Meaning,
     /// Where it is declared; nowhere for executive variables.
     pub(crate) declared: Option<Span>,
-    /// The program declares or names it.
+    /// Whether the program declares or uses it. Only such symbols are dumped.
     pub(crate) named: bool,
-    /// It is one of the executive's.
+    /// Whether it is an executive variable; its name begins with `@`.
     pub(crate) executive: bool,
 }
 
@@ -62,6 +66,7 @@ pub(crate) struct TimerDef {
     pub(crate) kind: TimerKind,
     pub(crate) control: SymbolId,
     pub(crate) delayed: SymbolId,
+    /// The delay, in units of 20 ms.
     pub(crate) preset: i32,
 }
 
@@ -75,7 +80,7 @@ pub(crate) struct FlipFlopDef {
     pub(crate) clear: SymbolId,
 }
 
-/// A part of a fault's or message's text.
+/// A part of a fault's or message's text: characters, or the value of a variable.
 #[derive(Clone, Debug)]
 pub(crate) enum Item {
     Text(String),
@@ -89,7 +94,7 @@ pub(crate) struct Announcement {
     pub(crate) items: Vec<Item>,
 }
 
-/// A binary operation; all work on 32-bit values.
+/// A binary operation. Its operands are 32-bit values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Binary {
     /// Sum, of 16 bits unless `long`.
@@ -100,7 +105,7 @@ pub(crate) enum Binary {
     Sub {
         long: bool,
     },
-    /// Product; `wide` where a division takes all its 32 bits.
+    /// Product, of 16 bits; of 32 bits if it is `wide`, that is the dividend of a division.
     Mul {
         wide: bool,
     },
@@ -137,7 +142,7 @@ pub(crate) enum Op {
     Binary(Binary),
 }
 
-/// A stretch of [`Checked::ops`].
+/// An expression: its range of indices in [`Checked::ops`].
 pub(crate) type Ops = Range<u32>;
 
 /// Where an assignment goes.
@@ -156,9 +161,9 @@ pub(crate) enum Target {
 pub(crate) enum Action {
     /// Assigns a value.
     Assign { target: Target, value: Ops },
-    /// Goes on with the next step if the condition is true, else at `otherwise`.
+    /// Goes on with the next step if the condition is true, otherwise with the step `otherwise`.
     If { condition: Ops, otherwise: u32 },
-    /// Goes on at a later step; `counted` for a GOTO, not for the end of an IF's body.
+    /// Goes on with the later step `to`. This is a GOTO, or else the end of a body of an IF.
     Jump { to: u32, is_goto: bool },
 }
 
@@ -167,7 +172,7 @@ pub(crate) enum Action {
 pub(crate) struct Step {
     pub(crate) action: Action,
     pub(crate) span: Span,
-    /// The line it starts at.
+    /// The line in which it starts, from 1.
     pub(crate) line: u32,
 }
 
@@ -179,9 +184,9 @@ pub(crate) struct Checked {
     pub(crate) flipflops: Vec<FlipFlopDef>,
     pub(crate) faults: Vec<Announcement>,
     pub(crate) messages: Vec<Announcement>,
-    /// Texts of `$KEY`, in order.
+    /// The keys that `$KEY` declares, in order: name and text.
     pub(crate) keys: Vec<(String, String)>,
-    /// `$AUXAXIS` lines: name and numbers.
+    /// The lines of `$AUXAXIS`: name and numbers.
     pub(crate) auxiliary: Vec<(String, Vec<i32>)>,
     pub(crate) ops: Vec<Op>,
     pub(crate) steps: Vec<Step>,

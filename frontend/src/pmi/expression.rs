@@ -1,12 +1,12 @@
-//! One expression or condition of PMI, checked against a program: for conditions of breakpoints,
-//! triggers and watches.
+//! One expression or condition of PMI, checked against a program, for conditions of breakpoints, for
+//! triggers and for watches.
 //!
 //! Whatever may stand behind the `=` of an assignment is an expression (PMI 2.3): arithmetic,
 //! relations, logical operators, elements of arrays, the executive's `@` names, the program's
 //! constants and keys. It is read by the parser that reads programs, with the same errors and the
-//! same limits, and is evaluated like there: INTEGER results keep 16 bits, both sides of `&` and
-//! `!` are computed. A name that the program does not know is an error (31); the logic of a program
-//! makes such names LOGICALs by assigning them, which an expression can't do.
+//! same limits, and is evaluated as in a program: INTEGER results keep 16 bits, both sides of `&`
+//! and `!` are computed. A name that the program does not know is an error (31). In a program an
+//! assignment would declare it as a LOGICAL, but an expression assigns nothing.
 //!
 //! ```
 //! use plcc_diag::SourceMap;
@@ -79,7 +79,8 @@ impl Program {
         Ok(Expression::new(text, variables, self.layout.size as usize, evaluator))
     }
 
-    /// An operation with its variable's place; nothing where the layout does not know it.
+    /// An operation with the place of its variable; `None` if the layout has no place for it. The
+    /// variable's name is added to `variables`.
     fn code(&self, op: Op, variables: &mut Vec<String>) -> Option<Code> {
         let place = |id: SymbolId, element: u32| {
             let symbol = self.checked.symbol(id)?;
@@ -157,7 +158,7 @@ struct Evaluator {
 impl Evaluate for Evaluator {
     fn evaluate(&self, image: &[u8]) -> Result<Value, EvaluationError> {
         let mut stack: Vec<i32> = vec![];
-        // The parser makes as many operands as operators take.
+        // The parser has made sure that no operator lacks an operand.
         let pop = |stack: &mut Vec<i32>| stack.pop().unwrap_or(0);
         for code in &self.codes {
             let value = match code {

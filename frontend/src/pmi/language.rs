@@ -15,7 +15,7 @@ use crate::language::{CheckedProgram, Language, Topic};
 #[derive(Clone, Copy, Debug)]
 pub struct Pmi;
 
-/// The directives of PMI (PMI 2.1): what its programs are known by.
+/// The directives of PMI (PMI 2.1), by which its programs are recognised.
 const DIRECTIVES: [&str; 15] = [
     "INPUT", "OUTPUT", "LOGICAL", "INTEGER", "LONG", "FAULT", "MESSAGE", "KEY", "MCODE", "GCODE",
     "TIMER", "FLIPFLOP", "AUXAXIS", "INCLUDE", "END",
@@ -38,7 +38,7 @@ impl Language for Pmi {
         &["pmi"]
     }
 
-    /// A line that begins with a directive.
+    /// Whether a line begins with a directive.
     fn has_marks(&self, plain: &str) -> bool {
         plain.split(['\r', '\n']).any(|line| {
             let word = line.trim_start_matches(|c: char| c.is_whitespace() || c == '\u{feff}');

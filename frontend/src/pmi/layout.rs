@@ -1,40 +1,40 @@
-//! Where everything stands in the image.
+//! Where each variable stands in the process image.
 //!
-//! One region a type, so that two accesses of different types never touch the same byte:
-//! `logical` (bits: one byte a LOGICAL), `integer`, `long` (timers' counters too) and `port`, the
-//! physical lines, one byte a port. Programs with very long expressions have `scratch` too, where
-//! compiled code keeps what it has computed of one.
+//! Each type has a region of its own, so that two accesses of different types never touch the same
+//! byte: `logical` (a byte for each LOGICAL), `integer`, and `long`, in which the timers' counters
+//! stand too. The region `port` has a byte of physical lines for each port. Programs with very long
+//! expressions have a region `scratch`, in which compiled code keeps their intermediate values.
 
 use plcc_abi::Region;
 use plcc_abi::pmi::{PORTS, Type};
 
 use crate::pmi::ast::{Action, Checked, Meaning, Op, Ops, SymbolId, Target};
 
-/// Expressions with more operations than this may be cut into several functions, and then keep
-/// what waits for them in the image.
+/// An expression with more operations than this may be cut into several functions. What is on the
+/// evaluation stack at a cut is then kept in the image.
 pub(crate) const LONG_EXPRESSION: u32 = 1000;
 
-/// The name of the region for that.
+/// The name of the region in which the evaluation stack is kept at a cut.
 pub(crate) const SCRATCH: &str = "scratch";
 
 /// The image's layout.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Layout {
-    /// By rising offset: `logical`, `integer`, `long`, `port`.
+    /// By rising offset: `logical`, `integer`, `long`, `port` and, if it is needed, `scratch`.
     pub(crate) regions: Vec<Region>,
     /// The image's size in bytes.
     pub(crate) size: u32,
     /// Offset of each timer's counter.
     pub(crate) counters: Vec<u32>,
-    /// Offset of each flip-flop's last clock.
+    /// Offset of the byte that holds each flip-flop's clock as it was last assigned.
     pub(crate) last_clocks: Vec<u32>,
-    /// Offset of the lines.
+    /// Offset of the physical lines, a byte for each port.
     pub(crate) ports: u32,
-    /// Offset of each symbol.
+    /// Offset of each symbol, by its [`SymbolId`].
     places: Vec<u32>,
 }
 
-/// The region of a type's variables.
+/// The name of the region of a type's variables.
 pub(crate) fn region_name(ty: Type) -> &'static str {
     match ty {
         Type::Logical => "logical",
@@ -56,9 +56,9 @@ impl Layout {
                 }
             }
             match ty {
-                Type::Logical => this.last_clocks = this.row(checked.flipflops.len(), 1),
+                Type::Logical => this.last_clocks = this.allocate(checked.flipflops.len(), 1),
                 Type::Integer => {}
-                Type::Long => this.counters = this.row(checked.timers.len(), 4),
+                Type::Long => this.counters = this.allocate(checked.timers.len(), 4),
             }
             this.region(region_name(ty), start, ty == Type::Logical);
         }
@@ -74,7 +74,8 @@ impl Layout {
         this
     }
 
-    fn row(&mut self, count: usize, size: u32) -> Vec<u32> {
+    /// Makes room for `count` values of `size` bytes each and gives their offsets.
+    fn allocate(&mut self, count: usize, size: u32) -> Vec<u32> {
         let start = self.size;
         self.size += count as u32 * size;
         (0..count as u32).map(|i| start + i * size).collect()
@@ -103,7 +104,7 @@ impl Layout {
     }
 }
 
-/// How many values wait at once in the long expressions.
+/// How deep the evaluation stack of a long expression becomes at most; 0 if no expression is long.
 fn scratch_depth(checked: &Checked) -> u32 {
     let expressions = checked.steps.iter().map(|step| match &step.action {
         Action::Assign { target: Target::Element(_, index), value } => (value, Some(index)),
@@ -121,11 +122,12 @@ fn scratch_depth(checked: &Checked) -> u32 {
         .unwrap_or(0)
 }
 
-/// Whether an expression may be cut.
+/// Whether an expression is long enough to be cut into several functions.
 pub(crate) fn is_long(ops: &Ops) -> bool {
     ops.end - ops.start > LONG_EXPRESSION
 }
 
+/// How deep the evaluation stack of an expression becomes.
 fn depth(checked: &Checked, ops: &Ops) -> u32 {
     let (mut now, mut most) = (0u32, 0);
     for op in checked.ops(ops) {

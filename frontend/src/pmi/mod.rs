@@ -1,11 +1,13 @@
 //! The PMI language (Sieb & Meyer SERIES 8).
 //!
-//! Text to statements (`read`), statements to a checked program (`analyse`), and that to an image
-//! layout, IR (`lower`) and the statement interpreter (`oracle`). Where the manual is
-//! silent or contradicts itself, the rulings in the project's documentation decide.
+//! `read` makes statements of the text, `analyse` a checked program of the statements. Of that come
+//! the layout of the process image, the IR (`lower`) and the statement interpreter (`oracle`).
+//! Where the manual is silent or contradicts itself, the rulings in the project's `docs/pmi.md`
+//! decide.
 //!
-//! Architecture Invariant: trees are flat. Expressions are postfix rows in one arena, statements
-//! are steps with jump targets; nothing recurses on program size.
+//! Architecture Invariant: a checked program has no trees. All expressions are operations in postfix
+//! order in one vector, all statements are steps with jump targets in another, so no function
+//! recurses on the length of a program.
 
 mod analyse;
 mod arith;
@@ -35,7 +37,8 @@ pub struct Program {
     layout: layout::Layout,
     /// The files, shared by all that is made of the program.
     sources: SourceMap,
-    /// For expressions, which have the program's limits.
+    /// The limits that the program was checked with; they hold for [`expression`](Self::expression)
+    /// too.
     limits: Limits,
 }
 
@@ -79,7 +82,7 @@ impl Program {
         Box::new(Interpreter::new(&self.checked, &self.layout))
     }
 
-    /// The statement interpreter, which counts how often each statement runs.
+    /// A statement interpreter that counts how often each statement runs.
     pub fn counting_interpreter(&self) -> Interpreter {
         Interpreter::new(&self.checked, &self.layout).counting()
     }

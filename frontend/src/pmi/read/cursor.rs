@@ -1,4 +1,4 @@
-//! Walking a statement's tokens.
+//! A cursor over the tokens of one statement.
 
 use plcc_diag::{Diagnostic, FileId, Span};
 
@@ -8,11 +8,14 @@ use crate::pmi::read::{
     token::{Fault, Kind, Token},
 };
 
-/// A place in a statement.
+/// A position among the tokens of a statement.
 #[derive(Clone)]
 pub(crate) struct Cursor<'a> {
+    /// The text of the statement's file.
     pub(crate) text: &'a str,
+    /// The statement's tokens.
     pub(crate) tokens: &'a [Token],
+    /// The index of the next token.
     pub(crate) at: usize,
     pub(crate) statement: Statement,
 }
@@ -31,12 +34,12 @@ impl<'a> Cursor<'a> {
         self.tokens.get(self.at).copied()
     }
 
-    /// What the next token is.
+    /// The next token's kind.
     pub(crate) fn kind(&self) -> Option<Kind> {
         self.token().map(|token| token.kind)
     }
 
-    /// What the token behind the next one is.
+    /// The kind of the token behind the next one.
     pub(crate) fn second_kind(&self) -> Option<Kind> {
         self.tokens.get(self.at + 1).map(|token| token.kind)
     }
@@ -80,7 +83,8 @@ impl<'a> Cursor<'a> {
         Some((self.slice(token), self.span_of(token)))
     }
 
-    /// The error `number` at the next token, unless what stands there is no token, or the file is over.
+    /// An error at the next token: the manual's error `number` with `message`. If what stands there
+    /// is no token, or the file ends there inside a statement, the error is the one for that instead.
     pub(crate) fn error_here(&self, number: u8, message: impl Into<String>) -> Diagnostic {
         match self.kind() {
             Some(Kind::Bad(fault)) => self.bad(fault),

@@ -2,10 +2,11 @@
 
 use plcc_diag::{Diagnostic, Span};
 
-/// The code of an error number.
+/// Makes the function that turns an error's number into its code.
 macro_rules! codes {
     ($($n:literal)*) => {
-        /// `PMI-n` for the manual's error n.
+        /// The code `PMI-n` of the manual's error n; `PMI-45`, the compiler's own error, for a number
+        /// that is not in the list.
         fn code(number: u8) -> &'static str {
             match number {
                 $($n => concat!("PMI-", $n),)*
@@ -35,7 +36,7 @@ pub(crate) fn error(number: u8, span: Span, message: impl Into<String>) -> Diagn
     Diagnostic::error(code(number), span, message)
 }
 
-/// What to do about an error whose place says nothing better.
+/// What a user can do about an error of this code, for errors that were made without a help.
 pub(crate) fn default_help(code: &str) -> Option<&'static str> {
     Some(match code {
         "PMI-9" => "a name is a letter and up to five letters and digits",

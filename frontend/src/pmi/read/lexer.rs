@@ -1,9 +1,10 @@
-//! A statement's text to tokens (PMI 2.2.1 to 2.2.3).
+//! Cuts a statement's text into tokens (PMI 2.2.1 to 2.2.3).
 
 use crate::common::Limits;
 use crate::pmi::read::token::{Fault, Kind, Token};
 
-/// What a character is read as: PDFs bring curly quotes, dashes and hard blanks.
+/// The plain character that a character is read as. Text that was copied from a PDF has curly quotes,
+/// dashes and non-breaking spaces, which are read as `"`, `-` and a blank.
 pub(crate) fn plain(c: char) -> char {
     match c {
         '\u{201c}' | '\u{201d}' | '\u{201e}' | '\u{201f}' | '\u{2033}' => '"',
@@ -15,11 +16,11 @@ pub(crate) fn plain(c: char) -> char {
 
 /// The longest name that the original compiler took (PMI 2.2.3).
 const NAME_LIMIT: usize = 6;
-/// The most digits that it took (PMI 4.5, 28).
+/// The most digits of a number that it took (PMI 4.5, error 28).
 const DIGIT_LIMIT: usize = 9;
 
-/// Appends the tokens of `text[start..end]` to `out`. The stretch is one statement without its
-/// last comment; a `#` in it is a continuation, and what follows it on its line is none of it.
+/// Appends the tokens of `text[start..end]`, one statement without the comment behind it, to `out`.
+/// A `#` continues the statement on the next line; the rest of its own line is skipped.
 pub(crate) fn lex(text: &str, start: u32, end: u32, limits: Limits, out: &mut Vec<Token>) {
     let text = text.get(..end as usize).unwrap_or(text);
     let mut lexer = Lexer { text, at: start as usize, limits, out };
@@ -50,13 +51,14 @@ impl Lexer<'_> {
         self.at += len;
     }
 
+    /// Reads one token, or skips what stands between tokens; `false` at the end.
     fn step(&mut self) -> bool {
         let Some(raw) = self.rest().chars().next() else { return false };
         let width = raw.len_utf8();
         match plain(raw) {
             ' ' | '\r' | '\n' => self.at += width,
             '#' => self.at += self.rest().find(['\r', '\n']).unwrap_or(self.rest().len()),
-            // A comment can only stand here behind a continuation's end; the reader cut the rest.
+            // A comment. Statements come without theirs, but the text of a single expression has it.
             '?' => return false,
             '"' => self.text_token(width),
             '0'..='9' => self.number(),
@@ -95,17 +97,18 @@ impl Lexer<'_> {
         }
     }
 
-    fn name(&mut self, kind: Kind, sigil: usize) {
-        let len = self.word(sigil);
-        let word = self.rest().as_bytes().get(sigil..sigil + len).unwrap_or(&[]);
+    /// A name of the program, or of the executive, behind a prefix (`@`) of `prefix` bytes.
+    fn name(&mut self, kind: Kind, prefix: usize) {
+        let len = self.word(prefix);
+        let word = self.rest().as_bytes().get(prefix..prefix + len).unwrap_or(&[]);
         if let Some(small) = word.iter().position(u8::is_ascii_lowercase) {
-            self.bad_inside(sigil + small, sigil + len);
+            self.bad_inside(prefix + small, prefix + len);
         } else if len == 0 {
-            self.push(Kind::Bad(Fault::Extraneous), sigil);
+            self.push(Kind::Bad(Fault::Extraneous), prefix);
         } else if len > NAME_LIMIT && self.limits == Limits::Original {
-            self.push(Kind::Bad(Fault::LongName), sigil + len);
+            self.push(Kind::Bad(Fault::LongName), prefix + len);
         } else {
-            self.push(kind, sigil + len);
+            self.push(kind, prefix + len);
         }
     }
 
@@ -118,7 +121,8 @@ impl Lexer<'_> {
         }
     }
 
-    /// A token that is wrong from `from` on.
+    /// Takes a word of `len` bytes that has a wrong character at `from`. The token of the error
+    /// reaches from there to the word's end.
     fn bad_inside(&mut self, from: usize, len: usize) {
         let start = (self.at + from) as u32;
         let end = (self.at + len) as u32;
@@ -178,7 +182,8 @@ impl Lexer<'_> {
     }
 }
 
-/// The words of a text token, read as [`plain`] says.
+/// The characters between the quotes of a text token, each read as [`plain`] says, but for the
+/// non-breaking space, which is kept.
 pub(crate) fn text_of(source: &str) -> String {
     let mut chars: Vec<char> = source
         .chars()

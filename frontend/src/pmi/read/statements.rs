@@ -1,4 +1,4 @@
-//! Files to statements: lines, comments, continuations, `$INCLUDE` (PMI 2.2.2, 3.3.5).
+//! Cuts files into statements: lines, comments, continuations, `$INCLUDE` (PMI 2.2.2, 3.3.5).
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::pmi::read::{
     lexer::plain,
 };
 
-/// The longest line of the original editor.
+/// How many characters fit in a line of the original editor.
 const LINE_LIMIT: usize = 71;
 
 /// A statement's place, without the comment behind it.
@@ -19,14 +19,15 @@ pub(crate) struct Statement {
     pub(crate) file: FileId,
     pub(crate) start: u32,
     pub(crate) end: u32,
-    /// Its last line asks for a continuation and the file is over.
+    /// Whether its last line is to be continued, but the file ends there.
     pub(crate) open: bool,
 }
 
-/// What the files hold.
+/// The statements of a program and of all files that it includes.
 pub(crate) struct Text {
     pub(crate) statements: Vec<Statement>,
-    /// The last line that holds a character: where what is absent is missed.
+    /// The last line of the program's own file that is not empty. An error about something that is
+    /// missing points there.
     pub(crate) last: Span,
 }
 
@@ -53,14 +54,14 @@ struct Reader<'a> {
 
 /// One physical line.
 struct Line {
-    /// Offset of its first character that is no blank; the line's end where there is none.
+    /// Offset of its first character that is no blank; the line's end if there is none.
     start: usize,
-    /// Offset behind its last character that is code and no blank.
+    /// Offset behind its last character that is no blank and in no comment.
     end: usize,
-    /// Where its `#` stands, if it is continued.
+    /// Offset of its `#`, if it is continued.
     hash: Option<usize>,
-    /// A character of typography outside comments.
-    odd: Option<(usize, usize)>,
+    /// Where its first curly quote or dash outside comments starts and ends.
+    typographic: Option<(usize, usize)>,
 }
 
 impl Line {
@@ -69,9 +70,9 @@ impl Line {
     }
 }
 
-/// Reads the line `text[from..to]`.
+/// Finds the parts of the line `text[from..to]`.
 fn scan(text: &str, from: usize, to: usize) -> Line {
-    let mut line = Line { start: to, end: from, hash: None, odd: None };
+    let mut line = Line { start: to, end: from, hash: None, typographic: None };
     let mut quoted = false;
     for (i, raw) in text.get(from..to).unwrap_or("").char_indices() {
         let at = from + i;
@@ -86,8 +87,8 @@ fn scan(text: &str, from: usize, to: usize) -> Line {
             '"' => quoted = !quoted,
             _ => {}
         }
-        if !raw.is_ascii() && (c == '"' || c == '-') && line.odd.is_none() {
-            line.odd = Some((at, at + raw.len_utf8()));
+        if !raw.is_ascii() && (c == '"' || c == '-') && line.typographic.is_none() {
+            line.typographic = Some((at, at + raw.len_utf8()));
         }
         if c != ' ' {
             line.start = line.start.min(at);
@@ -111,12 +112,12 @@ fn lines(text: &str) -> impl Iterator<Item = (usize, usize)> {
 }
 
 impl Reader<'_> {
-    /// Reads a file; its last line with a character on it is the result.
+    /// Reads a file. Gives the place of its last line that is not empty.
     fn file(&mut self, file: FileId) -> Span {
         let text = self.sources.text(file).to_owned();
         let included = self.sources.included_from(file).is_some();
         let mut last = Span::new(file, 0, 0);
-        let mut odd = None;
+        let mut typographic = None;
         let mut open: Option<Statement> = None;
         // The start of an `$INCLUDE` whose name follows on the next line.
         let mut unnamed: Option<usize> = None;
@@ -127,7 +128,7 @@ impl Reader<'_> {
                 let indent = raw.len() - raw.trim_start().len();
                 last = Span::new(file, from + indent, from + raw.trim_end().len());
             }
-            odd = odd.or(line.odd);
+            typographic = typographic.or(line.typographic);
             self.check_length(file, raw, from);
             if let Some(start) = unnamed.take() {
                 let name = file_name(text.get(line.start..to).unwrap_or(""));
@@ -168,7 +169,7 @@ impl Reader<'_> {
             let span = Span::new(file, start, start + "$INCLUDE".len());
             self.diagnostics.push(no_name(span));
         }
-        if let Some((start, end)) = odd {
+        if let Some((start, end)) = typographic {
             let span = Span::new(file, start, end);
             let what = "curly quotes or dashes: they are read as \" and -";
             self.diagnostics.push(
@@ -179,6 +180,7 @@ impl Reader<'_> {
         last
     }
 
+    /// Keeps a statement in `open` if the next line continues it, otherwise adds it to the list.
     fn put(&mut self, statement: Statement, open: &mut Option<Statement>) {
         if statement.open {
             *open = Some(statement);
@@ -236,7 +238,7 @@ impl Reader<'_> {
     }
 }
 
-/// The file that an `$INCLUDE` line names; nothing where the line is none.
+/// The file that an `$INCLUDE` line names; `None` if the line is no `$INCLUDE`.
 fn include_name<'a>(text: &'a str, line: &Line, to: usize) -> Option<&'a str> {
     let rest = text.get(line.start..to)?.strip_prefix("$INCLUDE")?;
     if rest.starts_with(|c: char| c.is_ascii_alphanumeric()) {
@@ -245,7 +247,7 @@ fn include_name<'a>(text: &'a str, line: &Line, to: usize) -> Option<&'a str> {
     Some(file_name(rest))
 }
 
-/// What stands before a comment or continuation.
+/// The name of a file: what stands before a comment or a `#`, without blanks around it.
 fn file_name(rest: &str) -> &str {
     let end = rest.find(['?', '#']).unwrap_or(rest.len());
     rest.get(..end).unwrap_or("").trim()

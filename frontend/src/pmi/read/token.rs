@@ -1,4 +1,4 @@
-//! Tokens.
+//! The tokens of PMI, and what can be wrong with one.
 
 /// What a token is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,7 +9,7 @@ pub(crate) enum Kind {
     Executive,
     /// `$` and letters and digits.
     Directive,
-    /// A literal; it fits.
+    /// A number that fits in a LONG.
     Number(u32),
     /// Text between quotes.
     Text,
@@ -51,11 +51,11 @@ pub(crate) enum Kind {
     Comma,
     /// `:`
     Colon,
-    /// What is no token: reported when the parser comes to it.
+    /// Text that is no token. It is reported when the parser comes to it.
     Bad(Fault),
 }
 
-/// Why something is no token.
+/// Why some text is no token. The number behind the colon is the manual's error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fault {
     /// A character outside PMI's set, a small letter, a letter behind a number: 5.
