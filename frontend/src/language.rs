@@ -60,8 +60,8 @@ pub trait Language: Sync {
     /// [joins files](Self::joins_files). Included files are asked of `loader` and added to
     /// `sources`.
     ///
-    /// The result is a program if no diagnostic is an error. PMAC gives one too if the only errors are
-    /// broken structures: the PLCs that have them are empty in it (`run --keep-going`).
+    /// The result is a program if no diagnostic is an error. PMAC gives one too if the only errors
+    /// are broken structures: the PLCs that have them are empty in it (`run --keep-going`).
     fn check(
         &self,
         sources: &mut SourceMap,
@@ -81,8 +81,8 @@ pub trait Language: Sync {
     /// name means on each of them. `None` if the name has no meaning of its own.
     fn explain(&self, name: &str, controller: Option<Controller>) -> Option<String>;
 
-    /// Every name that stands in a table of [`explain`](Self::explain). A line for a family of names
-    /// (`@CP100-@CP115`) counts as its first name.
+    /// Every name that stands in a table of [`explain`](Self::explain). A line for a family of
+    /// names (`@CP100-@CP115`) counts as its first name.
     fn topics(&self) -> Vec<Topic>;
 
     /// Comments for the head of a program's listings. They say what the program's variables are,

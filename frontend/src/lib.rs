@@ -1,8 +1,8 @@
 //! The languages: source text of PMI, NCT and PMAC to a checked program, and from there to IR and
 //! to a statement interpreter.
 //!
-//! Each language has a folder, [`pmi`], [`nct`] and [`pmac`], all in the same shape: `read` (text to
-//! statements), `analyse` (statements to the checked program, diagnostics), `lower` (to IR),
+//! Each language has a folder, [`pmi`], [`nct`] and [`pmac`], all in the same shape: `read` (text
+//! to statements), `analyse` (statements to the checked program, diagnostics), `lower` (to IR),
 //! `oracle` (the statement interpreter, which shares nothing with `lower`), `reference` (the
 //! manual's tables). [`common`] holds what they share. The main types:
 //!

@@ -24,7 +24,8 @@ pub struct CrossReferenceRow {
     pub tested: Vec<u32>,
 }
 
-/// A program's cross-reference. [`Display`](fmt::Display) writes it as a table, a line for each row.
+/// A program's cross-reference. [`Display`](fmt::Display) writes it as a table, a line for each
+/// row.
 #[derive(Clone, Debug, Default)]
 pub struct CrossReference {
     /// A row for each variable and each file that it occurs in, in natural sort order.

@@ -111,8 +111,9 @@ impl Expression {
         &self.text
     }
 
-    /// The names of the variables that it may read, as traces spell them, each once, in the order in
-    /// which the text names them. Of an array with a computed index this is the name of the array.
+    /// The names of the variables that it may read, as traces spell them, each once, in the order
+    /// in which the text names them. Of an array with a computed index this is the name of the
+    /// array.
     pub fn variables(&self) -> &[String] {
         &self.variables
     }

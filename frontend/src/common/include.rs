@@ -15,10 +15,11 @@ pub struct Included {
 
 /// Finds the file that a source at `includer` names as `written`.
 ///
-/// A path that begins with `/` is tried as it is. Then the path, without a drive letter, is tried in
-/// the includer's folder, each time with one more folder left out at its front: for `c:\oem\f.pmi`
-/// these are `oem/f.pmi` and `f.pmi`. Then the same is done in each of `dirs`. Capital and small
-/// letters are the same unless the exact spelling exists; `\` separates folders as `/` does.
+/// A path that begins with `/` is tried as it is. Then the path, without a drive letter, is tried
+/// in the includer's folder, each time with one more folder left out at its front: for
+/// `c:\oem\f.pmi` these are `oem/f.pmi` and `f.pmi`. Then the same is done in each of `dirs`.
+/// Capital and small letters are the same unless the exact spelling exists; `\` separates folders
+/// as `/` does.
 ///
 /// `None` if no file is found that `loader` can read.
 pub fn find_include(

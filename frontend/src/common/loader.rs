@@ -15,8 +15,8 @@ pub trait FileLoader {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
 
     /// The names of all entries of the folder `dir`, in any order; none if it cannot be read. An
-    /// empty path is the current folder. The names are needed to find a file that is written in other
-    /// capital or small letters.
+    /// empty path is the current folder. The names are needed to find a file that is written in
+    /// other capital or small letters.
     fn list(&self, dir: &Path) -> Vec<String>;
 }
 

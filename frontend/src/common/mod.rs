@@ -1,5 +1,5 @@
-//! What the languages share: the options of a compilation, files and includes, the machine file, the
-//! loader of tables, expressions, cross-references, internal errors.
+//! What the languages share: the options of a compilation, files and includes, the machine file,
+//! the loader of tables, expressions, cross-references, internal errors.
 
 mod cross_reference;
 pub mod expression;

@@ -1,5 +1,5 @@
-//! One expression or condition of PMI, checked against a program, for conditions of breakpoints, for
-//! triggers and for watches.
+//! One expression or condition of PMI, checked against a program, for conditions of breakpoints,
+//! for triggers and for watches.
 //!
 //! Whatever may stand behind the `=` of an assignment is an expression (PMI 2.3): arithmetic,
 //! relations, logical operators, elements of arrays, the executive's `@` names, the program's

@@ -5,9 +5,9 @@
 //! Where the manual is silent or contradicts itself, the rulings in the project's `docs/pmi.md`
 //! decide.
 //!
-//! Architecture Invariant: a checked program has no trees. All expressions are operations in postfix
-//! order in one vector, all statements are steps with jump targets in another, so no function
-//! recurses on the length of a program.
+//! Architecture Invariant: a checked program has no trees. All expressions are operations in
+//! postfix order in one vector, all statements are steps with jump targets in another, so no
+//! function recurses on the length of a program.
 
 mod analyse;
 mod arith;

@@ -16,8 +16,8 @@ const RETAINED: [&str; 3] = ["@NVFLG", "@NVINT", "@NVLNG"];
 
 type Result<T> = std::result::Result<T, InternalError>;
 
-/// The program without its code. `files` are the names of its sources, `tasks` says where the code of
-/// each task starts.
+/// The program without its code. `files` are the names of its sources, `tasks` says where the code
+/// of each task starts.
 pub(crate) fn program(
     checked: &Checked,
     layout: &Layout,
@@ -134,8 +134,8 @@ fn special(checked: &Checked, layout: &Layout) -> Result<Special> {
     Ok(Special { ipl: offset("@IPL")?, estop: offset("@ESTOP")?, crset: offset("@CRSET")? })
 }
 
-/// The values that are not 0 at power-up, with offset and type: constants, and the timers' counters,
-/// which are -1 while a timer does not run.
+/// The values that are not 0 at power-up, with offset and type: constants, and the timers'
+/// counters, which are -1 while a timer does not run.
 fn initial(checked: &Checked, layout: &Layout) -> Result<Vec<(u32, Type, i32)>> {
     let mut initial = vec![];
     for (index, symbol) in checked.symbols.iter().enumerate() {

@@ -6,8 +6,8 @@ use crate::common::{CrossReference, CrossReferenceBuilder, Use};
 use crate::pmi::ast::{Action, Checked, Item, Op, Ops, SymbolId, Target};
 use crate::pmi::reference::executive;
 
-/// Makes the cross-reference of a program. An array is one variable. A value in the text of a fault
-/// or message is read in the line that declares the text.
+/// Makes the cross-reference of a program. An array counts as one variable. A variable in the text
+/// of a fault or message counts as read in the line that declares the fault or message.
 pub(crate) fn cross_reference(checked: &Checked, sources: &SourceMap) -> CrossReference {
     let mut finder = Finder { checked, sources, found: CrossReferenceBuilder::default() };
     for step in &checked.steps {

@@ -1,5 +1,5 @@
-//! Variables, constants, timers, flip-flops and auxiliary axes (PMI 3.1.3 to 3.1.5, 3.1.9,
-//! 3.1.10).
+//! Declarations of variables, constants, timers, flip-flops and auxiliary axes (PMI 3.1.3 to 3.1.5,
+//! 3.1.9, 3.1.10).
 
 use plcc_abi::pmi::{TimerKind, Type};
 use plcc_diag::Span;
@@ -11,12 +11,12 @@ use crate::pmi::{
     read::{cursor::Cursor, diagnostic::error, token::Kind},
 };
 
-/// Array elements that the original compiler allows (PMI 2.2.7).
+/// How many elements an array may have for the original compiler (PMI 2.2.7).
 const ELEMENTS: std::ops::RangeInclusive<u32> = 2..=255;
-/// Arrays that it allows.
-const ARRAYS: u32 = 256;
-/// Bytes that all arrays together may take, whatever the limits.
-const BYTES: u64 = 64 << 20;
+/// How many arrays a program may have for it.
+const MAX_ARRAYS: u32 = 256;
+/// How many bytes all arrays together may take, with `--limits none` too.
+const MAX_ARRAY_BYTES: u64 = 64 << 20;
 
 impl SpecificationSection<'_> {
     /// `NAME`, `NAME = constant`, `NAME[n]`, `NAME[n] = [constants]`, with commas between them.
@@ -29,16 +29,10 @@ impl SpecificationSection<'_> {
                 _ => None,
             };
             let mut meaning = Meaning::Variable;
-            let mut too_many = None;
             if cursor.eat(Kind::Eq) {
-                let (values, problem) = self.constants(cursor, ty, elements, name)?;
-                meaning = Meaning::Constant(values);
-                too_many = problem;
+                meaning = Meaning::Constant(self.constants(cursor, ty, elements, name)?);
             }
             self.declare(name, ty, elements, meaning)?;
-            if let Some(problem) = too_many {
-                return Err(problem);
-            }
             if cursor.kind().is_none() {
                 return Ok(());
             }
@@ -68,13 +62,13 @@ impl SpecificationSection<'_> {
         }
         self.expect(cursor, Kind::RBracket, "]")?;
         self.arrays += 1;
-        if self.arrays > ARRAYS && self.limits == Limits::Original {
+        if self.arrays > MAX_ARRAYS && self.limits == Limits::Original {
             return Err(error(18, name.1, format!("{} is one array too many", name.0))
                 .help("256 arrays are the most, or compile with `--limits none`")
                 .into());
         }
         self.bytes += u64::from(count) * u64::from(ty.size());
-        if self.bytes > BYTES {
+        if self.bytes > MAX_ARRAY_BYTES {
             return Err(error(40, name.1, format!("there is no room for {}", name.0))
                 .help("all arrays together may take 64 MiB; make them smaller")
                 .into());
@@ -82,16 +76,16 @@ impl SpecificationSection<'_> {
         Ok(count)
     }
 
-    /// A constant's value, or an array's; a wrong number of them is the second result.
+    /// The value of a constant, or the values of an array of constants, one for each element.
     fn constants(
         &mut self,
         cursor: &mut Cursor<'_>,
         ty: Type,
         elements: Option<u32>,
         name: (&str, Span),
-    ) -> Result<(Vec<i32>, Option<Box<plcc_diag::Diagnostic>>)> {
+    ) -> Result<Vec<i32>> {
         let Some(elements) = elements else {
-            return Ok((vec![self.constant(cursor, ty)?], None));
+            return Ok(vec![self.constant(cursor, ty)?]);
         };
         self.expect(cursor, Kind::LBracket, "[")?;
         let mut values = vec![];
@@ -111,9 +105,9 @@ impl SpecificationSection<'_> {
             }
         }
         if values.len() == elements as usize {
-            return Ok((values, None));
+            return Ok(values);
         }
-        // Missing ones are missed where the statement ends, superfluous ones where they stand.
+        // The error points at the first value too many, or at the end of the statement.
         let end = cursor.tokens.last().map_or(name.1, |token| cursor.span_of(*token));
         let span = extra.unwrap_or(end);
         let count = values.len();
@@ -121,7 +115,7 @@ impl SpecificationSection<'_> {
         Err(error(20, span, what).help("give one constant for each element").into())
     }
 
-    /// A constant of a type.
+    /// The value of a constant of type `ty`, with its sign.
     fn constant(&mut self, cursor: &mut Cursor<'_>, ty: Type) -> Result<i32> {
         let start = cursor.span();
         let negative = cursor.eat(Kind::Minus);
@@ -158,7 +152,7 @@ impl SpecificationSection<'_> {
         Ok(value as i32)
     }
 
-    /// `E/TC/DC = P`.
+    /// `E/TC/DC = P`: type, control contact, delayed contact, delay in units of 20 ms.
     pub(crate) fn timer(&mut self, cursor: &mut Cursor<'_>) -> Result {
         let span = cursor.span();
         let kind = match cursor.name() {
@@ -194,7 +188,7 @@ impl SpecificationSection<'_> {
         Ok(())
     }
 
-    /// `Q/D/CK/PR/CL`.
+    /// `Q/D/CK/PR/CL`: output, data, clock, preset, clear.
     pub(crate) fn flipflop(&mut self, cursor: &mut Cursor<'_>) -> Result {
         let index = self.checked.flipflops.len() as u32;
         let q = self.pin(cursor, Meaning::Derived, true)?;
@@ -207,6 +201,7 @@ impl SpecificationSection<'_> {
         Ok(())
     }
 
+    /// A pin of a flip-flop; `more` says that a `/` and another pin follow.
     fn pin(&mut self, cursor: &mut Cursor<'_>, meaning: Meaning, more: bool) -> Result<SymbolId> {
         let name = self.new_name(cursor)?;
         let symbol = self.declare(name, Type::Logical, None, meaning)?;
@@ -216,7 +211,7 @@ impl SpecificationSection<'_> {
         Ok(symbol)
     }
 
-    /// `name = number[, number…]`.
+    /// `NAME = NUMBER, NUMBER…` of `$AUXAXIS`.
     pub(crate) fn auxiliary(&mut self, cursor: &mut Cursor<'_>) -> Result {
         let (name, _) = self.new_name(cursor)?;
         self.expect(cursor, Kind::Eq, "=")?;
@@ -233,6 +228,7 @@ impl SpecificationSection<'_> {
     }
 }
 
+/// The values that a constant of a type may have, as a help says it.
 fn range_of(ty: Type) -> &'static str {
     match ty {
         Type::Logical => "a LOGICAL is 0, 1, T or F",

@@ -15,20 +15,20 @@ use crate::pmi::{
     read::{cursor::Cursor, diagnostic::error, token::Kind},
 };
 
-/// IF levels that the original compiler allows (PMI 3.3.3).
+/// How deep IFs may nest for the original compiler (PMI 3.3.3).
 const LEVELS: usize = 4;
-/// Those that anybody may have.
+/// How deep they may nest with `--limits none`.
 const MAX_LEVELS: usize = 256;
-/// GOTOs that the original compiler allows (PMI 4.5, 44).
+/// How many GOTOs a program may have for the original compiler (PMI 4.5, error 44).
 const GOTOS: u32 = 1000;
 
-/// An IF that is not over.
-struct Frame {
+/// An IF whose ENDIF has not come yet.
+struct OpenIf {
     span: Span,
-    /// The step of the condition whose target for false is not known yet.
+    /// The step of its last condition, whose target for false is not known yet.
     condition: Option<usize>,
-    /// Jumps to the ENDIF.
-    leave: Vec<usize>,
+    /// The steps at the ends of its bodies, which jump to the ENDIF.
+    body_ends: Vec<usize>,
     has_else: bool,
 }
 
@@ -37,20 +37,21 @@ pub(crate) struct ExecutionSection<'a> {
     names: &'a mut Names,
     checked: &'a mut Checked,
     limits: Limits,
-    frames: Vec<Frame>,
+    open_ifs: Vec<OpenIf>,
     gotos: u32,
-    /// GOTO steps and the labels they name.
+    /// The steps of the GOTOs, each with the label that it names.
     jumps: Vec<(usize, SymbolId)>,
 }
 
-/// Whether a token starts an IF, ELSE and so on.
+/// The keyword that the next token is, if it is one that begins a statement.
 fn keyword<'c>(cursor: &Cursor<'c>) -> Option<&'c str> {
     let token = cursor.token().filter(|token| token.kind == Kind::Name)?;
     let word = cursor.slice(token);
     matches!(word, "IF" | "ELSEIF" | "ELSE" | "ENDIF" | "GOTO").then_some(word)
 }
 
-/// Declares the labels and the implicit LOGICALs of a statement, before any is checked.
+/// Declares the labels in front of a statement, and as a LOGICAL the variable that it assigns. This
+/// is done for all statements before any is checked.
 pub(crate) fn declare(names: &mut Names, cursor: &mut Cursor<'_>) {
     while cursor.kind() == Some(Kind::Name) && cursor.second_kind() == Some(Kind::Colon) {
         if let Some((name, span)) = cursor.name()
@@ -71,13 +72,15 @@ pub(crate) fn declare(names: &mut Names, cursor: &mut Cursor<'_>) {
 
 impl<'a> ExecutionSection<'a> {
     pub(crate) fn new(names: &'a mut Names, checked: &'a mut Checked, limits: Limits) -> Self {
-        Self { names, checked, limits, frames: vec![], gotos: 0, jumps: vec![] }
+        Self { names, checked, limits, open_ifs: vec![], gotos: 0, jumps: vec![] }
     }
 
+    /// The index of the step that is added next.
     fn next_step(&self) -> u32 {
         self.checked.steps.len() as u32
     }
 
+    /// Adds a step and gives its index.
     fn step(&mut self, action: Action, span: Span) -> usize {
         self.checked.steps.push(Step { action, span, line: 0 });
         self.checked.steps.len() - 1
@@ -184,7 +187,7 @@ impl<'a> ExecutionSection<'a> {
         cursor.at += 1;
         let target = if indexed {
             cursor.at += 1;
-            // What is not known is still parsed, for errors that follow from nothing else.
+            // The index of an array that is not known is parsed too: it may have errors of its own.
             let array = symbol.unwrap_or(SymbolId(u32::MAX));
             let index = self.parser(cursor).parse(Until::Index(array))?;
             if cursor.kind() != Some(Kind::Eq) {
@@ -204,12 +207,13 @@ impl<'a> ExecutionSection<'a> {
         Ok(())
     }
 
+    /// Where the label `name` is declared, if there is one.
     fn label_named(&self, name: &str) -> Option<Span> {
         let symbol = self.names.find(name).and_then(|id| self.names.get(id))?;
         matches!(symbol.meaning, Meaning::Label(_)).then_some(symbol.declared).flatten()
     }
 
-    /// A name that begins no statement.
+    /// The error of a name behind which neither `=` nor `[` stands.
     fn no_assignment(&mut self, cursor: &mut Cursor<'_>, name: &str) -> Result {
         cursor.at += 1;
         let help = match (name, keyword(cursor)) {
@@ -222,6 +226,7 @@ impl<'a> ExecutionSection<'a> {
         Err(cursor.error_here(11, what).help_if_none(help).into())
     }
 
+    /// Refuses an assignment to what the program can only read.
     fn check_writable(&self, id: SymbolId, span: Span) -> Result {
         let Some(symbol) = self.names.get(id) else { return Ok(()) };
         let what = match &symbol.meaning {
@@ -281,8 +286,13 @@ impl<'a> ExecutionSection<'a> {
     fn begin_if(&mut self, cursor: &mut Cursor<'_>) -> Result {
         let word = cursor.span();
         cursor.at += 1;
-        self.frames.push(Frame { span: word, condition: None, leave: vec![], has_else: false });
-        let depth = self.frames.len();
+        self.open_ifs.push(OpenIf {
+            span: word,
+            condition: None,
+            body_ends: vec![],
+            has_else: false,
+        });
+        let depth = self.open_ifs.len();
         if depth > MAX_LEVELS || depth > LEVELS && self.limits == Limits::Original {
             let most = if self.limits == Limits::Original { LEVELS } else { MAX_LEVELS };
             return Err(error(38, word, format!("more than {most} IFs are nested"))
@@ -291,23 +301,25 @@ impl<'a> ExecutionSection<'a> {
         }
         let condition = self.condition(cursor, "IF")?;
         let step = self.step(Action::If { condition, otherwise: 0 }, cursor.statement_span());
-        if let Some(frame) = self.frames.last_mut() {
-            frame.condition = Some(step);
+        if let Some(open_if) = self.open_ifs.last_mut() {
+            open_if.condition = Some(step);
         }
         Ok(())
     }
 
-    /// Ends a body: a jump to the ENDIF, and the false condition goes on behind it.
+    /// Ends a body of an IF: adds the jump to the ENDIF. If the body's condition was false,
+    /// execution goes on behind that jump.
     fn end_body(&mut self, span: Span) {
         let jump = self.step(Action::Jump { to: 0, is_goto: false }, span);
         let here = self.next_step();
-        let condition = self.frames.last_mut().and_then(|frame| {
-            frame.leave.push(jump);
-            frame.condition.take()
+        let condition = self.open_ifs.last_mut().and_then(|open_if| {
+            open_if.body_ends.push(jump);
+            open_if.condition.take()
         });
         self.set_otherwise(condition, here);
     }
 
+    /// Makes `here` the step at which execution goes on if the condition is false.
     fn set_otherwise(&mut self, condition: Option<usize>, here: u32) {
         let step = condition.and_then(|index| self.checked.steps.get_mut(index));
         if let Some(Step { action: Action::If { otherwise, .. }, .. }) = step {
@@ -315,10 +327,11 @@ impl<'a> ExecutionSection<'a> {
         }
     }
 
+    /// The error of an ELSEIF, ELSE or ENDIF that has no IF or stands behind an ELSE.
     fn misplaced(&self, span: Span, word: &str) -> Result {
-        let problem = match self.frames.last() {
-            Some(frame) => error(39, span, format!("{word} stands behind ELSE"))
-                .label(frame.span, "of this IF")
+        let problem = match self.open_ifs.last() {
+            Some(open_if) => error(39, span, format!("{word} stands behind ELSE"))
+                .label(open_if.span, "of this IF")
                 .help("ELSE is the last part of an IF"),
             None => error(39, span, format!("{word} has no IF"))
                 .help("remove it, or put the IF in front of it"),
@@ -329,14 +342,14 @@ impl<'a> ExecutionSection<'a> {
     fn else_if(&mut self, cursor: &mut Cursor<'_>) -> Result {
         let word = cursor.span();
         cursor.at += 1;
-        if self.frames.last().is_none_or(|frame| frame.has_else) {
+        if self.open_ifs.last().is_none_or(|open_if| open_if.has_else) {
             return self.misplaced(word, "ELSEIF");
         }
         self.end_body(cursor.statement_span());
         let condition = self.condition(cursor, "ELSEIF")?;
         let step = self.step(Action::If { condition, otherwise: 0 }, cursor.statement_span());
-        if let Some(frame) = self.frames.last_mut() {
-            frame.condition = Some(step);
+        if let Some(open_if) = self.open_ifs.last_mut() {
+            open_if.condition = Some(step);
         }
         Ok(())
     }
@@ -344,12 +357,12 @@ impl<'a> ExecutionSection<'a> {
     fn else_(&mut self, cursor: &mut Cursor<'_>) -> Result {
         let word = cursor.span();
         cursor.at += 1;
-        if self.frames.last().is_none_or(|frame| frame.has_else) {
+        if self.open_ifs.last().is_none_or(|open_if| open_if.has_else) {
             return self.misplaced(word, "ELSE");
         }
         self.end_body(cursor.statement_span());
-        if let Some(frame) = self.frames.last_mut() {
-            frame.has_else = true;
+        if let Some(open_if) = self.open_ifs.last_mut() {
+            open_if.has_else = true;
         }
         let split = keyword(cursor) == Some("IF");
         self.expect_end_behind(cursor, "ELSE", if split { "write ELSEIF as one word" } else { "" })
@@ -359,16 +372,17 @@ impl<'a> ExecutionSection<'a> {
         let word = cursor.span();
         cursor.at += 1;
         let here = self.next_step();
-        let Some(frame) = self.frames.pop() else {
+        let Some(open_if) = self.open_ifs.pop() else {
             return self.misplaced(word, "ENDIF");
         };
-        self.set_otherwise(frame.condition, here);
-        for jump in frame.leave {
+        self.set_otherwise(open_if.condition, here);
+        for jump in open_if.body_ends {
             self.set_jump_target(jump, here);
         }
         self.expect_end_behind(cursor, "ENDIF", "")
     }
 
+    /// Makes `here` the step to which a jump leads.
     fn set_jump_target(&mut self, jump: usize, here: u32) {
         if let Some(Step { action: Action::Jump { to, .. }, .. }) = self.checked.steps.get_mut(jump)
         {
@@ -376,6 +390,8 @@ impl<'a> ExecutionSection<'a> {
         }
     }
 
+    /// Refuses anything more in the statement behind `word`. An empty `help` stands for the usual
+    /// one.
     fn expect_end_behind(&self, cursor: &Cursor<'_>, word: &str, help: &str) -> Result {
         if cursor.kind().is_none() {
             return Ok(());
@@ -430,11 +446,12 @@ impl<'a> ExecutionSection<'a> {
         Ok(())
     }
 
-    /// Ends the section: what is still open, and where the GOTOs go.
+    /// Ends the section: reports the IFs that have no ENDIF, and sets the targets of the GOTOs.
     pub(crate) fn finish(mut self, diagnostics: &mut Vec<Diagnostic>) {
-        for frame in std::mem::take(&mut self.frames) {
+        for open_if in std::mem::take(&mut self.open_ifs) {
             diagnostics.push(
-                error(39, frame.span, "this IF has no ENDIF").help("put an ENDIF behind its body"),
+                error(39, open_if.span, "this IF has no ENDIF")
+                    .help("put an ENDIF behind its body"),
             );
         }
         for (step, label) in std::mem::take(&mut self.jumps) {

@@ -1,4 +1,5 @@
-//! What a name stands for where it is used.
+//! Finds the symbol that a name in an expression or assignment stands for, and explains why there
+//! is none.
 
 use plcc_diag::{Diagnostic, Span};
 
@@ -8,11 +9,12 @@ use crate::pmi::{
     read::diagnostic::error,
 };
 
-/// What a name stands for in an expression or as a target; nothing where an earlier error hides
-/// it.
+/// The symbol of a variable in an expression or on the left of an assignment; `indexed` says
+/// whether a `[` follows it. `None` if the name comes from a declaration that has an error.
 ///
 /// # Errors
-/// A name that does not exist, is a label, or is an array without index or the reverse.
+/// A name that does not exist or is a label, an array without an index, and an index behind a name
+/// that is no array.
 pub(crate) fn resolve(
     names: &mut Names,
     name: &str,
@@ -47,6 +49,7 @@ pub(crate) fn resolve(
     Err(Box::new(problem))
 }
 
+/// The error of a name that does not exist, or is a label that is declared at `label`.
 fn undefined(
     names: &mut Names,
     name: &str,

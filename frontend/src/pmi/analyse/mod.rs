@@ -1,4 +1,6 @@
-//! Sources to a checked program.
+//! Makes a checked program of the statements: first the specification section, then all names that
+//! the execution section declares, then the texts of faults and messages, then the execution
+//! section.
 
 pub(crate) mod cross_reference;
 mod declaration;
@@ -32,7 +34,8 @@ use crate::pmi::{
     reference::executive::Executive,
 };
 
-/// Reads and checks a program. Without an error among the diagnostics the result is sound.
+/// Reads and checks the program in `file`. The result is consistent only if no diagnostic is an
+/// error.
 pub(crate) fn check(
     sources: &mut SourceMap,
     file: FileId,
@@ -90,7 +93,7 @@ pub(crate) fn check(
     (checked, diagnostics)
 }
 
-/// Lexes one statement at a time.
+/// Cuts one statement after the other into tokens.
 struct Lexer<'a> {
     sources: &'a SourceMap,
     options: &'a Options,
@@ -107,7 +110,7 @@ impl Lexer<'_> {
     }
 }
 
-/// Looks up the variables of the faults' and messages' texts, now that all are declared.
+/// Looks up the variables in the texts of faults and messages. All are declared by now.
 fn announcements(
     pending: Vec<PendingAnnouncement>,
     names: &mut Names,
@@ -120,7 +123,7 @@ fn announcements(
             let Ok(list) = &mut found else { break };
             match item {
                 PendingItem::Text(text) => list.push(Item::Text(text)),
-                PendingItem::Name(name, span) => match item_of(names, &name, span) {
+                PendingItem::Name(name, span) => match variable_in_text(names, &name, span) {
                     Ok(Some(id)) => list.push(Item::Value(id)),
                     Ok(None) => {}
                     Err(problem) => found = Err(problem),
@@ -137,7 +140,8 @@ fn announcements(
     }
 }
 
-fn item_of(
+/// The variable that a text names; `None` for a name from a declaration that has an error.
+fn variable_in_text(
     names: &mut Names,
     name: &str,
     span: plcc_diag::Span,

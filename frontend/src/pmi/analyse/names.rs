@@ -1,4 +1,4 @@
-//! The names of a program.
+//! The table of a program's names, those of the executive among them.
 
 use std::collections::HashMap;
 
@@ -14,19 +14,21 @@ use crate::pmi::{
 /// Names that no program may declare (PMI 2.2.3).
 pub(crate) const RESERVED: [&str; 7] = ["IF", "ELSE", "ELSEIF", "ENDIF", "GOTO", "T", "F"];
 
-/// How many names all suggestions of a program may be compared with; each costs a walk over all
-/// there are.
+/// How many comparisons of names all suggestions ("did you mean") of a program may take together.
+/// Each suggestion compares with every name; when the sum is used up, errors have none.
 const COMPARISONS: usize = 500_000;
 
-/// All names: the executive's from the start, the program's as they are declared.
+/// All names and what they stand for: the executive's from the start, the program's once they are
+/// declared.
 pub(crate) struct Names {
     symbols: Vec<Symbol>,
     index: HashMap<String, SymbolId>,
+    /// How many comparisons suggestions may still take.
     comparisons: usize,
 }
 
 impl Names {
-    /// The executive's names.
+    /// A table with the names of the executive alone.
     pub(crate) fn new(executive: &Executive) -> Self {
         let mut this = Self { symbols: vec![], index: HashMap::new(), comparisons: COMPARISONS };
         for variable in executive.variables() {
@@ -49,7 +51,7 @@ impl Names {
         this
     }
 
-    /// The names of a checked program.
+    /// The table of a checked program's names.
     pub(crate) fn of(symbols: &[Symbol]) -> Self {
         let mut this = Self { symbols: vec![], index: HashMap::new(), comparisons: COMPARISONS };
         for symbol in symbols {
@@ -80,14 +82,17 @@ impl Names {
         self.symbols.get_mut(id.0 as usize)
     }
 
-    /// Notes that the program names the symbol.
+    /// Notes that the program uses the symbol.
     pub(crate) fn mark_named(&mut self, id: SymbolId) {
         if let Some(symbol) = self.get_mut(id) {
             symbol.named = true;
         }
     }
 
-    /// Declares a name of the program; one that exists is the error's other place.
+    /// Declares a name of the program.
+    ///
+    /// # Errors
+    /// A name that is declared already: where, or `None` for one of the executive's.
     pub(crate) fn declare(
         &mut self,
         name: &str,
@@ -107,7 +112,7 @@ impl Names {
         };
         let Some(known) = self.find(name) else { return Ok(self.push(symbol)) };
         match self.get_mut(known) {
-            // What a faulty statement left may be declared properly.
+            // The name comes from a declaration with an error; this one replaces it.
             Some(slot) if slot.meaning == Meaning::Unknown => {
                 *slot = symbol;
                 Ok(known)
@@ -116,14 +121,15 @@ impl Names {
         }
     }
 
-    /// Declares a name about which nothing is known, so that its uses are no further errors.
+    /// Declares a name about which nothing is known, unless it is declared already. No use of it
+    /// will be an error.
     pub(crate) fn declare_unknown(&mut self, name: &str, at: Span) {
         if !RESERVED.contains(&name) && self.find(name).is_none() {
             let _ = self.declare(name, at, Type::Logical, None, Meaning::Unknown);
         }
     }
 
-    /// The name nearest to one that does not exist.
+    /// The label, or else the variable, with the name nearest to `name`, which does not exist.
     pub(crate) fn suggest(&mut self, name: &str, labels: bool) -> Option<String> {
         self.comparisons = self.comparisons.checked_sub(self.symbols.len())?;
         let executive = name.starts_with('@');

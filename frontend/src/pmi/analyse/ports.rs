@@ -1,4 +1,4 @@
-//! Digital inputs and outputs (PMI 3.1.2).
+//! Declarations of digital inputs and outputs, and which lines of which port they use (PMI 3.1.2).
 
 use std::collections::HashMap;
 
@@ -15,7 +15,7 @@ use crate::pmi::{
     },
 };
 
-/// The last port: 16 MAX boards of 128.
+/// The last port's number: there are 128 ports on each of 16 MAX boards.
 const LAST_PORT: i64 = 2047;
 
 /// What each port is used for.
@@ -25,9 +25,11 @@ pub(crate) struct Ports {
 }
 
 struct Port {
+    /// Whether its lines are outputs; otherwise they are inputs.
     output: bool,
+    /// The first declaration that uses the port.
     at: Span,
-    /// Of an output port: which bits are driven, and by whom.
+    /// For each bit of an output port the declaration of the output that drives it.
     bits: [Option<Span>; 8],
 }
 
@@ -91,6 +93,7 @@ impl SpecificationSection<'_> {
         }
     }
 
+    /// The number of a bit, 0 to 7.
     fn bit(&self, cursor: &mut Cursor<'_>) -> Result<u8> {
         let (bit, span) = self.number(cursor)?;
         match u8::try_from(bit) {
@@ -101,7 +104,7 @@ impl SpecificationSection<'_> {
         }
     }
 
-    /// `bit2/type` of a group.
+    /// `bit2/type` of a group whose first bit is `low`.
     fn group(&self, cursor: &mut Cursor<'_>, port: u16, low: u8) -> Result<Lines> {
         let span = cursor.span();
         let high = self.bit(cursor)?;
@@ -134,7 +137,8 @@ impl SpecificationSection<'_> {
         Ok(Lines { port, low, count: high - low + 1, format })
     }
 
-    /// Notes the use; a bit that another output drives is the result.
+    /// Notes that a declaration at `at` uses these lines. Gives the first bit that another output
+    /// drives already, and where that one is declared.
     fn claim_bits(&mut self, lines: Lines, output: bool, at: Span) -> Option<(u8, Span)> {
         let entry = self.ports.used.entry(lines.port);
         let port = entry.or_insert(Port { output, at, bits: [None; 8] });

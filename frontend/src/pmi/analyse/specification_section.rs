@@ -1,4 +1,5 @@
-//! The specification section (PMI 3.1): what each directive's statements declare.
+//! The specification section (PMI 3.1): directives, faults, messages, keys, M and G codes, and what
+//! all declarations share. `declaration.rs` and `ports.rs` read the others.
 
 use plcc_abi::pmi::Type;
 use plcc_diag::{Diagnostic, Span};
@@ -37,7 +38,7 @@ pub(crate) enum Section {
 }
 
 impl Section {
-    /// How its statements are written.
+    /// A help that says how its statements are written.
     fn form(self) -> &'static str {
         match self {
             Self::Input | Self::Output => {
@@ -59,7 +60,7 @@ impl Section {
     }
 }
 
-/// The directives but `$INCLUDE`, which the reader knows.
+/// The directives, except `$INCLUDE`, which is done when the files are cut into statements.
 const DIRECTIVES: [(&str, Section); 14] = [
     ("$INPUT", Section::Input),
     ("$OUTPUT", Section::Output),
@@ -77,14 +78,15 @@ const DIRECTIVES: [(&str, Section); 14] = [
     ("$END", Section::End),
 ];
 
-/// Where a fault or message item is: its name and place, to be looked up when all is declared.
+/// A fault or message whose text may name variables that are declared later. They are looked up
+/// when all declarations are read.
 pub(crate) struct PendingAnnouncement {
     pub(crate) symbol: SymbolId,
     pub(crate) fault: bool,
     pub(crate) items: Vec<PendingItem>,
 }
 
-/// A part of such a text.
+/// A part of such a text: characters, or the name of a variable and where it stands.
 pub(crate) enum PendingItem {
     Text(String),
     Name(String, Span),
@@ -99,13 +101,16 @@ pub(crate) struct SpecificationSection<'a> {
     pub(crate) limits: Limits,
     /// The part that is being read; none before the first directive, or behind an unknown one.
     pub(crate) section: Option<Section>,
-    /// An unknown directive stands in front: nothing is known of the statements that follow.
-    lost: bool,
+    /// Whether the statements stand behind a directive that is not known, so that nothing is known
+    /// of them either.
+    behind_unknown: bool,
+    /// The directives so far, and where they stand.
     seen: Vec<(Section, Span)>,
+    /// How many arrays are declared.
     pub(crate) arrays: u32,
-    /// What the arrays take.
+    /// How many bytes all arrays together take.
     pub(crate) bytes: u64,
-    /// Bits of each port that inputs, and that outputs, have.
+    /// Which lines the inputs and outputs use.
     pub(crate) ports: crate::pmi::analyse::ports::Ports,
 }
 
@@ -118,7 +123,7 @@ impl<'a> SpecificationSection<'a> {
             warnings: vec![],
             limits,
             section: None,
-            lost: false,
+            behind_unknown: false,
             seen: vec![],
             arrays: 0,
             bytes: 0,
@@ -130,10 +135,10 @@ impl<'a> SpecificationSection<'a> {
     pub(crate) fn statement(&mut self, cursor: &mut Cursor<'_>) -> Result {
         let result = self.read(cursor);
         if result.is_err()
-            && let Some(section) = meant(cursor)
+            && let Some(section) = directive_meant(cursor)
         {
             self.section = Some(section);
-            self.lost = false;
+            self.behind_unknown = false;
         }
         result
     }
@@ -143,9 +148,10 @@ impl<'a> SpecificationSection<'a> {
             return self.directive(cursor);
         }
         let Some(section) = self.section else {
-            if self.lost {
+            if self.behind_unknown {
                 self.declare_unknown(cursor);
-                // Nothing is known of its form, but what is no token is wrong in any.
+                // The form of the statement is not known, but text that is no token is always
+                // wrong.
                 let bad = |token: &Token| matches!(token.kind, Kind::Bad(_));
                 let Some(at) = cursor.tokens.iter().position(bad) else { return Ok(()) };
                 cursor.at = at;
@@ -186,12 +192,12 @@ impl<'a> SpecificationSection<'a> {
         let Some(&(_, section)) = known else {
             let known = DIRECTIVES.iter().map(|(name, _)| *name);
             let near = closest(word, known.chain(["$INCLUDE"]));
-            // What follows is read as what was most likely meant.
+            // The statements that follow are read as those of the directive with the nearest name.
             if near != Some("$INCLUDE") {
                 self.section = near
                     .and_then(|near| DIRECTIVES.iter().find(|(name, _)| *name == near))
                     .map(|&(_, section)| section);
-                self.lost = self.section.is_none();
+                self.behind_unknown = self.section.is_none();
             }
             let help = match near {
                 Some(near) => format!("did you mean {near}?"),
@@ -226,7 +232,7 @@ impl<'a> SpecificationSection<'a> {
         self.end(cursor)
     }
 
-    /// Nothing may follow.
+    /// Refuses anything more in the statement.
     pub(crate) fn end(&self, cursor: &Cursor<'_>) -> Result {
         match cursor.kind() {
             None => Ok(()),
@@ -237,8 +243,8 @@ impl<'a> SpecificationSection<'a> {
         }
     }
 
-    /// Declares all names of a faulty statement as unknown, so that their uses are no further
-    /// errors. Names of the executive are declared as codes only.
+    /// Declares all names in a statement with an error as unknown, so that no use of them is
+    /// reported. Names with `@` are declared only where they can be M or G codes.
     fn declare_unknown(&mut self, cursor: &Cursor<'_>) {
         let codes = matches!(self.section, Some(Section::MCode | Section::GCode) | None);
         for token in cursor.tokens {
@@ -248,7 +254,7 @@ impl<'a> SpecificationSection<'a> {
         }
     }
 
-    /// A name to be declared.
+    /// Reads a name that the statement is to declare.
     pub(crate) fn new_name<'c>(&self, cursor: &mut Cursor<'c>) -> Result<(&'c str, Span)> {
         if cursor.kind() == Some(Kind::Executive) {
             let what = format!("{} belongs to the executive", cursor.found());
@@ -270,7 +276,7 @@ impl<'a> SpecificationSection<'a> {
         }
     }
 
-    /// Declares a name, once.
+    /// Declares a name; one that is declared already is an error.
     pub(crate) fn declare(
         &mut self,
         (name, span): (&str, Span),
@@ -283,8 +289,8 @@ impl<'a> SpecificationSection<'a> {
             .map_err(|earlier| duplicate(name, span, earlier))
     }
 
-    /// Refuses a name that exists before anything behind it is looked at: the first error of a
-    /// statement is the one to report.
+    /// Refuses a name that is declared already. It is called before the rest of the statement is
+    /// read, since the first error of a statement is the one that is reported.
     pub(crate) fn check_new(&self, (name, span): (&str, Span)) -> Result {
         let known = self.names.find(name).and_then(|id| self.names.get(id));
         match known.filter(|symbol| symbol.meaning != Meaning::Unknown) {
@@ -293,7 +299,7 @@ impl<'a> SpecificationSection<'a> {
         }
     }
 
-    /// A delimiter of a declaration.
+    /// Takes the token `kind`, which is written `what`.
     pub(crate) fn expect(&self, cursor: &mut Cursor<'_>, kind: Kind, what: &str) -> Result {
         if cursor.eat(kind) {
             return Ok(());
@@ -301,7 +307,8 @@ impl<'a> SpecificationSection<'a> {
         Err(cursor.error_here(11, format!("`{what}` is expected, not {}", cursor.found())).into())
     }
 
-    /// A number of a declaration. None may be negative, but the error is that of its range.
+    /// Reads a number of a declaration. A minus sign is read too, since a negative number has the
+    /// error of a number out of range.
     pub(crate) fn number(&self, cursor: &mut Cursor<'_>) -> Result<(i64, Span)> {
         let span = cursor.span();
         match (cursor.kind(), cursor.second_kind()) {
@@ -319,6 +326,7 @@ impl<'a> SpecificationSection<'a> {
         }
     }
 
+    /// `NAME = "TEXT", VARIABLE…` of a fault or message.
     fn announcement(&mut self, cursor: &mut Cursor<'_>, section: Section) -> Result {
         let name = self.new_name(cursor)?;
         let symbol = self.declare(name, Type::Logical, None, Meaning::Variable)?;
@@ -365,6 +373,7 @@ impl<'a> SpecificationSection<'a> {
         Ok(())
     }
 
+    /// `NAME = "TEXT"` of `$KEY`. The name is a constant: the number of the key, from 1.
     fn key(&mut self, cursor: &mut Cursor<'_>) -> Result {
         let name = self.new_name(cursor)?;
         let position = self.checked.keys.len() as i32 + 1;
@@ -385,6 +394,7 @@ impl<'a> SpecificationSection<'a> {
         self.end(cursor)
     }
 
+    /// `@M03/P, @M05/D…`: M or G codes from 00 to `last`.
     fn codes(&mut self, cursor: &mut Cursor<'_>, letter: char, last: u32) -> Result {
         loop {
             let span = cursor.span();
@@ -413,7 +423,7 @@ impl<'a> SpecificationSection<'a> {
                 let place = when.map_or(cursor.span(), |(_, span)| span);
                 let what = format!("{name} needs /P (prompt) or /D (delayed)");
                 let problem = cursor.error_here(25, what);
-                // A wrong word is to be shown itself, not what stands behind it.
+                // The error points at a wrong word, not at what stands behind it.
                 let problem = Diagnostic {
                     span: if when.is_some() { place } else { problem.span },
                     ..problem
@@ -432,9 +442,9 @@ impl<'a> SpecificationSection<'a> {
     }
 }
 
-/// The directive in a faulty statement: in small letters, or with something in front of it. What
-/// follows belongs to it all the same.
-fn meant(cursor: &Cursor<'_>) -> Option<Section> {
+/// The directive that a statement with an error was meant to be: one in small letters, or one with
+/// something in front of it. The statements that follow are read as its own.
+fn directive_meant(cursor: &Cursor<'_>) -> Option<Section> {
     let statement = cursor.statement_span();
     let first = cursor.text.get(statement.range()).filter(|text| text.starts_with('$'));
     let directive = cursor.tokens.iter().find(|token| token.kind == Kind::Directive);
@@ -444,7 +454,7 @@ fn meant(cursor: &Cursor<'_>) -> Option<Section> {
     DIRECTIVES.iter().find(|(name, _)| *name == word).map(|&(_, section)| section)
 }
 
-/// A name that exists already.
+/// The error of a name that is declared already, at `earlier` or by the executive.
 fn duplicate(name: &str, span: Span, earlier: Option<Span>) -> Box<Diagnostic> {
     let problem = error(10, span, format!("{name} is declared a second time"));
     let problem = match earlier {
@@ -454,15 +464,15 @@ fn duplicate(name: &str, span: Span, earlier: Option<Span>) -> Box<Diagnostic> {
     Box::new(problem.help("give one of the two another name"))
 }
 
-/// An array, or an element of one, in a text.
+/// The error of an array, or an element of one, in a text.
 pub(crate) fn array_in_text(span: Span) -> Diagnostic {
     error(11, span, "an array has no place in a fault's or message's text")
         .help("copy the element to a variable and name that")
 }
 
-/// Help that does not replace what the error says already.
+/// Adds a help without replacing the one that an error has.
 pub(crate) trait HelpIfNone {
-    /// Adds help where there is none.
+    /// The same with `text` as its help, unless it has one.
     fn help_if_none(self, text: &str) -> Self;
 }
 

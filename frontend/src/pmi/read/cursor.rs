@@ -84,7 +84,8 @@ impl<'a> Cursor<'a> {
     }
 
     /// An error at the next token: the manual's error `number` with `message`. If what stands there
-    /// is no token, or the file ends there inside a statement, the error is the one for that instead.
+    /// is no token, or the file ends there inside a statement, the error is the one for that
+    /// instead.
     pub(crate) fn error_here(&self, number: u8, message: impl Into<String>) -> Diagnostic {
         match self.kind() {
             Some(Kind::Bad(fault)) => self.bad(fault),

@@ -5,8 +5,8 @@ use plcc_diag::{Diagnostic, Span};
 /// Makes the function that turns an error's number into its code.
 macro_rules! codes {
     ($($n:literal)*) => {
-        /// The code `PMI-n` of the manual's error n; `PMI-45`, the compiler's own error, for a number
-        /// that is not in the list.
+        /// The code `PMI-n` of the manual's error n; `PMI-45`, the compiler's own error, for a
+        /// number that is not in the list.
         fn code(number: u8) -> &'static str {
             match number {
                 $($n => concat!("PMI-", $n),)*

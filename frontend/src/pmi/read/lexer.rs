@@ -3,8 +3,8 @@
 use crate::common::Limits;
 use crate::pmi::read::token::{Fault, Kind, Token};
 
-/// The plain character that a character is read as. Text that was copied from a PDF has curly quotes,
-/// dashes and non-breaking spaces, which are read as `"`, `-` and a blank.
+/// The plain character that a character is read as. Text that was copied from a PDF has curly
+/// quotes, dashes and non-breaking spaces, which are read as `"`, `-` and a blank.
 pub(crate) fn plain(c: char) -> char {
     match c {
         '\u{201c}' | '\u{201d}' | '\u{201e}' | '\u{201f}' | '\u{2033}' => '"',
@@ -58,7 +58,8 @@ impl Lexer<'_> {
         match plain(raw) {
             ' ' | '\r' | '\n' => self.at += width,
             '#' => self.at += self.rest().find(['\r', '\n']).unwrap_or(self.rest().len()),
-            // A comment. Statements come without theirs, but the text of a single expression has it.
+            // A comment. Statements come without theirs, but the text of a single expression has
+            // it.
             '?' => return false,
             '"' => self.text_token(width),
             '0'..='9' => self.number(),

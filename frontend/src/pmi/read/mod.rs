@@ -1,4 +1,5 @@
-//! Makes statements of PMI's text: files and lines, tokens, and the cursor over a statement's tokens.
+//! Makes statements of PMI's text: files and lines, tokens, and the cursor over a statement's
+//! tokens.
 
 pub(crate) mod cursor;
 pub(crate) mod diagnostic;

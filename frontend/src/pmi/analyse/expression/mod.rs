@@ -1,5 +1,6 @@
-//! Expressions (PMI 2.3): operator precedence with explicit stacks, so that neither length nor
-//! nesting costs stack; names, types and constants are checked on the way.
+//! Parses expressions (PMI 2.3) by operator precedence. Operators and operands are kept on stacks
+//! of its own, so that long or deep expressions need no recursion. Names, types and constants are
+//! checked on the way.
 
 mod operation;
 
@@ -20,9 +21,9 @@ use crate::pmi::{
     },
 };
 
-/// Nested parentheses and brackets that the original compiler allows (PMI 2.3.7).
+/// How deep parentheses and brackets may nest for the original compiler (PMI 2.3.7).
 const NESTING: u32 = 5;
-/// Those that anybody may have.
+/// How deep they may nest with `--limits none`.
 const MAX_NESTING: u32 = 256;
 
 /// What ends an expression.
@@ -36,60 +37,82 @@ pub(crate) enum Until {
     Index(SymbolId),
 }
 
-/// Something on the operator stack.
+/// An entry of the operator stack: an operator that waits for its right operand, or an opening that
+/// waits to be closed.
 #[derive(Clone, Copy, Debug)]
 enum Waiting {
-    Binary { symbol: Kind, at: Token },
-    Unary { not: bool, at: Token },
-    Paren { at: Option<Token> },
-    Bracket { array: Option<SymbolId>, at: Option<Token> },
+    Binary {
+        symbol: Kind,
+        at: Token,
+    },
+    /// NOT, or else the minus sign of a negation.
+    Unary {
+        not: bool,
+        at: Token,
+    },
+    /// `(`; `at` is `None` for that of an IF, which was read before the expression.
+    Paren {
+        at: Option<Token>,
+    },
+    /// `[` behind an array, `None` if the array is not known; `at` is `None` for that of an
+    /// assigned element, which was read before the expression.
+    Bracket {
+        array: Option<SymbolId>,
+        at: Option<Token>,
+    },
 }
 
-/// An operand.
+/// An entry of the operand stack.
 #[derive(Clone, Copy, Debug)]
 struct Operand {
-    /// Nothing where an error made it unknown.
+    /// `None` if an error made its type unknown.
     ty: Option<Type>,
     /// Its value, if it is made of constants alone.
     constant: Option<i32>,
-    /// All 32 bits of it, if it is a product of constants.
+    /// All 32 bits of its value, if it is a product of constants.
     product: Option<i32>,
-    /// Its first operation.
+    /// The index of its first operation in [`Parser::ops`].
     start: usize,
+    /// The token with which it begins.
     at: Token,
 }
 
-/// What an index is.
+/// The index of an assigned element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Index {
-    /// This element.
+    /// It is made of constants alone and has this value.
     At(u32),
-    /// An element that is computed.
+    /// It is computed when the statement runs.
     Computed,
 }
 
 /// A parsed expression.
 pub(crate) struct Parsed {
     pub(crate) ops: Ops,
-    /// Its type; nothing where an error made it unknown.
+    /// Its type; `None` if an error made it unknown.
     pub(crate) ty: Option<Type>,
-    /// For [`Until::Index`].
+    /// What kind of index it is, if it was parsed as one ([`Until::Index`]).
     pub(crate) index: Index,
 }
 
-/// What the parser needs of the statement's surroundings.
+/// Parses one expression of a statement. It reads tokens from `cursor` and adds operations to
+/// `ops`.
 pub(crate) struct Parser<'p, 'c> {
     pub(crate) cursor: &'p mut Cursor<'c>,
     pub(crate) names: &'p mut Names,
     pub(crate) ops: &'p mut Vec<Op>,
     pub(crate) limits: Limits,
+    /// The operator stack.
     waiting: Vec<Waiting>,
+    /// The operand stack.
     operands: Vec<Operand>,
+    /// How many parentheses and brackets are open.
     depth: u32,
+    /// The error that stands first in the text, of those found so far.
     problem: Option<Box<Diagnostic>>,
 }
 
-/// How tightly an operator binds (PMI 2.3.7).
+/// How tightly a binary operator binds: 5 binds tightest (PMI 2.3.7).
 fn precedence(kind: Kind) -> Option<u8> {
     Some(match kind {
         Kind::Star | Kind::Slash | Kind::Percent => 5,
@@ -128,7 +151,7 @@ impl<'p, 'c> Parser<'p, 'c> {
         }
         let outcome = self.run(until);
         if let Err(problem) = outcome {
-            self.note(*problem);
+            self.keep_first(*problem);
         }
         if let Some(problem) = self.problem {
             self.ops.truncate(from);
@@ -145,14 +168,15 @@ impl<'p, 'c> Parser<'p, 'c> {
         Ok(Parsed { ops: from as u32..self.ops.len() as u32, ty, index })
     }
 
-    /// Keeps the error that stands first.
-    fn note(&mut self, problem: Diagnostic) {
+    /// Keeps an error, unless one is kept that stands further in front.
+    fn keep_first(&mut self, problem: Diagnostic) {
         match &self.problem {
             Some(first) if first.span.start <= problem.span.start => {}
             _ => self.problem = Some(Box::new(problem)),
         }
     }
 
+    /// Reads tokens until the expression is over.
     fn run(&mut self, until: Until) -> Result<(), Box<Diagnostic>> {
         let mut operand_expected = true;
         loop {
@@ -171,16 +195,16 @@ impl<'p, 'c> Parser<'p, 'c> {
                 Ok(true) => return Ok(()),
                 Ok(false) => {}
                 Err(problem) => {
-                    self.flush(operand_expected);
+                    self.apply_all(operand_expected);
                     return Err(problem);
                 }
             }
         }
     }
 
-    /// Applies the operators that wait, to find errors that stand before the one found: 42 stands
-    /// at its operator. An operand that is missing counts as one of which nothing is known.
-    fn flush(&mut self, operand_missing: bool) {
+    /// Applies all operators that wait. This finds errors that stand before the one just found,
+    /// since error 42 stands at its operator. A missing operand counts as one of unknown type.
+    fn apply_all(&mut self, operand_missing: bool) {
         if operand_missing && let Some(at) = self.cursor.tokens.last() {
             let (start, at) = (self.ops.len(), *at);
             self.operands.push(Operand { ty: None, constant: None, product: None, start, at });
@@ -193,6 +217,7 @@ impl<'p, 'c> Parser<'p, 'c> {
         }
     }
 
+    /// Makes an error at the next token, with `help` unless the error has one of its own.
     fn refuse<T>(
         &self,
         number: u8,
@@ -203,7 +228,8 @@ impl<'p, 'c> Parser<'p, 'c> {
         Err(Box::new(if problem.help.is_none() { problem.help(help) } else { problem }))
     }
 
-    /// Reads an operand, or an opening; whether an operand is still expected.
+    /// Reads an operand, an operator that stands in front of one, or an opening. Gives `true` if an
+    /// operand must still follow.
     fn operand(&mut self) -> Result<bool, Box<Diagnostic>> {
         let Some(token) = self.cursor.token() else {
             return self.refuse(
@@ -215,7 +241,7 @@ impl<'p, 'c> Parser<'p, 'c> {
         match token.kind {
             Kind::Minus | Kind::Slash => {
                 if let Some(Waiting::Unary { at, .. }) = self.waiting.last() {
-                    let adjacent = self.names_of(*at, token);
+                    let adjacent = self.unary_names(*at, token);
                     return self.refuse(
                         34,
                         format!("{adjacent} stand side by side"),
@@ -254,17 +280,19 @@ impl<'p, 'c> Parser<'p, 'c> {
         matches!(self.waiting.iter().rev().find(open), Some(Waiting::Paren { .. }))
     }
 
-    /// A comma or directive where a parenthesis has still to be closed.
+    /// The error of a comma or directive inside parentheses.
     fn not_closed<T>(&self) -> Result<T, Box<Diagnostic>> {
         let what = format!("a parenthesis is not closed before {}", self.cursor.found());
         self.refuse(32, what, "put a `)` before it, or remove it")
     }
 
-    fn names_of(&self, a: Token, b: Token) -> String {
+    /// Two unary operators as a message names them.
+    fn unary_names(&self, a: Token, b: Token) -> String {
         let word = |token: Token| if token.kind == Kind::Slash { "NOT" } else { "NEGATE" };
         format!("{} and {}", word(a), word(b))
     }
 
+    /// Counts one more parenthesis or bracket and refuses one too many.
     fn open(&mut self) -> Result<(), Box<Diagnostic>> {
         self.depth += 1;
         if self.depth > NESTING && self.limits == Limits::Original {
@@ -294,7 +322,8 @@ impl<'p, 'c> Parser<'p, 'c> {
         self.push(token, Some(ty), Some(value), Op::Const(value));
     }
 
-    /// A variable, an element's beginning, or T or F.
+    /// Reads a variable, T or F, or an array with its `[`. Gives `true` if an operand must still
+    /// follow.
     fn variable(&mut self, token: Token) -> Result<bool, Box<Diagnostic>> {
         let name = self.cursor.slice(token);
         let span = self.cursor.span_of(token);
@@ -320,7 +349,7 @@ impl<'p, 'c> Parser<'p, 'c> {
         let array = match resolved {
             Ok(array) => array,
             Err(problem) => {
-                self.note(*problem);
+                self.keep_first(*problem);
                 None
             }
         };
@@ -347,8 +376,8 @@ impl<'p, 'c> Parser<'p, 'c> {
         Ok(false)
     }
 
-    /// Reads an operator, or a closing; whether an operand is expected next, and whether the
-    /// expression is over.
+    /// Reads an operator between operands, or a closing. Gives two answers: whether an operand must
+    /// follow, and whether the expression is over.
     fn operator(&mut self, until: Until) -> Result<(bool, bool), Box<Diagnostic>> {
         let Some(token) = self.cursor.token() else {
             self.reduce(0);
@@ -429,7 +458,8 @@ impl<'p, 'c> Parser<'p, 'c> {
         }
     }
 
-    /// Applies the waiting operators that bind at least as tightly as `binds`.
+    /// Applies the waiting operators that bind at least as tightly as `binds`, up to the innermost
+    /// opening.
     fn reduce(&mut self, binds: u8) {
         while let Some(waiting) = self.waiting.last().copied() {
             let applies = match waiting {

@@ -1,5 +1,5 @@
-//! What an operator or an index makes of its operands: type, constant value, errors 42 and 43
-//! (PMI 2.3.3.7).
+//! Applies an operator or an index to its operands: adds the operation, and works out the type, the
+//! value if it is constant, and errors 42 and 43 (PMI 2.3.3.7).
 
 use plcc_abi::pmi::Type;
 use plcc_diag::{Diagnostic, Span};
@@ -15,6 +15,7 @@ use crate::pmi::{
 };
 
 impl Parser<'_, '_> {
+    /// Applies an operator from the operator stack.
     pub(super) fn apply(&mut self, waiting: Waiting) {
         match waiting {
             Waiting::Unary { not, at } => self.unary(not, at),
@@ -48,7 +49,7 @@ impl Parser<'_, '_> {
             Kind::Minus => (Binary::Sub { long }, if long { Type::Long } else { Type::Integer }),
             Kind::Star => {
                 if long {
-                    self.note(
+                    self.keep_first(
                         error(42, span, "a LONG cannot be multiplied")
                             .help("copy it to an INTEGER first"),
                     );
@@ -57,12 +58,12 @@ impl Parser<'_, '_> {
             }
             Kind::Slash | Kind::Percent => {
                 if right.ty == Some(Type::Long) {
-                    self.note(
+                    self.keep_first(
                         error(42, span, "a LONG cannot be a divisor")
                             .help("copy it to an INTEGER first"),
                     );
                 }
-                // A product enters a division with all its bits.
+                // A product that is divided keeps all its 32 bits.
                 if let Some(Op::Binary(Binary::Mul { wide })) =
                     right.start.checked_sub(1).and_then(|last| self.ops.get_mut(last))
                 {
@@ -90,19 +91,20 @@ impl Parser<'_, '_> {
             _ => None,
         };
         let known = left.ty.is_some() && right.ty.is_some();
-        // What follows from an unknown operand is unknown where the type depends on it.
+        // If an operand's type is unknown, so is the result's, unless it is LOGICAL in any case.
         let ty = (known || ty == Type::Logical).then_some(ty);
         let Operand { start, at, .. } = left;
         self.operands.push(Operand { ty, constant, product, start, at });
     }
 
-    /// Closes an index; the element takes its place as an operand unless it is a target's.
+    /// Closes an index at `close`. On the operand stack the element of `array` takes the index's
+    /// place, unless it is the element that a statement assigns (`target`).
     pub(super) fn element(&mut self, array: Option<SymbolId>, close: Token, target: bool) {
         let Some(index) = self.operands.last().copied() else { return };
         let span = self.cursor.span_of(index.at).to(self.cursor.span_of(close));
         let span = Span { end: close.start.max(span.start), ..span };
         if index.ty == Some(Type::Long) {
-            self.note(
+            self.keep_first(
                 error(43, span, "the index is a LONG")
                     .help("an index is an INTEGER or a LOGICAL; copy it to an INTEGER first"),
             );
@@ -119,7 +121,7 @@ impl Parser<'_, '_> {
                 format!("{} has no element {value}", symbol.name),
             )
             .help(format!("its elements are 0 to {}", elements.saturating_sub(1)));
-            self.note(problem);
+            self.keep_first(problem);
         }
         if target {
             return;
