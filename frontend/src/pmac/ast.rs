@@ -1,12 +1,18 @@
-//! A checked download: flat code, nothing nested.
+//! A checked download.
 //!
-//! Expressions and conditions stand in postfix order in one row for the whole download; a buffer
-//! is a row of statements whose branches are indices into it. So nothing here needs recursion,
-//! however long or deep the source was.
+//! Nothing here is nested. All expressions and conditions of a download stand in postfix order in
+//! one array of operations ([`Download::ops`]). A buffer is an array of statements, and a branch
+//! names its target by the index in that array. So nothing that walks a program needs recursion,
+//! however long the source is or however deep it nests.
+//!
+//! | source | in the download |
+//! | --- | --- |
+//! | `P1+P2*3` | `Var(P, 1)`, `Var(P, 2)`, `Const(3)`, `Bin(Mul)`, `Bin(Add)` |
+//! | `IF (P1=1) P2=0 ENDIF P3=0` | 0: `If(P1=1, 2)`, 1: `Assign(P2, 0)`, 2: `Assign(P3, 0)` |
 
 use plcc_abi::pmac::{Define, Definition, Kind, PlcOp, Space, Text};
 
-use super::origin::{At, Origins};
+use super::origin::{Origins, TextRange};
 use crate::common::Controller;
 
 /// A mathematical function.
@@ -24,7 +30,7 @@ pub(crate) enum Func {
     Acos,
     /// Inverse tangent.
     Atan,
-    /// Inverse tangent of the argument over Q0.
+    /// Angle in all four quadrants whose sine is the argument and whose cosine is Q0.
     Atan2,
     /// Square root.
     Sqrt,
@@ -34,11 +40,12 @@ pub(crate) enum Func {
     Exp,
     /// Absolute value.
     Abs,
-    /// The next integer below.
+    /// The largest integer that is not above the argument.
     Int,
 }
 
-/// Every function with its name; longer names before those that they begin with.
+/// Every function with its name. A name stands before the names that it begins with (`ATAN2`
+/// before `ATAN`), so that the first match is the right one.
 pub(crate) const FUNCTIONS: &[(&str, Func)] = &[
     ("ATAN2", Func::Atan2),
     ("ATAN", Func::Atan),
@@ -63,15 +70,15 @@ pub(crate) enum Cmp {
     Ne,
     /// `>`
     Gt,
-    /// `!>`
+    /// `!>`: less or equal.
     NotGt,
     /// `<`
     Lt,
-    /// `!<`
+    /// `!<`: greater or equal.
     NotLt,
-    /// `~`: less than one apart.
+    /// `~`: the two differ by less than one.
     Near,
-    /// `!~`
+    /// `!~`: the two differ by one or more.
     NotNear,
 }
 
@@ -96,35 +103,36 @@ pub(crate) enum Bin {
     Xor,
 }
 
-/// One step of an expression or condition in postfix order.
+/// One operation of an expression or condition in postfix order. It takes its operands from a
+/// stack and puts its result there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Op {
     /// A literal.
     Const(f64),
     /// A variable's value.
     Var(Kind, u16),
-    /// The value of the variable whose number is on top.
+    /// The value of the variable whose number is on top of the stack: `P(…)`.
     Indirect(Kind),
     /// Unary minus.
     Neg,
-    /// Two numbers to one.
+    /// An operator on two numbers.
     Bin(Bin),
-    /// A function of the number on top.
+    /// A function of the number on top of the stack.
     Call(Func),
-    /// Two numbers to a truth value.
+    /// A comparison of two numbers, which gives a truth value.
     Cmp(Cmp),
-    /// Two truth values to one: both.
+    /// AND of two truth values.
     Both,
-    /// Two truth values to one: either.
+    /// OR of two truth values.
     Either,
 }
 
-/// An expression or condition: a stretch of [`Download::ops`].
+/// An expression or condition: its place in [`Download::ops`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Expr {
-    /// Index of its first step.
+    /// Index of its first operation.
     pub(crate) start: u32,
-    /// Number of its steps.
+    /// Number of its operations.
     pub(crate) len: u32,
 }
 
@@ -143,83 +151,86 @@ pub(crate) enum Target {
         first: u16,
         /// How many.
         count: u16,
-        /// From one to the next.
+        /// The difference between the numbers of two neighbours.
         step: u16,
     },
 }
 
-/// PLCs or PLCCs, a bit each.
+/// A set of PLCs or PLCCs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Plcs {
-    /// PLCCs.
+pub(crate) struct PlcSet {
+    /// Whether they are PLCCs.
     pub(crate) compiled: bool,
-    /// Bit n is program n.
-    pub(crate) set: u32,
+    /// Bit n is 1 if the set holds program n.
+    pub(crate) bits: u32,
 }
 
-/// A statement.
+/// What a statement does. Branch targets are indices of statements in the same buffer.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum What {
+pub(crate) enum StmtKind {
     /// Assignment.
     Assign(Target, Expr),
-    /// Go on at the statement when the condition is false.
+    /// IF: when the condition is false, execution goes on at the target.
     If(Expr, u32),
-    /// Go on at the statement: the end of a branch in front of its ELSE.
+    /// Execution goes on at the target. It stands where ELSE does, at the end of the statements
+    /// that are executed when the condition is true.
     Jump(u32),
-    /// Go on behind the loop, at the statement, when the condition is false.
+    /// WHILE: when the condition is false, execution goes on at the target, behind the ENDWHILE.
     While(Expr, u32),
-    /// End the scan; the next starts at the statement, a `While`.
+    /// ENDWHILE: the scan ends, and the next one starts at the target, which is the `While`.
     EndWhile(u32),
-    /// ENABLE and its kind.
-    Plc(PlcOp, Plcs),
-    /// ADDRESS: motor, coordinate system.
+    /// ENABLE, DISABLE, PAUSE or RESUME.
+    Plc(PlcOp, PlcSet),
+    /// ADDRESS with numbers: the motor and the coordinate system, `None` where it names none.
     Address(Option<u8>, Option<u8>),
-    /// ADDRESS with a variable: the motor's number, the coordinate system's; empty ones are none.
+    /// ADDRESS with a variable: the number of the motor and that of the coordinate system. An
+    /// empty expression means that the statement names none.
     AddressBy(Expr, Expr),
-    /// SEND, DISPLAY, COMMAND, a write to the MACRO ring: an index into [`Download::texts`], and
-    /// the value that a DISPLAY shows.
+    /// SEND, DISPLAY, COMMAND, or a write to the MACRO ring: an index into [`Download::texts`], and
+    /// the value that a DISPLAY shows or the ring is sent.
     Text(u32, Option<Expr>),
-    /// In a COMMAND: an index into [`Download::defines`].
+    /// A definition of M-variables in a COMMAND: an index into [`Download::defines`].
     Define(u32),
-    /// In a COMMAND: a value into a word of memory.
+    /// A word of memory that a COMMAND writes: its space, its address and the value.
     Word(Space, u32, Expr),
-    /// In a COMMAND: retained values are written.
+    /// SAVE in a COMMAND.
     Save,
 }
 
-/// A statement with its place.
+/// A statement of a buffer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stmt {
     /// What it does.
-    pub(crate) what: What,
-    /// Where it stands.
-    pub(crate) at: At,
-    /// Computed in 24-bit integers.
+    pub(crate) kind: StmtKind,
+    /// Where it stands in the preprocessed text.
+    pub(crate) at: TextRange,
+    /// Whether it is computed in 24-bit integers, as statements of L-variables alone are.
     pub(crate) integer: bool,
 }
 
-/// Something done at load or by a COMMAND.
+/// What an on-line command does, at load or when a COMMAND gives it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Action {
     /// Assignment.
     Assign(Target, Expr),
-    /// I-variables back to their defaults: first, count, step.
+    /// I-variables get their defaults: the first one's number, how many there are, and the
+    /// difference between the numbers of two neighbours.
     Defaults(u16, u16, u16),
-    /// Definition of M-variables: first, count, where to.
+    /// M-variables get a definition: the first one's number, and how many there are.
     Define(u16, u16, Definition),
-    /// ENABLE and its kind.
-    Plc(PlcOp, Plcs),
+    /// ENABLE, DISABLE, PAUSE or RESUME.
+    Plc(PlcOp, PlcSet),
     /// A coordinate system is addressed.
     System(u8),
-    /// Values into memory.
+    /// Values are written to memory from an address on, one to each address.
     Write(WriteKind, u32, Vec<Expr>),
-    /// Retained values are written.
+    /// SAVE.
     Save,
-    /// Reset: definitions and variables stay but for what is not retained.
+    /// A reset such as `$$$`. It changes nothing at load.
     Reset,
     /// A PLCC is erased.
     DeletePlcc(u8),
-    /// For motors and coordinate systems: nothing that this controller acts on.
+    /// A command for motors or coordinate systems. There is nothing to do for it.
     Motion,
 }
 
@@ -230,21 +241,21 @@ pub(crate) enum WriteKind {
     X,
     /// Y words.
     Y,
-    /// Floating point.
+    /// The 48 bits of an X and a Y word, as `L:` names them.
     Long,
-    /// Fixed point over X and Y.
+    /// The 48 bits of an X and a Y word, as `D:` names them.
     Double,
-    /// The processor's own programs, as backups hold compiled PLCs: not memory that PLCs see.
+    /// The processor's program memory, where backups put compiled PLCs. PLCs can't see it.
     Program,
 }
 
-/// An on-line command of the text.
+/// An on-line command that stands in the download outside of buffers.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Online {
     /// What it does.
     pub(crate) action: Action,
-    /// Where it stands.
-    pub(crate) at: At,
+    /// Where it stands in the preprocessed text.
+    pub(crate) at: TextRange,
 }
 
 /// A PLC or PLCC.
@@ -252,18 +263,18 @@ pub(crate) struct Online {
 pub(crate) struct Buffer {
     /// Its statements.
     pub(crate) code: Vec<Stmt>,
-    /// Where it was opened last; none when it never was.
-    pub(crate) opened: Option<At>,
-    /// Its structure is wrong, it cannot run.
+    /// Where it was opened last; `None` if it never was.
+    pub(crate) opened: Option<TextRange>,
+    /// Whether its IF and WHILE do not match their ends. It has no statements then.
     pub(crate) broken: bool,
 }
 
-/// All that was downloaded.
+/// A download: everything that was sent to the control as one text.
 #[derive(Clone, Debug)]
 pub(crate) struct Download {
     /// For which controller.
     pub(crate) controller: Controller,
-    /// The steps of all expressions.
+    /// The operations of all expressions and conditions.
     pub(crate) ops: Vec<Op>,
     /// PLC 0 to 31.
     pub(crate) plcs: Vec<Buffer>,
@@ -271,35 +282,36 @@ pub(crate) struct Download {
     pub(crate) plccs: Vec<Buffer>,
     /// On-line commands, in order.
     pub(crate) online: Vec<Online>,
-    /// What SEND, DISPLAY, COMMAND and the MACRO ring say. A COMMAND's task is the index of its
-    /// code in `commands` until tasks are numbered.
+    /// The texts of SEND, DISPLAY, COMMAND and writes to the MACRO ring. The `task` of a COMMAND is
+    /// an index into `commands` here; [`tables::program`](super::tables::program) makes it the
+    /// index of a task.
     pub(crate) texts: Vec<Text>,
-    /// What COMMANDs do, where they do something.
+    /// The statements that COMMANDs execute, for those that execute any.
     pub(crate) commands: Vec<Vec<Stmt>>,
     /// The definitions that COMMANDs make.
     pub(crate) defines: Vec<Define>,
-    /// L-variable definitions as they stand after the text.
+    /// The definitions of L-variables by number. The last one in the text counts.
     pub(crate) l_defs: std::collections::BTreeMap<u16, Definition>,
-    /// The way back to the sources.
+    /// Where the preprocessed text stands in the sources.
     pub(crate) origins: Origins,
 }
 
 impl Download {
-    /// The steps of an expression.
+    /// The operations of an expression.
     pub(crate) fn ops(&self, expr: Expr) -> &[Op] {
         let start = expr.start as usize;
         self.ops.get(start..start + expr.len as usize).unwrap_or(&[])
     }
 
-    /// The expression or condition that a statement computes.
-    pub(crate) fn computed(what: &What) -> Option<Expr> {
-        match *what {
-            What::Assign(_, expr)
-            | What::If(expr, _)
-            | What::While(expr, _)
-            | What::AddressBy(_, expr)
-            | What::Word(_, _, expr) => Some(expr),
-            What::Text(_, value) => value,
+    /// The expression or condition that a statement computes, `None` if it computes none.
+    pub(crate) fn computed(kind: &StmtKind) -> Option<Expr> {
+        match *kind {
+            StmtKind::Assign(_, expr)
+            | StmtKind::If(expr, _)
+            | StmtKind::While(expr, _)
+            | StmtKind::AddressBy(_, expr)
+            | StmtKind::Word(_, _, expr) => Some(expr),
+            StmtKind::Text(_, value) => value,
             _ => None,
         }
     }

@@ -48,27 +48,27 @@ pub struct Context<'a> {
 pub fn parse_expression(text: &str, context: Context<'_>) -> Result<Expression, Vec<Diagnostic>> {
     let Context { program, sources, system, compiled } = context;
     let file = sources.add("expression", text.as_bytes());
-    let (flat, diagnostics) = preprocess::replace_names(sources, file, &program.names);
+    let (preprocessed, diagnostics) = preprocess::replace_names(sources, file, &program.names);
     if diagnostics.iter().any(Diagnostic::is_error) {
         return Err(diagnostics);
     }
-    if flat.text.trim().is_empty() {
+    if preprocessed.text.trim().is_empty() {
         let place = Span::new(file, 0, text.len());
         return Err(vec![Diagnostic::error("PMAC-3", place, "this is no expression: it is empty")]);
     }
     let download = &program.download;
-    let mut reader = Reader::new(&flat.text, download.controller);
+    let mut reader = Reader::new(&preprocessed.text, download.controller);
     reader.l_used = compiled.then(Vec::new);
-    let (expr, condition) = reader.whole_text().map_err(|fault| {
-        vec![flat.origins.diagnose(fault.at, |span| {
-            let diagnostic = Diagnostic::error(fault.code, span, fault.message);
-            fault.help.into_iter().fold(diagnostic, Diagnostic::help)
+    let (expr, condition) = reader.whole_text().map_err(|error| {
+        vec![preprocessed.origins.diagnose(error.at, |span| {
+            let diagnostic = Diagnostic::error(error.code, span, error.message);
+            error.help.into_iter().fold(diagnostic, Diagnostic::help)
         })]
     })?;
     let mut definitions = BTreeMap::new();
     for (number, at) in reader.l_used.iter().flatten().copied() {
         let Some(definition) = download.l_defs.get(&number) else {
-            return Err(vec![flat.origins.diagnose(at, |span| {
+            return Err(vec![preprocessed.origins.diagnose(at, |span| {
                 Diagnostic::error("PMAC-3", span, format!("L{number} is not defined"))
                     .help(format!("define it in the program: L{number}->Y:$FFC2,8,1"))
             })]);

@@ -57,12 +57,14 @@ pub fn check(
     loader: &dyn FileLoader,
     options: &Options,
 ) -> (Option<Program>, Vec<Diagnostic>) {
-    let (flat, mut diagnostics) = preprocess::preprocess(sources, files, loader, options);
-    let download::Read { download, diagnostics: found, unjudged } = download::read(&flat, options);
-    if unjudged > 0
+    let (preprocessed, mut diagnostics) = preprocess::preprocess(sources, files, loader, options);
+    let download::ReadDownload { download, diagnostics: found, suppressed_errors } =
+        download::read(&preprocessed, options);
+    if suppressed_errors > 0
         && let Some(missing) = diagnostics.iter_mut().find(|d| d.code == "PMAC-X2")
     {
-        let what = if unjudged == 1 { "1 error" } else { &format!("{unjudged} errors") };
+        let what =
+            if suppressed_errors == 1 { "1 error" } else { &format!("{suppressed_errors} errors") };
         missing.notes.push(format!("{what} over names that it may define are not shown"));
     }
     diagnostics.extend(found);
@@ -72,7 +74,7 @@ pub fn check(
     }
     let mut loaded = load::load(&download);
     assumptions::assume(&download, &mut loaded);
-    let (sources, names) = (sources.clone(), flat.names.into());
+    let (sources, names) = (sources.clone(), preprocessed.names.into());
     (Some(Program { download, loaded, sources, names }), diagnostics)
 }
 

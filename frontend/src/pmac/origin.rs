@@ -1,58 +1,62 @@
-//! Where the characters of a preprocessed text came from.
+//! Ranges of preprocessed text, and the places in the sources where they came from.
 
 use plcc_diag::{Diagnostic, Span};
 
-/// A stretch of preprocessed text: byte offsets, `end` exclusive.
+/// A range of bytes of the preprocessed text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct At {
+pub(crate) struct TextRange {
     /// Offset of the first byte.
     pub(crate) start: u32,
     /// Offset behind the last byte.
     pub(crate) end: u32,
 }
 
-impl At {
-    /// From one offset up to another.
+impl TextRange {
+    /// The range from the offset `start` up to the offset `end`, which is not part of it.
     pub(crate) fn new(start: usize, end: usize) -> Self {
         let clamp = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         Self { start: clamp(start), end: clamp(end) }
     }
 }
 
-/// What a stretch of preprocessed text was in the sources.
+/// Where a segment of preprocessed text came from.
 #[derive(Clone, Copy, Debug)]
 enum Source {
-    /// It stands there as it is.
+    /// It stands in the sources as it is, from the beginning of the span on.
     Direct(Span),
-    /// It is the replacement of the name at `used`, out of the definition at `defined`.
+    /// It replaces the name or the template at `used`. `defined` is the definition's replacement
+    /// text; of a template, whose value stands in no source, it is equal to `used`.
     Macro { used: Span, defined: Span },
 }
 
+/// A part of the preprocessed text that came from one place. It ends where the next one starts.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
     start: u32,
     source: Source,
 }
 
-/// The way back from preprocessed text to the sources.
+/// For each byte of the preprocessed text the place in the sources where it came from.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Origins {
     segments: Vec<Segment>,
 }
 
 impl Origins {
-    /// From `start` on the text is that of `span`, byte for byte.
+    /// Records that the text from the offset `start` on is that of `span`, byte for byte. Segments
+    /// are recorded in the order of their offsets.
     pub(crate) fn direct(&mut self, start: usize, span: Span) {
         self.push(start, Source::Direct(span));
     }
 
-    /// From `start` on the text is a replacement.
+    /// Records that the text from the offset `start` on replaces what stands at `used`, out of the
+    /// definition at `defined`.
     pub(crate) fn expanded(&mut self, start: usize, used: Span, defined: Span) {
         self.push(start, Source::Macro { used, defined });
     }
 
     fn push(&mut self, start: usize, source: Source) {
-        let start = At::new(start, start).start;
+        let start = TextRange::new(start, start).start;
         match self.segments.last_mut() {
             Some(last) if last.start == start => last.source = source,
             _ => self.segments.push(Segment { start, source }),
@@ -64,8 +68,9 @@ impl Origins {
         self.segments.get(index).copied()
     }
 
-    /// The place in the sources; for a replacement the name that was replaced, and the definition.
-    pub(crate) fn place(&self, at: At) -> (Span, Option<Span>) {
+    /// The place in the sources of a range of preprocessed text. For a replacement it is the place
+    /// of the name that was replaced, and the second value is that of its definition.
+    pub(crate) fn place(&self, at: TextRange) -> (Span, Option<Span>) {
         let none = Span::new(plcc_diag::FileId(0), 0, 0);
         let Some(first) = self.find(at.start) else { return (none, None) };
         let begin = Self::point(first, at.start, at.start);
@@ -76,7 +81,6 @@ impl Origins {
         };
         let defined = match first.source {
             Source::Direct(_) => None,
-            // A template's value stands in no text.
             Source::Macro { used, defined } => (used != defined).then_some(defined),
         };
         (begin.to(last), defined)
@@ -92,8 +96,13 @@ impl Origins {
         }
     }
 
-    /// A diagnostic maker: adds the definition's place to what is found in a replacement.
-    pub(crate) fn diagnose(&self, at: At, make: impl FnOnce(Span) -> Diagnostic) -> Diagnostic {
+    /// The diagnostic that `make` makes for the place in the sources of `at`. In a replacement, the
+    /// place of the definition is added as a label.
+    pub(crate) fn diagnose(
+        &self,
+        at: TextRange,
+        make: impl FnOnce(Span) -> Diagnostic,
+    ) -> Diagnostic {
         let (span, defined) = self.place(at);
         match defined {
             Some(defined) => make(span).label(defined, "in this definition"),

@@ -4,7 +4,7 @@ use plcc_abi::pmac::{Kind, PmacTables, Program as PlcProgram, Run, Text, Variabl
 use plcc_abi::{Program, Tables, Task};
 
 use super::analyse::load::Loaded;
-use super::ast::{Download, Expr, Op, Stmt, Target, What};
+use super::ast::{Download, Expr, Op, Stmt, StmtKind, Target};
 use super::tasks::{TaskKind, tasks};
 
 /// Puts a program together; `module_tasks` are those of its code.
@@ -74,8 +74,8 @@ fn names(download: &Download, code: &[Stmt], named: &mut Vec<Variable>) {
                 }
             }
         };
-        match stmt.what {
-            What::Assign(target, expr) => {
+        match stmt.kind {
+            StmtKind::Assign(target, expr) => {
                 match target {
                     Target::Var(kind, number) => name(kind, number),
                     Target::Indirect(_, index) => reads(index, &mut name),
@@ -83,11 +83,11 @@ fn names(download: &Download, code: &[Stmt], named: &mut Vec<Variable>) {
                 }
                 reads(expr, &mut name);
             }
-            What::If(expr, _) | What::While(expr, _) | What::Text(_, Some(expr)) => {
+            StmtKind::If(expr, _) | StmtKind::While(expr, _) | StmtKind::Text(_, Some(expr)) => {
                 reads(expr, &mut name);
             }
-            What::Address(_, Some(number)) => system = u32::from(number),
-            What::AddressBy(motor, system) => {
+            StmtKind::Address(_, Some(number)) => system = u32::from(number),
+            StmtKind::AddressBy(motor, system) => {
                 reads(motor, &mut name);
                 reads(system, &mut name);
             }

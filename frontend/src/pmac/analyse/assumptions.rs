@@ -9,29 +9,29 @@ use plcc_abi::pmac::{
 };
 
 use crate::pmac::analyse::load::Loaded;
-use crate::pmac::ast::{Download, Op, Stmt, Target, What};
+use crate::pmac::ast::{Download, Op, Stmt, StmtKind, Target};
 use crate::pmac::tasks::{TaskKind, tasks};
 
 /// Says the number of every M-variable that stands as such in statements, again and again where
 /// it stands there several times.
-pub(crate) fn names_of_m(download: &Download, code: &[Stmt], say: &mut impl FnMut(u16)) {
-    let reads = |expr, say: &mut dyn FnMut(u16)| {
+pub(crate) fn for_each_named_m(download: &Download, code: &[Stmt], visit: &mut impl FnMut(u16)) {
+    let reads = |expr, visit: &mut dyn FnMut(u16)| {
         for op in download.ops(expr) {
             if let Op::Var(Kind::M, number) = *op {
-                say(number);
+                visit(number);
             }
         }
     };
     for stmt in code {
-        if let Some(expr) = Download::computed(&stmt.what) {
-            reads(expr, say);
+        if let Some(expr) = Download::computed(&stmt.kind) {
+            reads(expr, visit);
         }
-        match stmt.what {
-            What::Assign(Target::Var(Kind::M, number), _) => say(number),
-            What::Assign(Target::Indirect(_, index), _) => reads(index, say),
-            What::Assign(Target::Range { kind: Kind::M, first, count, step }, _) => {
+        match stmt.kind {
+            StmtKind::Assign(Target::Var(Kind::M, number), _) => visit(number),
+            StmtKind::Assign(Target::Indirect(_, index), _) => reads(index, visit),
+            StmtKind::Assign(Target::Range { kind: Kind::M, first, count, step }, _) => {
                 for k in 0..count {
-                    say(first.wrapping_add(k.wrapping_mul(step)));
+                    visit(first.wrapping_add(k.wrapping_mul(step)));
                 }
             }
             _ => {}
@@ -60,19 +60,19 @@ fn mark_changed(download: &Download, view: &View<'_>, code: &[Stmt], mark: &mut 
         Kind::P | Kind::Q | Kind::I => {}
     };
     for stmt in code {
-        match stmt.what {
-            What::Assign(Target::Var(kind, number), _) => write(kind, number, mark),
-            What::Assign(Target::Range { kind, first, count, step }, _) => {
+        match stmt.kind {
+            StmtKind::Assign(Target::Var(kind, number), _) => write(kind, number, mark),
+            StmtKind::Assign(Target::Range { kind, first, count, step }, _) => {
                 for k in 0..count {
                     write(kind, first.wrapping_add(k.wrapping_mul(step)), mark);
                 }
             }
-            What::Define(index) => {
+            StmtKind::Define(index) => {
                 if let Some(define) = download.defines.get(index as usize) {
                     (define.first..=define.last.min(layout.count - 1)).for_each(&mut *mark);
                 }
             }
-            What::Word(space, address, _) => {
+            StmtKind::Word(space, address, _) => {
                 if let Place::Definition(number) = layout.place(space, address) {
                     mark(number);
                 }
@@ -99,7 +99,7 @@ fn after_load(download: &Download, loaded: &Loaded) -> Vec<Assumption> {
     let mut named = vec![false; layout.count as usize];
     for (kind, code) in tasks(download, loaded) {
         if matches!(kind, TaskKind::Plc { .. }) {
-            names_of_m(download, code, &mut |number| {
+            for_each_named_m(download, code, &mut |number| {
                 if let Some(slot) = named.get_mut(usize::from(number) & (layout.count as usize - 1))
                 {
                     *slot = true;

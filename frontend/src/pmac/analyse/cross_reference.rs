@@ -9,8 +9,8 @@ use plcc_diag::SourceMap;
 use crate::common::{CrossReference, CrossReferenceBuilder, Use};
 use crate::language::Language;
 use crate::pmac::Pmac;
-use crate::pmac::ast::{Action, Download, Expr, Op, Target, What, WriteKind};
-use crate::pmac::origin::At;
+use crate::pmac::ast::{Action, Download, Expr, Op, StmtKind, Target, WriteKind};
+use crate::pmac::origin::TextRange;
 
 /// Makes the cross-reference of a download: of PLCs, PLCCs, on-line commands and what COMMANDs do.
 ///
@@ -28,7 +28,7 @@ pub(crate) fn cross_reference(
     }
     let buffers = download.plcs.iter().chain(&download.plccs).map(|buffer| &buffer.code);
     for statement in buffers.chain(&download.commands).flatten() {
-        finder.statement(&statement.what, statement.at);
+        finder.statement(&statement.kind, statement.at);
     }
     let comments = Pmac.listing_comments(tables);
     let meanings: HashMap<&str, &str> = comments.iter().filter_map(|text| named(text)).collect();
@@ -49,14 +49,14 @@ struct Finder<'a> {
 }
 
 impl Finder<'_> {
-    fn add(&mut self, name: &str, at: At, used: Use) {
+    fn add(&mut self, name: &str, at: TextRange, used: Use) {
         let (span, _) = self.download.origins.place(at);
         let (line, _) = self.sources.line_col(span.file, span.start);
         self.found.add(name, self.sources, span.file, line, used);
     }
 
     /// Adds the variables of an expression.
-    fn operands(&mut self, expr: Expr, at: At, used: Use) {
+    fn operands(&mut self, expr: Expr, at: TextRange, used: Use) {
         let download = self.download;
         for op in download.ops(expr) {
             match *op {
@@ -67,7 +67,7 @@ impl Finder<'_> {
         }
     }
 
-    fn target(&mut self, target: &Target, at: At) {
+    fn target(&mut self, target: &Target, at: TextRange) {
         match *target {
             Target::Var(kind, number) => self.add(&variable(kind, number), at, Use::Written),
             Target::Indirect(kind, number) => {
@@ -83,35 +83,35 @@ impl Finder<'_> {
         }
     }
 
-    fn statement(&mut self, what: &What, at: At) {
+    fn statement(&mut self, what: &StmtKind, at: TextRange) {
         match *what {
-            What::Assign(ref target, value) => {
+            StmtKind::Assign(ref target, value) => {
                 self.operands(value, at, Use::Read);
                 self.target(target, at);
             }
-            What::If(condition, _) | What::While(condition, _) => {
+            StmtKind::If(condition, _) | StmtKind::While(condition, _) => {
                 self.operands(condition, at, Use::Tested);
             }
-            What::AddressBy(motor, system) => {
+            StmtKind::AddressBy(motor, system) => {
                 self.operands(motor, at, Use::Read);
                 self.operands(system, at, Use::Read);
             }
-            What::Text(_, Some(value)) => self.operands(value, at, Use::Read),
-            What::Word(space, address, value) => {
+            StmtKind::Text(_, Some(value)) => self.operands(value, at, Use::Read),
+            StmtKind::Word(space, address, value) => {
                 self.operands(value, at, Use::Read);
                 self.add(&format!("{space:?}:${address:04X}"), at, Use::Written);
             }
-            What::Text(_, None)
-            | What::Jump(_)
-            | What::EndWhile(_)
-            | What::Plc(..)
-            | What::Address(..)
-            | What::Define(_)
-            | What::Save => {}
+            StmtKind::Text(_, None)
+            | StmtKind::Jump(_)
+            | StmtKind::EndWhile(_)
+            | StmtKind::Plc(..)
+            | StmtKind::Address(..)
+            | StmtKind::Define(_)
+            | StmtKind::Save => {}
         }
     }
 
-    fn action(&mut self, action: &Action, at: At) {
+    fn action(&mut self, action: &Action, at: TextRange) {
         match action {
             Action::Assign(target, value) => {
                 self.operands(*value, at, Use::Read);

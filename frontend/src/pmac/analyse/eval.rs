@@ -19,16 +19,16 @@ pub(crate) fn binary(op: Bin, a: f64, b: f64) -> f64 {
                 Bin::Or => i | j,
                 Bin::Xor => i ^ j,
                 _ if j > 0 => i.rem_euclid(j),
-                _ => return exact(op, a, b),
+                _ => return by_fixed_point(op, a, b),
             }),
-            _ => exact(op, a, b),
+            _ => by_fixed_point(op, a, b),
         },
     }
 }
 
 /// A remainder or bit operator for any numbers.
 #[cold]
-fn exact(op: Bin, a: f64, b: f64) -> f64 {
+fn by_fixed_point(op: Bin, a: f64, b: f64) -> f64 {
     match op {
         Bin::And => math::and(a, b),
         Bin::Or => math::or(a, b),
@@ -117,14 +117,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn integers_take_no_other_way_than_fixed_point() {
+    fn shortcuts_for_integers_give_what_fixed_point_gives() {
         let limit = (1i64 << 39) as f64;
         let edges = [0.0, 1.0, 2.0, 7.0, 255.0, 8_388_607.0, limit - 1.0, limit, limit + 1.0, 0.5];
         let all: Vec<f64> = edges.iter().flat_map(|v| [*v, -v]).collect();
         for &a in &all {
             for &b in &all {
                 for op in [Bin::And, Bin::Or, Bin::Xor, Bin::Mod] {
-                    assert_eq!(binary(op, a, b), exact(op, a, b), "{a} {op:?} {b}");
+                    assert_eq!(binary(op, a, b), by_fixed_point(op, a, b), "{a} {op:?} {b}");
                 }
             }
         }

@@ -12,12 +12,12 @@ use crate::pmac::reference::tables;
 
 /// What has become of PLCs 0 to 31, a bit for each.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct States {
+pub(crate) struct PlcStates {
     pub(crate) enabled: u32,
     pub(crate) paused: u32,
 }
 
-impl States {
+impl PlcStates {
     /// After power-up all are enabled.
     const START: Self = Self { enabled: u32::MAX, paused: 0 };
 
@@ -40,9 +40,9 @@ pub(crate) struct Loaded {
     pub(crate) image: Vec<u8>,
     pub(crate) sparse: SparseMemory,
     /// What ENABLE to RESUME have made of the PLCs.
-    pub(crate) plcs: States,
+    pub(crate) plcs: PlcStates,
     /// The same of the PLCCs.
-    pub(crate) plccs: States,
+    pub(crate) plccs: PlcStates,
     /// PLCCs erased by DELETE stay empty.
     pub(crate) erased: u32,
     /// The text says SAVE.
@@ -54,7 +54,7 @@ pub(crate) struct Loaded {
     pub(crate) assumed: Vec<Assumption>,
 }
 
-struct Loader {
+struct OnlineExecutor {
     out: Loaded,
     /// The addressed coordinate system.
     system: u32,
@@ -73,13 +73,13 @@ pub(crate) fn load(download: &Download) -> Loaded {
     for context in 0..CONTEXTS {
         write_u32(&mut image, layout.q_base_at(context), layout.q_base_of(1));
     }
-    let mut loader = Loader {
+    let mut executor = OnlineExecutor {
         out: Loaded {
             layout,
             image,
             sparse: SparseMemory::default(),
-            plcs: States::START,
-            plccs: States::START,
+            plcs: PlcStates::START,
+            plccs: PlcStates::START,
             erased: 0,
             save: false,
             named: Vec::new(),
@@ -90,18 +90,18 @@ pub(crate) fn load(download: &Download) -> Loaded {
         stack: Vec::new(),
     };
     for online in &download.online {
-        loader.act(download, &online.action);
+        executor.execute(download, &online.action);
     }
-    loader.out
+    executor.out
 }
 
-impl Loader {
-    fn act(&mut self, download: &Download, action: &Action) {
+impl OnlineExecutor {
+    fn execute(&mut self, download: &Download, action: &Action) {
         match *action {
             Action::Assign(target, expr) => self.assign(download, target, expr),
             Action::Defaults(first, count, step) => {
                 if count == 1 {
-                    self.name(Kind::I, first);
+                    self.record_named(Kind::I, first);
                 }
                 for k in 0..count {
                     let number = first + k * step;
@@ -116,7 +116,7 @@ impl Loader {
             }
             Action::Plc(op, plcs) => {
                 let states = if plcs.compiled { &mut self.out.plccs } else { &mut self.out.plcs };
-                states.apply(op, plcs.set);
+                states.apply(op, plcs.bits);
             }
             Action::System(system) => self.system = u32::from(system),
             Action::Write(kind, address, ref values) => {
@@ -153,8 +153,8 @@ impl Loader {
 
     fn assign(&mut self, download: &Download, target: Target, expr: crate::pmac::ast::Expr) {
         let ops = download.ops(expr);
-        self.name_target(download, target);
-        self.name_all(ops);
+        self.record_target(download, target);
+        self.record_operands(ops);
         let value = math::finite(self.value(ops));
         match target {
             Target::Var(kind, number) => self.write(kind, u32::from(number), value),
@@ -171,23 +171,23 @@ impl Loader {
     }
 
     /// Notes a variable for the dump.
-    fn name(&mut self, kind: Kind, number: u16) {
+    fn record_named(&mut self, kind: Kind, number: u16) {
         let system = if kind == Kind::Q { self.system } else { 1 };
         self.out.named.push(Variable { kind, number: u32::from(number), system });
     }
 
-    fn name_target(&mut self, download: &Download, target: Target) {
+    fn record_target(&mut self, download: &Download, target: Target) {
         match target {
-            Target::Var(kind, number) => self.name(kind, number),
-            Target::Indirect(_, index) => self.name_all(download.ops(index)),
+            Target::Var(kind, number) => self.record_named(kind, number),
+            Target::Indirect(_, index) => self.record_operands(download.ops(index)),
             Target::Range { .. } => {}
         }
     }
 
-    fn name_all(&mut self, ops: &[Op]) {
+    fn record_operands(&mut self, ops: &[Op]) {
         for op in ops {
             if let Op::Var(kind, number) = *op {
-                self.name(kind, number);
+                self.record_named(kind, number);
             }
         }
     }

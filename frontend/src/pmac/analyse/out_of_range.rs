@@ -3,8 +3,8 @@
 use plcc_abi::pmac::{Kind, Range};
 use plcc_diag::Diagnostic;
 
-use crate::pmac::ast::{Action, Download, Expr, Op, Target, What};
-use crate::pmac::origin::At;
+use crate::pmac::ast::{Action, Download, Expr, Op, StmtKind, Target};
+use crate::pmac::origin::TextRange;
 use crate::pmac::reference::tables::i_range;
 
 /// Warns of every constant, in on-line text, PLCs and COMMANDs, that rolls over in the I-variable
@@ -17,11 +17,11 @@ pub(crate) fn warnings(download: &Download) -> Vec<Diagnostic> {
     });
     let buffers = download.plcs.iter().chain(&download.plccs).map(|buffer| &buffer.code);
     let statements =
-        buffers.chain(&download.commands).flatten().filter_map(|stmt| match stmt.what {
-            What::Assign(target, expr) => Some((target, expr, stmt.at)),
+        buffers.chain(&download.commands).flatten().filter_map(|stmt| match stmt.kind {
+            StmtKind::Assign(target, expr) => Some((target, expr, stmt.at)),
             _ => None,
         });
-    let mut found: Vec<(At, Diagnostic)> = online
+    let mut found: Vec<(TextRange, Diagnostic)> = online
         .chain(statements)
         .filter_map(|(target, expr, at)| Some((at, warning(download, target, expr, at)?)))
         .collect();
@@ -30,7 +30,7 @@ pub(crate) fn warnings(download: &Download) -> Vec<Diagnostic> {
 }
 
 /// The warning of one assignment.
-fn warning(download: &Download, target: Target, expr: Expr, at: At) -> Option<Diagnostic> {
+fn warning(download: &Download, target: Target, expr: Expr, at: TextRange) -> Option<Diagnostic> {
     let Target::Var(Kind::I, number) = target else { return None };
     let number = u32::from(number);
     let value = constant_value(download.ops(expr))?;

@@ -10,7 +10,7 @@ use super::range_analysis::Bounds;
 use super::variables::bounds_of;
 use crate::pmac::analyse::assumptions::places_after_load;
 use crate::pmac::analyse::load::Loaded;
-use crate::pmac::ast::{Bin, Download, Func, Stmt, Target, What};
+use crate::pmac::ast::{Bin, Download, Func, Stmt, StmtKind, Target};
 use crate::pmac::tasks::{TaskKind, tasks};
 
 /// One line a statement that computes something: file, line, what it is computed in, and the
@@ -56,7 +56,7 @@ fn uncommented(source: &str) -> String {
 }
 
 fn statement(download: &Download, stmt: &Stmt, bounds: &impl Fn(Name) -> Bounds) -> Option<String> {
-    let expr = Download::computed(&stmt.what)?;
+    let expr = Download::computed(&stmt.kind)?;
     if stmt.integer {
         return Some("integer (24 bits)".into());
     }
@@ -64,7 +64,7 @@ fn statement(download: &Download, stmt: &Stmt, bounds: &impl Fn(Name) -> Bounds)
     if let Some(reason) = found.forced {
         return Some(format!("floating point: {}", tell(reason)));
     }
-    if let What::Assign(Target::Indirect(_, index), _) = stmt.what
+    if let StmtKind::Assign(Target::Indirect(_, index), _) = stmt.kind
         && let Some(reason) = analyse(download.ops(index), bounds).forced
     {
         return Some(format!("floating point: {} in the variable's number", tell(reason)));

@@ -32,7 +32,7 @@ use self::emit::Operand;
 use crate::common::InternalError;
 use crate::pmac::analyse::assumptions;
 use crate::pmac::analyse::load::Loaded;
-use crate::pmac::ast::{Download, Expr, Plcs, Stmt, Target, What};
+use crate::pmac::ast::{Download, Expr, PlcSet, Stmt, StmtKind, Target};
 use crate::pmac::tasks::{TaskKind, tasks};
 
 use self::variables::Regions;
@@ -44,9 +44,9 @@ const CHUNK: usize = 3000;
 /// Whether a task's statements address a coordinate system, or its context is set from outside.
 fn addresses(kind: TaskKind, code: &[Stmt]) -> bool {
     matches!(kind, TaskKind::Command(_))
-        || code.iter().any(|stmt| match stmt.what {
-            What::Address(_, system) => system.is_some(),
-            What::AddressBy(_, system) => system.len > 0,
+        || code.iter().any(|stmt| match stmt.kind {
+            StmtKind::Address(_, system) => system.is_some(),
+            StmtKind::AddressBy(_, system) => system.len > 0,
             _ => false,
         })
 }
@@ -163,7 +163,7 @@ impl Lowerer<'_> {
         // A suspended loop goes on at a place of its own, which chooses the version.
         let resumes: Vec<Option<Place>> = code
             .iter()
-            .map(|stmt| matches!(stmt.what, What::While(..)).then(|| self.builder.place()))
+            .map(|stmt| matches!(stmt.kind, StmtKind::While(..)).then(|| self.builder.place()))
             .collect();
         // Their labels come before any that depend on what is built in.
         let points: Vec<Place> = resumes.iter().copied().flatten().collect();
@@ -258,9 +258,9 @@ impl Lowerer<'_> {
         version: &Version,
         resumes: &[Option<Place>],
     ) -> Result<(), InternalError> {
-        match stmt.what {
-            What::Assign(target, expr) if stmt.integer => self.assign_integer(target, expr)?,
-            What::Assign(target, expr) => {
+        match stmt.kind {
+            StmtKind::Assign(target, expr) if stmt.integer => self.assign_integer(target, expr)?,
+            StmtKind::Assign(target, expr) => {
                 let index = match target {
                     Target::Indirect(_, index) => Some(self.value(index)?),
                     _ => None,
@@ -279,48 +279,48 @@ impl Lowerer<'_> {
                     }
                 }
             }
-            What::If(expr, target) | What::While(expr, target) => {
+            StmtKind::If(expr, target) | StmtKind::While(expr, target) => {
                 let truth = self.condition(expr, stmt.integer)?;
                 let next = self.builder.place();
                 self.builder.brif(truth, next, version.place(target as usize)?);
                 self.builder.bind(next);
             }
-            What::Jump(target) => self.builder.jump(version.place(target as usize)?),
-            What::EndWhile(head) => {
+            StmtKind::Jump(target) => self.builder.jump(version.place(target as usize)?),
+            StmtKind::EndWhile(head) => {
                 let resume = resumes.get(head as usize).copied().flatten();
                 let resume =
                     resume.ok_or_else(|| InternalError::new("an ENDWHILE has no WHILE"))?;
                 self.builder.suspend(resume);
             }
-            What::Plc(op, plcs) => self.plc(op as i64, plcs),
-            What::Address(_, Some(system)) => {
+            StmtKind::Plc(op, plcs) => self.plc(op as i64, plcs),
+            StmtKind::Address(_, Some(system)) => {
                 let at = Address::fixed(self.regions.exec, exec::q_base(self.context));
                 let base = self.layout.q_base_of(u32::from(system));
                 let b = self.builder.ins();
                 let base = b.iconst(Type::I32, i64::from(base));
                 b.store(at, base);
             }
-            What::Address(_, None) => {}
-            What::AddressBy(_, system) if system.len > 0 => self.address_by(system)?,
-            What::AddressBy(..) => {}
-            What::Text(index, value) => {
+            StmtKind::Address(_, None) => {}
+            StmtKind::AddressBy(_, system) if system.len > 0 => self.address_by(system)?,
+            StmtKind::AddressBy(..) => {}
+            StmtKind::Text(index, value) => {
                 let value = value.map_or(Ok(Operand::Const(0.0)), |expr| self.value(expr))?;
                 let b = self.builder.ins();
                 let value = value.stored(b);
                 let index = b.iconst(Type::I32, i64::from(index));
                 b.host_call(HostFn::PmacEvent, &[index, value]);
             }
-            What::Define(index) => {
+            StmtKind::Define(index) => {
                 let b = self.builder.ins();
                 let index = b.iconst(Type::I32, i64::from(index));
                 b.host_call(HostFn::PmacDefine, &[index]);
             }
-            What::Word(space, address, expr) => {
+            StmtKind::Word(space, address, expr) => {
                 let value = self.value(expr)?;
                 let word = value.bits(self.builder.ins())?;
                 self.write_far_word(space, address, word);
             }
-            What::Save => {
+            StmtKind::Save => {
                 self.builder.ins().host_call(HostFn::PmacSave, &[]);
             }
         }
@@ -359,8 +359,8 @@ impl Lowerer<'_> {
     }
 
     /// Calls the host for each row of neighbours.
-    fn plc(&mut self, op: i64, plcs: Plcs) {
-        for (first, last) in neighbours(plcs.set) {
+    fn plc(&mut self, op: i64, plcs: PlcSet) {
+        for (first, last) in neighbours(plcs.bits) {
             let b = self.builder.ins();
             let args = [op, i64::from(plcs.compiled), i64::from(first), i64::from(last)]
                 .map(|arg| b.iconst(Type::I32, arg));
@@ -378,9 +378,9 @@ fn targets(code: &[Stmt]) -> Vec<bool> {
         }
     };
     for (index, stmt) in (0u32..).zip(code) {
-        match stmt.what {
-            What::If(_, target) | What::Jump(target) => mark(target),
-            What::While(_, target) => {
+        match stmt.kind {
+            StmtKind::If(_, target) | StmtKind::Jump(target) => mark(target),
+            StmtKind::While(_, target) => {
                 mark(target);
                 mark(index);
             }

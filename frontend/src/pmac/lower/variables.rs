@@ -12,7 +12,7 @@ use super::emit::{self, Operand};
 use super::field;
 use super::range_analysis::Bounds;
 use crate::common::InternalError;
-use crate::pmac::analyse::assumptions::names_of_m;
+use crate::pmac::analyse::assumptions::for_each_named_m;
 use crate::pmac::ast::Target;
 
 /// Regions of the image, as IR refers to them.
@@ -415,7 +415,7 @@ impl Lowerer<'_> {
     /// Whether statements name M-variables that are accessed directly.
     pub(crate) fn relies_on_definitions(&self, code: &[crate::pmac::ast::Stmt]) -> bool {
         let mut any = false;
-        names_of_m(self.download, code, &mut |number| {
+        for_each_named_m(self.download, code, &mut |number| {
             any |= self.places_of_m.get(usize::from(number)).is_some_and(Option::is_some);
         });
         any

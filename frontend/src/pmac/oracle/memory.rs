@@ -73,7 +73,7 @@ impl MemoryMap {
     }
 
     /// The variable whose double an `L:` address means.
-    fn double_at(&self, address: u32) -> Option<(Kind, u32)> {
+    fn variable_at(&self, address: u32) -> Option<(Kind, u32)> {
         [(Kind::P, self.p), (Kind::Q, self.q)].into_iter().find_map(|(kind, start)| {
             let number = address.checked_sub(start)?;
             (number < self.count).then_some((kind, number))
@@ -85,7 +85,7 @@ impl MemoryMap {
         let address = address & self.last;
         let is_definition = space == Space::Y
             && address.checked_sub(self.definitions).is_some_and(|number| number < self.count);
-        if is_definition || self.double_at(address).is_some() {
+        if is_definition || self.variable_at(address).is_some() {
             return None;
         }
         match layout.place(space, address) {
@@ -135,7 +135,7 @@ impl Memory<'_, '_> {
     }
 
     /// Where the first Q-variable's number of the addressed coordinate system is kept.
-    fn addressed(&self) -> u32 {
+    fn q_base_offset(&self) -> u32 {
         self.layout.q_base_at(self.context)
     }
 
@@ -143,13 +143,13 @@ impl Memory<'_, '_> {
     /// coordinate system's number changes nothing.
     pub(super) fn address(&mut self, system: u64) {
         if let Some(first) = self.map.first_q(system) {
-            write_u32(self.scan.image, self.addressed(), first);
+            write_u32(self.scan.image, self.q_base_offset(), first);
         }
     }
 
     /// A Q-variable of the addressed coordinate system.
     fn system_q_offset(&self, number: u32) -> u32 {
-        let first = read_u32(self.scan.image, self.addressed());
+        let first = read_u32(self.scan.image, self.q_base_offset());
         self.q_offset(first.wrapping_add(number))
     }
 
@@ -242,7 +242,7 @@ impl Memory<'_, '_> {
 
     /// The double that an `L:` definition means where it leads to a P or a Q.
     fn double_of(&self, address: u32) -> Option<u32> {
-        Some(match self.map.double_at(address & self.map.last)? {
+        Some(match self.map.variable_at(address & self.map.last)? {
             (Kind::P, number) => self.p_offset(number),
             (_, number) => self.q_offset(number),
         })
@@ -405,9 +405,9 @@ mod tests {
     #[test]
     fn addresses_are_what_the_guide_says() {
         let (map, layout) = (MemoryMap::new(Controller::Pmac), Layout::new(Controller::Pmac));
-        assert_eq!(map.double_at(0x1000), Some((Kind::P, 0)));
-        assert_eq!(map.double_at(0x17FF), Some((Kind::Q, 1023)));
-        assert_eq!(map.double_at(0x1800), None);
+        assert_eq!(map.variable_at(0x1000), Some((Kind::P, 0)));
+        assert_eq!(map.variable_at(0x17FF), Some((Kind::Q, 1023)));
+        assert_eq!(map.variable_at(0x1800), None);
         assert_eq!(map.plain_word(&layout, Space::X, 0), Some(layout.words));
         assert_eq!(map.plain_word(&layout, Space::Y, 0x1_0000), Some(layout.words + 4));
         assert!(map.plain_word(&layout, Space::X, 0xBC00).is_some());
@@ -415,7 +415,7 @@ mod tests {
         assert_eq!(map.plain_word(&layout, Space::Y, 0x1001), None);
         assert_eq!(map.plain_word(&layout, Space::X, 0x2A), None);
         let (map, layout) = (MemoryMap::new(Controller::Turbo), Layout::new(Controller::Turbo));
-        assert_eq!(map.double_at(0x9FFF), Some((Kind::Q, 8191)));
+        assert_eq!(map.variable_at(0x9FFF), Some((Kind::Q, 8191)));
         assert_eq!(map.plain_word(&layout, Space::Y, 0x4000), None);
         assert_eq!(map.plain_word(&layout, Space::Y, 0x5_0000), None);
         assert!(map.plain_word(&layout, Space::Y, 0x7_8000).is_some());

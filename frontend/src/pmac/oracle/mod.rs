@@ -18,10 +18,10 @@ use self::memory::{Memory, MemoryMap};
 use self::resolve::{Resolver, Tables};
 use self::resolved::{
     Comparison, Destination, IntegerOperand, IntegerOperation, Operand, Operation, Statement,
-    Stretch,
+    TableRange,
 };
 use super::analyse::load::Loaded;
-use super::ast::{Download, Func, What};
+use super::ast::{Download, Func, StmtKind};
 use super::tasks::tasks;
 
 /// The statements of a PLC, a PLCC or a command.
@@ -55,7 +55,8 @@ impl Interpreter {
         let mut all = Vec::new();
         for (kind, code) in tasks(download, loaded) {
             let statements = code.iter().map(|stmt| resolver.statement(stmt)).collect();
-            let whiles = (0..).zip(code).filter(|(_, stmt)| matches!(stmt.what, What::While(..)));
+            let whiles =
+                (0..).zip(code).filter(|(_, stmt)| matches!(stmt.kind, StmtKind::While(..)));
             let resume_points = whiles.map(|(at, _)| at).collect();
             all.push(Task { statements, context: kind.context(), resume_points });
         }
@@ -108,7 +109,7 @@ impl Machine<'_, '_> {
     }
 
     /// The value of an expression, or 1 or 0 of a condition.
-    fn value(&mut self, expression: Stretch, waiting: &mut Vec<f64>) -> f64 {
+    fn value(&mut self, expression: TableRange, waiting: &mut Vec<f64>) -> f64 {
         let mut value = 0.0;
         for operation in expression.of(&self.tables.operations) {
             value = match *operation {
@@ -164,7 +165,7 @@ impl Machine<'_, '_> {
 
     /// The value of an expression or condition of L-variables: 24 bits, wrapping after every
     /// operation.
-    fn integer(&mut self, expression: Stretch, waiting: &mut Vec<i32>) -> i32 {
+    fn integer(&mut self, expression: TableRange, waiting: &mut Vec<i32>) -> i32 {
         let mut value = 0;
         for operation in expression.of(&self.tables.integer_operations) {
             value = match *operation {
@@ -194,7 +195,7 @@ impl Machine<'_, '_> {
         value
     }
 
-    fn assign(&mut self, to: Destination, expression: Stretch, waiting: &mut Vec<f64>) {
+    fn assign(&mut self, to: Destination, expression: TableRange, waiting: &mut Vec<f64>) {
         match to {
             Destination::Variable(Kind::L, index) => {
                 let value = math::finite(self.value(expression, waiting));

@@ -8,10 +8,10 @@ use plcc_abi::pmac::{Definition, Field, Format, Kind, Layout, Space};
 use super::memory::MemoryMap;
 use super::resolved::{
     Bits, Comparison, Destination, IntegerOperand, IntegerOperation, LongVariable, Operand,
-    Operation, Statement, Stretch,
+    Operation, Statement, TableRange,
 };
 use crate::pmac::analyse::load::Loaded;
-use crate::pmac::ast::{Download, Expr, Func, Op, Stmt, Target, What};
+use crate::pmac::ast::{Download, Expr, Func, Op, Stmt, StmtKind, Target};
 
 /// What the resolved statements of all tasks refer to.
 #[derive(Clone, Debug, Default)]
@@ -67,10 +67,12 @@ impl<'a> Resolver<'a> {
     }
 
     pub(super) fn statement(&mut self, stmt: &Stmt) -> Statement {
-        match stmt.what {
-            What::Assign(target, value) if stmt.integer => self.assign_integer(target, value),
-            What::Assign(target, value) => self.assign(target, value),
-            What::If(condition, target) | What::While(condition, target) if stmt.integer => {
+        match stmt.kind {
+            StmtKind::Assign(target, value) if stmt.integer => self.assign_integer(target, value),
+            StmtKind::Assign(target, value) => self.assign(target, value),
+            StmtKind::If(condition, target) | StmtKind::While(condition, target)
+                if stmt.integer =>
+            {
                 let operations = self.integer_expression(condition);
                 match *operations.of(&self.tables.integer_operations) {
                     [
@@ -80,36 +82,36 @@ impl<'a> Resolver<'a> {
                     _ => Statement::IfInteger(operations, target),
                 }
             }
-            What::If(condition, target) | What::While(condition, target) => {
+            StmtKind::If(condition, target) | StmtKind::While(condition, target) => {
                 let operations = self.expression(condition);
                 match Comparison::all(operations.of(&self.tables.operations)).as_deref() {
                     Some(&[comparison]) => Statement::IfComparison(comparison, target),
                     Some(comparisons) => {
                         let start = self.tables.comparisons.len();
                         self.tables.comparisons.extend_from_slice(comparisons);
-                        let all = Stretch::since(start, &self.tables.comparisons);
+                        let all = TableRange::since(start, &self.tables.comparisons);
                         Statement::IfAll(all, target)
                     }
                     None => Statement::If(operations, target),
                 }
             }
-            What::Jump(target) => Statement::Jump(target),
-            What::EndWhile(head) => Statement::EndWhile(head),
-            What::Plc(op, plcs) => Statement::Plc(op, plcs.compiled, plcs.set),
-            What::Address(_, Some(system)) => Statement::Address(u64::from(system)),
-            What::AddressBy(_, system) if system.len > 0 => {
+            StmtKind::Jump(target) => Statement::Jump(target),
+            StmtKind::EndWhile(head) => Statement::EndWhile(head),
+            StmtKind::Plc(op, plcs) => Statement::Plc(op, plcs.compiled, plcs.bits),
+            StmtKind::Address(_, Some(system)) => Statement::Address(u64::from(system)),
+            StmtKind::AddressBy(_, system) if system.len > 0 => {
                 Statement::AddressBy(self.expression(system))
             }
             // Motors are addressed for commands only.
-            What::Address(_, None) | What::AddressBy(..) => Statement::Nothing,
-            What::Text(index, value) => {
+            StmtKind::Address(_, None) | StmtKind::AddressBy(..) => Statement::Nothing,
+            StmtKind::Text(index, value) => {
                 Statement::Text(index, value.map(|value| self.expression(value)))
             }
-            What::Define(index) => Statement::Define(index),
-            What::Word(space, address, value) => {
+            StmtKind::Define(index) => Statement::Define(index),
+            StmtKind::Word(space, address, value) => {
                 Statement::Word(space, address, self.expression(value))
             }
-            What::Save => Statement::Save,
+            StmtKind::Save => Statement::Save,
         }
     }
 
@@ -158,7 +160,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    fn long_range(&mut self, first: u16, count: u16, step: u16) -> Stretch {
+    fn long_range(&mut self, first: u16, count: u16, step: u16) -> TableRange {
         let start = self.tables.long_ranges.len();
         for k in 0..count {
             let number = first.wrapping_add(k.wrapping_mul(step));
@@ -166,7 +168,7 @@ impl<'a> Resolver<'a> {
                 self.tables.long_ranges.push(index);
             }
         }
-        Stretch::since(start, &self.tables.long_ranges)
+        TableRange::since(start, &self.tables.long_ranges)
     }
 
     /// The field of a plain word in the image that an M-variable's definition after load means:
@@ -181,7 +183,7 @@ impl<'a> Resolver<'a> {
         Some((self.map.plain_word(&self.layout, space, address)?, field))
     }
 
-    fn expression(&mut self, expr: Expr) -> Stretch {
+    fn expression(&mut self, expr: Expr) -> TableRange {
         let start = self.tables.operations.len();
         let mut depth = 0;
         let mut ops = self.download.ops(expr).iter().peekable();
@@ -227,10 +229,10 @@ impl<'a> Resolver<'a> {
             ops.next();
             self.tables.operations.push(operation);
         }
-        Stretch::since(start, &self.tables.operations)
+        TableRange::since(start, &self.tables.operations)
     }
 
-    fn integer_expression(&mut self, expr: Expr) -> Stretch {
+    fn integer_expression(&mut self, expr: Expr) -> TableRange {
         let start = self.tables.integer_operations.len();
         let mut depth = 0;
         let mut ops = self.download.ops(expr).iter().peekable();
@@ -274,7 +276,7 @@ impl<'a> Resolver<'a> {
             ops.next();
             self.tables.integer_operations.push(operation);
         }
-        Stretch::since(start, &self.tables.integer_operations)
+        TableRange::since(start, &self.tables.integer_operations)
     }
 
     /// An L-variable in a statement that integers compute.

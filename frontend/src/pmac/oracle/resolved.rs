@@ -124,12 +124,12 @@ pub(super) enum IntegerOperation {
 
 /// An expression or condition: a stretch of operations in their table.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stretch {
+pub(super) struct TableRange {
     start: u32,
     end: u32,
 }
 
-impl Stretch {
+impl TableRange {
     /// What was appended to a table since it had `start` elements.
     pub(super) fn since<T>(start: usize, table: &[T]) -> Self {
         Self { start: start as u32, end: table.len() as u32 }
@@ -185,34 +185,34 @@ pub(super) enum Destination {
     /// A variable by its number; of an L-variable the index in the table.
     Variable(Kind, u32),
     /// The variable whose number an expression gives.
-    Indirect(Kind, Stretch),
+    Indirect(Kind, TableRange),
     /// `count` variables from `first` on, `step` apart.
     Range { kind: Kind, first: u32, count: u32, step: u32 },
     /// L-variables: a stretch of the table of ranges of them.
-    Longs(Stretch),
+    Longs(TableRange),
 }
 
 /// A statement. Branch targets are indices of statements.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Statement {
-    Assign(Destination, Stretch),
+    Assign(Destination, TableRange),
     /// An assignment to a P-variable: its double's offset.
-    AssignDouble(u32, Stretch),
+    AssignDouble(u32, TableRange),
     /// An assignment to an M-variable that is a field while its definition is the one after load:
     /// its number, the offset of the field's word, the field.
-    AssignField(u16, u32, Field, Stretch),
+    AssignField(u16, u32, Field, TableRange),
     /// An assignment to an L-variable that integers compute.
-    AssignInteger(u32, Stretch),
+    AssignInteger(u32, TableRange),
     /// An assignment to several L-variables that integers compute.
-    AssignIntegers(Stretch, Stretch),
+    AssignIntegers(TableRange, TableRange),
     /// Goes on at the target when the condition is false.
-    If(Stretch, u32),
+    If(TableRange, u32),
     /// The same of a condition that compares a variable with a number.
     IfComparison(Comparison, u32),
     /// The same of several such that must all hold.
-    IfAll(Stretch, u32),
+    IfAll(TableRange, u32),
     /// The same of a condition that integers compute.
-    IfInteger(Stretch, u32),
+    IfInteger(TableRange, u32),
     /// The same of one that compares an L-variable with a number.
     IfIntegerComparison(Cmp, IntegerOperand, i32, u32),
     Jump(u32),
@@ -223,13 +223,13 @@ pub(super) enum Statement {
     /// ADDRESS of a coordinate system.
     Address(u64),
     /// ADDRESS of the coordinate system whose number an expression gives.
-    AddressBy(Stretch),
+    AddressBy(TableRange),
     /// An event: the text's index, the value that a DISPLAY shows.
-    Text(u32, Option<Stretch>),
+    Text(u32, Option<TableRange>),
     /// Definitions of M-variables: their index.
     Define(u32),
     /// A value into a word.
-    Word(Space, u32, Stretch),
+    Word(Space, u32, TableRange),
     Save,
     Nothing,
 }

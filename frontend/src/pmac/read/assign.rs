@@ -4,11 +4,11 @@ use plcc_abi::pmac::{Kind, PlcOp};
 
 use super::cursor::{Parsed, syntax, syntax_help};
 use super::expr::Reader;
-use crate::pmac::ast::{Bin, Expr, Op, Plcs, Target};
-use crate::pmac::origin::At;
+use crate::pmac::ast::{Bin, Expr, Op, PlcSet, Target};
+use crate::pmac::origin::TextRange;
 
 /// What begins with a variable.
-pub(crate) enum Variable {
+pub(crate) enum VariableCommand {
     /// An assignment.
     Assign(Target, Expr),
     /// `I…=*`: first, count, step.
@@ -21,7 +21,7 @@ pub(crate) enum Variable {
 
 impl Reader<'_> {
     /// What begins with a variable of `kind` at the place.
-    pub(crate) fn variable(&mut self, kind: Kind) -> Parsed<Variable> {
+    pub(crate) fn variable_command(&mut self, kind: Kind) -> Parsed<VariableCommand> {
         self.double_equals = None;
         self.cur.blanks();
         let start = self.cur.pos;
@@ -46,8 +46,8 @@ impl Reader<'_> {
             }
             self.cur.pos += 2;
             return match self.cur.peek() {
-                b'\n' | 0 => Ok(Variable::Query),
-                _ => Ok(Variable::Define(kind, first, count)),
+                b'\n' | 0 => Ok(VariableCommand::Query),
+                _ => Ok(VariableCommand::Define(kind, first, count)),
             };
         }
         let compound = match self.cur.peek() {
@@ -74,12 +74,12 @@ impl Reader<'_> {
                 }
             }
             _ if self.cur.byte() == b'=' => {}
-            _ => return Ok(Variable::Query),
+            _ => return Ok(VariableCommand::Query),
         }
         let equals = self.cur.pos;
         self.cur.pos += 1;
         if self.cur.byte() == b'=' {
-            let at = At::new(equals, equals + 2);
+            let at = TextRange::new(equals, equals + 2);
             // Controllers took it in PLCs, so that their listings hold it; compiled PLCs are not
             // read by them.
             if kind != Kind::M || self.l_used.is_some() {
@@ -94,7 +94,7 @@ impl Reader<'_> {
                 return syntax(self.cur.next_word(), "only I-variables have defaults");
             }
             self.cur.pos += 1;
-            return Ok(Variable::Defaults(first, count, step));
+            return Ok(VariableCommand::Defaults(first, count, step));
         }
         if kind == Kind::L {
             for k in 0..count {
@@ -107,7 +107,7 @@ impl Reader<'_> {
         {
             self.ops.push(Op::Bin(bin));
         }
-        Ok(Variable::Assign(target, self.since(from)))
+        Ok(VariableCommand::Assign(target, self.since(from)))
     }
 
     /// A number, `first..last`, or `first,count,step`.
@@ -143,19 +143,19 @@ impl Reader<'_> {
             return syntax(at, "a range has one variable at least");
         }
         if last > u64::from(self.last_variable()) {
-            return Err(self.beyond(at, format!("the range ends at {last}")));
+            return Err(self.beyond_controller(at, format!("the range ends at {last}")));
         }
         Ok(Target::Range { kind, first, count: count as u16, step: step as u16 })
     }
 
     /// `PLC` or `PLCC` and which: numbers and ranges with commas between.
-    pub(crate) fn plcs(&mut self) -> Parsed<Plcs> {
-        if !self.cur.word("PLC") {
+    pub(crate) fn plcs(&mut self) -> Parsed<PlcSet> {
+        if !self.cur.eat_word("PLC") {
             return self.cur.expected("PLC or PLCC");
         }
         let compiled = matches!(self.cur.byte(), b'C' | b'c');
         self.cur.pos += usize::from(compiled);
-        let mut set = 0;
+        let mut bits = 0;
         loop {
             let first = self.plc_number()?;
             let mut last = first;
@@ -170,18 +170,18 @@ impl Reader<'_> {
                 }
             }
             for number in first..=last {
-                set |= 1u32 << number;
+                bits |= 1u32 << number;
             }
             let mut ahead = self.cur;
             if !(ahead.eat(b',') && (ahead.peek().is_ascii_digit() || ahead.byte() == b'$')) {
-                return Ok(Plcs { compiled, set });
+                return Ok(PlcSet { compiled, bits });
             }
             self.cur = ahead;
         }
     }
 
     /// The programs that ENABLE, DISABLE, PAUSE or RESUME is for. Compiled PLCs are never paused.
-    pub(crate) fn switched(&mut self, op: PlcOp) -> Parsed<Plcs> {
+    pub(crate) fn switched(&mut self, op: PlcOp) -> Parsed<PlcSet> {
         self.cur.blanks();
         let start = self.cur.pos;
         let plcs = self.plcs()?;
@@ -215,7 +215,8 @@ impl Reader<'_> {
             Some(0) if what == "motor" => Ok(0),
             Some(number) => {
                 let at = self.cur.since(start);
-                Err(self.beyond(at, format!("there are {what}s 1 to {last}, not {number}")))
+                Err(self
+                    .beyond_controller(at, format!("there are {what}s 1 to {last}, not {number}")))
             }
             None => self.cur.expected(&format!("a {what}'s number")),
         }

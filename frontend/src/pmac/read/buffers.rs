@@ -2,14 +2,14 @@
 
 use super::cursor::{Parsed, syntax_help};
 use super::expr::Reader;
-use super::online::Flow;
+use super::online::OnlineEffect;
 use super::words::{self, BUFFER, Keyword, ONLINE, OPENED};
 use crate::pmac::ast::Action;
 
 impl Reader<'_> {
     /// DEFINE, whose word is taken: which buffer, and what else stands on the line. `table` is told
     /// whether the entries of a compensation table may follow.
-    pub(crate) fn define_buffer(&mut self, table: &mut bool) -> Parsed<Flow> {
+    pub(crate) fn define_buffer(&mut self, table: &mut bool) -> Parsed<OnlineEffect> {
         self.cur.blanks();
         let at = self.cur.next_word();
         let Some((word, _)) = words::find(self.cur, BUFFER) else {
@@ -18,18 +18,18 @@ impl Reader<'_> {
         };
         *table = word.spelling.ends_with("COMP");
         self.cur.skip_line();
-        Ok(Flow::Go)
+        Ok(OnlineEffect::Continue)
     }
 
     /// OPEN, whose word is taken.
-    pub(crate) fn open(&mut self) -> Parsed<Flow> {
-        if self.cur.word("PLC") {
+    pub(crate) fn open(&mut self) -> Parsed<OnlineEffect> {
+        if self.cur.eat_word("PLC") {
             let compiled = matches!(self.cur.byte(), b'C' | b'c')
                 && !self.cur.starts_with("CLEAR")
                 && !self.cur.starts_with("CLR");
             self.cur.pos += usize::from(compiled);
             let number = self.plc_number()?;
-            return Ok(Flow::Open { compiled, number: Some(number) });
+            return Ok(OnlineEffect::OpenPlc { compiled, number });
         }
         match words::find(self.cur, OPENED) {
             Some((word, behind)) => {
@@ -44,21 +44,21 @@ impl Reader<'_> {
                 {
                     return self.cur.expected("a motion program's number");
                 }
-                Ok(Flow::OpenMotion)
+                Ok(OnlineEffect::OpenMotion)
             }
             None => self.cur.expected("PLC, PLCC, PROG, ROTARY, FORWARD or INVERSE"),
         }
     }
 
     /// DELETE, whose word is taken.
-    pub(crate) fn delete(&mut self, out: &mut Vec<Action>) -> Parsed<Flow> {
-        if self.cur.word("PLCC") {
+    pub(crate) fn delete(&mut self, out: &mut Vec<Action>) -> Parsed<OnlineEffect> {
+        if self.cur.eat_word("PLCC") {
             let number = self.plc_number()?;
             out.push(Action::DeletePlcc(number));
-            return Ok(Flow::Go);
+            return Ok(OnlineEffect::Continue);
         }
-        if !self.cur.word("PLC") {
-            let all = self.cur.shortened("ALL", 3);
+        if !self.cur.eat_word("PLC") {
+            let all = self.cur.eat_abbreviated("ALL", 3);
             match words::find(self.cur, BUFFER.or(OPENED)) {
                 Some((_, behind)) => self.cur = behind,
                 None if all => {}
@@ -70,6 +70,6 @@ impl Reader<'_> {
             }
         }
         let _ = self.cur.integer();
-        Ok(Flow::Go)
+        Ok(OnlineEffect::Continue)
     }
 }

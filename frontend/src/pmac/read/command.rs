@@ -4,14 +4,14 @@ use plcc_abi::pmac::{Define, Kind, Space, Text};
 use plcc_diag::{Diagnostic, SourceMap};
 
 use super::cursor::{Cursor, Parsed, syntax};
-use super::download::Checker;
+use super::download::DownloadReader;
 use super::expr::Reader;
-use super::online::{Flow, control};
+use super::online::{OnlineEffect, control_character};
 use super::preprocess::{is_word, replace_names};
 use super::words::{self, Keyword, PLC};
-use crate::pmac::ast::{Action, Stmt, Target, What, WriteKind};
+use crate::pmac::ast::{Action, Stmt, StmtKind, Target, WriteKind};
 
-impl Checker<'_> {
+impl DownloadReader<'_> {
     /// COMMAND: its text is read now, and done when the statement runs.
     pub(crate) fn command(&mut self, start: usize) -> Parsed<()> {
         // Turbo PMAC's forms say which port the answer goes to; a command here has none.
@@ -23,7 +23,7 @@ impl Checker<'_> {
             && let Some(replaced) = self.names_replaced(&text)
             && let Ok(found) = self.actions(&replaced)
         {
-            let diagnostic = self.flat.origins.diagnose(at, |span| {
+            let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
                 let message = format!("defined names are replaced in this command: `{replaced}`");
                 Diagnostic::info("PMAC-N2", span, message)
                     .note("the text as it stands is no command; names in quotes are else kept")
@@ -38,10 +38,10 @@ impl Checker<'_> {
                 }
                 (None, self.command_code(actions, at))
             }
-            Err(fault) => {
-                let diagnostic = self.flat.origins.diagnose(at, |span| {
+            Err(error) => {
+                let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
                     Diagnostic::warning("PMAC-W4", span, "this command will be refused (ERR003)")
-                        .note(fault.message)
+                        .note(error.message)
                 });
                 self.diagnostics.push(diagnostic);
                 (Some("ERR003".to_owned()), None)
@@ -69,7 +69,7 @@ impl Checker<'_> {
     /// A COMMAND's text with the names replaced that `#define` defined; none where it has none.
     /// How much work all commands together may make is limited.
     fn names_replaced(&mut self, text: &str) -> Option<String> {
-        let names = &self.flat.names;
+        let names = &self.preprocessed.names;
         let known =
             |word: &str| names.binary_search_by(|known| known.name.as_str().cmp(word)).is_ok();
         if !text.split(|c| !is_word(c)).any(known) {
@@ -79,17 +79,21 @@ impl Checker<'_> {
         self.replacement_budget = self.replacement_budget.checked_sub(size)?;
         let mut sources = SourceMap::new();
         let file = sources.add("command", text.as_bytes());
-        let (flat, diagnostics) = replace_names(&mut sources, file, names);
+        let (preprocessed, diagnostics) = replace_names(&mut sources, file, names);
         let whole = !diagnostics.iter().any(Diagnostic::is_error);
-        whole.then(|| flat.text.trim_end().to_owned())
+        whole.then(|| preprocessed.text.trim_end().to_owned())
     }
 
     /// The statements that do what a command says; none for one that only concerns motion.
-    fn command_code(&mut self, actions: Vec<Action>, at: crate::pmac::origin::At) -> Option<u32> {
+    fn command_code(
+        &mut self,
+        actions: Vec<Action>,
+        at: crate::pmac::origin::TextRange,
+    ) -> Option<u32> {
         let mut code = Vec::new();
         for action in actions {
             match action {
-                Action::Assign(target, expr) => code.push(What::Assign(target, expr)),
+                Action::Assign(target, expr) => code.push(StmtKind::Assign(target, expr)),
                 Action::Defaults(first, count, step) => {
                     for k in 0..count {
                         let number = first + k * step;
@@ -97,16 +101,16 @@ impl Checker<'_> {
                             self.download.controller,
                             u32::from(number),
                         ));
-                        code.push(What::Assign(Target::Var(Kind::I, number), expr));
+                        code.push(StmtKind::Assign(Target::Var(Kind::I, number), expr));
                     }
                 }
                 Action::Define(first, count, definition) => {
                     let (first, last) = (u32::from(first), u32::from(first + count) - 1);
                     self.download.defines.push(Define { first, last, definition });
-                    code.push(What::Define(self.download.defines.len() as u32 - 1));
+                    code.push(StmtKind::Define(self.download.defines.len() as u32 - 1));
                 }
-                Action::Plc(op, plcs) => code.push(What::Plc(op, plcs)),
-                Action::System(system) => code.push(What::Address(None, Some(system))),
+                Action::Plc(op, plcs) => code.push(StmtKind::Plc(op, plcs)),
+                Action::System(system) => code.push(StmtKind::Address(None, Some(system))),
                 Action::Write(kind, addr, values) => {
                     let space = match kind {
                         WriteKind::X => Space::X,
@@ -114,17 +118,17 @@ impl Checker<'_> {
                         WriteKind::Long | WriteKind::Double | WriteKind::Program => continue,
                     };
                     for (k, value) in values.into_iter().enumerate() {
-                        code.push(What::Word(space, addr.wrapping_add(k as u32), value));
+                        code.push(StmtKind::Word(space, addr.wrapping_add(k as u32), value));
                     }
                 }
-                Action::Save => code.push(What::Save),
+                Action::Save => code.push(StmtKind::Save),
                 Action::Reset | Action::DeletePlcc(_) | Action::Motion => {}
             }
         }
-        if !code.iter().any(|what| !matches!(what, What::Address(..))) {
+        if !code.iter().any(|what| !matches!(what, StmtKind::Address(..))) {
             return None;
         }
-        let code = code.into_iter().map(|what| Stmt { what, at, integer: false }).collect();
+        let code = code.into_iter().map(|kind| Stmt { kind, at, integer: false }).collect();
         self.download.commands.push(code);
         Some(self.download.commands.len() as u32 - 1)
     }
@@ -139,7 +143,7 @@ pub(crate) fn is_command(cur: Cursor<'_>) -> bool {
 fn read_command(reader: &mut Reader<'_>) -> Parsed<Vec<Action>> {
     let mut actions = Vec::new();
     if reader.cur.byte() == b'^' && reader.cur.rest().len() == 2 {
-        control(reader.cur.byte_at(1), &mut actions);
+        control_character(reader.cur.byte_at(1), &mut actions);
         return Ok(actions);
     }
     let mut table = false;
@@ -149,7 +153,7 @@ fn read_command(reader: &mut Reader<'_>) -> Parsed<Vec<Action>> {
             return Ok(actions);
         }
         let start = reader.cur.pos;
-        if let Flow::DefineL(..) = reader.online(&mut actions, &mut table)? {
+        if let OnlineEffect::DefineL(..) = reader.online(&mut actions, &mut table)? {
             return syntax(reader.cur.since(start), "L-variables are the compiler's: no command");
         }
     }

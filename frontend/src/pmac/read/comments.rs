@@ -1,7 +1,7 @@
 //! Comments of the download program: `;` and `//` to the line's end, `/* … */` over lines.
 
 /// Whether a text ends in a block comment.
-pub(super) fn open_block(mut text: &str) -> bool {
+pub(super) fn ends_inside_comment(mut text: &str) -> bool {
     loop {
         let before = strip_comment(text);
         let Some(comment) = text.get(before.len()..).and_then(|c| c.strip_prefix("/*")) else {

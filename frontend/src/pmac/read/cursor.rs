@@ -3,31 +3,31 @@
 //! The controller glues statements and splits words as it likes (`P1=0P2=1`, `END IF`), so there
 //! are no tokens: each rule looks for the word that it can use at the place where it is.
 
-use crate::pmac::origin::At;
+use crate::pmac::origin::TextRange;
 
 /// What is wrong, with its place: one error of one statement.
 #[derive(Clone, Debug)]
-pub(crate) struct Fault {
+pub(crate) struct ParseError {
     pub(crate) code: &'static str,
-    pub(crate) at: At,
+    pub(crate) at: TextRange,
     pub(crate) message: String,
     pub(crate) help: Option<String>,
 }
 
-pub(crate) type Parsed<T> = Result<T, Fault>;
+pub(crate) type Parsed<T> = Result<T, ParseError>;
 
 /// An error ERR003 at a place.
-pub(crate) fn syntax<T>(at: At, message: impl Into<String>) -> Parsed<T> {
-    Err(Fault { code: "PMAC-3", at, message: message.into(), help: None })
+pub(crate) fn syntax<T>(at: TextRange, message: impl Into<String>) -> Parsed<T> {
+    Err(ParseError { code: "PMAC-3", at, message: message.into(), help: None })
 }
 
 /// The same with what to do about it.
 pub(crate) fn syntax_help<T>(
-    at: At,
+    at: TextRange,
     message: impl Into<String>,
     help: impl Into<String>,
 ) -> Parsed<T> {
-    Err(Fault { code: "PMAC-3", at, message: message.into(), help: Some(help.into()) })
+    Err(ParseError { code: "PMAC-3", at, message: message.into(), help: Some(help.into()) })
 }
 
 /// A place in a text.
@@ -36,12 +36,12 @@ pub(crate) struct Cursor<'a> {
     text: &'a str,
     pub(crate) pos: usize,
     /// Whether blanks include line ends: true in buffers.
-    pub(crate) lines: bool,
+    pub(crate) crosses_lines: bool,
 }
 
 impl<'a> Cursor<'a> {
     pub(crate) fn new(text: &'a str) -> Self {
-        Self { text, pos: 0, lines: false }
+        Self { text, pos: 0, crosses_lines: false }
     }
 
     /// The byte at the place; 0 at the end.
@@ -65,7 +65,7 @@ impl<'a> Cursor<'a> {
     pub(crate) fn blanks(&mut self) {
         while !self.at_end() {
             match self.byte() {
-                b'\n' | b'\r' if !self.lines => return,
+                b'\n' | b'\r' if !self.crosses_lines => return,
                 0..=b' ' | 0x7F => self.pos += 1,
                 0xC2 if self.byte_at(1) == 0xA0 => self.pos += 2,
                 0xEF if self.byte_at(1) == 0xBB && self.byte_at(2) == 0xBF => self.pos += 3,
@@ -96,7 +96,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Takes a word, however it goes on.
-    pub(crate) fn word(&mut self, word: &str) -> bool {
+    pub(crate) fn eat_word(&mut self, word: &str) -> bool {
         self.blanks();
         let found = self.starts_with(word);
         if found {
@@ -106,7 +106,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Takes as much of `word` as stands here, at least its first `least` letters.
-    pub(crate) fn shortened(&mut self, word: &str, least: usize) -> bool {
+    pub(crate) fn eat_abbreviated(&mut self, word: &str, least: usize) -> bool {
         self.blanks();
         let bytes = self.text.as_bytes().get(self.pos..).unwrap_or(&[]);
         let same =
@@ -118,13 +118,16 @@ impl<'a> Cursor<'a> {
     }
 
     /// The place from an offset up to here, but for blanks in front of here.
-    pub(crate) fn since(&self, start: usize) -> At {
+    pub(crate) fn since(&self, start: usize) -> TextRange {
         let text = self.text.get(start..self.pos).unwrap_or("").trim_end();
-        At::new(start, if text.is_empty() { self.pos.max(start) } else { start + text.len() })
+        TextRange::new(
+            start,
+            if text.is_empty() { self.pos.max(start) } else { start + text.len() },
+        )
     }
 
     /// The next character or word behind the blanks, to point at it.
-    pub(crate) fn next_word(&mut self) -> At {
+    pub(crate) fn next_word(&mut self) -> TextRange {
         self.blanks();
         let rest = self.rest();
         let length = rest
@@ -133,18 +136,18 @@ impl<'a> Cursor<'a> {
             .max(rest.chars().next().map_or(0, char::len_utf8))
             .min(64);
         let length = (length..rest.len()).find(|&l| rest.is_char_boundary(l)).unwrap_or(rest.len());
-        At::new(self.pos, self.pos + length)
+        TextRange::new(self.pos, self.pos + length)
     }
 
     /// What stands at a place, with the letters that stand right before it.
-    pub(crate) fn glued_word(&self, at: At) -> &'a str {
+    pub(crate) fn glued_word(&self, at: TextRange) -> &'a str {
         let before = self.text.get(..at.start as usize).unwrap_or("");
         let start = before.trim_end_matches(|c: char| c.is_ascii_alphabetic()).len();
         self.text.get(start..at.end as usize).unwrap_or("")
     }
 
     /// What stands at the place, for messages.
-    pub(crate) fn text_at(&self, at: At) -> &'a str {
+    pub(crate) fn text_at(&self, at: TextRange) -> &'a str {
         self.text.get(at.start as usize..at.end as usize).unwrap_or("").trim()
     }
 
@@ -158,7 +161,7 @@ impl<'a> Cursor<'a> {
         if let Some(line) = before.get(solid.len()..).and_then(|gap| gap.find('\n')) {
             self.pos = solid.len() + line;
             let last = solid.chars().next_back().map_or(0, char::len_utf8);
-            let at = At::new(solid.len() - last, solid.len());
+            let at = TextRange::new(solid.len() - last, solid.len());
             return syntax(at, format!("{wanted} is missing behind this"));
         }
         self.expected_at_once(wanted)
@@ -168,9 +171,9 @@ impl<'a> Cursor<'a> {
     pub(crate) fn expected_at_once<T>(&mut self, wanted: &str) -> Parsed<T> {
         let at = self.next_word();
         if let Some(c) = self.rest().chars().next().filter(|c| !c.is_ascii()) {
-            return Err(Fault {
+            return Err(ParseError {
                 code: "PMAC-4",
-                at: At::new(self.pos, self.pos + c.len_utf8()),
+                at: TextRange::new(self.pos, self.pos + c.len_utf8()),
                 message: format!("`{c}` is no character of this language"),
                 help: Some("only texts in quotes and comments may hold it".into()),
             });

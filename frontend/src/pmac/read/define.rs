@@ -19,7 +19,7 @@ impl Reader<'_> {
             Ok(address) if address <= last => Ok(address),
             _ => {
                 let message = format!("addresses end at ${last:X}, this is ${value:X}");
-                Err(self.beyond(self.cur.since(start), message))
+                Err(self.beyond_controller(self.cur.since(start), message))
             }
         }
     }
@@ -70,10 +70,10 @@ impl Reader<'_> {
         if self.cur.eat(b'*') {
             return Ok(Definition::Star);
         }
-        if ["TWD", "TWB", "TWS", "TWR"].iter().any(|word| self.cur.word(word)) {
+        if ["TWD", "TWB", "TWS", "TWR"].iter().any(|word| self.cur.eat_word(word)) {
             return self.thumbwheel();
         }
-        if self.cur.word("DP") {
+        if self.cur.eat_word("DP") {
             let address = self.address()?;
             self.no_field()?;
             return Ok(Definition::Dp { address });

@@ -7,7 +7,7 @@ use plcc_diag::{Diagnostic, Span};
 use super::comments::strip_comment;
 use super::macros::Macro;
 use super::preprocess::{Conditional, MAX_NESTING, OpenFile, Preprocessor, word_at};
-use super::template::{Line, Template};
+use super::template::{ExpandedLine, Template};
 use crate::common::find_include;
 
 impl Preprocessor<'_> {
@@ -16,7 +16,7 @@ impl Preprocessor<'_> {
     pub(super) fn directive(
         &mut self,
         word: &str,
-        line: &Line<'_>,
+        line: &ExpandedLine<'_>,
         lead: usize,
         tail: usize,
     ) -> bool {
@@ -68,8 +68,9 @@ impl Preprocessor<'_> {
                 let body_start = name_start + name.len() + (rest.len() - rest.trim_start().len());
                 let range = body_start..body_start + body.len();
                 let defined = if body.is_empty() { at } else { line.span(range.clone()) };
-                let unknown = line.is_unknown(range);
-                let entry = Macro { body: body.into(), defined, busy: false, unknown };
+                let has_undefined_template = line.has_undefined_template(range);
+                let entry =
+                    Macro { body: body.into(), defined, expanding: false, has_undefined_template };
                 self.macros.insert(name.to_owned(), entry);
             }
         }
@@ -113,7 +114,7 @@ impl Preprocessor<'_> {
                 self.files.push(OpenFile { file, pos: 0, conditionals: self.conditionals.len() });
             }
             None => {
-                self.flat.incomplete = true;
+                self.preprocessed.incomplete = true;
                 self.diagnostics.push(
                     Diagnostic::error("PMAC-X2", at, format!("the file `{name}` is not found"))
                         .help("it is looked for beside this file, by its trailing parts, and in -I folders"),
@@ -128,5 +129,5 @@ pub(super) fn template_definition(line: &str) -> Option<(&str, &str)> {
     let rest = line.trim_start().strip_prefix('#')?.trim_start();
     let word = word_at(rest, 0);
     let rest = rest.get(word.len()..).filter(|_| word.eq_ignore_ascii_case("define"))?;
-    Template::named(rest.trim_start())
+    Template::name_and_rest(rest.trim_start())
 }

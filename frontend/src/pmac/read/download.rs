@@ -3,62 +3,62 @@
 use plcc_abi::pmac::Kind;
 use plcc_diag::Diagnostic;
 
-use super::cursor::Fault;
+use super::cursor::ParseError;
 use super::expr::Reader;
-use super::online::Flow;
+use super::online::OnlineEffect;
 use super::preprocess::Preprocessed;
 use super::structure::{Frame, FrameKind};
 use super::words::{self, Keyword, ONLINE};
 use crate::common::Options;
-use crate::pmac::ast::{Action, Buffer, Download, Expr, Online, Op, Stmt, What};
-use crate::pmac::origin::At;
+use crate::pmac::ast::{Action, Buffer, Download, Expr, Online, Op, Stmt, StmtKind};
+use crate::pmac::origin::TextRange;
 
 /// The buffer that is open.
 pub(crate) struct Open {
     pub(crate) compiled: bool,
     pub(crate) number: u8,
     /// Its number was wrong: what follows belongs nowhere.
-    pub(crate) lost: bool,
+    pub(crate) discarded: bool,
     pub(crate) frames: Vec<Frame>,
     /// The first thing that is wrong with the structure.
-    pub(crate) fault: Option<(At, String)>,
+    pub(crate) structure_error: Option<(TextRange, String)>,
     /// A name from a missing file stands in it: its structure is not known.
-    pub(crate) unknown: bool,
+    pub(crate) has_unknown_names: bool,
 }
 
 /// Reads a preprocessed text.
-pub(crate) struct Checker<'a> {
+pub(crate) struct DownloadReader<'a> {
     pub(crate) reader: Reader<'a>,
-    pub(crate) flat: &'a Preprocessed,
+    pub(crate) preprocessed: &'a Preprocessed,
     pub(crate) download: Download,
     pub(crate) open: Option<Open>,
     pub(crate) diagnostics: Vec<Diagnostic>,
     /// Entries of a compensation table may follow.
     table: bool,
     /// Statement, number and place of L-variables in PLCCs.
-    l_uses: Vec<(u32, u16, At)>,
+    l_uses: Vec<(u32, u16, TextRange)>,
     statements: u32,
     assigns_i5: bool,
-    has_plc: Option<At>,
+    has_plc: Option<TextRange>,
     /// Statements that are not judged, since they need a file that is missing.
-    pub(crate) unjudged: usize,
+    pub(crate) suppressed_errors: usize,
     /// Bytes of definitions that may still be looked at for names inside COMMANDs.
     pub(crate) replacement_budget: usize,
 }
 
 /// A download that was read.
-pub(crate) struct Read {
+pub(crate) struct ReadDownload {
     pub(crate) download: Download,
     pub(crate) diagnostics: Vec<Diagnostic>,
     /// Statements that are not judged, since an included file is missing.
-    pub(crate) unjudged: usize,
+    pub(crate) suppressed_errors: usize,
 }
 
 /// Reads a download. The structure of broken PLCs is reported, and they are left empty.
-pub(crate) fn read(flat: &Preprocessed, options: &Options) -> Read {
-    let mut checker = Checker {
-        reader: Reader::new(&flat.text, options.controller),
-        flat,
+pub(crate) fn read(preprocessed: &Preprocessed, options: &Options) -> ReadDownload {
+    let mut checker = DownloadReader {
+        reader: Reader::new(&preprocessed.text, options.controller),
+        preprocessed,
         download: Download {
             controller: options.controller,
             ops: Vec::new(),
@@ -69,7 +69,7 @@ pub(crate) fn read(flat: &Preprocessed, options: &Options) -> Read {
             commands: Vec::new(),
             defines: Vec::new(),
             l_defs: std::collections::BTreeMap::new(),
-            origins: flat.origins.clone(),
+            origins: preprocessed.origins.clone(),
         },
         open: None,
         diagnostics: Vec::new(),
@@ -78,34 +78,34 @@ pub(crate) fn read(flat: &Preprocessed, options: &Options) -> Read {
         statements: 0,
         assigns_i5: false,
         has_plc: None,
-        unjudged: 0,
+        suppressed_errors: 0,
         replacement_budget: 16 << 20,
     };
     checker.run();
-    Read {
+    ReadDownload {
         download: checker.download,
         diagnostics: checker.diagnostics,
-        unjudged: checker.unjudged,
+        suppressed_errors: checker.suppressed_errors,
     }
 }
 
-impl Checker<'_> {
+impl DownloadReader<'_> {
     fn run(&mut self) {
         loop {
-            self.reader.cur.lines = true;
+            self.reader.cur.crosses_lines = true;
             self.reader.cur.blanks();
             if self.reader.cur.at_end() {
                 break;
             }
             if self.open.is_some() {
                 let start = self.reader.cur.pos;
-                if let Err(fault) = self.statement() {
-                    self.report(fault);
+                if let Err(error) = self.statement() {
+                    self.report(error);
                     self.recover(start);
                 }
                 self.note_l_uses();
             } else {
-                self.reader.cur.lines = false;
+                self.reader.cur.crosses_lines = false;
                 self.online_line();
             }
         }
@@ -119,10 +119,10 @@ impl Checker<'_> {
     }
 
     /// Warns of the CLOSE that is missing, at the last line; gives its place.
-    pub(crate) fn warn_unclosed(&mut self) -> At {
-        let end = self.flat.text.len();
-        let at = At::new(end.saturating_sub(1), end);
-        let diagnostic = self.flat.origins.diagnose(at, |span| {
+    pub(crate) fn warn_unclosed(&mut self) -> TextRange {
+        let end = self.preprocessed.text.len();
+        let at = TextRange::new(end.saturating_sub(1), end);
+        let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
             Diagnostic::warning("PMAC-W1", span, "the last buffer is not closed")
                 .help("end it with CLOSE")
         });
@@ -140,20 +140,20 @@ impl Checker<'_> {
             let start = self.reader.cur.pos;
             let mut actions = Vec::new();
             match self.reader.online(&mut actions, &mut self.table) {
-                Ok(flow) => {
+                Ok(effect) => {
                     let at = self.reader.cur.since(start);
                     for action in actions {
                         self.note_i5(&action);
                         self.download.online.push(Online { action, at });
                     }
-                    if self.flow(flow, at) {
+                    if self.apply(effect, at) {
                         return;
                     }
                 }
-                Err(fault) => {
+                Err(error) => {
                     let opens = words::find(self.reader.cur_at(start), ONLINE)
                         .is_some_and(|(word, _)| word.keyword == Keyword::Open);
-                    let judged = self.report(fault);
+                    let judged = self.report(error);
                     // The fault may have been found to lie on the line before.
                     self.reader.cur.pos = self.reader.cur.pos.max(start);
                     if !opens {
@@ -169,10 +169,10 @@ impl Checker<'_> {
                     self.open = Some(Open {
                         compiled: false,
                         number: 0,
-                        lost: true,
+                        discarded: true,
                         frames: Vec::new(),
-                        fault: None,
-                        unknown: false,
+                        structure_error: None,
+                        has_unknown_names: false,
                     });
                     return;
                 }
@@ -185,21 +185,20 @@ impl Checker<'_> {
     }
 
     /// Does what a command means for the reading; true when a buffer is open now.
-    pub(crate) fn flow(&mut self, flow: Flow, at: At) -> bool {
-        match flow {
-            Flow::Go | Flow::Close => false,
-            Flow::DefineL(first, count, definition) => {
+    pub(crate) fn apply(&mut self, effect: OnlineEffect, at: TextRange) -> bool {
+        match effect {
+            OnlineEffect::Continue | OnlineEffect::Close => false,
+            OnlineEffect::DefineL(first, count, definition) => {
                 for number in first..first + count {
                     self.download.l_defs.insert(number, definition);
                 }
                 false
             }
-            Flow::OpenMotion => {
+            OnlineEffect::OpenMotion => {
                 self.skip_motion(at);
                 false
             }
-            Flow::Open { compiled, number } => {
-                let number = number.unwrap_or(0);
+            OnlineEffect::OpenPlc { compiled, number } => {
                 self.has_plc.get_or_insert(at);
                 self.reader.l_used = compiled.then(Vec::new);
                 let buffers =
@@ -207,9 +206,14 @@ impl Checker<'_> {
                 if let Some(buffer) = buffers.get_mut(usize::from(number)) {
                     buffer.opened = Some(at);
                 }
-                let (frames, fault) = (Vec::new(), None);
-                self.open =
-                    Some(Open { compiled, number, lost: false, frames, fault, unknown: false });
+                self.open = Some(Open {
+                    compiled,
+                    number,
+                    discarded: false,
+                    frames: Vec::new(),
+                    structure_error: None,
+                    has_unknown_names: false,
+                });
                 true
             }
         }
@@ -217,7 +221,7 @@ impl Checker<'_> {
 
     pub(crate) fn buffer(&mut self) -> Option<&mut Buffer> {
         let open = self.open.as_ref()?;
-        if open.lost {
+        if open.discarded {
             return None;
         }
         let buffers =
@@ -230,31 +234,33 @@ impl Checker<'_> {
         self.buffer().map_or(0, |buffer| buffer.code.len() as u32)
     }
 
-    /// Appends a statement.
-    pub(crate) fn push(&mut self, what: What, start: usize) {
+    /// Appends a statement to the open buffer. It reaches in the text from the offset `start` to the
+    /// cursor.
+    pub(crate) fn push(&mut self, kind: StmtKind, start: usize) {
         let at = self.reader.cur.since(start);
-        let integer = self.is_integer(&what);
-        if let What::Assign(crate::pmac::ast::Target::Var(Kind::I, 5), _) = what {
+        let integer = self.is_integer(&kind);
+        if let StmtKind::Assign(crate::pmac::ast::Target::Var(Kind::I, 5), _) = kind {
             self.assigns_i5 = true;
         }
         if let Some(buffer) = self.buffer() {
-            buffer.code.push(Stmt { what, at, integer });
+            buffer.code.push(Stmt { kind, at, integer });
         }
     }
 
     /// Whether a statement is computed in integers: L-variables, integer constants, operators,
     /// ABS and INT only, and at least one L-variable. A constant with a written point is no integer
     /// constant, whatever its value.
-    fn is_integer(&self, what: &What) -> bool {
+    fn is_integer(&self, kind: &StmtKind) -> bool {
         use crate::pmac::ast::{Func, Target};
         if !self.open.as_ref().is_some_and(|open| open.compiled) {
             return false;
         }
-        let (expr, target): (Expr, bool) = match what {
-            What::Assign(Target::Var(Kind::L, _) | Target::Range { kind: Kind::L, .. }, expr) => {
-                (*expr, true)
-            }
-            What::If(expr, _) | What::While(expr, _) => (*expr, false),
+        let (expr, target): (Expr, bool) = match kind {
+            StmtKind::Assign(
+                Target::Var(Kind::L, _) | Target::Range { kind: Kind::L, .. },
+                expr,
+            ) => (*expr, true),
+            StmtKind::If(expr, _) | StmtKind::While(expr, _) => (*expr, false),
             _ => return false,
         };
         let start = expr.start as usize;
@@ -270,13 +276,16 @@ impl Checker<'_> {
             Op::Call(func) => matches!(func, Func::Abs | Func::Int),
             Op::Neg | Op::Bin(_) | Op::Cmp(_) | Op::Both | Op::Either => true,
         });
-        let written_point =
-            self.reader.points.iter().any(|&at| at >= start && at < start + ops.len());
+        let written_point = self
+            .reader
+            .constants_with_point
+            .iter()
+            .any(|&at| at >= start && at < start + ops.len());
         all && any && !written_point
     }
 
     fn note_l_uses(&mut self) {
-        self.reader.points.clear();
+        self.reader.constants_with_point.clear();
         self.statements += 1;
         if let Some(used) = &mut self.reader.l_used {
             for (number, at) in used.drain(..) {
@@ -290,7 +299,7 @@ impl Checker<'_> {
         for (statement, number, at) in std::mem::take(&mut self.l_uses) {
             if statement != last && !self.download.l_defs.contains_key(&number) {
                 last = statement;
-                self.report(Fault {
+                self.report(ParseError {
                     code: "PMAC-3",
                     at,
                     message: format!("L{number} is not defined"),
@@ -315,14 +324,14 @@ impl Checker<'_> {
 
     fn warn_of_i5(&mut self) {
         // What is not known may set it.
-        if self.flat.incomplete || !self.flat.undefined_templates.is_empty() {
+        if self.preprocessed.incomplete || !self.preprocessed.undefined_templates.is_empty() {
             return;
         }
         if self.assigns_i5 || self.diagnostics.iter().any(Diagnostic::is_error) {
             return;
         }
         if let Some(at) = self.has_plc {
-            let diagnostic = self.flat.origins.diagnose(at, |span| {
+            let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
                 Diagnostic::warning("PMAC-W2", span, "no PLC will run: nothing sets I5")
                     .note("I5 is 0 unless the text says otherwise")
                     .help("add I5=2 for background PLCs, I5=3 for PLC0 as well")
@@ -332,24 +341,24 @@ impl Checker<'_> {
     }
 
     /// Closes the buffer at `at`: branches must be complete.
-    pub(crate) fn close(&mut self, at: At) {
+    pub(crate) fn close(&mut self, at: TextRange) {
         let Some(mut open) = self.open.take() else { return };
         if let Some(frame) = open.frames.last() {
             let (what, end) = match frame.kind {
                 FrameKind::While => ("WHILE", "ENDWHILE"),
                 FrameKind::If | FrameKind::Else => ("IF", "ENDIF"),
             };
-            let first = open.fault.take();
-            open.fault = first.or(Some((frame.at, format!("this {what} has no {end}"))));
+            let first = open.structure_error.take();
+            open.structure_error = first.or(Some((frame.at, format!("this {what} has no {end}"))));
         }
-        let lost = open.lost || open.unknown;
+        let lost = open.discarded || open.has_unknown_names;
         let name = if open.compiled { "PLCC" } else { "PLC" };
         let number = open.number;
-        let fault = open.fault.take();
+        let error = open.structure_error.take();
         self.open = Some(open);
-        if let (Some((guilty, message)), false) = (fault, lost) {
-            let (place, _) = self.flat.origins.place(guilty);
-            let diagnostic = self.flat.origins.diagnose(at, |span| {
+        if let (Some((guilty, message)), false) = (error, lost) {
+            let (place, _) = self.preprocessed.origins.place(guilty);
+            let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
                 Diagnostic::error("PMAC-9", span, format!("{name} {number} is not well built"))
                     .label(place, message)
                     .help("each IF needs its ENDIF, each WHILE its ENDWHILE")

@@ -2,10 +2,10 @@
 
 use plcc_abi::pmac::Kind;
 
-use super::cursor::{Cursor, Fault, Parsed, syntax, syntax_help};
+use super::cursor::{Cursor, ParseError, Parsed, syntax, syntax_help};
 use crate::common::Controller;
 use crate::pmac::ast::{Bin, Cmp, Expr, FUNCTIONS, Func, Op};
-use crate::pmac::origin::At;
+use crate::pmac::origin::TextRange;
 
 /// Deepest nesting of parentheses.
 const MAX_NESTING: usize = 256;
@@ -17,18 +17,18 @@ pub(crate) struct Reader<'a> {
     pub(crate) ops: Vec<Op>,
     pub(crate) controller: Controller,
     /// L-variables that are used, with their places; none outside PLCCs.
-    pub(crate) l_used: Option<Vec<(u16, At)>>,
+    pub(crate) l_used: Option<Vec<(u16, TextRange)>>,
     /// Where `==` was taken as `=`.
-    pub(crate) double_equals: Option<At>,
+    pub(crate) double_equals: Option<TextRange>,
     /// In PLCCs: the steps that are constants with a written point.
-    pub(crate) points: Vec<usize>,
+    pub(crate) constants_with_point: Vec<usize>,
     /// Comparators, AND and OR may stand outside parentheses.
     bare_conditions: bool,
 }
 
 /// An operator that waits for what stands right of it, or an open parenthesis.
 #[derive(Clone, Copy, PartialEq)]
-enum Waiting {
+enum PendingOperator {
     Paren,
     Func(Func),
     Index(Kind),
@@ -39,8 +39,8 @@ enum Waiting {
     Either,
 }
 
-impl Waiting {
-    fn binds(self) -> u8 {
+impl PendingOperator {
+    fn precedence(self) -> u8 {
         match self {
             Self::Paren | Self::Func(_) | Self::Index(_) => 0,
             Self::Either => 1,
@@ -55,7 +55,7 @@ impl Waiting {
 
 /// Operands and operators in the making.
 struct Stacks {
-    waiting: Vec<(Waiting, At)>,
+    operators: Vec<(PendingOperator, TextRange)>,
     /// For each value whether it is a truth value.
     values: Vec<bool>,
     depth: usize,
@@ -69,7 +69,7 @@ impl<'a> Reader<'a> {
             controller,
             l_used: None,
             double_equals: None,
-            points: Vec::new(),
+            constants_with_point: Vec::new(),
             bare_conditions: false,
         }
     }
@@ -102,18 +102,19 @@ impl<'a> Reader<'a> {
         let last = self.last_variable();
         match u16::try_from(number) {
             Ok(number) if number <= last => Ok(number),
-            _ => Err(self.beyond(at, format!("there are variables 0 to {last}, not {number}"))),
+            _ => Err(self
+                .beyond_controller(at, format!("there are variables 0 to {last}, not {number}"))),
         }
     }
 
     /// The error for a number beyond the controller.
-    pub(crate) fn beyond(&self, at: At, message: String) -> Fault {
+    pub(crate) fn beyond_controller(&self, at: TextRange, message: String) -> ParseError {
         let help = if self.is_turbo() {
             "Turbo PMAC has no more than that".to_owned()
         } else {
             "a program for Turbo PMAC needs --controller turbo".to_owned()
         };
-        Fault { code: "PMAC-X1", at, message, help: Some(help) }
+        ParseError { code: "PMAC-X1", at, message, help: Some(help) }
     }
 
     /// Which kind of variable begins here: a letter, then a number or a parenthesis.
@@ -128,12 +129,12 @@ impl<'a> Reader<'a> {
         };
         let mut ahead = self.cur;
         ahead.pos += 1;
-        ahead.lines = false;
+        ahead.crosses_lines = false;
         matches!(ahead.peek(), b'0'..=b'9' | b'(' | b'$').then_some(kind)
     }
 
     /// Notes the use of an L-variable, or refuses it outside PLCCs.
-    pub(crate) fn uses(&mut self, kind: Kind, number: u16, at: At) -> Parsed<()> {
+    pub(crate) fn uses(&mut self, kind: Kind, number: u16, at: TextRange) -> Parsed<()> {
         if kind == Kind::L {
             match &mut self.l_used {
                 Some(used) => used.push((number, at)),
@@ -179,7 +180,7 @@ impl<'a> Reader<'a> {
     /// whether it is a condition.
     pub(crate) fn whole_text(&mut self) -> Parsed<(Expr, bool)> {
         self.bare_conditions = true;
-        self.cur.lines = true;
+        self.cur.crosses_lines = true;
         let start = self.ops.len();
         let condition = self.shunt(false)?;
         self.cur.blanks();
@@ -190,7 +191,7 @@ impl<'a> Reader<'a> {
     }
 
     pub(crate) fn since(&self, start: usize) -> Expr {
-        let at = At::new(start, self.ops.len());
+        let at = TextRange::new(start, self.ops.len());
         Expr { start: at.start, len: at.end - at.start }
     }
 
@@ -208,7 +209,7 @@ impl<'a> Reader<'a> {
     /// Reads operands and operators. With `closed` it ends behind the parenthesis that it begins
     /// with. Gives whether the result is a truth value.
     fn shunt(&mut self, closed: bool) -> Parsed<bool> {
-        let mut stacks = Stacks { waiting: Vec::new(), values: Vec::new(), depth: 0 };
+        let mut stacks = Stacks { operators: Vec::new(), values: Vec::new(), depth: 0 };
         loop {
             while !self.operand(&mut stacks)? {}
             // Closing parentheses, then an operator or the end.
@@ -227,17 +228,17 @@ impl<'a> Reader<'a> {
             match self.operator(stacks.depth > 0 || self.bare_conditions)? {
                 Some(operator) => {
                     let at = self.cur.since(start);
-                    while let Some(&(top, at)) = stacks.waiting.last()
-                        && top.binds() >= operator.binds()
+                    while let Some(&(top, at)) = stacks.operators.last()
+                        && top.precedence() >= operator.precedence()
                     {
-                        stacks.waiting.pop();
+                        stacks.operators.pop();
                         self.apply(top, at, &mut stacks)?;
                     }
-                    stacks.waiting.push((operator, at));
+                    stacks.operators.push((operator, at));
                 }
                 None if stacks.depth > 0 => return self.unclosed(&stacks),
                 None => {
-                    while let Some((top, at)) = stacks.waiting.pop() {
+                    while let Some((top, at)) = stacks.operators.pop() {
                         self.apply(top, at, &mut stacks)?;
                     }
                     return Ok(stacks.values.pop().unwrap_or(false));
@@ -248,13 +249,13 @@ impl<'a> Reader<'a> {
 
     /// The error for a parenthesis that the line does not close.
     fn unclosed<T>(&mut self, stacks: &Stacks) -> Parsed<T> {
-        let open = stacks.waiting.iter().rev().find(|(what, _)| what.binds() == 0);
-        let fault = self.cur.expected("an operator or `)`");
-        match (open, fault) {
-            (Some(&(_, at)), Err(fault)) if fault.message.contains("missing") => {
+        let open = stacks.operators.iter().rev().find(|(what, _)| what.precedence() == 0);
+        let error = self.cur.expected("an operator or `)`");
+        match (open, error) {
+            (Some(&(_, at)), Err(error)) if error.message.contains("missing") => {
                 syntax_help(at, "this parenthesis is not closed", "add the `)`")
             }
-            (_, fault) => fault,
+            (_, error) => error,
         }
     }
 
@@ -265,15 +266,15 @@ impl<'a> Reader<'a> {
         match byte {
             b'(' => {
                 self.cur.pos += 1;
-                return self.open_paren(Waiting::Paren, start, stacks);
+                return self.open_paren(PendingOperator::Paren, start, stacks);
             }
             b'-' => {
                 self.cur.pos += 1;
-                stacks.waiting.push((Waiting::Neg, self.cur.since(start)));
+                stacks.operators.push((PendingOperator::Neg, self.cur.since(start)));
                 return Ok(false);
             }
             b'+' => {
-                let at = At::new(start, start + 1);
+                let at = TextRange::new(start, start + 1);
                 return syntax_help(at, "there is no unary plus", "leave the `+` out");
             }
             b'0'..=b'9' | b'.' | b'$' => {
@@ -284,12 +285,12 @@ impl<'a> Reader<'a> {
                 if matches!(self.cur.byte(), b'e' | b'E')
                     && (digit(1) || self.cur.byte_at(1) == b'-' && digit(2))
                 {
-                    let at = At::new(start, self.cur.next_word().end as usize);
+                    let at = TextRange::new(start, self.cur.next_word().end as usize);
                     return syntax_help(at, "numbers have no exponent", "write its digits out");
                 }
-                let written = At::new(start, self.cur.pos);
+                let written = TextRange::new(start, self.cur.pos);
                 if self.l_used.is_some() && self.cur.text_at(written).contains('.') {
-                    self.points.push(self.ops.len());
+                    self.constants_with_point.push(self.ops.len());
                 }
                 self.ops.push(Op::Const(number));
                 stacks.values.push(false);
@@ -303,7 +304,7 @@ impl<'a> Reader<'a> {
                 ahead.pos += name.len();
                 if ahead.eat(b'(') {
                     self.cur = ahead;
-                    return self.open_paren(Waiting::Func(func), start, stacks);
+                    return self.open_paren(PendingOperator::Func(func), start, stacks);
                 }
             }
         }
@@ -320,14 +321,14 @@ impl<'a> Reader<'a> {
             return self
                 .cur
                 .expected("a value")
-                .map_err(|fault| Fault { help: Some(help.into()), ..fault });
+                .map_err(|error| ParseError { help: Some(help.into()), ..error });
         };
         self.cur.pos += 1;
         if self.cur.eat(b'(') {
             if kind == Kind::L {
                 return syntax(self.cur.since(start), "an L-variable's number is a constant");
             }
-            return self.open_paren(Waiting::Index(kind), start, stacks);
+            return self.open_paren(PendingOperator::Index(kind), start, stacks);
         }
         let number = self.variable_number()?;
         self.uses(kind, number, self.cur.since(start))?;
@@ -336,13 +337,18 @@ impl<'a> Reader<'a> {
         Ok(true)
     }
 
-    fn open_paren(&mut self, what: Waiting, start: usize, stacks: &mut Stacks) -> Parsed<bool> {
+    fn open_paren(
+        &mut self,
+        what: PendingOperator,
+        start: usize,
+        stacks: &mut Stacks,
+    ) -> Parsed<bool> {
         stacks.depth += 1;
         let at = self.cur.since(start);
         if stacks.depth > MAX_NESTING {
             return syntax(at, "parentheses nest too deep: 256 levels at most");
         }
-        stacks.waiting.push((what, at));
+        stacks.operators.push((what, at));
         Ok(false)
     }
 
@@ -350,9 +356,9 @@ impl<'a> Reader<'a> {
     fn close(&mut self, stacks: &mut Stacks) -> Parsed<()> {
         self.cur.pos += 1;
         stacks.depth -= 1;
-        while let Some((top, at)) = stacks.waiting.pop() {
+        while let Some((top, at)) = stacks.operators.pop() {
             self.apply(top, at, stacks)?;
-            if top.binds() == 0 {
+            if top.precedence() == 0 {
                 break;
             }
         }
@@ -360,16 +366,16 @@ impl<'a> Reader<'a> {
     }
 
     /// Writes an operator whose operands are complete.
-    fn apply(&mut self, what: Waiting, at: At, stacks: &mut Stacks) -> Parsed<()> {
+    fn apply(&mut self, what: PendingOperator, at: TextRange, stacks: &mut Stacks) -> Parsed<()> {
         let (op, operands, truth, wants) = match what {
-            Waiting::Paren => return Ok(()),
-            Waiting::Func(func) => (Op::Call(func), 1, false, false),
-            Waiting::Index(kind) => (Op::Indirect(kind), 1, false, false),
-            Waiting::Neg => (Op::Neg, 1, false, false),
-            Waiting::Bin(bin) => (Op::Bin(bin), 2, false, false),
-            Waiting::Cmp(cmp) => (Op::Cmp(cmp), 2, true, false),
-            Waiting::Both => (Op::Both, 2, true, true),
-            Waiting::Either => (Op::Either, 2, true, true),
+            PendingOperator::Paren => return Ok(()),
+            PendingOperator::Func(func) => (Op::Call(func), 1, false, false),
+            PendingOperator::Index(kind) => (Op::Indirect(kind), 1, false, false),
+            PendingOperator::Neg => (Op::Neg, 1, false, false),
+            PendingOperator::Bin(bin) => (Op::Bin(bin), 2, false, false),
+            PendingOperator::Cmp(cmp) => (Op::Cmp(cmp), 2, true, false),
+            PendingOperator::Both => (Op::Both, 2, true, true),
+            PendingOperator::Either => (Op::Either, 2, true, true),
         };
         for _ in 0..operands {
             match stacks.values.pop() {
@@ -390,7 +396,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The operator that comes next, if one does. AND, OR and comparators need parentheses.
-    fn operator(&mut self, inside: bool) -> Parsed<Option<Waiting>> {
+    fn operator(&mut self, inside: bool) -> Parsed<Option<PendingOperator>> {
         let byte = self.cur.peek();
         let start = self.cur.pos;
         let next = self.cur.byte_at(1);
@@ -407,7 +413,7 @@ impl<'a> Reader<'a> {
         };
         if let Some(bin) = arithmetic {
             self.cur.pos += 1;
-            return Ok(Some(Waiting::Bin(bin)));
+            return Ok(Some(PendingOperator::Bin(bin)));
         }
         if !inside {
             return Ok(None);
@@ -427,13 +433,13 @@ impl<'a> Reader<'a> {
             (b'~', false) => Cmp::Near,
             (b'~', true) => Cmp::NotNear,
             (_, true) => return self.cur.expected("`=`, `>`, `<` or `~` behind `!`"),
-            _ if self.cur.word("AND") => return Ok(Some(Waiting::Both)),
-            _ if self.cur.word("OR") => return Ok(Some(Waiting::Either)),
+            _ if self.cur.eat_word("AND") => return Ok(Some(PendingOperator::Both)),
+            _ if self.cur.eat_word("OR") => return Ok(Some(PendingOperator::Either)),
             _ => return Ok(None),
         };
         self.cur.pos += 1;
         if matches!((byte, next), (b'<' | b'>' | b'=', b'=') | (b'<', b'>')) {
-            let at = At::new(start, start + 2);
+            let at = TextRange::new(start, start + 2);
             let (message, help) = match (byte, next) {
                 (b'<', b'=') => ("`<=` is no comparator", "less or equal is `!>`"),
                 (b'>', b'=') => ("`>=` is no comparator", "greater or equal is `!<`"),
@@ -442,6 +448,6 @@ impl<'a> Reader<'a> {
             };
             return syntax_help(at, message, help);
         }
-        Ok(Some(Waiting::Cmp(cmp)))
+        Ok(Some(PendingOperator::Cmp(cmp)))
     }
 }

@@ -3,16 +3,16 @@
 use plcc_diag::Span;
 
 use super::preprocess::{MAX_NESTING, Preprocessor, is_word, word_at};
-use crate::pmac::origin::At;
+use crate::pmac::origin::TextRange;
 
 /// A definition.
 pub(super) struct Macro {
     pub(super) body: std::rc::Rc<str>,
     pub(super) defined: Span,
     /// It is being replaced, so that its own name in it stays.
-    pub(super) busy: bool,
+    pub(super) expanding: bool,
     /// A template that nothing defines stands in it.
-    pub(super) unknown: bool,
+    pub(super) has_undefined_template: bool,
 }
 
 impl Preprocessor<'_> {
@@ -40,7 +40,7 @@ impl Preprocessor<'_> {
         split.unwrap_or(word.len())
     }
 
-    pub(super) fn expand(&mut self, name: &str, used: Span) {
+    pub(super) fn expand_macro(&mut self, name: &str, used: Span) {
         let Some(entry) = self.macros.get(name) else { return };
         let (body, defined) = (entry.body.clone(), entry.defined);
         self.replace(&body, used, defined, name.to_owned());
@@ -59,32 +59,34 @@ impl Preprocessor<'_> {
         let mut next = Some((body.clone(), defined, name));
         loop {
             if let Some((body, defined, name)) = next.take() {
-                let start = self.flat.text.len();
+                let start = self.preprocessed.text.len();
                 if let Some(entry) = self.macros.get_mut(&name) {
-                    entry.busy = true;
-                    if entry.unknown {
-                        self.flat.undefined_templates.push(At::new(start, start + 1));
+                    entry.expanding = true;
+                    if entry.has_undefined_template {
+                        self.preprocessed
+                            .undefined_templates
+                            .push(TextRange::new(start, start + 1));
                     }
                 }
-                self.flat.origins.expanded(start, used, defined);
+                self.preprocessed.origins.expanded(start, used, defined);
                 levels.push(Level { body, pos: 0, quoted: false, defined, name });
             }
             let Some(level) = levels.last_mut() else { return };
             let Some(c) = level.body.get(level.pos..).and_then(|t| t.chars().next()) else {
                 if let Some(entry) = self.macros.get_mut(&level.name) {
-                    entry.busy = false;
+                    entry.expanding = false;
                 }
                 levels.pop();
                 if let Some(outer) = levels.last() {
                     let outer = outer.defined;
-                    self.flat.origins.expanded(self.flat.text.len(), used, outer);
+                    self.preprocessed.origins.expanded(self.preprocessed.text.len(), used, outer);
                 }
                 continue;
             };
             let body = level.body.clone();
             let length = match is_word(c) {
                 true => {
-                    let before = self.flat.text.as_bytes().last();
+                    let before = self.preprocessed.text.as_bytes().last();
                     self.name_length(word_at(&body, level.pos), before)
                 }
                 false => c.len_utf8(),
@@ -96,7 +98,7 @@ impl Preprocessor<'_> {
             if !self.spend(length, used) {
                 for level in levels {
                     if let Some(entry) = self.macros.get_mut(&level.name) {
-                        entry.busy = false;
+                        entry.expanding = false;
                     }
                 }
                 return;
@@ -104,7 +106,7 @@ impl Preprocessor<'_> {
             if is_word(c)
                 && !quoted
                 && let Some(entry) = self.macros.get(piece)
-                && !entry.busy
+                && !entry.expanding
             {
                 if levels.len() >= MAX_NESTING {
                     self.error(used, "PMAC-6", "definitions nest too deep: 256 levels at most");
@@ -113,7 +115,7 @@ impl Preprocessor<'_> {
                     next = Some((body, defined, piece.to_owned()));
                 }
             } else {
-                self.flat.text.push_str(piece);
+                self.preprocessed.text.push_str(piece);
             }
         }
     }

@@ -5,40 +5,44 @@
 
 use plcc_abi::pmac::{Kind, PlcOp};
 
-use super::assign::Variable;
-use super::cursor::{Fault, Parsed, syntax_help};
+use super::assign::VariableCommand;
+use super::cursor::{ParseError, Parsed, syntax_help};
 use super::expr::Reader;
 use super::words::{self, Keyword, LETTER, MOTION, ONLINE, PLC, Tail};
-use crate::pmac::ast::{Action, Expr, Op, Plcs, Target, WriteKind};
-use crate::pmac::origin::At;
+use crate::pmac::ast::{Action, Expr, Op, PlcSet, Target, WriteKind};
+use crate::pmac::origin::TextRange;
 
 /// The help for a word that nothing is like.
 pub(crate) const PERHAPS_A_NAME: &str = "if it is a name, its #define must come before";
 
-/// What a command does to the reading of the text.
+/// What an on-line command changes for the reading of the text behind it.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Flow {
-    /// Nothing.
-    Go,
+pub(crate) enum OnlineEffect {
+    /// Nothing: reading goes on with the next command.
+    Continue,
     /// A PLC's or PLCC's buffer is opened.
-    Open {
-        /// A PLCC.
+    OpenPlc {
+        /// Whether it is a PLCC.
         compiled: bool,
-        /// Which; none when the number is wrong.
-        number: Option<u8>,
+        /// Its number, 0 to 31.
+        number: u8,
     },
-    /// A buffer that is not for PLCs is opened.
+    /// The buffer of a motion program is opened.
     OpenMotion,
-    /// The buffer is closed.
+    /// CLOSE.
     Close,
-    /// An L-variable definition: first, count.
+    /// L-variables are defined: the first one's number, and how many there are.
     DefineL(u16, u16, plcc_abi::pmac::Definition),
 }
 
 impl Reader<'_> {
     /// One on-line command. `table` says, and is told, that the entries of a compensation table
     /// may follow.
-    pub(crate) fn online(&mut self, out: &mut Vec<Action>, table: &mut bool) -> Parsed<Flow> {
+    pub(crate) fn online(
+        &mut self,
+        out: &mut Vec<Action>,
+        table: &mut bool,
+    ) -> Parsed<OnlineEffect> {
         let byte = self.cur.peek().to_ascii_uppercase();
         let in_table = std::mem::take(table);
         match byte {
@@ -49,17 +53,17 @@ impl Reader<'_> {
                 } else {
                     out.push(Action::Assign(Target::Var(Kind::P, 0), self.constant(value)));
                 }
-                return Ok(Flow::Go);
+                return Ok(OnlineEffect::Continue);
             }
             b',' if in_table => {
                 self.cur.pos += 1;
                 *table = true;
-                return Ok(Flow::Go);
+                return Ok(OnlineEffect::Continue);
             }
             b'#' => {
                 self.motor(out)?;
                 // #1 DEFINE COMP is one command.
-                return Ok(Flow::Go);
+                return Ok(OnlineEffect::Continue);
             }
             b'&' => {
                 self.cur.pos += 1;
@@ -67,7 +71,7 @@ impl Reader<'_> {
                     let system = self.addressed("coordinate system", 8, 16)?;
                     out.push(Action::System(system));
                 }
-                return Ok(Flow::Go);
+                return Ok(OnlineEffect::Continue);
             }
             b'$' => {
                 if self.cur.byte_at(1).is_ascii_hexdigit() {
@@ -83,7 +87,7 @@ impl Reader<'_> {
                     }
                     out.push(Action::Reset);
                 }
-                return Ok(Flow::Go);
+                return Ok(OnlineEffect::Continue);
             }
             b'%' | b'@' => {
                 self.cur.pos += 1;
@@ -91,22 +95,22 @@ impl Reader<'_> {
                 {
                     self.cur.pos += 1;
                 }
-                return Ok(Flow::Go);
+                return Ok(OnlineEffect::Continue);
             }
             b'?' | b'/' | b'\\' => {
                 self.cur.pos += 1;
-                return Ok(Flow::Go);
+                return Ok(OnlineEffect::Continue);
             }
             b'!' if is_axis(self.cur.byte_at(1)) => {
                 self.altered_destination()?;
                 out.push(Action::Motion);
-                return Ok(Flow::Go);
+                return Ok(OnlineEffect::Continue);
             }
             b'^' if self.cur.byte_at(1).is_ascii_alphabetic() => {
                 let letter = self.cur.byte_at(1);
                 self.cur.pos += 2;
-                control(letter, out);
-                return Ok(Flow::Go);
+                control_character(letter, out);
+                return Ok(OnlineEffect::Continue);
             }
             _ => {}
         }
@@ -116,18 +120,18 @@ impl Reader<'_> {
         self.online_word(byte, out, table)
     }
 
-    fn online_variable(&mut self, kind: Kind, out: &mut Vec<Action>) -> Parsed<Flow> {
-        match self.variable(kind)? {
-            Variable::Assign(target, expr) => {
+    fn online_variable(&mut self, kind: Kind, out: &mut Vec<Action>) -> Parsed<OnlineEffect> {
+        match self.variable_command(kind)? {
+            VariableCommand::Assign(target, expr) => {
                 if let Some(at) = self.double_equals.take() {
                     return syntax_help(at, "`==` is for motion programs", "write `=` here");
                 }
                 out.push(Action::Assign(target, expr));
             }
-            Variable::Defaults(first, count, step) => {
+            VariableCommand::Defaults(first, count, step) => {
                 out.push(Action::Defaults(first, count, step));
             }
-            Variable::Define(Kind::L, first, count) => {
+            VariableCommand::Define(Kind::L, first, count) => {
                 self.cur.blanks();
                 let start = self.cur.pos;
                 let definition = self.definition()?;
@@ -137,18 +141,23 @@ impl Reader<'_> {
                     let help = "an L-variable is a part of an X or Y word";
                     return syntax_help(at, "L-variables are defined as X: or Y: only", help);
                 }
-                return Ok(Flow::DefineL(first, count, definition));
+                return Ok(OnlineEffect::DefineL(first, count, definition));
             }
-            Variable::Define(_, first, count) => {
+            VariableCommand::Define(_, first, count) => {
                 let definition = self.definition()?;
                 out.push(Action::Define(first, count, definition));
             }
-            Variable::Query => {}
+            VariableCommand::Query => {}
         }
-        Ok(Flow::Go)
+        Ok(OnlineEffect::Continue)
     }
 
-    fn online_word(&mut self, byte: u8, out: &mut Vec<Action>, table: &mut bool) -> Parsed<Flow> {
+    fn online_word(
+        &mut self,
+        byte: u8,
+        out: &mut Vec<Action>,
+        table: &mut bool,
+    ) -> Parsed<OnlineEffect> {
         if byte == b'J' {
             self.cur.pos += 1;
             while matches!(self.cur.byte(), b'+' | b'-' | b'/' | b'=' | b':' | b'^' | b'*')
@@ -156,10 +165,10 @@ impl Reader<'_> {
             {
                 self.cur.pos += 1;
             }
-            return Ok(Flow::Go);
+            return Ok(OnlineEffect::Continue);
         }
         if matches!(byte, b'W' | b'R') && self.memory_command(byte, out)? {
-            return Ok(Flow::Go);
+            return Ok(OnlineEffect::Continue);
         }
         if let Some((word, behind)) = words::find(self.cur, ONLINE.or(PLC).or(MOTION)) {
             let start = self.cur.pos;
@@ -171,29 +180,29 @@ impl Reader<'_> {
                 let name = unglued
                     && behind.pos - self.cur.pos < word.spelling.len()
                     && behind.byte().is_ascii_alphabetic();
-                return if name { self.unknown() } else { self.for_programs() };
+                return if name { self.unknown_word_error() } else { self.needs_buffer_error() };
             }
             self.cur = behind;
             let tail = match word.keyword {
                 Keyword::Open => return self.open(),
                 Keyword::Close => {
                     self.tail(Tail::All);
-                    return Ok(Flow::Close);
+                    return Ok(OnlineEffect::Close);
                 }
                 Keyword::Define => return self.define_buffer(table),
                 Keyword::Delete => return self.delete(out),
                 Keyword::Switch(op) => {
                     let plcs = self.switched(op)?;
                     out.push(Action::Plc(op, plcs));
-                    return Ok(Flow::Go);
+                    return Ok(OnlineEffect::Continue);
                 }
                 Keyword::Save => {
                     out.push(Action::Save);
-                    return Ok(Flow::Go);
+                    return Ok(OnlineEffect::Continue);
                 }
                 Keyword::Clear => {
                     self.cur = self.cur_at(start);
-                    return self.for_programs();
+                    return self.needs_buffer_error();
                 }
                 Keyword::Undefine => Tail::All,
                 Keyword::Ring | Keyword::RingRead | Keyword::Lock => Tail::Line,
@@ -204,15 +213,15 @@ impl Reader<'_> {
             };
             self.tail(tail);
             out.push(Action::Motion);
-            return Ok(Flow::Go);
+            return Ok(OnlineEffect::Continue);
         }
         if self.is_move(byte) {
-            return self.for_programs();
+            return self.needs_buffer_error();
         }
         if matches!(byte, b'A'..=b'C' | b'U'..=b'Z') && self.cur.byte_at(1) == b'=' {
             self.cur.pos += 2;
             self.signed()?;
-            return Ok(Flow::Go);
+            return Ok(OnlineEffect::Continue);
         }
         let single =
             (!self.cur.byte_at(1).is_ascii_alphabetic() || self.glued()) && !self.behind_word();
@@ -223,16 +232,16 @@ impl Reader<'_> {
             self.cur = behind;
             self.tail(tail);
             out.push(Action::Motion);
-            return Ok(Flow::Go);
+            return Ok(OnlineEffect::Continue);
         }
-        self.unknown()
+        self.unknown_word_error()
     }
 
     /// The error for a statement outside any buffer.
-    fn for_programs(&mut self) -> Parsed<Flow> {
+    fn needs_buffer_error(&mut self) -> Parsed<OnlineEffect> {
         let at = self.cur.next_word();
         let what = self.cur.text_at(at);
-        Err(Fault {
+        Err(ParseError {
             code: "PMAC-5",
             at,
             message: format!("`{what}` is for programs, and no buffer is open"),
@@ -248,13 +257,13 @@ impl Reader<'_> {
     /// Whether letters stand right before the place that make a word, so that one letter more is a
     /// mistake in it: CLSE, DELETE GATHR. Homing is written so: #1HMZK.
     fn behind_word(&self) -> bool {
-        let before = self.cur.glued_word(At::new(self.cur.pos, self.cur.pos));
+        let before = self.cur.glued_word(TextRange::new(self.cur.pos, self.cur.pos));
         before.len() > 1
             && !["HM", "HMZ", "HOME", "HOMEZ"].iter().any(|w| before.eq_ignore_ascii_case(w))
     }
 
     /// The error for a word that nothing knows.
-    pub(crate) fn unknown<T>(&mut self) -> Parsed<T> {
+    pub(crate) fn unknown_word_error<T>(&mut self) -> Parsed<T> {
         let at = self.cur.next_word();
         let what = self.cur.text_at(at).to_owned();
         if !what.is_ascii() || !what.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
@@ -294,7 +303,7 @@ impl Reader<'_> {
         match tail {
             Tail::Nothing => {}
             Tail::All => {
-                let _ = self.cur.word("ALL");
+                let _ = self.cur.eat_word("ALL");
             }
             Tail::Number => {
                 let _ = self.cur.number();
@@ -401,10 +410,10 @@ fn is_axis(letter: u8) -> bool {
 }
 
 /// What a control character does to PLCs: `^D` disables all of them.
-pub(crate) fn control(letter: u8, out: &mut Vec<Action>) {
+pub(crate) fn control_character(letter: u8, out: &mut Vec<Action>) {
     if letter.eq_ignore_ascii_case(&b'D') {
         for compiled in [false, true] {
-            out.push(Action::Plc(PlcOp::Disable, Plcs { compiled, set: u32::MAX }));
+            out.push(Action::Plc(PlcOp::Disable, PlcSet { compiled, bits: u32::MAX }));
         }
     } else {
         out.push(Action::Motion);

@@ -8,12 +8,12 @@ use std::collections::HashMap;
 
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
-use super::comments::{open_block, strip_comment};
+use super::comments::{ends_inside_comment, strip_comment};
 use super::directives::template_definition;
 use super::macros::Macro;
-use super::template::{Line, Values};
+use super::template::{ExpandedLine, TemplateValues};
 use crate::common::{FileLoader, MemoryLoader, Options};
-use crate::pmac::origin::{At, Origins};
+use crate::pmac::origin::{Origins, TextRange};
 
 /// Deepest nesting of includes, conditionals and replacements.
 pub(super) const MAX_NESTING: usize = 256;
@@ -32,7 +32,7 @@ pub(crate) struct Preprocessed {
     /// Where it comes from.
     pub(crate) origins: Origins,
     /// Stretches around a template that nothing defines: no further errors there.
-    pub(crate) undefined_templates: Vec<At>,
+    pub(crate) undefined_templates: Vec<TextRange>,
     /// An included file is missing: names that nothing defines may be defined there.
     pub(crate) incomplete: bool,
     /// What is defined at the end, by its names in alphabetical order.
@@ -75,18 +75,18 @@ pub(super) struct Preprocessor<'a> {
     pub(super) macros: HashMap<String, Macro>,
     pub(super) files: Vec<OpenFile>,
     pub(super) conditionals: Vec<Conditional>,
-    pub(super) flat: Preprocessed,
+    pub(super) preprocessed: Preprocessed,
     pub(super) diagnostics: Vec<Diagnostic>,
     /// Bytes of replacements and includes that may still come.
     pub(super) budget: usize,
-    pub(super) no_block_end: Option<FileId>,
-    pub(super) in_block: bool,
+    pub(super) file_without_comment_end: Option<FileId>,
+    pub(super) in_block_comment: bool,
     /// What `#define $(NAME) VALUE` says.
     pub(super) templates: HashMap<String, String>,
 }
 
 /// What `--define` and the text say, and who hears of what it does not say.
-struct Defines<'a> {
+struct TemplateDefinitions<'a> {
     options: &'a Options,
     diagnostics: &'a mut Vec<Diagnostic>,
     /// The line has been reported.
@@ -94,13 +94,13 @@ struct Defines<'a> {
     templates: &'a HashMap<String, String>,
 }
 
-impl Values for Defines<'_> {
+impl TemplateValues for TemplateDefinitions<'_> {
     fn value(&self, name: &str) -> Option<String> {
         let given = || self.options.defines.iter().rev().find(|(n, _)| n == name).map(|(_, v)| v);
         self.templates.get(name).or_else(given).cloned()
     }
 
-    fn unknown(&mut self, name: &str, at: Span) {
+    fn report_missing(&mut self, name: &str, at: Span) {
         if !std::mem::replace(&mut self.is_reported, true) {
             self.diagnostics.push(
                 Diagnostic::error("PMAC-X3", at, format!("nothing says what $({name}) is"))
@@ -122,17 +122,17 @@ pub(crate) fn preprocess(
         this.file(file);
     }
     if let Some(end) = files.iter().rev().find_map(|&file| last_line(this.sources, file)) {
-        this.flat.origins.expanded(this.flat.text.len(), end, end);
-        this.flat.text.push('\n');
+        this.preprocessed.origins.expanded(this.preprocessed.text.len(), end, end);
+        this.preprocessed.text.push('\n');
     }
     let names = this.macros.into_iter();
     let names = names.map(|(name, Macro { body, defined, .. })| {
         let body = body.as_ref().to_owned();
         DefinedName { name, body, defined }
     });
-    this.flat.names = names.collect();
-    this.flat.names.sort_unstable_by(|a, b| a.name.cmp(&b.name));
-    (this.flat, this.diagnostics)
+    this.preprocessed.names = names.collect();
+    this.preprocessed.names.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    (this.preprocessed, this.diagnostics)
 }
 
 /// Replaces the names of a program in a text that is not part of it, an expression for instance.
@@ -149,11 +149,14 @@ pub(crate) fn replace_names(
         .iter()
         .map(|DefinedName { name, body, defined }| {
             let body = body.as_str().into();
-            (name.clone(), Macro { body, defined: *defined, busy: false, unknown: false })
+            (
+                name.clone(),
+                Macro { body, defined: *defined, expanding: false, has_undefined_template: false },
+            )
         })
         .collect();
     this.file(file);
-    (this.flat, this.diagnostics)
+    (this.preprocessed, this.diagnostics)
 }
 
 /// The last line of a file that holds a character, where what is absent is missed.
@@ -183,11 +186,11 @@ impl<'a> Preprocessor<'a> {
             macros: HashMap::new(),
             files: Vec::new(),
             conditionals: Vec::new(),
-            flat: Preprocessed::default(),
+            preprocessed: Preprocessed::default(),
             diagnostics: Vec::new(),
             budget: MAX_PRODUCED,
-            no_block_end: None,
-            in_block: false,
+            file_without_comment_end: None,
+            in_block_comment: false,
             templates: HashMap::new(),
         }
     }
@@ -199,7 +202,7 @@ impl<'a> Preprocessor<'a> {
             // The text is taken out of the map's reach by value, a line at a time.
             let text = self.sources.text(file);
             if pos >= text.len() {
-                self.leave();
+                self.leave_file();
                 continue;
             }
             let tail = text.get(pos..).unwrap_or("");
@@ -213,9 +216,9 @@ impl<'a> Preprocessor<'a> {
         }
     }
 
-    fn leave(&mut self) {
+    fn leave_file(&mut self) {
         let Some(frame) = self.files.pop() else { return };
-        self.in_block = false;
+        self.in_block_comment = false;
         for open in self.conditionals.drain(frame.conditionals.min(self.conditionals.len())..) {
             let end = last_line(self.sources, frame.file).unwrap_or(open.at);
             self.diagnostics.push(
@@ -231,16 +234,16 @@ impl<'a> Preprocessor<'a> {
     }
 
     fn line(&mut self, file: FileId, start: usize, line: &str) {
-        if !self.in_block
+        if !self.in_block_comment
             && let Some((name, value)) = template_definition(line)
         {
             if self.active() {
                 self.templates.insert(name.to_owned(), strip_comment(value).trim().to_owned());
             }
-            self.flat.text.push('\n');
+            self.preprocessed.text.push('\n');
             return;
         }
-        let mut defines = Defines {
+        let mut defines = TemplateDefinitions {
             options: self.options,
             diagnostics: &mut self.diagnostics,
             is_reported: false,
@@ -248,41 +251,41 @@ impl<'a> Preprocessor<'a> {
         };
         // Where nothing is read, no template needs a value.
         let line = match self.conditionals.last().is_none_or(|c| c.active) {
-            true => Line::expand(file, start, line, self.in_block, &mut defines),
-            false => Line::plain(file, start, line),
+            true => ExpandedLine::expand(file, start, line, self.in_block_comment, &mut defines),
+            false => ExpandedLine::plain(file, start, line),
         };
         let text = &*line.text;
-        if !self.spend_line(&line, text.len()) {
+        if !self.spend_on_templates(&line, text.len()) {
             return;
         }
         let lead = text.len() - text.trim_start().len();
-        if !self.in_block
+        if !self.in_block_comment
             && let Some(rest) = text.get(lead..).and_then(|l| l.strip_prefix('#'))
         {
             // A line of them is a rule or a heading.
             if rest.starts_with('#') {
-                self.flat.text.push('\n');
+                self.preprocessed.text.push('\n');
                 return;
             }
             let blank = rest.len() - rest.trim_start().len();
             let word = word_at(rest, blank);
             let tail = lead + 1 + blank + word.len();
             if self.directive(&word.to_ascii_lowercase(), &line, lead, tail) {
-                let open = open_block(text.get(tail..).unwrap_or(""));
+                let open = ends_inside_comment(text.get(tail..).unwrap_or(""));
                 let next = self.files.last().map_or(0, |frame| frame.pos);
-                self.in_block = open && self.block_ends(file, next);
-                self.flat.text.push('\n');
+                self.in_block_comment = open && self.comment_ends(file, next);
+                self.preprocessed.text.push('\n');
                 return;
             }
         }
         if self.active() {
             self.text_line(file, start, &line);
         }
-        self.flat.text.push('\n');
+        self.preprocessed.text.push('\n');
     }
 
     /// Pays for what templates add to a line.
-    fn spend_line(&mut self, line: &Line<'_>, length: usize) -> bool {
+    fn spend_on_templates(&mut self, line: &ExpandedLine<'_>, length: usize) -> bool {
         !line.is_replaced() || self.spend(length, line.span(0..length))
     }
 
@@ -308,20 +311,20 @@ impl<'a> Preprocessor<'a> {
     }
 
     /// Copies a line without its comment, names replaced.
-    fn text_line(&mut self, file: FileId, start: usize, text: &Line<'_>) {
+    fn text_line(&mut self, file: FileId, start: usize, text: &ExpandedLine<'_>) {
         let line = &*text.text;
         let mut pos = 0;
         let mut from = 0;
         let mut quoted = false;
         let bytes = line.as_bytes();
         while let Some(&b) = bytes.get(pos) {
-            if self.in_block {
+            if self.in_block_comment {
                 match line.get(pos..).and_then(|tail| tail.find("*/")) {
                     Some(end) => {
                         pos += end + 2;
                         from = pos;
-                        self.in_block = false;
-                        self.flat.text.push(' ');
+                        self.in_block_comment = false;
+                        self.preprocessed.text.push(' ');
                         continue;
                     }
                     None => return,
@@ -340,8 +343,8 @@ impl<'a> Preprocessor<'a> {
                 break;
             } else if c == '/' && bytes.get(pos + 1) == Some(&b'*') {
                 self.copy(text, from..pos);
-                if self.block_ends(file, start + pos + 2) {
-                    self.in_block = true;
+                if self.comment_ends(file, start + pos + 2) {
+                    self.in_block_comment = true;
                     pos += 2;
                     from = pos;
                 } else {
@@ -353,7 +356,7 @@ impl<'a> Preprocessor<'a> {
                 let word = line.get(pos..pos + length).unwrap_or("");
                 if self.macros.contains_key(word) {
                     self.copy(text, from..pos);
-                    self.expand(word, text.span(pos..pos + length));
+                    self.expand_macro(word, text.span(pos..pos + length));
                     from = pos + length;
                 }
                 pos += length;
@@ -365,19 +368,19 @@ impl<'a> Preprocessor<'a> {
     }
 
     /// Whether `*/` comes behind an offset. Where it once did not, it never does further on.
-    fn block_ends(&mut self, file: FileId, from: usize) -> bool {
-        if self.no_block_end == Some(file) {
+    fn comment_ends(&mut self, file: FileId, from: usize) -> bool {
+        if self.file_without_comment_end == Some(file) {
             return false;
         }
         let found = self.sources.text(file).get(from..).is_some_and(|tail| tail.contains("*/"));
         if !found {
-            self.no_block_end = Some(file);
+            self.file_without_comment_end = Some(file);
         }
         found
     }
 
-    fn copy(&mut self, line: &Line<'_>, range: std::ops::Range<usize>) {
-        let Preprocessed { text, origins, undefined_templates, .. } = &mut self.flat;
+    fn copy(&mut self, line: &ExpandedLine<'_>, range: std::ops::Range<usize>) {
+        let Preprocessed { text, origins, undefined_templates, .. } = &mut self.preprocessed;
         line.copy(range, text, origins, undefined_templates);
     }
 }
@@ -390,8 +393,8 @@ mod tests {
         let mut map = SourceMap::new();
         let file = map.add("m.pmc", text.as_bytes());
         let loader = MemoryLoader::new().with("inc/a.pmc", "P9=FOO\n");
-        let (flat, diagnostics) = preprocess(&mut map, &[file], &loader, options);
-        let text = flat.text.strip_suffix('\n').unwrap_or_default();
+        let (preprocessed, diagnostics) = preprocess(&mut map, &[file], &loader, options);
+        let text = preprocessed.text.strip_suffix('\n').unwrap_or_default();
         (text.to_owned(), diagnostics.iter().map(|d| d.code).collect())
     }
 
@@ -502,12 +505,13 @@ mod tests {
     fn places_know_use_and_definition() {
         let mut map = SourceMap::new();
         let file = map.add("m", b"#define A P1=\nP2=3 A4\nA");
-        let (flat, _) = preprocess(&mut map, &[file], &MemoryLoader::new(), &Options::default());
-        let start = flat.text.rfind("P1=").unwrap();
-        let (used, defined) = flat.origins.place(At::new(start, start + 3));
+        let (preprocessed, _) =
+            preprocess(&mut map, &[file], &MemoryLoader::new(), &Options::default());
+        let start = preprocessed.text.rfind("P1=").unwrap();
+        let (used, defined) = preprocessed.origins.place(TextRange::new(start, start + 3));
         assert_eq!((used.start, used.end), (22, 23));
         assert_eq!(defined.map(|d| (d.start, d.end)), Some((10, 13)));
-        let start = flat.text.find("A4").unwrap();
-        assert_eq!(flat.origins.place(At::new(start, start + 2)).0.start, 19);
+        let start = preprocessed.text.find("A4").unwrap();
+        assert_eq!(preprocessed.origins.place(TextRange::new(start, start + 2)).0.start, 19);
     }
 }

@@ -21,12 +21,12 @@ pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool)
     };
     let (mut depth, mut quoted) = (0usize, false);
     // Whether a condition's parentheses are still to come.
-    let mut awaited = conditional(word_at(text, start).map(|(word, _)| word.keyword));
+    let mut condition_follows = conditional(word_at(text, start).map(|(word, _)| word.keyword));
     // Quotes that are left: where their number is odd, one of them is missing.
     let line = bytes.iter().skip(pos).take(QUOTES_AHEAD).take_while(|b| **b != b'\n');
     let mut quotes = line.filter(|b| **b == b'"').count();
-    let mut letter = false;
-    let mut last = b'\n';
+    let mut after_letter = false;
+    let mut last_visible = b'\n';
     let mut at = start;
     while at < text.len() {
         let current = byte(at);
@@ -36,18 +36,22 @@ pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool)
             }
             quoted = false;
         }
-        if !quoted && !letter {
+        if !quoted && !after_letter {
             let word = word_at(text, at);
             let behind = at >= pos && at > start;
-            if behind && !online && word.is_some_and(|(word, end)| shapes(word, end.pos - at)) {
+            if behind
+                && !online
+                && word.is_some_and(|(word, end)| is_structural(word, end.pos - at))
+            {
                 return at;
             }
-            if depth == 0 && word.is_some_and(|(word, _)| joins(word)) {
-                awaited = true;
+            if depth == 0 && word.is_some_and(|(word, _)| joins_conditions(word)) {
+                condition_follows = true;
             }
-            let ends = last.is_ascii_alphanumeric() || matches!(last, b')' | b'"' | b'.');
-            let open = depth > 0 || awaited || quotes % 2 != 0;
-            if behind && !open && ends && begins(text, at, word) {
+            let ends =
+                last_visible.is_ascii_alphanumeric() || matches!(last_visible, b')' | b'"' | b'.');
+            let open = depth > 0 || condition_follows || quotes % 2 != 0;
+            if behind && !open && ends && begins_statement(text, at, word) {
                 return at;
             }
         }
@@ -59,13 +63,13 @@ pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool)
             b'(' if !quoted => depth += 1,
             b')' if !quoted => {
                 depth = depth.saturating_sub(1);
-                awaited &= depth != 0;
+                condition_follows &= depth != 0;
             }
             _ => {}
         }
-        letter = current.is_ascii_alphabetic() || current == b'_';
+        after_letter = current.is_ascii_alphabetic() || current == b'_';
         if current > b' ' {
-            last = current;
+            last_visible = current;
         }
         at += 1;
     }
@@ -76,7 +80,7 @@ pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool)
 fn word_at(text: &str, at: usize) -> Option<(&'static Word, Cursor<'_>)> {
     let mut cur = Cursor::new(text);
     cur.pos = at;
-    cur.lines = true;
+    cur.crosses_lines = true;
     if !cur.byte().is_ascii_alphabetic() {
         return None;
     }
@@ -85,7 +89,7 @@ fn word_at(text: &str, at: usize) -> Option<(&'static Word, Cursor<'_>)> {
 
 /// Whether a word gives the program its structure, so that a statement begins with it wherever it
 /// stands. CLS and shortened forms of WHILE are not sure enough: they may be parts of names.
-fn shapes(word: &Word, length: usize) -> bool {
+fn is_structural(word: &Word, length: usize) -> bool {
     match word.keyword {
         Keyword::If | Keyword::Else | Keyword::EndIf | Keyword::EndWhile => true,
         Keyword::While | Keyword::Close => length == "WHILE".len(),
@@ -94,19 +98,19 @@ fn shapes(word: &Word, length: usize) -> bool {
 }
 
 /// Whether a word joins a further condition to the one before.
-fn joins(word: &Word) -> bool {
+fn joins_conditions(word: &Word) -> bool {
     matches!(word.keyword, Keyword::And | Keyword::Or)
 }
 
 /// Whether an assignment, or a statement that can't be taken for anything else, begins at an
 /// offset, where `word` is the word that stands there.
-fn begins(text: &str, at: usize, word: Option<(&Word, Cursor<'_>)>) -> bool {
+fn begins_statement(text: &str, at: usize, word: Option<(&Word, Cursor<'_>)>) -> bool {
     let rest = text.as_bytes().get(at..).unwrap_or(&[]);
     let Some((word, mut behind)) = word else {
         let [letter, number @ ..] = rest else { return false };
         let variable = matches!(letter.to_ascii_uppercase(), b'P' | b'Q' | b'M' | b'I' | b'L');
         let glued = number.first().is_some_and(u8::is_ascii_alphabetic);
-        return variable && !glued && assigned(number.trim_ascii_start());
+        return variable && !glued && is_assignment(number.trim_ascii_start());
     };
     match word.keyword {
         Keyword::Switch(_) => true,
@@ -124,7 +128,7 @@ fn begins(text: &str, at: usize, word: Option<(&Word, Cursor<'_>)>) -> bool {
 }
 
 /// Whether a number, a range or an expression in parentheses stands here, and then `=`.
-fn assigned(text: &[u8]) -> bool {
+fn is_assignment(text: &[u8]) -> bool {
     let number = |b: &&u8| b.is_ascii_digit() || matches!(b, b'.' | b',');
     let mut length = text.iter().take_while(number).count();
     if text.first() == Some(&b'(') {

@@ -2,33 +2,33 @@
 
 use plcc_diag::Diagnostic;
 
-use super::cursor::Fault;
-use super::download::Checker;
+use super::cursor::ParseError;
+use super::download::DownloadReader;
 use super::online::PERHAPS_A_NAME;
 use super::recover::next_statement;
 use crate::common::closest;
-use crate::pmac::origin::At;
+use crate::pmac::origin::TextRange;
 
-impl Checker<'_> {
+impl DownloadReader<'_> {
     /// Reports an error, unless a template that nothing defines or a missing file is to blame. Says
     /// whether no missing file is.
-    pub(crate) fn report(&mut self, fault: Fault) -> bool {
-        let at = fault.at;
+    pub(crate) fn report(&mut self, error: ParseError) -> bool {
+        let at = error.at;
         let line = self.line_of(at);
-        let blamed = self.flat.undefined_templates.partition_point(|p| p.end <= line.start);
-        if self.flat.undefined_templates.get(blamed).is_some_and(|p| p.start < line.end) {
+        let blamed = self.preprocessed.undefined_templates.partition_point(|p| p.end <= line.start);
+        if self.preprocessed.undefined_templates.get(blamed).is_some_and(|p| p.start < line.end) {
             return true;
         }
-        if self.flat.incomplete && self.is_name(at) {
-            self.unjudged += 1;
+        if self.preprocessed.incomplete && self.may_be_missing_name(at) {
+            self.suppressed_errors += 1;
             if let Some(open) = &mut self.open {
-                open.unknown = true;
+                open.has_unknown_names = true;
             }
             return false;
         }
-        let help = self.near_name(&fault).or(fault.help);
-        let diagnostic = self.flat.origins.diagnose(at, |span| {
-            let diagnostic = Diagnostic::error(fault.code, span, fault.message);
+        let help = self.similar_name(&error).or(error.help);
+        let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
+            let diagnostic = Diagnostic::error(error.code, span, error.message);
             match help {
                 Some(help) => diagnostic.help(help),
                 None => diagnostic,
@@ -40,15 +40,16 @@ impl Checker<'_> {
 
     /// The defined name that the word at an error may have been meant for, where nothing better is
     /// known. Only the first errors are worth the search.
-    fn near_name(&self, fault: &Fault) -> Option<String> {
-        let at = fault.at;
-        let word = self.flat.text.get(at.start as usize..at.end as usize)?.trim();
+    fn similar_name(&self, error: &ParseError) -> Option<String> {
+        let at = error.at;
+        let word = self.preprocessed.text.get(at.start as usize..at.end as usize)?.trim();
         let is_word = word.starts_with(|c: char| c.is_alphabetic() || c == '_');
-        let unhelped = fault.help.as_ref().is_none_or(|help| help == PERHAPS_A_NAME);
+        let unhelped = error.help.as_ref().is_none_or(|help| help == PERHAPS_A_NAME);
         if !is_word || !unhelped || self.diagnostics.len() >= 100 {
             return None;
         }
-        let name = closest(word, self.flat.names.iter().map(|defined| defined.name.as_str()))?;
+        let name =
+            closest(word, self.preprocessed.names.iter().map(|defined| defined.name.as_str()))?;
         Some(if name.eq_ignore_ascii_case(word) && name != word {
             format!("did you mean {name}? capitals count in names")
         } else if name == word {
@@ -60,15 +61,15 @@ impl Checker<'_> {
 
     /// Whether what stands at a place, or the word before it on the line, may be a name that a
     /// missing file defines.
-    fn is_name(&self, at: At) -> bool {
+    fn may_be_missing_name(&self, at: TextRange) -> bool {
         let word = |c: char| c.is_alphanumeric() || c == '_';
         let start = at.start as usize;
         // m1MOVE is a name, though m1 alone would be a variable.
-        let rest = self.flat.text.get(at.end as usize..).unwrap_or("");
+        let rest = self.preprocessed.text.get(at.end as usize..).unwrap_or("");
         let end = at.end as usize + rest.find(|c| !word(c)).unwrap_or(rest.len());
-        let line = self.flat.text.get(..end).unwrap_or("");
+        let line = self.preprocessed.text.get(..end).unwrap_or("");
         let line = line.get(line.rfind('\n').map_or(0, |n| n + 1)..).unwrap_or("");
-        let here = self.flat.text.get(start..end).unwrap_or("").trim();
+        let here = self.preprocessed.text.get(start..end).unwrap_or("").trim();
         let before = line.get(..line.len().saturating_sub(end - start)).unwrap_or("").trim_end();
         let before = before.rsplit(|c| !word(c)).next().unwrap_or("");
         [here, before].into_iter().any(|name| {
@@ -79,15 +80,15 @@ impl Checker<'_> {
     }
 
     /// The line around a place, as far as templates are concerned.
-    fn line_of(&self, at: At) -> At {
-        if self.flat.undefined_templates.is_empty() {
+    fn line_of(&self, at: TextRange) -> TextRange {
+        if self.preprocessed.undefined_templates.is_empty() {
             return at;
         }
         let start = at.start as usize;
-        let before = self.flat.text.get(..start).unwrap_or("");
-        let after = self.flat.text.get(start..).unwrap_or("");
+        let before = self.preprocessed.text.get(..start).unwrap_or("");
+        let after = self.preprocessed.text.get(start..).unwrap_or("");
         let from = before.rfind('\n').map_or(0, |line| line + 1);
-        At::new(from, start + after.find('\n').unwrap_or(after.len()))
+        TextRange::new(from, start + after.find('\n').unwrap_or(after.len()))
     }
 
     /// Behind an error: on to the next statement, or the line's end.
@@ -95,11 +96,11 @@ impl Checker<'_> {
         let cur = &mut self.reader.cur;
         let blank = |c: char| c.is_whitespace() || c.is_control();
         // Where there are only blanks before the place, it is on the line behind them.
-        let rest = self.flat.text.get(start..).unwrap_or("");
+        let rest = self.preprocessed.text.get(start..).unwrap_or("");
         let start = start + (rest.len() - rest.trim_start_matches(blank).len());
         cur.pos = cur.pos.max(start);
         // Blanks that were skipped may have led into the next line.
-        let read = self.flat.text.get(start..cur.pos).unwrap_or("");
+        let read = self.preprocessed.text.get(start..cur.pos).unwrap_or("");
         let solid = read.trim_end_matches(blank);
         if read.get(solid.len()..).is_some_and(|gap| gap.contains('\n')) {
             cur.pos = start + solid.len();
@@ -109,6 +110,6 @@ impl Checker<'_> {
                 cur.pos += 1;
             }
         }
-        cur.pos = next_statement(&self.flat.text, start, cur.pos, self.open.is_none());
+        cur.pos = next_statement(&self.preprocessed.text, start, cur.pos, self.open.is_none());
     }
 }

@@ -3,14 +3,14 @@
 use plcc_abi::pmac::Text;
 
 use super::cursor::{Parsed, syntax};
-use super::download::Checker;
-use crate::pmac::ast::What;
+use super::download::DownloadReader;
+use crate::pmac::ast::StmtKind;
 
-impl Checker<'_> {
+impl DownloadReader<'_> {
     /// MACROSLVREAD and its kind: node, the other side's variable, ours. A `read` gives our variable
     /// 0, since no station answers; a write is an event. The other side's variable may follow the
     /// word at once: `MSR4,MI910,P1`.
-    pub(crate) fn ring(&mut self, read: bool, start: usize) -> Parsed<()> {
+    pub(crate) fn macro_ring(&mut self, read: bool, start: usize) -> Parsed<()> {
         let rest = self.reader.cur.rest();
         let line = rest.find('\n').map_or(rest, |end| rest.get(..end).unwrap_or("")).trim_end();
         let letters = line.bytes().take_while(u8::is_ascii_alphabetic).count();
@@ -18,7 +18,7 @@ impl Checker<'_> {
             return syntax(self.reader.cur.next_word(), "the MACRO ring is for PLCs 1 to 31");
         }
         let known = self.reader.cur;
-        if !self.ring_items(letters) {
+        if !self.macro_ring_operands(letters) {
             // Another form: what concerns us, if anything, stands behind the last comma.
             self.reader.cur = known;
             self.reader.cur.pos += line.len();
@@ -32,7 +32,7 @@ impl Checker<'_> {
         if read {
             let target = self.plain_variable()?;
             let expr = self.reader.constant(0.0);
-            self.push(What::Assign(target, expr), start);
+            self.push(StmtKind::Assign(target, expr), start);
             return Ok(());
         }
         let expr = self.variable_value()?;
@@ -44,7 +44,7 @@ impl Checker<'_> {
 
     /// Takes the ring's word, the node and the other side's variable or parameter; false where
     /// they are not followed by a variable of ours.
-    fn ring_items(&mut self, word: usize) -> bool {
+    fn macro_ring_operands(&mut self, word: usize) -> bool {
         let cur = &mut self.reader.cur;
         cur.pos += word;
         if cur.integer().is_none() {

@@ -3,9 +3,9 @@
 use plcc_diag::Diagnostic;
 
 use super::cursor::Cursor;
-use super::download::Checker;
+use super::download::DownloadReader;
 use super::words::{self, Keyword, ONLINE, OPENED};
-use crate::pmac::origin::At;
+use crate::pmac::origin::TextRange;
 
 /// Where a buffer that is skipped ends.
 enum End {
@@ -17,10 +17,10 @@ enum End {
     Text,
 }
 
-impl Checker<'_> {
+impl DownloadReader<'_> {
     /// Skips the buffer of a motion program, which was opened at `at`, with one note.
-    pub(crate) fn skip_motion(&mut self, at: At) {
-        let diagnostic = self.flat.origins.diagnose(at, |span| {
+    pub(crate) fn skip_motion(&mut self, at: TextRange) {
+        let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
             Diagnostic::info("PMAC-N1", span, "this motion program is skipped")
                 .note("only PLC programs are compiled")
         });
@@ -33,7 +33,7 @@ impl Checker<'_> {
                 self.report_still_open(at);
             }
             End::Text => {
-                self.reader.cur.pos = self.flat.text.len();
+                self.reader.cur.pos = self.preprocessed.text.len();
                 self.warn_unclosed();
             }
         }
@@ -44,7 +44,7 @@ impl Checker<'_> {
         self.reader.cur.pos = match end_of_buffer(self.reader.cur) {
             End::Close(behind) => behind,
             End::Open(open) => open,
-            End::Text => self.flat.text.len(),
+            End::Text => self.preprocessed.text.len(),
         };
     }
 }
@@ -85,5 +85,5 @@ fn end_of_buffer(cur: Cursor<'_>) -> End {
 
 /// Whether the name of a buffer that OPEN opens stands at a place.
 fn names_buffer(mut cur: Cursor<'_>) -> bool {
-    cur.word("PLC") || words::find(cur, OPENED).is_some()
+    cur.eat_word("PLC") || words::find(cur, OPENED).is_some()
 }

@@ -3,16 +3,16 @@
 use plcc_abi::pmac::{Kind, PlcOp};
 use plcc_diag::Diagnostic;
 
-use super::assign::Variable;
+use super::assign::VariableCommand;
 use super::command::is_command;
-use super::cursor::{Cursor, Fault, Parsed, syntax, syntax_help};
-use super::download::Checker;
-use super::online::Flow;
+use super::cursor::{Cursor, ParseError, Parsed, syntax, syntax_help};
+use super::download::DownloadReader;
+use super::online::OnlineEffect;
 use super::structure::FrameKind;
 use super::words::{self, Keyword, MOTION, PLC};
-use crate::pmac::ast::{Action, Expr, Op, Target, What};
+use crate::pmac::ast::{Action, Expr, Op, StmtKind, Target};
 
-impl Checker<'_> {
+impl DownloadReader<'_> {
     /// One statement of the open buffer.
     pub(crate) fn statement(&mut self) -> Parsed<()> {
         let byte = self.reader.cur.peek().to_ascii_uppercase();
@@ -20,17 +20,17 @@ impl Checker<'_> {
         if let Some(kind) = self.reader.variable_kind() {
             return self.assignment(kind, start);
         }
-        if byte == b'&' && self.bare_system() {
+        if byte == b'&' && self.eat_lone_ampersand() {
             return Ok(());
         }
         let Some((word, behind)) = words::find(self.reader.cur, PLC.or(MOTION)) else {
-            return self.no_statement(byte);
+            return self.not_a_statement_error(byte);
         };
         if !word.is_in(PLC) {
             if word.keyword == Keyword::Return && self.final_return(behind) {
                 return Ok(());
             }
-            return self.for_motion_programs();
+            return self.motion_statement_error();
         }
         let before = std::mem::replace(&mut self.reader.cur, behind);
         match word.keyword {
@@ -75,12 +75,12 @@ impl Checker<'_> {
                 self.reader.cur = before;
                 match word.keyword {
                     Keyword::Open => self.open_in_buffer(),
-                    Keyword::Ring => self.ring(false, start),
-                    Keyword::RingRead => self.ring(true, start),
+                    Keyword::Ring => self.macro_ring(false, start),
+                    Keyword::RingRead => self.macro_ring(true, start),
                     Keyword::Define | Keyword::Delete | Keyword::Undefine => {
                         self.online_in_buffer(start)
                     }
-                    _ => self.no_statement(byte),
+                    _ => self.not_a_statement_error(byte),
                 }
             }
         }
@@ -90,8 +90,8 @@ impl Checker<'_> {
     fn close_statement(&mut self, start: usize) -> Parsed<()> {
         let at = self.reader.cur.since(start);
         let mut ahead = self.reader.cur;
-        ahead.lines = false;
-        if ahead.word("ALL") {
+        ahead.crosses_lines = false;
+        if ahead.eat_word("ALL") {
             self.reader.cur.pos = ahead.pos;
         }
         self.close(at);
@@ -102,7 +102,7 @@ impl Checker<'_> {
     fn clear(&mut self) -> Parsed<()> {
         if let Some(open) = &mut self.open {
             open.frames.clear();
-            open.fault = None;
+            open.structure_error = None;
         }
         if let Some(buffer) = self.buffer() {
             buffer.code.clear();
@@ -118,7 +118,7 @@ impl Checker<'_> {
             let at = self.reader.cur.since(start);
             return syntax(at, "PLC0 and PLCC0 cannot disable PLCCs");
         }
-        self.push(What::Plc(op, plcs), start);
+        self.push(StmtKind::Plc(op, plcs), start);
         Ok(())
     }
 
@@ -128,7 +128,7 @@ impl Checker<'_> {
         if self.reader.cur.eat(b',') {
             let target = self.plain_variable()?;
             let expr = self.reader.constant(0.0);
-            self.push(What::Assign(target, expr), start);
+            self.push(StmtKind::Assign(target, expr), start);
         }
         Ok(())
     }
@@ -143,8 +143,8 @@ impl Checker<'_> {
     }
 
     /// The error of an OPEN at `at` while another buffer is open.
-    pub(crate) fn report_still_open(&mut self, at: crate::pmac::origin::At) {
-        self.report(Fault {
+    pub(crate) fn report_still_open(&mut self, at: crate::pmac::origin::TextRange) {
+        self.report(ParseError {
             code: "PMAC-7",
             at,
             message: "another buffer is still open".into(),
@@ -154,10 +154,10 @@ impl Checker<'_> {
 
     /// An on-line command that is done at load although a buffer is open.
     fn online_in_buffer(&mut self, start: usize) -> Parsed<()> {
-        self.reader.cur.lines = false;
+        self.reader.cur.crosses_lines = false;
         let mut actions = Vec::new();
         let done = self.reader.online(&mut actions, &mut false);
-        self.reader.cur.lines = true;
+        self.reader.cur.crosses_lines = true;
         done?;
         self.warn_of_online(start);
         let at = self.reader.cur.since(start);
@@ -166,12 +166,12 @@ impl Checker<'_> {
     }
 
     /// The error for what begins no statement of a PLC.
-    fn no_statement(&mut self, byte: u8) -> Parsed<()> {
+    fn not_a_statement_error(&mut self, byte: u8) -> Parsed<()> {
         let next = self.reader.cur.byte_at(1);
         let axis = matches!(byte, b'A'..=b'H' | b'J' | b'K' | b'N' | b'O' | b'R'..=b'Z')
             && (next.is_ascii_digit() || matches!(next, b'(' | b'-'));
         if axis {
-            return self.for_motion_programs();
+            return self.motion_statement_error();
         }
         if byte.is_ascii_digit() || matches!(byte, b'#' | b'&' | b'?' | b'%') {
             let at = self.reader.cur.next_word();
@@ -179,11 +179,11 @@ impl Checker<'_> {
             let message = format!("`{what}` is an on-line command, no statement");
             return syntax_help(at, message, "a PLC gives it with COMMAND\"…\"");
         }
-        self.reader.unknown()
+        self.reader.unknown_word_error()
     }
 
     /// The error for a statement of motion programs.
-    fn for_motion_programs(&mut self) -> Parsed<()> {
+    fn motion_statement_error(&mut self) -> Parsed<()> {
         let at = self.reader.cur.next_word();
         let what = self.reader.cur.text_at(at);
         let message = format!("`{what}` is for motion programs, not for PLCs");
@@ -203,14 +203,14 @@ impl Checker<'_> {
     }
 
     pub(crate) fn in_plc0(&self) -> bool {
-        self.open.as_ref().is_some_and(|open| open.number == 0 && !open.lost)
+        self.open.as_ref().is_some_and(|open| open.number == 0 && !open.discarded)
     }
 
     fn assignment(&mut self, kind: Kind, start: usize) -> Parsed<()> {
-        match self.reader.variable(kind)? {
-            Variable::Assign(target, expr) => {
+        match self.reader.variable_command(kind)? {
+            VariableCommand::Assign(target, expr) => {
                 if let Some(at) = self.reader.double_equals.take() {
-                    let diagnostic = self.flat.origins.diagnose(at, |span| {
+                    let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
                         Diagnostic::warning("PMAC-W6", span, "`==` is taken as `=` in a PLC")
                             .note("in a motion program it waits for the next move")
                             .help("write `=`")
@@ -222,19 +222,19 @@ impl Checker<'_> {
                     let help = "assign to each variable, or to an indirect one in a loop";
                     return syntax_help(at, "Turbo PMAC has no ranges in programs", help);
                 }
-                self.push(What::Assign(target, expr), start);
+                self.push(StmtKind::Assign(target, expr), start);
             }
-            Variable::Define(kind, first, count) => {
+            VariableCommand::Define(kind, first, count) => {
                 let definition = self.reader.definition()?;
                 self.warn_of_online(start);
                 let at = self.reader.cur.since(start);
                 if kind == Kind::L {
-                    self.flow(Flow::DefineL(first, count, definition), at);
+                    self.apply(OnlineEffect::DefineL(first, count, definition), at);
                 } else {
                     self.take_online(vec![Action::Define(first, count, definition)], at);
                 }
             }
-            Variable::Defaults(..) | Variable::Query => {
+            VariableCommand::Defaults(..) | VariableCommand::Query => {
                 let at = self.reader.cur.since(start);
                 return syntax_help(
                     at,
@@ -246,7 +246,7 @@ impl Checker<'_> {
         Ok(())
     }
 
-    fn take_online(&mut self, actions: Vec<Action>, at: crate::pmac::origin::At) {
+    fn take_online(&mut self, actions: Vec<Action>, at: crate::pmac::origin::TextRange) {
         for action in actions {
             self.note_i5(&action);
             self.download.online.push(crate::pmac::ast::Online { action, at });
@@ -255,7 +255,7 @@ impl Checker<'_> {
 
     fn warn_of_online(&mut self, start: usize) {
         let at = self.reader.cur.since(start);
-        let diagnostic = self.flat.origins.diagnose(at, |span| {
+        let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
             Diagnostic::warning("PMAC-W3", span, "an on-line command in an open buffer")
                 .note("it is done at load, it does not become part of the program")
                 .help("move it before OPEN or behind CLOSE")
@@ -269,7 +269,7 @@ impl Checker<'_> {
             let given = motor.is_some() || system.is_some();
             if self.reader.cur.eat(b'#') {
                 motor = Some(self.addressed("motor", 8, 32)?);
-            } else if given && self.bare_system() {
+            } else if given && self.eat_lone_ampersand() {
                 break;
             } else if self.reader.cur.eat(b'&') {
                 system = Some(self.addressed("coordinate system", 8, 16)?);
@@ -285,7 +285,7 @@ impl Checker<'_> {
         }
         let what = match (motor, system) {
             (None | Some(Ok(_)), None | Some(Ok(_))) => {
-                What::Address(motor.and_then(Result::ok), system.and_then(Result::ok))
+                StmtKind::Address(motor.and_then(Result::ok), system.and_then(Result::ok))
             }
             _ => {
                 let mut number = |given: Option<Result<u8, Expr>>| match given {
@@ -293,7 +293,7 @@ impl Checker<'_> {
                     Some(Err(expr)) => expr,
                     None => Expr::default(),
                 };
-                What::AddressBy(number(motor), number(system))
+                StmtKind::AddressBy(number(motor), number(system))
             }
         };
         self.push(what, start);
@@ -301,7 +301,7 @@ impl Checker<'_> {
     }
 
     /// Takes a `&` without a number in front of COMMAND: the coordinate system stays as it is.
-    fn bare_system(&mut self) -> bool {
+    fn eat_lone_ampersand(&mut self) -> bool {
         let mut ahead = self.reader.cur;
         let bare = ahead.eat(b'&') && is_command(ahead);
         if bare {

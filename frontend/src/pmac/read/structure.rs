@@ -4,17 +4,17 @@
 //! wrong with the structure is kept until the buffer is closed, where the controller reports it.
 
 use super::cursor::{Cursor, Parsed};
-use super::download::Checker;
+use super::download::DownloadReader;
 use super::words::{self, Keyword, PLC};
-use crate::pmac::ast::{Expr, Op, What};
-use crate::pmac::origin::At;
+use crate::pmac::ast::{Expr, Op, StmtKind};
+use crate::pmac::origin::TextRange;
 
 /// Deepest nesting of IF and WHILE.
 const MAX_NESTING: usize = 256;
 
 /// An IF or WHILE that is open.
 pub(crate) struct Frame {
-    pub(crate) at: At,
+    pub(crate) at: TextRange,
     /// The statement whose target is not known yet.
     pub(crate) patch: usize,
     pub(crate) kind: FrameKind,
@@ -27,7 +27,7 @@ pub(crate) enum FrameKind {
     While,
 }
 
-impl Checker<'_> {
+impl DownloadReader<'_> {
     pub(crate) fn branch(&mut self, kind: FrameKind, start: usize) -> Parsed<()> {
         let at = self.reader.cur.since(start);
         let byte = self.reader.cur.byte();
@@ -37,27 +37,27 @@ impl Checker<'_> {
             let mut ahead = self.reader.cur;
             ahead.pos = ahead.next_word().end as usize;
             if ahead.peek() != b'(' {
-                return self.reader.unknown();
+                return self.reader.unknown_word_error();
             }
-            self.reader.unknown()
+            self.reader.unknown_word_error()
         } else {
             self.whole_condition()
         };
         let expr = *condition.as_ref().unwrap_or(&Expr::default());
         let patch = self.next_index() as usize;
-        let what = if kind == FrameKind::While { What::While } else { What::If };
+        let what = if kind == FrameKind::While { StmtKind::While } else { StmtKind::If };
         self.push(what(expr, 0), start);
         if let Some(open) = &mut self.open {
-            if open.frames.len() >= MAX_NESTING && open.fault.is_none() {
-                open.fault = Some((at, "this is nested deeper than 256 levels".into()));
+            if open.frames.len() >= MAX_NESTING && open.structure_error.is_none() {
+                open.structure_error = Some((at, "this is nested deeper than 256 levels".into()));
             }
             open.frames.push(Frame { at, patch, kind });
         }
         match condition {
             Ok(_) => Ok(()),
-            Err(fault) => {
+            Err(error) => {
                 self.skip_condition_lines();
-                Err(fault)
+                Err(error)
             }
         }
     }
@@ -83,9 +83,9 @@ impl Checker<'_> {
     fn misplaced(&mut self, start: usize, message: &str) {
         let at = self.reader.cur.since(start);
         if let Some(open) = &mut self.open
-            && open.fault.is_none()
+            && open.structure_error.is_none()
         {
-            open.fault = Some((at, message.into()));
+            open.structure_error = Some((at, message.into()));
         }
     }
 
@@ -98,14 +98,16 @@ impl Checker<'_> {
         let patch = frame.patch;
         frame.kind = FrameKind::Else;
         frame.patch = next as usize;
-        self.push(What::Jump(0), start);
+        self.push(StmtKind::Jump(0), start);
         self.patch(patch, next + 1);
     }
 
     fn patch(&mut self, index: usize, to: u32) {
         if let Some(stmt) = self.buffer().and_then(|buffer| buffer.code.get_mut(index)) {
-            match &mut stmt.what {
-                What::If(_, target) | What::While(_, target) | What::Jump(target) => *target = to,
+            match &mut stmt.kind {
+                StmtKind::If(_, target) | StmtKind::While(_, target) | StmtKind::Jump(target) => {
+                    *target = to
+                }
                 _ => {}
             }
         }
@@ -129,7 +131,7 @@ impl Checker<'_> {
         let next = self.next_index();
         match self.open.as_mut().and_then(|open| open.frames.pop()) {
             Some(frame) if frame.kind == FrameKind::While => {
-                self.push(What::EndWhile(frame.patch as u32), start);
+                self.push(StmtKind::EndWhile(frame.patch as u32), start);
                 self.patch(frame.patch, next + 1);
             }
             Some(frame) => {

@@ -5,7 +5,7 @@
 
 use plcc_diag::{FileId, Span};
 
-use crate::pmac::origin::{At, Origins};
+use crate::pmac::origin::{Origins, TextRange};
 
 /// Deepest nesting of templates in defaults and values.
 const MAX_NESTING: usize = 16;
@@ -17,7 +17,7 @@ const MAX_LINE: usize = 1 << 20;
 const MAX_TEMPLATE: usize = 4096;
 
 /// A line with its templates replaced.
-pub(crate) struct Line<'a> {
+pub(crate) struct ExpandedLine<'a> {
     file: FileId,
     /// Offset of the line in its file.
     start: usize,
@@ -30,24 +30,24 @@ pub(crate) struct Line<'a> {
 #[derive(Clone, Copy)]
 struct Piece {
     /// Offset in the replaced line.
-    at: usize,
+    offset: usize,
     /// Offset in the line as written.
-    from: usize,
+    source_offset: usize,
     /// Length of the template that it replaces.
-    template: Option<usize>,
+    template_length: Option<usize>,
     /// Nothing says what the template is.
-    unknown: bool,
+    undefined: bool,
 }
 
 /// Gives the values of templates.
-pub(crate) trait Values {
+pub(crate) trait TemplateValues {
     /// The value of a name.
     fn value(&self, name: &str) -> Option<String>;
     /// A name without value or default stands at a place.
-    fn unknown(&mut self, name: &str, at: Span);
+    fn report_missing(&mut self, name: &str, at: Span);
 }
 
-impl<'a> Line<'a> {
+impl<'a> ExpandedLine<'a> {
     /// A line as it is.
     pub(crate) fn plain(file: FileId, start: usize, text: &'a str) -> Self {
         Self { file, start, text: text.into(), pieces: Vec::new() }
@@ -59,14 +59,15 @@ impl<'a> Line<'a> {
         start: usize,
         text: &'a str,
         mut block: bool,
-        values: &mut dyn Values,
+        values: &mut dyn TemplateValues,
     ) -> Self {
         if !text.contains("$(") && !text.contains("${") {
             return Self::plain(file, start, text);
         }
         let mut out = String::new();
-        let mut pieces = vec![Piece { at: 0, from: 0, template: None, unknown: false }];
-        let mut state = Scan::default();
+        let mut pieces =
+            vec![Piece { offset: 0, source_offset: 0, template_length: None, undefined: false }];
+        let mut state = CommentState::default();
         let mut pos = 0;
         while let Some(c) = text.get(pos..).and_then(|t| t.chars().next()) {
             let rest = text.get(pos..).unwrap_or("");
@@ -87,13 +88,13 @@ impl<'a> Line<'a> {
             };
             let at = Span::new(file, start + pos, start + pos + template.length);
             let found = template.value(values, at, 0);
-            let unknown = found.is_none();
+            let undefined = found.is_none();
             let value = found.unwrap_or_else(|| "1".to_owned());
             pieces.push(Piece {
-                at: out.len(),
-                from: pos,
-                template: Some(template.length),
-                unknown,
+                offset: out.len(),
+                source_offset: pos,
+                template_length: Some(template.length),
+                undefined,
             });
             for (i, _) in value.char_indices() {
                 state.step(value.get(i..).unwrap_or(""));
@@ -102,7 +103,12 @@ impl<'a> Line<'a> {
                 out.push_str(&value);
             }
             pos += template.length;
-            pieces.push(Piece { at: out.len(), from: pos, template: None, unknown: false });
+            pieces.push(Piece {
+                offset: out.len(),
+                source_offset: pos,
+                template_length: None,
+                undefined: false,
+            });
         }
         Self { file, start, text: out.into(), pieces }
     }
@@ -113,7 +119,7 @@ impl<'a> Line<'a> {
     }
 
     fn piece(&self, offset: usize) -> Option<(usize, Piece)> {
-        let index = self.pieces.partition_point(|p| p.at <= offset).checked_sub(1)?;
+        let index = self.pieces.partition_point(|p| p.offset <= offset).checked_sub(1)?;
         Some((index, *self.pieces.get(index)?))
     }
 
@@ -121,14 +127,14 @@ impl<'a> Line<'a> {
     pub(crate) fn span(&self, range: std::ops::Range<usize>) -> Span {
         let point = |offset: usize, end: bool| match self.piece(offset) {
             None => offset,
-            Some((_, Piece { from, template: Some(length), .. })) => {
-                from + if end { length } else { 0 }
+            Some((_, Piece { source_offset, template_length: Some(length), .. })) => {
+                source_offset + if end { length } else { 0 }
             }
-            Some((_, piece)) => piece.from + (offset - piece.at),
+            Some((_, piece)) => piece.source_offset + (offset - piece.offset),
         };
         let start = point(range.start, false);
         let end = match range.end.checked_sub(1).filter(|last| *last >= range.start) {
-            Some(last) if self.piece(last).is_some_and(|(_, p)| p.template.is_some()) => {
+            Some(last) if self.piece(last).is_some_and(|(_, p)| p.template_length.is_some()) => {
                 point(last, true)
             }
             Some(last) => point(last, true) + 1,
@@ -138,8 +144,8 @@ impl<'a> Line<'a> {
     }
 
     /// Whether a template that nothing defines stands in a stretch of the line.
-    pub(crate) fn is_unknown(&self, range: std::ops::Range<usize>) -> bool {
-        self.pieces.iter().any(|p| p.unknown && p.at < range.end && p.at >= range.start)
+    pub(crate) fn has_undefined_template(&self, range: std::ops::Range<usize>) -> bool {
+        self.pieces.iter().any(|p| p.undefined && p.offset < range.end && p.offset >= range.start)
     }
 
     /// Writes a stretch of the line, with its origins, and the places of unknown templates.
@@ -148,15 +154,15 @@ impl<'a> Line<'a> {
         range: std::ops::Range<usize>,
         out: &mut String,
         origins: &mut Origins,
-        undefined_templates: &mut Vec<At>,
+        undefined_templates: &mut Vec<TextRange>,
     ) {
         let mut pos = range.start;
         while pos < range.end {
-            let (end, template, unknown) = match self.piece(pos) {
+            let (end, template, undefined) = match self.piece(pos) {
                 None => (range.end, false, false),
                 Some((index, piece)) => {
-                    let next = self.pieces.get(index + 1).map_or(usize::MAX, |p| p.at);
-                    (next.min(range.end), piece.template.is_some(), piece.unknown)
+                    let next = self.pieces.get(index + 1).map_or(usize::MAX, |p| p.offset);
+                    (next.min(range.end), piece.template_length.is_some(), piece.undefined)
                 }
             };
             let at = out.len();
@@ -167,8 +173,8 @@ impl<'a> Line<'a> {
                 origins.direct(at, span);
             }
             out.push_str(self.text.get(pos..end).unwrap_or(""));
-            if unknown {
-                undefined_templates.push(At::new(at, out.len()));
+            if undefined {
+                undefined_templates.push(TextRange::new(at, out.len()));
             }
             pos = end;
         }
@@ -177,13 +183,13 @@ impl<'a> Line<'a> {
 
 /// Where quotes and comments begin and end.
 #[derive(Default)]
-struct Scan {
+struct CommentState {
     quoted: bool,
     comment: bool,
     block: bool,
 }
 
-impl Scan {
+impl CommentState {
     /// Goes on by the first character of `rest`.
     fn step(&mut self, rest: &str) {
         if self.comment {
@@ -206,7 +212,7 @@ pub(crate) struct Template<'a> {
 
 impl<'a> Template<'a> {
     /// The name of the template at the beginning of a text, and what follows it.
-    pub(crate) fn named(text: &'a str) -> Option<(&'a str, &'a str)> {
+    pub(crate) fn name_and_rest(text: &'a str) -> Option<(&'a str, &'a str)> {
         let template = Self::read(text)?;
         Some((template.name, text.get(template.length..)?))
     }
@@ -250,13 +256,13 @@ impl<'a> Template<'a> {
         None
     }
 
-    fn value(&self, values: &mut dyn Values, at: Span, depth: usize) -> Option<String> {
+    fn value(&self, values: &mut dyn TemplateValues, at: Span, depth: usize) -> Option<String> {
         let given = values.value(self.name);
         let text = match (&given, self.default) {
             (Some(given), _) => given.clone(),
             (None, Some(default)) => unescape(default),
             (None, None) => {
-                values.unknown(self.name, at);
+                values.report_missing(self.name, at);
                 return None;
             }
         };

@@ -4,11 +4,11 @@ use plcc_abi::pmac::Text;
 use plcc_diag::Diagnostic;
 
 use super::cursor::{Parsed, syntax};
-use super::download::Checker;
+use super::download::DownloadReader;
 use super::words;
-use crate::pmac::ast::{Expr, What};
+use crate::pmac::ast::{Expr, StmtKind};
 
-impl Checker<'_> {
+impl DownloadReader<'_> {
     /// A text in quotes, or `^` and a letter. Warns of characters that the controller has not.
     pub(crate) fn quoted(&mut self) -> Parsed<String> {
         self.reader.cur.blanks();
@@ -16,7 +16,7 @@ impl Checker<'_> {
         let text = self.reader.quoted()?;
         if let Some(c) = text.chars().find(|c| !c.is_ascii()) {
             let at = self.reader.cur.since(start);
-            let diagnostic = self.flat.origins.diagnose(at, |span| {
+            let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
                 let message = format!("the controller has no character `{c}`");
                 Diagnostic::warning("PMAC-W7", span, message).help("texts are of ASCII characters")
             });
@@ -28,7 +28,7 @@ impl Checker<'_> {
     pub(crate) fn text(&mut self, text: Text, value: Option<Expr>, start: usize) {
         self.download.texts.push(text);
         let index = self.download.texts.len() as u32 - 1;
-        self.push(What::Text(index, value), start);
+        self.push(StmtKind::Text(index, value), start);
     }
 
     pub(crate) fn send(&mut self, start: usize) -> Parsed<()> {

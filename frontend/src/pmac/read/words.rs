@@ -38,7 +38,7 @@ impl Contexts {
     }
 
     /// Whether the two sets have a text in common.
-    pub(crate) const fn meets(self, other: Self) -> bool {
+    pub(crate) const fn intersects(self, other: Self) -> bool {
         self.0 & other.0 != 0
     }
 }
@@ -105,9 +105,9 @@ pub(crate) struct Word {
     /// The word in full, in capitals.
     pub(crate) spelling: &'static str,
     /// How many of its letters are enough.
-    least: usize,
+    min_letters: usize,
     /// How many letters may be parted from the others by blanks: 3 of `END IF`.
-    part: usize,
+    split: usize,
     /// What it means.
     pub(crate) keyword: Keyword,
     contexts: Contexts,
@@ -116,34 +116,36 @@ pub(crate) struct Word {
 impl Word {
     /// Whether the word has a meaning in one of `contexts`.
     pub(crate) fn is_in(&self, contexts: Contexts) -> bool {
-        self.contexts.meets(contexts)
+        self.contexts.intersects(contexts)
     }
 
     /// Takes the word at the place of `cur`, where it stands there.
     fn take(&self, cur: &mut Cursor<'_>, contexts: Contexts) -> bool {
-        let (head, rest) = self.spelling.split_at(self.part);
-        if self.part > 0 {
-            let lines = cur.lines;
-            let found = cur.word(head) && {
+        let (head, rest) = self.spelling.split_at(self.split);
+        if self.split > 0 {
+            let lines = cur.crosses_lines;
+            let found = cur.eat_word(head) && {
                 // Both halves stand on one line.
-                cur.lines = false;
-                cur.shortened(rest, self.least - self.part)
+                cur.crosses_lines = false;
+                cur.eat_abbreviated(rest, self.min_letters - self.split)
             };
-            cur.lines = lines;
+            cur.crosses_lines = lines;
             return found;
         }
-        cur.shortened(rest, self.least) && self.is_meant(*cur, contexts)
+        cur.eat_abbreviated(rest, self.min_letters) && self.fits_what_follows(*cur, contexts)
     }
 
     /// Whether what stands behind the word lets it be meant.
-    fn is_meant(&self, mut behind: Cursor<'_>, contexts: Contexts) -> bool {
+    fn fits_what_follows(&self, mut behind: Cursor<'_>, contexts: Contexts) -> bool {
         match self.keyword {
             Keyword::Switch(_) => {
                 behind.blanks();
                 behind.starts_with("PLC")
             }
             // MX->Y:$FFC2,8 and MX=1 are no commands of the ring: MX is a name without #define.
-            Keyword::Ring | Keyword::RingRead if contexts.meets(PLC) && !contexts.meets(ONLINE) => {
+            Keyword::Ring | Keyword::RingRead
+                if contexts.intersects(PLC) && !contexts.intersects(ONLINE) =>
+            {
                 while behind.byte().is_ascii_alphabetic() {
                     behind.pos += 1;
                 }
@@ -157,43 +159,48 @@ impl Word {
     }
 }
 
-const fn word(spelling: &'static str, least: usize, keyword: Keyword, contexts: Contexts) -> Word {
-    Word { spelling, least, part: 0, keyword, contexts }
-}
-
-/// A word that may be written as two: `END IF`.
-const fn parted(
+const fn word(
     spelling: &'static str,
-    least: usize,
+    min_letters: usize,
     keyword: Keyword,
     contexts: Contexts,
 ) -> Word {
-    Word { part: 3, ..word(spelling, least, keyword, contexts) }
+    Word { spelling, min_letters, split: 0, keyword, contexts }
 }
 
-const fn accepted(spelling: &'static str, least: usize, tail: Tail) -> Word {
-    word(spelling, least, Keyword::Accepted(tail), ONLINE)
+/// A word that may be written as two: `END IF`.
+const fn splittable(
+    spelling: &'static str,
+    min_letters: usize,
+    keyword: Keyword,
+    contexts: Contexts,
+) -> Word {
+    Word { split: 3, ..word(spelling, min_letters, keyword, contexts) }
+}
+
+const fn accepted(spelling: &'static str, min_letters: usize, tail: Tail) -> Word {
+    word(spelling, min_letters, Keyword::Accepted(tail), ONLINE)
 }
 
 /// An on-line command that motion programs have as a statement too.
-const fn accepted_move(spelling: &'static str, least: usize, tail: Tail) -> Word {
-    word(spelling, least, Keyword::Accepted(tail), ONLINE.or(MOTION))
+const fn accepted_move(spelling: &'static str, min_letters: usize, tail: Tail) -> Word {
+    word(spelling, min_letters, Keyword::Accepted(tail), ONLINE.or(MOTION))
 }
 
 const fn letter(spelling: &'static str, tail: Tail) -> Word {
     word(spelling, 1, Keyword::Accepted(tail), LETTER)
 }
 
-const fn motion(spelling: &'static str, least: usize) -> Word {
-    word(spelling, least, Keyword::Move, MOTION)
+const fn motion(spelling: &'static str, min_letters: usize) -> Word {
+    word(spelling, min_letters, Keyword::Move, MOTION)
 }
 
-const fn buffer(spelling: &'static str, least: usize) -> Word {
-    word(spelling, least, Keyword::Buffer, BUFFER)
+const fn buffer(spelling: &'static str, min_letters: usize) -> Word {
+    word(spelling, min_letters, Keyword::Buffer, BUFFER)
 }
 
-const fn opened(spelling: &'static str, least: usize) -> Word {
-    word(spelling, least, Keyword::Buffer, OPENED)
+const fn opened(spelling: &'static str, min_letters: usize) -> Word {
+    word(spelling, min_letters, Keyword::Buffer, OPENED)
 }
 
 /// Programs of both sorts.
@@ -227,8 +234,8 @@ const WORDS: &[Word] = &[
     word("IF", 2, Keyword::If, PROGRAM),
     word("WHILE", 3, Keyword::While, PROGRAM.or(SUGGESTED)),
     word("ELSE", 4, Keyword::Else, PROGRAM.or(SUGGESTED)),
-    parted("ENDIF", 4, Keyword::EndIf, PROGRAM.or(SUGGESTED)),
-    parted("ENDWHILE", 4, Keyword::EndWhile, PROGRAM.or(SUGGESTED)),
+    splittable("ENDIF", 4, Keyword::EndIf, PROGRAM.or(SUGGESTED)),
+    splittable("ENDWHILE", 4, Keyword::EndWhile, PROGRAM.or(SUGGESTED)),
     word("AND", 3, Keyword::And, PLC),
     word("OR", 2, Keyword::Or, PLC),
     // The MACRO ring and the rest.
@@ -299,8 +306,8 @@ const WORDS: &[Word] = &[
     accepted("DATE", 3, Tail::Nothing),
     accepted("DKILL", 5, Tail::Nothing),
     accepted("EAVERSION", 3, Tail::Nothing),
-    parted("ENDGATHER", 4, Keyword::Accepted(Tail::Nothing), ONLINE.or(SUGGESTED)),
-    parted("ENDTRACE", 4, Keyword::Accepted(Tail::Nothing), ONLINE),
+    splittable("ENDGATHER", 4, Keyword::Accepted(Tail::Nothing), ONLINE.or(SUGGESTED)),
+    splittable("ENDTRACE", 4, Keyword::Accepted(Tail::Nothing), ONLINE),
     word("GATHER", 3, Keyword::Accepted(Tail::Number), ONLINE.or(BUFFER).or(SUGGESTED)),
     accepted("IDC", 3, Tail::Line),
     accepted("IDNUMBER", 3, Tail::Line),
@@ -435,9 +442,9 @@ mod tests {
     #[test]
     fn every_word_of_the_table_is_found_by_its_spelling_and_its_shortest_form() {
         for word in WORDS {
-            assert!((1..=word.spelling.len()).contains(&word.least), "{}", word.spelling);
-            assert!(word.part < word.least, "{}", word.spelling);
-            for written in [word.spelling, &word.spelling[..word.least]] {
+            assert!((1..=word.spelling.len()).contains(&word.min_letters), "{}", word.spelling);
+            assert!(word.split < word.min_letters, "{}", word.spelling);
+            for written in [word.spelling, &word.spelling[..word.min_letters]] {
                 let behind = match word.keyword {
                     Keyword::Switch(_) => "PLC1",
                     Keyword::Ring | Keyword::RingRead => "1",

@@ -472,16 +472,16 @@ fn the_lowering_reports_its_own_defects_with_their_place() {
         let error = broken.lower().expect_err("it is broken");
         (error.message, error.place.map_or(0, |(_, line)| line))
     };
-    use super::ast::{Op, What};
-    let jump = defect(&|broken| broken.download.plcs[1].code[0].what = What::Jump(7));
+    use super::ast::{Op, StmtKind};
+    let jump = defect(&|broken| broken.download.plcs[1].code[0].kind = StmtKind::Jump(7));
     assert_eq!(jump, ("there is no statement 7".to_owned(), 4));
     let undefined = defect(&|broken| broken.download.l_defs.clear());
     assert_eq!(undefined, ("L1 is defined as None".to_owned(), 7));
     let operand = defect(&|broken| {
-        let What::Assign(_, expr) = broken.download.plcs[1].code[0].what else { return };
+        let StmtKind::Assign(_, expr) = broken.download.plcs[1].code[0].kind else { return };
         broken.download.ops[expr.start as usize] = Op::Neg;
     });
     assert_eq!(operand, ("an expression lacks an operand".to_owned(), 4));
-    let endless = defect(&|broken| broken.download.plcs[1].code[0].what = What::EndWhile(0));
+    let endless = defect(&|broken| broken.download.plcs[1].code[0].kind = StmtKind::EndWhile(0));
     assert_eq!(endless, ("an ENDWHILE has no WHILE".to_owned(), 4));
 }
