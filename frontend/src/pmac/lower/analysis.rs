@@ -1,11 +1,12 @@
-//! Which statements are computed with integers, and what forces floating point on the others.
+//! Finds which statements are computed with integers, and for the others what forces floating
+//! point.
 //!
 //! A statement is computed with integers if the result of each of its operations is an integer by
 //! its [bounds](super::range_analysis). P-, Q- and I-variables hold doubles, so that is not known
 //! of them. Where it pays, the lowering *speculates* that they hold integers of 32 bits: an
 //! integrality check of each such variable guards specialised code with integers, and general code
-//! with doubles stands beside it. It pays for bit operators and remainders. It does not for sums,
-//! differences and comparisons, which doubles compute exactly for such integers, and without
+//! with doubles runs if a check fails. This makes bit operators and remainders faster, but not
+//! sums, differences and comparisons: doubles compute those exactly for such integers, without
 //! conversions.
 
 use plcc_abi::pmac::Kind;
@@ -13,13 +14,13 @@ use plcc_abi::pmac::Kind;
 use super::range_analysis::Bounds;
 use crate::pmac::ast::{Bin, Func, Op};
 
-/// The most variables that a statement speculates on.
+/// A statement speculates on no more variables than this: each costs an integrality check.
 const MAX_ASSUMED: usize = 6;
 
 /// The bounds of a variable that is assumed to hold an integer.
 pub(crate) const ASSUMED: Bounds = Bounds::Int(i32::MIN as i64, i32::MAX as i64);
 
-/// A variable.
+/// A variable: its kind and its number.
 pub(crate) type Name = (Kind, u16);
 
 /// What forces floating point on a statement.
@@ -35,24 +36,24 @@ pub(crate) enum Reason {
     Operator(Bin),
     /// A function.
     Function(Func),
-    /// It would have to assume integers in more variables than pays.
+    /// It would have to assume integers in more variables than [`MAX_ASSUMED`].
     Many,
 }
 
 /// What is known of an expression or condition.
 #[derive(Clone, Debug)]
 pub(crate) struct Analysis {
-    /// The first thing that forces floating point; none when integers compute it.
+    /// The first thing that forces floating point; `None` if integers can compute all of it.
     pub(crate) forced: Option<Reason>,
-    /// The variables that must hold integers for that.
+    /// The variables that must hold integers so that integers can compute it.
     pub(crate) assumed: Vec<Name>,
-    /// Whether integers are faster: the operand of a bit operator or remainder depends on one of
-    /// these variables.
+    /// Whether integers are faster. They are if the operand of a bit operator or remainder depends
+    /// on one of these variables.
     pub(crate) gains: bool,
 }
 
-/// Analyses the operations of an expression or condition. `bounds` tells what is known of a
-/// variable's value.
+/// Analyses the operations of an expression or condition, which stand in postfix order. `bounds`
+/// gives what is known of a variable's value.
 pub(crate) fn analyse(ops: &[Op], mut bounds: impl FnMut(Name) -> Bounds) -> Analysis {
     let mut out = Analysis { forced: None, assumed: Vec::new(), gains: false };
     // For each value its bounds, and whether it depends on an assumed variable.
@@ -100,6 +101,7 @@ pub(crate) fn analyse(ops: &[Op], mut bounds: impl FnMut(Name) -> Bounds) -> Ana
             Op::Cmp(_) | Op::Both | Op::Either => {
                 pop();
                 pop();
+                // A truth value never forces floating point, so this reason is not used.
                 ((Bounds::Truth, false), Reason::Many)
             }
         };

@@ -63,7 +63,8 @@ impl Operand {
         }
     }
 
-    /// The low bits of the operand as an integer of a type; `None` if it may be no integer.
+    /// The low bits of the operand as an integer of a type; `None` if it is not known to be an
+    /// integer.
     pub(crate) fn int(self, b: &mut FuncBuilder, ty: Type) -> Option<Value> {
         match self {
             Self::Const(value) => self.bounds().is_int().then(|| b.iconst(ty, value as i64)),
@@ -72,11 +73,13 @@ impl Operand {
         }
     }
 
-    /// The bits of a double that is finite and not -0, an `i64`, if that costs nothing.
-    fn raw(self, b: &mut FuncBuilder) -> Option<Value> {
+    /// The bit pattern of the operand as a double, an `i64`; `None` if it is not at hand without a
+    /// computation. Only doubles that are finite and not -0 come out, so equal doubles have equal
+    /// bit patterns.
+    fn bit_pattern(self, b: &mut FuncBuilder) -> Option<Value> {
         match self {
             Self::Const(value) if value.is_finite() => {
-                // Drops the sign of a zero.
+                // Adding 0 turns -0 into 0.
                 Some(b.iconst(Type::I64, (value + 0.0).to_bits() as i64))
             }
             Self::Stored(at) => Some(b.load(Type::I64, at)),
@@ -118,8 +121,8 @@ impl Operand {
             Self::Const(value) => return b.fconst(plcc_abi::pmac::math::finite(value)),
             other => other.float(b),
         };
-        let open = most > f64::MAX;
-        let value = if open || nan { bounded(b, value) } else { value };
+        let may_be_infinite = most > f64::MAX;
+        let value = if may_be_infinite || nan { without_infinity_and_nan(b, value) } else { value };
         if !minus_zero {
             return value;
         }
@@ -163,9 +166,9 @@ pub(crate) fn host_value(
     value.ok_or_else(|| InternalError::new(format!("the host function {name} gives no value")))
 }
 
-/// An integrality check: converts a double to an `i32` and back, and compares with the double.
-/// Gives the `i32` and the result of the comparison `cond`; they are equal if the double is an
-/// integer.
+/// An integrality check: converts a double to an `i32` and back, and compares the result with the
+/// double by `cond`. The two are equal if the double is an integer of 32 bits. Gives the `i32` and
+/// the truth value of the comparison.
 pub(crate) fn integrality_check(
     b: &mut FuncBuilder,
     value: Value,
@@ -191,7 +194,8 @@ fn common_type(a: Bounds, b: Bounds) -> Type {
     integer_type(a).max(integer_type(b))
 }
 
-/// One of two values by a condition, in blocks of their own, so that only one is computed.
+/// One of two values of type `ty`, by a condition. Each is computed in a block of its own, so only
+/// the one that is wanted is.
 fn either<E>(
     b: &mut FuncBuilder,
     cond: Value,
@@ -213,7 +217,7 @@ fn either<E>(
 }
 
 /// A double without infinities and NaN: the largest number of the infinity's sign, or 0.
-fn bounded(b: &mut FuncBuilder, value: Value) -> Value {
+fn without_infinity_and_nan(b: &mut FuncBuilder, value: Value) -> Value {
     let finite = is_finite(b, value);
     let Ok(value) = either(
         b,
@@ -222,14 +226,14 @@ fn bounded(b: &mut FuncBuilder, value: Value) -> Value {
         |_| Ok::<_, Infallible>(value),
         |b| {
             let (high, low) = (b.fconst(f64::MAX), b.fconst(-f64::MAX));
-            Ok(largest(b, value, high, low))
+            Ok(by_sign(b, value, high, low))
         },
     );
     value
 }
 
 /// `high` if a double is above 0, `low` if it is below, else 0.
-fn largest(b: &mut FuncBuilder, value: Value, high: Value, low: Value) -> Value {
+fn by_sign(b: &mut FuncBuilder, value: Value, high: Value, low: Value) -> Value {
     let zero = b.fconst(0.0);
     let positive = b.fcmp(FloatCond::Gt, value, zero);
     let negative = b.fcmp(FloatCond::Lt, value, zero);
@@ -253,13 +257,14 @@ pub(crate) fn negate(b: &mut FuncBuilder, a: Operand) -> Operand {
     }
 }
 
-/// An operator. With `short` the code is short rather than fast, for code that seldom runs.
+/// The result of an operator. With `prefer_short` the code is short rather than fast, which is
+/// right for code that seldom runs.
 pub(crate) fn binary(
     b: &mut FuncBuilder,
     op: Bin,
     left: Operand,
     right: Operand,
-    short: bool,
+    prefer_short: bool,
 ) -> Result<Operand, InternalError> {
     if let (Operand::Const(x), Operand::Const(y)) = (left, right) {
         return Ok(Operand::Const(crate::pmac::analyse::eval::binary(op, x, y)));
@@ -295,16 +300,17 @@ pub(crate) fn binary(
         Bin::Mul => b.binary(BinaryOp::Fmul, x, y),
         Bin::Div => divide(b, (x, left), (y, right)),
         Bin::Mod => host_value(b, HostFn::PmacMod, &[x, y])?,
-        Bin::And => bit_operator(b, (BinaryOp::And, HostFn::PmacAnd), x, y, short)?,
-        Bin::Or => bit_operator(b, (BinaryOp::Or, HostFn::PmacOr), x, y, short)?,
-        Bin::Xor => bit_operator(b, (BinaryOp::Xor, HostFn::PmacXor), x, y, short)?,
+        Bin::And => bit_operator(b, (BinaryOp::And, HostFn::PmacAnd), x, y, prefer_short)?,
+        Bin::Or => bit_operator(b, (BinaryOp::Or, HostFn::PmacOr), x, y, prefer_short)?,
+        Bin::Xor => bit_operator(b, (BinaryOp::Xor, HostFn::PmacXor), x, y, prefer_short)?,
     };
     Ok(Operand::Value(value, bounds))
 }
 
 /// An integer modulo a constant that is not 0.
 fn modulo(b: &mut FuncBuilder, x: Operand, by: Operand) -> Result<Value, InternalError> {
-    let no_integers = || InternalError::new("an integer remainder of what are no integers");
+    let no_integers =
+        || InternalError::new("an integer remainder of operands that are no integers");
     let (Bounds::Int(low, high), Bounds::Int(by, _)) = (x.bounds(), by.bounds()) else {
         return Err(no_integers());
     };
@@ -323,6 +329,8 @@ fn modulo(b: &mut FuncBuilder, x: Operand, by: Operand) -> Result<Value, Interna
     Ok(if shift == 0 { rest } else { b.binary_imm(BinaryOp::Sub, rest, shift) })
 }
 
+/// A quotient. Each operand comes as a double and as what is known of it. Divided by 0 it is the
+/// largest number of the dividend's sign, or 0 for 0.
 fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Value {
     let quotient = b.binary(BinaryOp::Fdiv, a.0, by.0);
     let never_zero = match by.1 {
@@ -345,8 +353,8 @@ fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Val
             let (high, low) = (b.fconst(f64::MAX), b.fconst(-f64::MAX));
             let zero = b.fconst(0.0);
             let by_zero = b.fcmp(FloatCond::Eq, by.0, zero);
-            let ruled = largest(b, a.0, high, low);
-            Ok(b.select(by_zero, ruled, quotient))
+            let by_rule = by_sign(b, a.0, high, low);
+            Ok(b.select(by_zero, by_rule, quotient))
         },
     );
     value
@@ -359,16 +367,17 @@ fn is_finite(b: &mut FuncBuilder, value: Value) -> Value {
     b.fcmp(FloatCond::Ge, nothing, nothing)
 }
 
-/// A bit operator on doubles, as an instruction and as a function of the host: integers of 32 bits
-/// keep all of them in the fixed-point form, so integers compute these.
+/// A bit operator on doubles. The control applies it to the operands in fixed-point form, which the
+/// host function does. Integers of 32 bits keep all their bits in that form, so if both operands
+/// are such integers the instruction on integers gives the same.
 fn bit_operator(
     b: &mut FuncBuilder,
     (instruction, function): (BinaryOp, HostFn),
     x: Value,
     y: Value,
-    short: bool,
+    prefer_short: bool,
 ) -> Result<Value, InternalError> {
-    if short {
+    if prefer_short {
         return host_value(b, function, &[x, y]);
     }
     let (i, x_fits) = integrality_check(b, x, FloatCond::Eq);
@@ -381,7 +390,7 @@ fn bit_operator(
     either(b, both_fit, Type::F64, integers, |b| host_value(b, function, &[x, y]))
 }
 
-/// A comparator.
+/// The truth value of a comparator.
 pub(crate) fn compare(b: &mut FuncBuilder, cmp: Cmp, left: Operand, right: Operand) -> Operand {
     if let (Operand::Const(x), Operand::Const(y)) = (left, right) {
         let truth = crate::pmac::analyse::eval::compare(cmp, x, y);
@@ -396,7 +405,7 @@ pub(crate) fn compare(b: &mut FuncBuilder, cmp: Cmp, left: Operand, right: Opera
     }
     if let (Cmp::Eq | Cmp::Ne, Operand::Stored(_), _) | (Cmp::Eq | Cmp::Ne, _, Operand::Stored(_)) =
         (cmp, left, right)
-        && let (Some(x), Some(y)) = (left.raw(b), right.raw(b))
+        && let (Some(x), Some(y)) = (left.bit_pattern(b), right.bit_pattern(b))
     {
         let cond = if cmp == Cmp::Eq { IntCond::Eq } else { IntCond::Ne };
         return Operand::Value(b.icmp(cond, x, y), Bounds::Truth);
@@ -446,12 +455,13 @@ fn compare_stored(b: &mut FuncBuilder, cmp: Cmp, left: Operand, right: Operand) 
         (Cmp::NotLt, true) => IntCond::Ule,
         _ => return None,
     };
-    let number = Operand::Const(number).raw(b)?;
+    let number = Operand::Const(number).bit_pattern(b)?;
     let bits = b.load(Type::I64, at);
     Some(b.icmp(cond, bits, number))
 }
 
-/// A comparator of integers. Integers that are nearly equal (`~`, less than 1 apart) are equal.
+/// The truth value of a comparator of integers. `~` holds for operands that are less than 1 apart,
+/// so for integers it is the same as equality.
 pub(crate) fn compare_ints(b: &mut FuncBuilder, cmp: Cmp, x: Value, y: Value) -> Value {
     let cond = match cmp {
         Cmp::Eq | Cmp::Near => IntCond::Eq,

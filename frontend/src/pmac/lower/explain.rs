@@ -1,4 +1,5 @@
-//! What `--explain-arithmetic` prints: for each statement whether integers compute it.
+//! The text that `--explain-arithmetic` prints: for each statement whether integers or doubles
+//! compute it, and why.
 
 use std::fmt::Write as _;
 
@@ -13,8 +14,9 @@ use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Bin, Download, Func, Stmt, StmtKind, Target};
 use crate::pmac::tasks::{TaskKind, tasks};
 
-/// One line a statement that computes something: file, line, what it is computed in, and the
-/// variable or operation that forces floating point. Then how many there are of each.
+/// The text for a download. Under the name of each PLC and PLCC it has a line for each statement
+/// that computes something: file, line, source, whether that is computed in integers, and if not,
+/// which variable or operation forces floating point. The last line counts both kinds.
 pub(crate) fn explain(download: &Download, loaded: &Loaded, sources: &SourceMap) -> String {
     let places = places_after_load(loaded);
     let bounds = |(kind, number): Name| bounds_of(download, &places, kind, number);
@@ -55,6 +57,7 @@ fn uncommented(source: &str) -> String {
     words.join(" ")
 }
 
+/// What is said of a statement; `None` if it computes nothing.
 fn statement(download: &Download, stmt: &Stmt, bounds: &impl Fn(Name) -> Bounds) -> Option<String> {
     let expr = Download::computed(&stmt.kind)?;
     if stmt.integer {
@@ -62,12 +65,12 @@ fn statement(download: &Download, stmt: &Stmt, bounds: &impl Fn(Name) -> Bounds)
     }
     let found = analyse(download.ops(expr), bounds);
     if let Some(reason) = found.forced {
-        return Some(format!("floating point: {}", tell(reason)));
+        return Some(format!("floating point: {}", in_words(reason)));
     }
     if let StmtKind::Assign(Target::Indirect(_, index), _) = stmt.kind
         && let Some(reason) = analyse(download.ops(index), bounds).forced
     {
-        return Some(format!("floating point: {} in the variable's number", tell(reason)));
+        return Some(format!("floating point: {} in the variable's number", in_words(reason)));
     }
     if found.assumed.is_empty() {
         return Some("integer".into());
@@ -77,6 +80,7 @@ fn statement(download: &Download, stmt: &Stmt, bounds: &impl Fn(Name) -> Bounds)
     Some(format!("integer while {} {verb}", names.join(", ")))
 }
 
+/// A variable as users write it, such as `M145`.
 fn variable((kind, number): Name) -> String {
     format!("{}{number}", letter(kind))
 }
@@ -91,7 +95,8 @@ fn letter(kind: Kind) -> char {
     }
 }
 
-fn tell(reason: Reason) -> String {
+/// A reason in words.
+fn in_words(reason: Reason) -> String {
     match reason {
         Reason::Constant(value) => format!("the constant {value}"),
         Reason::Variable(name) => {
@@ -116,7 +121,7 @@ fn tell(reason: Reason) -> String {
             format!("the result of `{sign}` may be too large for exact integers")
         }
         Reason::Function(func) => format!("the result of {} may have a fraction", name(func)),
-        Reason::Many => "it reads too many P-, Q- and I-variables to ask about".into(),
+        Reason::Many => "it reads too many P-, Q- and I-variables to check for integers".into(),
     }
 }
 

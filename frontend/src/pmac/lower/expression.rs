@@ -1,5 +1,6 @@
-//! Expressions and conditions: evaluates their operations, which stand in postfix order, with a
-//! stack of operands, and emits the functions (SIN, ABS and so on).
+//! Lowers expressions and conditions. Their operations stand in postfix order, so each takes its
+//! operands from a stack and puts its result there. Functions (SIN, ABS and so on) are lowered here
+//! too, operators in [`emit`].
 
 use plcc_abi::HostFn;
 use plcc_abi::pmac::Kind;
@@ -12,13 +13,13 @@ use crate::common::InternalError;
 use crate::pmac::ast::{Expr, Func, Op};
 
 impl Lowerer<'_> {
-    /// An expression's or condition's value.
+    /// The value of an expression, or the truth value of a condition.
     pub(crate) fn value(&mut self, expr: Expr) -> Result<Operand, InternalError> {
         let download = self.download;
         let mut stack = std::mem::take(&mut self.stack);
         stack.clear();
         let mut last = None;
-        let short = self.beside_specialised || self.beside_integers;
+        let prefer_short = self.has_specialised_code || self.has_integer_code;
         for op in download.ops(expr) {
             let mut pop = || stack.pop().ok_or_else(super::lacks_operand);
             let value = match *op {
@@ -32,7 +33,7 @@ impl Lowerer<'_> {
                 Op::Bin(bin) => {
                     let right = pop()?;
                     let left = pop()?;
-                    emit::binary(self.builder.ins(), bin, left, right, short)?
+                    emit::binary(self.builder.ins(), bin, left, right, prefer_short)?
                 }
                 Op::Cmp(cmp) => {
                     let right = pop()?;
@@ -62,7 +63,7 @@ impl Lowerer<'_> {
         value
     }
 
-    /// A function of `x`, which is a `magnitude` where it comes out of ABS.
+    /// The value of a function of `x`; `magnitude` says that `x` is the result of ABS.
     fn call(&mut self, func: Func, x: Operand, magnitude: bool) -> Result<Operand, InternalError> {
         if let (Operand::Const(value), Func::Sqrt | Func::Ln | Func::Exp | Func::Abs | Func::Int) =
             (x, func)
@@ -117,11 +118,12 @@ impl Lowerer<'_> {
             let bounds = Bounds::Real { most, nan: false, minus_zero: false };
             return Ok(Operand::Value(value, bounds));
         }
-        // Both grow no larger than their argument, but for INT below 0 and SQRT below 1.
+        // The magnitude of both is at most that of the argument, except that INT of a negative
+        // number and SQRT of one below 1 may be greater by less than 1.
         let most = if most < f64::MAX { most + 1.0 } else { most };
         let nan = nan || func == Func::Sqrt;
-        let rough = Operand::Value(value, Bounds::Real { most, nan, minus_zero: true });
-        Ok(Operand::Value(rough.stored(b), Bounds::FINITE))
+        let unrestricted = Operand::Value(value, Bounds::Real { most, nan, minus_zero: true });
+        Ok(Operand::Value(unrestricted.stored(b), Bounds::FINITE))
     }
 
     fn abs(&mut self, x: Operand) -> Operand {
@@ -137,9 +139,10 @@ impl Lowerer<'_> {
                 let (most, nan, _) = bounds.real();
                 let value = x.float(b);
                 let value = b.unary(UnaryOp::Fabs, value);
-                let rough = Operand::Value(value, Bounds::Real { most, nan, minus_zero: false });
+                let unrestricted =
+                    Operand::Value(value, Bounds::Real { most, nan, minus_zero: false });
                 Operand::Value(
-                    rough.stored(b),
+                    unrestricted.stored(b),
                     Bounds::Real { most: most.min(f64::MAX), nan: false, minus_zero: false },
                 )
             }

@@ -3,13 +3,14 @@
 use plcc_abi::pmac::Field;
 use plcc_ir::{Address, BinaryOp, FuncBuilder, Type, Value};
 
-/// Reads a field of a word, U or S, as an `i32`.
+/// Reads a field of a word in the image, as an `i32`.
 pub(crate) fn read_field(b: &mut FuncBuilder, at: Address, field: Field) -> Value {
     let word = b.load(Type::I32, at);
     field_of(b, word, field)
 }
 
-/// A field of a word, as an `i32`.
+/// The value of a field of a word, as an `i32`: unsigned (U), signed (S), or of decimal digits (D,
+/// and C with its bits complemented).
 pub(crate) fn field_of(b: &mut FuncBuilder, word: Value, field: Field) -> Value {
     use plcc_abi::pmac::Format;
     let (offset, width) = (i64::from(field.offset), i64::from(field.width));
@@ -53,7 +54,8 @@ pub(crate) fn insert_field(b: &mut FuncBuilder, word: Value, field: Field, bits:
     b.binary(BinaryOp::Or, old, new)
 }
 
-/// Writes a field of a word in the image.
+/// Replaces a field of a word in the image by the low bits of an `i32`. A field of 24 bits is the
+/// whole word, so the old word is not read.
 pub(crate) fn write_field(b: &mut FuncBuilder, at: Address, field: Field, bits: Value) {
     let word = if field.width == 24 {
         b.binary_imm(BinaryOp::And, bits, 0xFF_FFFF)

@@ -1,8 +1,10 @@
-//! Statements of L-variables in IR: 24-bit two's complement, wrapping.
+//! Lowers statements of L-variables, which the control computes in integers of 24 bits (two's
+//! complement, wrapping).
 //!
-//! Values are `i32`s of which only the low 24 bits mean anything. Sums, products and bit operators
-//! need no more than those, so a value is sign-extended from its 24 bits only where an operation
-//! depends on more: divisions, remainders, comparisons, and conversions to doubles.
+//! Values are `i32`s of which only the low 24 bits mean anything. The low bits of sums, products
+//! and bit operators depend on nothing else, so a value is sign-extended from its 24 bits only for
+//! operations that depend on the upper bits: divisions, remainders, comparisons, and conversions to
+//! doubles.
 
 use plcc_abi::pmac::{Format, Kind};
 use plcc_ir::{BinaryOp, FuncBuilder, IntCond, Type, UnaryOp, Value};
@@ -16,8 +18,8 @@ use crate::pmac::ast::{Bin, Expr, Func, Op, Target};
 type Integer = (Value, bool);
 
 /// The value sign-extended from its low 24 bits.
-fn sign_extended(b: &mut FuncBuilder, (value, clean): Integer) -> Value {
-    if clean {
+fn sign_extended(b: &mut FuncBuilder, (value, extended): Integer) -> Value {
+    if extended {
         return value;
     }
     let left = b.binary_imm(BinaryOp::Shl, value, 8);
@@ -25,7 +27,7 @@ fn sign_extended(b: &mut FuncBuilder, (value, clean): Integer) -> Value {
 }
 
 impl Lowerer<'_> {
-    /// Assigns to one L-variable or to several; the value is computed once.
+    /// Assigns an expression to one L-variable or to a range of them; it is computed once.
     pub(crate) fn assign_integer(
         &mut self,
         target: Target,
@@ -43,22 +45,25 @@ impl Lowerer<'_> {
         Ok(())
     }
 
+    /// Writes a value to an L-variable, in the format of its field.
     fn write_integer(&mut self, number: u32, value: Integer) -> Result<(), InternalError> {
         let bits = match self.l_format(number)? {
             Format::D | Format::C => {
-                let extended = sign_extended(self.builder.ins(), value);
-                let value = self.widened(extended);
-                self.bcd(number, value)?
+                let value = sign_extended(self.builder.ins(), value);
+                let value = self.int_to_double(value);
+                self.encode_bcd(number, value)?
             }
             Format::U | Format::S => value.0,
         };
         self.write_l(number, bits)
     }
 
+    /// The truth value of a condition on L-variables, an `i1`.
     pub(crate) fn condition_integer(&mut self, expr: Expr) -> Result<Value, InternalError> {
         Ok(self.integer(expr)?.0)
     }
 
+    /// The value of an expression, or the truth value of a condition.
     fn integer(&mut self, expr: Expr) -> Result<Integer, InternalError> {
         let download = self.download;
         let mut stack: Vec<Integer> = Vec::new();
@@ -126,17 +131,19 @@ impl Lowerer<'_> {
                 };
             }
         };
-        let clean = left.1 && right.1 && matches!(op, Bin::And | Bin::Or | Bin::Xor);
-        (b.binary(plain, left.0, right.0), clean)
+        let extended = left.1 && right.1 && matches!(op, Bin::And | Bin::Or | Bin::Xor);
+        (b.binary(plain, left.0, right.0), extended)
     }
 }
 
-/// `a % x` for sign-extended values.
+/// `a % x` for sign-extended values, with a divisor that is not known before the program runs. The
+/// result is from 0 to x - 1; from x to -x - 1 if x is negative; 0 if x is 0.
 fn modulo(b: &mut FuncBuilder, a: Value, x: Value) -> Value {
     let minus = b.unary(UnaryOp::Neg, x);
     let size = b.binary(BinaryOp::Smax, x, minus);
     let positive = b.icmp_imm(IntCond::Sgt, x, 0);
-    // By a negative divisor -y: the remainder by 2y of the dividend plus y, less y.
+    // By a negative divisor -y the result lies between -y and y - 1: it is the remainder by 2y of
+    // the dividend plus y, less y.
     let zero = b.iconst(Type::I32, 0);
     let shift = b.select(positive, zero, size);
     let double_size = b.binary(BinaryOp::Add, size, shift);

@@ -1,15 +1,18 @@
-//! Checked download to IR.
+//! Lowers a checked download to IR: one task for each PLC and PLCC, and one for the text of each
+//! COMMAND.
 //!
-//! There are two kinds of speculation, each with specialised and general code side by side:
+//! There are two kinds of speculation. For each, the lowering emits specialised code and general
+//! code side by side, and a guard that decides which of the two runs:
 //!
 //! - *On definitions of M-variables*, for a PLC as a whole. Specialised code accesses M-variables
-//!   where the definitions that it was compiled for say they are; general code accesses them
-//!   through the host. The guard is a word of the image that says whether definitions have been
-//!   moved. It is checked at the entry, at every WHILE at which a scan may go on, and behind every
-//!   statement that may move a definition; control goes over to the other code there.
-//! - *On variables that hold integers*, for one statement (`speculate`). The guard is an
-//!   integrality check of the variables' values. The [analysis] finds the statements for which it
-//!   pays.
+//!   at the places that the assumed definitions give; general code accesses them through the host.
+//!   The guard is a word of the image that is not 0 once a definition differs from the assumed one.
+//!   It is checked at the entry of the task, at every WHILE at which a suspended scan goes on, and
+//!   behind every statement that may change a definition. From there control goes to the code that
+//!   fits.
+//! - *On variables that hold integers*, for one statement ([`speculation`]). The guard is an
+//!   integrality check of the variables' values. The [`analysis`] finds the statements for which
+//!   this makes code faster.
 
 mod analysis;
 pub(crate) mod emit;
@@ -37,12 +40,13 @@ use crate::pmac::tasks::{TaskKind, tasks};
 
 use self::variables::Regions;
 
-/// The number of instructions after which a function is cut. It is more than for the other
+/// The number of instructions after which a new function begins. It is more than for the other
 /// languages, since a third of them are in code that seldom runs.
 const CHUNK: usize = 3000;
 
-/// Whether a task's statements address a coordinate system, or its context is set from outside.
-fn addresses(kind: TaskKind, code: &[Stmt]) -> bool {
+/// Whether a task's statements choose a coordinate system by ADDRESS. Texts of COMMAND always
+/// count: they address the coordinate system of the PLC that gives the command.
+fn has_address_statements(kind: TaskKind, code: &[Stmt]) -> bool {
     matches!(kind, TaskKind::Command(_))
         || code.iter().any(|stmt| match stmt.kind {
             StmtKind::Address(_, system) => system.is_some(),
@@ -51,13 +55,15 @@ fn addresses(kind: TaskKind, code: &[Stmt]) -> bool {
         })
 }
 
-/// Lowers a download, with the definitions of `assumed` built in.
+/// Lowers a download. Its specialised code assumes the definitions of M-variables in `assumed`; if
+/// that is empty, there is general code only.
 ///
-/// A task's resume points are its WHILE statements, whatever is built in, so that a task may be
-/// suspended in one module and go on in another of the same download.
+/// A task's resume points are its WHILE statements, in their order. They are the same whatever is
+/// assumed, so a task may be suspended in one module and go on in another of the same download.
 ///
 /// # Errors
-/// Where the download is not what reading and analysing promise: a defect of plcc.
+/// If the download breaks a rule that the parser and the analyses promise to keep. That is a defect
+/// of plcc, not of the program.
 pub(crate) fn lower(
     download: &Download,
     loaded: &Loaded,
@@ -88,11 +94,11 @@ pub(crate) fn lower(
         places_of_m: assumptions::places(&layout, assumed),
         task_count: 0,
         context: 0,
-        addresses: false,
+        has_address_statements: false,
         specialised: false,
-        beside_specialised: false,
-        beside_integers: false,
-        may_move_definitions: false,
+        has_specialised_code: false,
+        has_integer_code: false,
+        may_change_definitions: false,
         stack: Vec::new(),
         guarded: Vec::new(),
     };
@@ -105,82 +111,95 @@ pub(crate) fn lower(
     Ok(lowerer.builder.finish())
 }
 
+/// A download on its way to IR: what is known of it, the module so far, and the state of the task
+/// and statement that are being lowered.
 pub(crate) struct Lowerer<'a> {
     pub(crate) download: &'a Download,
     pub(crate) layout: Layout,
     pub(crate) builder: ChunkBuilder,
     pub(crate) regions: Regions,
     sources: &'a SourceMap,
+    /// The values that I-variables take, by rising number, for those whose range is limited.
     pub(crate) ranges: &'a [(u32, Range)],
-    /// Where M-variables are by the definitions built in.
+    /// For each M-variable its place by the assumed definition; `None` if nothing is assumed of it.
     pub(crate) places_of_m: Vec<Option<Direct>>,
     /// How many tasks there are so far.
     task_count: usize,
-    /// Of the current task: its context, and whether it addresses coordinate systems.
+    /// The number of the current task's context, which holds the coordinate system that the task
+    /// addresses.
     pub(crate) context: u32,
-    pub(crate) addresses: bool,
-    /// The current code is specialised: definitions of M-variables are those that it assumes.
+    /// Whether the current task may choose a coordinate system; if not, it is always the first.
+    pub(crate) has_address_statements: bool,
+    /// Whether the current code is specialised for the assumed definitions of M-variables.
     pub(crate) specialised: bool,
-    /// The current code is general code that has specialised code beside it, so it seldom runs.
-    beside_specialised: bool,
-    /// The current code is that of a statement with an integer guard, for other values than
-    /// integers.
-    beside_integers: bool,
-    /// The current statement may have moved a definition.
-    pub(crate) may_move_definitions: bool,
+    /// Whether the current code is general code of a task that has specialised code too. It seldom
+    /// runs, so it is kept short.
+    has_specialised_code: bool,
+    /// Whether the current code is the floating-point code of a statement that has integer code
+    /// too. It seldom runs, so it is kept short.
+    has_integer_code: bool,
+    /// Whether what has been emitted of the current statement may change a definition.
+    pub(crate) may_change_definitions: bool,
+    /// The operands of the current expression; kept here so that its memory is used again.
     pub(crate) stack: Vec<Operand>,
-    /// Values of variables that the current statement's guard has loaded.
+    /// The variables that the current statement's guard has loaded, with their values.
     pub(crate) guarded: Vec<(Name, Operand)>,
 }
 
-/// The places of one of the two versions: one for each statement, one for the end.
-struct Version {
+/// The branch targets in one version (specialised or general) of a task: one for each statement and
+/// one for the end.
+struct StatementPlaces {
     places: Vec<Place>,
 }
 
-impl Version {
-    /// The place of the statement at an index, or that of the end.
+impl StatementPlaces {
+    /// The place of the statement with this index, from 0, or of the end.
     fn place(&self, index: usize) -> Result<Place, InternalError> {
         let place = self.places.get(index).copied();
         place.ok_or_else(|| InternalError::new(format!("there is no statement {index}")))
     }
 }
 
-/// The error of an expression whose operators want more operands than there are.
+/// The error for an expression whose operators take more operands than there are.
 pub(crate) fn lacks_operand() -> InternalError {
     InternalError::new("an expression lacks an operand")
 }
 
 impl Lowerer<'_> {
+    /// Lowers a task: its specialised version if it names an M-variable whose definition is
+    /// assumed, its general version, and for each WHILE the place at which a suspended scan goes
+    /// on.
     fn task(&mut self, kind: TaskKind, code: &[Stmt]) -> Result<(), InternalError> {
         self.context = kind.context();
-        self.addresses = addresses(kind, code);
+        self.has_address_statements = has_address_statements(kind, code);
         let entry = self.builder.place();
         self.builder.bind(entry);
         self.builder.task(kind.name(), entry);
-        let versions = [(); 2]
-            .map(|()| Version { places: (0..=code.len()).map(|_| self.builder.place()).collect() });
-        // A suspended loop goes on at a place of its own, which chooses the version.
+        let versions = [(); 2].map(|()| StatementPlaces {
+            places: (0..=code.len()).map(|_| self.builder.place()).collect(),
+        });
+        // A suspended scan goes on at a place of its own, where the guard is checked.
         let resumes: Vec<Option<Place>> = code
             .iter()
             .map(|stmt| matches!(stmt.kind, StmtKind::While(..)).then(|| self.builder.place()))
             .collect();
-        // Their labels come before any that depend on what is built in.
+        // These labels are made before any that depend on assumptions, so that they are the same in
+        // every module of the download.
         let points: Vec<Place> = resumes.iter().copied().flatten().collect();
         self.builder.resume_points(self.task_count, &points);
         self.task_count += 1;
         let [specialised, general] = &versions;
-        let both = !matches!(kind, TaskKind::Command(_)) && self.relies_on_definitions(code);
+        let both = !matches!(kind, TaskKind::Command(_)) && self.assumes_definitions(code);
         if both {
-            self.choose(0, specialised, general)?;
-            self.version(code, specialised, Some(general), &resumes)?;
+            self.branch_to_fitting_version(0, specialised, general)?;
+            self.lower_version(code, specialised, Some(general), &resumes)?;
         }
-        self.version(code, general, None, &resumes)?;
+        self.lower_version(code, general, None, &resumes)?;
         for (index, resume) in resumes.iter().enumerate() {
             let Some(resume) = resume else { continue };
             self.builder.bind(*resume);
             if both {
-                self.choose(index, specialised, general)?;
+                self.branch_to_fitting_version(index, specialised, general)?;
             } else {
                 self.builder.jump(general.place(index)?);
             }
@@ -188,47 +207,51 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    /// On to a statement of the version that fits.
-    fn choose(
+    /// Branches to a statement: in the specialised version if the assumed definitions hold, else in
+    /// the general one.
+    fn branch_to_fitting_version(
         &mut self,
         index: usize,
-        specialised: &Version,
-        general: &Version,
+        specialised: &StatementPlaces,
+        general: &StatementPlaces,
     ) -> Result<(), InternalError> {
         let (specialised, general) = (specialised.place(index)?, general.place(index)?);
-        let unmoved = self.unmoved();
-        self.builder.brif(unmoved, specialised, general);
+        let as_assumed = self.definitions_are_as_assumed();
+        self.builder.brif(as_assumed, specialised, general);
         Ok(())
     }
 
-    fn version(
+    /// Lowers one version of a task's statements. `other` is the general version, to which
+    /// specialised code goes when a definition changes; it is `None` when the general version
+    /// itself is lowered.
+    fn lower_version(
         &mut self,
         code: &[Stmt],
-        version: &Version,
-        other: Option<&Version>,
+        version: &StatementPlaces,
+        other: Option<&StatementPlaces>,
         resumes: &[Option<Place>],
     ) -> Result<(), InternalError> {
         self.specialised = other.is_some();
-        // Specialised code, if there is some, can come over at any statement.
-        let entered = !self.specialised && self.relies_on_definitions(code);
-        self.beside_specialised = entered;
-        let targets = targets(code);
+        // If there is specialised code, it may go over to any statement of the general code.
+        let entered = !self.specialised && self.assumes_definitions(code);
+        self.has_specialised_code = entered;
+        let targets = branch_targets(code);
         for (index, stmt) in code.iter().enumerate() {
             let bind = index == 0 || entered || targets.get(index).copied().unwrap_or(false);
             if bind {
                 self.builder.bind(version.place(index)?);
             }
             self.begin_statement(stmt);
-            self.may_move_definitions = false;
+            self.may_change_definitions = false;
             let lowered = self.statement(stmt, version, resumes);
-            lowered.map_err(|error| self.placed(error, stmt))?;
-            if self.may_move_definitions
+            lowered.map_err(|error| self.with_place(error, stmt))?;
+            if self.may_change_definitions
                 && let Some(other) = other
             {
                 let elsewhere = other.place(index + 1)?;
-                let unmoved = self.unmoved();
+                let as_assumed = self.definitions_are_as_assumed();
                 let next = self.builder.place();
-                self.builder.brif(unmoved, next, elsewhere);
+                self.builder.brif(as_assumed, next, elsewhere);
                 self.builder.bind(next);
             }
         }
@@ -237,14 +260,14 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    /// An internal error with the place of the statement that it comes of.
-    fn placed(&self, error: InternalError, stmt: &Stmt) -> InternalError {
+    /// An internal error with the place of the statement that was being lowered.
+    fn with_place(&self, error: InternalError, stmt: &Stmt) -> InternalError {
         let (span, _) = self.download.origins.place(stmt.at);
         let (line, _) = self.sources.line_col(span.file, span.start);
         InternalError::at(error.message, self.sources.path(span.file), line)
     }
 
-    /// What comes belongs to a statement of the source.
+    /// Says that the instructions that follow belong to this statement.
     fn begin_statement(&mut self, stmt: &Stmt) {
         let (span, _) = self.download.origins.place(stmt.at);
         let (line, _) = self.sources.line_col(span.file, span.start);
@@ -255,7 +278,7 @@ impl Lowerer<'_> {
     fn statement(
         &mut self,
         stmt: &Stmt,
-        version: &Version,
+        version: &StatementPlaces,
         resumes: &[Option<Place>],
     ) -> Result<(), InternalError> {
         match stmt.kind {
@@ -318,7 +341,7 @@ impl Lowerer<'_> {
             StmtKind::Word(space, address, expr) => {
                 let value = self.value(expr)?;
                 let word = value.bits(self.builder.ins())?;
-                self.write_far_word(space, address, word);
+                self.write_sparse_word(space, address, word);
             }
             StmtKind::Save => {
                 self.builder.ins().host_call(HostFn::PmacSave, &[]);
@@ -358,9 +381,9 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    /// Calls the host for each row of neighbours.
+    /// ENABLE, DISABLE and their kind: calls the host once for each run of consecutive PLC numbers.
     fn plc(&mut self, op: i64, plcs: PlcSet) {
-        for (first, last) in neighbours(plcs.bits) {
+        for (first, last) in runs_of_ones(plcs.bits) {
             let b = self.builder.ins();
             let args = [op, i64::from(plcs.compiled), i64::from(first), i64::from(last)]
                 .map(|arg| b.iconst(Type::I32, arg));
@@ -369,8 +392,8 @@ impl Lowerer<'_> {
     }
 }
 
-/// Which statements are branched to.
-fn targets(code: &[Stmt]) -> Vec<bool> {
+/// For each statement, and for the end, whether a branch leads to it.
+fn branch_targets(code: &[Stmt]) -> Vec<bool> {
     let mut targets = vec![false; code.len() + 1];
     let mut mark = |index: u32| {
         if let Some(slot) = targets.get_mut(index as usize) {
@@ -390,8 +413,9 @@ fn targets(code: &[Stmt]) -> Vec<bool> {
     targets
 }
 
-/// First and last of each row of neighbouring bits.
-fn neighbours(set: u32) -> impl Iterator<Item = (u32, u32)> {
+/// The runs of bits of `set` that are 1 without a gap: for each the numbers of its first and its
+/// last bit.
+fn runs_of_ones(set: u32) -> impl Iterator<Item = (u32, u32)> {
     let mut at = 0;
     std::iter::from_fn(move || {
         let rest = u64::from(set) >> at;
@@ -407,12 +431,12 @@ fn neighbours(set: u32) -> impl Iterator<Item = (u32, u32)> {
 
 #[cfg(test)]
 mod tests {
-    use super::neighbours;
+    use super::runs_of_ones;
 
     #[test]
     fn neighbours_go_together() {
-        assert_eq!(neighbours(0b1011_0111).collect::<Vec<_>>(), [(0, 2), (4, 5), (7, 7)]);
-        assert_eq!(neighbours(u32::MAX).collect::<Vec<_>>(), [(0, 31)]);
-        assert_eq!(neighbours(0).count(), 0);
+        assert_eq!(runs_of_ones(0b1011_0111).collect::<Vec<_>>(), [(0, 2), (4, 5), (7, 7)]);
+        assert_eq!(runs_of_ones(u32::MAX).collect::<Vec<_>>(), [(0, 31)]);
+        assert_eq!(runs_of_ones(0).count(), 0);
     }
 }

@@ -1,10 +1,10 @@
 //! Range analysis: what is known of a value before the program runs.
 //!
-//! [`Bounds`] says of a value that it is an integer between two others, or a double of at most some
-//! magnitude that may be NaN or -0 or not, or a truth value. The bounds of an operation follow from
-//! those of its operands. Integers are kept within ±2^53, where every integer is a double. So what
-//! integer arithmetic computes is exactly what the control's floating point gives. The sign of a
-//! zero cannot be observed: stores drop it, and comparators and functions do not tell it apart.
+//! [`Bounds`] says of a value that it is an integer between two others, a double of at most some
+//! magnitude (and whether it may be NaN or -0), or a truth value. The bounds of an operation follow
+//! from those of its operands. Integers are kept within ±2^53, where every integer is a double, so
+//! integer arithmetic gives exactly what the control's floating point gives. The sign of a zero
+//! does not matter: stores drop it, and comparators and functions do not depend on it.
 
 use plcc_abi::pmac::{Field, Format};
 
@@ -25,21 +25,22 @@ pub(crate) enum Bounds {
 /// Every integer of at most this magnitude is a double.
 const EXACT: i64 = 1 << 53;
 
-/// Integers of a smaller magnitude keep all their bits in the fixed-point form of the bit
-/// operators.
+/// Integers of a magnitude below this keep all their bits in the fixed-point form on which the
+/// control's bit operators work. No result of a bit operator has a greater magnitude.
 const FIXED: i64 = 1 << 39;
 
 impl Bounds {
     /// Any value that a variable can hold.
     pub(crate) const FINITE: Self = Self::Real { most: f64::MAX, nan: false, minus_zero: false };
 
-    /// The value of an undefined M-variable: 21 bits, signed.
+    /// The value of an M-variable that is defined as `*`, that is, as no word of memory: 21 bits,
+    /// signed.
     pub(crate) const STAR: Self = Self::Int(-(1 << 20), (1 << 20) - 1);
 
-    /// The result of a function.
+    /// The result of a function such as SIN: finite, and perhaps -0.
     pub(crate) const FUNCTION: Self = Self::Real { most: f64::MAX, nan: false, minus_zero: true };
 
-    /// A literal.
+    /// The bounds of a literal.
     pub(crate) fn constant(value: f64) -> Self {
         if value.fract() == 0.0 && value.abs() <= EXACT as f64 {
             Self::Int(value as i64, value as i64)
@@ -48,7 +49,7 @@ impl Bounds {
         }
     }
 
-    /// A field of a word.
+    /// The bounds of a field of a word.
     pub(crate) fn field(field: Field) -> Self {
         let width = u32::from(field.width.clamp(1, 24));
         match field.format {
@@ -64,7 +65,8 @@ impl Bounds {
         matches!(self, Self::Int(..))
     }
 
-    /// How large it can get, whether it may be NaN, whether it may be -0.
+    /// The value as a double: the most that its magnitude can be, whether it may be NaN, and
+    /// whether it may be -0.
     pub(crate) fn real(self) -> (f64, bool, bool) {
         match self {
             Self::Int(low, high) => {
@@ -75,7 +77,7 @@ impl Bounds {
         }
     }
 
-    /// The magnitude of an integer.
+    /// The bounds of the magnitude of an integer from `low` to `high`.
     pub(crate) fn magnitude(low: i64, high: i64) -> Self {
         let most = low.abs().max(high.abs());
         let least = if low <= 0 && high >= 0 { 0 } else { low.abs().min(high.abs()) };
@@ -100,17 +102,18 @@ impl Bounds {
         }
         let (a_most, a_nan, a_zero) = a.real();
         let (b_most, b_nan, b_zero) = b.real();
-        let open = |most: f64| most == f64::INFINITY;
+        let is_infinite = |most: f64| most == f64::INFINITY;
         let nan = a_nan || b_nan;
         match op {
             Bin::Add | Bin::Sub => Self::Real {
                 most: a_most + b_most,
-                nan: nan || (open(a_most) && open(b_most)),
+                nan: nan || (is_infinite(a_most) && is_infinite(b_most)),
                 minus_zero: a_zero && (op == Bin::Sub || b_zero),
             },
             Bin::Mul => Self::Real {
+                // 0 times an infinite bound would be NaN.
                 most: if a_most == 0.0 || b_most == 0.0 { f64::INFINITY } else { a_most * b_most },
-                nan: nan || open(a_most) || open(b_most),
+                nan: nan || is_infinite(a_most) || is_infinite(b_most),
                 minus_zero: true,
             },
             Bin::Div => {
@@ -119,11 +122,15 @@ impl Bounds {
                     _ => 0.0,
                 };
                 let most = if least > 0.0 { a_most } else { f64::INFINITY };
-                Self::Real { most, nan: nan || (open(a_most) && open(b_most)), minus_zero: true }
+                Self::Real {
+                    most,
+                    nan: nan || (is_infinite(a_most) && is_infinite(b_most)),
+                    minus_zero: true,
+                }
             }
             Bin::Mod => Self::Real { most: b_most, nan: false, minus_zero: true },
             Bin::And | Bin::Or | Bin::Xor => {
-                Self::Real { most: 549_755_813_888.0, nan: false, minus_zero: false }
+                Self::Real { most: FIXED as f64, nan: false, minus_zero: false }
             }
         }
     }
@@ -142,7 +149,7 @@ fn integer(op: Bin, a: (i64, i64), b: (i64, i64)) -> Option<Bounds> {
             (i64::try_from(low).ok()?, i64::try_from(high).ok()?)
         }
         Bin::Mod => {
-            // By a constant only.
+            // Integers are used for a constant divisor only.
             let x = b.0;
             if b.0 != b.1 || x == 0 {
                 return None;

@@ -1,4 +1,4 @@
-//! Speculation that the variables of a statement hold integers.
+//! Speculation on integers: computes a statement in integers while its variables hold integers.
 //!
 //! ```text
 //!          load the assumed variables, check that each holds an integer of 32 bits
@@ -8,8 +8,8 @@
 //!                              next statement
 //! ```
 //!
-//! The statement is emitted once for each, from the same expression: what differs is what is known
-//! of the variables' values.
+//! Both come from the same expression, which is lowered twice. Only what is known of the variables'
+//! values differs.
 
 use plcc_ir::{BinaryOp, FloatCond, Type, Value};
 
@@ -22,7 +22,8 @@ use crate::common::InternalError;
 use crate::pmac::ast::Expr;
 
 impl Lowerer<'_> {
-    /// The truth value of a condition; `integer` if L-variables' integers compute it.
+    /// The truth value of a condition; `integer` says that it is one of L-variables, which is
+    /// computed in 24 bits.
     pub(super) fn condition(&mut self, expr: Expr, integer: bool) -> Result<Value, InternalError> {
         if integer {
             return self.condition_integer(expr);
@@ -39,10 +40,10 @@ impl Lowerer<'_> {
         Ok(value.truth(self.builder.ins()))
     }
 
-    /// The variables that an expression is speculated to find integers in; `None` where that does
-    /// not pay.
+    /// The variables of an expression that are assumed to hold integers; `None` where speculation
+    /// does not make it faster.
     pub(super) fn assumed_integers(&self, expr: Expr) -> Option<Vec<Name>> {
-        if self.beside_specialised {
+        if self.has_specialised_code {
             return None;
         }
         let bounds = |(kind, number)| bounds_of(self.download, &self.places_of_m, kind, number);
@@ -50,9 +51,9 @@ impl Lowerer<'_> {
         (found.gains && found.forced.is_none()).then_some(found.assumed)
     }
 
-    /// Emits specialised code for integers in all assumed variables and general code for other
-    /// values, behind a guard that checks which of the two holds. `emit` is called for each; a
-    /// truth value that it gives comes out of both.
+    /// Emits specialised code for integers in all assumed variables, general code for other values,
+    /// and the guard that chooses between them. `emit` is called once for each of the two. If it
+    /// gives a truth value, the result is that of the code that runs.
     pub(super) fn speculate(
         &mut self,
         assumed: &[Name],
@@ -81,9 +82,9 @@ impl Lowerer<'_> {
         for (block, loaded) in [(integer, integers), (float, doubles)] {
             self.builder.ins().switch_to(block);
             self.guarded = loaded;
-            self.beside_integers = block == float;
+            self.has_integer_code = block == float;
             let value = emit(self)?;
-            self.beside_integers = false;
+            self.has_integer_code = false;
             self.guarded.clear();
             let b = self.builder.ins();
             if value.is_some() && result.is_none() {

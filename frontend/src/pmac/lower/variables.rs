@@ -1,4 +1,6 @@
-//! Access to variables in IR: direct where the definition built in says where a variable is.
+//! Reading and writing variables in IR. Where a variable's place is known, the code accesses it
+//! there: that is so for P, Q and I, for L-variables in the process image, and in specialised code
+//! for M-variables whose definition is assumed. Everything else goes through the host.
 
 use plcc_abi::HostFn;
 use plcc_abi::pmac::layout::exec;
@@ -26,7 +28,8 @@ pub(crate) struct Regions {
     pub(crate) exec: Region,
 }
 
-/// What is known of a variable's value while definitions are those built in.
+/// The bounds of a variable's value while the assumed definitions hold. `places` has for each
+/// M-variable the place that is assumed.
 pub(crate) fn bounds_of(
     download: &crate::pmac::ast::Download,
     places: &[Option<Direct>],
@@ -49,7 +52,7 @@ pub(crate) fn bounds_of(
     }
 }
 
-/// Whether a word is a register of the hardware, not memory.
+/// Whether an address is that of a hardware register, not of memory.
 fn is_hardware(layout: &Layout, address: u32) -> bool {
     let address = address & layout.address_mask();
     match layout.controller {
@@ -58,24 +61,27 @@ fn is_hardware(layout: &Layout, address: u32) -> bool {
     }
 }
 
-/// The error of an L-variable whose number is computed: the language has none.
-fn computed_l() -> InternalError {
+/// The error for an L-variable whose number is computed, which the language does not have.
+fn computed_number_of_l() -> InternalError {
     InternalError::new("the number of an L-variable is computed")
 }
 
 impl Lowerer<'_> {
-    fn double(&self, region: Region, number: u32) -> Address {
+    /// The address of the variable with a number in a region of doubles.
+    fn variable_address(&self, region: Region, number: u32) -> Address {
         Address::fixed(region, 8 * (number & (self.layout.count - 1)))
     }
 
+    /// The address of a word at an offset in the region of words; volatile if the controller's
+    /// `address` is that of a hardware register.
     fn word_address(&self, offset: u32, address: u32) -> Address {
         let at = Address::fixed(self.regions.words, offset);
         if is_hardware(&self.layout, address) { at.volatile() } else { at }
     }
 
-    /// The number of a Q-variable among all of them, an `i32`: its own plus the addressed
-    /// coordinate system's first.
-    fn q_index(&mut self, number: Value) -> Value {
+    /// The number of a Q-variable among those of all coordinate systems, an `i32`: its own number
+    /// plus that of the addressed coordinate system's first Q-variable.
+    fn q_number(&mut self, number: Value) -> Value {
         let at = Address::fixed(self.regions.exec, exec::q_base(self.context));
         let b = self.builder.ins();
         let base = b.load(Type::I32, at);
@@ -83,17 +89,18 @@ impl Lowerer<'_> {
         b.binary_imm(BinaryOp::And, sum, i64::from(self.layout.count - 1))
     }
 
-    fn indexed(&self, region: Region, index: Value) -> Address {
+    /// The address of the variable whose number is computed, in a region of doubles.
+    fn computed_address(&self, region: Region, index: Value) -> Address {
         Address::indexed(region, 0, index, 8, self.layout.count)
     }
 
     fn q_address(&mut self, number: u32) -> Address {
-        if !self.addresses {
-            return self.double(self.regions.q, number);
+        if !self.has_address_statements {
+            return self.variable_address(self.regions.q, number);
         }
         let number = self.builder.ins().iconst(Type::I32, i64::from(number));
-        let index = self.q_index(number);
-        self.indexed(self.regions.q, index)
+        let index = self.q_number(number);
+        self.computed_address(self.regions.q, index)
     }
 
     /// A variable's value.
@@ -104,8 +111,8 @@ impl Lowerer<'_> {
             return Ok(*known);
         }
         let at = match kind {
-            Kind::P => self.double(self.regions.p, number),
-            Kind::I => self.double(self.regions.i, number),
+            Kind::P => self.variable_address(self.regions.p, number),
+            Kind::I => self.variable_address(self.regions.i, number),
             Kind::Q => self.q_address(number),
             Kind::M => return self.read_m(number),
             Kind::L => {
@@ -146,25 +153,25 @@ impl Lowerer<'_> {
                 let left = b.binary_imm(BinaryOp::Shl, word, 11);
                 return Operand::Value(b.binary_imm(BinaryOp::Ashr, left, 11), Bounds::STAR);
             }
-            Direct::P(number) => self.double(self.regions.p, number),
-            Direct::Q(number) => self.double(self.regions.q, number),
+            Direct::P(number) => self.variable_address(self.regions.p, number),
+            Direct::Q(number) => self.variable_address(self.regions.q, number),
         };
         Operand::Stored(at)
     }
 
-    /// The variable whose number is a value.
+    /// The value of a variable whose number is computed.
     pub(crate) fn read_indirect(
         &mut self,
         kind: Kind,
         number: Operand,
     ) -> Result<Operand, InternalError> {
-        let index = self.index(number)?;
+        let index = self.variable_number(number)?;
         let region = match kind {
             Kind::P => self.regions.p,
             Kind::I => self.regions.i,
             Kind::Q => {
-                let index = self.q_index(index);
-                let at = self.indexed(self.regions.q, index);
+                let index = self.q_number(index);
+                let at = self.computed_address(self.regions.q, index);
                 return Ok(Operand::Stored(at));
             }
             Kind::M => {
@@ -172,21 +179,23 @@ impl Lowerer<'_> {
                 let value = emit::host_value(b, HostFn::PmacMRead, &[index])?;
                 return Ok(Operand::Value(value, Bounds::FINITE));
             }
-            Kind::L => return Err(computed_l()),
+            Kind::L => return Err(computed_number_of_l()),
         };
-        let at = self.indexed(region, index);
+        let at = self.computed_address(region, index);
         Ok(Operand::Stored(at))
     }
 
-    /// A variable's number, an `i32`: rounded, and its low bits.
-    fn index(&mut self, number: Operand) -> Result<Value, InternalError> {
+    /// The number of a variable, an `i32`, from a computed value: rounded to an integer and cut to
+    /// the bits that numbers of variables have.
+    fn variable_number(&mut self, number: Operand) -> Result<Value, InternalError> {
         let mask = i64::from(self.layout.count - 1);
         let b = self.builder.ins();
         let bits = number.bits(b)?;
         Ok(b.binary_imm(BinaryOp::And, bits, mask))
     }
 
-    /// Assigns to what a statement names.
+    /// Assigns a value to what a statement names. `index` is the computed number of an indirect
+    /// variable.
     pub(crate) fn assign(
         &mut self,
         target: Target,
@@ -199,7 +208,7 @@ impl Lowerer<'_> {
                 self.write_indirect(kind, index.ok_or_else(super::lacks_operand)?, value)
             }
             Target::Range { kind, first, count, step } => {
-                // Read once: a write may change what it was read from.
+                // The value is read once, since a write may change the variable that it comes from.
                 let value = match value {
                     Operand::Stored(_) => {
                         Operand::Value(value.float(self.builder.ins()), Bounds::FINITE)
@@ -209,8 +218,8 @@ impl Lowerer<'_> {
                 let specialised = self.specialised;
                 for k in 0..u32::from(count) {
                     self.write(kind, u32::from(first) + k * u32::from(step), value)?;
-                    // It may have moved the definitions of those that follow.
-                    self.specialised &= !self.may_move_definitions;
+                    // The write may have moved the definitions of the variables that follow.
+                    self.specialised &= !self.may_change_definitions;
                 }
                 self.specialised = specialised;
                 Ok(())
@@ -220,7 +229,7 @@ impl Lowerer<'_> {
 
     fn write(&mut self, kind: Kind, number: u32, value: Operand) -> Result<(), InternalError> {
         let at = match kind {
-            Kind::P => self.double(self.regions.p, number),
+            Kind::P => self.variable_address(self.regions.p, number),
             Kind::Q => self.q_address(number),
             Kind::I => {
                 self.write_i(number, value);
@@ -229,7 +238,7 @@ impl Lowerer<'_> {
             Kind::M => return self.write_m(number, value),
             Kind::L => {
                 let bits = match self.l_format(number)? {
-                    Format::D | Format::C => self.bcd(number, value)?,
+                    Format::D | Format::C => self.encode_bcd(number, value)?,
                     Format::U | Format::S => value.bits(self.builder.ins())?,
                 };
                 return self.write_l(number, bits);
@@ -240,7 +249,7 @@ impl Lowerer<'_> {
     }
 
     fn write_i(&mut self, number: u32, value: Operand) {
-        let at = self.double(self.regions.i, number);
+        let at = self.variable_address(self.regions.i, number);
         let range = self.ranges.binary_search_by_key(&number, |r| r.0).ok();
         let range = range.and_then(|index| self.ranges.get(index)).map(|r| r.1);
         let b = self.builder.ins();
@@ -280,7 +289,7 @@ impl Lowerer<'_> {
         let value = value.stored(b);
         let number = b.iconst(Type::I32, i64::from(number));
         b.host_call(HostFn::PmacMWrite, &[number, value]);
-        self.may_move_definitions = true;
+        self.may_change_definitions = true;
     }
 
     fn write_m_direct(
@@ -305,8 +314,8 @@ impl Lowerer<'_> {
                 b.store(at, bits);
                 return Ok(());
             }
-            Direct::P(number) => self.double(self.regions.p, number),
-            Direct::Q(number) => self.double(self.regions.q, number),
+            Direct::P(number) => self.variable_address(self.regions.p, number),
+            Direct::Q(number) => self.variable_address(self.regions.q, number),
         };
         value.store(self.builder.ins(), at);
         Ok(())
@@ -318,14 +327,14 @@ impl Lowerer<'_> {
         index: Operand,
         value: Operand,
     ) -> Result<(), InternalError> {
-        let index = self.index(index)?;
+        let index = self.variable_number(index)?;
         let function = match kind {
             Kind::P | Kind::Q => {
                 let at = match kind {
-                    Kind::P => self.indexed(self.regions.p, index),
+                    Kind::P => self.computed_address(self.regions.p, index),
                     _ => {
-                        let index = self.q_index(index);
-                        self.indexed(self.regions.q, index)
+                        let index = self.q_number(index);
+                        self.computed_address(self.regions.q, index)
                     }
                 };
                 value.store(self.builder.ins(), at);
@@ -333,10 +342,10 @@ impl Lowerer<'_> {
             }
             Kind::I => HostFn::PmacIWrite,
             Kind::M => {
-                self.may_move_definitions = true;
+                self.may_change_definitions = true;
                 HostFn::PmacMWrite
             }
-            Kind::L => return Err(computed_l()),
+            Kind::L => return Err(computed_number_of_l()),
         };
         let b = self.builder.ins();
         let value = value.stored(b);
@@ -366,13 +375,14 @@ impl Lowerer<'_> {
                 field::read_field(self.builder.ins(), at, field)
             }
             _ => {
-                let word = self.far_word(space, address)?;
+                let word = self.sparse_word(space, address)?;
                 field::field_of(self.builder.ins(), word, field)
             }
         })
     }
 
-    fn far_word(&mut self, space: Space, address: u32) -> Result<Value, InternalError> {
+    /// Reads a word of sparse memory through the host, as an `i32`.
+    fn sparse_word(&mut self, space: Space, address: u32) -> Result<Value, InternalError> {
         let b = self.builder.ins();
         let space = b.iconst(Type::I32, i64::from(space == Space::Y));
         let address = b.iconst(Type::I32, i64::from(address));
@@ -387,24 +397,28 @@ impl Lowerer<'_> {
             field::write_field(self.builder.ins(), at, field, bits);
             return Ok(());
         }
-        let old = self.far_word(space, address)?;
+        let old = self.sparse_word(space, address)?;
         let b = self.builder.ins();
         let word = field::insert_field(b, old, field, bits);
-        self.write_far_word(space, address, word);
+        self.write_sparse_word(space, address, word);
         Ok(())
     }
 
-    /// Writes a word through the host.
-    pub(crate) fn write_far_word(&mut self, space: Space, address: u32, word: Value) {
+    /// Writes a word through the host, which may change a definition.
+    pub(crate) fn write_sparse_word(&mut self, space: Space, address: u32, word: Value) {
         let b = self.builder.ins();
         let space = b.iconst(Type::I32, i64::from(space == Space::Y));
         let address = b.iconst(Type::I32, i64::from(address));
         b.host_call(HostFn::PmacWordWrite, &[space, address, word]);
-        self.may_move_definitions = true;
+        self.may_change_definitions = true;
     }
 
-    /// The digits of a value in an L-variable's format, an `i32`.
-    pub(crate) fn bcd(&mut self, number: u32, value: Operand) -> Result<Value, InternalError> {
+    /// A value in binary coded decimal, an `i32`; complemented if that is the L-variable's format.
+    pub(crate) fn encode_bcd(
+        &mut self,
+        number: u32,
+        value: Operand,
+    ) -> Result<Value, InternalError> {
         let complemented = self.l_format(number)? == Format::C;
         let b = self.builder.ins();
         let value = value.float(b);
@@ -412,8 +426,8 @@ impl Lowerer<'_> {
         Ok(if complemented { b.binary_imm(BinaryOp::Xor, bits, -1) } else { bits })
     }
 
-    /// Whether statements name M-variables that are accessed directly.
-    pub(crate) fn relies_on_definitions(&self, code: &[crate::pmac::ast::Stmt]) -> bool {
+    /// Whether statements name an M-variable whose definition is assumed.
+    pub(crate) fn assumes_definitions(&self, code: &[crate::pmac::ast::Stmt]) -> bool {
         let mut any = false;
         for_each_named_m(self.download, code, &mut |number| {
             any |= self.places_of_m.get(usize::from(number)).is_some_and(Option::is_some);
@@ -421,9 +435,9 @@ impl Lowerer<'_> {
         any
     }
 
-    /// I15: whether angles are in radians, an `i32`.
+    /// I15 as an `i32`: 1 if angles are in radians, 0 if they are in degrees.
     pub(crate) fn radians(&mut self) -> Value {
-        let at = self.double(self.regions.i, 15);
+        let at = self.variable_address(self.regions.i, 15);
         let b = self.builder.ins();
         let value = b.load(Type::F64, at);
         let zero = b.fconst(0.0);
@@ -431,8 +445,8 @@ impl Lowerer<'_> {
         b.zextend_or_trunc(Type::I32, truth)
     }
 
-    /// Whether definitions are those built in, an `i1`.
-    pub(crate) fn unmoved(&mut self) -> Value {
+    /// Whether all definitions are the assumed ones, an `i1`.
+    pub(crate) fn definitions_are_as_assumed(&mut self) -> Value {
         let at = Address::fixed(self.regions.exec, exec::STALE);
         let b = self.builder.ins();
         let stale = b.load(Type::I32, at);
@@ -440,7 +454,7 @@ impl Lowerer<'_> {
     }
 
     /// An integer as a double.
-    pub(crate) fn widened(&mut self, value: Value) -> Operand {
+    pub(crate) fn int_to_double(&mut self, value: Value) -> Operand {
         let b = self.builder.ins();
         Operand::Value(b.convert(ConvertOp::IntToFloat, Type::F64, value), Bounds::FINITE)
     }
