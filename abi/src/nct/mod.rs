@@ -14,6 +14,7 @@
 //! | `lines_in`, `lines_out` | the physical lines of the boards, a byte each, 10 a board |
 //! | `rh`, `q`, `t`, `h`, `m`, `rp` | registers of 16 bits; RP001 is at index 1 |
 
+pub mod arithmetic;
 mod flag_location;
 pub mod layout;
 mod name;

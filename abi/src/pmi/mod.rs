@@ -1,6 +1,7 @@
 //! What a PMI program and its executive agree on: the [tables] that the compiler fills and the
-//! executive works by, and how variables stand in the image.
+//! executive works by, and how variables stand in the image; and the language's [arithmetic].
 
+pub mod arithmetic;
 pub mod layout;
 mod symbols;
 pub mod tables;

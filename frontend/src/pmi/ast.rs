@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+pub(crate) use plcc_abi::pmi::arithmetic::Binary;
 use plcc_abi::pmi::{Lines, TimerKind, Type};
 use plcc_diag::Span;
 
@@ -92,35 +93,6 @@ pub(crate) enum Item {
 pub(crate) struct Announcement {
     pub(crate) symbol: SymbolId,
     pub(crate) items: Vec<Item>,
-}
-
-/// A binary operation. Its operands are 32-bit values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Binary {
-    /// Sum, of 16 bits unless `long`.
-    Add {
-        long: bool,
-    },
-    /// Difference, of 16 bits unless `long`.
-    Sub {
-        long: bool,
-    },
-    /// Product, of 16 bits; of 32 bits if it is `wide`, that is the dividend of a division.
-    Mul {
-        wide: bool,
-    },
-    /// Quotient, 16 bits.
-    Div,
-    /// Remainder, 16 bits.
-    Rem,
-    Eq,
-    Ne,
-    Lt,
-    Le,
-    Gt,
-    Ge,
-    And,
-    Or,
 }
 
 /// An operation of an expression in postfix order.

@@ -30,7 +30,7 @@
 
 use plcc_abi::{
     image::{read_i16, read_i32, read_u8},
-    pmi::Type,
+    pmi::{Type, arithmetic},
 };
 use plcc_diag::{Diagnostic, FileId};
 
@@ -41,7 +41,6 @@ use crate::pmi::{
         expression::{Parser, Until},
         names::Names,
     },
-    arith,
     ast::{Binary, Op, SymbolId},
     read::{cursor::Cursor, diagnostic, lexer::lex, statements::Statement},
 };
@@ -174,11 +173,11 @@ impl Evaluate for Evaluator {
                     let offset = first.offset + element * first.ty.size();
                     Place { offset, ty: first.ty }.read(image)
                 }
-                Code::Negate { long } => arith::negate(pop(&mut stack), *long),
+                Code::Negate { long } => arithmetic::negate(pop(&mut stack), *long),
                 Code::Not => i32::from(pop(&mut stack) == 0),
                 Code::Binary(op) => {
                     let right = pop(&mut stack);
-                    arith::binary(*op, pop(&mut stack), right)
+                    arithmetic::binary(*op, pop(&mut stack), right)
                 }
             };
             stack.push(value);

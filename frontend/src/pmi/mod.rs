@@ -10,7 +10,6 @@
 //! function recurses on the length of a program.
 
 mod analyse;
-mod arith;
 mod ast;
 mod expression;
 mod language;

@@ -1,9 +1,9 @@
 //! What an NCT program may call.
 
-use plcc_abi::nct::FlagLocation;
+use plcc_abi::nct::{FlagLocation, arithmetic::Operation};
 use plcc_abi::{Host, HostFn};
 
-use super::arithmetic::{self, Arithmetic};
+use super::arithmetic_area;
 use super::memory::NcMemory;
 use super::operand::Locals;
 use super::search;
@@ -24,11 +24,11 @@ impl Host for NctHost<'_> {
             HostFn::NctPf => search::find_pot(locals, area, op, self.memory.magazine()),
             HostFn::NctMr => self.memory.read(locals, area),
             HostFn::NctMw => self.memory.write(locals, area),
-            HostFn::NctAdd => arithmetic::execute(locals, Arithmetic::Add, area),
-            HostFn::NctSub => arithmetic::execute(locals, Arithmetic::Sub, area),
-            HostFn::NctMul => arithmetic::execute(locals, Arithmetic::Mul, area),
-            HostFn::NctDiv => arithmetic::execute(locals, Arithmetic::Div, area),
-            HostFn::NctCmp => arithmetic::execute(locals, Arithmetic::Cmp, area),
+            HostFn::NctAdd => arithmetic_area::execute(locals, Operation::Add, area),
+            HostFn::NctSub => arithmetic_area::execute(locals, Operation::Sub, area),
+            HostFn::NctMul => arithmetic_area::execute(locals, Operation::Mul, area),
+            HostFn::NctDiv => arithmetic_area::execute(locals, Operation::Div, area),
+            HostFn::NctCmp => arithmetic_area::execute(locals, Operation::Cmp, area),
             // The functions of other dialects, which no NCT program calls.
             _ => {}
         }

@@ -1,6 +1,6 @@
 //! The NC's memory as MR and MW reach it: macro variables and parameters (NCT 4.15).
 
-use plcc_abi::nct::NctSettings;
+use plcc_abi::nct::{NctSettings, arithmetic::from_bcd};
 use serde::{Deserialize, Serialize};
 
 use super::operand::{Fault, Locals};
@@ -155,7 +155,7 @@ impl Request {
         let shift = locals.byte(area + 1);
         fault.syntax |= !matches!(size, 1 | 2 | 4) || shift > MAX_SHIFT;
         let segment = locals.word(area + 2);
-        let number = super::operand::from_bcd(locals.word(area + 4));
+        let number = from_bcd(locals.word(area + 4));
         fault.not_bcd |= number.is_none();
         let cell = match (segment, number) {
             (1, Some(number)) => macro_cell(number),

@@ -1,7 +1,7 @@
 //! The executive of NCT: the 20 ms slice with its modules (NCT 1.2, 1.3), the registers and
 //! timers, the messages, and the statements that reach beyond the program.
 
-mod arithmetic;
+mod arithmetic_area;
 mod events;
 mod host;
 mod image;

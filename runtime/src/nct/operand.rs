@@ -1,6 +1,7 @@
 //! Local variables as operands: bytes behind their locations, register areas, the flags that a
 //! statement writes.
 
+use plcc_abi::nct::arithmetic::{from_bcd, sign_extend};
 use plcc_abi::nct::{FLAG_BYTES, FlagLocation};
 
 /// Flags that statements with a register area write, as byte and bit of F.
@@ -67,8 +68,7 @@ impl<'a> Locals<'a> {
         for i in (0..size).rev() {
             value = value << 8 | i64::from(self.byte(n.saturating_add(i)));
         }
-        let unused = 64_u32.saturating_sub(u32::from(size) * 8);
-        value.wrapping_shl(unused).wrapping_shr(unused)
+        sign_extend(value, size)
     }
 
     /// Writes the low `size` bytes of a number.
@@ -120,23 +120,4 @@ impl Fault {
 fn fits(start: u16, size: u16) -> bool {
     let (start, size) = (usize::from(start), usize::from(size));
     start < FLAG_BYTES && start + size <= FLAG_BYTES
-}
-
-/// The value of four decimal digits, `None` where one is above 9.
-pub(super) fn from_bcd(word: u16) -> Option<u16> {
-    let mut value = 0;
-    for shift in [12, 8, 4, 0] {
-        let digit = word >> shift & 0xF;
-        if digit > 9 {
-            return None;
-        }
-        value = value * 10 + digit;
-    }
-    Some(value)
-}
-
-/// Four decimal digits of a value up to 9999.
-pub(super) fn to_bcd(value: u16) -> u16 {
-    let digit = |weight: u16| value / weight % 10;
-    digit(1000) << 12 | digit(100) << 8 | digit(10) << 4 | digit(1)
 }

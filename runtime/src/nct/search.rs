@@ -1,6 +1,8 @@
 //! HF and PF: searches in the tool pot table and other tables (NCT 4.14).
 
-use super::operand::{Fault, Locals, flag, from_bcd, to_bcd};
+use plcc_abi::nct::arithmetic::{from_bcd, to_bcd};
+
+use super::operand::{Fault, Locals, flag};
 
 /// Where the tool pot table begins (NCT 2.3.2).
 const POTS: u16 = 500;

@@ -1,5 +1,7 @@
 //! Arithmetic on OP with the flags that it sets (NCT 4.8, 4.9).
 
+use plcc_abi::nct::arithmetic::{from_bcd, to_bcd};
+
 use super::run::Run;
 use crate::nct::{
     ast::Arith,
@@ -7,18 +9,6 @@ use crate::nct::{
         BCD_SIGN, CARRY, HIGH_WORD, MUL_OVERFLOW, NOT_BCD, OVERFLOW, SIGN, SYNTAX, ZERO,
     },
 };
-
-/// The number that four BCD digits stand for.
-pub(super) fn from_bcd(word: u16) -> Option<u16> {
-    let digits = [word >> 12, word >> 8 & 15, word >> 4 & 15, word & 15];
-    let valid = digits.iter().all(|digit| *digit < 10);
-    valid.then(|| digits.iter().fold(0, |n, digit| n * 10 + digit))
-}
-
-/// Up to 9999 as four BCD digits.
-fn to_bcd(n: u16) -> u16 {
-    (n / 1000) << 12 | (n / 100 % 10) << 8 | (n / 10 % 10) << 4 | (n % 10)
-}
 
 /// The 16-bit sum or difference and its carry or borrow.
 pub(super) fn sum(op: Arith, a: u16, b: u16) -> (u16, bool) {

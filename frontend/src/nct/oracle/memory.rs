@@ -1,8 +1,9 @@
 //! Bits and words of the image as statements read and write them (NCT 4.6).
 
 use plcc_abi::image::{read_u16, write_u16};
+use plcc_abi::nct::arithmetic::from_bcd;
 
-use super::{arithmetic::from_bcd, run::Run};
+use super::run::Run;
 use crate::nct::{
     ast::{Bit, Operand, Place, Space, Word},
     status_flags::{NOT_BCD, SYNTAX},

@@ -3,10 +3,10 @@
 use plcc_abi::{
     TrapCode,
     image::{read_u8, read_u16, read_u32, write_u16, write_u32},
-    nct::context,
+    nct::{arithmetic::from_bcd, context},
 };
 
-use super::arithmetic::{from_bcd, sum};
+use super::arithmetic::sum;
 use crate::nct::{
     ast::{Arith, ConditionPart, Op, Operand, Place, Program, Relation, Space, Test, Word},
     layout::Layout,

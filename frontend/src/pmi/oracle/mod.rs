@@ -10,12 +10,11 @@ mod row;
 use plcc_abi::{
     Engine, Outcome, ResumePoint, Scan, TrapCode,
     image::{write_i16, write_i32, write_u8},
-    pmi::Type,
+    pmi::{Type, arithmetic},
 };
 use plcc_diag::Span;
 
 use crate::pmi::{
-    arith,
     ast::{Action, Checked},
     layout::Layout,
 };
@@ -111,7 +110,7 @@ impl Interpreter {
 }
 
 fn assign(image: &mut [u8], place: Place, value: i32, effect: Option<&Effect>) {
-    let mut value = arith::convert(value, place.ty);
+    let mut value = arithmetic::convert(value, place.ty);
     if let Some(Effect::Reset) = effect {
         value &= place.read(image);
     }

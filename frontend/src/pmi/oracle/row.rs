@@ -6,13 +6,10 @@
 
 use plcc_abi::{
     image::{read_i16, read_i32, read_u8},
-    pmi::Type,
+    pmi::{Type, arithmetic},
 };
 
-use crate::pmi::{
-    arith,
-    ast::{Binary, Op},
-};
+use crate::pmi::ast::{Binary, Op};
 
 /// A variable's place.
 #[derive(Clone, Copy, Debug)]
@@ -173,11 +170,11 @@ impl Rows {
                     continue;
                 }
                 Code::Neg16 => {
-                    value = arith::negate(value, false);
+                    value = arithmetic::negate(value, false);
                     continue;
                 }
                 Code::Neg32 => {
-                    value = arith::negate(value, true);
+                    value = arithmetic::negate(value, true);
                     continue;
                 }
                 Code::Not => {
@@ -187,7 +184,7 @@ impl Rows {
                 Code::Binary(op) => {
                     waiting = waiting.wrapping_sub(1);
                     let left = stack.get(waiting).copied().unwrap_or(0);
-                    value = arith::binary(op, left, value);
+                    value = arithmetic::binary(op, left, value);
                     continue;
                 }
             };

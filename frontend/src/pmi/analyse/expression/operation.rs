@@ -1,12 +1,11 @@
 //! Applies an operator or an index to its operands: adds the operation, and works out the type, the
 //! value if it is constant, and errors 42 and 43 (PMI 2.3.3.7).
 
-use plcc_abi::pmi::Type;
+use plcc_abi::pmi::{Type, arithmetic};
 use plcc_diag::{Diagnostic, Span};
 
 use super::{Operand, Parser, Waiting};
 use crate::pmi::{
-    arith,
     ast::{Binary, Meaning, Op, SymbolId},
     read::{
         diagnostic::{self, error},
@@ -35,7 +34,7 @@ impl Parser<'_, '_> {
             self.ops.push(Op::Not);
         } else {
             operand.ty = operand.ty.map(|_| if long { Type::Long } else { Type::Integer });
-            operand.constant = operand.constant.map(|value| arith::negate(value, long));
+            operand.constant = operand.constant.map(|value| arithmetic::negate(value, long));
             self.ops.push(Op::Neg { long });
         }
     }
@@ -83,10 +82,10 @@ impl Parser<'_, '_> {
         self.ops.push(Op::Binary(op));
         let dividend = matches!(op, Binary::Div | Binary::Rem).then_some(left.product).flatten();
         let both = dividend.or(left.constant).zip(right.constant);
-        let constant = both.map(|(a, b)| arith::binary(op, a, b));
+        let constant = both.map(|(a, b)| arithmetic::binary(op, a, b));
         let product = match op {
             Binary::Mul { .. } => {
-                both.map(|(a, b)| arith::binary(Binary::Mul { wide: true }, a, b))
+                both.map(|(a, b)| arithmetic::binary(Binary::Mul { wide: true }, a, b))
             }
             _ => None,
         };

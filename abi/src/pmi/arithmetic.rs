@@ -1,11 +1,53 @@
-//! What each operation gives, for all 32-bit operands (PMI 2.3.3.7 and the rulings).
+//! What each operation of the PMI language gives (PMI 2.3.3.7 and the rulings).
+//!
+//! All operations work on 32-bit values and have a result for all operands; truth is 1, and
+//! falsehood is 0. The compiler's constant folding, the statement interpreter and conditions of
+//! breakpoints and watches compute by these functions; code generation has the same rules in the IR.
 
-use plcc_abi::pmi::Type;
+use super::Type;
 
-use super::ast::Binary;
+/// A binary operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Binary {
+    /// Sum.
+    Add {
+        /// Whether it keeps 32 bits; otherwise it keeps 16.
+        long: bool,
+    },
+    /// Difference.
+    Sub {
+        /// Whether it keeps 32 bits; otherwise it keeps 16.
+        long: bool,
+    },
+    /// Product.
+    Mul {
+        /// Whether it keeps 32 bits, as the dividend of a division does; otherwise it keeps 16.
+        wide: bool,
+    },
+    /// Quotient, of 16 bits, truncated toward 0; the left operand where the right one is 0.
+    Div,
+    /// Remainder, of 16 bits; the left operand where the right one is 0.
+    Rem,
+    /// Whether the left operand equals the right one.
+    Eq,
+    /// Whether it differs.
+    Ne,
+    /// Whether it is less.
+    Lt,
+    /// Whether it is less or equal.
+    Le,
+    /// Whether it is greater.
+    Gt,
+    /// Whether it is greater or equal.
+    Ge,
+    /// Whether neither operand is 0.
+    And,
+    /// Whether one of the operands is not 0.
+    Or,
+}
 
-/// The low 16 bits, signed.
-pub(super) fn low16(value: i32) -> i32 {
+/// The low 16 bits, as a signed number.
+fn low16(value: i32) -> i32 {
     i32::from(value as i16)
 }
 
@@ -15,7 +57,7 @@ fn long_or_integer(value: i32, long: bool) -> i32 {
 }
 
 /// A binary operation's result.
-pub(super) fn binary(op: Binary, a: i32, b: i32) -> i32 {
+pub fn binary(op: Binary, a: i32, b: i32) -> i32 {
     match op {
         Binary::Add { long } => long_or_integer(a.wrapping_add(b), long),
         Binary::Sub { long } => long_or_integer(a.wrapping_sub(b), long),
@@ -35,13 +77,13 @@ pub(super) fn binary(op: Binary, a: i32, b: i32) -> i32 {
     }
 }
 
-/// A negation's result.
-pub(super) fn negate(value: i32, long: bool) -> i32 {
+/// A negation's result, of 32 bits where it is `long`, and of 16 otherwise.
+pub fn negate(value: i32, long: bool) -> i32 {
     long_or_integer(value.wrapping_neg(), long)
 }
 
-/// A value as a variable of the type takes it.
-pub(super) fn convert(value: i32, ty: Type) -> i32 {
+/// A value as a variable of the type takes it: truth for LOGICALs, the low 16 bits for INTEGERs.
+pub fn convert(value: i32, ty: Type) -> i32 {
     match ty {
         Type::Logical => i32::from(value != 0),
         Type::Integer => low16(value),
