@@ -35,6 +35,29 @@ fn text_has_the_source_in_it() {
     }
 }
 
+/// The code of a cold block stands behind that of the other blocks, whichever side of a branch it is.
+#[test]
+fn cold_blocks_are_out_of_the_way() {
+    let positions = |marks: [&str; 2]| {
+        let text = format!(
+            "image 8\nregion data at 0 size 8\ntask \"scan\" L0\nfn \"chunk0\" {{\n\
+             block0 (L0):\nv0: i32 = load data:0\nv1: i1 = trunc v0\nbrif v1, block1, block2\n\
+             block1{}:\nv2: i32 = iconst 286331153\nstore data:4, v2\njump block3\n\
+             block2{}:\nv3: i32 = iconst 572662306\nstore data:4, v3\njump block3\n\
+             block3:\nreturn\n}}\n",
+            marks[0], marks[1]
+        );
+        let module = plcc_ir::text::parse(&text).unwrap();
+        let code = compile(&module, &Target::baseline(TARGETS[0]).unwrap()).unwrap();
+        [[0x11; 4], [0x22; 4]]
+            .map(|constant| code.bytes.windows(4).position(|window| window == constant).unwrap())
+    };
+    let [cold, other] = positions([" cold", ""]);
+    assert!(cold > other);
+    let [other, cold] = positions(["", " cold"]);
+    assert!(cold > other);
+}
+
 /// Cranelift keeps statements relative to the first that it meets, which is not the first in the
 /// source when the code jumps about.
 #[test]

@@ -21,6 +21,8 @@ pub struct FuncBuilder {
     func: FuncData,
     block: Block,
     loc: SourceLoc,
+    /// Whether blocks that become the current one are marked as cold.
+    cold: bool,
 }
 
 impl FuncBuilder {
@@ -31,7 +33,7 @@ impl FuncBuilder {
             blocks: vec![BlockData::default()],
             ..FuncData::default()
         };
-        Self { func, block: Block(0), loc: SourceLoc::NONE }
+        Self { func, block: Block(0), loc: SourceLoc::NONE, cold: false }
     }
 
     /// The finished function. A block without terminator gets [`Terminator::Return`].
@@ -85,6 +87,20 @@ impl FuncBuilder {
     /// Makes a block the current one.
     pub fn switch_to(&mut self, block: Block) {
         self.block = block;
+        self.mark();
+    }
+
+    /// Says whether the code from here on seldom runs. If so, the current block and each block that
+    /// becomes the current one are marked as [cold](BlockData::cold), until this is called with
+    /// `false`; marks that are made stay. Gives what was said before.
+    pub fn set_cold(&mut self, cold: bool) -> bool {
+        let before = std::mem::replace(&mut self.cold, cold);
+        self.mark();
+        before
+    }
+
+    fn mark(&mut self) {
+        self.func.blocks[self.block.index()].cold |= self.cold;
     }
 
     /// Makes a block an entry with a label.
@@ -100,9 +116,7 @@ impl FuncBuilder {
 
     /// Appends an instruction; gives its result if it has one.
     pub fn push(&mut self, data: InstData) -> Option<Value> {
-        if self.is_terminated() {
-            self.block = self.create_block();
-        }
+        self.begin_block_behind_end();
         let inst = self.func.append(data, self.loc);
         self.func.blocks[self.block.index()].insts.push(inst);
         self.func.result(inst)
@@ -115,10 +129,16 @@ impl FuncBuilder {
 
     /// Ends the current block with a terminator.
     pub fn terminate(&mut self, terminator: Terminator) {
-        if self.is_terminated() {
-            self.block = self.create_block();
-        }
+        self.begin_block_behind_end();
         self.func.blocks[self.block.index()].terminator = Some(terminator);
+    }
+
+    /// Switches to a new block if the current one has ended.
+    fn begin_block_behind_end(&mut self) {
+        if self.is_terminated() {
+            let block = self.create_block();
+            self.switch_to(block);
+        }
     }
 
     /// Appends an integer constant, cut to the type.
@@ -237,5 +257,27 @@ impl FuncBuilder {
     /// Replaces the terminator of a block.
     pub(crate) fn set_terminator(&mut self, block: Block, terminator: Terminator) {
         self.func.blocks[block.index()].terminator = Some(terminator);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_are_cold_that_are_switched_to_while_code_is_cold() {
+        let mut b = FuncBuilder::new("f");
+        let [cold, nested, join] = [(); 3].map(|()| b.create_block());
+        b.switch_to(cold);
+        assert!(!b.set_cold(true));
+        b.switch_to(nested);
+        assert!(b.set_cold(true));
+        b.ret();
+        // A new block begins behind the end of `nested`.
+        b.jump(join, &[]);
+        assert!(b.set_cold(false));
+        b.switch_to(join);
+        let marks: Vec<bool> = b.finish().blocks().map(|(_, data)| data.cold).collect();
+        assert_eq!(marks, [false, true, true, false, true]);
     }
 }

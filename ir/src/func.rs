@@ -186,6 +186,9 @@ pub struct BlockData {
     pub params: Vec<Value>,
     /// Its instructions, in order.
     pub insts: Vec<Inst>,
+    /// Whether it seldom runs. Code generation places its code behind that of the other blocks, and
+    /// does not keep base registers over its calls. What the block computes is not changed by it.
+    pub cold: bool,
     /// Its end; absent only while the block is being built.
     pub terminator: Option<Terminator>,
 }

@@ -240,8 +240,10 @@ impl Gen {
         let param = valued.then(|| ins.block_param(join, ty));
         ins.brif(cond, then, other);
         let kept = self.pool.len();
+        let cold = self.rng.chance(30);
         for block in [then, other] {
             self.b.ins().switch_to(block);
+            self.b.ins().set_cold(cold && block == other);
             for _ in 0..self.rng.below(3) {
                 match self.rng.below(3) {
                     0 => self.store(),
@@ -253,6 +255,7 @@ impl Gen {
             self.b.ins().jump(join, args);
             self.pool.truncate(kept);
         }
+        self.b.ins().set_cold(false);
         self.b.ins().switch_to(join);
         self.pool.extend(param.map(|param| (param, ty)));
     }

@@ -4,9 +4,7 @@ use cranelift_codegen::ir::{
     Block as ClifBlock, BlockArg, InstBuilder, JumpTableData, Value as ClifValue, types,
 };
 use plcc_abi::{RawOutcome, TrapCode};
-use plcc_ir::{
-    BinaryOp, Block, BlockCall, ConvertOp, FloatCond, InstData, Label, Terminator, Type, Value,
-};
+use plcc_ir::{BinaryOp, BlockCall, ConvertOp, InstData, Label, Terminator, Type, Value};
 
 use super::{Fault, Lowered, Lowering};
 
@@ -100,24 +98,10 @@ impl Lowering<'_> {
                 self.builder.ins().jump(block, &args);
             }
             Terminator::Brif { cond, then, otherwise } => {
-                let asks_for_nan = matches!(
-                    self.func.def_inst(*cond),
-                    Some(InstData::Fcmp { cond: FloatCond::Ge, args: [a, b] }) if a == b
-                );
-                let rare = [then, otherwise].map(|call| self.is_rare(call.block));
                 let cond = self.truth(*cond)?;
                 let (then, then_args) = self.call(then)?;
                 let (otherwise, other_args) = self.call(otherwise)?;
                 self.builder.ins().brif(cond, then, &then_args, otherwise, &other_args);
-                // A double that does not compare with itself is rare: out of the way with it.
-                if asks_for_nan {
-                    self.builder.set_cold_block(otherwise);
-                }
-                for (block, rare) in [then, otherwise].into_iter().zip(rare) {
-                    if rare {
-                        self.builder.set_cold_block(block);
-                    }
-                }
             }
             Terminator::Switch { arg, targets, default } => {
                 let number = self.value(*arg)?;
@@ -164,25 +148,6 @@ impl Lowering<'_> {
             word = self.builder.ins().ireduce(types::I8, word);
         }
         Ok(self.builder.ins().band_imm_u(word, 1 << bit))
-    }
-
-    /// Whether a block does what integers could not: PMAC's bit operators and roundings on any
-    /// doubles are calls, for integers they are not.
-    pub(super) fn is_rare(&self, block: Block) -> bool {
-        use plcc_abi::HostFn;
-        self.func.block(block).insts.iter().any(|&inst| {
-            matches!(
-                self.func.inst(inst),
-                InstData::HostCall {
-                    function: HostFn::PmacAnd
-                        | HostFn::PmacOr
-                        | HostFn::PmacXor
-                        | HostFn::PmacBits
-                        | HostFn::PmacMod,
-                    ..
-                }
-            )
-        })
     }
 
     fn outcome(&mut self, outcome: RawOutcome) {

@@ -69,7 +69,7 @@ pub(crate) fn function(
         context: context_value,
         image,
         bases,
-        rare: false,
+        cold: false,
         is_x86,
         truncated: HashMap::new(),
         call: None,
@@ -133,8 +133,8 @@ struct Lowering<'a> {
     image: Variable,
     /// The base registers, each with the offset in the image that it points to.
     bases: Vec<(i64, Variable)>,
-    /// The block at hand is for what seldom happens.
-    rare: bool,
+    /// Whether the current block is cold.
+    cold: bool,
     is_x86: bool,
     /// Integers that doubles were truncated to, each with the vector whose lowest lane holds it.
     truncated: HashMap<Value, ClifValue>,
@@ -188,7 +188,10 @@ impl Lowering<'_> {
         let clif = self.clif_block(block)?;
         self.builder.switch_to_block(clif);
         let data = self.func.block(block);
-        self.rare = self.is_rare(block);
+        self.cold = data.cold;
+        if self.cold {
+            self.builder.set_cold_block(clif);
+        }
         for &inst in &data.insts {
             self.inst = Some(inst);
             self.inst(inst)?;
@@ -278,7 +281,7 @@ impl Lowering<'_> {
         }
         let call = self.builder.ins().call_indirect(signature, callee, &operands);
         let result = self.builder.inst_results(call)[0];
-        if self.rare {
+        if self.cold {
             self.materialise_bases();
         }
         Ok(function.signature().1.map(|ty| match ty {

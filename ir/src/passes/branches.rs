@@ -116,7 +116,7 @@ fn thread_jumps(func: &mut FuncData) {
 /// The block that an empty block jumps to.
 fn only_jumps_to(func: &FuncData, block: Block) -> Option<Block> {
     match &func.blocks[block.index()] {
-        BlockData { params, insts, terminator: Some(Terminator::Jump(call)) }
+        BlockData { params, insts, cold: _, terminator: Some(Terminator::Jump(call)) }
             if params.is_empty() && insts.is_empty() && call.args.is_empty() =>
         {
             Some(call.block)

@@ -47,6 +47,8 @@ pub(super) struct BlockText {
     pub(super) head: Block,
     /// What stands in parentheses behind that.
     pub(super) params: Vec<Param>,
+    /// Whether `cold` stands before the colon.
+    pub(super) cold: bool,
     pub(super) lines: Vec<Line>,
     pub(super) terminator: Terminator,
 }
@@ -223,12 +225,13 @@ fn block_text<'t>() -> impl Grammar<'t, BlockText> {
     let param = choice((label().map(Param::Label), value.map(|(v, ty)| Param::Value(v, ty))));
     let list = param.separated_by(sign(',')).at_least(1).collect::<Vec<_>>();
     let params = list.delimited_by(sign('('), sign(')')).repeated().collect::<Vec<_>>();
-    let head = block().then(params).then_ignore(sign(':')).then_ignore(end_of_line());
+    let cold = keyword("cold").or_not().map(|word| word.is_some());
+    let head = block().then(params).then(cold).then_ignore(sign(':')).then_ignore(end_of_line());
     let lines = line().then_ignore(end_of_line()).repeated().collect();
     head.then(lines).then(terminator().then_ignore(end_of_line())).map(
-        |(((head, params), lines), terminator)| {
+        |((((head, params), cold), lines), terminator)| {
             let params = params.into_iter().flatten().collect();
-            BlockText { head, params, lines, terminator }
+            BlockText { head, params, cold, lines, terminator }
         },
     )
 }

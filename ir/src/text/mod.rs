@@ -23,6 +23,11 @@
 //!     v8: f64 = hostcall pmac_m_read(v7)
 //!     jump block2
 //! block2 (L1):
+//!     v9: i1 = load flags:1
+//!     brif v9, block3, block4
+//! block3 cold:
+//!     trap array_bounds
+//! block4:
 //!     return
 //! }
 //!
@@ -35,6 +40,8 @@
 //! - Regions stand above the functions. Blocks are numbered from `block0` in the order in which
 //!   they stand. A value may be used above its definition.
 //! - The names of labels in parentheses behind a block's name make it an entry.
+//! - `cold` before the colon of a block's head (`block3(v7: i32) cold:`) says that the block seldom
+//!   runs.
 //! - `@N` says that the instructions that follow belong to statement N, `@none` that they belong to
 //!   none. It holds until the next such line, also in the blocks that follow.
 //! - A task that can be suspended lists the labels at which it goes on, in the order of its resume

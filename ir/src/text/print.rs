@@ -124,7 +124,7 @@ impl<'a> Printer<'a> {
             if !labels.is_empty() {
                 write!(out, " ({})", labels.join(", "))?;
             }
-            out.push_str(":\n");
+            out.push_str(if data.cold { " cold:\n" } else { ":\n" });
             for &inst in &data.insts {
                 let next = self.func.loc(inst);
                 if next != loc {

@@ -97,7 +97,7 @@ impl FuncResolver<'_> {
                 let message = format!("the next block is {block}: they stand in order");
                 return Err(self.tokens.error(text.head.index(), message));
             }
-            let mut data = BlockData::default();
+            let mut data = BlockData { cold: text.cold, ..BlockData::default() };
             for param in &text.params {
                 match *param {
                     Param::Label(label) => {

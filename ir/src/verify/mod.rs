@@ -38,7 +38,8 @@
 //!     known to come to it, and of some task where that is not known: a jump to a label by number
 //!     may lead anywhere, so nothing is known of what comes behind it.
 //!
-//! Blocks that control cannot reach keep all rules but 9.
+//! Blocks that control cannot reach keep all rules but 9. Any block may be cold, also an entry: that
+//! is about speed only.
 //!
 //! # Termination
 //! [`every_scan_ends`] proves that every scan of a module ends, by the absence of loops. It holds for

@@ -143,10 +143,10 @@ impl Operand {
         let value = self.float(b);
         let cond = if may_be_nan { FloatCond::Eq } else { FloatCond::OrderedNe };
         let (truncated, is_integer) = integrality_check(b, value, cond);
-        let fixed = |b: &mut FuncBuilder| {
+        let fixed = cold(|b| {
             let bits = host_value(b, HostFn::PmacBits, &[value])?;
             Ok(b.sextend_or_trunc(Type::I32, bits))
-        };
+        });
         if may_be_nan {
             either(b, is_integer, Type::I32, |_| Ok(truncated), fixed)
         } else {
@@ -216,6 +216,16 @@ fn either<E>(
     Ok(result)
 }
 
+/// Emits the slow side of a guard, which seldom runs: its blocks are marked as cold.
+fn cold<T>(emit: impl FnOnce(&mut FuncBuilder) -> T) -> impl FnOnce(&mut FuncBuilder) -> T {
+    |b| {
+        let before = b.set_cold(true);
+        let value = emit(b);
+        b.set_cold(before);
+        value
+    }
+}
+
 /// A double without infinities and NaN: the largest number of the infinity's sign, or 0.
 fn without_infinity_and_nan(b: &mut FuncBuilder, value: Value) -> Value {
     let finite = is_finite(b, value);
@@ -224,10 +234,10 @@ fn without_infinity_and_nan(b: &mut FuncBuilder, value: Value) -> Value {
         finite,
         Type::F64,
         |_| Ok::<_, Infallible>(value),
-        |b| {
+        cold(|b| {
             let (high, low) = (b.fconst(f64::MAX), b.fconst(-f64::MAX));
             Ok(by_sign(b, value, high, low))
-        },
+        }),
     );
     value
 }
@@ -349,13 +359,13 @@ fn divide(b: &mut FuncBuilder, a: (Value, Operand), by: (Value, Operand)) -> Val
         finite,
         Type::F64,
         |_| Ok::<_, Infallible>(quotient),
-        |b| {
+        cold(|b| {
             let (high, low) = (b.fconst(f64::MAX), b.fconst(-f64::MAX));
             let zero = b.fconst(0.0);
             let by_zero = b.fcmp(FloatCond::Eq, by.0, zero);
             let by_rule = by_sign(b, a.0, high, low);
             Ok(b.select(by_zero, by_rule, quotient))
-        },
+        }),
     );
     value
 }
@@ -387,7 +397,7 @@ fn bit_operator(
         let bits = b.binary(instruction, i, j);
         Ok(b.convert(ConvertOp::IntToFloat, Type::F64, bits))
     };
-    either(b, both_fit, Type::F64, integers, |b| host_value(b, function, &[x, y]))
+    either(b, both_fit, Type::F64, integers, cold(|b| host_value(b, function, &[x, y])))
 }
 
 /// The truth value of a comparator.

@@ -77,16 +77,19 @@ impl Lowerer<'_> {
         let any = any.ok_or_else(|| InternalError::new("no variable is speculated on"))?;
         let b = self.builder.ins();
         let (integer, float, join) = (b.create_block(), b.create_block(), b.create_block());
+        // Nearly all numbers of real programs are integers, so the general code is cold.
         b.brif(any, float, integer);
         let mut result = None;
         for (block, loaded) in [(integer, integers), (float, doubles)] {
             self.builder.ins().switch_to(block);
             self.guarded = loaded;
             self.has_integer_code = block == float;
+            let before = self.builder.ins().set_cold(block == float);
             let value = emit(self)?;
             self.has_integer_code = false;
             self.guarded.clear();
             let b = self.builder.ins();
+            b.set_cold(before);
             if value.is_some() && result.is_none() {
                 result = Some(b.block_param(join, Type::I1));
             }

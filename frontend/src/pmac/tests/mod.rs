@@ -2,6 +2,7 @@
 
 mod decided;
 
+use plcc_abi::HostFn;
 use plcc_diag::SourceMap;
 
 use super::check;
@@ -484,4 +485,36 @@ fn the_lowering_reports_its_own_defects_with_their_place() {
     assert_eq!(operand, ("an expression lacks an operand".to_owned(), 4));
     let endless = defect(&|broken| broken.download.plcs[1].code[0].kind = StmtKind::EndWhile(0));
     assert_eq!(endless, ("an ENDWHILE has no WHILE".to_owned(), 4));
+}
+
+/// The host functions that a PLC with one statement calls, each with whether the call's block is
+/// cold.
+fn calls(statement: &str) -> Vec<(HostFn, bool)> {
+    let text = format!("I5=2\nOPEN PLC 1 CLEAR\n{statement}\nCLOSE\n");
+    let mut sources = plcc_diag::SourceMap::new();
+    let file = sources.add("main.pmc", text.as_bytes());
+    let options = Options::default();
+    let (program, _) = super::check(&mut sources, &[file], &MemoryLoader::new(), &options);
+    let lowered = program.expect("it has no errors").lower().expect("it can be lowered");
+    let mut calls = vec![];
+    for func in &lowered.module.funcs {
+        for (_, block) in func.blocks() {
+            for &inst in &block.insts {
+                if let plcc_ir::InstData::HostCall { function, .. } = func.inst(inst) {
+                    calls.push((*function, block.cold));
+                }
+            }
+        }
+    }
+    calls
+}
+
+#[test]
+fn the_slow_sides_of_guards_are_cold() {
+    // The integer guard of a statement, and an integrality check.
+    assert_eq!(calls("P1=P2&P3+P4"), [(HostFn::PmacAnd, true)]);
+    assert_eq!(calls("P1=SIN(P2)|P3"), [(HostFn::PmacSin, false), (HostFn::PmacOr, true)]);
+    assert_eq!(calls("P(P1)=1"), [(HostFn::PmacBits, true)]);
+    // Calls without guard.
+    assert_eq!(calls("P1=EXP(P2)%P3"), [(HostFn::PmacExp, false), (HostFn::PmacMod, false)]);
 }
