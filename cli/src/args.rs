@@ -1,4 +1,4 @@
-//! What stands on the command line.
+//! The commands and options of `plcc`, with their help texts.
 
 use std::path::PathBuf;
 
@@ -20,26 +20,26 @@ const STYLES: Styles = Styles::styled()
 const HELP: &str = "\
 Examples:
   plcc check lathe.pmi
-  plcc run lathe.pmi --ticks 500 --stimulus lathe.csv --watch @SMF,LS27 --trace -
+  plcc run lathe.pmi --ticks 500 --stimulus lathe.csv --watch MCHON,@FRO
   plcc build lathe.pmi && plcrt lathe.plcx --realtime
   plcc explain PMI-31
 
 `plcc help COMMAND` has each command's options and more examples.
 
 Exit status:
-  0    done; warnings are no errors
+  0    done; warnings do not change this
   1    the source has errors
-  2    wrong usage, or a file that can't be read or is not valid
+  2    wrong usage, or a file that can't be read or written or is not valid
   3    the program was stopped by a run-time fault
-  4    the compiler has made a mistake; please report it
-  130  Ctrl-C";
+  4    an internal error of plcc; please report it
+  130  Ctrl-C or SIGTERM; all outputs are written";
 
 /// Native code for the PLC programs of machine tools: PMI, NCT and PMAC.
 #[derive(Parser)]
 #[command(name = "plcc", version, styles = STYLES, after_help = HELP, max_term_width = 100)]
 #[command(propagate_version = true)]
 pub(crate) struct Cli {
-    /// When to use colours
+    /// When to use colours: auto (on a terminal), always or never
     #[arg(
         long,
         global = true,
@@ -55,10 +55,11 @@ pub(crate) struct Cli {
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
-    /// Finds every mistake in sources
+    /// Checks sources and reports every error and warning
     #[command(after_help = "\
-Folders are searched for .pmi, .nct, .pmc, .pmac and .plc files, in any case; files that others \
-include are checked with those. Several PMAC files that are named are one download, in their order.
+Folders are searched, with all folders in them, for .pmi, .nct, .pmc, .pmac and .plc files, in any \
+case of letters. A file that others include is checked as a part of those. Several PMAC files that \
+are named are checked as one download, in their order.
 
 Examples:
   plcc check lathe.pmi
@@ -79,12 +80,13 @@ Examples:
     /// Runs a program: a source or an artifact
     #[command(after_help = "\
 Examples:
-  plcc run lathe.pmi --ticks 500 --stimulus lathe.csv --watch @SMF,LS27 --trace -
+  plcc run lathe.pmi --ticks 500 --stimulus lathe.csv --watch MCHON,@FRO
   plcc run sample.plc --for 10s --events - --dump end.json
   plcc run mill.pmc io.pmc --realtime --retain mill.retained
   plcc run lathe.plcx --ticks 100 --dump - | jq .variables
 
-Exit status: 0 done; 1 the source has errors; 2 wrong usage; 3 stopped by a fault; 130 Ctrl-C.")]
+Exit status: 0 done; 1 the source has errors; 2 wrong usage, or a file that can't be read or written \
+or is not valid; 3 the program was stopped by a run-time fault; 130 Ctrl-C or SIGTERM.")]
     Run(RunCommand),
 
     /// Times a scan in each engine, side by side
@@ -94,7 +96,7 @@ Examples:
   plcc bench sample.plc --scans 20000 --json | jq .engines.jit")]
     Bench(BenchArgs),
 
-    /// Explains a code, a keyword or a variable of a control
+    /// Explains the code of a diagnostic, a keyword, or a variable of a control
     #[command(after_help = "\
 Examples:
   plcc explain PMI-31
@@ -111,8 +113,8 @@ Examples:
 
     /// Lists where a program reads, writes and tests each variable
     #[command(after_help = "\
-Of an NCT program it also warns of bits that are written and never read, read and never written, and \
-of outputs that several modules switch.
+In an NCT program it also warns of bits that are written and never read, of bits that are read and \
+never written, and of outputs that several modules set or reset.
 
 Examples:
   plcc xref sample.plc
@@ -156,7 +158,7 @@ pub(crate) enum LimitsArg {
     /// The original compiler's limits are errors
     #[default]
     Original,
-    /// They are lifted
+    /// They do not hold; 256 levels of nesting are the limit then
     None,
 }
 
@@ -171,7 +173,7 @@ impl From<LimitsArg> for Limits {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ControllerArg {
-    /// PMAC (1)
+    /// PMAC, the first generation
     #[default]
     Pmac,
     /// Turbo PMAC
@@ -207,21 +209,21 @@ impl From<OptArg> for OptLevel {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum EngineArg {
-    /// Walks the source's statements
+    /// Interprets the source's statements, without compiling; much slower
     Interp,
-    /// Compiles for this machine
+    /// Native code, compiled just in time for this machine
     #[default]
     Jit,
-    /// Compiles as `plcc build` does, in memory
+    /// Native code, compiled ahead of time as `plcc build` does
     Aot,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum FormatArg {
-    /// Drawn excerpts on standard error
+    /// Drawn excerpts of the source, on standard error
     #[default]
     Human,
-    /// An object a line on standard output
+    /// A JSON object a line, on standard output
     Json,
 }
 
@@ -233,7 +235,7 @@ pub(crate) struct SourceArgs {
     #[arg(long, value_name = "DIALECT", value_parser = dialect())]
     pub(crate) dialect: Option<Dialect>,
 
-    /// Whether the original compiler's limits hold [default: original]
+    /// Whether the original compiler's limits on lengths and numbers hold [default: original]
     #[arg(long, value_name = "LIMITS")]
     pub(crate) limits: Option<LimitsArg>,
 
@@ -245,23 +247,23 @@ pub(crate) struct SourceArgs {
     #[arg(long, value_name = "CONTROLLER")]
     pub(crate) controller: Option<ControllerArg>,
 
-    /// What is particular to the machine: executive variables, NCT's parameters and tables
-    /// [default: STEM.machine.toml beside the source, if there is one]
+    /// A machine file: executive variables, NCT's parameters and tables, which this machine has
+    /// besides those of the manual [default: STEM.machine.toml beside the source, if it exists]
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) machine: Option<PathBuf>,
 
-    /// Takes no STEM.machine.toml that stands beside the source for --machine
+    /// Ignores a STEM.machine.toml that lies beside the source
     #[arg(long, conflicts_with = "machine")]
     pub(crate) no_machine: bool,
 
-    /// Where included files are looked up too (repeatable)
+    /// A further folder in which included files are looked for (repeatable)
     #[arg(short = 'I', value_name = "DIR")]
     pub(crate) include: Vec<PathBuf>,
 }
 
 #[derive(Args)]
 pub(crate) struct CheckArgs {
-    /// Sources and folders; - is standard input
+    /// Sources, or folders of sources; - is standard input
     #[arg(required = true, value_name = "FILE|DIR")]
     pub(crate) paths: Vec<PathBuf>,
 
@@ -283,19 +285,19 @@ pub(crate) enum Emit {
     /// What plcrt and `plcc run` take
     #[default]
     Artifact,
-    /// A native relocatable object with line information
+    /// An object file for a linker (ELF), with line information
     Obj,
-    /// Our SSA IR after its passes, as text
+    /// plcc's own intermediate representation (IR) after optimisation, as text
     Ir,
-    /// Cranelift's form
+    /// The intermediate representation of the code generator Cranelift (CLIF), as text
     Clif,
-    /// Machine code, to read
+    /// Machine code, disassembled, as text
     Asm,
 }
 
 #[derive(Args)]
 pub(crate) struct BuildArgs {
-    /// The source; several are one PMAC download, in their order
+    /// The source, - is standard input; several files are one PMAC download, in their order
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
 
@@ -308,7 +310,7 @@ pub(crate) struct BuildArgs {
     #[arg(long, value_name = "FORM", default_value = "artifact")]
     pub(crate) emit: Emit,
 
-    /// The target machine [default: machines like this one]
+    /// The machine that runs the code, as in aarch64-unknown-linux-gnu [default: this architecture]
     #[arg(long, value_name = "TRIPLE")]
     pub(crate) target: Option<String>,
 
@@ -326,11 +328,12 @@ pub(crate) struct BuildArgs {
 
 #[derive(Args)]
 pub(crate) struct RunCommand {
-    /// A source (several are one PMAC download) or an artifact
+    /// A source, - is standard input (several files are one PMAC download, in their order); or an
+    /// artifact
     #[arg(required = true, value_name = "FILE|ARTIFACT")]
     pub(crate) files: Vec<PathBuf>,
 
-    /// What runs the program [default: jit; an artifact is always aot]
+    /// The engine that executes the program [default: jit; an artifact is always aot]
     #[arg(long, value_name = "ENGINE")]
     pub(crate) engine: Option<EngineArg>,
 
@@ -338,12 +341,12 @@ pub(crate) struct RunCommand {
     #[arg(long, value_name = "LEVEL")]
     pub(crate) opt: Option<OptArg>,
 
-    /// PMAC, --engine jit: when the program has changed definitions of M-variables, compiles it
-    /// again once they have stayed as they are for so many ticks [default: 100]
+    /// PMAC, --engine jit: how many ticks the definitions of M-variables must have stayed
+    /// unchanged before a program that has moved some is compiled again [default: 100]
     #[arg(long, value_name = "TICKS|never", value_parser = recompile_after)]
     pub(crate) recompile_after: Option<RecompileAfter>,
 
-    /// PMAC: runs without the PLCs whose IFs or WHILEs do not match
+    /// PMAC: leaves out PLCs whose IFs or WHILEs do not match, and runs the others
     #[arg(long)]
     pub(crate) keep_going: bool,
 
@@ -360,19 +363,20 @@ pub(crate) struct RunCommand {
 
 #[derive(Args)]
 pub(crate) struct BenchArgs {
-    /// The source; several are one PMAC download
+    /// The source, - is standard input; several files are one PMAC download, in their order
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
 
-    /// A table `tick,name,value`, repeated from its end on
+    /// A table `tick,name,value` of what the machine and the operator do; it begins again after its
+    /// last tick
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) stimulus: Option<PathBuf>,
 
-    /// How many ticks in each engine [default: 100000, or as many as fit into ten seconds]
+    /// How many ticks to run in each engine [default: 100000, or as many as fit into ten seconds]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) scans: Option<u64>,
 
-    /// Prints one JSON object
+    /// Prints the times as one JSON object
     #[arg(long)]
     pub(crate) json: bool,
 
@@ -389,31 +393,31 @@ pub(crate) struct BenchArgs {
 
 #[derive(Args)]
 pub(crate) struct ExplainArgs {
-    /// Codes of diagnostics, keywords, and variables and words of memory of a control, in any case
-    /// (PMAC's families and rows too)
+    /// Codes of diagnostics, keywords, variables and memory words of a control, in any case of
+    /// letters; also families (Ix22) and rows (M11..18) of PMAC's variables
     #[arg(required_unless_present_any = ["list", "search"], value_name = "CODE|NAME")]
     pub(crate) what: Vec<String>,
 
-    /// Prints a line for everything that can be explained
+    /// Lists everything that can be explained, a line each
     #[arg(long, conflicts_with = "what")]
     pub(crate) list: bool,
 
-    /// Prints the lines that hold all of these words, in any case
+    /// Lists what has all of these words in its line, in any case of letters
     #[arg(long, value_name = "WORD", num_args = 1.., conflicts_with_all = ["what", "list"])]
     pub(crate) search: Vec<String>,
 
-    /// Only what it means there
+    /// Explains only what it means in this language
     #[arg(long, value_name = "DIALECT", value_parser = dialect())]
     pub(crate) dialect: Option<Dialect>,
 
-    /// Only what PMAC's variables mean on that controller
+    /// Explains only what PMAC's variables mean on this controller
     #[arg(long, value_name = "CONTROLLER")]
     pub(crate) controller: Option<ControllerArg>,
 }
 
 #[derive(Args)]
 pub(crate) struct XrefArgs {
-    /// The source; several are one PMAC download, in their order
+    /// The source, - is standard input; several files are one PMAC download, in their order
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
 
@@ -428,7 +432,7 @@ pub(crate) struct XrefArgs {
 fn define(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((name, value)) if !name.trim().is_empty() => Ok((name.trim().into(), value.into())),
-        _ => Err("NAME=VALUE is expected".into()),
+        _ => Err("NAME=VALUE is expected, as in AXIS=3".into()),
     }
 }
 
@@ -445,7 +449,7 @@ fn recompile_after(text: &str) -> Result<RecompileAfter, String> {
         _ => text
             .parse()
             .map(RecompileAfter::Ticks)
-            .map_err(|_| "a number of ticks, or never".into()),
+            .map_err(|_| "a whole number of ticks, or never, is expected".into()),
     }
 }
 

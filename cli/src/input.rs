@@ -8,6 +8,7 @@ use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 use plcc_frontend::common::{FileLoader, Machine, Options};
 use plcc_frontend::{LANGUAGES, detect, language};
 use plcc_runtime::Artifact;
+use plcc_runtime::files::why_not_read;
 
 use crate::args::SourceArgs;
 use crate::compile::{self, Checked};
@@ -29,7 +30,7 @@ impl SourceSettings {
         let beside = machine_beside(source).filter(|_| args.machine.is_none() && !args.no_machine);
         if let Some(path) = &beside {
             let path = path.display();
-            report.note(&format!("{path} is taken as --machine; --no-machine does without"));
+            report.note(&format!("{path} is used as the machine file; --no-machine ignores it"));
         }
         let machine = args.machine.clone().or(beside);
         let options = Options {
@@ -74,20 +75,13 @@ pub(crate) fn is_standard_input(path: &Path) -> bool {
 
 /// Reads a machine file.
 pub(crate) fn machine(path: &Path) -> Result<Machine, Failure> {
-    let bytes = fs::read(path).map_err(|error| Failure::file(path, reason(&error)))?;
+    let bytes = fs::read(path).map_err(|error| Failure::file(path, why_not_read(&error)))?;
     let text = String::from_utf8_lossy(&bytes);
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    Machine::parse(text).map_err(|error| Failure::file(path, error))
-}
-
-/// Why a file can't be read, in plain words.
-pub(crate) fn reason(error: &std::io::Error) -> String {
-    match error.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".into(),
-        std::io::ErrorKind::PermissionDenied => "it may not be read".into(),
-        std::io::ErrorKind::IsADirectory => "it is a folder".into(),
-        _ => error.to_string(),
-    }
+    Machine::parse(text).map_err(|error| {
+        let error = error.to_string();
+        Failure::file(path, format!("it is not a valid machine file: {}", error.trim_end()))
+    })
 }
 
 /// A source that has been read, before it is known what language it is in.
@@ -103,7 +97,7 @@ impl SourceFile {
             true => disk::read_all(io::stdin().lock()),
             false => Disk.read(path),
         };
-        let bytes = bytes.map_err(|error| Failure::file(path, reason(&error)))?;
+        let bytes = bytes.map_err(|error| Failure::file(path, why_not_read(&error)))?;
         if Artifact::is_artifact(&bytes) {
             return Err(Failure::file(path, "it is an artifact; a source is needed here"));
         }
@@ -121,8 +115,8 @@ pub(crate) struct Input {
 /// A program's sources, checked.
 pub(crate) struct Program {
     pub(crate) sources: SourceMap,
-    /// How many of the sources were named; the others are included.
-    pub(crate) own: usize,
+    /// How many of the sources were named; those behind them in `sources` are included ones.
+    pub(crate) named_files: usize,
     pub(crate) dialect: Dialect,
     pub(crate) checked: Option<Checked>,
     pub(crate) diagnostics: Vec<Diagnostic>,
@@ -150,7 +144,7 @@ impl Input {
             let joining: Vec<_> =
                 LANGUAGES.iter().filter(|l| l.joins_files()).map(|l| l.title()).collect();
             let message = format!(
-                "a {} program is one file; {} were given (several are a {} download)",
+                "a {} program is one file, and {} were given; only {} programs may have several",
                 dialect.name(),
                 files.len(),
                 joining.join(" or ")
@@ -172,14 +166,15 @@ impl Input {
         let Self { mut sources, files, dialect } = self;
         let (checked, mut diagnostics) =
             compile::check(&mut sources, &files, dialect, &Disk, options);
-        diagnostics.sort_by_cached_key(|diagnostic| place(&sources, diagnostic.span));
-        Program { sources, own: files.len(), dialect, checked, diagnostics }
+        diagnostics.sort_by_cached_key(|diagnostic| reading_position(&sources, diagnostic.span));
+        Program { sources, named_files: files.len(), dialect, checked, diagnostics }
     }
 }
 
-/// Where a place stands in the text with everything included: its file and offset, behind those of
-/// the statements that include it, outermost first.
-fn place(sources: &SourceMap, mut span: Span) -> Vec<(FileId, u32)> {
+/// Where a span stands in the text with everything included: the file and offset of each statement
+/// that includes its file, outermost first, and then its own. Sorting by this gives the order in
+/// which the text is read.
+fn reading_position(sources: &SourceMap, mut span: Span) -> Vec<(FileId, u32)> {
     let mut path = vec![(span.file, span.start)];
     while let Some(at) = sources.included_from(span.file) {
         span = at;
@@ -189,7 +184,11 @@ fn place(sources: &SourceMap, mut span: Span) -> Vec<(FileId, u32)> {
     path
 }
 
-/// The dialect of files that are one program: what those say that say anything.
+/// The dialect of files that are one program, from their endings or texts. Files that do not show
+/// their language may stand beside files that do, where the language joins files.
+///
+/// # Errors
+/// When no file shows its language, or two show different ones.
 fn detect_all(sources: &SourceMap, files: &[FileId], paths: &[&Path]) -> Result<Dialect, Failure> {
     let mut found: Option<(Dialect, &Path)> = None;
     let mut doubt: Option<(&Path, Vec<Dialect>)> = None;
@@ -199,8 +198,10 @@ fn detect_all(sources: &SourceMap, files: &[FileId], paths: &[&Path]) -> Result<
                 Some((other, first)) if other != dialect => {
                     let (a, b) = (first.display(), path.display());
                     let (x, y) = (other.name(), dialect.name());
-                    let message =
-                        format!("{a} is {x} and {b} is {y}; --dialect says what both are");
+                    let message = format!(
+                        "{a} is {x} and {b} is {y}, but a program has one language; if that \
+                                 is wrong, name the language with --dialect"
+                    );
                     return Err(Failure::usage(message));
                 }
                 _ => found = Some((dialect, path)),
@@ -226,9 +227,12 @@ fn undecided(like: &[Dialect]) -> String {
     if names.is_empty() {
         let all: Vec<&str> = Dialect::ALL.iter().map(|dialect| dialect.name()).collect();
         let all = list(&all, "or");
-        format!("neither its name nor its text says which language it is; use --dialect {all}")
+        format!("neither its name nor its text says which language it is in; use --dialect {all}")
     } else {
-        format!("its text looks like {}; use --dialect", names.join(" and like "))
+        format!(
+            "its text looks like {}; name the language with --dialect",
+            names.join(" and like ")
+        )
     }
 }
 

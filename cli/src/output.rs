@@ -1,4 +1,4 @@
-//! Files that a command writes.
+//! Writes the results of commands, to files or to standard output.
 
 use std::fs;
 use std::io::{self, Write};
@@ -10,14 +10,14 @@ use plcc_runtime::session::write_whole;
 use crate::disk::existing_path;
 use crate::failure::Failure;
 
-/// Writes text or bytes to standard output. That nobody reads it any more (`plcc … | head`) is no
-/// mistake of anybody's.
+/// Writes text or bytes to standard output. That its reader has closed it (`plcc … | head`) is not an
+/// error.
 pub(crate) fn print(bytes: &[u8]) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     unless_closed(out.write_all(bytes).and_then(|()| out.flush()))
 }
 
-/// What became of writing to standard output.
+/// The failure of writing to standard output, unless its reader has closed it.
 pub(crate) fn unless_closed(result: io::Result<()>) -> Result<(), Failure> {
     match result {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
@@ -32,8 +32,11 @@ pub(crate) fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Writes a whole file, or standard output for `-`. The file is either the old or the new one
-/// afterwards, whatever happens meanwhile, and never one that was read.
+/// Writes a file as a whole, or standard output for `-`. Whatever happens meanwhile, the file holds
+/// either its old contents or the new ones.
+///
+/// # Errors
+/// When it can't be written, or is one of the `sources` or of the other files that were read.
 pub(crate) fn write(
     path: &Path,
     bytes: &[u8],
@@ -44,14 +47,17 @@ pub(crate) fn write(
         return print(bytes);
     }
     if path.is_dir() {
-        return Err(Failure::file(path, "it is a folder; -o names a file"));
+        return Err(Failure::file(path, "it is a folder; -o has to name a file"));
     }
     if let Ok(place) = fs::canonicalize(path) {
         let own =
             (0..sources.len() as u32).map(|id| existing_path(Path::new(sources.path(FileId(id)))));
         let mut own = own.chain(also_read.iter().cloned());
         if own.any(|own| fs::canonicalize(own).is_ok_and(|own| own == place)) {
-            return Err(Failure::file(path, "it is a source; it is not overwritten"));
+            return Err(Failure::file(
+                path,
+                "it was read for this program and is not overwritten; -o has to name another file",
+            ));
         }
     }
     // What a link points to is replaced, not the link.

@@ -33,7 +33,7 @@ fn artifacts_are_known_by_what_they_hold() {
     folder.plcc("check odd.pmi.bin").exits(2).says(&["artifact"]);
     folder.plcc("build odd.pmi.bin").exits(2).says(&["artifact"]);
     folder.plcc("bench odd.pmi.bin").exits(2).says(&["artifact"]);
-    folder.plcc("run odd.pmi.bin a.pmi --ticks 3").exits(2).says(&["alone"]);
+    folder.plcc("run odd.pmi.bin a.pmi --ticks 3").exits(2).says(&["together with other files"]);
 }
 
 #[test]

@@ -114,7 +114,7 @@ fn folders_are_searched_for_known_endings_in_any_case() {
 #[test]
 fn a_folder_without_programs_and_a_file_of_no_language_are_status_2() {
     let folder = Folder::with(&[("m/notes.txt", ""), ("n/a.plc", "what"), ("n/b.pmi", COUNTER)]);
-    folder.plcc("check m").exits(2).says(&["m: no .pmi"]);
+    folder.plcc("check m").exits(2).says(&["m: it holds no .pmi"]);
     folder.plcc("check n").exits(2).says(&["a.plc", "--dialect", "1 file checked"]);
     folder.plcc("check n --dialect pmac").exits(1);
 }
@@ -272,7 +272,7 @@ fn a_machine_file_beside_the_source_is_taken() {
         ("other.toml", ""),
     ]);
     let done = folder.plcc("check m/a.pmi").exits(0);
-    let done = done.says(&["note: m/a.machine.toml is taken as --machine", "no errors"]);
+    let done = done.says(&["note: m/a.machine.toml is used as the machine file", "no errors"]);
     assert_eq!(done.stderr.matches("note:").count(), 1);
     folder.plcc("check m/a.pmi --no-machine").exits(1).says(&["[PMI-31]"]);
     folder.plcc("check m/a.pmi --machine other.toml").exits(1);

@@ -95,7 +95,7 @@ fn wrong_usage_is_status_2() {
         ("build a.pmi --emit exe", "exe"),
         ("build a.pmi --opt fast", "fast"),
         ("run", "FILE"),
-        ("run a.pmi --ticks x", "invalid digit"),
+        ("run a.pmi --ticks x", "whole number of ticks"),
         ("run a.pmi --for 5", "ms"),
         ("run a.pmi --ticks 1 --engine gcc", "gcc"),
         ("run b.plc --ticks 1 --const 41=1", "no number from 1 to 40"),

@@ -120,6 +120,46 @@ fn how_long_has_to_be_said() {
 }
 
 #[test]
+fn mistakes_on_the_command_line_are_explained_in_plain_words() {
+    let folder = Folder::with(&[("a.pmi", COUNTER), ("c.pmc", PLC1), ("s.csv", "0,N\n")]);
+    for (line, part) in [
+        ("a.pmi --ticks ten", "a whole number of ticks is expected"),
+        ("a.pmi --ticks -1", "a whole number of ticks is expected"),
+        ("a.pmi --ticks 1 --stimulus no.csv", "no.csv can't be read: there is no such file"),
+        (
+            "a.pmi --ticks 1 --dump no/d.json",
+            "no/d.json can't be written: its folder does not exist",
+        ),
+        ("a.pmi --ticks 1 --dump .", ". can't be written: it is a folder"),
+        ("a.pmi --ticks 1 --machine s.csv", "s.csv: it is not a valid machine file: "),
+        ("a.pmi --ticks 1 --retain s.csv", "if --retain names the right file"),
+        ("a.pmi --ticks 1 --watch N --trace - --dump -", "can't both go to standard output"),
+        ("a.pmi --ticks 1 --watch N,", "a name is missing"),
+        ("a.pmi c.pmc --ticks 1", "a program has one language"),
+        ("a.pmi a.pmi --ticks 1", "only PMAC programs may have several"),
+    ] {
+        let done = folder.plcc(&format!("run {line}")).exits(2).says(&[part]);
+        assert!(!done.stderr.contains("os error"), "{}", done.stderr);
+    }
+}
+
+#[test]
+fn options_without_effect_are_warned_of() {
+    let folder = Folder::with(&[("a.pmi", COUNTER), ("c.pmc", PLC1)]);
+    for (line, option) in [
+        ("a.pmi --time", "--time"),
+        ("a.pmi --repeat", "--repeat"),
+        ("a.pmi --recompile-after 5", "--recompile-after"),
+        ("c.pmc --recompile-after 5 --engine interp", "--recompile-after"),
+    ] {
+        let done = folder.plcc(&format!("run {line} --ticks 1")).exits(0);
+        let warning = format!("warning: {option} changes nothing: ");
+        assert!(done.stderr.starts_with(&warning), "{line}: {}", done.stderr);
+    }
+    assert_eq!(folder.plcc("run a.pmi --ticks 1 --watch N --time").exits(0).stderr, "");
+}
+
+#[test]
 fn sources_with_errors_are_status_1_and_not_run() {
     let folder = Folder::with(&[("a.pmi", BROKEN)]);
     let done = folder.plcc("run a.pmi --ticks 3 --dump -").exits(1);

@@ -1,5 +1,5 @@
-//! The loader for the controller: runs an artifact that `plcc build` has made. No compiler is in
-//! it, and none in what it depends on.
+//! The loader for the controller: runs an artifact that `plcc build` has made. Neither it nor what it
+//! depends on contains a compiler.
 
 mod info;
 
@@ -14,21 +14,21 @@ use plcc_abi::Program;
 use plcc_abi::machine::Machine;
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::artifact::Inspection;
+use plcc_runtime::files::why_not_read;
 use plcc_runtime::{Artifact, ArtifactError, NativeEngine, session};
 
 /// Runs a compiled PLC program.
 ///
-/// The artifact is what `plcc build` writes. Options that are fixed when a program is compiled
-/// are not here.
+/// The artifact is the file that `plcc build` writes.
 #[derive(Parser)]
 #[command(
     name = "plcrt",
     version,
-    after_help = "Exit status: 0 done; 2 wrong usage, a file that can't be read or is not valid; \
-                  3 the program was stopped by a run-time fault; 130 Ctrl-C.\n\n\
+    after_help = "Exit status: 0 done; 2 wrong usage, or a file that can't be read or written or is \
+                  not valid; 3 the program was stopped by a run-time fault; 130 Ctrl-C or SIGTERM.\n\n\
                   Examples:\n  \
                   plcrt lathe.plcx --realtime --retain lathe.retained\n  \
-                  plcrt lathe.plcx --ticks 1000 --stimulus jog.csv --watch LS27,@FRO --trace jog.csv.out\n  \
+                  plcrt lathe.plcx --ticks 1000 --stimulus lathe.csv --watch MCHON,@FRO --trace out.csv\n  \
                   plcrt mill.plcx --for 5s --dump - | jq .variables\n  \
                   plcrt --info mill.plcx"
 )]
@@ -37,11 +37,11 @@ struct Cli {
     #[arg(required_unless_present_any = ["completions", "man"])]
     artifact: Option<PathBuf>,
 
-    /// NCT: a machine file (TOML) in place of the one that the program was compiled with
+    /// NCT: a machine file, used in place of the one that the program was compiled with
     #[arg(long, value_name = "FILE.toml")]
     machine: Option<PathBuf>,
 
-    /// Prints what the artifact holds, and does not run it
+    /// Prints what the artifact holds and whether this machine can run it, and runs nothing
     #[arg(long)]
     info: bool,
 
@@ -98,7 +98,7 @@ fn run(cli: &Cli) -> Result<u8, String> {
     Ok(session::run(&artifact.program, &mut engine, &run, machine.as_ref()))
 }
 
-/// Writes to standard output. That nobody reads it any more is no mistake of anybody's.
+/// Writes to standard output. That its reader has closed it (`plcrt … | head`) is not an error.
 fn print(bytes: &[u8]) -> Result<u8, String> {
     let mut out = io::stdout().lock();
     match out.write_all(bytes).and_then(|()| out.flush()) {
@@ -113,11 +113,12 @@ fn print(bytes: &[u8]) -> Result<u8, String> {
 /// was compiled.
 fn machine(path: &Path, program: &Program) -> Result<Machine, String> {
     let named = |error: &dyn Display| format!("{}: {error}", path.display());
-    let text = fs::read_to_string(path).map_err(|error| named(&error))?;
-    let machine = Machine::parse(&text).map_err(|error| named(&error))?;
+    let text = fs::read_to_string(path).map_err(|error| named(&why_not_read(&error)))?;
+    let machine = Machine::parse(&text)
+        .map_err(|error| named(&format!("it is not a valid machine file: {error}")))?;
     if !machine.variables.is_empty() || !session::takes_machine_file(program) {
-        let fixed = "what it says was fixed when the program was compiled; an artifact takes an \
-                     NCT control's settings only";
+        let fixed = "what it says was fixed when the program was compiled; when an artifact is run, \
+                     a machine file can set only an NCT control's parameters and tables";
         return Err(named(&fixed));
     }
     Ok(machine)

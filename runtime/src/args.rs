@@ -1,4 +1,4 @@
-//! The options of `plcc run` and `plcrt`.
+//! The options that `plcc run` and `plcrt` share, with their help texts.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -9,8 +9,8 @@ pub use crate::nct::NctArgs;
 pub use crate::pmac::PmacArgs;
 pub use crate::pmi::PmiArgs;
 
-/// How the control is set; part of [`RunArgs`], and of commands that run programs otherwise. Each
-/// language has its own options.
+/// The settings of the control; part of [`RunArgs`], and of other commands that execute programs.
+/// Each language has its own options.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Control")]
 pub struct ControlArgs {
@@ -27,18 +27,25 @@ pub struct ControlArgs {
     pub pmac: PmacArgs,
 }
 
-/// What a run does. `--machine` is not among them: a compiler reads more from that file.
+/// What a run does. `--machine` is not among the options here, since `plcc run` uses the machine file
+/// when it compiles, too, and `plcrt` takes only a part of it.
 #[derive(Args, Clone, Debug, Default)]
 pub struct RunArgs {
-    /// Runs exactly N base ticks: PMI scans, NCT 20 ms slices, PMAC servo cycles
-    #[arg(long, value_name = "N", conflicts_with = "duration")]
+    /// Runs exactly N base ticks: PMI scans, NCT slices of 20 ms, PMAC servo cycles
+    #[arg(
+        long,
+        value_name = "N",
+        conflicts_with = "duration",
+        value_parser = ticks,
+        allow_negative_numbers = true
+    )]
     pub ticks: Option<u64>,
 
-    /// Runs for so much of the machine's time: 5s, 200ms, 1.5m, 2h
+    /// Runs the ticks that begin before this time has passed on the machine: 5s, 200ms, 1.5m, 2h
     #[arg(long = "for", id = "duration", value_name = "TIME", value_parser = duration)]
     pub duration: Option<Duration>,
 
-    /// Paces the ticks by the clock; without --ticks or --for until Ctrl-C (exit 130)
+    /// Begins each tick when the clock says so; without --ticks or --for until Ctrl-C (exit 130)
     #[arg(long)]
     pub realtime: bool,
 
@@ -46,7 +53,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "FILE.csv")]
     pub stimulus: Option<PathBuf>,
 
-    /// Begins the stimulus again after its last tick
+    /// Begins the stimulus again after its last tick, for as long as the run lasts
     #[arg(long)]
     pub repeat: bool,
 
@@ -55,29 +62,32 @@ pub struct RunArgs {
         long,
         value_name = "NAME,NAME…",
         help = "Variables for the trace and the dump: LS27,A[3],@FRO or I002,F020 or \
-                P1,&2Q5,X:$0700; with * and ? patterns over the names of a dump, as in 'SP*'. \
-                Without --trace the trace is printed, unless --dump or --events is"
+                P1,&2Q5,X:$0700. A name with * or ? is a pattern for the names in a dump, as in \
+                'SP*'. Without --trace the trace goes to standard output, unless --dump - or \
+                --events - does"
     )]
     pub watch: Vec<String>,
 
-    /// Writes `tick,name,value` for each watched variable when it changes (- is standard output);
-    /// a file that ends in .vcd becomes a value change dump for waveform viewers
+    /// Writes a row `tick,name,value` whenever a watched variable changes (- is standard output);
+    /// a file whose name ends in .vcd becomes a value change dump for waveform viewers
     #[arg(long, value_name = "OUT.csv|OUT.vcd")]
     pub trace: Option<PathBuf>,
 
-    /// Gives each row of the trace the time of its tick: `tick,ms,name,value`
+    /// Adds the time at which its tick began to each row of the trace: `tick,ms,name,value`
     #[arg(long)]
     pub time: bool,
 
-    /// Writes faults, messages, SENDs and their kind, a JSON object a line (- is standard output)
+    /// Writes what the program reports, faults, messages, SENDs, DISPLAYs, COMMANDs and its stop, a
+    /// JSON object a line (- is standard output)
     #[arg(long, value_name = "OUT.jsonl")]
     pub events: Option<PathBuf>,
 
-    /// Writes the state after the last tick as JSON (- is standard output)
+    /// Writes all variables after the last tick as JSON (- is standard output)
     #[arg(long, value_name = "OUT.json")]
     pub dump: Option<PathBuf>,
 
-    /// Keeps what survives power-off in a file: read at the start if it is there, written at the end
+    /// The file that holds what survives power-off: it is read at the start, if it exists, and
+    /// written at the end, with --realtime also after changes
     #[arg(long, value_name = "FILE")]
     pub retain: Option<PathBuf>,
 
@@ -86,7 +96,7 @@ pub struct RunArgs {
     #[arg(skip)]
     pub reads: Vec<PathBuf>,
 
-    /// How the control is set.
+    /// The settings of the control.
     #[command(flatten)]
     pub control: ControlArgs,
 }
@@ -105,17 +115,23 @@ impl RunArgs {
     }
 }
 
-/// A decimal number with or without a fraction.
+/// A decimal number without a sign or an exponent, with or without a fraction.
 pub(crate) fn decimal(text: &str) -> Option<f64> {
     let plain = text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
     (plain && text.bytes().any(|byte| byte.is_ascii_digit())).then(|| text.parse().ok())?
 }
 
-/// So many units of `unit` seconds, if that is a time.
+/// `number` times `unit` seconds; `None` where that is negative or too long for a [`Duration`].
 pub(crate) fn seconds(number: f64, unit: f64) -> Option<Duration> {
     Duration::try_from_secs_f64(number * unit).ok()
 }
 
+/// A number of ticks.
+fn ticks(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| "a whole number of ticks is expected, as in 500".into())
+}
+
+/// A time with its unit.
 fn duration(text: &str) -> Result<Duration, String> {
     let at = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
     let (number, unit) = text.split_at(at);
@@ -133,6 +149,14 @@ fn duration(text: &str) -> Result<Duration, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ticks_are_whole_numbers() {
+        assert_eq!(ticks("500"), Ok(500));
+        for text in ["ten", "-1", "1.5", "", "18446744073709551616"] {
+            assert!(ticks(text).is_err_and(|why| why.contains("whole number")), "{text}");
+        }
+    }
 
     #[test]
     fn durations_have_a_unit() {

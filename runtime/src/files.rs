@@ -1,57 +1,82 @@
-//! Replacing files so that they are never half written.
+//! Replaces files so that they are never half written, and says in plain words why a file can't be
+//! read or written.
 
 use std::fs::{self, File, Permissions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// Whether a file is to be on the disk, or the system may take its time.
+/// Why a file can't be read, as the end of a sentence about it.
+pub fn why_not_read(error: &io::Error) -> String {
+    match error.kind() {
+        ErrorKind::NotFound => "there is no such file or folder".into(),
+        ErrorKind::PermissionDenied => "it may not be read".into(),
+        ErrorKind::IsADirectory => "it is a folder".into(),
+        _ => error.to_string(),
+    }
+}
+
+/// Why a file can't be written, as the end of a sentence about it.
+pub fn why_not_written(error: &io::Error) -> String {
+    match error.kind() {
+        ErrorKind::NotFound => "its folder does not exist".into(),
+        ErrorKind::PermissionDenied => "permission is denied".into(),
+        ErrorKind::IsADirectory => "it is a folder".into(),
+        ErrorKind::StorageFull => "the disk is full".into(),
+        _ => error.to_string(),
+    }
+}
+
+/// Whether the contents of a file must be on the disk when it has been written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Durable {
-    /// It must be there after a power cut.
+    /// They are, so that they survive a power cut from then on.
     Yes,
-    /// It need not.
+    /// The operating system writes them when it likes.
     No,
 }
 
-/// The file that is written before it takes another's place. Where that is a link, the place is
-/// what it points to.
-fn places(path: &Path) -> (PathBuf, PathBuf) {
-    let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    let mut name = place.as_os_str().to_owned();
+/// The file that is to be replaced (where `path` is a link, the file that it points to), and the
+/// temporary file beside it that is written first.
+fn target_and_temporary(path: &Path) -> (PathBuf, PathBuf) {
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let mut name = target.as_os_str().to_owned();
     name.push(format!(".{}.tmp", std::process::id()));
-    (place, name.into())
+    (target, name.into())
 }
 
-/// Puts a file in another's place: either the old one is there, or the new one, whole. Who may do
-/// what with it stays; one that nobody may write is not replaced.
+/// Replaces a file as a whole, or creates it. Whatever happens meanwhile, it holds either its old
+/// contents or the new ones. It keeps its permissions.
 ///
 /// # Errors
-/// When it can't be written; the old one then is there still.
+/// When it can't be written or is write-protected; it then has its old contents.
 pub fn replace(path: &Path, bytes: &[u8], durable: Durable) -> io::Result<()> {
-    let (place, temporary) = places(path);
-    let result = write_and_rename(&temporary, &place, bytes, durable);
+    let (target, temporary) = target_and_temporary(path);
+    let result = write_and_rename(&temporary, &target, bytes, durable);
     if result.is_err() {
-        // It is of no use to anybody; that it can't be removed changes nothing.
+        // A temporary file that can't be removed does no harm.
         let _ = fs::remove_file(&temporary);
     }
     result
 }
 
-/// Whether [`replace`] will be able to write, as far as that is known before.
+/// Checks, as far as that can be known before, that [`replace`] will be able to write a file.
 ///
 /// # Errors
-/// The error that it would give.
+/// The error that `replace` would give.
 pub fn can_replace(path: &Path) -> io::Result<()> {
-    let (place, temporary) = places(path);
-    if place.is_dir() {
+    let (target, temporary) = target_and_temporary(path);
+    if target.is_dir() {
         return Err(ErrorKind::IsADirectory.into());
     }
-    permissions(&place)?;
+    permissions(&target)?;
     File::create(&temporary)?;
     fs::remove_file(&temporary)
 }
 
-/// Who may do what with a file, where there is one.
+/// The permissions of a file; `None` where there is none.
+///
+/// # Errors
+/// When the file is write-protected.
 fn permissions(place: &Path) -> io::Result<Option<Permissions>> {
     match fs::metadata(place).map(|about| about.permissions()) {
         Ok(permissions) if permissions.readonly() => Err(ErrorKind::PermissionDenied.into()),
@@ -78,7 +103,8 @@ fn write_and_rename(
     drop(file);
     fs::rename(temporary, place)?;
     let folder = place.parent().filter(|folder| !folder.as_os_str().is_empty());
-    // The rename is to be on the disk too. Not every system lets a folder be opened for that.
+    // The folder is written to the disk too, since the new name stands there. Not every system lets a
+    // folder be opened for that.
     if durable == Durable::Yes
         && let Ok(folder) = File::open(folder.unwrap_or(Path::new(".")))
     {
@@ -90,6 +116,13 @@ fn write_and_rename(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn reasons_are_plain_words() {
+        let missing = io::Error::from(ErrorKind::NotFound);
+        assert_eq!(why_not_read(&missing), "there is no such file or folder");
+        assert_eq!(why_not_written(&missing), "its folder does not exist");
+    }
 
     #[test]
     fn what_cannot_be_written_is_known_before() {

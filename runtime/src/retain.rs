@@ -1,8 +1,8 @@
-//! What survives power-off, in a file.
+//! Reads and writes the retained file (`--retain`), which holds the data that survives power-off.
 //!
-//! The file is never half written: its successor is written beside it, brought to the disk and
-//! put in its place. A second copy, `FILE.bak`, written the same way, stands in where the file is
-//! damaged. Both carry a checksum.
+//! The file is never half written: the new contents are written to a file beside it, forced to the
+//! disk, and then take the old file's place. A second copy, `FILE.bak`, is written in the same way;
+//! it is used where the file is damaged. Both have a checksum.
 
 use std::fs;
 use std::io::{self, ErrorKind};
@@ -16,7 +16,7 @@ use crate::files::{Durable, replace};
 
 /// The first bytes of every such file.
 const MAGIC: [u8; 8] = *b"PLCCRET1";
-/// Magic and checksum.
+/// Bytes of the header: magic and checksum.
 const HEADER: usize = 12;
 
 #[derive(Serialize, Deserialize)]
@@ -28,9 +28,9 @@ struct Content {
 /// What is found in a retained file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Retained {
-    /// What the executive gave.
+    /// The bytes that [`Executive::retained`](crate::Executive::retained) gave.
     pub payload: Vec<u8>,
-    /// Why the second copy had to stand in, if it did.
+    /// What is wrong with the file itself, where the second copy was used in its place.
     pub damaged: Option<String>,
 }
 
@@ -39,8 +39,8 @@ pub struct Retained {
 pub enum RetainError {
     /// Neither it nor its copy is whole.
     #[error(
-        "the retained file {0} is damaged ({1}), and its copy {2} is no better ({3}); put back a \
-         saved copy, or remove both to begin with nothing retained"
+        "{0} can't be used as the retained file ({1}), nor can its copy {2} ({3}); if --retain names \
+         the right file, put back a saved copy, or remove both to begin with nothing retained"
     )]
     Damaged(PathBuf, String, PathBuf, String),
     /// It is of another language.
@@ -58,7 +58,7 @@ pub(crate) fn copy_of(path: &Path) -> PathBuf {
     name.into()
 }
 
-/// Checks a file's bytes.
+/// The content of a retained file, or what is wrong with its bytes.
 fn open(bytes: &[u8]) -> Result<Content, String> {
     let (magic, rest) = bytes.split_at_checked(MAGIC.len()).ok_or("it is cut short")?;
     if magic != MAGIC {

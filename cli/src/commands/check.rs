@@ -8,6 +8,7 @@ use plcc_abi::{Dialect, natural_cmp};
 use plcc_diag::{FileId, Severity};
 use plcc_frontend::detect::{self, Ending, ending};
 use plcc_frontend::language;
+use plcc_runtime::files::why_not_read;
 
 use crate::args::{CheckArgs, FormatArg};
 use crate::compile::Checked;
@@ -33,7 +34,7 @@ impl Results {
     fn add(&mut self, result: Result<Program, Failure>) {
         match result {
             Ok(program) => {
-                self.files += program.own;
+                self.files += program.named_files;
                 self.programs.push(program);
             }
             Err(failure) => self.failures.push(failure),
@@ -45,16 +46,16 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
     let (folders, files): (Vec<_>, Vec<PathBuf>) =
         args.paths.iter().cloned().partition(|path| path.is_dir());
     let mut results = Results::default();
-    named(&files, args, report, &mut results);
+    check_named(&files, args, report, &mut results);
     for path in folders {
         let found = sources_in(&path, args.source.dialect, report);
         if found.is_empty() {
             let endings = detect::endings();
             let endings: Vec<&str> = endings.iter().map(String::as_str).collect();
-            let what = format!("no {} file is in it", input::list(&endings, "or"));
+            let what = format!("it holds no {} file", input::list(&endings, "or"));
             results.failures.push(Failure::file(&path, what));
         }
-        folder(&found, args, report, &mut results);
+        check_folder(&found, args, report, &mut results);
     }
     let findings: Vec<_> =
         results.programs.iter().map(|p| (&p.sources, p.diagnostics.as_slice())).collect();
@@ -75,12 +76,13 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
     })
 }
 
-/// Prints what PMAC's statements are computed in; beside lines of JSON on standard error.
+/// Prints whether PMAC's statements are computed in integers or in floating point: on standard
+/// output, or, where diagnostics are lines of JSON there, on standard error.
 fn explain_arithmetic(results: &Results, args: &CheckArgs, report: &Report) -> Result<(), Failure> {
     let checked = results.programs.iter().filter_map(|program| program.checked.as_ref());
     let texts: Vec<String> = checked.filter_map(Checked::explain_arithmetic).collect();
     if texts.is_empty() {
-        report.warn("--explain-arithmetic says nothing: there is no PMAC program without errors");
+        report.warn("--explain-arithmetic prints nothing: there is no PMAC program without errors");
     }
     let text = texts.join("\n");
     match args.message_format {
@@ -104,8 +106,8 @@ fn summary(results: &Results, count: Count, report: &Report) {
     report.message(&line);
 }
 
-/// Checks a program with its own settings. What another file of its machine may provide is not
-/// warned of, only noted.
+/// Checks a program with the settings of its own machine file. A warning about something that
+/// another file of the machine may provide becomes a note, since not all files may have been given.
 fn check_program(input: Input, args: &CheckArgs, report: &Report) -> Result<Program, Failure> {
     let settings = SourceSettings::of(&args.source, &input.first(), report)?;
     let mut program = input.check(&settings.options);
@@ -118,10 +120,10 @@ fn check_program(input: Input, args: &CheckArgs, report: &Report) -> Result<Prog
     Ok(program)
 }
 
-/// Checks files that were named: each on its own, but those of a language that joins files (PMAC)
-/// as the one program that they are to `build` and `run`. A file that no language is known of
-/// belongs to it, if there is one.
-fn named(paths: &[PathBuf], args: &CheckArgs, report: &Report, results: &mut Results) {
+/// Checks files that were named: each on its own, but all files of a language that joins files
+/// (PMAC) as one program, as `build` and `run` do. A file that does not show its language belongs to
+/// that program, if there is one.
+fn check_named(paths: &[PathBuf], args: &CheckArgs, report: &Report, results: &mut Results) {
     let mut files = Vec::new();
     for path in paths {
         match SourceFile::read(path) {
@@ -129,30 +131,30 @@ fn named(paths: &[PathBuf], args: &CheckArgs, report: &Report, results: &mut Res
             Err(failure) => results.failures.push(failure),
         }
     }
-    let one = |raw: &SourceFile| Input::of(&[raw], &args.source);
-    let is_part =
-        |raw: &SourceFile| one(raw).is_ok_and(|input| language(input.dialect).joins_files());
-    let first = files.iter().find(|raw| is_part(raw));
-    let joins = |raw: &SourceFile| {
-        let with_first =
-            |first| one(raw).is_err() && Input::of(&[first, raw], &args.source).is_ok();
-        is_part(raw) || first.is_some_and(with_first)
+    let alone = |raw: &SourceFile| Input::of(&[raw], &args.source);
+    let shows_joining_language =
+        |raw: &SourceFile| alone(raw).is_ok_and(|input| language(input.dialect).joins_files());
+    let first = files.iter().find(|raw| shows_joining_language(raw));
+    let belongs_to_download = |raw: &SourceFile| {
+        let fits_first =
+            |first| alone(raw).is_err() && Input::of(&[first, raw], &args.source).is_ok();
+        shows_joining_language(raw) || first.is_some_and(fits_first)
     };
     let (download, others): (Vec<&SourceFile>, Vec<&SourceFile>) =
-        files.iter().partition(|raw| joins(raw));
+        files.iter().partition(|raw| belongs_to_download(raw));
     if !download.is_empty() {
         results.add(
             Input::of(&download, &args.source).and_then(|input| check_program(input, args, report)),
         );
     }
     for raw in others {
-        results.add(one(raw).and_then(|input| check_program(input, args, report)));
+        results.add(alone(raw).and_then(|input| check_program(input, args, report)));
     }
 }
 
 /// Checks a folder's files, but not on their own those that others of them include. A file that
 /// can't be read, or whose language is not known, is reported.
-fn folder(paths: &[PathBuf], args: &CheckArgs, report: &Report, results: &mut Results) {
+fn check_folder(paths: &[PathBuf], args: &CheckArgs, report: &Report, results: &mut Results) {
     let mut included = HashSet::new();
     let mut checked = Vec::new();
     for path in paths {
@@ -183,7 +185,7 @@ fn folder(paths: &[PathBuf], args: &CheckArgs, report: &Report, results: &mut Re
 
 /// Where the files are that a program includes.
 fn inner_files(program: &Program) -> impl Iterator<Item = PathBuf> {
-    let inner = (program.own as u32..program.sources.len() as u32).map(FileId);
+    let inner = (program.named_files as u32..program.sources.len() as u32).map(FileId);
     inner.filter_map(|id| fs::canonicalize(existing_path(Path::new(program.sources.path(id)))).ok())
 }
 
@@ -201,7 +203,7 @@ fn sources_in(folder: &Path, dialect: Option<Dialect>, report: &Report) -> Vec<P
         let entries = match fs::read_dir(&folder) {
             Ok(entries) => entries,
             Err(error) => {
-                report.warn(&format!("{}: {}", folder.display(), input::reason(&error)));
+                report.warn(&format!("{}: {}", folder.display(), why_not_read(&error)));
                 continue;
             }
         };

@@ -1,4 +1,4 @@
-//! `plcc explain`
+//! `plcc explain`: prints what a diagnostic's code, a keyword, a variable or a word of memory means.
 
 use std::fmt::Write;
 
@@ -14,7 +14,7 @@ use crate::output;
 
 pub(crate) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
     let controller = args.controller.map(Controller::from);
-    let languages = meant(args.dialect, controller);
+    let languages = asked_about(args.dialect, controller);
     if args.list || !args.search.is_empty() {
         let words: Vec<String> = args.search.iter().map(|word| word.to_lowercase()).collect();
         let found = lines(&languages, |line| {
@@ -22,7 +22,7 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
             words.iter().all(|word| line.contains(word))
         });
         if found.is_empty() {
-            let message = format!("nothing is known of `{}`", args.search.join(" "));
+            let message = format!("no line has all of these words: {}", args.search.join(" "));
             return Err(Failure::usage(message));
         }
         output::print(found.as_bytes())?;
@@ -33,7 +33,7 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
     for what in &args.what {
         let pages = pages(what.trim(), &languages, controller);
         if pages.is_empty() {
-            unknown.push(complaint(what.trim()));
+            unknown.push(complaint(what.trim(), &languages));
         }
         all.extend(pages);
     }
@@ -41,14 +41,17 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
     if unknown.is_empty() { Ok(DONE) } else { Err(Failure::usage(unknown.join("\nerror: "))) }
 }
 
-/// The languages that are asked about. A controller alone says that only languages with several
-/// controllers are meant.
-fn meant(dialect: Option<Dialect>, controller: Option<Controller>) -> Vec<&'static dyn Language> {
-    let meant = |language: &&dyn Language| match dialect {
+/// The languages that are asked about: the one of `--dialect`; with `--controller` alone those that
+/// have several controllers; else all.
+fn asked_about(
+    dialect: Option<Dialect>,
+    controller: Option<Controller>,
+) -> Vec<&'static dyn Language> {
+    let is_asked_about = |language: &&dyn Language| match dialect {
         Some(dialect) => dialect == language.dialect(),
         None => controller.is_none() || language.has_controllers(),
     };
-    LANGUAGES.iter().copied().filter(meant).collect()
+    LANGUAGES.iter().copied().filter(is_asked_about).collect()
 }
 
 /// The diagnostics of a language.
@@ -58,8 +61,8 @@ fn codes_of(language: &dyn Language) -> impl Iterator<Item = &'static CodeInfo> 
     all.filter(move |info| info.code.split_once('-').is_some_and(|(of, _)| of == title))
 }
 
-/// A line for everything that can be explained, as far as `wanted` takes the line: diagnostics by
-/// their code, names behind the name of their language.
+/// A line for everything that can be explained in these languages: diagnostics as `CODE: title`,
+/// names as `LANGUAGE NAME: meaning`. Only lines for which `wanted` is true are taken.
 fn lines(languages: &[&dyn Language], wanted: impl Fn(&str) -> bool) -> String {
     let mut text = String::new();
     for language in languages {
@@ -75,6 +78,7 @@ fn lines(languages: &[&dyn Language], wanted: impl Fn(&str) -> bool) -> String {
     text
 }
 
+/// What is known of a code or name in these languages, a page each; nothing where it is not known.
 fn pages(what: &str, languages: &[&dyn Language], controller: Option<Controller>) -> Vec<String> {
     let titles: Vec<&str> = languages.iter().map(|language| language.title()).collect();
     let of_wanted = |info: &&CodeInfo| {
@@ -89,8 +93,8 @@ fn pages(what: &str, languages: &[&dyn Language], controller: Option<Controller>
     pages
 }
 
-/// The codes that a word means: `PMI-31`, `pmi31`; `ERR003`, as PMAC says it; a bare number is
-/// that of every language.
+/// The codes that a word names: `PMI-31` or `pmi31`; `ERR003`, which is PMAC's own form; a bare number
+/// names that code of every language.
 fn codes(what: &str) -> Vec<&'static CodeInfo> {
     let plain = |text: &str| {
         let kept = text.chars().filter(|c| c.is_ascii_alphanumeric());
@@ -116,15 +120,27 @@ fn page(info: &CodeInfo) -> String {
     page
 }
 
-fn complaint(what: &str) -> String {
+/// Why nothing is explained: the word is of a language that was not asked about, or is unknown.
+fn complaint(what: &str, asked: &[&dyn Language]) -> String {
+    let knows = |language: &&&dyn Language| {
+        asked.iter().all(|asked| asked.dialect() != language.dialect())
+            && !pages(what, &[**language], None).is_empty()
+    };
+    let others: Vec<&str> = LANGUAGES.iter().filter(knows).map(|l| l.title()).collect();
+    if !others.is_empty() {
+        let others = others.join(" and ");
+        return format!(
+            "`{what}` is of {others}, which --dialect or --controller leaves out; ask without them"
+        );
+    }
     let codes = TABLES.iter().flat_map(|table| table.iter()).map(|info| info.code);
     let topics: Vec<_> = LANGUAGES.iter().flat_map(|language| language.topics()).collect();
     let near = closest(what, codes.chain(topics.iter().map(|topic| topic.name.as_str())));
-    let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    let near = near.map_or_else(String::new, |near| format!(" Did you mean `{near}`?"));
     format!(
-        "`{what}` is neither a code (as PMI-31) nor a keyword (as WHILE) nor a variable or word of \
-         memory that a control gives a meaning (as @FRO, I510, M145, X:$0700){near}; `plcc explain \
-         --search WORD` looks for words"
+        "`{what}` is not known: it is neither a code (such as PMI-31) nor a keyword (WHILE) nor a \
+         variable or memory word to which a control gives a meaning (@FRO, I510, M145, X:$0700).{near} \
+         `plcc explain --search WORD` searches all meanings"
     )
 }
 
@@ -145,7 +161,14 @@ mod tests {
 
     #[test]
     fn a_slip_is_mended() {
-        assert!(complaint("PMX-31").contains("`PMI-31`"));
-        assert!(complaint("@ESTPO").contains("`@ESTOP`"));
+        assert!(complaint("PMX-31", LANGUAGES).contains("Did you mean `PMI-31`?"));
+        assert!(complaint("@ESTPO", LANGUAGES).contains("Did you mean `@ESTOP`?"));
+    }
+
+    #[test]
+    fn what_another_language_has_is_said_to_be_of_that_one() {
+        let nct = asked_about(Some(Dialect::Nct), None);
+        assert!(complaint("PMI-31", &nct).starts_with("`PMI-31` is of PMI, which --dialect"));
+        assert!(complaint("PMI-99", &nct).contains("is not known"));
     }
 }

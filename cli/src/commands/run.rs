@@ -45,12 +45,27 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
         }
     };
     report.show(&program.sources, &shown, to)?;
+    warn_of_idle_recompiling(&checked, args, report);
     let (tables, mut engine) = engine(&checked, args)?;
     let reads = settings.machine.iter().cloned().collect();
     let run = RunArgs { reads, ..args.run.clone() };
     Ok(session::run(&tables, engine.as_mut(), &run, settings.machine_file()))
 }
 
+/// Warns where `--recompile-after` does nothing: in another engine than the JIT, or for a program
+/// whose code assumes nothing that changes while it runs.
+fn warn_of_idle_recompiling(checked: &Checked, args: &RunCommand, report: &Report) {
+    if args.recompile_after.is_none() {
+        return;
+    }
+    if args.engine.unwrap_or_default() != EngineArg::Jit {
+        report.warn("--recompile-after changes nothing: only --engine jit compiles again");
+    } else if checked.recompilable().is_none() {
+        report.warn("--recompile-after changes nothing: only PMAC programs are compiled again");
+    }
+}
+
+/// The engine that the options name, with the tables of the program.
 fn engine(checked: &Checked, args: &RunCommand) -> Result<(Program, Box<dyn Engine>), Failure> {
     let opt = args.opt.unwrap_or_default().into();
     Ok(match args.engine.unwrap_or_default() {
@@ -80,7 +95,10 @@ fn engine(checked: &Checked, args: &RunCommand) -> Result<(Program, Box<dyn Engi
     })
 }
 
-/// The artifact, if that is what was given; it stands alone.
+/// The artifact, if that is what was given.
+///
+/// # Errors
+/// When there are other files beside it.
 fn artifact_among(files: &[PathBuf]) -> Result<Option<&Path>, Failure> {
     for path in files {
         let named = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("plcx"));
@@ -88,14 +106,18 @@ fn artifact_among(files: &[PathBuf]) -> Result<Option<&Path>, Failure> {
             continue;
         }
         if files.len() > 1 {
-            return Err(Failure::file(path, "an artifact is run alone"));
+            return Err(Failure::file(
+                path,
+                "it is an artifact, which can't be run together with other files",
+            ));
         }
         return Ok(Some(path));
     }
     Ok(None)
 }
 
-/// Looks into files only: what a pipe has given can't be read again.
+/// Whether a file begins as an artifact does. Of what is not an ordinary file (a pipe) nothing is
+/// read, since it can't be read a second time.
 fn begins_as_artifact(path: &Path) -> bool {
     let mut start = Vec::new();
     let mut read = || File::open(path).and_then(|file| file.take(64).read_to_end(&mut start));
@@ -116,21 +138,24 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
         let what = format!("{option} was fixed when this artifact was built; build it again");
         return Err(Failure::file(path, what));
     }
-    let idle = [
+    let without_effect = [
         ("--engine", args.engine.is_some_and(|engine| engine != EngineArg::Aot)),
         ("--opt", args.opt.is_some()),
         ("--recompile-after", args.recompile_after.is_some()),
         ("--keep-going", args.keep_going),
         ("-I", !source.include.is_empty()),
     ];
-    for (option, _) in idle.iter().filter(|(_, given)| *given) {
+    for (option, _) in without_effect.iter().filter(|(_, given)| *given) {
         let path = path.display();
-        report.warn(&format!("{option} changes nothing: {path} is compiled already"));
+        report.warn(&format!("{option} changes nothing: {path} is an artifact, compiled already"));
     }
     let artifact = Artifact::open(path).map_err(|error| Failure::file(path, error))?;
     let dialect = artifact.program.dialect();
     if source.dialect.is_some_and(|named| named != dialect) {
-        return Err(Failure::file(path, format!("--dialect: the program is {}", dialect.name())));
+        return Err(Failure::file(
+            path,
+            format!("--dialect is wrong: the program is {}", dialect.name()),
+        ));
     }
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let mut engine = engine.map_err(|error| Failure::file(path, error))?;

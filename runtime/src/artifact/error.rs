@@ -5,11 +5,13 @@ use std::path::PathBuf;
 use plcc_abi::ABI_VERSION;
 use thiserror::Error;
 
+use crate::files::why_not_read;
+
 /// Why an artifact is refused. Nothing of a refused one is executed.
 #[derive(Debug, Error)]
 pub enum ArtifactError {
     /// The file can't be read.
-    #[error("`{}` can't be read: {source}", path.display())]
+    #[error("{} can't be read: {}", path.display(), why_not_read(source))]
     Read {
         /// The file.
         path: PathBuf,

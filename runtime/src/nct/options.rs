@@ -15,7 +15,7 @@ pub struct NctArgs {
     #[arg(long, value_name = "N=VALUE", value_parser = parameter)]
     pub param: Vec<(u16, i64)>,
 
-    /// NCT: sets a PLC constant, 1 for RP001 to 40 (repeatable)
+    /// NCT: sets the PLC constant RP001 to RP040, as in --const 39=24 for RP039 (repeatable)
     #[arg(long = "const", value_name = "N=VALUE", value_parser = constant)]
     pub constants: Vec<(u16, u16)>,
 
@@ -23,11 +23,13 @@ pub struct NctArgs {
     #[arg(long = "macro", value_name = "N=VALUE", value_parser = macro_variable)]
     pub macros: Vec<(u16, f64)>,
 
-    /// NCT: the type of control, which says how often :002 runs [default: nct104]
+    /// NCT: the type of the control, on which depends how often :002 runs: nct98, nct99, nct2000,
+    /// nct990, nct100, nct115, nct101, nct104 [default: nct104, every millisecond]
     #[arg(long = "control", value_name = "TYPE", value_parser = control)]
     pub control: Option<NctControl>,
 
-    /// NCT: backward jumps and calls after which :000 waits for the next slice [default: 10000]
+    /// NCT: how many backward jumps and calls :000 may do in a slice before it waits for the next
+    /// one, in simulated time [default: 10000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub level0_safepoints: Option<u32>,
 }

@@ -1,10 +1,10 @@
-//! The watched variables: which ones, under which names.
+//! The watched variables (`--watch`): finds the variables of a list of names and patterns.
 
 use wildmatch::WildMatch;
 
 use crate::{Executive, NameError, Purpose, Variable};
 
-/// Variables under their names as they were asked for.
+/// Watched variables, each with the name under which the trace shows it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Watch {
     names: Vec<(String, Variable)>,
@@ -24,6 +24,11 @@ impl Watch {
         let mut names: Vec<(String, Variable)> = vec![];
         let mut errors = vec![];
         for name in lists.iter().flat_map(|list| split(list.as_ref())) {
+            if name.is_empty() {
+                let reason = "stands where a name is missing between commas".into();
+                errors.push(NameError::Unfit { name: String::new(), reason });
+                continue;
+            }
             if name.contains(['*', '?']) {
                 let pattern = WildMatch::new_case_insensitive(name);
                 let mut matching = executive.declared();

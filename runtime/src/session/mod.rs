@@ -1,5 +1,6 @@
-//! Everything that `plcc run` and `plcrt` do once a program is compiled: the control, its files,
-//! Ctrl-C, progress, and the exit status.
+//! A session: everything that `plcc run` and `plcrt` do with a compiled program. It makes the
+//! executive, reads the stimulus and the retained file, runs the ticks until their end or Ctrl-C,
+//! shows progress, writes the outputs, and gives the exit status.
 
 mod executive;
 mod output;
@@ -20,6 +21,7 @@ use plcc_abi::{Dialect, Engine, Program};
 use thiserror::Error;
 
 use crate::args::RunArgs;
+use crate::files::why_not_read;
 use crate::run::{Clock, End, Player, Run, Stimulus, SystemClock, TraceFormat, Watch, dump};
 use crate::{Executive, PanicBarrier, retain};
 
@@ -38,16 +40,16 @@ pub const STOPPED: u8 = 3;
 /// Exit status: Ctrl-C.
 pub const INTERRUPTED: u8 = 130;
 
-/// Why a program could not be run, or its results not be written: exit status 2. The message is
-/// complete.
+/// Why a program could not be run, or its results not be written: exit status 2. The message says
+/// which file or option is meant.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{0}")]
 pub struct SessionError(pub String);
 
-/// Runs a program as the options say, messages on standard error. The result is the exit status.
+/// Runs a program as the options say, with messages on standard error, and gives the exit status.
 ///
-/// `machine` is the machine file of the run, where one is given; else the one that the program was
-/// compiled with holds.
+/// `engine` is one of `program`. `machine` is the machine file of this run; without one, the settings
+/// that the program was compiled with are used.
 pub fn run(
     program: &Program,
     engine: &mut dyn Engine,
@@ -75,7 +77,8 @@ pub fn run_with_clock(
     }
 }
 
-/// Writes a message for people to standard error. That it can't be written changes nothing.
+/// Writes a message for people to standard error; that fails silently, since there is nowhere else to
+/// say so.
 fn message(kind: &str, text: impl Display) {
     let _ = writeln!(std::io::stderr(), "{kind}: {text}");
 }
@@ -88,8 +91,8 @@ fn session(
     clock: &dyn Clock,
 ) -> Result<u8, SessionError> {
     if args.ticks.is_none() && args.duration.is_none() && !args.realtime {
-        let text = "how long is it to run? Give --ticks N or --for 5s; with --realtime it runs \
-                    until Ctrl-C";
+        let text = "nothing says how long the program is to run: give --ticks N, --for 5s, or \
+                    --realtime to run until Ctrl-C";
         return Err(SessionError(text.into()));
     }
     check_paths(program, args)?;
@@ -105,9 +108,7 @@ fn session(
         Some(path) => stimulus(path, executive)?,
         None => Stimulus::default(),
     };
-    if args.trace.is_some() && args.watch.is_empty() {
-        message("warning", "the trace will be empty: --watch NAME,NAME… says what it shows");
-    }
+    warn_of_idle_options(args);
     let watch = Watch::parse(&args.watch, executive).map_err(|errors| {
         let errors: Vec<String> = errors.iter().map(|e| format!("--watch: {e}")).collect();
         SessionError(errors.join("\nerror: "))
@@ -175,7 +176,19 @@ fn session(
     Ok(status)
 }
 
-/// The exit status of a run, whose end is reported to people.
+/// Warns of options that do nothing without another one.
+fn warn_of_idle_options(args: &RunArgs) {
+    if args.trace.is_some() && args.watch.is_empty() {
+        message("warning", "the trace will be empty: --watch NAME,NAME… says what it shows");
+    } else if args.time && args.trace_path().is_none() {
+        message("warning", "--time changes nothing: no trace is written");
+    }
+    if args.repeat && args.stimulus.is_none() {
+        message("warning", "--repeat changes nothing: there is no --stimulus");
+    }
+}
+
+/// Reports to people how a run ended, and gives its exit status.
 fn status(end: &End) -> u8 {
     if end.punctuality.overruns > 0 {
         let late = end.punctuality.latest.as_secs_f64() * 1000.0;
@@ -183,7 +196,8 @@ fn status(end: &End) -> u8 {
         message(
             "warning",
             format!(
-                "{overruns} of {ticks} ticks began when the next was due, up to {late:.1} ms late"
+                "{overruns} of {ticks} ticks began only when the next one was already due; the \
+                 latest began {late:.1} ms late"
             ),
         );
     }
@@ -204,14 +218,15 @@ fn status(end: &End) -> u8 {
     }
 }
 
-/// The ticks that begin before the time is up.
+/// How many ticks of `tick_ns` nanoseconds begin before the time has passed.
 fn ticks_in(time: Duration, tick_ns: u64) -> u64 {
     let ticks = time.as_nanos().div_ceil(u128::from(tick_ns.max(1)));
     u64::try_from(ticks).unwrap_or(u64::MAX)
 }
 
-/// Ctrl-C, a request to end and a terminal that goes away raise the flag. A second one of the first
-/// two ends the process at once; a terminal may well say twice that it goes.
+/// Has Ctrl-C (SIGINT), SIGTERM and a terminal that is closed (SIGHUP) set the flag. A second SIGINT
+/// or SIGTERM ends the process at once; a second SIGHUP does not, since closing one terminal may
+/// send two.
 fn listen(flag: &Arc<AtomicBool>) -> Result<(), SessionError> {
     use signal_hook::{consts, flag};
     let failed = |error| SessionError(format!("Ctrl-C can't be listened for: {error}"));
@@ -227,7 +242,7 @@ fn listen(flag: &Arc<AtomicBool>) -> Result<(), SessionError> {
 }
 
 /// Whether the process was started to survive its terminal (`nohup plcc run …`). Where the system
-/// does not tell, it was.
+/// does not say, it is taken to be so.
 fn ignores_hangup() -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
@@ -235,13 +250,15 @@ fn ignores_hangup() -> bool {
     mask.is_none_or(|mask| mask & 1 != 0)
 }
 
-/// Reads a stimulus for a control.
+/// Reads a stimulus file for a control.
 ///
 /// # Errors
-/// With each line that is wrong.
+/// When it can't be read, or with the first lines that are wrong and the number of the others.
 pub fn stimulus(path: &Path, executive: &mut dyn Executive) -> Result<Stimulus, SessionError> {
     let shown = path.display();
-    let bytes = fs::read(path).map_err(|e| SessionError(format!("{shown} can't be read: {e}")))?;
+    let bytes = fs::read(path).map_err(|error| {
+        SessionError(format!("{shown} can't be read: {}", why_not_read(&error)))
+    })?;
     Stimulus::parse(&bytes, executive).map_err(|errors| {
         let mut lines: Vec<String> =
             errors.lines.iter().map(|e| format!("{shown}:{}: {}", e.line, e.message)).collect();
@@ -261,11 +278,16 @@ fn restore(
     let Some(retained) = found else { return Ok(()) };
     if let Some(why) = retained.damaged {
         let shown = path.display();
-        message("warning", format!("the retained file {shown} is not used: {why}; its copy is"));
+        message(
+            "warning",
+            format!(
+                "the copy of the retained file {shown} is used, since the file itself can't be: {why}"
+            ),
+        );
     }
     executive.restore(&retained.payload).map_err(|why| {
         let shown = path.display();
-        SessionError(format!("the retained file {shown} can't be taken back: {why}; use another"))
+        SessionError(format!("the retained file {shown} can't be used: {why}; name another one"))
     })
 }
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use plcc_abi::Program;
 
 use crate::args::RunArgs;
-use crate::files::{Durable, can_replace, replace};
+use crate::files::{Durable, can_replace, replace, why_not_written};
 use crate::retain::copy_of;
 
 use super::SessionError;
@@ -35,10 +35,7 @@ impl Output {
         let sink = if is_stdout(path) {
             Sink::Stdout(io::stdout())
         } else {
-            let file = File::create(path).map_err(|error| {
-                SessionError(format!("{} can't be written: {error}", path.display()))
-            })?;
-            Sink::File(file)
+            Sink::File(File::create(path).map_err(|error| not_written(path, &error))?)
         };
         Ok(Self { to: BufWriter::with_capacity(1 << 16, sink) })
     }
@@ -70,11 +67,21 @@ impl Write for Sink {
     }
 }
 
-/// Writes a whole file at once: either the old one is there afterwards, or the new one. What is
-/// no ordinary file (a pipe, a terminal) is written as it is.
+/// Says that a file can't be written, and why.
+fn not_written(path: &Path, error: &io::Error) -> SessionError {
+    SessionError(format!("{} can't be written: {}", path.display(), why_not_written(error)))
+}
+
+/// Writes a file as a whole, or standard output for `-`. The file holds either its old contents or
+/// the new ones afterwards. What is not an ordinary file (a pipe, a terminal) is written directly.
+///
+/// # Errors
+/// When it can't be written; the message names the file.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let name =
-        |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
+    let name = |error: io::Error| {
+        let why = why_not_written(&error);
+        io::Error::new(error.kind(), format!("{}: {why}", path.display()))
+    };
     if is_stdout(path) {
         let mut stdout = io::stdout();
         return stdout.write_all(bytes).and_then(|()| stdout.flush());
@@ -95,11 +102,14 @@ pub(super) fn check_writable(path: &Path) -> Result<(), SessionError> {
     if is_stdout(path) || is_device {
         return Ok(());
     }
-    can_replace(path)
-        .map_err(|error| SessionError(format!("{} can't be written: {error}", path.display())))
+    can_replace(path).map_err(|error| not_written(path, &error))
 }
 
-/// Refuses what would overwrite a file that is read, or mix two outputs.
+/// Checks that no output is a file that is read, and that no two outputs are the same file or both
+/// standard output.
+///
+/// # Errors
+/// The first two that are the same.
 pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), SessionError> {
     let option = |name: &'static str, path: &Option<PathBuf>| Some((name, path.clone()?));
     let outputs = [
@@ -109,7 +119,7 @@ pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), Sessi
         option("--retain", &args.retain),
         args.retain.as_deref().map(|path| ("--retain's copy", copy_of(path))),
     ];
-    let read = args.reads.iter().map(|path| ("what is read", path.clone()));
+    let read = args.reads.iter().map(|path| ("the machine file or the artifact", path.clone()));
     // A source that was read from standard input is no file.
     let source = program.files.iter().map(PathBuf::from).filter(|file| !is_stdout(file));
     let source = source.map(|file| ("the program", file));
@@ -118,7 +128,9 @@ pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), Sessi
     for (name, path) in outputs.into_iter().flatten() {
         if let Some((other, _)) = seen.iter().find(|(_, other)| same(other, &path)) {
             return Err(SessionError(if is_stdout(&path) {
-                format!("{name} and {other} would be mixed: both go to standard output")
+                format!(
+                    "{name} and {other} can't both go to standard output: give one of them a file"
+                )
             } else {
                 format!("{name} would overwrite {other}: both are {}", path.display())
             }));
