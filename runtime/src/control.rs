@@ -4,21 +4,21 @@
 //! further language implements the trait for its tables in its own folder; the two matches below do
 //! not compile until it is named in them.
 
-use plcc_abi::Tables;
 #[cfg(feature = "args")]
-use plcc_abi::{Dialect, Program, machine::Machine};
+use plcc_abi::{Dialect, machine::Machine};
+use plcc_abi::{Program, Tables};
 
-use crate::artifact::ArtifactError;
 #[cfg(feature = "args")]
 use crate::{Executive, args::ControlArgs};
 
 /// What the runtime asks of the control that a program is for.
 pub(crate) trait Control {
-    /// Checks that the tables fit an image of `image_size` bytes, before anything runs.
+    /// Checks that the tables fit the image and the tasks of `program`, whose tables they are,
+    /// before anything runs.
     ///
     /// # Errors
-    /// [`ArtifactError::Inconsistent`] with what does not fit.
-    fn validate(&self, image_size: u32) -> Result<(), ArtifactError>;
+    /// What does not fit.
+    fn validate(&self, program: &Program) -> Result<(), String>;
 
     /// Makes the executive of a program whose tables these are.
     ///

@@ -9,12 +9,12 @@ use super::MAX_IMAGE;
 use super::error::{ArtifactError, inconsistent};
 use crate::control::control;
 
-/// Nothing, or what does not fit.
-pub(crate) type Check = Result<(), ArtifactError>;
+/// Nothing, or what does not fit, to follow "the program is damaged:".
+pub(crate) type Check = Result<(), String>;
 
-/// An error that says `what` is inconsistent, unless a condition holds.
+/// An error that says `what` does not fit, unless a condition holds.
 pub(crate) fn ensure(holds: bool, what: impl FnOnce() -> String) -> Check {
-    if holds { Ok(()) } else { Err(inconsistent(what())) }
+    if holds { Ok(()) } else { Err(what()) }
 }
 
 /// The process image, of which only the size is known yet.
@@ -42,15 +42,20 @@ impl Image {
 }
 
 /// The tables against the image.
-pub(super) fn program(program: &Program) -> Check {
-    let Program { files, image_size, regions, tasks: _, tables } = program;
-    if *image_size > MAX_IMAGE {
+pub(super) fn program(program: &Program) -> Result<(), ArtifactError> {
+    if program.image_size > MAX_IMAGE {
         return Err(ArtifactError::TooLarge {
             what: "process image",
-            size: u64::from(*image_size),
+            size: u64::from(program.image_size),
             limit: u64::from(MAX_IMAGE),
         });
     }
+    regions(program).and_then(|()| control(&program.tables).validate(program)).map_err(inconsistent)
+}
+
+/// Checks that the program has sources, and that its regions follow each other inside the image.
+fn regions(program: &Program) -> Check {
+    let Program { files, image_size, regions, tasks: _, tables: _ } = program;
     ensure(!files.is_empty(), || "it names no source".into())?;
     let mut end = 0;
     for Region { name, offset, size, bits: _ } in regions {
@@ -59,13 +64,16 @@ pub(super) fn program(program: &Program) -> Check {
         })?;
         end = u64::from(*offset) + u64::from(*size);
     }
-    ensure(end <= u64::from(*image_size), || "its regions exceed the image".into())?;
-    control(tables).validate(*image_size)
+    ensure(end <= u64::from(*image_size), || "its regions exceed the image".into())
 }
 
 /// The code's tables against the code and against the program.
-pub(super) fn code(program: &Program, code: &CodeParts) -> Check {
-    code.check().map_err(|error| inconsistent(error.to_string()))?;
+pub(super) fn code(program: &Program, code: &CodeParts) -> Result<(), ArtifactError> {
+    code_tables(program, code).map_err(inconsistent)
+}
+
+fn code_tables(program: &Program, code: &CodeParts) -> Check {
+    code.check().map_err(|error| error.to_string())?;
     ensure(code.image_size == program.image_size, || {
         "its code is for a process image of another size".into()
     })?;

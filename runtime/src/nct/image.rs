@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use plcc_abi::Program;
 use plcc_abi::image::{read_u16, write_u8, write_u16, write_u32};
-use plcc_abi::nct::{FlagLocation, IMAGE_BYTES, LINE_BYTES, NctTables, context};
+use plcc_abi::nct::{FlagLocation, LINE_BYTES, NctTables, context};
 
 use super::state::{Modules, SavedInputs};
 
@@ -191,32 +191,4 @@ impl Image {
             }
         }
     }
-}
-
-/// Checks what the tables say of the image.
-pub(super) fn check_tables(program: &Program, tables: &NctTables) -> Result<(), String> {
-    let locations = [
-        ("inputs", &tables.inputs, IMAGE_BYTES),
-        ("previous inputs", &tables.previous, IMAGE_BYTES),
-        ("outputs", &tables.outputs, IMAGE_BYTES),
-        ("local variables", &tables.flags, plcc_abi::nct::FLAG_BYTES),
-    ];
-    for (what, locations, count) in locations {
-        if locations.len() != count {
-            return Err(format!(
-                "the table of {what} has {} entries, not {count}",
-                locations.len()
-            ));
-        }
-        let end = |location: &FlagLocation| {
-            u64::from(location.offset) + if location.unpacked { 8 } else { 1 }
-        };
-        if locations.iter().any(|location| end(location) > program.image_size.into()) {
-            return Err(format!("the table of {what} points outside the image"));
-        }
-    }
-    if program.tasks.len() < 2 {
-        return Err("module :000 or :001 is missing".into());
-    }
-    Ok(())
 }

@@ -18,8 +18,6 @@ mod variables;
 #[cfg(test)]
 mod tests;
 
-use crate::artifact::ArtifactError;
-use crate::artifact::validate::Image;
 #[cfg(feature = "args")]
 use crate::control::Choices;
 use crate::control::Control;
@@ -29,8 +27,8 @@ pub use options::NctArgs;
 pub use tick::{NctExecutive, NctLoadError, NctOptions};
 
 impl Control for plcc_abi::nct::NctTables {
-    fn validate(&self, image_size: u32) -> Result<(), ArtifactError> {
-        validate::tables(self, Image::new(image_size))
+    fn validate(&self, program: &plcc_abi::Program) -> Result<(), String> {
+        validate::tables(self, program)
     }
 
     #[cfg(feature = "args")]

@@ -12,9 +12,10 @@ use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueErr
 
 use super::events::Messages;
 use super::host::NctHost;
-use super::image::{Image, Module, check_tables};
+use super::image::{Image, Module};
 use super::memory::NcMemory;
 use super::state::State;
+use super::validate;
 use super::variables::{self, Names};
 
 /// Milliseconds of a slice.
@@ -82,7 +83,7 @@ impl NctExecutive {
     pub fn new(program: &Program, options: NctOptions) -> Result<Self, NctLoadError> {
         let Tables::Nct(tables) = &program.tables else { return Err(NctLoadError::OtherDialect) };
         let NctOptions { settings, level0_safepoints, realtime } = options;
-        check_tables(program, tables).map_err(NctLoadError::Damaged)?;
+        validate::tables(tables, program).map_err(NctLoadError::Damaged)?;
         let mut image = Image::new(program, tables).map_err(NctLoadError::Damaged)?;
         for &(number, value) in &settings.constants {
             if (1..nct::RP_COUNT).contains(&number) {

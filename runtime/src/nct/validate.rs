@@ -1,25 +1,33 @@
-//! Whether the tables of an NCT program fit its image.
+//! Whether the tables of an NCT program fit its image and its modules. The executive relies on it.
 
+use plcc_abi::Program;
 use plcc_abi::nct::{FLAG_BYTES, FlagLocation, IMAGE_BYTES, NctTables};
 
 use crate::artifact::validate::{Check, Image, ensure};
 
-/// Checks that every byte of flags is inside the image, and every name exists.
-pub(super) fn tables(tables: &NctTables, image: Image) -> Check {
+/// Checks that every byte of flags is inside the image, that the modules that always run are
+/// there, and that every name exists.
+pub(super) fn tables(tables: &NctTables, program: &Program) -> Check {
+    let image = Image::new(program.image_size);
     // Texts and settings are looked up with care by whoever uses them.
     let NctTables { inputs, previous, outputs, flags, named, .. } = tables;
     let groups = [
-        (inputs, IMAGE_BYTES),
-        (previous, IMAGE_BYTES),
-        (outputs, IMAGE_BYTES),
-        (flags, FLAG_BYTES),
+        ("inputs", inputs, IMAGE_BYTES),
+        ("previous inputs", previous, IMAGE_BYTES),
+        ("outputs", outputs, IMAGE_BYTES),
+        ("local variables", flags, FLAG_BYTES),
     ];
-    for (locations, count) in groups {
-        ensure(locations.len() == count, || "a table of bytes has the wrong length".into())?;
+    for (what, locations, count) in groups {
+        ensure(locations.len() == count, || {
+            format!("its table of {what} has {} entries, not {count}", locations.len())
+        })?;
         for &FlagLocation { offset, unpacked } in locations {
-            image.check(offset, if unpacked { 8 } else { 1 }, "a byte of flags")?;
+            ensure(image.holds(offset, if unpacked { 8 } else { 1 }), || {
+                format!("its table of {what} points outside the image")
+            })?;
         }
     }
+    ensure(program.tasks.len() >= 2, || "its module :000 or :001 is missing".into())?;
     for name in named {
         let known = name.to_string().parse().is_ok_and(|read| *name == read);
         ensure(known, || "it names a variable that does not exist".into())?;

@@ -2,15 +2,14 @@
 
 use plcc_abi::pmac::{Definition, Field, Kind, Layout, PmacTables, Run, Text};
 
-use crate::artifact::ArtifactError;
 use crate::artifact::validate::{Check, Image, ensure};
 #[cfg(feature = "args")]
 use crate::control::Choices;
 use crate::control::Control;
 
 impl Control for PmacTables {
-    fn validate(&self, image_size: u32) -> Result<(), ArtifactError> {
-        tables(self, Image::new(image_size))
+    fn validate(&self, program: &plcc_abi::Program) -> Result<(), String> {
+        tables(self, Image::new(program.image_size))
     }
 
     #[cfg(feature = "args")]

@@ -2,7 +2,6 @@
 //! messages, and what survives power-off (PMI 3.1; rulings, Scan).
 
 mod events;
-mod load;
 mod macros;
 #[cfg(feature = "args")]
 mod options;
@@ -15,20 +14,17 @@ mod variables;
 #[cfg(test)]
 mod tests;
 
-use crate::artifact::ArtifactError;
-use crate::artifact::validate::Image;
 #[cfg(feature = "args")]
 use crate::control::Choices;
 use crate::control::Control;
 
-pub use load::PmiLoadError;
 #[cfg(feature = "args")]
 pub use options::PmiArgs;
-pub use tick::{PmiExecutive, PmiOptions};
+pub use tick::{PmiExecutive, PmiLoadError, PmiOptions};
 
 impl Control for plcc_abi::pmi::PmiTables {
-    fn validate(&self, image_size: u32) -> Result<(), ArtifactError> {
-        validate::tables(self, Image::new(image_size))
+    fn validate(&self, program: &plcc_abi::Program) -> Result<(), String> {
+        validate::tables(self, program)
     }
 
     #[cfg(feature = "args")]

@@ -3,17 +3,17 @@
 use plcc_abi::engine::NoHost;
 use plcc_abi::image::{read_u8, write_i16, write_i32, write_u8};
 use plcc_abi::pmi::{FlipFlop, Lines, PORTS, Role, Special, Timer, Type};
-use plcc_abi::{Engine, Outcome, Program, Scan, TrapCode};
+use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TrapCode};
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 use crate::checkpoint::{Binding, CheckpointError};
 use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
 
 use super::events::{Announcements, value};
-use super::load::{self, PmiLoadError};
 use super::state::State;
 use super::variables::{Name, Names};
-use super::{macros, port_lines};
+use super::{macros, port_lines, validate};
 
 /// The unit of timers in nanoseconds.
 const TIMER_UNIT: u64 = 20_000_000;
@@ -29,6 +29,17 @@ impl Default for PmiOptions {
     fn default() -> Self {
         Self { period_ns: TIMER_UNIT }
     }
+}
+
+/// Why a program can't be run.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum PmiLoadError {
+    /// It is in another language.
+    #[error("this is no PMI program")]
+    OtherDialect,
+    /// Its tables don't fit its image.
+    #[error("the program is damaged: {0}")]
+    Damaged(String),
 }
 
 /// The executive of a PMI program.
@@ -62,7 +73,8 @@ impl PmiExecutive {
     /// # Errors
     /// When the program is of another dialect, or its tables don't fit its image.
     pub fn new(program: &Program, options: PmiOptions) -> Result<Self, PmiLoadError> {
-        let tables = load::tables(program)?;
+        let Tables::Pmi(tables) = &program.tables else { return Err(PmiLoadError::OtherDialect) };
+        validate::tables(tables, program).map_err(PmiLoadError::Damaged)?;
         let mut image = vec![0; program.image_size as usize];
         for &(offset, ty, value) in &tables.initial {
             write(&mut image, ty, offset, value.into());

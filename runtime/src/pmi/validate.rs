@@ -1,5 +1,6 @@
-//! Whether the tables of a PMI program fit its image.
+//! Whether the tables of a PMI program fit its image. The executive relies on it.
 
+use plcc_abi::Program;
 use plcc_abi::pmi::{
     Announcement, FlipFlop, Lines, PORTS, PmiTables, Role, Special, Symbol, TextItem, Timer, Type,
 };
@@ -7,7 +8,8 @@ use plcc_abi::pmi::{
 use crate::artifact::validate::{Check, Image, ensure};
 
 /// Checks that every place in the tables is inside the image, and every index inside its table.
-pub(super) fn tables(tables: &PmiTables, image: Image) -> Check {
+pub(super) fn tables(tables: &PmiTables, program: &Program) -> Check {
+    let image = Image::new(program.image_size);
     let PmiTables { symbols, timers, flipflops, faults, messages, special, ports, initial } =
         tables;
     for Symbol { name, ty, offset, elements, role, dumped: _, retained: _ } in symbols {

@@ -4,6 +4,7 @@ mod area;
 mod search;
 mod tick;
 
+use super::{NctExecutive, NctLoadError, NctOptions};
 use plcc_abi::nct::{FLAG_BYTES, FlagLocation, NctTables};
 use plcc_abi::{Engine, Outcome, Program, Region, ResumePoint, Scan, Tables, Task};
 
@@ -51,4 +52,21 @@ impl<F: FnMut(usize, &mut Scan<'_>) -> Outcome> Engine for Script<F> {
     fn call(&mut self, task: usize, _: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         (self.0)(task, scan)
     }
+}
+
+#[test]
+fn tables_that_do_not_fit_are_refused() {
+    let refused = |change: fn(&mut NctTables), tasks| {
+        let mut damaged = program(NctTables::default(), tasks);
+        let Tables::Nct(tables) = &mut damaged.tables else { panic!("NCT's tables") };
+        change(tables);
+        NctExecutive::new(&damaged, NctOptions::default()).map(drop)
+    };
+    let damaged = |what: &str| Err(NctLoadError::Damaged(what.into()));
+    assert_eq!(refused(|_| {}, 2), Ok(()));
+    assert_eq!(refused(|_| {}, 1), damaged("its module :000 or :001 is missing"));
+    let short = refused(|tables| drop(tables.flags.pop()), 2);
+    assert_eq!(short, damaged("its table of local variables has 999 entries, not 1000"));
+    let outside = refused(|tables| tables.outputs[3].offset = u32::MAX, 2);
+    assert_eq!(outside, damaged("its table of outputs points outside the image"));
 }
