@@ -1,4 +1,5 @@
-//! The cross-reference (NCT 5, STAT): where variables are used, and what looks forgotten.
+//! NCT's cross-reference (NCT 5, STAT): where variables are used, and the warnings of variables
+//! that seem to be forgotten.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
 use plcc_diag::SourceMap;
@@ -7,6 +8,7 @@ use plcc_frontend::{
     nct,
 };
 
+/// The cross-reference of a program, and the code and line of each of its warnings.
 fn cross_reference(text: &str) -> (CrossReference, Vec<(&'static str, u32)>) {
     let mut sources = SourceMap::new();
     let file = sources.add("main.nct", text.as_bytes());

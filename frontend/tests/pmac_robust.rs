@@ -1,4 +1,4 @@
-//! Text that nobody wrote on purpose: nothing falls over, and every place told is in the text.
+//! Checks arbitrary text. Nothing panics, and the place of every diagnostic lies in the text.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
 use plcc_diag::SourceMap;
@@ -8,7 +8,7 @@ use plcc_frontend::{
 };
 use plcc_random::Rng;
 
-/// Checks a text, and lowers what is good of it; the number of errors.
+/// Checks a text, and lowers the program if there is one. Gives the number of errors.
 fn errors(text: &[u8], controller: Controller) -> usize {
     let mut sources = SourceMap::new();
     let file = sources.add("main.pmc", text);

@@ -1,4 +1,4 @@
-//! Every error of the PMI compiler, by number and line.
+//! Every error of PMI's manual and every warning: which text causes it, and in which line.
 
 use plcc_diag::SourceMap;
 use plcc_frontend::{
@@ -6,7 +6,9 @@ use plcc_frontend::{
     pmi,
 };
 
-fn run(text: &str, limits: Limits) -> Vec<(String, u32)> {
+/// Checks a program that can include three other files. Gives the code, without `PMI-`, and the
+/// line of each diagnostic.
+fn findings(text: &str, limits: Limits) -> Vec<(String, u32)> {
     let loader = MemoryLoader::new()
         .with("inner.pmi", "X1 = T\n")
         .with("main.pmi", text)
@@ -31,16 +33,18 @@ fn run(text: &str, limits: Limits) -> Vec<(String, u32)> {
     found
 }
 
+/// Expects these diagnostics of a program: code and line.
 #[track_caller]
 fn expect(text: &str, expected: &[(&str, u32)]) {
-    let found = run(text, Limits::Original);
+    let found = findings(text, Limits::Original);
     let found: Vec<_> = found.iter().map(|(code, line)| (code.as_str(), *line)).collect();
     assert_eq!(found, expected, "\n{text}");
 }
 
-/// The logic of a program with some declarations.
+/// Expects these diagnostics of an execution section, with some declarations in front of it. Its
+/// lines are counted from 1.
 #[track_caller]
-fn logic(text: &str, expected: &[(&str, u32)]) {
+fn expect_in_execution(text: &str, expected: &[(&str, u32)]) {
     let head = "$INPUT\nIN1=0/0\n$OUTPUT\nOUT1=1/0\n$INTEGER\nI,J,AI[5],CI[3]=[1,2,3],C2=2\n$LONG\nL,AL[3]\n$TIMER\nE/TC/DC=5\n$FLIPFLOP\nQ1/D1/CK1/PR1/CL1\n$KEY\nK=\"T\"\n$MCODE\n@M03/P\n$END\n";
     let lines = head.matches('\n').count() as u32;
     let expected: Vec<_> = expected.iter().map(|&(code, line)| (code, line + lines)).collect();
@@ -69,19 +73,19 @@ fn directives() {
 #[test]
 fn names_and_characters() {
     expect("$INPUT\nABCDEFG=0/0\n$END\n", &[("4", 2)]);
-    logic("ABCDEFG=T\n", &[("4", 1)]);
-    logic("X=ABCDEFG\n", &[("4", 1)]);
-    logic("x=T\n", &[("5", 1)]);
-    logic("X=123A\n", &[("5", 1)]);
-    logic("X=T;\n", &[("5", 1)]);
-    logic("X_1=T\n", &[("5", 1)]);
+    expect_in_execution("ABCDEFG=T\n", &[("4", 1)]);
+    expect_in_execution("X=ABCDEFG\n", &[("4", 1)]);
+    expect_in_execution("x=T\n", &[("5", 1)]);
+    expect_in_execution("X=123A\n", &[("5", 1)]);
+    expect_in_execution("X=T;\n", &[("5", 1)]);
+    expect_in_execution("X_1=T\n", &[("5", 1)]);
     expect("$INPUT\n=0/0\n$END\n", &[("9", 2)]);
     expect("$INPUT\n5=0/0\n$END\n", &[("9", 2)]);
     expect("$INPUT\nA=0/0\nA=0/1\n$END\n", &[("10", 3)]);
     expect("$INPUT\nT=0/0\nIF=0/1\n$END\n", &[("10", 2), ("10", 3)]);
-    logic("5=X\n", &[("9", 1)]);
-    logic("LAB: X=T\nLAB: Y=T\n", &[("10", 2)]);
-    logic("IN1: X=T\n", &[("10", 1)]);
+    expect_in_execution("5=X\n", &[("9", 1)]);
+    expect_in_execution("LAB: X=T\nLAB: Y=T\n", &[("10", 2)]);
+    expect_in_execution("IN1: X=T\n", &[("10", 1)]);
 }
 
 #[test]
@@ -169,101 +173,107 @@ fn timers_flipflops_codes() {
 
 #[test]
 fn expressions() {
-    logic("X=NONE[1]\n", &[("29", 1)]);
-    logic("NONE[1]=T\n", &[("29", 1)]);
-    logic("X=NONE\n", &[("31", 1)]);
-    logic("X=Y\nY=T\n", &[]);
-    logic("X=@M04\n", &[("31", 1)]);
-    logic("X=((((((1))))))\n", &[("32", 1)]);
-    logic("X=(((((1)))))\n", &[]);
-    logic("X=AI[AI[AI[AI[AI[1]]]]]\n", &[]);
-    logic("X=AI[AI[AI[AI[AI[(1)]]]]]\n", &[("32", 1)]);
-    logic("AI[AI[AI[AI[AI[AI[1]]]]]]=1\n", &[("32", 1)]);
-    logic("IF (((((((1)))))))\nENDIF\n", &[("32", 1)]);
-    logic("IF ((((((1))))))\nENDIF\n", &[]);
-    logic("X=(1+2\n", &[("32", 1)]);
-    logic("X=1+2)\nIF(IN1))\nENDIF\n", &[("32", 1), ("32", 2)]);
-    logic(
+    expect_in_execution("X=NONE[1]\n", &[("29", 1)]);
+    expect_in_execution("NONE[1]=T\n", &[("29", 1)]);
+    expect_in_execution("X=NONE\n", &[("31", 1)]);
+    expect_in_execution("X=Y\nY=T\n", &[]);
+    expect_in_execution("X=@M04\n", &[("31", 1)]);
+    expect_in_execution("X=((((((1))))))\n", &[("32", 1)]);
+    expect_in_execution("X=(((((1)))))\n", &[]);
+    expect_in_execution("X=AI[AI[AI[AI[AI[1]]]]]\n", &[]);
+    expect_in_execution("X=AI[AI[AI[AI[AI[(1)]]]]]\n", &[("32", 1)]);
+    expect_in_execution("AI[AI[AI[AI[AI[AI[1]]]]]]=1\n", &[("32", 1)]);
+    expect_in_execution("IF (((((((1)))))))\nENDIF\n", &[("32", 1)]);
+    expect_in_execution("IF ((((((1))))))\nENDIF\n", &[]);
+    expect_in_execution("X=(1+2\n", &[("32", 1)]);
+    expect_in_execution("X=1+2)\nIF(IN1))\nENDIF\n", &[("32", 1), ("32", 2)]);
+    expect_in_execution(
         "X=\nX=1+\nX=--I\nX=//I\nX=-/I\nX=/-I\nX=+I\nX=I++J\nX=I!&J\nX=()\n",
         &(1..=10).map(|n| ("34", n)).collect::<Vec<_>>(),
     );
-    logic("X=I--J\nX=I*-J\nX=I/-J\nX=I//J\nX=I!/J\nX=I&/J\nX=-(-I)\n", &[]);
-    logic("X=I[1]\nI[1]=1\nX=T[1]\n", &[("35", 1), ("35", 2), ("35", 3)]);
-    logic("X=AI\nAI=1\n", &[("36", 1), ("36", 2)]);
-    logic("X=I J\nX=I(J)\nX=(I)J\n", &[("37", 1), ("37", 2), ("37", 3)]);
-    logic(
+    expect_in_execution("X=I--J\nX=I*-J\nX=I/-J\nX=I//J\nX=I!/J\nX=I&/J\nX=-(-I)\n", &[]);
+    expect_in_execution("X=I[1]\nI[1]=1\nX=T[1]\n", &[("35", 1), ("35", 2), ("35", 3)]);
+    expect_in_execution("X=AI\nAI=1\n", &[("36", 1), ("36", 2)]);
+    expect_in_execution("X=I J\nX=I(J)\nX=(I)J\n", &[("37", 1), ("37", 2), ("37", 3)]);
+    expect_in_execution(
         "X=L*I\nX=I*L\nX=I/L\nX=I%L\nX=L/I+L%I\nX=L+L-L\nX=@SCODE*@SSO/100\n",
         &[("42", 1), ("42", 2), ("42", 3), ("42", 4), ("42", 7)],
     );
-    logic("X=I*32768\n", &[("42", 1)]);
-    logic("X=AI[L]\nX=AI[40000]\nAI[L+1]=1\nX=AI[IN1]\n", &[("43", 1), ("43", 2), ("43", 3)]);
-    logic(
+    expect_in_execution("X=I*32768\n", &[("42", 1)]);
+    expect_in_execution(
+        "X=AI[L]\nX=AI[40000]\nAI[L+1]=1\nX=AI[IN1]\n",
+        &[("43", 1), ("43", 2), ("43", 3)],
+    );
+    expect_in_execution(
         "X=AI[5]\nAI[-1]=1\nX=AI[CI[2]+C2]\nX=AI[CI[0]+C2]\nX=@AUREQ[6]\nGOTO E\nX=AI[9]\nE:\n",
         &[("X1", 1), ("X1", 2), ("X1", 3), ("X1", 5), ("X1", 7)],
     );
-    logic("X=1.5\nX=1234567890\nX=999999999\n", &[("30", 1), ("28", 2)]);
-    logic("X=A=B=C\nA=T\nB=T\nC=T\n", &[]);
+    expect_in_execution("X=1.5\nX=1234567890\nX=999999999\n", &[("30", 1), ("28", 2)]);
+    expect_in_execution("X=A=B=C\nA=T\nB=T\nC=T\n", &[]);
 }
 
 #[test]
 fn assignments() {
-    logic(
+    expect_in_execution(
         "IN1=T\nDC=T\nQ1=T\nC2=1\nCI[1]=1\nK=1\n@MODE=1\nT=1\nF=0\n",
         &(1..=9).map(|n| ("41", n)).collect::<Vec<_>>(),
     );
-    logic("TC=T\nD1=T\nCK1=T\nOUT1=T\n@M03=F\n@FRO=1\n@NEWSC=F\n", &[]);
-    logic("X\nX Y\nX/=Y\n", &[("11", 1), ("11", 2), ("11", 3)]);
+    expect_in_execution("TC=T\nD1=T\nCK1=T\nOUT1=T\n@M03=F\n@FRO=1\n@NEWSC=F\n", &[]);
+    expect_in_execution("X\nX Y\nX/=Y\n", &[("11", 1), ("11", 2), ("11", 3)]);
 }
 
 #[test]
 fn control_flow() {
     let nested = |n: usize| format!("{}{}", "IF(IN1)\n".repeat(n), "ENDIF\n".repeat(n));
-    logic(&nested(4), &[]);
-    logic(&nested(6), &[("38", 5), ("38", 6)]);
-    logic(
+    expect_in_execution(&nested(4), &[]);
+    expect_in_execution(&nested(6), &[("38", 5), ("38", 6)]);
+    expect_in_execution(
         "ELSE\nELSEIF(IN1)\nENDIF\nIF(IN1)\nELSE\nELSE\nELSEIF(IN1)\nENDIF\n",
         &[("39", 1), ("39", 2), ("39", 3), ("39", 6), ("39", 7)],
     );
-    logic("X=T\nIF(IN1)\nX=F\n", &[("39", 2)]);
-    logic(
+    expect_in_execution("X=T\nIF(IN1)\nX=F\n", &[("39", 2)]);
+    expect_in_execution(
         "IF IN1\nENDIF\nIF(IN1\nENDIF\nIF(IN1)&IN1\nENDIF\nIF()\nENDIF\n",
         &[("11", 1), ("32", 3), ("5", 5), ("34", 7)],
     );
     let gotos = format!("{}E:\n", "GOTO E\n".repeat(1002));
-    logic(&gotos, &[("44", 1001), ("44", 1002)]);
-    logic(
+    expect_in_execution(&gotos, &[("44", 1001), ("44", 1002)]);
+    expect_in_execution(
         "GOTO NONE\nGOTO\nGOTO 5\nGOTO IN1\nGOTO IF\n",
         &[("46", 1), ("46", 2), ("46", 3), ("46", 4), ("46", 5)],
     );
-    logic("A: X=T\nGOTO A\nB: GOTO B\n", &[("47", 2), ("47", 3)]);
-    logic("GOTO A\nIF(IN1)\nA: X=T\nELSE\nX=F\nENDIF\n", &[]);
+    expect_in_execution("A: X=T\nGOTO A\nB: GOTO B\n", &[("47", 2), ("47", 3)]);
+    expect_in_execution("GOTO A\nIF(IN1)\nA: X=T\nELSE\nX=F\nENDIF\n", &[]);
 }
 
 #[test]
 fn continuations() {
-    logic("X=IN1& #anything\nIN1\n", &[]);
-    logic("X=IN1& #\n\nY=T\n", &[("34", 1)]);
-    logic("X=IN1 #\n? comment\nY=T\n", &[]);
-    logic("X=IN1& #\nNONE\n", &[("31", 2)]);
-    logic("X=IN1 ? not # here\nY=T\n", &[]);
-    logic("X=IN1& #\n", &[("2", 1)]);
-    logic("X=IN1 #\n", &[]);
+    expect_in_execution("X=IN1& #anything\nIN1\n", &[]);
+    expect_in_execution("X=IN1& #\n\nY=T\n", &[("34", 1)]);
+    expect_in_execution("X=IN1 #\n? comment\nY=T\n", &[]);
+    expect_in_execution("X=IN1& #\nNONE\n", &[("31", 2)]);
+    expect_in_execution("X=IN1 ? not # here\nY=T\n", &[]);
+    expect_in_execution("X=IN1& #\n", &[("2", 1)]);
+    expect_in_execution("X=IN1 #\n", &[]);
 }
 
 #[test]
 fn the_first_error_of_a_statement_is_told() {
-    logic("X=L*I+NONE\n", &[("42", 1)]);
-    logic("X=NONE+L*I\n", &[("31", 1)]);
-    logic("X=L*I+)\n", &[("42", 1)]);
-    logic("IN1=NONE+\n", &[("41", 1)]);
-    logic("AI[NONE]=L*I\n", &[("31", 1)]);
+    expect_in_execution("X=L*I+NONE\n", &[("42", 1)]);
+    expect_in_execution("X=NONE+L*I\n", &[("31", 1)]);
+    expect_in_execution("X=L*I+)\n", &[("42", 1)]);
+    expect_in_execution("IN1=NONE+\n", &[("41", 1)]);
+    expect_in_execution("AI[NONE]=L*I\n", &[("31", 1)]);
     expect("$INPUT\nA=0/0\nA=9999/0\n$INTEGER\nA[999],B\n$END\n", &[("10", 3), ("10", 5)]);
 }
 
 #[test]
 fn limits_none() {
     let free = |text: &str| {
-        run(text, Limits::None).into_iter().map(|(c, l)| format!("{c}@{l}")).collect::<Vec<_>>()
+        findings(text, Limits::None)
+            .into_iter()
+            .map(|(c, l)| format!("{c}@{l}"))
+            .collect::<Vec<_>>()
     };
     let none: [String; 0] = [];
     assert_eq!(free("$INTEGER\nLONGNAME,A[1000],B[1]\n$END\nX=((((((((1))))))))\n"), none);
@@ -322,21 +332,21 @@ fn a_long_operand_is_told_at_its_operator_whatever_stands_behind_it() {
         "I = L * AI[9]",
         "I = 1 + L * ELSE",
     ] {
-        logic(text, &[("42", 1)]);
+        expect_in_execution(text, &[("42", 1)]);
     }
     // The operator stands on the first line, the other error on the second.
-    logic("I = L * #\n ,\n", &[("42", 1)]);
-    logic("I = I * #\n ,\n", &[("34", 2)]);
+    expect_in_execution("I = L * #\n ,\n", &[("42", 1)]);
+    expect_in_execution("I = I * #\n ,\n", &[("34", 2)]);
 }
 
 #[test]
 fn a_comma_or_a_directive_leaves_parentheses_open() {
     for text in ["IF (I, J)\nENDIF", "I = (I + J, 1)", "I = (I $END)", "I = (,)", "I = (I + $LONG)"]
     {
-        logic(text, &[("32", 1)]);
+        expect_in_execution(text, &[("32", 1)]);
     }
-    logic("I = I, J", &[("5", 1)]);
-    logic("I = AI[1, 2]", &[("5", 1)]);
+    expect_in_execution("I = I, J", &[("5", 1)]);
+    expect_in_execution("I = AI[1, 2]", &[("5", 1)]);
 }
 
 #[test]
@@ -360,5 +370,5 @@ fn a_tab_in_a_text_is_a_blank() {
 
 #[test]
 fn the_misprint_of_auhom_is_read_only() {
-    logic("X = @AUHOME[0]\n@AUHOME[0] = T\n", &[("41", 2)]);
+    expect_in_execution("X = @AUHOME[0]\n@AUHOME[0] = T\n", &[("41", 2)]);
 }

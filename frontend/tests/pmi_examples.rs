@@ -1,4 +1,4 @@
-//! The manual's kits: both are accepted as they stand.
+//! The two complete programs of the manual (PMI 6.1, 6.2) are accepted without errors or warnings.
 #![allow(clippy::panic, clippy::unwrap_used)]
 
 mod support;
@@ -30,11 +30,11 @@ fn the_lathe_is_accepted() {
 }
 
 #[test]
-fn the_touch_screen_kit_is_accepted_on_its_machine() {
+fn the_touch_screen_program_is_accepted_with_its_machine_file() {
     assert_eq!(findings("touch.pmi", Some("touch.machine.toml")), Vec::<String>::new());
 }
 
-/// The stimulus takes the lathe through every statement.
+/// With the example's stimulus every statement of the lathe's program runs at least once.
 #[test]
 fn every_statement_of_the_lathe_runs() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/pmi");

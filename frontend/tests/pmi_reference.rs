@@ -1,5 +1,6 @@
-//! Random expressions against a second reading of the rules: values are computed while the text is
-//! made, without the front end's types, operations or precedences.
+//! Compares the values of random expressions with a second implementation of the manual's rules. It
+//! computes each value while it generates the text, without the front end's types, operations or
+//! precedences.
 #![allow(clippy::panic, clippy::unwrap_used, clippy::indexing_slicing)]
 
 mod support;
@@ -15,12 +16,13 @@ enum Ty {
     Long,
 }
 
-/// A value as the manual speaks of it.
+/// A value and its type.
 #[derive(Clone, Copy, Debug)]
 struct Value {
     ty: Ty,
     value: i64,
-    /// All 32 bits, of a product that nothing but parentheses has touched.
+    /// All 32 bits of a product. It is `None` once any operation has followed; parentheses are
+    /// none.
     product: Option<i64>,
 }
 
@@ -39,7 +41,8 @@ impl Value {
     }
 }
 
-/// PMI 2.3.3.7 and 2.3.7; nothing where an operand is LONG and must not be.
+/// The result of an operation (PMI 2.3.3.7 and 2.3.7); `None` if an operand is LONG and must not
+/// be.
 fn binary(operator: &str, a: Value, b: Value) -> Option<Value> {
     let long = a.ty == Ty::Long || b.ty == Ty::Long;
     let sum = if long { Ty::Long } else { Ty::Integer };
@@ -73,7 +76,8 @@ fn binary(operator: &str, a: Value, b: Value) -> Option<Value> {
     }
 }
 
-struct Maker {
+/// Generates expressions.
+struct Generator {
     rng: Rng,
 }
 
@@ -94,10 +98,11 @@ const NAMES: &[(&str, Ty, i64)] = &[
     ("KX", Ty::Logical, 1),
 ];
 
+/// The binary operators by precedence, the loosest first.
 const LEVELS: [&[&str]; 5] =
     [&["!"], &["&"], &["=", "/=", "<", "<=", ">", ">="], &["+", "-"], &["*", "/", "%"]];
 
-impl Maker {
+impl Generator {
     fn below(&mut self, n: usize) -> usize {
         self.rng.below(n)
     }
@@ -154,9 +159,9 @@ impl Maker {
 
 #[test]
 fn expressions_give_what_the_rules_say() {
-    let mut maker = Maker { rng: Rng::new(1) };
+    let mut generator = Generator { rng: Rng::new(1) };
     for _ in 0..60 {
-        let cases: Vec<(String, Value)> = (0..50).map(|_| maker.chain(0, 0)).collect();
+        let cases: Vec<(String, Value)> = (0..50).map(|_| generator.chain(0, 0)).collect();
         let mut text = "$INTEGER\nA,B,C,D,Z,RI[50],KI=181\n$LONG\nL,M,N,RL[50],KL=-70000\n\
                         $LOGICAL\nX,Y,RX[50],KX=T\n$END\n"
             .to_owned();

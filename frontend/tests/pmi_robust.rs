@@ -1,4 +1,5 @@
-//! Text that nobody wrote on purpose: nothing falls over, and time grows with length alone.
+//! Checks arbitrary and very long text. Nothing panics, the place of every diagnostic lies in the
+//! text, and the time grows no faster than the length.
 #![allow(clippy::unwrap_used)]
 
 use std::time::{Duration, Instant};
@@ -10,7 +11,7 @@ use plcc_frontend::{
 };
 use plcc_random::Rng;
 
-/// Checks a text, and lowers what is good of it; the number of errors.
+/// Checks a text, and lowers the program if there is one. Gives the number of errors.
 fn errors(text: &[u8], limits: Limits) -> usize {
     let mut sources = SourceMap::new();
     let file = sources.add("main.pmi", text);
@@ -103,7 +104,8 @@ fn words_in_any_order() {
     }
 }
 
-/// Suggestions cost a walk over all names each, so that many errors among many names were slow.
+/// Each suggestion of a name compares with all names, so their number is limited. Without the limit
+/// many errors among many names would take very long.
 #[test]
 fn many_misspelt_names() {
     let mut text = "$END\n".to_owned();

@@ -7,7 +7,7 @@ mod support;
 use plcc_abi::{Outcome, TrapCode};
 use support::Control;
 
-/// Evaluates expressions into an INTEGER, a LONG and a LOGICAL.
+/// Assigns each expression to an INTEGER, a LONG and a LOGICAL and expects these three values.
 #[track_caller]
 fn evaluate(cases: &[(&str, i32, i32, i32)]) {
     for &(expression, integer, long, logical) in cases {
@@ -137,7 +137,8 @@ fn conditions() {
     }
 }
 
-/// PMI 3.3.4 and the rulings: into an IF's body, whose ELSE then goes to its ENDIF.
+/// PMI 3.3.4 and the rulings: a GOTO may lead into a body of an IF; at the end of the body
+/// execution goes on behind the ENDIF.
 #[test]
 fn jumps() {
     let text = "$INTEGER\nA,R\n$END\nR=0\nIF(A)\nGOTO IN\nENDIF\nR=1\nIF(A=9)\nR=2\nIN: R=R+10\nELSEIF(A=0)\nR=R+20\nELSE\nR=R+40\nENDIF\nR=R+100\nIF(A=5)\nGOTO END\nENDIF\nR=R+1000\nEND:\n";

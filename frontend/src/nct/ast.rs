@@ -1,20 +1,21 @@
-//! The checked program: flat statements in the order of the text.
+//! The checked program: its statements in the order of the text, and the parts of their conditions.
 
 use std::fmt;
 
 use plcc_abi::HostFn;
 use plcc_diag::Span;
 
-/// Where bits and bytes are addressed.
+/// A kind of bits and bytes, by the letter with which a program names them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Space {
     /// Inputs as latched for the module (NCT 2.1.1, 2.2.1).
     I,
-    /// Changes of inputs (NCT 4.3 `V`).
+    /// Changes of inputs: a bit is 1 if that input has changed since the module ran before (NCT 4.3
+    /// `V`).
     V,
     /// Physical input lines (NCT 4.3 `P`).
     P,
-    /// Outputs in memory.
+    /// The output image (NCT 2.1.2, 2.2.2).
     Y,
     /// Physical output lines (NCT 4.1 `UO`).
     O,
@@ -48,11 +49,11 @@ impl Space {
 /// A bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Bit {
-    /// Where.
+    /// Of which kind.
     pub(crate) space: Space,
-    /// The byte.
+    /// The number of its byte.
     pub(crate) byte: u16,
-    /// 0 to 7.
+    /// Its number in the byte, 0 to 7.
     pub(crate) bit: u8,
 }
 
@@ -61,7 +62,7 @@ pub(crate) struct Bit {
 pub(crate) enum Word {
     /// Two neighbouring bytes, the low one first.
     Bytes {
-        /// Where.
+        /// Of which kind.
         space: Space,
         /// The low byte.
         byte: u16,
@@ -76,9 +77,9 @@ pub(crate) enum Word {
     H(u8),
     /// A minute timer.
     M(u8),
-    /// A constant, 1 to 40.
+    /// A constant that is set on the control, 1 to 40.
     Rp(u8),
-    /// The F word whose address, in BCD, the F word at this byte holds.
+    /// An indirect access: the F word whose address, in BCD, stands in the F word at this byte.
     Indirect(u16),
 }
 
@@ -172,7 +173,7 @@ pub(crate) enum Operand {
     },
 }
 
-/// One test of a condition.
+/// One test in a condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Test {
     /// Of a bit.
@@ -198,12 +199,13 @@ pub(crate) enum Test {
     },
 }
 
-/// A condition is a row of these, in postfix order: a gate takes the two results before it.
+/// A part of a condition. The parts stand in postfix order: a gate combines the two results before
+/// it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ConditionPart {
-    /// A result.
+    /// Gives the result of a test.
     Test(Test),
-    /// `And`, `Or` or `Xor` of the last two.
+    /// Takes the last two results and gives their `And`, `Or` or `Xor`.
     Gate(Arith),
 }
 
@@ -261,7 +263,7 @@ impl AreaOp {
         }
     }
 
-    /// Bytes of its register area.
+    /// How many bytes its register area has.
     pub(crate) fn area(self) -> u16 {
         match self {
             Self::Hf => 10,
@@ -321,17 +323,18 @@ pub(crate) enum Op {
     Bin,
     /// Binary to BCD.
     Bcd,
-    /// A bracket as operand begins: OP is kept in this slot.
+    /// The beginning of a bracket that is an operand: OP is kept in this slot, and the bracket
+    /// computes in OP.
     Push(u16),
-    /// It ends: OP is the operand, the kept one the other.
+    /// The end of such a bracket: OP becomes the kept value combined with OP.
     Apply {
-        /// How.
+        /// How they are combined.
         op: Arith,
-        /// The slot.
+        /// The slot of the kept value.
         slot: u16,
     },
-    /// A condition: a range of [`Program::condition_parts`]. Where it does not hold, on behind the
-    /// statement `otherwise`, its `E` or `Z`.
+    /// A condition: a range of [`Program::condition_parts`]. If it does not hold, execution goes on
+    /// behind the statement `otherwise`, its `E` or `Z`.
     If {
         /// First of its parts.
         first: u32,
@@ -340,7 +343,7 @@ pub(crate) enum Op {
         /// The index of its `E` or else its `Z`.
         otherwise: u32,
     },
-    /// `E`: on behind the statement `end`, the `Z`.
+    /// `E`: execution goes on behind the statement `end`, the `Z`.
     Else {
         /// The index of the `Z`.
         end: u32,
@@ -370,7 +373,7 @@ pub(crate) enum Op {
     },
     /// The body of a text module, up to its `$`.
     Text,
-    /// A statement that has an error.
+    /// A statement that could not be read.
     Bad {
         /// Whether it began a condition.
         opens: Opens,
@@ -384,7 +387,7 @@ pub(crate) enum Opens {
     Yes,
     /// It did not.
     No,
-    /// Nobody knows.
+    /// Its text does not tell.
     Perhaps,
 }
 
@@ -393,40 +396,40 @@ pub(crate) enum Opens {
 pub(crate) struct Stmt {
     /// What it does.
     pub(crate) op: Op,
-    /// Its text.
+    /// Where its text stands.
     pub(crate) span: Span,
 }
 
 /// The texts of the modules :197 to :200 (NCT 3.4 to 3.7).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Texts {
-    /// Captions of the softkeys.
+    /// Captions of the softkeys (:197).
     pub(crate) softkeys: Vec<String>,
-    /// Messages with an index.
+    /// Messages with an index (:198).
     pub(crate) indexed: Vec<String>,
-    /// Error messages.
+    /// Error messages (:199).
     pub(crate) messages: Vec<String>,
-    /// About the program.
+    /// A text about the program (:200).
     pub(crate) info: String,
 }
 
 /// A checked program.
 #[derive(Clone, Debug)]
 pub(crate) struct Program {
-    /// The source's name and text, for comments and line tables.
+    /// The source file's name.
     pub(crate) name: String,
-    /// The decoded text.
+    /// The source text, decoded, for the comments of listings.
     pub(crate) text: String,
     /// The line of each statement, from 1.
     pub(crate) lines: Vec<u32>,
     /// Statements in the order of the text.
     pub(crate) stmts: Vec<Stmt>,
-    /// Parts of conditions.
+    /// The parts of all conditions.
     pub(crate) condition_parts: Vec<ConditionPart>,
     /// Where each label stands: the index of its statement.
     pub(crate) labels: Vec<Option<u32>>,
-    /// The texts.
+    /// The texts of its text modules.
     pub(crate) texts: Texts,
-    /// Slots that brackets need.
+    /// How many values of OP nested brackets keep at once, at most: [`Op::Push`]'s slots.
     pub(crate) slots: u16,
 }

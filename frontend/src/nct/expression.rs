@@ -1,5 +1,5 @@
-//! One expression or condition of NCT, checked against a program: for conditions of breakpoints,
-//! triggers and watches.
+//! One expression or condition of NCT, checked against a program, for conditions of breakpoints,
+//! for triggers and for watches.
 //!
 //! NCT has statements that load and compute in OP, and conditions that follow them. Both are
 //! expressions here, read by the parser that reads programs:
@@ -11,10 +11,11 @@
 //! | statements that load and compute: `LF020 + LF022`, `[LF020 * 3] >>2 BIN` | OP behind them |
 //! | such statements and a condition behind them: `LF020 =5`, `LRH060 (>.00FF O I000)` | true or false |
 //!
-//! OP begins as the register of the module that ran last, which a relation alone looks at. Flags
-//! that a computation sets are seen by what stands behind it, but the image keeps its own.
-//! Statements that change variables (`U`, `D`, `S`), jump or end do not belong to an expression.
-//! `V` compares the images of inputs of the module that ran last.
+//! At the beginning OP has the value that the module which ran last left in it, so a relation that
+//! stands alone, such as `=5`, tests that value. Status flags that a computation writes are seen by
+//! what stands behind it, but those in the image do not change. Statements that change variables
+//! (`U`, `D`, `S`), jump or end are refused. `V` compares the input images of the module that ran
+//! last.
 //!
 //! ```
 //! use plcc_diag::SourceMap;
@@ -55,7 +56,7 @@ use crate::nct::{
     tables::{places, tested_place},
 };
 
-/// The source of an expression, for the places of its errors.
+/// The file in which the places of an expression's errors lie.
 const FILE: FileId = FileId(0);
 
 impl Program {
@@ -84,7 +85,7 @@ impl Program {
         }
         parsed.condition_parts.iter().filter_map(tested_place).for_each(add);
         let image_size = self.layout.size;
-        // Brackets keep values of OP; they do so behind the image, where nothing else lies.
+        // The values of OP that brackets keep are placed behind the image.
         let layout = Layout { scratch: image_size, ..Layout::clone(&self.layout) };
         let Parsed { stmts, condition_parts, slots, .. } = parsed;
         let statements = ast::Program {
@@ -101,7 +102,7 @@ impl Program {
         Ok(Expression::new(text, variables, image_size as usize, evaluator))
     }
 
-    /// Statements that load and compute, and at most one condition behind them.
+    /// Parses statements that load and compute, and at most one condition behind them.
     fn statements(&self, text: &str) -> Result<Parsed, Vec<Diagnostic>> {
         let (parsed, found) = parse(FILE, text, self.limits);
         if !found.is_empty() {
@@ -141,7 +142,7 @@ impl Program {
     }
 }
 
-/// The error of a `U` or `D`.
+/// The error of a `U` or `D` in an expression.
 fn switches(stmt: &Stmt, bit: ast::Bit) -> SyntaxError {
     let help = format!("to look at the bit, write {bit}");
     error(7, stmt.span, format!("this switches {bit}"), help)
@@ -150,7 +151,7 @@ fn switches(stmt: &Stmt, bit: ast::Bit) -> SyntaxError {
 /// The variable that the whole text names, if it is just one, with the statement that loads it.
 fn variable(text: &str) -> Option<(Place, Stmt)> {
     let mut cursor = Cursor::new(FILE, text);
-    // The program loads no output line, but a trace shows it.
+    // A program can't load a physical output line, but an expression can, since traces show it.
     let prefix = if cursor.at('O') { Prefix::Store } else { Prefix::Load };
     let place = place(&mut cursor, 0, prefix).ok().filter(|_| cursor.peek().is_none())?;
     let op = Op::Load(Operand::Load { negate: false, place });
@@ -162,7 +163,7 @@ fn variable(text: &str) -> Option<(Place, Stmt)> {
 struct Evaluator {
     statements: ast::Program,
     layout: Arc<Layout>,
-    /// The expression is a bit.
+    /// Whether the expression is the name of a bit.
     is_bit: bool,
 }
 

@@ -32,7 +32,8 @@ impl Language for Nct {
         &["nct", "plc"]
     }
 
-    /// The label of a module, `:000` or `:001`. An address of PMAC (`Y:0001`) is none.
+    /// Whether the label of a module stands there, `:000` or `:001`. The address in PMAC's `Y:0001`
+    /// is no label.
     fn has_marks(&self, plain: &str) -> bool {
         plain.match_indices(':').any(|(at, _)| {
             let (before, behind) = plain.split_at(at);

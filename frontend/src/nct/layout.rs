@@ -1,8 +1,8 @@
-//! Where a program's state lies in the process image.
+//! Where each part of a program's state lies in the process image.
 //!
-//! A byte of flags that the program uses by bits alone is kept as eight bytes of 0 or 1, so that a
-//! bit is one plain access; a byte that any word, division, search or indirect access can reach
-//! stays a byte.
+//! A byte of I, Y or F of which the program names only bits is kept unpacked, as eight bytes of 0
+//! or 1, so that a bit is read and written by one plain access. A byte that a word, a division, a
+//! register area or an indirect access can reach stays one byte.
 
 use plcc_abi::{
     Region,
@@ -17,49 +17,65 @@ use crate::nct::{
     status_flags::{HIGH_WORD, NOT_BCD, STATUS_BYTES},
 };
 
-/// The region that the module which runs shares with the executive.
+/// The region that the executive and the running module exchange: OP, return addresses, fuel.
 pub(crate) const CONTEXT: &str = "context";
-/// The region of the values of OP that brackets keep, and of the number of an indirect call's
-/// return behind them.
+/// The region of the values of OP that brackets keep. Behind them stands the number of the indirect
+/// call that is being done.
 pub(crate) const SCRATCH: &str = "scratch";
-/// The region of the results in a long condition that wait for their gate.
+/// The region of the results that wait for their gate when the code of a long condition is cut.
 pub(crate) const WAITING: &str = "waiting";
 /// The region of the bytes of F; see [`FlagLocation`].
 pub(crate) const FLAG_BYTES_REGION: &str = "flag_bytes";
-/// How many results of a condition wait at most.
+/// How many results of a condition can wait at once: one for each of 256 nested parentheses and one
+/// more, rounded up to a multiple of 8.
 const WAITING_BITS: u32 = 264;
 
 /// The layout of one program.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
-    /// All of the image's parts.
+    /// All regions, by rising offset.
     pub(crate) regions: Vec<Region>,
-    /// Its length.
+    /// The image's size in bytes.
     pub(crate) size: u32,
+    /// Where each byte of the input image I lies.
     pub(crate) inputs: Vec<FlagLocation>,
+    /// Where each byte of the input image of the module's run before lies, for V.
     pub(crate) previous: Vec<FlagLocation>,
+    /// Where each byte of the output image Y lies.
     pub(crate) outputs: Vec<FlagLocation>,
+    /// Where each byte of the local variables F lies.
     pub(crate) flags: Vec<FlagLocation>,
+    /// Offset of the region `context`.
     pub(crate) context: u32,
+    /// Offset of the physical input lines P.
     pub(crate) lines_in: u32,
+    /// Offset of the physical output lines O.
     pub(crate) lines_out: u32,
+    /// Offset of the registers RH.
     pub(crate) rh: u32,
+    /// Offset of the counters Q.
     pub(crate) q: u32,
+    /// Offset of the 20 ms timers T.
     pub(crate) t: u32,
+    /// Offset of the second timers H.
     pub(crate) h: u32,
+    /// Offset of the minute timers M.
     pub(crate) m: u32,
+    /// Offset of the constants RP.
     pub(crate) rp: u32,
-    /// Kept values of OP in brackets.
+    /// Offset of the values of OP that brackets keep.
     pub(crate) scratch: u32,
 }
 
-/// How the bytes of a kind of flags are used.
-struct Use {
+/// How a program uses the bytes of I, Y or F.
+struct ByteUses {
+    /// For each byte whether a bit of it is named.
     bits: Vec<bool>,
+    /// For each byte whether something can reach it as a whole.
     bytes: Vec<bool>,
 }
 
-impl Use {
+impl ByteUses {
     fn new(count: usize) -> Self {
         Self { bits: vec![false; count], bytes: vec![false; count] }
     }
@@ -82,26 +98,27 @@ impl Use {
         self.bytes.fill(true);
     }
 
-    /// The bytes that are kept as eight.
+    /// For each byte whether it is kept unpacked, as eight bytes.
     fn unpacked(&self) -> Vec<bool> {
         self.bits.iter().zip(&self.bytes).map(|(bit, byte)| *bit && !*byte).collect()
     }
 }
 
+/// How a program uses its images and local variables.
 struct Uses {
-    inputs: Use,
-    outputs: Use,
-    flags: Use,
+    inputs: ByteUses,
+    outputs: ByteUses,
+    flags: ByteUses,
 }
 
 impl Uses {
     fn of(program: &Program) -> Self {
         let mut uses = Self {
-            inputs: Use::new(IMAGE_BYTES),
-            outputs: Use::new(IMAGE_BYTES),
-            flags: Use::new(FLAG_BYTES),
+            inputs: ByteUses::new(IMAGE_BYTES),
+            outputs: ByteUses::new(IMAGE_BYTES),
+            flags: ByteUses::new(FLAG_BYTES),
         };
-        // Statements set these whether the program names them or not.
+        // Arithmetic statements write these whether the program names them or not.
         STATUS_BYTES.into_iter().for_each(|byte| uses.flags.bit(byte));
         for stmt in &program.stmts {
             uses.stmt(&stmt.op);
@@ -175,7 +192,7 @@ impl Uses {
         }
     }
 
-    fn of_space(&mut self, space: Space) -> Option<&mut Use> {
+    fn of_space(&mut self, space: Space) -> Option<&mut ByteUses> {
         match space {
             Space::I | Space::V => Some(&mut self.inputs),
             Space::Y => Some(&mut self.outputs),
@@ -185,7 +202,7 @@ impl Uses {
     }
 }
 
-/// Puts regions one behind the other.
+/// Lays out regions one behind the other.
 #[derive(Default)]
 struct Regions {
     all: Vec<Region>,
@@ -193,17 +210,19 @@ struct Regions {
 }
 
 impl Regions {
+    /// Adds a region of `size` bytes and gives its offset.
     fn add(&mut self, name: &str, size: u32, bits: bool) -> u32 {
         let offset = self.end.next_multiple_of(8);
-        // An empty region would be none.
+        // A region must have a byte at least.
         let size = size.max(1);
         self.end = offset + size;
         self.all.push(Region { name: name.into(), offset, size, bits });
         offset
     }
 
-    /// The regions of a kind of flags and where each byte lies. The bytes have one more behind
-    /// them, always 0, so that the word of the last one can be read as a whole.
+    /// Adds the two regions of I, Y or F, `NAME_bytes` and `NAME_bits`, and gives where each byte
+    /// lies. Behind the bytes stands one more that is always 0, so that a word can be read at the
+    /// last one.
     fn locations(&mut self, name: &str, unpacked: &[bool]) -> Vec<FlagLocation> {
         let bytes = self.add(&format!("{name}_bytes"), unpacked.len() as u32 + 1, false);
         let count = unpacked.iter().filter(|u| **u).count() as u32;
@@ -238,7 +257,7 @@ impl Layout {
         let h = regions.add("h", words(H_COUNT), false);
         let m = regions.add("m", words(M_COUNT), false);
         let rp = regions.add("rp", words(RP_COUNT), false);
-        // An indirect call's return number lies behind them, aligned.
+        // The number of the indirect call that is being done lies behind them, aligned.
         let slots = (u32::from(program.slots) * 2).next_multiple_of(4);
         let scratch = regions.add(SCRATCH, slots + 4, false);
         regions.add(WAITING, WAITING_BITS, true);
@@ -263,7 +282,8 @@ impl Layout {
         }
     }
 
-    /// Where a byte of a kind of flags lies; V's are those of the inputs.
+    /// Where a byte lies; for V where that byte of the inputs does. `None` for a byte that does not
+    /// exist.
     pub(crate) fn location(&self, space: Space, byte: u16) -> Option<FlagLocation> {
         let byte = byte as usize;
         match space {
@@ -278,7 +298,7 @@ impl Layout {
         }
     }
 
-    /// Where a register, counter, timer or constant lies.
+    /// The offset of a register, counter, timer or constant; `None` for other words.
     pub(crate) fn register(&self, word: Word) -> Option<u32> {
         let (base, n) = match word {
             Word::Rh(n) => (self.rh, n),

@@ -1,5 +1,9 @@
-//! NCT's PLC language (NCT 3 to 5): text to a checked program, and from there to IR and to the
-//! statement interpreter.
+//! NCT's PLC language (NCT 3 to 5).
+//!
+//! `read` makes statements of the text, `analyse` a checked program of the statements. Of that come
+//! the layout of the process image, the IR (`lower`) and the statement interpreter (`oracle`).
+//! Where the manual is silent or contradicts itself, the rulings in the project's `docs/nct.md`
+//! decide.
 
 mod analyse;
 mod ast;
@@ -30,11 +34,13 @@ pub struct Program {
     checked: Arc<ast::Program>,
     layout: Arc<layout::Layout>,
     settings: plcc_abi::nct::NctSettings,
-    /// For expressions, which have the program's limits.
+    /// The limits that the program was checked with; they hold for [`expression`](Self::expression)
+    /// too.
     limits: Limits,
 }
 
-/// Reads and checks a program. There is one unless a diagnostic is an error.
+/// Reads and checks the program in `file`. The result is a program if no diagnostic is an error.
+/// Nothing is asked of the loader, since NCT's programs include no files.
 pub fn check(
     sources: &mut SourceMap,
     file: FileId,
@@ -69,7 +75,8 @@ impl Program {
         Ok(self.with_tables(module))
     }
 
-    /// The same, cut into functions of at most `limit` instructions and blocks, for tests.
+    /// The same, but a new function begins after `limit` instructions or blocks. This is for tests
+    /// of small functions.
     ///
     /// # Errors
     /// When the compiler finds its own data inconsistent.
@@ -95,7 +102,7 @@ impl Program {
         Box::new(self.counting_interpreter())
     }
 
-    /// The statement interpreter, which counts how often each statement runs.
+    /// The statement interpreter. It counts how often each statement runs.
     pub fn counting_interpreter(&self) -> Interpreter {
         Interpreter::new(Arc::clone(&self.checked), Arc::clone(&self.layout))
     }

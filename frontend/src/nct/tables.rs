@@ -1,4 +1,4 @@
-//! What the executive gets to know of a program.
+//! The tables of a checked program that the executive needs.
 
 use plcc_abi::{
     Program as AbiProgram, Tables, Task,
@@ -10,13 +10,14 @@ use crate::nct::{
     layout::Layout,
 };
 
-/// The modules that run, in the order of their tasks: number and first statement.
+/// The modules that the program has, in the order of their tasks: number, and index of the first
+/// statement.
 pub(crate) fn modules(program: &Program) -> impl Iterator<Item = (u16, usize)> {
     (0..3).filter_map(|module| Some((module, (*program.labels.get(module as usize)?)? as usize)))
 }
 
-/// The name under which a variable is watched and dumped. V and what an indirect access leads to
-/// have none.
+/// The name under which a variable is watched and dumped. For an indirect access this is the name
+/// of the word that holds the address. V has no name.
 pub(crate) fn name(place: Place) -> Option<NctName> {
     let (space, byte, bit) = match place {
         Place::Bit(Bit { space, byte, bit }) => (space, byte, Some(bit)),
@@ -40,7 +41,8 @@ pub(crate) fn name(place: Place) -> Option<NctName> {
     })
 }
 
-/// Calls `f` for each variable that a statement's own text names, conditions aside.
+/// Calls `f` for each variable that a statement names. For those of conditions see
+/// [`tested_place`].
 pub(crate) fn places(op: &Op, mut f: impl FnMut(Place)) {
     let word = |byte| Place::Word(Word::Bytes { space: Space::F, byte });
     match *op {
@@ -84,6 +86,7 @@ pub(crate) fn tested_place(cond: &ConditionPart) -> Option<Place> {
     }
 }
 
+/// The names of all variables that the program names, sorted.
 fn named(program: &Program) -> Vec<NctName> {
     let mut all = vec![];
     for stmt in &program.stmts {

@@ -1,4 +1,4 @@
-//! A PMI control in small: image, names, timers and the statement interpreter.
+//! A small PMI control for tests: an image, timers, and the statement interpreter.
 #![allow(clippy::panic, clippy::unwrap_used, dead_code)]
 
 use plcc_abi::{
@@ -13,6 +13,7 @@ use plcc_frontend::{
     pmi,
 };
 
+/// A control with one program.
 pub(crate) struct Control {
     program: Program,
     pub(crate) engine: pmi::Interpreter,
@@ -20,6 +21,7 @@ pub(crate) struct Control {
 }
 
 impl Control {
+    /// A control with the program `text` at power-up. The program must have no errors.
     pub(crate) fn new(text: &str) -> Self {
         let mut sources = SourceMap::new();
         let file = sources.add("main.pmi", text.as_bytes());
@@ -44,11 +46,13 @@ impl Control {
         self.tables().symbols.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("{name}"))
     }
 
+    /// Gives a variable a value.
     pub(crate) fn set(&mut self, name: &str, value: i32) {
         let symbol = self.symbol(name).clone();
         write(&mut self.image, symbol.ty, symbol.offset, value);
     }
 
+    /// The value of a variable or of an element (`A[3]`).
     pub(crate) fn get(&self, name: &str) -> i32 {
         let (name, index) = match name.split_once('[') {
             Some((name, rest)) => (name, rest.trim_end_matches(']').parse().unwrap()),
@@ -58,7 +62,7 @@ impl Control {
         read(&self.image, symbol.ty, symbol.offset + index * symbol.ty.size())
     }
 
-    /// A scan behind so many units of 20 ms.
+    /// Lets `units` times 20 ms pass for the timers, then runs a scan.
     pub(crate) fn scan_after(&mut self, units: u32) -> Outcome {
         for timer in self.tables().timers.clone() {
             for _ in 0..units {
@@ -75,6 +79,7 @@ impl Control {
         self.engine.call(0, None, &mut Scan { image: &mut self.image, host: &mut NoHost })
     }
 
+    /// Lets 20 ms pass for the timers, then runs a scan.
     pub(crate) fn scan(&mut self) -> Outcome {
         self.scan_after(1)
     }

@@ -12,15 +12,17 @@ use crate::nct::{
     tables::{modules, name, places, tested_place},
 };
 
-/// The order of rows: the letters, then the number, words before the bits of the same digits.
+/// By what rows are sorted: the letters, the number of digits (so that words come before bits), the
+/// digits.
 type Key = (String, usize, String);
 
+/// Collects the uses of variables.
 struct Finder<'a> {
     program: &'a Program,
     rows: BTreeMap<Key, CrossReferenceRow>,
-    /// For bits of F and Y: the first write and the first read.
+    /// For each bit of F and Y that is named: where it is first written, and first read or tested.
     bits: BTreeMap<Bit, [Option<Span>; 2]>,
-    /// Bytes of F and Y that words read or write.
+    /// For each byte of F and Y in a word that is named: whether it is written, and read or tested.
     words: BTreeMap<(Space, u16), [bool; 2]>,
 }
 
@@ -32,12 +34,13 @@ pub(crate) fn cross_reference(program: &Program) -> CrossReference {
         finder.stmt(at, &stmt.op);
     }
     let mut warnings = finder.forgotten();
-    warnings.extend(outputs_of_two(program));
+    warnings.extend(outputs_of_several_modules(program));
     warnings.sort_by_key(|w| w.span.start);
     CrossReference { rows: finder.rows.into_values().collect(), warnings }
 }
 
 impl Finder<'_> {
+    /// Adds the uses of the statement `op` with the index `at`.
     fn stmt(&mut self, at: usize, op: &Op) {
         match *op {
             Op::If { first, count, .. } => {
@@ -91,16 +94,19 @@ impl Finder<'_> {
         }
     }
 
+    /// Adds a use of each variable that a statement names.
     fn each(&mut self, at: usize, op: &Op, uses: &[Use]) {
         places(op, |place| self.note(at, place, uses));
     }
 
+    /// Adds uses of a variable in the statement with the index `at`.
     fn note(&mut self, at: usize, place: Place, uses: &[Use]) {
         let line = self.program.lines.get(at).copied().unwrap_or(1);
         let text = match place {
             Place::Word(Word::Indirect(byte)) => format!("F{byte:03}"),
             place => place.to_string(),
         };
+        // A bit without a name is one of V; it means what the input means whose changes it shows.
         let known = name(place).or(match place {
             Place::Bit(Bit { byte, bit, .. }) => {
                 Some(NctName::I { byte: byte as u8, bit: Some(bit) })
@@ -129,6 +135,7 @@ impl Finder<'_> {
         self.note_bits(at, place, uses);
     }
 
+    /// Notes which bits and bytes of F and Y are written and read.
     fn note_bits(&mut self, at: usize, place: Place, uses: &[Use]) {
         let slots = uses.iter().map(|used| usize::from(*used != Use::Written));
         match place {
@@ -155,8 +162,9 @@ impl Finder<'_> {
         }
     }
 
-    /// Bits that are written and never read, or read and never written. Outputs are read by the
-    /// machine and the NC; F000 to F009 belong to the control.
+    /// Warnings of bits that are written and never read, or read and never written. Outputs are
+    /// read by the machine and the NC, so only F can be never read. F000 to F009 are written by the
+    /// control.
     fn forgotten(&self) -> Vec<Diagnostic> {
         let mut warnings = vec![];
         for (bit, [written, read]) in &self.bits {
@@ -187,7 +195,8 @@ impl Finder<'_> {
     }
 }
 
-/// For each statement the modules that can reach it, a bit each.
+/// For each statement a mask of the modules that can reach it: bit 0 for :000, bit 1 for :001, bit
+/// 2 for :002.
 fn reached(program: &Program) -> Vec<u8> {
     let mut reached = vec![0_u8; program.stmts.len()];
     let label = |label: u16| Some(program.labels.get(label as usize).copied().flatten()? as usize);
@@ -224,8 +233,8 @@ fn reached(program: &Program) -> Vec<u8> {
     reached
 }
 
-/// Outputs that two modules switch.
-fn outputs_of_two(program: &Program) -> Vec<Diagnostic> {
+/// Warnings of outputs that more than one module switches.
+fn outputs_of_several_modules(program: &Program) -> Vec<Diagnostic> {
     let reached = reached(program);
     let mut first: BTreeMap<Bit, (u8, Span)> = BTreeMap::new();
     let mut reported = std::collections::BTreeSet::new();

@@ -1,4 +1,4 @@
-//! Statements to a checked program: labels and nesting; and the cross-reference.
+//! Checks what holds between statements, and makes the cross-reference.
 
 pub(crate) mod cross_reference;
 pub(crate) mod structure;

@@ -1,4 +1,5 @@
-//! What holds between statements: conditions and their ends, labels, modules (NCT 3, 4.2, 4.11).
+//! Checks what holds between statements: conditions with their `E` and `Z`, labels, modules (NCT 3,
+//! 4.2, 4.11).
 
 use std::collections::BTreeSet;
 
@@ -12,30 +13,37 @@ use crate::nct::{
     },
 };
 
-/// The deepest nesting of conditions.
+/// How deep conditions may nest.
 const MAX_NESTING: usize = 256;
 
 /// A condition whose `Z` has not come yet.
 struct Open {
+    /// The index of its statement.
     stmt: usize,
+    /// The index of its `E`, if that has come.
     otherwise: Option<usize>,
-    /// The J directly inside.
+    /// The indices of the statements J0, J1 and J2 inside it, but not of those in conditions inside
+    /// it.
     ends: Vec<usize>,
 }
 
-pub(crate) struct Checker<'a> {
+/// Checks the statements of one program.
+struct Checker<'a> {
     text: &'a str,
     stmts: &'a mut [Stmt],
+    /// The errors and warnings so far.
     found: &'a mut Vec<Diagnostic>,
+    /// The index of each label's statement.
     labels: Vec<Option<u32>>,
+    /// The last character of the text that is not blank.
     last: Span,
-    /// From the first character of the last line that has one.
+    /// The last line of the text that is not blank.
     last_line: Span,
     unread: Unread,
 }
 
-/// What stands inside statements that could not be read, such as a wrong parenthesis: it is not
-/// missing, and nothing more is reported about it.
+/// The labels, and the J0, J1 and J2, that stand inside statements that could not be read, such as
+/// a wrong parenthesis. They are not reported as missing.
 #[derive(Default)]
 struct Unread {
     labels: BTreeSet<u16>,
@@ -67,7 +75,8 @@ impl Unread {
     }
 }
 
-/// Checks and links the statements; gives the labels' places.
+/// Checks the statements, and sets in conditions and `E` where they lead. Gives for each of the
+/// labels 0 to 200 the index of its statement.
 pub(crate) fn check(
     file: FileId,
     text: &str,
@@ -99,11 +108,12 @@ impl Checker<'_> {
         self.stmts.get(at).map_or(self.last, |s| s.span)
     }
 
-    /// Matches conditions with their `E` and `Z`.
+    /// Matches each condition with its `E` and `Z`.
     fn nest(&mut self) {
         let mut open: Vec<Open> = vec![];
-        // How many `Z` may belong to statements that could not be read.
-        let mut slack = 0_usize;
+        // How many statements that could not be read may have been conditions, so that their `E`
+        // and `Z` are no errors.
+        let mut perhaps_open = 0_usize;
         let mut too_deep = false;
         for at in 0..self.stmts.len() {
             let Some(&Stmt { op, span }) = self.stmts.get(at) else { break };
@@ -117,7 +127,7 @@ impl Checker<'_> {
                     }
                     open.push(Open { stmt: at, otherwise: None, ends: vec![] });
                 }
-                Op::Bad { opens: Opens::Perhaps } => slack += 1,
+                Op::Bad { opens: Opens::Perhaps } => perhaps_open += 1,
                 Op::Else { .. } => match open.last_mut() {
                     Some(top) if top.otherwise.is_none() => {
                         top.otherwise = Some(at);
@@ -130,7 +140,7 @@ impl Checker<'_> {
                         let help = "a condition has one E at most; a Z may be missing before it";
                         self.error(73, span, "a second E of the same condition", help);
                     }
-                    None if slack > 0 => {}
+                    None if perhaps_open > 0 => {}
                     None => {
                         let help = "E separates the two parts of a condition";
                         self.error(73, span, "there is no condition that this E belongs to", help);
@@ -138,14 +148,14 @@ impl Checker<'_> {
                 },
                 Op::EndIf => match open.pop() {
                     Some(top) => self.close(&top, at),
-                    None if slack > 0 => slack -= 1,
+                    None if perhaps_open > 0 => perhaps_open -= 1,
                     None => {
                         let help = "remove it, or look for the condition that is missing";
                         self.error(2, span, "there is no condition that this Z ends", help);
                     }
                 },
                 Op::End(_) => {
-                    // Outer ones are closed after inner ones, so the innermost is enough.
+                    // It is reported when the innermost condition around it is closed.
                     if let Some(top) = open.last_mut() {
                         top.ends.push(at);
                     }
@@ -159,9 +169,9 @@ impl Checker<'_> {
                     let help = "write Z where the part that begins with E ends";
                     self.error(73, self.span(at), "the Z of this E is missing", help);
                 }
-                // What can't be read has its error already.
+                // A statement that could not be read has its error already.
                 None if matches!(self.op(top.stmt), Some(Op::Bad { .. })) => {}
-                None if slack > 0 => slack -= 1,
+                None if perhaps_open > 0 => perhaps_open -= 1,
                 None => {
                     let help = "write Z where the part that depends on it ends";
                     self.error(17, self.span(top.stmt), "nothing ends this condition", help);
@@ -174,6 +184,7 @@ impl Checker<'_> {
         self.stmts.get_mut(at).map(|s| &mut s.op)
     }
 
+    /// Closes a condition at its `Z`, the statement with the index `at`.
     fn close(&mut self, top: &Open, at: usize) {
         match top.otherwise {
             Some(other) => {
@@ -205,6 +216,7 @@ impl Checker<'_> {
         matches!(stmt.op, Op::Label(_)) || (matches!(stmt.op, Op::Bad { .. }) && begins())
     }
 
+    /// Finds the labels. Reports those that stand twice, and statements before the first one.
     fn find_labels(&mut self) {
         match self.stmts.iter().position(|s| self.is_label(s)) {
             None => {
@@ -244,7 +256,7 @@ impl Checker<'_> {
         }
     }
 
-    /// What stands before a text module must not run into it.
+    /// Reports a text module that the program could run into.
     fn before_text(&mut self, at: usize, label: u16) {
         let Some(before) = at.checked_sub(1).and_then(|before| self.stmts.get(before)) else {
             return;
@@ -267,6 +279,7 @@ impl Checker<'_> {
         self.has(label) || self.unread.labels.contains(&label)
     }
 
+    /// Reports jumps and calls to labels that do not exist.
     fn targets(&mut self) {
         for at in 0..self.stmts.len() {
             let Some(&Stmt { op, span }) = self.stmts.get(at) else { break };
@@ -283,7 +296,7 @@ impl Checker<'_> {
         }
     }
 
-    /// A label that differs in one digit.
+    /// The label with the nearest number, if it differs from `label` in one digit only.
     fn nearest(&self, label: u16) -> Option<u16> {
         let digits = |n: u16| [n / 100, n / 10 % 10, n % 10];
         let wanted = digits(label);
@@ -292,6 +305,7 @@ impl Checker<'_> {
         )
     }
 
+    /// Reports modules that are missing or do not end.
     fn modules(&mut self) {
         let any = self.labels.iter().any(Option::is_some);
         if !any {
@@ -322,7 +336,7 @@ impl Checker<'_> {
         }
     }
 
-    /// R between a module's label and its J.
+    /// Reports each R between a module's label and its J.
     fn returns(&mut self) {
         for module in 0..3_u8 {
             let Some(from) = self.labels.get(module as usize).copied().flatten() else { continue };

@@ -1,4 +1,9 @@
-//! Loads, stores and arithmetic with their flags (NCT 4.5 to 4.9).
+//! Lowers loads, stores and arithmetic with the status flags that they write (NCT 4.5 to 4.9).
+//!
+//! A `guard` is an i1 that says whether the statement is done at all: an indirect access whose
+//! address is not valid does nothing but set F0080 or F0082. `None` stands for a statement that is
+//! always done. `after` is the set of registers and flags that can be read behind the statement;
+//! the others are not computed.
 
 use plcc_ir::{BinaryOp, IntCond, Type, Value};
 
@@ -25,7 +30,7 @@ fn binary(op: Arith) -> BinaryOp {
 }
 
 impl Lowerer<'_> {
-    /// Sets status flags, which lie in one byte, where the guard holds.
+    /// Writes status flags, which lie in one byte, if the guard holds.
     fn flags(&mut self, guard: Option<Value>, flags: &[(Bit, Value)]) -> Result {
         let Some(&(Bit { space, byte, .. }, _)) = flags.first() else { return Ok(()) };
         let mut bits = Vec::with_capacity(flags.len());
@@ -42,12 +47,12 @@ impl Lowerer<'_> {
         self.store_bits(space, byte, &bits)
     }
 
-    /// F0080 and F0082 of an indirect access.
+    /// Writes F0080 and F0082 of an indirect access.
     fn address_flags(&mut self, to: &Indirect) -> Result {
         self.flags(None, &[(SYNTAX, to.syntax), (NOT_BCD, to.not_bcd)])
     }
 
-    /// A load's value and, of an indirect one, whether it was done.
+    /// The value of an operand, an i16, and the guard of an indirect one.
     pub(super) fn operand(&mut self, operand: Operand) -> Result<(Value, Option<Value>)> {
         let (negate, place) = match operand {
             Operand::Const(value) => {
@@ -116,14 +121,14 @@ impl Lowerer<'_> {
     pub(super) fn arith(&mut self, op: Arith, operand: Operand, after: LiveSet) -> Result {
         let (mut with, guard) = self.operand(operand)?;
         if op == Arith::And && matches!(operand, Operand::Load { place: Place::Bit(_), .. }) {
-            // A bit meets bit 0 alone.
+            // AND with a bit changes only bit 0 of OP.
             with = self.builder.ins().binary_imm(BinaryOp::Or, with, -2);
         }
         let old = self.op();
         self.combine(op, old, with, guard, after)
     }
 
-    /// OP becomes `a` with `b` where the guard holds; `after` is what may be looked at then.
+    /// OP becomes `a` combined with `b` if the guard holds.
     pub(super) fn combine(
         &mut self,
         op: Arith,
@@ -146,7 +151,7 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    /// F0040, F0046 and F0047 of a sum or difference, as far as they may be looked at.
+    /// Writes F0040, F0046 and F0047 of a sum or difference, as far as they can be read.
     fn sum_flags(
         &mut self,
         op: Arith,
@@ -168,7 +173,7 @@ impl Lowerer<'_> {
         self.flags(guard, &bits)
     }
 
-    /// F0046 and F0047 of a result, as far as they may be looked at.
+    /// F0046 and F0047 of a result, as far as they can be read.
     fn value_flags(&mut self, value: Value, after: LiveSet) -> Vec<(Bit, Value)> {
         let mut bits = vec![];
         if after.has(LiveSet::ZERO) {
@@ -180,10 +185,12 @@ impl Lowerer<'_> {
         bits
     }
 
+    /// An i16 as an i32, without its sign.
     fn wide(&mut self, value: Value) -> Value {
         self.builder.ins().zextend_or_trunc(Type::I32, value)
     }
 
+    /// The low word of a product. Writes its high word and F0083 as far as they can be read.
     fn multiply(
         &mut self,
         a: Value,
@@ -212,6 +219,9 @@ impl Lowerer<'_> {
         Ok(low)
     }
 
+    /// The quotient of a 32-bit dividend, whose high word is F000 and F001. Writes the remainder
+    /// and F0080 as far as they can be read. By zero the quotient is `a`, and the remainder is not
+    /// written.
     fn divide(
         &mut self,
         a: Value,
@@ -240,7 +250,7 @@ impl Lowerer<'_> {
         Ok(self.builder.ins().select(by_zero, a, quotient))
     }
 
-    /// The variable, or its complement, with OP; the result in the variable.
+    /// The variable becomes itself, or its complement, combined with OP.
     pub(super) fn update(
         &mut self,
         op: Arith,
@@ -282,7 +292,7 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    /// BCD to binary, negative where F0087 says so.
+    /// BCD to binary; the result is negative if F0087 is 1.
     pub(super) fn bin(&mut self, after: LiveSet) -> Result {
         let op = self.op();
         let word = self.wide(op);

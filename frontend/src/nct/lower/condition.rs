@@ -1,5 +1,5 @@
-//! Conditions (NCT 4.2 to 4.4, 4.10): expressions without branches, and statements that depend on
-//! them without branches where that is cheap.
+//! Lowers conditions (NCT 4.2 to 4.4, 4.10) to expressions without branches. If all that depends on
+//! a condition is a few bits that are set or cleared, that has no branches either.
 
 use plcc_ir::{Address, BinaryOp, IntCond, Type, Value};
 
@@ -7,15 +7,18 @@ use super::{Lowerer, Result};
 use crate::common::{InternalError, OrMissing};
 use crate::nct::ast::{Arith, Bit, ConditionPart, Op, Relation, Space, Test};
 
-/// So many switched flags are computed rather than jumped over.
+/// If a condition switches no more bits than this, in both parts together, it is lowered without
+/// branches.
 const MAX_SWITCHED: usize = 6;
-/// The code of a condition may be cut after so many parts.
-const STRETCH: u32 = 256;
+/// After this many parts of a condition its code may be cut, so that another function begins.
+const PARTS_BETWEEN_CUTS: u32 = 256;
 
 /// A result that waits for its gate.
 #[derive(Clone, Copy)]
 enum Waiting {
+    /// In a value of the IR.
     Value(Value),
+    /// In the image, in the region `waiting`.
     Kept,
 }
 
@@ -27,7 +30,8 @@ struct Switch {
 }
 
 impl Lowerer<'_> {
-    /// A condition and what depends on it; gives the statement to go on with.
+    /// Lowers a condition, and what depends on it if that needs no branch. Gives the index of the
+    /// statement to lower next.
     pub(super) fn conditional(
         &mut self,
         at: usize,
@@ -49,8 +53,9 @@ impl Lowerer<'_> {
         Ok(at + 1)
     }
 
-    /// The flags that both parts of a condition switch, if they do nothing else, and the
-    /// statement behind its `Z`.
+    /// The bits that the two parts of a condition switch, and the index of the statement behind its
+    /// `Z`. `None` if they do anything else, if something jumps into them, or if there are too
+    /// many.
     fn switches(&self, at: usize, otherwise: usize) -> Option<(Vec<Switch>, Vec<Switch>, usize)> {
         let then = self.switches_in(at + 1, otherwise)?;
         let end = match self.program.stmts.get(otherwise)?.op {
@@ -62,6 +67,7 @@ impl Lowerer<'_> {
         (free && then.len() + other.len() <= MAX_SWITCHED).then_some((then, other, end + 1))
     }
 
+    /// The bits that a range of statements switches, if they do nothing else.
     fn switches_in(&self, from: usize, to: usize) -> Option<Vec<Switch>> {
         if to - from > MAX_SWITCHED {
             return None;
@@ -74,6 +80,7 @@ impl Lowerer<'_> {
         self.program.stmts.get(from..to)?.iter().map(|stmt| switch(&stmt.op)).collect()
     }
 
+    /// Switches bits without branches: those of `then` if `holds`, otherwise those of `other`.
     fn switch_all(&mut self, holds: Value, then: &[Switch], other: &[Switch]) -> Result {
         let fails = self.not(holds);
         if let ([a], [b]) = (then, other)
@@ -97,7 +104,7 @@ impl Lowerer<'_> {
     fn condition(&mut self, at: usize, first: u32, count: u32) -> Result<Value> {
         let mut waiting: Vec<Waiting> = vec![];
         for part in 0..count {
-            if part % STRETCH == STRETCH - 1 {
+            if part % PARTS_BETWEEN_CUTS == PARTS_BETWEEN_CUTS - 1 {
                 self.keep(&mut waiting);
                 self.begin(at)?;
             }
@@ -120,7 +127,7 @@ impl Lowerer<'_> {
         self.take(&mut waiting)
     }
 
-    /// Puts what waits into the image, so that the code can be cut.
+    /// Stores the results that wait in the image, so that the code can be cut.
     fn keep(&mut self, waiting: &mut [Waiting]) {
         for (slot, part) in waiting.iter_mut().enumerate() {
             if let Waiting::Value(value) = *part {
@@ -131,6 +138,7 @@ impl Lowerer<'_> {
         }
     }
 
+    /// Takes the last result that waits, an i1.
     fn take(&mut self, waiting: &mut Vec<Waiting>) -> Result<Value> {
         match waiting.pop() {
             Some(Waiting::Value(value)) => Ok(value),

@@ -1,4 +1,9 @@
-//! Jumps, calls and returns (NCT 4.11), safepoints, and where modules begin.
+//! Lowers jumps, calls and returns (NCT 4.11), safepoints, and the beginnings of modules.
+//!
+//! A safepoint takes one off the fuel in the region `context`, the number of safepoints that the
+//! module may still pass. At 0 the module is suspended or stopped. A call is known by its number,
+//! counted over all calls of the program in the source's order. A return goes on behind the call
+//! whose number was stored last.
 
 use plcc_abi::{TrapCode, nct::context};
 use plcc_ir::{Address, BinaryOp, IntCond, Place, Type, Value};
@@ -13,26 +18,32 @@ use crate::nct::{
     tables::modules,
 };
 
-/// The end of an indirect jump back, or of an indirect call, to one statement.
+/// Code through which all indirect jumps back, or all indirect calls, go that lead to one
+/// statement. It passes the safepoint and, for a call, stores the call's number.
 pub(super) struct Stub {
+    /// The index of the statement.
     to: usize,
+    /// Whether it is for calls.
     call: bool,
+    /// Where the code stands.
     place: Place,
 }
 
-/// Where the number of a call's return comes from.
+/// Which call is done.
 enum Site {
+    /// The one with this number.
     Number(i64),
-    /// From where an indirect call left it.
+    /// An indirect call, which has left its number in the image.
     Pending,
 }
 
-/// Labels that an indirect jump or call can name.
+/// The labels to which an indirect jump or call can lead.
 const NAMED: std::ops::RangeInclusive<u16> = 3..=196;
 
 impl Lowerer<'_> {
-    /// Makes places for labels and returns. Returns come first, so that the number of a return is
-    /// its label's.
+    /// Makes places for the statements that jumps, calls and returns lead to. The places behind
+    /// calls come first, so that the number of a call is also the number of the chunk label behind
+    /// it.
     pub(super) fn find_places(&mut self) {
         let stmts = &self.program.stmts;
         let calls = |op: &Op| matches!(op, Op::Call(_) | Op::CallIndirect(_));
@@ -59,11 +70,12 @@ impl Lowerer<'_> {
         }
     }
 
+    /// The index of a label's statement.
     fn target(&self, label: u16) -> Option<usize> {
         Some(self.program.labels.get(label as usize).copied().flatten()? as usize)
     }
 
-    /// Where the tasks begin: no call is open there.
+    /// Makes the beginnings of the tasks. No call is open there.
     pub(super) fn entries(&mut self) {
         for (module, at) in modules(self.program) {
             let entry = self.builder.place();
@@ -76,8 +88,8 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The statements that a safepoint leads to, in the source's order: where a task, whichever it
-    /// is, can be suspended.
+    /// The statements that safepoints lead to, in the source's order. Any task can be suspended at
+    /// any of them.
     fn resume_points(&self) -> Vec<usize> {
         let mut points = vec![];
         for (at, stmt) in self.program.stmts.iter().enumerate() {
@@ -105,7 +117,7 @@ impl Lowerer<'_> {
         self.builder.ins().store(Address::fixed(self.regions.context, offset), value);
     }
 
-    /// Passes a safepoint on the way to a statement.
+    /// Passes a safepoint and goes to a statement.
     fn safepoint(&mut self, to: usize) {
         let target = self.place(to);
         let fuel = self.context(Type::I32, context::FUEL);
@@ -143,13 +155,13 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    /// The number of the return behind the call at a statement.
+    /// The number of the call at the statement with the index `at`.
     fn site(&self, at: usize) -> Result<i64> {
         let site = self.sites.binary_search(&at).ok();
         Ok(site.or_missing(|| format!("the call at statement {at}"))? as i64)
     }
 
-    /// Keeps the number of the return and goes to a statement.
+    /// Stores the number of the call and goes to the statement that it calls.
     fn enter(&mut self, site: Site, to: usize) {
         let depth = self.context(Type::I16, context::DEPTH);
         let max = context::MAX_DEPTH;
@@ -200,7 +212,8 @@ impl Lowerer<'_> {
         self.builder.goto_indirect(site);
     }
 
-    /// `GF` and `CF`: on to the label that the BCD word at a byte of F names.
+    /// `GF`, and `CF` (`call`): goes to the label whose number stands in BCD in the word `word` of
+    /// F.
     pub(super) fn jump_indirect(&mut self, at: usize, word: u16, call: bool) -> Result {
         self.leave(LiveSet::ALL);
         let word = self.word(Word::Bytes { space: Space::F, byte: word })?;
@@ -226,13 +239,13 @@ impl Lowerer<'_> {
         }
         self.builder.switch(number, targets, refused);
         self.bind(refused);
-        // F0082 says already that a digit is wrong; otherwise there is no such label.
+        // If no digit was wrong, which F0082 says, the label does not exist, which F0080 says.
         let wrong = self.bit(NOT_BCD)?;
         let missing = self.not(wrong);
         self.store_bit(SYNTAX, missing)
     }
 
-    /// Where the number of an indirect call's return waits.
+    /// Where an indirect call leaves its number.
     fn pending(&self) -> Address {
         Address::fixed(
             self.regions.scratch,
@@ -240,6 +253,7 @@ impl Lowerer<'_> {
         )
     }
 
+    /// The place of the stub to a statement.
     fn stub(&mut self, to: usize, call: bool) -> Place {
         if let Some(stub) = self.stubs.iter().find(|s| s.to == to && s.call == call) {
             return stub.place;
@@ -249,8 +263,9 @@ impl Lowerer<'_> {
         place
     }
 
-    /// What the program's branches share, behind its end.
-    pub(super) fn tails(&mut self) {
+    /// Adds, behind the program's last statement, the code that its branches share: stubs,
+    /// safepoints whose fuel is used up, traps.
+    pub(super) fn shared_code(&mut self) {
         let points = self.resume_points();
         for Stub { to, call, place } in std::mem::take(&mut self.stubs) {
             self.bind(place);
@@ -283,6 +298,7 @@ impl Lowerer<'_> {
         }
     }
 
+    /// Where the program is stopped since it takes too long.
     fn timeout(&mut self) -> Place {
         match self.timeout {
             Some(place) => place,

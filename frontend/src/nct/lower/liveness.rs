@@ -1,9 +1,9 @@
-//! Liveness of OP and of the status flags before each statement: what is overwritten before
+//! Liveness of OP and of the status flags before each statement. What is overwritten before
 //! anything can read it need not be computed.
 //!
-//! One walk backwards over the flat statements. Whatever leaves the straight way (a module's end,
-//! a return, a call, a jump back, an indirect one) may read everything, and so may an indirect
-//! access to F and every statement with a register area.
+//! The statements are walked once, backwards. It is assumed that everything can be read behind the
+//! end of a module, a return, a call, a jump back and an indirect jump, by an indirect access to F
+//! (but for OP), and by a statement with a register area.
 
 use crate::nct::{
     ast::{Arith, Bit, ConditionPart, Op, Operand, Place, Program, Space, Test, Word},
@@ -30,6 +30,7 @@ impl LiveSet {
     const SUM: Self = Self(2 | 4 | 8);
     const INDIRECT: Self = Self(32 | 64);
 
+    /// Whether the two sets have a member in common.
     pub(crate) fn has(self, other: Self) -> bool {
         self.0 & other.0 != 0
     }
@@ -43,7 +44,7 @@ impl LiveSet {
     }
 }
 
-/// Each status flag and its set.
+/// Each status flag and the set of it alone.
 const FLAGS: [(Bit, LiveSet); 7] = [
     (status_flags::CARRY, LiveSet::CARRY),
     (status_flags::ZERO, LiveSet::ZERO),
@@ -54,14 +55,14 @@ const FLAGS: [(Bit, LiveSet); 7] = [
     (status_flags::MUL_OVERFLOW, LiveSet::MUL_OVERFLOW),
 ];
 
-/// The status flags in a byte of F.
+/// The members that lie in a byte of F.
 fn of_byte(byte: u16) -> LiveSet {
     let flags = FLAGS.iter().filter(|(bit, _)| bit.byte == byte);
     let high = if byte <= 1 { LiveSet::HIGH } else { LiveSet::NONE };
     flags.fold(high, |all, &(_, set)| all.union(set))
 }
 
-/// The status flag that a bit is, or the register that it lies in.
+/// The member that a bit is or lies in.
 fn of_bit(bit: Bit) -> LiveSet {
     if bit.space == Space::F && bit.byte <= 1 {
         return LiveSet::HIGH;
@@ -69,7 +70,7 @@ fn of_bit(bit: Bit) -> LiveSet {
     FLAGS.iter().find(|&&(flag, _)| flag == bit).map_or(LiveSet::NONE, |&(_, set)| set)
 }
 
-/// What reading a variable looks at.
+/// What is read of the members when a variable is read.
 fn read(place: Place) -> LiveSet {
     match place {
         Place::Bit(bit) => of_bit(bit),
@@ -81,10 +82,10 @@ fn read(place: Place) -> LiveSet {
     }
 }
 
-/// What writing a variable surely replaces.
+/// What is overwritten of the members when a variable is written.
 fn replaced(place: Place) -> LiveSet {
     match place {
-        // A bit of F000 or F001 leaves the others.
+        // The other bits of F000 and F001 stay what they were.
         Place::Bit(bit) => of_bit(bit).without(LiveSet::HIGH),
         Place::Word(Word::Bytes { space: Space::F, byte }) => {
             let whole = of_byte(byte).union(of_byte(byte + 1));
@@ -98,7 +99,8 @@ fn is_indirect(place: Place) -> bool {
     matches!(place, Place::Word(Word::Indirect(_)))
 }
 
-/// What a load looks at and replaces.
+/// What loading an operand reads and overwrites, and whether it is always done: an indirect load is
+/// not done if its address is not valid.
 fn operand(operand: Operand) -> (LiveSet, LiveSet, bool) {
     match operand {
         Operand::Const(_) => (LiveSet::NONE, LiveSet::NONE, true),
@@ -109,12 +111,12 @@ fn operand(operand: Operand) -> (LiveSet, LiveSet, bool) {
     }
 }
 
-/// What an operation looks at and, where it is done at all, replaces; OP aside.
+/// What an operation reads and overwrites, apart from OP.
 fn arith(op: Arith) -> (LiveSet, LiveSet) {
     match op {
         Arith::Add | Arith::Sub => (LiveSet::NONE, LiveSet::SUM),
         Arith::Mul => (LiveSet::NONE, LiveSet::MUL_OVERFLOW.union(LiveSet::HIGH)),
-        // By zero the remainder stays what it was.
+        // A division by zero does not write the remainder.
         Arith::Div => (LiveSet::HIGH, LiveSet::SYNTAX),
         Arith::And | Arith::Or | Arith::Xor => (LiveSet::NONE, LiveSet::NONE),
     }
@@ -152,6 +154,7 @@ pub(crate) fn liveness(program: &Program) -> Vec<LiveSet> {
     live
 }
 
+/// What a part of a condition reads.
 fn condition(cond: &ConditionPart) -> LiveSet {
     match *cond {
         ConditionPart::Test(Test::Bit { bit, .. }) => of_bit(bit),
@@ -162,7 +165,7 @@ fn condition(cond: &ConditionPart) -> LiveSet {
     }
 }
 
-/// What may be looked at before a statement that is followed by the next one.
+/// The live set before a statement, if `after` is the one before the next.
 fn step(op: &Op, after: LiveSet) -> LiveSet {
     match *op {
         Op::Set(bit) | Op::Clear(bit) => after.without(replaced(Place::Bit(bit))),

@@ -1,9 +1,10 @@
-//! Checked program to IR.
+//! Lowers a checked program to IR.
 //!
-//! Logic is branch-free and a condition that only switches a few flags becomes plain bit
-//! operations. OP is kept in a value between branches and written back where somebody may look at
-//! it; so are the status flags (`liveness`). Calls keep the number of their place of return in the
-//! image, so that :000 can be suspended anywhere.
+//! Conditions are computed without branches, and one that only switches a few bits becomes plain
+//! bit operations. OP is kept in a value of the IR and stored in the image where control leaves the
+//! straight line and something can read it there. Status flags are computed only if something can
+//! read them (`liveness`). A call stores its number in the image, so that a module can be suspended
+//! inside subroutines too.
 
 mod arith;
 mod condition;
@@ -27,15 +28,16 @@ use crate::nct::{
 
 type Result<T = ()> = std::result::Result<T, InternalError>;
 
-/// Lowers a program; its tasks are the modules in their order.
+/// Lowers a program. Its tasks are the modules that it has, in their order.
 ///
 /// # Errors
-/// Where the checked program or its layout is inconsistent.
+/// If the checked program or its layout is inconsistent.
 pub(super) fn lower(program: &Program, layout: &Layout) -> Result<Module> {
     lower_with(program, layout, DEFAULT_LIMIT)
 }
 
-/// Lowers with another length of functions, for tests.
+/// Lowers a program; a function gets at most about `limit` instructions or blocks. This is for
+/// tests.
 pub(super) fn lower_with(program: &Program, layout: &Layout, limit: usize) -> Result<Module> {
     let builder = ChunkBuilder::new(layout.size, layout.regions.clone()).with_limit(limit);
     let region = |name: &str| builder.region(name).or_missing(|| format!("region `{name}`"));
@@ -66,7 +68,7 @@ pub(super) fn lower_with(program: &Program, layout: &Layout, limit: usize) -> Re
     Ok(lowerer.builder.finish())
 }
 
-/// The regions that are reached by more than the location of a flag.
+/// The regions that are addressed by themselves rather than through a [`Layout`]'s offsets.
 struct Regions {
     context: Region,
     scratch: Region,
@@ -77,24 +79,29 @@ struct Regions {
 struct Lowerer<'a> {
     program: &'a Program,
     layout: &'a Layout,
+    /// The live set before each statement.
     liveness: Vec<LiveSet>,
+    /// At how many instructions or blocks a function ends.
     limit: usize,
     regions: Regions,
-    /// The place before each statement, where something leads there.
+    /// The place before each statement that something leads to.
     places: Vec<Option<Place>>,
-    /// Labels that indirect jumps can name, with their statements.
+    /// The labels to which indirect jumps and calls can lead, with the indices of their statements.
     labels: Vec<(u16, usize)>,
-    /// The statements that call, in order; the index is the return's number.
+    /// The indices of the statements that call, in the source's order. The index in this list is
+    /// the call's number.
     sites: Vec<usize>,
-    /// Where a safepoint on the way to a place goes when the fuel is used up.
+    /// For each place that safepoints lead to the place of the code for fuel that is used up.
     emptied: Vec<(Place, Place)>,
-    /// Shared ends of indirect jumps and calls, by statement.
+    /// The code that indirect jumps and calls share.
     stubs: Vec<flow::Stub>,
+    /// The place of the trap for a module that takes too long.
     timeout: Option<Place>,
+    /// The place of the trap for calls that nest too deep.
     too_deep: Option<Place>,
-    /// OP, where it is known in this block.
+    /// Register OP, if the current block has it in a value.
     op: Option<Value>,
-    /// Whether the image has an older OP.
+    /// Whether `op` has changed and is not stored in the image yet.
     dirty: bool,
     builder: ChunkBuilder,
 }
@@ -106,7 +113,7 @@ impl Lowerer<'_> {
         self.entries();
         let mut at = 0;
         while at < self.program.stmts.len() {
-            at = self.stmt(at).map_err(|error| {
+            at = self.lower_statement(at).map_err(|error| {
                 let line = self.program.lines.get(at).copied().unwrap_or(1);
                 error.or_at(&self.program.name, line)
             })?;
@@ -114,13 +121,13 @@ impl Lowerer<'_> {
         self.go_on_at(at);
         self.leave(LiveSet::ALL);
         self.builder.ret();
-        self.tails();
+        self.shared_code();
         Ok(())
     }
 
-    /// Begins a statement; the code may be cut here.
+    /// Begins the code of a statement. Another function may begin here.
     fn begin(&mut self, at: usize) -> Result {
-        let span = self.statement(at)?.span;
+        let span = self.statement_at(at)?.span;
         let (start, end) = (span.start, span.end);
         let line = self.program.lines.get(at).copied();
         let line = line.or_missing(|| format!("the line of statement {at}"))?;
@@ -133,7 +140,8 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    fn statement(&self, at: usize) -> Result<&Stmt> {
+    /// The statement with the index `at`.
+    fn statement_at(&self, at: usize) -> Result<&Stmt> {
         self.program.stmts.get(at).or_missing(|| format!("statement {at}"))
     }
 
@@ -141,7 +149,7 @@ impl Lowerer<'_> {
         self.liveness.get(at).copied().unwrap_or(LiveSet::ALL)
     }
 
-    /// Binds the place before a statement, if something leads there.
+    /// Binds the place before a statement, if something leads to it.
     fn go_on_at(&mut self, at: usize) {
         if let Some(place) = self.places.get(at).copied().flatten() {
             self.leave(self.live_at(at));
@@ -155,7 +163,8 @@ impl Lowerer<'_> {
         self.dirty = false;
     }
 
-    /// Writes OP back before control leaves the block, if it may be looked at.
+    /// Stores OP in the image before control leaves the block, if it is in `live`, the set of what
+    /// can be read there.
     fn leave(&mut self, live: LiveSet) {
         if let (true, Some(op)) = (self.dirty, self.op)
             && live.has(LiveSet::OP)
@@ -166,7 +175,7 @@ impl Lowerer<'_> {
         self.dirty = false;
     }
 
-    /// OP.
+    /// Register OP, an i16.
     fn op(&mut self) -> Value {
         if let Some(op) = self.op {
             return op;
@@ -182,7 +191,7 @@ impl Lowerer<'_> {
         self.dirty = true;
     }
 
-    /// The place before a statement, for a branch.
+    /// The place before a statement, to which a branch can lead.
     fn place(&mut self, at: usize) -> Place {
         let at = at.min(self.program.stmts.len());
         match self.places.get(at).copied().flatten() {
@@ -197,10 +206,10 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Lowers a statement; gives the next one.
-    fn stmt(&mut self, at: usize) -> Result<usize> {
+    /// Lowers the statement with the index `at`. Gives the index of the one to lower next.
+    fn lower_statement(&mut self, at: usize) -> Result<usize> {
         self.go_on_at(at);
-        let stmt = *self.statement(at)?;
+        let stmt = *self.statement_at(at)?;
         let after = self.live_at(at + 1);
         if !matches!(stmt.op, Op::EndIf | Op::Label(_) | Op::Text) {
             self.begin(at)?;
@@ -284,7 +293,7 @@ impl Lowerer<'_> {
         self.builder.ins().icmp_imm(IntCond::Eq, value, 0)
     }
 
-    /// `new` where the guard holds or there is none.
+    /// `new` if the guard holds or there is none, otherwise `old`.
     fn guarded(&mut self, guard: Option<Value>, new: Value, old: Value) -> Value {
         match guard {
             Some(guard) => self.builder.ins().select(guard, new, old),

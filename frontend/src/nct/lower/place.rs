@@ -1,4 +1,4 @@
-//! Reading and writing bits and words.
+//! Lowers the reading and writing of bits and words.
 
 use plcc_abi::nct::{FLAG_BYTES, FlagLocation, IMAGE_BYTES, LINE_BYTES};
 use plcc_ir::{Address, BinaryOp, IntCond, Region, Type, Value};
@@ -9,21 +9,21 @@ use crate::nct::ast::{Bit, Space, Word};
 
 /// Where an indirect access leads.
 pub(super) struct Indirect {
-    /// The byte, an i32; anything where `ok` is not.
+    /// The byte of F, an i32; it means nothing unless `ok`.
     index: Value,
-    /// Whether it leads anywhere.
+    /// Whether the address is valid, an i1.
     pub(super) ok: Value,
-    /// Its F0080.
+    /// What F0080 becomes, an i1: the address is beyond F999.
     pub(super) syntax: Value,
-    /// Its F0082.
+    /// What F0082 becomes, an i1: a digit of the address is not decimal.
     pub(super) not_bcd: Value,
 }
 
-/// A BCD number of four digits, not checked.
+/// What a word is as a BCD number of four digits.
 pub(super) struct Bcd {
-    /// Its value, an i32.
+    /// Its value, an i32; it means nothing if `wrong`.
     pub(super) number: Value,
-    /// Whether a digit is none.
+    /// Whether a digit is not decimal, an i1.
     pub(super) wrong: Value,
 }
 
@@ -43,7 +43,7 @@ impl Lowerer<'_> {
         location.or_missing(|| format!("the location of {}{byte:02}", space.letter()))
     }
 
-    /// Where a byte of the image before lies, for V.
+    /// Where a byte of the input image of the module's run before lies, for V.
     fn previous(&self, byte: u16) -> Result<FlagLocation> {
         let location = self.layout.previous.get(byte as usize).copied();
         location.or_missing(|| format!("the location of V{byte:02}"))
@@ -55,11 +55,13 @@ impl Lowerer<'_> {
         self.address(offset.or_missing(|| format!("the place of {word}"))?)
     }
 
+    /// The address of a byte that is not unpacked. Physical lines are volatile.
     fn byte_address(&self, space: Space, location: FlagLocation) -> Result<Address> {
         let at = self.address(location.offset)?;
         Ok(if matches!(space, Space::P | Space::O) { at.volatile() } else { at })
     }
 
+    /// Reads a bit of the byte at a location, as an i1.
     fn bit_at(&mut self, space: Space, location: FlagLocation, bit: u8) -> Result<Value> {
         if location.unpacked {
             let at = self.address(location.offset + u32::from(bit))?;
@@ -72,7 +74,7 @@ impl Lowerer<'_> {
         Ok(ins.zextend_or_trunc(Type::I1, byte))
     }
 
-    /// A bit, as an i1.
+    /// Reads a bit, as an i1.
     pub(super) fn bit(&mut self, bit: Bit) -> Result<Value> {
         let location = self.location(bit.space, bit.byte)?;
         let now = self.bit_at(bit.space, location, bit.bit)?;
@@ -84,12 +86,12 @@ impl Lowerer<'_> {
         Ok(self.builder.ins().binary(BinaryOp::Xor, now, before))
     }
 
-    /// Writes an i1.
+    /// Writes an i1 to a bit.
     pub(super) fn store_bit(&mut self, bit: Bit, value: Value) -> Result {
         self.store_bits(bit.space, bit.byte, &[(bit.bit, value)])
     }
 
-    /// Writes bits of one byte.
+    /// Writes bits of one byte: each with its number and its value, an i1.
     pub(super) fn store_bits(&mut self, space: Space, byte: u16, bits: &[(u8, Value)]) -> Result {
         let location = self.location(space, byte)?;
         if bits.is_empty() {
@@ -116,7 +118,8 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    /// The word of two bytes; behind the last byte of each kind lies one that is 0.
+    /// Reads the word at a byte, an i16. At the last byte this is possible too, since a byte that
+    /// is always 0 lies behind it.
     fn bytes(&mut self, space: Space, byte: u16) -> Result<Value> {
         let location = self.location(space, byte)?;
         let at = self.byte_address(space, location)?;
@@ -130,7 +133,7 @@ impl Lowerer<'_> {
         Ok(self.builder.ins().binary(BinaryOp::Xor, now, before))
     }
 
-    /// A word that is named directly.
+    /// Reads a word, an i16. It is none that is accessed indirectly.
     pub(super) fn word(&mut self, word: Word) -> Result<Value> {
         if let Word::Bytes { space, byte } = word {
             return self.bytes(space, byte);
@@ -139,7 +142,7 @@ impl Lowerer<'_> {
         Ok(self.builder.ins().load(Type::I16, at))
     }
 
-    /// Writes a word that is named directly.
+    /// Writes an i16 to a word. It is none that is accessed indirectly.
     pub(super) fn store_word(&mut self, word: Word, value: Value) -> Result {
         let Word::Bytes { space, byte } = word else {
             let at = self.register(word)?;
@@ -159,10 +162,10 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    /// Takes a word, as an i32, as BCD.
+    /// Decodes a word, an i32, as BCD.
     pub(super) fn take_bcd(&mut self, word: Value) -> Bcd {
         let ins = self.builder.ins();
-        // A digit is wrong where bit 3 is set and bit 1 or 2 too.
+        // A digit is above 9 if its bit 3 is set and bit 1 or 2 too.
         let once = ins.binary_imm(BinaryOp::Shl, word, 1);
         let twice = ins.binary_imm(BinaryOp::Shl, word, 2);
         let either = ins.binary(BinaryOp::Or, once, twice);
@@ -209,7 +212,7 @@ impl Lowerer<'_> {
         let high = ins.binary_imm(BinaryOp::Lshr, value, 8);
         let high = ins.zextend_or_trunc(Type::I8, high);
         ins.store(Address::indexed(flags, 1, to.index, 1, count), high);
-        // What went behind F999 is dropped.
+        // The high byte of a word at F999 is dropped: the byte behind F999 is always 0.
         let zero = ins.iconst(Type::I8, 0);
         ins.store(Address::fixed(flags, count), zero);
     }

@@ -1,4 +1,4 @@
-//! Arithmetic on OP with the flags that it sets (NCT 4.8, 4.9).
+//! Arithmetic on OP with the status flags that it writes (NCT 4.8, 4.9).
 
 use plcc_abi::nct::arithmetic::{from_bcd, to_bcd};
 
@@ -16,13 +16,14 @@ pub(super) fn sum(op: Arith, a: u16, b: u16) -> (u16, bool) {
 }
 
 impl Run<'_> {
+    /// Writes F0040, F0046 and F0047 of a sum or difference.
     pub(super) fn result_flags(&mut self, carry: bool, value: u16) {
         self.set(CARRY, carry);
         self.set(ZERO, value == 0);
         self.set(SIGN, value & 0x8000 != 0);
     }
 
-    /// OP becomes `a` with `b`.
+    /// OP becomes `a` combined with `b`.
     pub(super) fn arith(&mut self, op: Arith, a: u16, b: u16) {
         self.op = match op {
             Arith::And => a & b,
@@ -54,6 +55,7 @@ impl Run<'_> {
         };
     }
 
+    /// BCD to binary; the result is negative if F0087 is 1.
     pub(super) fn bin(&mut self) {
         let Some(value) = from_bcd(self.op) else { return self.set(NOT_BCD, true) };
         let value = if self.bit(BCD_SIGN) { value.wrapping_neg() } else { value };
@@ -63,6 +65,7 @@ impl Run<'_> {
         self.set(SIGN, value & 0x8000 != 0);
     }
 
+    /// Binary to BCD.
     pub(super) fn bcd(&mut self) {
         let signed = self.op.cast_signed();
         let value = signed.unsigned_abs();

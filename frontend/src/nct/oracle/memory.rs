@@ -1,4 +1,4 @@
-//! Bits and words of the image as statements read and write them (NCT 4.6).
+//! How the interpreter reads and writes bits and words of the image (NCT 4.6).
 
 use plcc_abi::image::{read_u16, write_u16};
 use plcc_abi::nct::arithmetic::from_bcd;
@@ -36,7 +36,11 @@ impl Run<'_> {
         before.map_or(now, |location| location.read(self.image) ^ now)
     }
 
-    /// Where an indirect access leads, with its flags to be set afterwards.
+    /// The word that an indirect access leads to.
+    ///
+    /// # Errors
+    /// What the flags F0080 (no such address) and F0082 (a digit is not decimal) become if the
+    /// address is not valid.
     pub(super) fn indirect(&self, at: u16) -> Result<Word, (bool, bool)> {
         let address = self.word(Word::Bytes { space: Space::F, byte: at });
         match from_bcd(address) {
@@ -46,7 +50,7 @@ impl Run<'_> {
         }
     }
 
-    /// A word that exists.
+    /// Reads a word. It is none that is accessed indirectly.
     pub(super) fn word(&self, word: Word) -> u16 {
         if let Word::Bytes { space, byte } = word {
             return u16::from_le_bytes([self.byte(space, byte), self.byte(space, byte + 1)]);
@@ -66,13 +70,13 @@ impl Run<'_> {
         }
     }
 
-    /// Sets the flags of an indirect access.
+    /// Writes F0080 and F0082 of an indirect access.
     pub(super) fn set_address_flags(&mut self, syntax: bool, not_bcd: bool) {
         self.set(SYNTAX, syntax);
         self.set(NOT_BCD, not_bcd);
     }
 
-    /// The value of a load; `None` where an indirect one is refused.
+    /// The value of an operand; `None` if the address of an indirect one is not valid.
     pub(super) fn operand(&mut self, operand: Operand) -> Option<u16> {
         let (negate, place) = match operand {
             Operand::Const(value) => return Some(value),
@@ -96,8 +100,8 @@ impl Run<'_> {
         Some(if negate { !value } else { value })
     }
 
-    /// Writes `change(old, OP)` into a variable; flags of an indirect access and of arithmetic
-    /// follow the result.
+    /// Gives a variable the value `change(old value, OP)`. If `change` gives a carry too, the flags
+    /// of arithmetic are written; those of an indirect access are written in any case.
     pub(super) fn update(
         &mut self,
         place: Place,

@@ -1,7 +1,7 @@
-//! The statement interpreter: walks the program's statements as the control's own did (NCT 4).
+//! The statement interpreter, which walks the checked program's statements (NCT 4).
 //!
-//! It is the oracle that the other engines are held against. It knows nothing of IR and shares
-//! only the layout with the lowering.
+//! It is the oracle with which the other engines are compared. It uses neither lowering nor IR;
+//! only the layout is the same.
 
 mod arithmetic;
 mod memory;
@@ -21,16 +21,17 @@ use crate::nct::{
 };
 use run::{NAMED, Next, Run};
 
-/// Walks the statements of a program.
+/// The statement interpreter.
 pub struct Interpreter {
     program: Arc<Program>,
     layout: Arc<Layout>,
     /// The first statement of each task.
     entries: Vec<usize>,
-    /// The statements at which a task goes on that was suspended, in the source's order. Control
-    /// can come from each module to each label, so they are the same for all tasks.
+    /// The statements at which a task can be suspended, in the source's order: the resume points.
+    /// Each module can reach each label, so they are the same for all tasks.
     resume_points: Vec<usize>,
-    /// The statements that call, in the source's order: what return addresses count.
+    /// The statements that call, in the source's order. The index in this list is the call's
+    /// number, which is the return address in the image.
     calls: Vec<usize>,
     /// Results of a condition that wait for their gate.
     waiting: Vec<bool>,
@@ -60,8 +61,8 @@ impl Interpreter {
     }
 }
 
-/// Where a task can be suspended: at the statements that a safepoint stands before, which are the
-/// labels that something jumps back to or calls.
+/// The statements at which a task can be suspended: those with a safepoint before them, which are
+/// the labels that something jumps back to or calls.
 fn resume_points(program: &Program) -> Vec<usize> {
     let at = |label: u16| Some(program.labels.get(usize::from(label)).copied().flatten()? as usize);
     let mut points = vec![];
@@ -130,17 +131,19 @@ impl Engine for Interpreter {
     }
 }
 
-/// What statements that load and compute come to.
+/// What the statements of an expression give.
 pub(crate) enum Computed {
-    /// OP behind the last one.
+    /// OP behind the last statement.
     Op(u16),
-    /// The result of a condition, which is the last one.
+    /// The result of the condition that is the last statement.
     Condition(bool),
-    /// An indirect load whose word, at this byte of F, holds no address.
+    /// Nothing: the word at this byte of F, from which an indirect load takes its address, holds
+    /// none.
     NoAddress(u16),
 }
 
-/// Runs statements that change nothing but OP and flags, on an image that is thrown away.
+/// Runs the statements of an expression, which change nothing but OP and status flags. They are
+/// changed in `image`, so it must be a copy.
 pub(crate) fn compute(program: &Program, layout: &Layout, image: &mut [u8]) -> Computed {
     let mut waiting = vec![];
     let op = read_u16(image, layout.context + context::OP);

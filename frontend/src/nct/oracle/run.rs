@@ -1,4 +1,4 @@
-//! Runs one statement after the other: conditions, jumps, calls, safepoints (NCT 4.2 to 4.11).
+//! Runs single statements: conditions, jumps, calls, safepoints (NCT 4.2 to 4.11).
 
 use plcc_abi::{
     TrapCode,
@@ -12,25 +12,32 @@ use crate::nct::{
     layout::Layout,
 };
 
-/// Where to go on.
+/// What happens behind a statement.
 pub(super) enum Next {
+    /// The statement with this index follows.
     At(usize),
+    /// The task is suspended; it goes on at the statement with this index.
     Suspend(usize),
+    /// The task has ended.
     End,
+    /// The program is stopped.
     Trap(TrapCode),
 }
 
+/// A program while it runs.
 pub(super) struct Run<'a> {
     pub(super) program: &'a Program,
     pub(super) layout: &'a Layout,
     /// The statements that call, in the source's order.
     pub(super) calls: &'a [usize],
     pub(super) image: &'a mut [u8],
+    /// Register OP.
     pub(super) op: u16,
+    /// Results of a condition that wait for their gate.
     pub(super) waiting: &'a mut Vec<bool>,
 }
 
-/// Labels that an indirect jump or call can name (NCT 4.11).
+/// The labels to which an indirect jump or call can lead (NCT 4.11).
 pub(super) const NAMED: std::ops::RangeInclusive<u16> = 3..=196;
 
 impl Run<'_> {
@@ -84,7 +91,8 @@ impl Run<'_> {
         Some(self.program.labels.get(label as usize).copied().flatten()? as usize)
     }
 
-    /// Passes a safepoint on the way to a statement.
+    /// Passes a safepoint and goes to a statement. The fuel is the number of safepoints that may
+    /// still be passed.
     fn safepoint(&mut self, to: usize) -> Next {
         let offset = self.layout.context + context::FUEL;
         let fuel = read_u32(self.image, offset).wrapping_sub(1);
@@ -114,7 +122,8 @@ impl Run<'_> {
         self.safepoint(to)
     }
 
-    /// The label that a word of F names, if one does.
+    /// The statement of the label whose number stands in BCD in the word `at` of F. `None` if there
+    /// is none. F0080 and F0082 are written.
     fn named_label(&mut self, at: u16) -> Option<usize> {
         let word = self.word(Word::Bytes { space: Space::F, byte: at });
         let Some(label) = from_bcd(word) else {
@@ -142,7 +151,7 @@ impl Run<'_> {
             Op::Arith { op, operand } => {
                 let Some(value) = self.operand(operand) else { return Next::At(at + 1) };
                 if let Operand::Load { place: Place::Bit(_), .. } = operand {
-                    // A bit meets bit 0 alone.
+                    // AND with a bit changes only bit 0 of OP.
                     let value = if op == Arith::And { 0xFFFE | value } else { value };
                     self.arith(op, self.op, value);
                 } else {

@@ -12,6 +12,7 @@ use crate::nct::{
 };
 
 impl Parser<'_> {
+    /// A statement whose whole name comes next.
     pub(crate) fn named_area(&mut self, start: usize, name: &str, op: AreaOp) -> Read<Op> {
         for _ in name.chars() {
             self.cursor.bump();
@@ -19,8 +20,9 @@ impl Parser<'_> {
         self.area_address(start, op)
     }
 
-    /// A name of three letters of which two are taken.
-    pub(crate) fn area(
+    /// A statement with a name of three letters, of which two are taken. If the next letter is not
+    /// `last`, that is the error `number`.
+    pub(crate) fn area_by_last_letter(
         &mut self,
         start: usize,
         name: &str,
@@ -38,6 +40,7 @@ impl Parser<'_> {
         self.area_address(start, op)
     }
 
+    /// The address behind the name: three digits, so that the whole area lies in F.
     fn area_address(&mut self, start: usize, op: AreaOp) -> Read<Op> {
         let area = address(&mut self.cursor, start, 3, 3, Digits::Decimal)?.value;
         let (name, bytes) = (op.name(), op.area());

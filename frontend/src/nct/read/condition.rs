@@ -67,6 +67,7 @@ impl Parser<'_> {
         Ok(true)
     }
 
+    /// The error of a `P` that begins neither a test nor PF.
     fn bad_p(&mut self, start: usize) -> SyntaxError {
         let found = self.cursor.peek();
         refuse(&mut self.cursor, |cursor| {
@@ -75,6 +76,7 @@ impl Parser<'_> {
         })
     }
 
+    /// The error of an `N` that begins neither a test nor NL or NS.
     fn bad_not(&mut self, start: usize) -> SyntaxError {
         let found = self.cursor.peek();
         refuse(&mut self.cursor, |cursor| {
@@ -84,6 +86,7 @@ impl Parser<'_> {
         })
     }
 
+    /// A comparison of OP, at its `<`, `>` or `=`.
     fn relation(&mut self, start: usize) -> Read<Test> {
         let cursor = &mut self.cursor;
         let first = cursor.bump();

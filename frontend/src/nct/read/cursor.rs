@@ -1,9 +1,10 @@
-//! Walks the text's significant characters (NCT 5): white space and comments stand between any
-//! two of them and mean nothing, except that a gap ends a number that could be complete.
+//! A cursor over the significant characters of the text (NCT 5), which are all but white space and
+//! comments. White space and comments may stand between any two of them. They mean nothing, except
+//! that such a gap ends a number that is complete by then.
 
 use plcc_diag::{FileId, Span};
 
-/// A place in the text that skips what does not count.
+/// A position in the text, always at a significant character or at the end.
 #[derive(Clone)]
 pub(crate) struct Cursor<'a> {
     text: &'a str,
@@ -16,17 +17,18 @@ pub(crate) struct Cursor<'a> {
     end: usize,
     /// Offset of a `/*` that nothing closes.
     open_comment: Option<usize>,
-    /// Characters taken so far.
+    /// How many significant characters have been taken.
     taken: usize,
 }
 
-/// Whether a character is white space; the end-of-file mark of DOS and byte order marks are too.
+/// Whether a character is white space. The end-of-file mark of DOS, byte order marks and NUL count
+/// as such.
 pub(crate) fn is_blank(c: char) -> bool {
     c.is_whitespace() || matches!(c, '\u{1a}' | '\u{feff}' | '\0')
 }
 
 impl<'a> Cursor<'a> {
-    /// At the first significant character.
+    /// A cursor at the first significant character of `text`.
     pub(crate) fn new(file: FileId, text: &'a str) -> Self {
         let mut cursor =
             Self { text, file, pos: 0, gap: true, end: 0, open_comment: None, taken: 0 };
@@ -39,6 +41,7 @@ impl<'a> Cursor<'a> {
         self.text.get(self.pos..).unwrap_or("")
     }
 
+    /// Skips white space and comments.
     fn skip(&mut self) {
         let start = self.pos;
         while let Some(c) = self.rest().chars().next() {
@@ -98,7 +101,7 @@ impl<'a> Cursor<'a> {
         found
     }
 
-    /// Whether something that does not count stands before the next character.
+    /// Whether white space or a comment stands before the next significant character.
     pub(crate) fn gap(&self) -> bool {
         self.gap
     }
@@ -113,7 +116,7 @@ impl<'a> Cursor<'a> {
         self.end
     }
 
-    /// How many characters have been taken.
+    /// How many significant characters have been taken.
     pub(crate) fn taken(&self) -> usize {
         self.taken
     }
@@ -134,8 +137,8 @@ impl<'a> Cursor<'a> {
         Span::new(self.file, self.pos, self.pos + self.peek().map_or(0, char::len_utf8))
     }
 
-    /// Takes the next character of a text module, where white space counts. `None` stands for a
-    /// comment, which is taken whole.
+    /// Takes the next character of a text module, in which white space is significant. `None` at
+    /// the end of the text, `Some(None)` for a comment, which is taken as a whole.
     pub(crate) fn bump_raw(&mut self) -> Option<Option<char>> {
         let c = self.peek()?;
         if self.skip_comment() {
@@ -167,7 +170,8 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// The last character of the text that is not blank: where what is absent is reported.
+/// The place of the last character that is not blank. An error about something that is missing
+/// points there.
 pub(crate) fn last_place(file: FileId, text: &str) -> Span {
     let end = text.trim_end_matches(is_blank).len();
     let start = text.get(..end).and_then(|t| t.char_indices().next_back()).map_or(0, |(at, _)| at);

@@ -1,16 +1,17 @@
-//! The compiler's errors (NCT 6.3) and how they are raised.
+//! The errors of the manual's list (NCT 6.3), and how the parser makes them.
 
 use plcc_diag::{Diagnostic, Span};
 
-/// An error on its way to the list.
+/// An error of a statement that could not be read.
 pub(crate) type SyntaxError = Box<Diagnostic>;
 
-/// What reading something gives.
+/// What was read, or why it could not be read.
 pub(crate) type Read<T> = Result<T, SyntaxError>;
 
 macro_rules! codes {
     ($($number:literal)*) => {
-        /// The code of a number of the manual's list.
+        /// The code of an error of the manual's list; `NCT-X1`, plcc's own error, for a number that
+        /// is not in the list.
         pub(crate) fn code(number: u8) -> &'static str {
             match number {
                 $($number => concat!("NCT-", $number),)*
@@ -26,7 +27,7 @@ codes! {
     71 72 73 74 75 76
 }
 
-/// An error of the manual's list.
+/// The error `number` of the manual's list.
 pub(crate) fn error(
     number: u8,
     span: Span,
@@ -36,7 +37,7 @@ pub(crate) fn error(
     Box::new(Diagnostic::error(code(number), span, message).help(help))
 }
 
-/// A character as it is named in a message.
+/// A character as a message names it; `None` is the end of the text.
 pub(crate) fn shown(c: Option<char>) -> String {
     match c {
         Some(c) => format!("`{c}`"),

@@ -1,5 +1,5 @@
-//! What parentheses and brackets hold (NCT 4.4, 4.8): read without recursion, so that their depth
-//! costs no stack.
+//! Conditions in parentheses and computations in brackets (NCT 4.4, 4.8). They are read without
+//! recursion, so that deep nesting needs no stack.
 
 use plcc_diag::Diagnostic;
 
@@ -14,17 +14,20 @@ use crate::nct::{
     },
 };
 
-/// The deepest nesting of the original compiler.
+/// How deep they may nest for the original compiler.
 const ORIGINAL_DEPTH: usize = 8;
-/// The deepest nesting in any case.
+/// How deep they may nest with `--limits none`.
 const MAX_DEPTH: usize = 256;
 
-/// An open parenthesis or bracket and what is to be done with its value.
+/// An open parenthesis or bracket.
 struct Open<T> {
+    /// Where it stands.
     at: usize,
+    /// What is done with its value when it is closed.
     then: T,
 }
 
+/// The operation that a letter between two conditions, or two operands, stands for.
 fn gate(c: Option<char>) -> Option<Arith> {
     match c {
         Some('A') => Some(Arith::And),
@@ -35,6 +38,7 @@ fn gate(c: Option<char>) -> Option<Arith> {
 }
 
 impl Parser<'_> {
+    /// Refuses one more parenthesis or bracket inside `depth` others if that is too deep.
     fn check_depth(&mut self, depth: usize) -> Read<()> {
         let most = match self.limits {
             Limits::Original => ORIGINAL_DEPTH,
@@ -57,13 +61,13 @@ impl Parser<'_> {
     pub(crate) fn group(&mut self) -> Read<()> {
         let mut open = vec![];
         let result = self.group_parts(&mut open);
-        result.map_err(|fail| self.leave(fail, open.iter().map(|o| o.at).collect(), '(', ')'))
+        result.map_err(|fail| self.skip_group(fail, open.iter().map(|o| o.at).collect(), '(', ')'))
     }
 
     fn group_parts(&mut self, open: &mut Vec<Open<Option<Arith>>>) -> Read<()> {
         let mut waiting = None;
         loop {
-            // A condition must begin here.
+            // A test or another parenthesis must begin here.
             if self.cursor.at('(') {
                 self.check_depth(open.len())?;
                 open.push(Open { at: self.cursor.pos(), then: waiting.take() });
@@ -100,6 +104,8 @@ impl Parser<'_> {
         }
     }
 
+    /// The error if no condition begins where one must, right behind `(` (`first`) or behind a
+    /// gate.
     fn no_test(&mut self, first: bool) -> SyntaxError {
         if !first {
             return self.wrong_inside("a condition");
@@ -110,23 +116,26 @@ impl Parser<'_> {
         error(18, span, format!("{} begins no condition", shown(found)), help)
     }
 
-    /// Something that may not stand inside parentheses or brackets.
+    /// The error of a character that can't stand inside parentheses or brackets; `wanted` must
+    /// stand in its place. A character that is foreign to the language has another number.
     fn wrong_inside(&mut self, wanted: &str) -> SyntaxError {
         let found = self.cursor.peek();
-        let lower = found
+        let foreign = found
             .is_some_and(|c| !matches!(c, 'A'..='Z' | '0'..='9') && !":,.$()[]<>=+-*/".contains(c));
-        let number = if lower { 44 } else { 62 };
+        let number = if foreign { 44 } else { 62 };
         let message = format!("{} can't stand here", shown(found));
         let span = self.cursor.span_here();
-        if lower {
+        if foreign {
             self.cursor.bump();
         }
         error(number, span, message, format!("{wanted} must stand here"))
     }
 
-    /// Goes behind the parenthesis that was wrong, if it is closed; what nothing closes is the
-    /// error where one is.
-    fn leave(
+    /// Skips the rest of a parenthesis or bracket in which `fail` was found, up to where it is
+    /// closed. `open` holds the offsets of all that are open. If nothing closes one of them,
+    /// nothing is skipped, and the error is the missing parenthesis rather than `fail`, if `fail`
+    /// may follow from it.
+    fn skip_group(
         &mut self,
         fail: SyntaxError,
         open: Vec<usize>,
@@ -163,14 +172,14 @@ impl Parser<'_> {
         fail
     }
 
-    /// A bracket, at its `[`; with an operation it is that one's operand.
+    /// A bracket, at its `[`. It is the operand of the operation `then`, if there is one.
     pub(crate) fn bracket(&mut self, start: usize, then: Option<Arith>) -> Read<()> {
         let before = self.out.stmts.len();
         let mut open = vec![];
         let result = self.bracket_parts(start, then, &mut open);
         result.map_err(|fail| {
             self.out.stmts.truncate(before);
-            self.leave(fail, open.iter().map(|o| o.at).collect(), '[', ']')
+            self.skip_group(fail, open.iter().map(|o| o.at).collect(), '[', ']')
         })
     }
 
@@ -182,7 +191,7 @@ impl Parser<'_> {
     ) -> Read<()> {
         let mut start = start;
         loop {
-            // OP's first value in the bracket must begin here, or a bracket inside.
+            // An operand or another bracket must begin here.
             if self.cursor.at('[') {
                 self.check_depth(open.len())?;
                 let slot = open.len() as u16;
@@ -219,7 +228,8 @@ impl Parser<'_> {
         }
     }
 
-    /// An operation that needs an operand, or `None` behind a shift or conversion.
+    /// Reads an operation in a bracket: gives one that needs an operand, or `None` for a shift or
+    /// conversion, which needs none and is emitted.
     fn bracket_operation(&mut self, start: usize) -> Read<Option<Arith>> {
         let found = self.cursor.peek();
         let op = match found {
@@ -253,6 +263,7 @@ impl Parser<'_> {
         Ok(Some(op))
     }
 
+    /// An operand in a bracket; `first` if it is the first one, which OP is loaded with.
     fn bracket_operand(&mut self, start: usize, first: bool) -> Read<crate::nct::ast::Operand> {
         let cursor = &mut self.cursor;
         if begins_constant(cursor) && (!first || cursor.at('.')) {
@@ -281,12 +292,13 @@ impl Parser<'_> {
     }
 }
 
-/// The offsets, rising, of parentheses and brackets that nothing closes. `Z` and `$` can't stand in
-/// any, so whatever is open there stays so; nor can labels and `J`, unless what closes the innermost
-/// one comes next.
+/// The offsets, in rising order, of the parentheses and brackets that nothing closes. None of them
+/// can hold a `Z` or `$`, so what is open there is never closed. The same is true of a label and a
+/// `J`, except where the innermost one is closed next: there they are a mistake inside it.
 fn find_unclosed(mut cursor: Cursor<'_>) -> Vec<usize> {
     let mut open: Vec<(char, usize)> = vec![];
     let mut unclosed = vec![];
+    // How many of the open ones are parentheses.
     let mut round = 0_usize;
     let mut next_closing = NextClosing::default();
     loop {
@@ -299,8 +311,8 @@ fn find_unclosed(mut cursor: Cursor<'_>) -> Vec<usize> {
             }
             ')' | ']' => {
                 let opening = if next == ')' { '(' } else { '[' };
-                let some = if next == ')' { round > 0 } else { open.len() > round };
-                while some && let Some((kind, at)) = open.pop() {
+                let any = if next == ')' { round > 0 } else { open.len() > round };
+                while any && let Some((kind, at)) = open.pop() {
                     round -= usize::from(kind == '(');
                     if kind == opening {
                         break;
@@ -331,17 +343,18 @@ fn find_unclosed(mut cursor: Cursor<'_>) -> Vec<usize> {
     unclosed
 }
 
-/// What comes next of the characters that open, close and end conditions.
+/// Which character comes next of those that open and close parentheses and brackets or end
+/// conditions and texts.
 #[derive(Default)]
 struct NextClosing {
-    /// Up to this offset the answer is known, so that no text is looked through twice.
+    /// The answer is known for every place up to this offset, so that no text is searched twice.
     end: usize,
     /// The character there.
     found: Option<char>,
 }
 
 impl NextClosing {
-    /// Whether it is the one that closes an `opening`.
+    /// Whether that character, behind the cursor, closes an `opening`.
     fn is(&mut self, cursor: &Cursor<'_>, opening: char) -> bool {
         if self.end <= cursor.pos() {
             let mut ahead = cursor.clone();

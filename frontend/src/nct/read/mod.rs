@@ -1,4 +1,5 @@
-//! NCT text to statements: the cursor, numbers, operands, conditions, text modules, the parser.
+//! Makes statements of NCT's text: the cursor, numbers, operands, conditions, what stands in
+//! parentheses and brackets, statements with a register area, text modules, the parser.
 
 mod area;
 mod condition;

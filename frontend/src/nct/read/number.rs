@@ -1,4 +1,4 @@
-//! Numbers: as many digits as their place asks for (NCT 4.5, 4.6).
+//! Reads numbers: addresses, which have a fixed number of digits, and constants (NCT 4.5, 4.6).
 
 use crate::nct::read::{
     cursor::Cursor,
@@ -6,24 +6,24 @@ use crate::nct::read::{
     operand::refuse,
 };
 
-/// Which digits a number has.
+/// Which digits an address may have, and with that the error of a digit that is missing.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Digits {
-    /// All decimal: error 19.
+    /// Decimal digits; error 19.
     Decimal,
-    /// Decimal, the last one octal where all are there: error 9.
+    /// Decimal digits, but the last one of the longest form names a bit and is octal; error 9.
     Octal,
 }
 
-/// A number of an address and how many digits it has.
+/// The number in an address, and how many digits it was written with.
 #[derive(Clone, Copy)]
 pub(crate) struct Address {
     pub(crate) value: u16,
     pub(crate) len: u8,
 }
 
-/// Reads an address of `least` to `most` digits; both lengths are valid, none between.
-/// `start` is where the statement begins, for the message.
+/// Reads an address of either `least` or `most` digits. `start` is the offset at which the
+/// statement begins, for the place of an error.
 pub(crate) fn address(
     cursor: &mut Cursor<'_>,
     start: usize,
@@ -45,14 +45,14 @@ pub(crate) fn address(
                 cursor.bump();
             }
             _ if len == least => {
-                // A digit that can't be the bit's is no other statement's beginning either.
+                // An 8 or 9 can't be the number of the bit, and no statement begins with a digit.
                 if cursor.peek().is_some_and(|d| d.is_ascii_digit()) {
                     return Err(not_octal(cursor, start));
                 }
                 break;
             }
             Some(_) => return Err(not_octal(cursor, start)),
-            // A name that stands where digits should is part of the wrong statement.
+            // A name in the place of the digits is taken as a part of this statement.
             None if len == 0
                 && !cursor.gap()
                 && cursor.peek().is_some_and(|c| c.is_ascii_uppercase()) =>
@@ -66,6 +66,7 @@ pub(crate) fn address(
     Ok(Address { value, len })
 }
 
+/// The error of an 8 or 9 as the number of a bit.
 fn not_octal(cursor: &Cursor<'_>, start: usize) -> SyntaxError {
     error(
         9,
@@ -75,6 +76,7 @@ fn not_octal(cursor: &Cursor<'_>, start: usize) -> SyntaxError {
     )
 }
 
+/// The error of a digit that is missing.
 fn too_few(cursor: &Cursor<'_>, start: usize, least: u8, most: u8, digits: Digits) -> SyntaxError {
     let count = if least == most { format!("{most}") } else { format!("{least} or {most}") };
     let s = if most == 1 { "" } else { "s" };
@@ -88,7 +90,7 @@ fn too_few(cursor: &Cursor<'_>, start: usize, least: u8, most: u8, digits: Digit
     error(number, cursor.span_from(start), message, help)
 }
 
-/// Reads a decimal constant; a gap ends it.
+/// Reads a decimal constant, 0 to 65535; a gap ends it.
 pub(crate) fn decimal(cursor: &mut Cursor<'_>, start: usize) -> Read<u16> {
     let mut value = 0_u32;
     let mut len = 0;
@@ -118,7 +120,7 @@ pub(crate) fn decimal(cursor: &mut Cursor<'_>, start: usize) -> Read<u16> {
     })
 }
 
-/// Reads a hexadecimal constant behind its point: at most four digits; a gap ends it.
+/// Reads a hexadecimal constant behind its point: one to four digits; a gap ends it.
 pub(crate) fn hexadecimal(cursor: &mut Cursor<'_>, start: usize) -> Read<u16> {
     let mut value = 0_u16;
     let mut len = 0;

@@ -1,5 +1,7 @@
-//! Variables behind `L`, `NL`, `S` and `NS`, and the operands of operations and relations
+//! Reads the variables behind `L`, `NL`, `S` and `NS`, and the operands of operations and relations
 //! (NCT 4.6, 4.7).
+//!
+//! In all functions `start` is the offset at which the statement begins, for the place of an error.
 
 use crate::nct::{
     ast::{Bit, Operand, Place, Space, Word},
@@ -37,6 +39,7 @@ impl Prefix {
         }
     }
 
+    /// The error of a letter that can't follow this prefix.
     fn number(self) -> u8 {
         match self {
             Self::Load => 51,
@@ -47,33 +50,36 @@ impl Prefix {
     }
 }
 
-/// A bit-or-word address behind its letter: two digits a word, three a bit (`F` one more).
-fn bytes(cursor: &mut Cursor<'_>, start: usize, space: Space) -> Read<Place> {
+/// Reads the address of a word or bit behind its letter: two digits name a word, three a bit;
+/// behind `F` there is one digit more.
+fn bit_or_word(cursor: &mut Cursor<'_>, start: usize, space: Space) -> Read<Place> {
     let least = if space == Space::F { 3 } else { 2 };
     let found = address(cursor, start, least, least + 1, Digits::Octal)?;
     let place = if found.len == least {
         Place::Word(Word::Bytes { space, byte: found.value })
     } else {
-        Place::Bit(split(space, found.value))
+        Place::Bit(bit_of_digits(space, found.value))
     };
     check_port(cursor, start, place)?;
     Ok(place)
 }
 
-/// A bit's address: its digits as one number, the last one octal.
-fn split(space: Space, digits: u16) -> Bit {
+/// The bit of an address whose digits were read as one decimal number: the last digit is the bit,
+/// the others are the byte.
+fn bit_of_digits(space: Space, digits: u16) -> Bit {
     Bit { space, byte: digits / 10, bit: (digits % 10) as u8 }
 }
 
-/// A bit behind its letter.
+/// Reads the address of a bit behind its letter.
 pub(crate) fn bit(cursor: &mut Cursor<'_>, start: usize, space: Space) -> Read<Bit> {
     let len = if space == Space::F { 4 } else { 3 };
     let found = address(cursor, start, len, len, Digits::Octal)?;
-    let bit = split(space, found.value);
+    let bit = bit_of_digits(space, found.value);
     check_port(cursor, start, Place::Bit(bit))?;
     Ok(bit)
 }
 
+/// Refuses a physical line of an interface board that does not exist.
 fn check_port(cursor: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
     let (space, byte) = match place {
         Place::Bit(bit) => (bit.space, bit.byte),
@@ -91,7 +97,7 @@ fn check_port(cursor: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
     Ok(())
 }
 
-/// The number of a counter or timer behind its letter.
+/// Reads the number of a counter or timer behind its letter.
 pub(crate) fn counter(cursor: &mut Cursor<'_>, start: usize, letter: char) -> Read<Word> {
     let len = if letter == 'M' { 1 } else { 2 };
     let n = address(cursor, start, len, len, Digits::Decimal)?.value as u8;
@@ -113,7 +119,7 @@ pub(crate) fn counter(cursor: &mut Cursor<'_>, start: usize, letter: char) -> Re
     })
 }
 
-/// A register or constant behind `R`.
+/// Reads a register or constant behind `R`.
 fn register(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Word> {
     if cursor.eat('H') {
         let n = address(cursor, start, 3, 3, Digits::Decimal)?.value;
@@ -162,8 +168,10 @@ fn register(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Word>
     }))
 }
 
-/// Takes a character that may not stand here, with the rest of the variable behind it, unless it
-/// is one that holds the program's structure together, then makes the error.
+/// Makes the error of a character that can't stand here, and skips what belongs to the mistake. The
+/// character itself is taken before `make` is called, unless it may be a part of the program's
+/// structure, such as `Z` or a parenthesis. The letters and digits of a variable right behind it
+/// are skipped afterwards.
 pub(crate) fn refuse(
     cursor: &mut Cursor<'_>,
     make: impl FnOnce(&Cursor<'_>) -> SyntaxError,
@@ -180,7 +188,7 @@ pub(crate) fn refuse(
     fail
 }
 
-/// A variable behind `L`, `NL`, `S` or `NS`.
+/// Reads a variable behind `L`, `NL`, `S` or `NS`.
 pub(crate) fn place(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Place> {
     let letter = cursor.peek();
     let space = match letter {
@@ -198,7 +206,7 @@ pub(crate) fn place(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Re
             let at = address(cursor, start, 3, 3, Digits::Decimal)?.value;
             return Ok(Place::Word(Word::Indirect(at)));
         }
-        let place = bytes(cursor, start, space)?;
+        let place = bit_or_word(cursor, start, space)?;
         if prefix.stores() {
             check_even(cursor, start, place)?;
         }
@@ -227,7 +235,7 @@ pub(crate) fn place(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Re
     }
 }
 
-/// Words are stored to even bytes of an interface board.
+/// Refuses a word at an odd byte of an interface board, to which none can be stored.
 fn check_even(cursor: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
     match place {
         Place::Word(Word::Bytes { space: space @ (Space::Y | Space::O), byte })
@@ -244,18 +252,18 @@ fn check_even(cursor: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
     }
 }
 
-/// Whether what follows is an operand that a number or a load makes.
+/// Whether a constant that needs no comma begins here: a digit, or a point.
 pub(crate) fn begins_constant(cursor: &Cursor<'_>) -> bool {
     cursor.peek().is_some_and(|d| d.is_ascii_digit() || d == '.')
 }
 
-/// A constant that needs no comma before it.
+/// Reads such a constant: decimal, or hexadecimal behind a point.
 pub(crate) fn constant(cursor: &mut Cursor<'_>, start: usize) -> Read<Operand> {
     let value = if cursor.eat('.') { hexadecimal(cursor, start)? } else { decimal(cursor, start)? };
     Ok(Operand::Const(value))
 }
 
-/// A variable behind `L` or `NL`, as an operand.
+/// Reads a variable behind `L` or `NL` as an operand.
 pub(crate) fn load(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Operand> {
     let place = place(cursor, start, prefix)?;
     Ok(Operand::Load { negate: prefix.negates(), place })

@@ -1,5 +1,8 @@
-//! From text to statements (NCT 4). Every statement that has an error is reported; the next one
-//! is looked for behind it.
+//! Parses the text into statements (NCT 4). A statement that can't be read is reported, and the
+//! next one is looked for behind it.
+//!
+//! In all functions of the parser `start` is the offset at which the statement begins, for its
+//! place and for the place of an error.
 
 use plcc_diag::{Diagnostic, FileId, Span};
 
@@ -16,10 +19,11 @@ use crate::nct::{
     },
 };
 
-/// The most characters of a program, white space and comments aside (NCT 5).
+/// How many characters a program may have, without white space and comments (NCT 5).
 const MAX_TEXT: usize = 64 * 1024;
 
-/// What the text holds, before its structure is checked.
+/// What the text holds, before conditions, labels and modules are checked. The fields are those of
+/// [`Program`](crate::nct::ast::Program).
 #[derive(Default)]
 pub(crate) struct Parsed {
     pub(crate) stmts: Vec<Stmt>,
@@ -28,14 +32,17 @@ pub(crate) struct Parsed {
     pub(crate) slots: u16,
 }
 
+/// The parser of one text.
 pub(crate) struct Parser<'a> {
     pub(crate) cursor: Cursor<'a>,
     pub(crate) file: FileId,
     pub(crate) text: &'a str,
     pub(crate) limits: Limits,
+    /// What was read so far.
     pub(crate) out: Parsed,
+    /// The errors and warnings so far.
     pub(crate) found: Vec<Diagnostic>,
-    /// Offsets of parentheses and brackets that nothing closes, once they were looked for.
+    /// Offsets of the parentheses and brackets that nothing closes; `None` until they are needed.
     pub(crate) unclosed: Option<Vec<usize>>,
 }
 
@@ -54,7 +61,8 @@ pub(crate) fn parse(file: FileId, text: &str, limits: Limits) -> (Parsed, Vec<Di
     (parser.out, parser.found)
 }
 
-/// What a statement would do to the nesting of conditions if it could be read.
+/// Whether a statement that could not be read would have begun a condition, as far as its first two
+/// characters tell.
 fn opens(text: &str) -> Opens {
     let mut chars = text.chars().filter(|c| !crate::nct::read::cursor::is_blank(*c));
     match (chars.next(), chars.next()) {
@@ -72,8 +80,10 @@ fn opens(text: &str) -> Opens {
 }
 
 impl Parser<'_> {
+    /// Reads all statements.
     fn all(&mut self) {
-        // An error right behind another one, with nothing read between, says nothing new.
+        // An error right behind another one, without a statement or a gap between, follows from it
+        // and is not reported.
         let mut quiet = false;
         let mut too_long = false;
         while self.cursor.peek().is_some() {
@@ -110,6 +120,8 @@ impl Parser<'_> {
         }
     }
 
+    /// Goes on behind a statement that could not be read: at least one character and all digits
+    /// behind it belong to it. `again` says that its error follows from the one before.
     fn recover(&mut self, start: usize, again: bool) {
         if self.cursor.pos() == start {
             self.cursor.bump();
@@ -124,11 +136,13 @@ impl Parser<'_> {
         self.emit(start, Op::Bad { opens });
     }
 
+    /// Adds a statement that reaches from `start` to the last character taken.
     pub(crate) fn emit(&mut self, start: usize, op: Op) {
         let span = self.cursor.span_from(start);
         self.out.stmts.push(Stmt { op, span });
     }
 
+    /// Reads one statement.
     fn statement(&mut self, start: usize) -> Read<()> {
         let Some(first) = self.cursor.peek() else { return Ok(()) };
         let op = match first {
@@ -146,7 +160,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// A statement whose first character, taken, leaves only one reading.
+    /// A statement that is recognised by its first character, which is taken.
     fn simple(&mut self, start: usize, first: char) -> Read<Op> {
         let cursor = &mut self.cursor;
         Ok(match first {
@@ -154,7 +168,9 @@ impl Parser<'_> {
             ',' => Op::Load(Operand::Const(decimal(cursor, start)?)),
             '.' => Op::Load(Operand::Const(hexadecimal(cursor, start)?)),
             'L' => Op::Load(load(cursor, start, Prefix::Load)?),
-            'S' if cursor.eat('U') => return self.area(start, "SUB", AreaOp::Sub, 'B', 48),
+            'S' if cursor.eat('U') => {
+                return self.area_by_last_letter(start, "SUB", AreaOp::Sub, 'B', 48);
+            }
             'S' => Op::Store { negate: false, place: place(cursor, start, Prefix::Store)? },
             'B' => return self.convert(start),
             'E' => Op::Else { end: 0 },
@@ -166,6 +182,7 @@ impl Parser<'_> {
         })
     }
 
+    /// The error of a character with which no statement begins.
     fn unknown(&mut self, start: usize, first: char) -> SyntaxError {
         let span = self.cursor.span_from(start);
         if !matches!(first, 'A'..='Z' | '0'..='9' | ')' | ']' | '$') {
@@ -189,7 +206,7 @@ impl Parser<'_> {
         error(7, span, format!("no statement begins with `{first}`"), help)
     }
 
-    /// Statements and tests that begin with the same letter.
+    /// A statement, or a condition, that begins with a character with which both can begin.
     fn statement_or_test(&mut self, start: usize, first: char) -> Read<()> {
         let mut ahead = self.cursor.clone();
         ahead.bump();
@@ -201,7 +218,7 @@ impl Parser<'_> {
             ('M', Some('U')) => {
                 self.cursor.bump();
                 self.cursor.bump();
-                self.area(start, "MUL", AreaOp::Mul, 'L', 52)?
+                self.area_by_last_letter(start, "MUL", AreaOp::Mul, 'L', 52)?
             }
             ('N', Some('L')) => {
                 self.cursor = ahead;
@@ -225,6 +242,7 @@ impl Parser<'_> {
         Ok(())
     }
 
+    /// `<<` and `>>`, behind the sign.
     pub(crate) fn shift(&mut self, start: usize, left: bool) -> Read<Op> {
         let by = decimal(&mut self.cursor, start)?;
         match u8::try_from(by) {
@@ -238,6 +256,7 @@ impl Parser<'_> {
         }
     }
 
+    /// `BIN` and `BCD`, behind the `B`.
     pub(crate) fn convert(&mut self, start: usize) -> Read<Op> {
         let (second, last, number, op) = match self.cursor.peek() {
             Some('I') => ('I', 'N', 27, Op::Bin),
@@ -255,7 +274,7 @@ impl Parser<'_> {
         }))
     }
 
-    /// `U` and `D`.
+    /// `U…` (`up`) and `D…`, behind that letter.
     fn switch(&mut self, start: usize, up: bool) -> Read<Op> {
         let cursor = &mut self.cursor;
         let bit = match cursor.peek() {
@@ -276,7 +295,7 @@ impl Parser<'_> {
             }
             Some('I') if !up => {
                 cursor.bump();
-                return self.area(start, "DIV", AreaOp::Div, 'V', 56);
+                return self.area_by_last_letter(start, "DIV", AreaOp::Div, 'V', 56);
             }
             Some('Y') => {
                 let name = if up { 'U' } else { 'D' };
@@ -291,7 +310,7 @@ impl Parser<'_> {
         Ok(if up { Op::Set(bit) } else { Op::Clear(bit) })
     }
 
-    /// `G` and `C`.
+    /// `G…`, and `C…` (`call`), behind that letter.
     fn jump(&mut self, start: usize, call: bool) -> Read<Op> {
         let cursor = &mut self.cursor;
         if cursor.eat('F') {
@@ -299,7 +318,7 @@ impl Parser<'_> {
             return Ok(if call { Op::CallIndirect(at) } else { Op::GotoIndirect(at) });
         }
         if call && cursor.eat('M') {
-            return self.area(start, "CMP", AreaOp::Cmp, 'P', 59);
+            return self.area_by_last_letter(start, "CMP", AreaOp::Cmp, 'P', 59);
         }
         let label = address(cursor, start, 3, 3, Digits::Decimal)?.value;
         let span = cursor.span_from(start);
@@ -326,7 +345,7 @@ impl Parser<'_> {
         }
     }
 
-    /// `J`.
+    /// `J0`, `J1` and `J2`, behind the `J`.
     fn end(&mut self, start: usize) -> Read<Op> {
         if let Some(digit @ '0'..='2') = self.cursor.peek() {
             self.cursor.bump();
@@ -370,7 +389,7 @@ impl Parser<'_> {
             '/' => Arith::Div,
             'A' if cursor.at('D') => {
                 cursor.bump();
-                let op = self.area(start, "ADD", AreaOp::Add, 'D', 47)?;
+                let op = self.area_by_last_letter(start, "ADD", AreaOp::Add, 'D', 47)?;
                 self.emit(start, op);
                 return Ok(());
             }
@@ -423,6 +442,8 @@ impl Parser<'_> {
         Ok(Op::Arith { op, operand })
     }
 
+    /// The error of an operation `first`, with an `N` behind it or `not`, that has no valid
+    /// operand.
     fn bad_operand(&mut self, start: usize, first: char, not: bool) -> SyntaxError {
         let found = self.cursor.peek();
         let tests = matches!(found, Some('I' | 'Y' | 'V' | 'P' | 'F' | 'Q' | 'T' | 'H' | 'M'));

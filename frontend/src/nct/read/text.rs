@@ -1,4 +1,5 @@
-//! The texts of :197 to :200 (NCT 3.4 to 3.7): up to `$`, separated by commas.
+//! Reads the text modules :197 to :200 (NCT 3.4 to 3.7). Their texts are separated by commas and
+//! end with `$`.
 
 use plcc_diag::{Diagnostic, Span};
 
@@ -11,24 +12,30 @@ use crate::nct::{
     },
 };
 
-/// The longest text that the control shows whole, and the longest that the compiler takes.
-struct Lengths {
+/// How long and how many the texts of a module may be.
+struct TextLimits {
+    /// How many characters of a text the control is sure to show.
     shown: usize,
+    /// How many characters a text may have.
     most: usize,
+    /// The error of a text that has more.
     number: u8,
+    /// How many texts the module may have.
     count: usize,
 }
 
-fn lengths(label: u16) -> Option<Lengths> {
+/// The limits of a text module; :200 has none.
+fn text_limits(label: u16) -> Option<TextLimits> {
     match label {
-        197 => Some(Lengths { shown: 9, most: 16, number: 72, count: 8 }),
-        198 => Some(Lengths { shown: 20, most: 20, number: 69, count: 8 }),
-        199 => Some(Lengths { shown: 20, most: 25, number: 65, count: 152 }),
+        197 => Some(TextLimits { shown: 9, most: 16, number: 72, count: 8 }),
+        198 => Some(TextLimits { shown: 20, most: 20, number: 69, count: 8 }),
+        199 => Some(TextLimits { shown: 20, most: 25, number: 65, count: 152 }),
         _ => None,
     }
 }
 
-/// Whether a text module begins where another's text still goes on: its `$` is missing.
+/// Whether the label of a text module begins here. Inside the texts of another module this means
+/// that its `$` is missing.
 fn begins_module(rest: &str) -> bool {
     [":197", ":198", ":199", ":200"].iter().any(|label| rest.starts_with(label))
 }
@@ -89,6 +96,7 @@ impl Parser<'_> {
         self.emit(start, Op::Text);
     }
 
+    /// Reports texts whose `$` is missing.
     fn unclosed_text(&mut self, label: u16) {
         let span = if self.cursor.peek().is_none() {
             last_place(self.file, self.text)
@@ -99,8 +107,10 @@ impl Parser<'_> {
         self.found.push(*error(55, span, message, "write `$` behind the last text"));
     }
 
+    /// Reports texts that are too long or too many. Each has its start, if it is not empty, and its
+    /// end.
     fn check_texts(&mut self, label: u16, start: usize, texts: &[(String, Option<usize>, usize)]) {
-        let Some(limits) = lengths(label) else { return };
+        let Some(limits) = text_limits(label) else { return };
         if let Some((_, from, end)) = texts.get(limits.count) {
             let span = Span::new(self.file, from.unwrap_or(*end), *end);
             let message = format!("module :{label} has more than {} texts", limits.count);

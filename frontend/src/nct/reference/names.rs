@@ -31,13 +31,13 @@ const KINDS: [&str; 12] = [
 /// A name with a meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Name {
-    /// As programs are listed: `I510`, `F0040`, `RH060`.
+    /// In its full spelling: `I510`, `F0040`, `RH060`.
     pub name: &'static str,
     /// What it is: `input flag`, `output register`, `timer`.
     pub kind: &'static str,
     /// What it says, in one line.
     pub meaning: &'static str,
-    /// Where the manual has it.
+    /// The section of the manual that describes it.
     pub section: &'static str,
 }
 
@@ -69,7 +69,7 @@ pub fn all() -> &'static [Name] {
     &NAMES
 }
 
-/// Finds a name as programs are listed.
+/// Finds a name by its full spelling.
 pub fn find(name: &str) -> Option<&'static Name> {
     let names = all();
     names.binary_search_by(|row| row.name.cmp(name)).ok().and_then(|at| names.get(at))
@@ -80,8 +80,9 @@ pub fn meaning(name: NctName) -> Option<&'static str> {
     find(&name.to_string()).map(|name| name.meaning)
 }
 
-/// A name as listed, from one written with spaces, small letters, O for 0 or too few zeros:
-/// `i51O` is I510, `RH 60` is RH060. V and the letters of statements in front of one stay.
+/// The name that a user means who writes it with spaces, in small letters, with the letter O for 0,
+/// or with too few zeros: `i51O` is I510, `RH 60` is RH060. The first letter is given too, since
+/// `V002` is the name I002 with the letter V.
 fn canonical(text: &str) -> Option<(char, NctName)> {
     let upper: String =
         text.chars().filter(|c| !c.is_whitespace()).map(|c| c.to_ascii_uppercase()).collect();
@@ -96,7 +97,7 @@ fn canonical(text: &str) -> Option<(char, NctName)> {
     letters.chars().next().map(|first| (first, name))
 }
 
-/// What `plcc explain I510` prints, or nothing where that is no variable.
+/// What `plcc explain` prints for a variable such as `I510`; `None` if there is none of the name.
 pub fn explain(text: &str) -> Option<String> {
     let (letter, name) = canonical(text)?;
     let shown = if letter == 'V' {
@@ -106,7 +107,7 @@ pub fn explain(text: &str) -> Option<String> {
     };
     let (kind, section) = kind(letter, name);
     let mut out = format!("{shown}\n  {kind}\n");
-    // Change tests and direct accesses mean what the line's own name says.
+    // A physical line (P, O) has the meaning of the same bit of the image (I, Y).
     let named = match name {
         NctName::P { byte, bit } => NctName::I { byte, bit },
         NctName::O { byte, bit } => NctName::Y { byte, bit },
@@ -123,7 +124,8 @@ pub fn explain(text: &str) -> Option<String> {
     Some(out)
 }
 
-/// The bits of a word that have a meaning, with their names.
+/// The names and meanings of those bits of a word that have a meaning; `None` if it is no word of
+/// I, Y or F.
 fn bits(name: NctName) -> Option<Vec<(String, &'static str)>> {
     let bit_of = |byte: u16, bit: u8| match name {
         NctName::I { bit: None, .. } => {

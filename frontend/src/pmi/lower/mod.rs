@@ -1,7 +1,7 @@
-//! Checked program to IR.
+//! Lowers a checked program to IR.
 //!
-//! Logic is branch-free: a LOGICAL is an i1 and both sides of every operator are computed.
-//! INTEGERs are i16, LONGs and products on their way into a division i32.
+//! Logical expressions have no branches: a LOGICAL is an i1, and both sides of every operator are
+//! computed. An INTEGER is an i16; a LONG, and a product that is divided, is an i32.
 
 use plcc_abi::{
     TrapCode,
@@ -24,11 +24,10 @@ use crate::pmi::{
 
 type Result<T = ()> = std::result::Result<T, InternalError>;
 
-/// Lowers a program; its scan is the module's one task. `sources` are
-/// the texts that it was made of.
+/// Lowers a program to a module with one task, its scan. `sources` holds the program's texts.
 ///
 /// # Errors
-/// Where the checked program or its layout is inconsistent.
+/// If the checked program or its layout is inconsistent.
 pub(crate) fn lower(checked: &Checked, layout: &Layout, sources: &SourceMap) -> Result<Module> {
     let builder = ChunkBuilder::new(layout.size, layout.regions.clone());
     let region = |ty| {
@@ -53,10 +52,11 @@ struct Lowerer<'a> {
     checked: &'a Checked,
     layout: &'a Layout,
     builder: ChunkBuilder,
-    /// Of LOGICALs, INTEGERs and LONGs.
+    /// The regions of LOGICALs, INTEGERs and LONGs.
     regions: [Region; 3],
-    /// Where long expressions keep what waits.
+    /// Where the evaluation stack is kept when an expression is cut, if the program has long ones.
     scratch: Option<Region>,
+    /// The evaluation stack of the expression that is being lowered.
     stack: Vec<Operand>,
 }
 
@@ -189,21 +189,21 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    /// An expression's value, on top of the stack.
+    /// Lowers an expression and pushes its value.
     fn expression(&mut self, ops: &Ops) -> Result {
         let long = is_long(ops);
-        for (row, &op) in (1..).zip(self.checked.ops(ops)) {
+        for (count, &op) in (1..).zip(self.checked.ops(ops)) {
             let operand = self.op(op)?;
             self.stack.push(operand);
-            if long && row % LONG_EXPRESSION == 0 {
+            if long && count % LONG_EXPRESSION == 0 {
                 self.cut()?;
             }
         }
         Ok(())
     }
 
-    /// Lets the builder begin another function inside an expression: what waits on the stack goes
-    /// through the image.
+    /// Lets the builder begin another function inside an expression. The stack is stored in the
+    /// image before that place and loaded again behind it.
     fn cut(&mut self) -> Result {
         let scratch = self.scratch.or_missing(|| format!("region `{SCRATCH}`"))?;
         let stack = std::mem::take(&mut self.stack);
@@ -234,6 +234,7 @@ impl Lowerer<'_> {
         self.stack.pop().or_missing(|| "an operand")
     }
 
+    /// Lowers one operation: pops its operands and gives its result.
     fn op(&mut self, op: Op) -> Result<Operand> {
         match op {
             Op::Const(value) => Ok(Operand::Const(value)),
@@ -269,7 +270,7 @@ impl Lowerer<'_> {
         Ok(Operand::Value(self.load(ty, offset)?, ir_type(ty)))
     }
 
-    /// An element's address; stops the program where there is no such element.
+    /// An element's address. The code traps if there is no such element.
     fn element(&mut self, id: SymbolId, index: Operand) -> Result<Address> {
         let ty = self.type_of(id)?;
         let elements = self.elements(id)?;
@@ -349,7 +350,7 @@ impl Lowerer<'_> {
         Operand::Value(self.builder.ins().binary(op, a, b), Type::I1)
     }
 
-    /// A quotient or remainder of 16 bits; by zero it is the dividend.
+    /// A quotient or remainder of 16 bits. If the divisor is 0, it is the dividend.
     fn divide(&mut self, op: BinaryOp, left: Operand, right: Operand) -> Operand {
         let (a, b) = (self.as_type(left, Type::I32), self.as_type(right, Type::I32));
         let ins = self.builder.ins();
@@ -375,7 +376,7 @@ impl Lowerer<'_> {
     }
 
     fn assign(&mut self, target: &Target, value: &Ops) -> Result {
-        // Nothing but a stop comes of either side, so it does not matter which goes first.
+        // Neither side has an effect other than a trap, so their order does not matter.
         self.expression(value)?;
         let (id, at) = match target {
             Target::Scalar(id) => (*id, self.scalar(*id, 0)?),
@@ -434,7 +435,7 @@ impl Lowerer<'_> {
         self.address(ty, self.offset(id)? + index * ty.size())
     }
 
-    /// PMI 3.1.9: what a timer's control contact does at once.
+    /// PMI 3.1.9: what an assignment to a timer's control contact does at once.
     fn timer(&mut self, timer: &TimerDef, counter: u32, control: Value) -> Result {
         let delayed = self.offset(timer.delayed)?;
         let old_delayed = self.load(PmiType::Logical, delayed)?;
@@ -460,8 +461,8 @@ impl Lowerer<'_> {
         self.store(PmiType::Long, counter, new)
     }
 
-    /// PMI 3.1.10: what a flip-flop's pin does at once. `clocked` is where the last clock stands,
-    /// its value, and the new one, if the pin is the clock.
+    /// PMI 3.1.10: what an assignment to a flip-flop's pin does at once. If the pin is the clock,
+    /// `clocked` holds the offset of the last clock, its value, and the new clock.
     fn flipflop(&mut self, pins: &FlipFlopDef, clocked: Option<(u32, Value, Value)>) -> Result {
         let logical = PmiType::Logical;
         let (q, d) = (self.offset(pins.q)?, self.offset(pins.d)?);

@@ -1,14 +1,14 @@
-//! What an assignment sets off besides its value (PMI 2.2.4.5, 3.1.9, 3.1.10).
+//! What an assignment does besides storing a value (PMI 2.2.4.5, 3.1.9, 3.1.10).
 
 use plcc_abi::{
     image::{read_i32, read_u8, write_i32, write_u8},
     pmi::TimerKind,
 };
 
-/// What an assignment sets off.
+/// What an assignment does besides storing a value.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Effect {
-    /// The old value limits the new.
+    /// The variable is reset-only: the value is stored only as far as it clears bits.
     Reset,
     /// A timer's control contact was assigned.
     Timer(Timer),
@@ -18,7 +18,7 @@ pub(super) enum Effect {
     Pin(FlipFlop),
 }
 
-/// A timer's places.
+/// A timer: the offsets of its parts in the image, and its delay in units of 20 ms.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Timer {
     pub(super) kind: TimerKind,
@@ -27,7 +27,7 @@ pub(super) struct Timer {
     pub(super) preset: i32,
 }
 
-/// A flip-flop's places.
+/// A flip-flop: the offsets of its pins and of its last clock in the image.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FlipFlop {
     pub(super) q: u32,
@@ -62,7 +62,8 @@ impl Timer {
 }
 
 impl FlipFlop {
-    /// PMI 3.1.10.1: what an assignment to a pin does at once.
+    /// PMI 3.1.10.1: what an assignment to a pin does at once; `clocked` says that the pin is the
+    /// clock.
     pub(super) fn act(self, image: &mut [u8], clocked: bool) {
         let on = |offset| read_u8(image, offset) != 0;
         let clock = on(self.clock);

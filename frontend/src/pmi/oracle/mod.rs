@@ -1,7 +1,7 @@
-//! The statement interpreter: walks the checked program as the original control did.
+//! The statement interpreter, which walks the checked program's statements.
 //!
-//! It is the oracle that the other engines are held against. It knows nothing of IR; names are
-//! resolved to offsets beforehand, and a scan allocates nothing.
+//! It is the oracle with which the other engines are compared. It uses neither lowering nor IR.
+//! Names are resolved to offsets before the first scan, and a scan allocates nothing.
 
 mod effect;
 mod resolve;
@@ -22,18 +22,19 @@ use effect::Effect;
 use resolve::Resolver;
 use row::{Array, Place, Row, Rows};
 
-/// A step with everything resolved.
+/// A step of the program, with names resolved to places.
 #[derive(Clone, Copy, Debug)]
 enum Step {
-    /// Assigns to a LOGICAL, and nothing else happens.
+    /// Assigns to a LOGICAL, without any effect.
     Logical { offset: u32, value: Row },
-    /// Assigns to a variable.
+    /// Assigns to a variable. `effect` is an index in [`Interpreter::effects`], or
+    /// [`resolve::NO_EFFECT`].
     Assign { place: Place, value: Row, effect: u32 },
-    /// Assigns to an element.
+    /// Assigns to an element; `effect` as before.
     AssignElement { array: Array, index: Row, value: Row, effect: u32 },
-    /// Goes on with the next step, or elsewhere.
+    /// Goes on with the next step if the condition is true, otherwise with the step `otherwise`.
     If { condition: Row, otherwise: u32 },
-    /// Goes on elsewhere.
+    /// Goes on with another step.
     Jump(u32),
 }
 
@@ -42,12 +43,12 @@ enum Step {
 pub struct Interpreter {
     rows: Rows,
     steps: Vec<Step>,
-    /// What assignments set off, by the steps' numbers.
+    /// What assignments do besides storing a value; steps name these by their index.
     effects: Vec<Effect>,
-    /// How often each step ran; for nothing is reported of those that are no statement of their own.
-    /// Empty where nothing is counted.
+    /// How often each step ran; empty if the interpreter does not count.
     counts: Vec<u64>,
-    /// Places of the statements that steps stand for.
+    /// The place of each step's statement; `None` for the jump at the end of an IF's body, which is
+    /// no statement of its own.
     spans: Vec<Option<Span>>,
 }
 
@@ -63,18 +64,18 @@ impl Interpreter {
         Self { rows, steps, effects, counts: vec![], spans }
     }
 
-    /// The same, counting.
+    /// The same interpreter, which from now on counts how often each step runs.
     pub(crate) fn counting(self) -> Self {
         Self { counts: vec![0; self.steps.len()], ..self }
     }
 
-    /// Every executable statement (assignments, IF, ELSEIF, GOTO) with the number of times it
-    /// has run.
+    /// The place of every executable statement (assignment, IF, ELSEIF, GOTO) and the number of
+    /// times that it has run. Empty if the interpreter does not count.
     pub fn counts(&self) -> impl Iterator<Item = (Span, u64)> {
         self.spans.iter().zip(&self.counts).filter_map(|(span, &count)| Some(((*span)?, count)))
     }
 
-    /// A scan; nothing where an index is outside its array.
+    /// Runs a scan; `None` if an index was outside its array.
     fn scan(&mut self, image: &mut [u8]) -> Option<()> {
         let Self { rows, steps, effects, counts, .. } = self;
         let mut at = 0;
@@ -109,6 +110,7 @@ impl Interpreter {
     }
 }
 
+/// Assigns a value to a variable and does what follows from that.
 fn assign(image: &mut [u8], place: Place, value: i32, effect: Option<&Effect>) {
     let mut value = arithmetic::convert(value, place.ty);
     if let Some(Effect::Reset) = effect {

@@ -1,4 +1,4 @@
-//! Names to places, before the first scan.
+//! Resolves the names of a checked program to places in the image, before the first scan.
 
 use plcc_abi::pmi::Type;
 
@@ -13,8 +13,8 @@ use super::{
     row::{Array, Place, Row, Rows},
 };
 
-/// The number of no effect.
-const NONE: u32 = u32::MAX;
+/// The number of an effect that stands for none.
+pub(super) const NO_EFFECT: u32 = u32::MAX;
 
 /// Makes steps, and collects their rows and effects.
 pub(super) struct Resolver<'a> {
@@ -58,7 +58,7 @@ impl<'a> Resolver<'a> {
         let place = place(self.checked, self.layout, id, index);
         let value = self.row(value);
         match (self.effect(id), place) {
-            (NONE, Place { offset, ty: Type::Logical }) => Step::Logical { offset, value },
+            (NO_EFFECT, Place { offset, ty: Type::Logical }) => Step::Logical { offset, value },
             (effect, _) => Step::Assign { place, value, effect },
         }
     }
@@ -77,7 +77,7 @@ impl<'a> Resolver<'a> {
         self.rows.add(checked.ops(ops), scalar, elements)
     }
 
-    /// The number of what an assignment to the variable sets off.
+    /// Adds what an assignment to the variable does besides storing a value, and gives its number.
     fn effect(&mut self, id: SymbolId) -> u32 {
         let effect = match self.checked.symbol(id).map(|symbol| &symbol.meaning) {
             Some(Meaning::ResetOnly) => Some(Effect::Reset),
@@ -86,7 +86,7 @@ impl<'a> Resolver<'a> {
             Some(Meaning::Pin(index)) => self.flipflop(*index).map(Effect::Pin),
             _ => None,
         };
-        let Some(effect) = effect else { return NONE };
+        let Some(effect) = effect else { return NO_EFFECT };
         self.effects.push(effect);
         self.effects.len() as u32 - 1
     }

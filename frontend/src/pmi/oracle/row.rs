@@ -1,8 +1,9 @@
-//! Expressions as the interpreter walks them: rows of small codes in postfix order, names
-//! resolved to offsets.
+//! Expressions as the interpreter evaluates them. Each is a row of codes in postfix order, with
+//! names resolved to offsets.
 //!
-//! The value computed last is at hand, what waits for it is on a stack. An operator whose right
-//! operand is a LOGICAL, a contact of a ladder diagram, is one code with it.
+//! The value that was computed last is kept in a variable, the current value; the operands that
+//! wait for it are on a stack. An AND or OR whose right operand is a LOGICAL is one code together
+//! with it, since most operators in a program are such.
 
 use plcc_abi::{
     image::{read_i16, read_i32, read_u8},
@@ -36,7 +37,7 @@ pub(super) struct Array {
 }
 
 impl Array {
-    /// The element of an index, if there is one.
+    /// The place of an element; `None` if `index` is outside the array.
     pub(super) fn at(self, index: i32) -> Option<Place> {
         let index = u32::try_from(index).ok().filter(|&index| index < self.elements)?;
         let Place { offset, ty } = self.first;
@@ -44,37 +45,39 @@ impl Array {
     }
 }
 
-/// What a row does next.
+/// One code of a row.
 #[derive(Clone, Copy, Debug)]
 enum Code {
-    /// A new value, what was at hand waits: a constant, a variable of a type, NOT of a LOGICAL.
+    /// Pushes the current value; the new one is a constant. Those that follow take their new value
+    /// from the variable at an offset: a LOGICAL, its NOT, an INTEGER, a LONG.
     Const(i32),
     Logical(u32),
     NotLogical(u32),
     Integer(u32),
     Long(u32),
-    /// A LOGICAL, or its NOT, is combined with the value at hand.
+    /// Combines the current value with the LOGICAL at an offset, or with its NOT.
     And(u32),
     AndNot(u32),
     Or(u32),
     OrNot(u32),
-    /// The value at hand becomes the element that it is the index of, of the array of a number.
+    /// Takes the current value as an index; the new one is that element of the array with this
+    /// number.
     Element(u32),
     Neg16,
     Neg32,
     Not,
-    /// The value that waits last is combined with the one at hand.
+    /// Pops the left operand; the current value is the right one.
     Binary(Binary),
 }
 
-/// A row's stretch of [`Rows`].
+/// An expression: its range of codes in [`Rows`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row {
     from: u32,
     to: u32,
 }
 
-/// All rows of a program.
+/// All expressions of a program, and the stack on which they are evaluated.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rows {
     codes: Vec<Code>,
@@ -83,7 +86,8 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Adds an expression; `place` and `array` tell where variables are.
+    /// Adds an expression. `place` and `array` give the place of the variable, and of the array,
+    /// that an operation names.
     pub(super) fn add(
         &mut self,
         ops: &[Op],
@@ -126,7 +130,7 @@ impl Rows {
         Row { from: from as u32, to: self.codes.len() as u32 }
     }
 
-    /// Puts a code behind those of its row, or makes one of it and the last of them.
+    /// Adds a code to the row that begins at `from`, or joins it with the row's last code.
     fn put(&mut self, from: usize, code: Code) {
         let last = self.codes.get_mut(from..).and_then(<[Code]>::last_mut);
         match last.and_then(|last| joined(*last, code).map(|one| *last = one)) {
@@ -135,7 +139,7 @@ impl Rows {
         }
     }
 
-    /// An expression's value; nothing where an index is outside its array.
+    /// The value of an expression; `None` if an index is outside its array.
     pub(super) fn value(&mut self, row: Row, image: &[u8]) -> Option<i32> {
         let Self { codes, arrays, stack } = self;
         let codes = codes.get(row.from as usize..row.to as usize).unwrap_or(&[]);
@@ -188,7 +192,8 @@ impl Rows {
                     continue;
                 }
             };
-            // Below the first value lies nothing that is ever taken back.
+            // At the first code there is no current value yet; the 0 that is pushed is never
+            // popped.
             if let Some(slot) = stack.get_mut(waiting) {
                 *slot = value;
             }
@@ -199,7 +204,7 @@ impl Rows {
     }
 }
 
-/// Two codes as one: NOT of a LOGICAL, or a LOGICAL as a right operand.
+/// Two codes as one: NOT of a LOGICAL, or AND or OR with a LOGICAL as the right operand.
 fn joined(last: Code, code: Code) -> Option<Code> {
     Some(match (last, code) {
         (Code::Logical(offset), Code::Not) => Code::NotLogical(offset),

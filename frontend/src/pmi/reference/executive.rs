@@ -1,5 +1,5 @@
-//! The executive variables (PMI 3.2.2, 3.3.6, 3.3.7 and 3.4), with what the machine file adds:
-//! the table `executive.tsv` beside this file, and what `plcc explain` says of a variable.
+//! The executive variables (PMI 3.2.2, 3.3.6, 3.3.7 and 3.4): the table `executive.tsv` beside this
+//! file, what a machine file adds to it, and what `plcc explain` says of a variable.
 
 use std::{collections::HashMap, sync::OnceLock};
 
@@ -11,13 +11,14 @@ use crate::common::{
 };
 use crate::language::Topic;
 
-/// The table: a variable or a family of them (`@CP100-@CP115`) a row; 0 elements for no array.
+/// The table. A row is one variable, or a family of variables that differ in a number
+/// (`@CP100-@CP115`). The elements are 0 if it is no array.
 static TABLE: &str = include_str!("executive.tsv");
 
 /// Its columns.
 const COLUMNS: &[&str] = &["name", "type", "class", "elements", "section", "meaning"];
 
-/// A line of the table.
+/// A row of the table: a family of variables, or a single one.
 #[derive(Clone, Debug)]
 pub(crate) struct Family {
     /// First (or only) name.
@@ -28,7 +29,7 @@ pub(crate) struct Family {
     pub(crate) ty: Type,
     /// What a program may do with them.
     pub(crate) class: VariableClass,
-    /// Elements, 0 where it is no array.
+    /// How many elements each variable has, 0 if it is no array.
     pub(crate) elements: u32,
     /// The manual's section; `example` for names that only its examples have.
     pub(crate) section: &'static str,
@@ -45,7 +46,7 @@ pub(crate) struct Variable {
     pub(crate) ty: Type,
     /// What a program may do with it.
     pub(crate) class: VariableClass,
-    /// The number of elements of an array.
+    /// How many elements it has, `None` if it is no array.
     pub(crate) elements: Option<u32>,
 }
 
@@ -118,6 +119,7 @@ impl Family {
         (from..=to).map(|n| format!("{head}{n:0width$}{tail}")).collect()
     }
 
+    /// Whether a name, with its `@`, is one of the family.
     fn has(&self, name: &str) -> bool {
         name == self.first || self.first != self.last && self.names().iter().any(|n| n == name)
     }
@@ -197,7 +199,7 @@ fn abi_type(ty: VariableType) -> Type {
     }
 }
 
-/// The executive variables' names, of a family the first; for "did you mean".
+/// The names of the executive variables, for "did you mean": of each family the first.
 pub fn executive_names() -> impl Iterator<Item = &'static str> {
     families().iter().map(|family| family.first)
 }
@@ -207,7 +209,7 @@ pub(crate) fn meaning(name: &str) -> Option<&'static str> {
     families().iter().find(|family| family.has(name)).map(|family| family.meaning)
 }
 
-/// The executive variables as topics of `plcc explain`, of a family the first.
+/// The executive variables as topics of `plcc explain`: of each family the first.
 pub(crate) fn topics() -> Vec<Topic> {
     let topic = |family: &Family| Topic {
         name: family.first.to_owned(),
@@ -216,9 +218,9 @@ pub(crate) fn topics() -> Vec<Topic> {
     families().iter().map(topic).collect()
 }
 
-/// What `plcc explain` prints for an executive variable, or nothing where there is none of the
-/// name. Case and the `@` do not matter; a member of a family explains the family, an element
-/// its array.
+/// What `plcc explain` prints for an executive variable, or `None` if none has the name. The name
+/// may be in small letters and without its `@`. For one of a family the text tells of the family,
+/// for an element of the array.
 pub fn explain(name: &str) -> Option<String> {
     let upper = name.trim().to_ascii_uppercase();
     let (upper, index) = match upper.strip_suffix(']').and_then(|name| name.split_once('[')) {

@@ -1,4 +1,4 @@
-//! The manual's tables of names as data.
+//! The manual's tables of names as data: keywords and executive variables.
 
 use std::sync::LazyLock;
 
@@ -7,7 +7,7 @@ use crate::common::tsv;
 
 pub(crate) mod executive;
 
-/// What the manual's keywords are called in messages.
+/// What the manual is called in texts of `plcc explain`.
 pub(crate) const MANUAL: &str = "PMI manual";
 
 /// The keywords and signs of the language.
