@@ -28,8 +28,8 @@ fn internal(result: Result<impl Sized, CodegenError>, what: &str) -> InternalErr
 fn invalid_instructions_are_named_with_their_place() {
     for (body, instruction, reason) in [
         ("v0: i8 = neg v1\nv1: i8 = iconst 1\nreturn", "inst0, Unary", "v1 is not defined"),
-        ("v0: i16 = load data:15\nreturn", "inst0, Load", "bytes 15 to 17 of data"),
-        ("v0: i8 = iconst 1\nstore data:16, v0\nreturn", "inst1, Store", "bytes 16 to 17"),
+        ("v0: i16 = load data:15\nreturn", "inst0, Load", "bytes 15..17 of data"),
+        ("v0: i8 = iconst 1\nstore data:16, v0\nreturn", "inst1, Store", "bytes 16..17 of data"),
         (
             "v0: i8 = iconst 1\nv1: i16 = iconst 1\nv2: i8 = add v0, v1\nreturn",
             "inst2, Binary",
@@ -59,7 +59,7 @@ fn invalid_instructions_are_named_with_their_place() {
 fn what_belongs_to_no_instruction_is_found_too() {
     type Change = fn(&mut Module);
     let changes: [(&str, Change); 4] = [
-        ("region data ends at 16", |module| module.image_size = 15),
+        ("region data ends at byte 16", |module| module.image_size = 15),
         ("L1 stands at 0 places", |module| module.label_count = 2),
         ("task scan starts at L9", |module| module.tasks[0].entry = 9),
         ("statement", |module| module.statements[0].file = 1),

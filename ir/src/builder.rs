@@ -14,8 +14,9 @@ use crate::{
 
 /// A function under construction and the block that instructions are appended to.
 ///
-/// If something is appended behind a terminator, a new block begins by itself. Nothing leads to
-/// that block, so front ends need not treat statements behind a jump specially; a pass drops it.
+/// If something is appended behind a terminator, a new block is made for it. No branch leads to
+/// that block, and a pass drops it. So front ends need not treat statements behind a jump
+/// specially.
 #[derive(Clone, Debug)]
 pub struct FuncBuilder {
     func: FuncData,
@@ -103,7 +104,7 @@ impl FuncBuilder {
         self.func.blocks[self.block.index()].cold |= self.cold;
     }
 
-    /// Makes a block an entry with a label.
+    /// Puts a label at a block, which makes it an entry.
     pub fn add_entry(&mut self, label: Label, block: Block) {
         self.func.entries.push((label, block));
     }
@@ -122,6 +123,7 @@ impl FuncBuilder {
         self.func.result(inst)
     }
 
+    /// Appends an instruction that has a result.
     fn push_with_result(&mut self, data: InstData) -> Value {
         // Only stores and calls without result have none, and they do not come here.
         self.push(data).unwrap_or(Value(u32::MAX))
@@ -161,7 +163,7 @@ impl FuncBuilder {
         self.push_with_result(InstData::Binary { op, args: [a, b] })
     }
 
-    /// Appends an operation on an operand and a constant of its type.
+    /// Appends an operation on an operand and a constant, which is cut to the operand's type.
     pub fn binary_imm(&mut self, op: BinaryOp, a: Value, b: i64) -> Value {
         let ty = self.func.ty(a);
         let b = self.iconst(ty, b);
@@ -173,7 +175,7 @@ impl FuncBuilder {
         self.push_with_result(InstData::Icmp { cond, args: [a, b] })
     }
 
-    /// Appends a comparison of an integer with a constant.
+    /// Appends a comparison of an integer with a constant, which is cut to the integer's type.
     pub fn icmp_imm(&mut self, cond: IntCond, a: Value, b: i64) -> Value {
         let ty = self.func.ty(a);
         let b = self.iconst(ty, b);
@@ -195,12 +197,12 @@ impl FuncBuilder {
         self.push_with_result(InstData::Convert { op, to, arg })
     }
 
-    /// Brings a signed integer to a wider, narrower or the same type.
+    /// Converts a signed integer to a wider, narrower or the same type.
     pub fn sextend_or_trunc(&mut self, to: Type, arg: Value) -> Value {
         self.resize(ConvertOp::Sext, to, arg)
     }
 
-    /// Brings an unsigned integer or a truth value to a wider, narrower or the same type.
+    /// Converts an unsigned integer or a truth value to a wider, narrower or the same type.
     pub fn zextend_or_trunc(&mut self, to: Type, arg: Value) -> Value {
         self.resize(ConvertOp::Zext, to, arg)
     }
@@ -223,8 +225,9 @@ impl FuncBuilder {
         self.push(InstData::Store { at, value });
     }
 
-    /// Appends a call of a host function with the arguments of its signature; gives its result.
-    /// With more than four arguments nothing is appended.
+    /// Appends a call of a host function with the arguments of its signature; gives its result if
+    /// it has one. No host function takes more than four arguments; if there are more, nothing is
+    /// appended and the result is `None`.
     pub fn host_call(&mut self, function: HostFn, args: &[Value]) -> Option<Value> {
         let args = Args::new(args)?;
         self.push(InstData::HostCall { function, args })
@@ -235,7 +238,8 @@ impl FuncBuilder {
         self.terminate(Terminator::Jump(BlockCall { block, args: args.to_vec() }));
     }
 
-    /// Ends the current block with a branch to one of two blocks without parameters.
+    /// Ends the current block with a branch to one of two blocks without parameters: to `then` if
+    /// `cond`, an `i1`, is true.
     pub fn brif(&mut self, cond: Value, then: Block, otherwise: Block) {
         self.terminate(Terminator::Brif {
             cond,

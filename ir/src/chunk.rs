@@ -42,6 +42,7 @@ pub struct Place(u32);
 #[derive(Clone, Copy, Default)]
 struct PlaceData {
     label: Option<Label>,
+    /// The number of the function and the block that the place is bound to.
     bound: Option<(usize, Block)>,
 }
 
@@ -58,8 +59,9 @@ pub struct ChunkBuilder {
     limit: usize,
     current: FuncBuilder,
     places: Vec<PlaceData>,
-    /// The branches so far, each with the function and the block that it ends.
+    /// The branches so far, each with the number of the function and the block that it ends.
     branches: Vec<(usize, Block, Branch)>,
+    /// The functions that are complete but for their branches.
     finished: Vec<FuncBuilder>,
 }
 
@@ -76,7 +78,7 @@ impl ChunkBuilder {
         }
     }
 
-    /// Sets another length, in instructions, at which functions are cut.
+    /// Sets another number of instructions or blocks at which a new function begins.
     pub fn with_limit(mut self, limit: usize) -> Self {
         self.limit = limit;
         self
@@ -138,12 +140,14 @@ impl ChunkBuilder {
         loc
     }
 
+    /// Whether the current function has reached the limit.
     fn is_full(&self) -> bool {
         self.current.func().inst_count() >= self.limit
             || self.current.func().block_count() >= self.limit
     }
 
-    /// Binds a place to this point. Code that stands before goes on into it.
+    /// Binds a place to this point of the program. If the code before it has no terminator, control
+    /// goes on from there to the place.
     pub fn bind(&mut self, place: Place) {
         if !self.current.is_terminated() {
             self.jump(place);
@@ -181,12 +185,13 @@ impl ChunkBuilder {
         self.branch(Branch::Brif(cond, then, otherwise));
     }
 
-    /// Ends the current block with a branch to the place with a number, an `i32`.
+    /// Ends the current block with a branch to the place in `targets` that has the index `arg`, an
+    /// `i32`, or to `default` if there is none.
     pub fn switch(&mut self, arg: Value, targets: Vec<Place>, default: Place) {
         self.branch(Branch::Switch(arg, targets, default));
     }
 
-    /// Ends the current block with a jump to the label whose number a value is, an `i32`.
+    /// Ends the current block with a jump to the label that has the number `label`, an `i32`.
     pub fn goto_indirect(&mut self, label: Value) {
         self.current.terminate(Terminator::GotoIndirect(label));
     }
@@ -243,6 +248,7 @@ impl ChunkBuilder {
         self.module
     }
 
+    /// Binds the places that are not bound yet to the end of the scan.
     fn bind_remaining_places(&mut self) {
         let last = self.finished.len() - 1;
         for data in self.places.iter_mut().filter(|data| data.bound.is_none()) {
@@ -251,8 +257,9 @@ impl ChunkBuilder {
         }
     }
 
-    /// The block of a function that stands for a place: the place's own, or one that goes to its
-    /// label. `stubs` holds those that were made so far.
+    /// The block of a function through which it branches to a place: the place's own block if that
+    /// is in the function, else a stub, which is a block that only goes to the place's label.
+    /// `stubs` holds the stubs that were made so far.
     fn resolve(
         &mut self,
         func: usize,

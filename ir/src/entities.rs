@@ -56,7 +56,8 @@ entities! {
     Func "fn";
     /// A region of the process image.
     Region "region";
-    /// A block that control can pass to from any function of the module.
+    /// A number that stands at a block, through which control can pass to the block from any
+    /// function of the module.
     Label "L";
     /// A statement of the source: an index into [`Module::statements`](crate::Module::statements).
     SourceLoc "@";

@@ -159,8 +159,9 @@ fn float_to_int(x: f64) -> i64 {
     i64::from(if fits { x as i32 } else { i32::MIN })
 }
 
-/// Whether a result may become a constant. Any but NaN may: NaN has many bit patterns, and which of
-/// them an operation gives depends on the machine.
+/// Whether a pass may replace an operation by its result `value`, a constant of type `ty`. Only NaN
+/// may not become a constant: it has many bit patterns, and which of them an operation gives
+/// depends on the machine.
 pub fn may_become_constant(ty: Type, value: i64) -> bool {
     ty != Type::F64 || !float(value).is_nan()
 }

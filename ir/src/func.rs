@@ -30,7 +30,7 @@ use crate::{Block, Inst, InstData, Label, SourceLoc, Type, Value};
 /// How a value is defined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ValueDef {
-    /// The result of an instruction; `None` if it has none.
+    /// The result of an instruction.
     Result(Inst),
     /// The parameter of a block with this number, from 0.
     Param(Block, u32),
@@ -66,7 +66,7 @@ impl BlockCall {
 pub enum Terminator {
     /// To a block.
     Jump(BlockCall),
-    /// To one of two blocks.
+    /// To one of two blocks ("branch if").
     Brif {
         /// The condition, an `i1`.
         cond: Value,
@@ -75,9 +75,9 @@ pub enum Terminator {
         /// Where control goes if it is false.
         otherwise: BlockCall,
     },
-    /// To the block with a number.
+    /// To the block in a table that has the index `arg`.
     Switch {
-        /// The number, an `i32` that is taken as unsigned.
+        /// The index, an `i32` that is taken as unsigned.
         arg: Value,
         /// The blocks for 0, 1, 2 and so on; they have no parameters.
         targets: Vec<Block>,
@@ -86,8 +86,8 @@ pub enum Terminator {
     },
     /// To a label, in this function or another.
     Goto(Label),
-    /// To the label whose number is this value, an `i32`. A number without label stops the program
-    /// with the trap [`TrapCode::BadLabel`].
+    /// To the label whose number is this value, an `i32`. If no label has the number, the program
+    /// is stopped with the trap [`TrapCode::BadLabel`].
     GotoIndirect(Value),
     /// The scan ends, suspended; the next scan of the task goes on at the label.
     Suspend(Label),
@@ -98,7 +98,8 @@ pub enum Terminator {
 }
 
 impl Terminator {
-    /// The blocks that control may go to by number, from 0; `None` behind the last.
+    /// The successor with this number, from 0: one of the blocks that control may go to. `None` if
+    /// there are not so many.
     pub fn successor(&self, number: usize) -> Option<Block> {
         match (self, number) {
             (Self::Jump(call), 0) => Some(call.block),
@@ -132,7 +133,7 @@ impl Terminator {
         }
     }
 
-    /// Calls `f` for each block that control may go to, which it may replace.
+    /// Calls `f` for each block that control may go to; `f` may replace it.
     pub fn for_each_block_mut(&mut self, mut f: impl FnMut(&mut Block)) {
         match self {
             Self::Jump(call) => f(&mut call.block),
@@ -152,7 +153,7 @@ impl Terminator {
         }
     }
 
-    /// Calls `f` for each operand, arguments of blocks included, which it may replace.
+    /// Calls `f` for each operand, arguments of blocks included; `f` may replace it.
     pub fn for_each_arg_mut(&mut self, mut f: impl FnMut(&mut Value)) {
         match self {
             Self::Jump(call) => call.args.iter_mut().for_each(f),
@@ -258,7 +259,7 @@ impl FuncData {
         self.locs.get(inst.index()).copied().unwrap_or(SourceLoc::NONE)
     }
 
-    /// The result of an instruction.
+    /// The result of an instruction; `None` if it has none, or is not of this function.
     pub fn result(&self, inst: Inst) -> Option<Value> {
         self.results.get(inst.index()).copied().flatten()
     }
@@ -287,8 +288,8 @@ impl FuncData {
         }
     }
 
-    /// The integer, or the bits of the double, that a value is if a constant defines it; `None`
-    /// otherwise.
+    /// The constant that a value is: an integer in the form of [`Type::wrap`], or the bits of a
+    /// double. `None` if the value is not defined by a constant.
     pub fn constant(&self, value: Value) -> Option<i64> {
         match self.def_inst(value)? {
             InstData::Iconst { ty: _, value } => Some(*value),

@@ -17,10 +17,13 @@
 //! | process image | `load`, `store` | an [`Address`] |
 //! | host | `hostcall` | the [signature](HostFn::signature) of the [`HostFn`] |
 
+use std::ops::Range;
+
 use plcc_abi::HostFn;
 
 use crate::{Region, Type, Value};
 
+/// Makes an enumeration whose variants each have a word in the text form.
 macro_rules! words {
     ($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $text:literal,)* }) => {
         $(#[$doc])*
@@ -71,8 +74,9 @@ words! {
 }
 
 words! {
-    /// Operations on two operands of one type, whose result has the same type. They take integers
-    /// unless their word begins with `f`; truth values are taken by `and`, `or` and `xor` only.
+    /// Operations on two operands of one type, whose result has the same type. Those whose name
+    /// begins with `F` take doubles, all others integers; only `and`, `or` and `xor` take truth
+    /// values too.
     BinaryOp {
         /// Wrapping sum.
         Add = "add",
@@ -243,8 +247,8 @@ words! {
         /// From a signed `i32` or `i64` to the nearest double, ties to even.
         IntToFloat = "itof",
         /// From a double to an `i32`, rounded towards 0. What does not fit, NaN included, becomes
-        /// -2^31. A double is an integer of 32 bits if `itof` of this result compares equal to
-        /// it; that is how programs check it (integrality check).
+        /// -2^31. If `itof` turns the result back into an equal double, the double is an integer of
+        /// 32 bits; front ends find that out in this way (integrality check).
         FloatToInt = "ftoi",
         /// Between `i64` and `f64`, keeping the bits.
         Bitcast = "bitcast",
@@ -290,9 +294,9 @@ pub struct Index {
     pub value: Value,
     /// The distance between elements in bytes.
     pub scale: u32,
-    /// How many elements there are, at least one. A number that is not below it is taken as 0, so
-    /// that an access stays in its region whatever the number is. Where a language wants an index
-    /// out of bounds to be an error, the front end compares it first.
+    /// How many elements there are, at least one. An index of `count` or more is taken as 0, so an
+    /// access stays in its region whatever the index is. If an index out of bounds is an error of
+    /// the language, the front end emits a comparison and a trap before the access.
     pub count: u32,
 }
 
@@ -305,8 +309,8 @@ pub struct Address {
     pub offset: u32,
     /// The element, where the address is one in an array.
     pub index: Option<Index>,
-    /// Whether the access can be observed from outside the program, as that of a hardware register
-    /// can. Such an access is neither moved, merged nor dropped.
+    /// Whether the access has an effect outside the program, as one of a hardware register has.
+    /// Such an access is neither moved, merged nor dropped.
     pub volatile: bool,
 }
 
@@ -327,15 +331,15 @@ impl Address {
         self
     }
 
-    /// The bytes of the region that an access of a type may touch: the first, and the one behind
-    /// the last.
-    pub fn extent(&self, ty: Type) -> (u64, u64) {
+    /// The bytes that an access of a type may touch, whatever its index is, as offsets from the
+    /// region's start.
+    pub fn extent(&self, ty: Type) -> Range<u64> {
         let start = u64::from(self.offset);
         let span = match self.index {
             Some(index) => u64::from(index.scale) * u64::from(index.count.saturating_sub(1)),
             None => 0,
         };
-        (start, start + span + u64::from(ty.bytes()))
+        start..start + span + u64::from(ty.bytes())
     }
 }
 
@@ -428,7 +432,7 @@ impl InstData {
         copy.for_each_arg_mut(|value| f(*value));
     }
 
-    /// Calls `f` for each operand, in their order, which it may replace.
+    /// Calls `f` for each operand, in their order; `f` may replace it.
     pub fn for_each_arg_mut(&mut self, mut f: impl FnMut(&mut Value)) {
         match self {
             Self::Iconst { .. } | Self::Fconst { .. } => {}

@@ -9,9 +9,10 @@ use plcc_abi::{Engine, HostType, Outcome, ResumeLabels, ResumePoint, Scan, TrapC
 
 use crate::{Address, Block, Func, FuncData, InstData, Module, Terminator, Type, Value, eval};
 
-/// A module with what a scan needs.
+/// An engine that interprets a module.
 pub struct Interpreter {
     module: Arc<Module>,
+    /// For each label the function and the block at which it stands.
     labels: Vec<Option<(Func, Block)>>,
     /// For each task the labels of its resume points, and the one at which its next scan goes on.
     tasks: Vec<ResumeLabels>,
@@ -21,7 +22,9 @@ pub struct Interpreter {
 
 /// How a function is left.
 enum Exit {
+    /// Control goes to the label with this number.
     Goto(u32),
+    /// The scan is over.
     Done(Outcome),
 }
 
@@ -40,6 +43,8 @@ impl Interpreter {
         }
     }
 
+    /// Executes a function from one of its blocks until control leaves it. `task` is the index of
+    /// the task, which decides what number a resume point has.
     fn run_function(
         &mut self,
         func: &FuncData,
@@ -95,6 +100,7 @@ impl Interpreter {
         self.values.get(value.index()).copied().unwrap_or(0)
     }
 
+    /// Executes an instruction and gives its result, or 0 if it has none.
     fn execute(&self, func: &FuncData, data: &InstData, scan: &mut Scan<'_>) -> i64 {
         match *data {
             InstData::Iconst { ty: _, value } => value,
@@ -140,6 +146,7 @@ impl Interpreter {
         }
     }
 
+    /// The offset of an address in the process image.
     fn image_offset(&self, at: Address) -> u32 {
         let region = self.module.region(at.region).map_or(0, |region| region.offset);
         let moved = at.index.map_or(0, |index| {

@@ -1,8 +1,9 @@
 //! Simplifies control flow.
 //!
-//! - A branch whose condition is a constant becomes a jump; one by an inverted condition is turned
-//!   round.
-//! - A branch to an empty block that only jumps on goes where that goes (jump threading).
+//! - A branch whose condition is a constant becomes a jump. A branch by a NOT becomes one by the
+//!   operand of the NOT, with the targets exchanged.
+//! - A branch to an empty block that only jumps on goes to the target of that jump (jump
+//!   threading).
 //! - A block is appended to its sole predecessor if that only jumps to it.
 //! - Blocks that control cannot reach are emptied.
 //!
@@ -15,7 +16,8 @@
 //!         return
 //! ```
 //!
-//! Labels stay at their blocks, empty or not: other functions and suspended tasks know them.
+//! Labels stay at their blocks, even at empty ones, since other functions and suspended tasks refer
+//! to them.
 
 use super::graph::Graph;
 use super::substitution::Substitution;
@@ -79,12 +81,13 @@ fn decide_brif(
 /// Lets every branch to an empty block that only jumps on go straight to where that goes.
 fn thread_jumps(func: &mut FuncData) {
     let count = func.blocks.len();
+    // For each block visited the block at which a jump to it ends up.
     let mut ends: Vec<Option<Block>> = vec![None; count];
     let mut path = vec![];
     for start in 0..count {
         let mut at = Block(start as u32);
-        // Empty blocks that jump in a circle lead back to a block of the path, which is then the
-        // end.
+        // Empty blocks that jump in a circle lead back to a block of the path; that block is then
+        // taken as the end.
         let end = loop {
             if let Some(end) = ends[at.index()] {
                 break end;
@@ -113,7 +116,7 @@ fn thread_jumps(func: &mut FuncData) {
     }
 }
 
-/// The block that an empty block jumps to.
+/// The block to which an empty block jumps; `None` if the block does anything else.
 fn only_jumps_to(func: &FuncData, block: Block) -> Option<Block> {
     match &func.blocks[block.index()] {
         BlockData { params, insts, cold: _, terminator: Some(Terminator::Jump(call)) }
@@ -137,7 +140,7 @@ fn join_blocks(func: &mut FuncData, graph: &Graph) {
         let mut data = std::mem::take(&mut func.blocks[block.index()]);
         while let Some(Terminator::Jump(call)) = &data.terminator {
             let next = call.block;
-            // It has further predecessors, or the blocks form a circle.
+            // The next block has further predecessors, or the blocks form a circle.
             if graph.sole_predecessor[next.index()].is_none() || next == block || gone[next.index()]
             {
                 break;

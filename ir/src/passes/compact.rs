@@ -38,7 +38,8 @@ pub(super) fn run(func: &mut FuncData) {
         values: Vec::with_capacity(total),
         ..FuncData::default()
     };
-    // Definitions get their numbers first; then uses are replaced, some of which stand before.
+    // Definitions get their new numbers first. Then uses are replaced, some of which stand before
+    // their definition in the order of the blocks.
     for (number, block) in func.blocks.iter_mut().enumerate() {
         for (at, param) in block.params.iter_mut().enumerate() {
             let def = ValueDef::Param(Block(number as u32), at as u32);

@@ -8,8 +8,8 @@
 //!
 //! Instructions are looked up in a hash table by operation and operands (hash consing). An earlier
 //! one replaces a later one if it stands in the same block, or in a block that control must have
-//! passed through. The latter is known along sole predecessors ([`Graph`]): they form trees, each
-//! numbered so that a subtree is a span of numbers.
+//! passed through before. The latter is known along sole predecessors ([`Graph`]). They form trees,
+//! which are numbered so that the blocks of each subtree have consecutive numbers.
 //!
 //! It must not merge loads, since the image may have changed between them (`forward` does that),
 //! nor anything that has an effect.
@@ -105,7 +105,8 @@ fn is_mergeable(data: &InstData) -> bool {
     !matches!(data, InstData::Load { .. }) && !data.has_effect()
 }
 
-/// The key of an instruction: the operands in a fixed order where the operation allows.
+/// The key of an instruction in the table: the operands of a commutative operation are brought into
+/// a fixed order.
 fn table_key(mut data: InstData) -> InstData {
     if let InstData::Binary { op, args } = &mut data
         && op.is_commutative()
@@ -119,7 +120,8 @@ fn table_key(mut data: InstData) -> InstData {
 struct Forest {
     /// The blocks, each before those below it, tree after tree.
     order: Vec<Block>,
-    /// For each block the number of the first block of its subtree, and that behind the last.
+    /// For each block its number, which is the first of its subtree, and the number behind the last
+    /// of its subtree.
     spans: Vec<(u32, u32)>,
 }
 
@@ -159,6 +161,7 @@ impl Forest {
         forest
     }
 
+    /// Gives a block the next number.
     fn enter(&mut self, block: Block) {
         self.spans[block.index()].0 = self.order.len() as u32;
         self.order.push(block);

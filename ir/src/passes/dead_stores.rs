@@ -8,11 +8,11 @@
 //! store vars:0, v1                    store vars:0, v1
 //! ```
 //!
-//! A byte can be read by a load whose result is used, by a call of a host function, by a volatile
-//! access, and by anybody when the scan ends, is suspended or is stopped. A byte that is surely
-//! overwritten before any of these is *dead*. The pass computes dead bytes backwards, as liveness
-//! analysis does for registers: a store makes its bytes dead, a load makes them live, and anything
-//! else that can read makes all of them live.
+//! A byte can be read by a load whose result is used, by a host function that is called, by the
+//! observer of a volatile access, and by the executive when the scan ends, is suspended or is
+//! stopped. A byte that is surely overwritten before any of these is *dead*. The pass computes dead
+//! bytes backwards, as liveness analysis does for registers: a store makes its bytes dead, a load
+//! makes them live, and anything else that can read makes all of them live.
 //!
 //! A block passes the bytes that are dead at its beginning to its predecessors. At a branch only
 //! bytes that are dead both ways are dead; along an edge back to a block that was not visited yet
@@ -20,7 +20,8 @@
 //! do ([`DeadBytes`]), so that cutting a program into functions loses little.
 //!
 //! The set of dead bytes is kept as marks on the bytes of the image
-//! ([`ImageBytes`](super::image_bytes)): a byte is dead if it has the current stamp.
+//! ([`ImageBytes`](super::image_bytes)): a byte is dead if its
+//! mark is the current stamp.
 //!
 //! It must not drop volatile stores, nor stores through an index (it does not know which bytes they
 //! write).
@@ -29,7 +30,7 @@ use super::graph::Graph;
 use super::image_bytes::ImageBytes;
 use crate::{Block, FuncData, InstData, Label, Terminator};
 
-/// A load through an index that may touch more bytes than this makes all bytes live.
+/// A load through an index that may read more bytes than this makes all bytes live.
 const MAX_LOADED_BYTES: usize = 64;
 
 /// A block passes on no more dead bytes than this, or than twice the number of its instructions
@@ -43,7 +44,7 @@ pub(super) struct DeadBytes {
 }
 
 impl DeadBytes {
-    /// No byte is known to be dead at any of so many labels.
+    /// For this number of labels; at none of them a byte is known to be dead.
     pub(super) fn new(labels: u32) -> Self {
         Self { labels: vec![vec![]; labels as usize] }
     }
@@ -90,7 +91,7 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// Finds the bytes that are dead at a block's end.
+    /// Begins a block at its end: finds the bytes that are dead there.
     fn start_at_end_of(&mut self, func: &FuncData, block: Block, dead: &DeadBytes) {
         self.make_all_live();
         let Some(terminator) = &func.block(block).terminator else { return };
@@ -124,7 +125,8 @@ impl Walk<'_> {
         self.marked.clear();
     }
 
-    /// Visits a block's instructions, drops what is dead, and gives the number that there was.
+    /// Visits a block's instructions from the last to the first and drops those that are dead.
+    /// Gives how many there were before.
     fn visit_block(&mut self, func: &mut FuncData, block: Block) -> usize {
         let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
         let count = insts.len();
@@ -145,7 +147,7 @@ impl Walk<'_> {
         count
     }
 
-    /// Whether an instruction is a dead store; notes which bytes it makes dead or live.
+    /// Enters which bytes an instruction makes dead or live; gives whether it is a dead store.
     fn visit_access(&mut self, func: &FuncData, data: &InstData) -> bool {
         match data {
             InstData::Store { at, value } if !at.volatile && at.index.is_none() => {
@@ -162,7 +164,7 @@ impl Walk<'_> {
                 }
                 !marks.is_empty() && self.marked.len() == before
             }
-            // Which bytes it writes is not known, and it reads none.
+            // A store through an index: which bytes it writes is not known, and it reads none.
             InstData::Store { at, value: _ } if !at.volatile => false,
             InstData::Load { ty, at } if !at.volatile => {
                 let bytes = self.bytes.bytes(at, *ty);
@@ -182,14 +184,14 @@ impl Walk<'_> {
         }
     }
 
-    /// The bytes that are dead at the beginning of the block just visited, those that are
-    /// overwritten soonest first.
+    /// The bytes that are dead at the beginning of the block that was just visited, which had this
+    /// number of instructions. Those that are overwritten soonest come first.
     fn dead_at_begin(&mut self, insts: usize) -> Vec<u32> {
         let most = MAX_PASSED_ON.max(insts * 2);
         let mut bytes = vec![];
         for &byte in self.marked.iter().rev() {
             if bytes.len() < most && is_marked(self.bytes, byte, self.stamp) {
-                // Each is passed on once.
+                // The byte may be in the list again; it is passed on once.
                 mark(self.bytes, byte, 0);
                 bytes.push(byte);
             }

@@ -1,5 +1,5 @@
-//! Goes around instructions that change only bits that nobody uses (demanded bits): masks before a
-//! narrower mask, and signs that are extended only to be cut off again.
+//! Skips instructions that change only bits that nobody uses (demanded bits): a mask before a
+//! narrower mask, and a sign that is extended and then cut off again.
 //!
 //! ```text
 //! v1: i32 = and v0, 0xFFFF
@@ -7,15 +7,16 @@
 //! ```
 //!
 //! The pass visits instructions backwards and collects for each value which of its bits its uses
-//! demand. A use of an instruction that leaves those bits as they are in its operand becomes a use
-//! of the operand; the instruction itself goes when nothing uses it any more (`dce`). Arguments of
-//! blocks' parameters are demanded with all bits, since not all of their uses have been visited.
+//! demand. If an instruction leaves the demanded bits as they are in its operand, its use becomes a
+//! use of the operand. An instruction that nothing uses any more is dropped by `dce`. Of values
+//! that are passed to parameters of blocks all bits count as demanded, since not all uses of the
+//! parameters have been visited.
 
 use super::graph::Graph;
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, FuncData, InstData, Type, UnaryOp, Value};
 
-/// The number of instructions that are gone around at one use.
+/// At one use no more instructions than this are skipped.
 const MAX_SKIPPED: usize = 8;
 
 /// Runs the pass.
@@ -51,7 +52,8 @@ pub(super) fn run(func: &mut FuncData) {
     }
 }
 
-/// All bits up to the highest: those of the operands that a sum or product depends on.
+/// A mask of the highest bit that is 1 and all bits below it. These are the bits of the operands on
+/// which the given bits of a sum or product depend.
 fn up_to_highest_bit(bits: u64) -> u64 {
     u64::MAX.checked_shr(bits.leading_zeros()).unwrap_or(0)
 }
@@ -85,6 +87,7 @@ fn sign_bit(ty: Type) -> u64 {
     1 << (ty.bits() - 1)
 }
 
+/// The bits that an operation on two operands demands of one of them; see [`demanded`].
 fn demanded_by_binary(
     func: &FuncData,
     op: BinaryOp,
@@ -113,7 +116,7 @@ fn demanded_by_binary(
     }
 }
 
-/// A value that is the same in these bits and takes fewer instructions to compute.
+/// A value that has the same bits in the places of `bits`, but is computed by fewer instructions.
 fn without_unneeded(func: &FuncData, mut value: Value, bits: u64) -> Value {
     for _ in 0..MAX_SKIPPED {
         match operand_with_same_bits(func, value, bits & mask(func.ty(value))) {
@@ -124,6 +127,7 @@ fn without_unneeded(func: &FuncData, mut value: Value, bits: u64) -> Value {
     value
 }
 
+/// The operand of the instruction that defines a value, if the instruction changes none of `bits`.
 fn operand_with_same_bits(func: &FuncData, value: Value, bits: u64) -> Option<Value> {
     let &InstData::Binary { op, args: [a, b] } = func.def_inst(value)? else { return None };
     let number = func.constant(b)? as u64;

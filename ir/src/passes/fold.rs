@@ -11,7 +11,7 @@
 //! possibly with new instructions before it. The rules are grouped in files: `fold_binary`
 //! (arithmetic), `fold_bits` (single bits of words), `fold_compare`, `fold_convert` and
 //! `fold_divide`. They may ask for the operands' definitions, for their [value
-//! ranges](super::value_range), and for how often a value is used.
+//! ranges](super::value_range), and whether a value is used once.
 //!
 //! Constants are computed by [`eval`]. A double that is NaN is not folded, and most
 //! identities of real numbers must not be used for doubles: `x + 0` is not `x` where `x` is -0.
@@ -23,7 +23,7 @@ use crate::{
     BinaryOp, ConvertOp, FuncData, InstData, IntCond, SourceLoc, Type, UnaryOp, Value, eval,
 };
 
-/// The number of times that an instruction is simplified in a row.
+/// An instruction is simplified at most this many times in a row.
 const MAX_ROUNDS: usize = 8;
 
 /// What an instruction can be replaced by.
@@ -68,8 +68,9 @@ pub(super) struct Fold<'a> {
     pub(super) ranges: ValueRanges,
     /// How often each value was used before the pass.
     uses: Vec<u32>,
-    /// The instructions of the current block so far.
+    /// The instructions of the current block that have been visited and stay, and new ones.
     out: Vec<crate::Inst>,
+    /// The statement of the current instruction.
     loc: SourceLoc,
 }
 
@@ -179,7 +180,7 @@ impl Fold<'_> {
         integer(a).is_some_and(|arg| integer(b) == Some(arg))
     }
 
-    /// Makes a fixed address of one whose index is a constant; gives whether it did.
+    /// Turns an address whose index is a constant into one without index; gives whether it did.
     fn fix_constant_index(&self, data: &mut InstData) -> bool {
         let (InstData::Load { ty: _, at } | InstData::Store { at, value: _ }) = data else {
             return false;
@@ -220,12 +221,13 @@ impl Fold<'_> {
         self.insert(InstData::Binary { op, args: [a, c] })
     }
 
-    /// Whether a value is used at most once, so that its definition goes when that use goes.
+    /// Whether a value is used at most once, so that its definition becomes dead when that use
+    /// goes.
     pub(super) fn is_used_once(&self, value: Value) -> bool {
         self.uses.get(value.index()).is_none_or(|&uses| uses < 2)
     }
 
-    /// The operand of the NOT that a value is the result of.
+    /// The operand of the NOT that defines a value; `None` if it is defined by something else.
     pub(super) fn not_of(&self, value: Value) -> Option<Value> {
         match self.func.def_inst(value) {
             Some(&InstData::Unary { op: UnaryOp::Not, arg }) => Some(arg),
@@ -233,7 +235,7 @@ impl Fold<'_> {
         }
     }
 
-    /// The operands of the operation that a value is the result of, if it is `wanted`.
+    /// The operands of the operation that defines a value; `None` if that is not `wanted`.
     pub(super) fn operands(&self, value: Value, wanted: BinaryOp) -> Option<[Value; 2]> {
         match self.func.def_inst(value) {
             Some(&InstData::Binary { op, args }) if op == wanted => Some(args),
@@ -301,7 +303,8 @@ impl Fold<'_> {
         }
     }
 
-    /// A choice between truth values becomes AND, OR or NOT.
+    /// A select between truth values becomes AND, OR or NOT. `known` are the constants that `a` and
+    /// `b` are.
     fn select_truth(
         &mut self,
         cond: Value,

@@ -1,5 +1,5 @@
-//! Rules for operations on two integers or truth values: identities, constants on the right side,
-//! rows of the same operation, and gates of truth values.
+//! Rules for operations on two integers or truth values: algebraic identities, a constant as second
+//! operand, the same operation twice in a row, and AND, OR, XOR and NOT of truth values.
 //!
 //! ```text
 //! v1: i32 = add v0, 3
@@ -10,8 +10,8 @@
 //!                                 v7: i1 = not v8
 //! ```
 //!
-//! A rule that needs a new instruction beside the one that it replaces applies only where another
-//! one becomes unused, so that code does not grow.
+//! If a rule needs a second instruction in place of one, it applies only where some other
+//! instruction becomes dead, so that code does not grow.
 
 use super::fold::{Fold, Simpler};
 use super::value_range::mask;
@@ -34,7 +34,7 @@ impl Fold<'_> {
         }
     }
 
-    /// The truth value that an integer is the 0 or 1 of.
+    /// The truth value of which an integer is the zero extension.
     fn truth_value_of(&self, value: Value) -> Option<Value> {
         match *self.func.def_inst(value)? {
             InstData::Convert { op: ConvertOp::Zext, to: _, arg }
@@ -46,7 +46,7 @@ impl Fold<'_> {
         }
     }
 
-    /// A product with a truth value is a choice between the integer and 0.
+    /// A product with an extended truth value becomes a select between the other factor and 0.
     fn product_with_truth(&mut self, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
         let (cond, other) = match (self.truth_value_of(a), self.truth_value_of(b)) {
             (Some(cond), _) => (cond, b),
@@ -57,7 +57,7 @@ impl Fold<'_> {
         Some(Simpler::Inst(InstData::Select { cond, args: [other, zero] }))
     }
 
-    /// A sum of two choices by the same condition, of which one is always 0, is one choice.
+    /// A sum of two selects by the same condition, one of which is always 0, becomes one select.
     fn sum_of_selects(&mut self, [a, b]: [Value; 2]) -> Option<Simpler> {
         let choice = |value| match *self.func.def_inst(value)? {
             InstData::Select { cond, args: [x, y] } => {
@@ -151,7 +151,7 @@ impl Fold<'_> {
         }
     }
 
-    /// The same operation with two constants in a row: the constants are combined.
+    /// The same operation twice in a row, with constants: the constants are combined into one.
     fn combine_consts(&mut self, op: BinaryOp, ty: Type, a: Value, c: i64) -> Option<Simpler> {
         let [inner, first] = self.operands(a, op)?;
         let both = eval::binary(op, ty, self.func.constant(first)?, c);
@@ -159,7 +159,8 @@ impl Fold<'_> {
         Some(Simpler::binary(op, inner, both))
     }
 
-    /// A mask of an OR, one side of which has none of the mask's bits: the mask of the other side.
+    /// `(x | y) & c` becomes `x & c` if no bit of `c` can be 1 in `y`; likewise for `x`. `bits` are
+    /// the bits of `c`.
     fn mask_of_or(&mut self, a: Value, c: Value, bits: u64) -> Option<Simpler> {
         let [x, y] = self.operands(a, BinaryOp::Or)?;
         if self.ranges.possible_ones(y) & bits == 0 {
@@ -171,7 +172,7 @@ impl Fold<'_> {
         None
     }
 
-    /// Two values with the same mask: the mask is applied to the result instead.
+    /// `(x & c) op (y & c)` becomes `(x op y) & c`, for AND, OR and XOR.
     fn common_mask(&mut self, op: BinaryOp, [a, b]: [Value; 2]) -> Option<Simpler> {
         let ([x, mask], [y, other]) =
             (self.operands(a, BinaryOp::And)?, self.operands(b, BinaryOp::And)?);
@@ -183,7 +184,7 @@ impl Fold<'_> {
         Some(Simpler::binary(BinaryOp::And, both, mask))
     }
 
-    /// Rules for two operands that are no constants.
+    /// Rules for two different operands that are no constants.
     fn without_const(&mut self, op: BinaryOp, ty: Type, [a, b]: [Value; 2]) -> Option<Simpler> {
         let (not_a, not_b) = (self.not_of(a), self.not_of(b));
         let all = ty.wrap(-1);
@@ -237,8 +238,9 @@ impl Fold<'_> {
 }
 
 impl Fold<'_> {
-    /// De Morgan's law, where it saves a NOT: `!x & !y` is `!(x | y)`, and `p & !x & !y` is
-    /// `p & !(x | y)`, in any order of the operands; likewise with AND and OR exchanged.
+    /// De Morgan's laws, where they save a NOT: `!x & !y` becomes `!(x | y)`, and `p & !x & !y`
+    /// becomes `p & !(x | y)`, in any order of the operands. The same holds with AND and OR
+    /// exchanged; `dual` is the other one of the two.
     fn de_morgan(
         &mut self,
         op: BinaryOp,
@@ -270,7 +272,7 @@ impl Fold<'_> {
     }
 }
 
-/// An operation on the same value twice.
+/// An operation whose two operands are the same value.
 fn same_operands(op: BinaryOp, a: Value) -> Option<Simpler> {
     match op {
         BinaryOp::And

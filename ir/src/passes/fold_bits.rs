@@ -15,7 +15,7 @@
 use super::fold::{Fold, Simpler};
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value};
 
-/// The depth up to which gates in gates are looked through.
+/// AND, OR, XOR and NOT that are nested in each other are followed to this depth.
 const MAX_DEPTH: u32 = 4;
 
 /// A truth value that is a bit of an integer.
@@ -31,8 +31,8 @@ struct Bit {
 }
 
 impl Fold<'_> {
-    /// The bit that a truth value is, or that it is the opposite of; `None` if it is not made of a
-    /// bit of an integer.
+    /// The bit of an integer that a truth value is, or whose opposite it is; `None` if it is
+    /// computed in another way.
     fn bit_of(&self, value: Value) -> Option<Bit> {
         let opposite = self.not_of(value);
         let &InstData::Convert { op: ConvertOp::Trunc, to: _, mut arg } =
@@ -40,7 +40,7 @@ impl Fold<'_> {
         else {
             return None;
         };
-        // A mask that keeps the bit does not matter.
+        // A mask does not matter if it keeps the bit.
         if let Some([word, mask]) = self.operands(arg, BinaryOp::And)
             && self.func.constant(mask).is_some_and(|mask| mask & 1 == 1)
         {
@@ -50,7 +50,7 @@ impl Fold<'_> {
         Some(Bit { of, ty: self.func.ty(arg), number, opposite: opposite.is_some() })
     }
 
-    /// The operand and the distance of the shift right that a value is the result of.
+    /// The operand and the distance of the unsigned right shift that defines a value.
     fn shifted_right(&self, value: Value) -> Option<(Value, i64)> {
         let [x, by] = self.operands(value, BinaryOp::Lshr)?;
         let width = i64::from(self.func.ty(value).bits());
@@ -92,8 +92,8 @@ impl Fold<'_> {
         }
     }
 
-    /// A lowest bit that is shifted left to `to`, as a program does that computes a bit and puts it
-    /// into a word: computed at bit `to`, if that takes fewer shifts.
+    /// `(word & 1) << to`, which programs use to put a computed bit into a word: the bit is
+    /// computed at position `to` from the beginning, if that takes no more shifts.
     pub(super) fn shift_lowest_bit(&mut self, ty: Type, a: Value, to: i64) -> Option<Simpler> {
         let [word, mask] = self.operands(a, BinaryOp::And)?;
         if self.func.constant(mask) != Some(1) || !self.is_used_once(a) {
@@ -109,8 +109,8 @@ impl Fold<'_> {
         Some(Simpler::binary(BinaryOp::And, word, mask))
     }
 
-    /// The AND, OR, XOR or NOT that a value is the result of, and its operands, if nothing else
-    /// uses the value; so it can be computed at another bit instead.
+    /// The AND, OR, XOR or NOT that defines a value, and its operands (that of NOT twice). `None`
+    /// if the value has further uses, since then it cannot be computed at another position instead.
     fn logic_operands(&self, value: Value, depth: u32) -> Option<(InstData, [Value; 2])> {
         let data = *self.func.def_inst(value)?;
         match data {
@@ -123,7 +123,8 @@ impl Fold<'_> {
         }
     }
 
-    /// How many more shifts it takes to compute the lowest bit of a value at bit `to` instead.
+    /// How many more shifts it takes to compute the lowest bit of a value at position `to` instead;
+    /// `None` if it is not possible.
     fn extra_shifts(&self, value: Value, to: i64, depth: u32) -> Option<i32> {
         if self.func.constant(value).is_some() {
             return None;
@@ -141,7 +142,7 @@ impl Fold<'_> {
         })
     }
 
-    /// A value whose bit `to` is the lowest bit of `value`.
+    /// Computes a value whose bit at position `to` is the lowest bit of `value`.
     fn lowest_bit_at(&mut self, ty: Type, value: Value, to: i64, depth: u32) -> Option<Value> {
         if let Some((data, [x, y])) = self.logic_operands(value, depth) {
             let x = self.lowest_bit_at(ty, x, to, depth - 1)?;

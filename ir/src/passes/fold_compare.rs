@@ -1,5 +1,5 @@
-//! Rules for comparisons of integers: constants, values whose range decides, and values that were
-//! widened, shifted or subtracted only to be compared.
+//! Rules for comparisons of integers: of constants, of values whose range decides the result, and
+//! of values that were widened, shifted or subtracted only to be compared.
 //!
 //! ```text
 //! v1: i32 = zext v0                           (v0 is an i8)
@@ -31,6 +31,7 @@ impl Fold<'_> {
         }
     }
 
+    /// A comparison of a value with a constant.
     fn compare_const(&mut self, cond: IntCond, ty: Type, a: Value, c: i64) -> Option<Simpler> {
         if ty == Type::I1 {
             let same = (cond == IntCond::Eq) == (c != 0);
@@ -68,8 +69,8 @@ impl Fold<'_> {
         Some(if same { Simpler::Value(bit) } else { Simpler::not(bit) })
     }
 
-    /// A sign-extended field compared with a constant: compared at the top of its word instead,
-    /// before it is shifted down.
+    /// A comparison of a field of a word with a constant. The field was shifted left to the top of
+    /// the word and then right, to extend its sign. The comparison takes it before the shift right.
     fn compare_field(
         &mut self,
         cond: IntCond,
@@ -91,7 +92,7 @@ impl Fold<'_> {
         Some(Simpler::icmp(cond, x, raised))
     }
 
-    /// Whether a value shifted left is 0, which is whether its low bits are.
+    /// A comparison of a value shifted left with 0 becomes one of the bits that the shift keeps.
     fn compare_shifted_left(
         &mut self,
         cond: IntCond,
@@ -104,7 +105,7 @@ impl Fold<'_> {
         Some(Simpler::icmp(cond, low, zero))
     }
 
-    /// A widened value compared with a constant: compared before it is widened.
+    /// A comparison of a widened value with a constant becomes one of the value before.
     fn compare_extended(
         &mut self,
         cond: IntCond,
@@ -129,7 +130,8 @@ impl Fold<'_> {
         Some(Simpler::icmp(cond, arg, narrow))
     }
 
-    /// Two values that were widened in the same way: compared before that.
+    /// A comparison of two values that were widened in the same way becomes one of the values
+    /// before.
     fn compare_both_extended(&mut self, cond: IntCond, a: Value, b: Value) -> Option<Simpler> {
         let (Some(&InstData::Convert { op, to: _, arg: x }), Some(second)) =
             (self.func.def_inst(a), self.func.def_inst(b))
@@ -149,7 +151,8 @@ impl Fold<'_> {
     }
 }
 
-/// The comparison of two values before they are widened that gives the same.
+/// The comparison that gives the same result on two values before they are widened by `op`; `None`
+/// if there is none.
 fn before_extension(cond: IntCond, op: ConvertOp) -> Option<IntCond> {
     match (op, cond) {
         (ConvertOp::Zext | ConvertOp::Sext, IntCond::Eq | IntCond::Ne) => Some(cond),
@@ -162,7 +165,8 @@ fn before_extension(cond: IntCond, op: ConvertOp) -> Option<IntCond> {
     }
 }
 
-/// The result of a comparison with a constant, if the bits that may be 1 decide it.
+/// The result of a comparison of a value with the constant `c`, if the bits of the value that may
+/// be 1 decide it.
 fn decided_by_range(cond: IntCond, possible_ones: u64, c: i64, ty: Type) -> Option<bool> {
     let all = mask(ty);
     let bound = c as u64 & all;

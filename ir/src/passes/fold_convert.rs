@@ -1,5 +1,5 @@
-//! Rules for conversions: of constants, of conversions, and to the lowest bit of a value, which is
-//! taken from where it was put in.
+//! Rules for conversions: of constants, of the results of other conversions, and of a word to its
+//! lowest bit, which is taken directly from the value that the bit comes from.
 //!
 //! ```text
 //! v1: i32 = zext v0                           (v0 is an i8)
@@ -14,14 +14,14 @@ use super::fold::{Fold, Simpler};
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, Value, eval};
 
-/// The number of instructions that the origin of a bit is followed through.
+/// The origin of a bit is followed back through at most this many instructions.
 const MAX_STEPS: usize = 8;
 
 /// The origin of a bit.
 enum BitOrigin {
     /// It is 0.
     Zero,
-    /// It is this bit of a value.
+    /// It is the bit with this number, from 0 for the lowest, of a value.
     Of(Value, u32),
 }
 
@@ -96,6 +96,7 @@ impl Fold<'_> {
         }
     }
 
+    /// Where a bit of a value comes from.
     fn origin(&self, value: Value, bit: u32) -> BitOrigin {
         let (mut value, mut bit) = (value, bit);
         for _ in 0..MAX_STEPS {

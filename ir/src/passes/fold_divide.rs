@@ -1,11 +1,13 @@
 //! Divides by constants without a division.
 //!
-//! Integers of at most 32 bits are multiplied with a factor of up to 33 bits, in 64 bits, and
-//! shifted back. For a dividend of `n` bits (besides its sign) and a divisor `d`, `d <= 2^l`:
+//! The quotient of integers of at most 32 bits becomes a product with a factor of up to 33 bits, in
+//! 64 bits, that is shifted right by `n + l`. Here `n` is the number of bits of the dividend
+//! (without its sign), `d` is the divisor, and `l` is the least number with `d <= 2^l`:
 //!
 //! - *Rounded towards 0* (`sdiv`, `srem`, `udiv`, `urem`): the factor is `2^(n+l) / d` rounded up.
 //!   It is too large by less than one part in `2^n`, so the quotient is too large by less than
-//!   `1/d` and its integer part right; that of a negative dividend is one too small.
+//!   `1/d`. The shift rounds it down. For a dividend that is not negative that is the right result;
+//!   for a negative one it is one too small, and 1 is added.
 //! - *Rounded down* (`smod`): where the dividend is never negative, that is the same. Otherwise
 //!   the factor `f` is `2^(n+l) / d` rounded to the nearest integer, and half of `2^(n+l) / d`,
 //!   rounded down, is added to the product. `f` is off by at most `1/2`, so the product is off by
@@ -53,7 +55,7 @@ impl Fold<'_> {
         }
     }
 
-    /// What is left of the quotient rounded down by a constant other than 0 and 1.
+    /// The remainder (`smod`) of the quotient rounded down by a constant other than 0 and 1.
     pub(super) fn modulo(&mut self, ty: Type, a: Value, c: i64) -> Option<Simpler> {
         let (low, high) = self.ranges.bounds(a, ty);
         if c <= 0 {
@@ -74,7 +76,7 @@ impl Fold<'_> {
         self.remainder(ty, a, quotient, c)
     }
 
-    /// A dividend less the product of quotient and divisor.
+    /// The remainder: the dividend less the product of quotient and divisor.
     fn remainder(&mut self, ty: Type, a: Value, quotient: Value, by: i64) -> Option<Simpler> {
         let product = self.insert_with_const(BinaryOp::Mul, ty, quotient, by)?;
         Some(Simpler::binary(BinaryOp::Sub, a, product))
@@ -105,7 +107,7 @@ impl Fold<'_> {
         self.truncated_from_i64(ty, quotient)
     }
 
-    /// The quotient of a number that is not negative and at most `most`.
+    /// The quotient of a number that is not negative, and at most `most`, by a constant.
     fn quotient_of_non_negative(
         &mut self,
         ty: Type,
@@ -114,14 +116,14 @@ impl Fold<'_> {
         by: u64,
     ) -> Option<Value> {
         let bits = u64::BITS - most.leading_zeros();
-        // One bit more, and the product may not fit.
+        // With one bit more the product might not fit into 64 bits.
         if bits > 31 || by < 2 {
             return None;
         }
         self.multiply_and_shift(BinaryOp::Lshr, ConvertOp::Zext, ty, a, (bits, by))
     }
 
-    /// The quotient towards 0 by a magnitude.
+    /// The quotient, rounded towards 0, by a positive constant.
     fn quotient_towards_zero(&mut self, ty: Type, a: Value, by: u64) -> Option<Value> {
         let bits = ty.bits() - 1;
         let negative = self.insert_with_const(BinaryOp::Lshr, ty, a, i64::from(bits))?;
@@ -142,7 +144,8 @@ impl Fold<'_> {
         self.insert(InstData::Binary { op: BinaryOp::Add, args })
     }
 
-    /// The product with the factor, shifted back.
+    /// The product with the factor, shifted right by `op`. The dividend is extended by `extend` and
+    /// has `bits` bits; `by` is the divisor.
     fn multiply_and_shift(
         &mut self,
         op: BinaryOp,
@@ -162,7 +165,7 @@ impl Fold<'_> {
         self.truncated_from_i64(ty, quotient)
     }
 
-    /// A value as an `i64`.
+    /// An integer of a type as an `i64`.
     fn extended_to_i64(&mut self, extend: ConvertOp, ty: Type, arg: Value) -> Option<Value> {
         match ty {
             Type::I64 => Some(arg),
@@ -170,7 +173,7 @@ impl Fold<'_> {
         }
     }
 
-    /// An `i64` as a value of a type.
+    /// An `i64` cut to a type.
     fn truncated_from_i64(&mut self, ty: Type, arg: Value) -> Option<Value> {
         match ty {
             Type::I64 => Some(arg),

@@ -1,5 +1,5 @@
-//! Replaces loads by the value that a store or load before put there or found there
-//! (store-to-load forwarding), and drops stores that write what is there already.
+//! Replaces a load by the value that an earlier store wrote or an earlier load read at the same
+//! address (store-to-load forwarding), and drops stores of a value that is at the address already.
 //!
 //! ```text
 //! store vars:0, v0               store vars:0, v0
@@ -7,14 +7,14 @@
 //! v2: i16 = add v1, v1           v2: i16 = add v0, v0
 //! ```
 //!
-//! A [`Fact`] says which value is at an address. It holds in its block and in those that follow a
-//! block as the only way to reach them. The facts are a list; the mark of the first byte of each
-//! ([`ImageBytes`](super::image_bytes)) is a stamp plus the fact's number in the list, so that the
-//! fact at an address is found without a search.
+//! A [`Fact`] says which value is at an address. It holds in its block, and in each block whose
+//! sole predecessor is a block in which it holds. The facts are kept in a list. Each has a number
+//! there; the pass's stamp plus that number is written as the mark of the fact's first byte
+//! ([`ImageBytes`](super::image_bytes)), so that the fact at an address is found without a search.
 //!
-//! A value is forwarded for at most [`FORWARDING_WINDOW`] statements (the forwarding window): one that is kept
-//! longer needs a register all that time, is spilled to the stack, and loading it again from the
-//! image would have been cheaper.
+//! A value is forwarded for at most [`FORWARDING_WINDOW`] statements (the forwarding window): one
+//! that is kept longer needs a register all that time, is spilled to the stack, and loading it
+//! again from the image would have been cheaper.
 //!
 //! It must not touch volatile accesses, and after one nothing is known of its bytes. After a call
 //! of a host function that is not pure nothing is known at all.
@@ -27,24 +27,25 @@ use crate::{Address, Block, ConvertOp, FuncData, InstData, SourceLoc, Type, Valu
 /// The forwarding window: the number of statements behind its own in which a value is forwarded.
 pub(super) const FORWARDING_WINDOW: u32 = 8;
 
-/// A block passes on no more facts than this to the block behind it.
+/// A block passes on no more facts than this to the blocks of which it is the sole predecessor.
 const MAX_PASSED_ON: usize = 64;
 
-/// If there are more facts than this, a store through an index drops them all instead of searching
-/// them for those that it may change.
+/// If there are more facts than this, a store through an index drops all of them. Otherwise they
+/// are searched for those that it may change.
 const MAX_SEARCHED: usize = 256;
 
-/// The bytes of the widest access.
+/// The number of bytes of the widest access.
 const WIDEST: usize = 8;
 
-/// Which value is in the image at an address.
+/// The fact that a value is in the image at an address.
 #[derive(Clone, Copy)]
 struct Fact {
     /// The address of its first byte.
     start: usize,
     ty: Type,
     value: Value,
-    /// The number of the statement in which it became known, counted along the path.
+    /// The number of the statement in which it became known, counted along the path of sole
+    /// predecessors.
     since: u32,
     /// Whether nothing has changed its bytes since.
     valid: bool,
@@ -55,7 +56,7 @@ struct State<'a> {
     bytes: &'a mut ImageBytes,
     /// All facts, also those of other paths.
     facts: Vec<Fact>,
-    /// The number of the first fact of this path.
+    /// The number of the first fact that holds; all before it belong to other paths or are lost.
     first_fact: usize,
     /// The mark that stands for fact 0.
     stamp: u32,
@@ -74,7 +75,7 @@ struct End {
 /// Runs the pass; gives whether it changed anything.
 pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes) -> bool {
     let graph = Graph::new(func);
-    // Blocks that are the only predecessor of another, which their facts are kept for.
+    // Whether each block is the sole predecessor of another. If so, its facts are kept.
     let mut is_sole_predecessor = vec![false; func.block_count()];
     for &block in &graph.order {
         if let Some(before) = graph.sole_predecessor[block.index()] {
@@ -103,6 +104,7 @@ pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes) -> bool {
 }
 
 impl State<'_> {
+    /// Begins a block with the facts at the end of its sole predecessor, if it has one.
     fn enter_block(&mut self, before: Option<&End>) {
         self.first_fact = self.facts.len();
         match before {
@@ -116,6 +118,7 @@ impl State<'_> {
         }
     }
 
+    /// What the current block passes on: its latest facts within the forwarding window.
     fn facts_at_end(&self) -> End {
         let known = self.facts.get(self.first_fact..).unwrap_or(&[]);
         let now = self.now;
@@ -126,6 +129,7 @@ impl State<'_> {
         End { facts, now, loc: self.loc }
     }
 
+    /// Visits the instructions of a block; gives whether something was changed.
     fn block(&mut self, func: &mut FuncData, block: Block, values: &mut Substitution) -> bool {
         let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
         let before = insts.len();
@@ -264,7 +268,8 @@ impl State<'_> {
     }
 }
 
-/// The conversion that gives what is read as one type where another was written, if one does.
+/// The conversion of a value of type `from` that was stored to the value that a load of type `to`
+/// reads at the same address; `None` if no conversion gives it.
 fn conversion(from: Type, to: Type) -> Option<ConvertOp> {
     match (from, to) {
         (Type::F64, Type::I64) | (Type::I64, Type::F64) => Some(ConvertOp::Bitcast),

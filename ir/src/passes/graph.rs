@@ -1,9 +1,9 @@
 //! The control-flow graph of a function: an order of its blocks, and the edges to each.
 //!
 //! Passes visit blocks in *reverse postorder* from the entries: every block comes before the blocks
-//! that it branches to, but for branches back. So, going forwards, the definition of a value is
-//! visited before its uses, and going backwards all uses before the definition (arguments that a
-//! branch back passes are the exception in both).
+//! that it branches to, except along branches back. So a pass that goes forwards visits the
+//! definition of a value before its uses, and one that goes backwards visits all uses before the
+//! definition. The exception in both are arguments that a branch back passes.
 //!
 //! Passes that carry what they know from block to block do so along *sole predecessors*: where
 //! control reaches a block from one other block only, everything known at the end of that one
@@ -16,10 +16,11 @@ use crate::{Block, FuncData};
 pub(crate) struct Graph {
     /// The reachable blocks in reverse postorder from the entries.
     pub(crate) order: Vec<Block>,
-    /// For each block the number of edges that lead to it; being an entry counts as one for each
-    /// label. It is 0 if control cannot reach the block.
+    /// For each block the number of edges that lead to it. Each label at the block counts as one
+    /// edge. It is 0 if control cannot reach the block.
     pub(crate) edges: Vec<u32>,
-    /// For each block its sole predecessor: the block before it, if that is the only edge.
+    /// For each block its sole predecessor: the block that the edge to it comes from, if there is
+    /// only one edge.
     pub(crate) sole_predecessor: Vec<Option<Block>>,
 }
 

@@ -7,10 +7,10 @@
 //! block2: …                                     …
 //! ```
 //!
-//! If both ways of a branch meet again, and what stands between them is short, all of it is done
-//! and the results are chosen, so that no branch can be predicted wrongly. All operations are
-//! total, so doing them for nothing does no harm, and neither does a store that writes back what
-//! is there.
+//! If the two ways of a branch meet again after a few instructions, the instructions of both ways
+//! are executed and selects choose between the results. So no branch can be predicted wrongly. All
+//! operations are total, so it does no harm to execute them for nothing. A store of the way that is
+//! not taken writes back the value that it finds, which does no harm either.
 //!
 //! Volatile accesses, host calls, stores through an index, and operations that take long must stay
 //! behind their branch. Stores keep their order.
@@ -21,11 +21,11 @@ use crate::{
     UnaryOp, Value,
 };
 
-/// The most that may be done for nothing, in rough cycles: about half of what a branch that is
-/// predicted wrongly costs.
+/// The instructions of both ways may cost no more than this together, in cycles, roughly. It is
+/// about half of what a wrongly predicted branch costs.
 const MAX_COST: u32 = 8;
 
-/// One way of a branch: through a block of its own, or straight to where the ways meet.
+/// One way of a branch: through a block of its own, or straight to the block where the ways meet.
 struct Arm {
     block: Option<Block>,
     to: BlockCall,
@@ -35,7 +35,7 @@ struct Arm {
 pub(super) fn run(func: &mut FuncData) -> bool {
     let Graph { order, mut edges, sole_predecessor: _ } = Graph::new(func);
     let mut changed = false;
-    // Inner branches before those around them.
+    // Backwards, so that inner branches come before those around them.
     for &block in order.iter().rev() {
         if edges[block.index()] > 0 {
             changed |= convert(func, block, &mut edges);
@@ -44,6 +44,7 @@ pub(super) fn run(func: &mut FuncData) -> bool {
     changed
 }
 
+/// Converts the branch at the end of a block; gives whether that was possible.
 fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
     let Some(Terminator::Brif { cond, then, otherwise }) = &func.block(block).terminator else {
         return false;
@@ -94,7 +95,8 @@ fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
     let data = &mut func.blocks[block.index()];
     data.insts = insts;
     data.terminator = Some(Terminator::Jump(BlockCall { block: to, args }));
-    // What follows belongs to the block now, so that a branch around all this can go too.
+    // The block where the ways meet is appended, so that a branch around all this can be converted
+    // too.
     if edges[to.index()] == 1 && func.block(to).params.is_empty() {
         let dropped = BlockData { terminator: Some(Terminator::Return), ..BlockData::default() };
         let next = std::mem::replace(&mut func.blocks[to.index()], dropped);
@@ -106,7 +108,8 @@ fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
     true
 }
 
-/// A way through a block that is reached from here only and jumps on.
+/// A way through a block, if control reaches the block from this branch only and the block ends
+/// with a jump.
 fn arm(func: &FuncData, call: &BlockCall, edges: &[u32]) -> Option<Arm> {
     let data = func.block(call.block);
     match &data.terminator {
@@ -117,7 +120,7 @@ fn arm(func: &FuncData, call: &BlockCall, edges: &[u32]) -> Option<Arm> {
     }
 }
 
-/// The cost of a block's instructions; `None` if they must not be done for nothing.
+/// The cost of a block's instructions; `None` if they must not be executed for nothing.
 fn cost(func: &FuncData, block: Block) -> Option<u32> {
     let mut sum = 0;
     for &inst in &func.block(block).insts {
@@ -163,8 +166,8 @@ fn inst_cost(func: &FuncData, data: &InstData) -> Option<u32> {
     }
 }
 
-/// Appends an instruction of an arm; a store writes back what it finds where the other way is
-/// taken.
+/// Appends an instruction of a way that is taken if the condition has the value `taken_if`. If the
+/// instruction is a store, it writes back the value that it finds when the other way is taken.
 fn append_arm_inst(
     func: &mut FuncData,
     insts: &mut Vec<Inst>,

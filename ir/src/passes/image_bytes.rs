@@ -1,9 +1,9 @@
-//! Accesses as byte addresses in the process image, and a mark for each of its bytes.
+//! The bytes that accesses touch in the process image, and a mark for each byte.
 //!
-//! `forward` and `dead_stores` ask of each access which bytes it touches and what is known of
-//! them. An image has up to some megabytes, and a program many functions, so the marks cannot be
-//! cleared for each function. Instead a mark counts only if it is not below a *stamp*: a pass asks
-//! for fresh stamps, larger than all before, and thereby forgets every mark at once.
+//! `forward` and `dead_stores` keep what they know of a byte in its mark, which is a number. An
+//! image may have some megabytes, and a program many functions, so clearing all marks for each
+//! function would take too long. Instead a pass asks for fresh *stamps*, which are numbers greater
+//! than all marks so far, and writes only these as marks. Any smaller mark means nothing to it.
 
 use std::ops::Range;
 
@@ -29,14 +29,14 @@ impl ImageBytes {
         }
     }
 
-    /// The addresses of the bytes that an access may touch.
+    /// The addresses in the image of the bytes that an access of a type may touch.
     pub(super) fn bytes(&self, at: &Address, ty: Type) -> Range<usize> {
         let base = self.bases.get(at.region.index()).copied().unwrap_or(0);
-        let (start, end) = at.extent(ty);
+        let Range { start, end } = at.extent(ty);
         (base + start) as usize..(base + end) as usize
     }
 
-    /// The marks of some bytes; those outside the image have none.
+    /// The marks of some bytes. Bytes outside the image have none and are left out.
     pub(super) fn marks(&self, bytes: Range<usize>) -> &[u32] {
         let end = bytes.end.min(self.marks.len());
         self.marks.get(bytes.start.min(end)..end).unwrap_or(&[])
@@ -48,7 +48,7 @@ impl ImageBytes {
         self.marks.get_mut(bytes.start.min(end)..end).unwrap_or(&mut [])
     }
 
-    /// The first of `count` stamps in a row that no mark has.
+    /// The first of `count` consecutive stamps that are greater than every mark.
     pub(super) fn fresh_stamps(&mut self, count: u32) -> u32 {
         if self.stamp.checked_add(count).is_none_or(|next| next == u32::MAX) {
             self.marks.fill(0);

@@ -22,6 +22,7 @@
 //!   access is done when that comes: someone may read the process image there.
 //! - A pass takes time in proportion to the length of the function.
 //!
+//! The files `fold_…` hold the rules of `fold`.
 //! `graph` (the order of the blocks and their edges), `substitution` (which value replaces which),
 //! `value_range` (bits and bounds of integers) and `image_bytes` (accesses as byte addresses) are
 //! data structures that the passes share.
@@ -123,8 +124,8 @@ impl Pass {
         Self::ALL.into_iter().find(|pass| pass.name() == name)
     }
 
-    /// Runs over a function. Gives whether it changed something that can make other passes find
-    /// more to do; passes that run in any case say yes.
+    /// Runs the pass over a function. Gives whether it changed something, so that it pays to run
+    /// other passes again. Passes of which that is never asked always give true.
     fn run(self, func: &mut FuncData, bytes: &mut ImageBytes, dead: &mut DeadBytes) -> bool {
         match self {
             Self::Branches => branches::run(func),
@@ -163,7 +164,7 @@ pub fn run(module: &mut Module, passes: &[Pass]) {
     each(module, |stage| stage.all(passes));
 }
 
-/// A function on its way through the passes.
+/// A function that is being optimised, with what its passes share with those of other functions.
 struct Stage<'a> {
     module: &'a Module,
     func: FuncData,
@@ -172,6 +173,7 @@ struct Stage<'a> {
 }
 
 impl Stage<'_> {
+    /// Runs passes one after the other.
     fn all(&mut self, passes: &[Pass]) {
         for &pass in passes {
             self.pass(pass);
@@ -192,8 +194,8 @@ impl Stage<'_> {
     }
 }
 
-/// Lets `order` run passes over each function, the last one first: programs mostly run forwards
-/// through their functions, so what `dead-stores` knows of the later ones serves those before.
+/// Lets `order` run passes over each function, from the last to the first. Control mostly goes from
+/// a function to a later one, and `dead-stores` needs to know first which bytes are dead there.
 fn each(module: &mut Module, order: impl Fn(&mut Stage<'_>)) {
     let mut bytes = ImageBytes::new(module);
     let mut dead = DeadBytes::new(module.label_count);

@@ -1,4 +1,4 @@
-//! Which value replaces which.
+//! A table of which value replaces which.
 //!
 //! A pass that finds that a value is the same as another enters that here, and replaces operands
 //! when it comes to the instructions that use them. Since definitions are visited before uses, no
@@ -10,7 +10,7 @@ use crate::{FuncData, InstData, Terminator, Value};
 pub(super) struct Substitution(Vec<Value>);
 
 impl Substitution {
-    /// No value is replaced.
+    /// A table in which no value is replaced.
     pub(super) fn new(func: &FuncData) -> Self {
         Self((0..func.value_count() as u32).map(Value).collect())
     }
@@ -23,7 +23,8 @@ impl Substitution {
         }
     }
 
-    /// What replaces a value. Values that are newer than this table are not replaced.
+    /// The value that replaces a value, or that value itself. Values that were made after this
+    /// table are not replaced.
     pub(super) fn get(&self, value: Value) -> Value {
         self.0.get(value.index()).copied().unwrap_or(value)
     }

@@ -1,5 +1,5 @@
-//! Makes a switch of a row of branches that compare one value with constants, as programs with a
-//! state number have them.
+//! Replaces a row of branches that compare one value with constants by a switch. Programs that keep
+//! the number of their state in a variable have such rows.
 //!
 //! ```text
 //! block0: brif (v0 == 1), block9, block1      block0: switch v0, [block5, block9, block8, …], …
@@ -8,8 +8,8 @@
 //! ```
 //!
 //! The comparisons must be of equality, of the same integer of at most 32 bits, at least
-//! [`MIN_TESTS`] of them, and the constants must lie close together. The blocks between may hold a few
-//! instructions without effects; these are done before the switch.
+//! [`MIN_TESTS`] of them, and the constants must lie close together. The blocks between may hold a
+//! few instructions without effects; these are done before the switch.
 
 use super::graph::Graph;
 use crate::{
@@ -19,14 +19,15 @@ use crate::{
 /// Fewer comparisons than this stay branches: the machine predicts a branch well, and a jump
 /// through a table badly.
 const MIN_TESTS: usize = 5;
-/// A table has at most four entries for each comparison and this many more.
+/// The table of a switch has at most four entries for each comparison, and this many more.
 const MAX_EXTRA_ENTRIES: u64 = 8;
 /// If the least constant is below this, the table begins at 0, which saves a subtraction.
 const START_AT_ZERO_BELOW: u64 = 4;
-/// The most instructions that a block between two comparisons may have.
+/// A block between two comparisons may have no more instructions than this.
 const MAX_INSTS: usize = 4;
 
-/// A branch by whether a value equals a number.
+/// A branch that compares a value with a number: to `then` if they are equal, else to
+/// `otherwise`.
 struct Test {
     value: Value,
     number: i64,
@@ -44,6 +45,7 @@ pub(super) fn run(func: &mut FuncData) -> bool {
     changed
 }
 
+/// Replaces the row of branches that begins at the end of a block; gives whether there was one.
 fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     let Some(first) = test(func, block) else { return false };
     let value = first.value;
@@ -63,7 +65,7 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     if tests.len() < MIN_TESTS || !matches!(ty, Type::I8 | Type::I16 | Type::I32) {
         return false;
     }
-    // As unsigned numbers, which a switch takes.
+    // A switch takes an unsigned number.
     let mask = (1 << ty.bits()) - 1;
     for (number, _) in &mut tests {
         *number &= mask;
@@ -108,7 +110,7 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     true
 }
 
-/// The terminator of a block as a test; `None` if it is none.
+/// The terminator of a block as a test; `None` if it is something else.
 fn test(func: &FuncData, block: Block) -> Option<Test> {
     let Some(Terminator::Brif { cond, then, otherwise }) = &func.block(block).terminator else {
         return None;

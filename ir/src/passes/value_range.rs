@@ -1,9 +1,10 @@
-//! What is known of an integer before the program runs, from how it is made: which of its bits
-//! may be 1, and between which bounds it lies as a signed number.
+//! What is known of an integer before the program runs, from the operation that computes it: which
+//! of its bits may be 1 (the others are surely 0), and between which bounds it lies as a signed
+//! number.
 //!
-//! Both are kept for each value and filled in as its definition is visited. They tell different
-//! things: `v & 5` has bits 0 and 2, while `v >> 28` of an `i32` lies between -8 and 7 but may
-//! have all bits. A parameter of a block and a load may be anything.
+//! Both are kept for each value and entered when its definition is visited. Neither follows from
+//! the other: of `v & 5` only bits 0 and 2 may be 1, while `v >> 28` of an `i32` lies between -8
+//! and 7, but any of its bits may be 1. Nothing is known of parameters of blocks and of loads.
 
 use crate::{BinaryOp, ConvertOp, FuncData, InstData, Type, UnaryOp, Value};
 
@@ -15,7 +16,7 @@ pub(super) fn mask(ty: Type) -> u64 {
     }
 }
 
-/// All bits up to the highest of a number.
+/// A mask of the highest bit of a number that is 1 and all bits below it.
 fn up_to_highest_bit(most: u64) -> u64 {
     match most.leading_zeros() {
         0 => u64::MAX,
@@ -23,10 +24,10 @@ fn up_to_highest_bit(most: u64) -> u64 {
     }
 }
 
-/// The least and the greatest number that a value may be, signed.
+/// The least and the greatest number that a value may be, as signed numbers.
 type Bounds = (i64, i64);
 
-/// Every number of a type.
+/// The bounds of all numbers of a type.
 fn all_numbers(ty: Type) -> Bounds {
     match ty {
         Type::I1 => (0, 1),
@@ -36,20 +37,21 @@ fn all_numbers(ty: Type) -> Bounds {
 
 /// What is known of each value.
 pub(super) struct ValueRanges {
-    /// The bits that may be 1.
+    /// For each value a mask of the bits that may be 1.
     possible_ones: Vec<u64>,
-    /// The bounds, where something is known that the bits do not tell.
+    /// For each value its bounds; `None` if nothing is known but the bits.
     bounds: Vec<Option<Bounds>>,
 }
 
 impl ValueRanges {
-    /// Nothing known.
+    /// A table in which nothing is known.
     pub(super) fn new(func: &FuncData) -> Self {
         let possible_ones = func.values.iter().map(|value| mask(value.ty)).collect();
         Self { possible_ones, bounds: vec![None; func.value_count()] }
     }
 
-    /// The bits of a value that may be 1; as an unsigned number, the most that it can be.
+    /// A mask of the bits of a value that may be 1. As an unsigned number the value is not greater
+    /// than the mask.
     pub(super) fn possible_ones(&self, value: Value) -> u64 {
         self.possible_ones.get(value.index()).copied().unwrap_or(u64::MAX)
     }
@@ -62,11 +64,11 @@ impl ValueRanges {
         if ty == Type::I1 || possible_ones >> (ty.bits() - 1) & 1 != 0 {
             return (low, high);
         }
-        // It is not negative, and no greater than all its bits together.
+        // The sign bit is 0, so the value is not negative and not greater than its possible bits.
         (low.max(0), high.min(possible_ones as i64))
     }
 
-    /// Notes what is known of an instruction's result.
+    /// Enters what is known of `value`, the result of an instruction.
     pub(super) fn note(&mut self, func: &FuncData, value: Value, data: &InstData) {
         let ty = func.ty(value);
         let all = mask(ty);
@@ -98,7 +100,7 @@ impl ValueRanges {
                 Some((a.min(x), b.max(y)))
             }
             InstData::Convert { op: ConvertOp::Sext | ConvertOp::Trunc, to: _, arg } => {
-                // What does not fit when bits are cut off is dropped by the caller.
+                // If the operand may not fit the narrower type, the caller drops these bounds.
                 (func.ty(arg) != Type::I1).then(|| of(arg))
             }
             _ => None,
@@ -133,7 +135,7 @@ impl ValueRanges {
                 Some((low >> by, high >> by))
             }
             BinaryOp::Smin => Some((low.min(from), high.min(to))),
-            // The magnitude of a number.
+            // The greater of a number and its opposite is the magnitude.
             BinaryOp::Smax if self.is_opposite(func, a, b) && low > all_numbers(ty).0 => {
                 Some((0, high.max(-low)))
             }
@@ -153,6 +155,7 @@ impl ValueRanges {
         negated(b) == Some(a) || negated(a) == Some(b)
     }
 
+    /// The bits that may be 1 in the result of an instruction; `all` are the bits of its type.
     fn possible_ones_of(&self, func: &FuncData, data: &InstData, all: u64) -> u64 {
         match *data {
             InstData::Iconst { ty: _, value } => value as u64,
@@ -182,6 +185,8 @@ impl ValueRanges {
         }
     }
 
+    /// The bits that may be 1 in the result of an operation on operands in which those of `a` and
+    /// `b` may be 1. `by` is the second operand if it is a constant.
     fn possible_ones_of_binary(
         &self,
         op: BinaryOp,
@@ -215,7 +220,7 @@ impl ValueRanges {
     }
 }
 
-/// Whether all numbers between some bounds are between others.
+/// Whether all numbers between the first bounds are between the second.
 fn lies_within((low, high): Bounds, (least, most): Bounds) -> bool {
     least <= low && high <= most
 }

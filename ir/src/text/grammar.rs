@@ -4,8 +4,8 @@
 //! [`Block`], [`Label`] or [`Region`] is mentioned, its number here is the *index of the token*
 //! that names it, so that [`resolve`](super::resolve) finds both the name and its place.
 //!
-//! There is no recursion in it, so no text makes it go deep, and it decides by one token in
-//! almost every place, so time is proportional to length.
+//! The grammar is not recursive, so no text can overflow the stack. In almost every place one token
+//! decides how to go on, so the time is proportional to the length of the text.
 
 use std::str::FromStr;
 
@@ -74,11 +74,11 @@ pub(super) type Input<'t> = &'t [Token<'t>];
 /// The errors: what was expected at which token.
 type Extra<'t> = extra::Err<Rich<'t, Token<'t>>>;
 
-/// A parser of tokens. A short name for the bounds.
+/// A parser of tokens that gives an `O`: a short name for the bounds that chumsky needs.
 pub(super) trait Grammar<'t, O>: Parser<'t, Input<'t>, O, Extra<'t>> + Clone {}
 impl<'t, O, P: Parser<'t, Input<'t>, O, Extra<'t>> + Clone> Grammar<'t, O> for P {}
 
-/// A word that `read` takes; `what` it is for messages.
+/// A parser of one word for which `read` gives a result. Error messages call it `what`.
 fn word<'t, O: 't>(
     what: impl Into<String>,
     read: impl Fn(&'t str) -> Option<O> + Clone + 't,
@@ -90,12 +90,12 @@ fn word<'t, O: 't>(
     select(move |token, _| taken(token)).labelled(what.into())
 }
 
-/// This word.
+/// A parser of exactly this word.
 fn keyword<'t>(word: &'static str) -> impl Grammar<'t, Token<'t>> {
     just(Token::Word(word))
 }
 
-/// This sign.
+/// A parser of exactly this sign.
 fn sign<'t>(sign: char) -> impl Grammar<'t, Token<'t>> {
     just(Token::Sign(sign))
 }
@@ -104,7 +104,7 @@ fn end_of_line<'t>() -> impl Grammar<'t, Token<'t>> {
     just(Token::End)
 }
 
-/// Text in quotes.
+/// A parser of text in quotes, escapes replaced.
 fn quoted<'t>(what: &'static str) -> impl Grammar<'t, String> {
     let read = |token: Token<'t>| match token {
         Token::Quoted(text) => unescaped(text),
@@ -119,13 +119,14 @@ fn number<'t, N: FromStr + 't>(what: &'static str) -> impl Grammar<'t, N> {
     word(what, |word| word.parse().ok())
 }
 
-/// The index of the current token, if that is a prefix and a number.
+/// A parser of a name that is made of a prefix and a number, such as `v3`. It gives the index of
+/// the token, not the number.
 fn reference<'t>(prefix: &'static str, what: &str) -> impl Grammar<'t, u32> {
     word(format!("{what} (`{prefix}0`)"), move |word| number_in_name(prefix, word))
         .map_with(|_, place| token_index(place.span()))
 }
 
-/// The number in a name that is made of a prefix and a number.
+/// The number in a name that is made of a prefix and a number; `None` if the word is no such name.
 pub(super) fn number_in_name(prefix: &str, word: &str) -> Option<u32> {
     word.strip_prefix(prefix)?.parse().ok()
 }
@@ -151,7 +152,7 @@ fn type_name<'t>() -> impl Grammar<'t, Type> {
     word(format!("a type ({})", names.join(" ")), Type::from_name)
 }
 
-/// One of some words, which a message lists.
+/// A parser of one of several words. Error messages list them all.
 fn one_of_words<'t, T: Copy + 't>(
     what: &str,
     all: &[T],
@@ -251,7 +252,8 @@ fn line<'t>() -> impl Grammar<'t, Line> {
     choice((with_result, location.map(Line::Location), alone)).labelled("an instruction")
 }
 
-/// An instruction whose type is that of its result, which is written before it.
+/// Puts the type of the result into an instruction that needs it. The text has it before the
+/// instruction.
 fn with_type(mut data: InstData, result: Type) -> InstData {
     match &mut data {
         InstData::Iconst { ty, .. } | InstData::Load { ty, .. } => *ty = result,
@@ -261,7 +263,7 @@ fn with_type(mut data: InstData, result: Type) -> InstData {
     data
 }
 
-/// What stands for a type that [`with_type`] puts in.
+/// Stands for the type until [`with_type`] puts the right one in.
 const PLACEHOLDER: Type = Type::I1;
 
 /// An instruction with a result, but for calls of the host.

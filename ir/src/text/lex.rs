@@ -30,7 +30,7 @@ pub(super) enum Token<'t> {
 }
 
 impl Token<'_> {
-    /// How a message shows it.
+    /// What an error message calls it.
     pub(super) fn description(&self) -> String {
         match self {
             Self::Word(word) => format!("`{word}`"),
@@ -67,7 +67,7 @@ impl<'t> Tokens<'t> {
             if let Some(source) = line.strip_prefix('|') {
                 all.push(Token::Line(source.strip_prefix(' ').unwrap_or(source)), begin);
             } else {
-                // The lexer takes every line: what is nothing else is a sign.
+                // The lexer accepts every line, since any character is at least a sign.
                 let found = lexer.parse(line).into_output().unwrap_or_default();
                 let mut end = None;
                 for (token, span) in found {
@@ -92,7 +92,7 @@ impl<'t> Tokens<'t> {
         self.offsets.push(offset);
     }
 
-    /// A message about the token of an index, or about the end of the text behind the last.
+    /// An error at the token with an index, or at the end of the text if there is no such token.
     pub(super) fn error(&self, token: usize, message: impl Into<String>) -> ParseError {
         let offset = self.offsets.get(token).copied().unwrap_or(self.text.len());
         self.error_at(offset, message.into())
@@ -124,8 +124,8 @@ fn lexer<'t>() -> impl Parser<'t, &'t str, Vec<(Option<Token<'t>>, SimpleSpan)>>
     token.padded().repeated().collect().padded().then_ignore(comment)
 }
 
-/// Text as it was before control characters were written out; `None` where something else than
-/// `\`, `r` or `{hex}` stands behind a backslash.
+/// Text with each escape replaced by the character that it stands for; `None` if something else
+/// than `\`, `r` or `{hex}` stands behind a backslash.
 pub(super) fn unescaped(text: &str) -> Option<String> {
     let mut out = String::with_capacity(text.len());
     let mut chars = text.chars();

@@ -1,6 +1,6 @@
 //! Reads a module from text: cuts it into [tokens](super::lex), finds their
-//! [structure](super::grammar), and [looks up](super::resolve) what each name stands for. Makes
-//! messages of what fails.
+//! [structure](super::grammar), and [looks up](super::resolve) what each name stands for. If one of
+//! these steps fails, there is an error with its place.
 
 use chumsky::Parser;
 use chumsky::error::{Rich, RichPattern, RichReason};
@@ -39,7 +39,7 @@ pub fn parse(text: &str) -> Result<Module, ParseError> {
     resolve(&tokens, items)
 }
 
-/// `expected A, B or C, found D`.
+/// The message of an error: `expected A, B or C, found D`.
 fn message(error: &Rich<'_, Token<'_>>) -> String {
     let (expected, found) = match error.reason() {
         RichReason::ExpectedFound { expected, found } => (expected, found),

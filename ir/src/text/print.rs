@@ -6,7 +6,7 @@ use crate::{
     Address, Block, BlockCall, FuncData, InstData, Module, Region, SourceLoc, Terminator, Value,
 };
 
-/// The column in which comments begin, if the line is not longer.
+/// The column in which a comment begins. Behind a longer line it follows at once.
 const COMMENT: usize = 40;
 
 /// Prints a module. [`parse`](super::parse()) reads the text back as the same module.
@@ -57,7 +57,8 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", escaped(text).replace('"', "\\{22}").replace('\n', "\\{a}"))
 }
 
-/// Text with a backslash and a code in place of each control character, which would break the line.
+/// Text with an escape in place of each backslash and each control character but tabs and line
+/// ends.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

@@ -65,7 +65,7 @@ pub(super) fn resolve(tokens: &Tokens<'_>, items: Vec<Item>) -> Result<Module, P
     Ok(module)
 }
 
-/// The number in the name that the token of an index is.
+/// The number in the name that the token with an index holds; `u32::MAX` if it holds none.
 fn number(tokens: &Tokens<'_>, token: u32, prefix: &str) -> u32 {
     match tokens.tokens.get(token as usize) {
         Some(Token::Word(word)) => number_in_name(prefix, word).unwrap_or(u32::MAX),
@@ -73,13 +73,13 @@ fn number(tokens: &Tokens<'_>, token: u32, prefix: &str) -> u32 {
     }
 }
 
-/// A function whose names are looked up.
+/// A function while its names are looked up.
 struct FuncResolver<'a> {
     tokens: &'a Tokens<'a>,
     /// What stands above the function.
     module: &'a Module,
     labels: &'a mut Vec<Label>,
-    /// For each number in the text the value.
+    /// For each number of a value in the text the value.
     values: HashMap<u32, Value>,
     func: FuncData,
 }
@@ -89,7 +89,7 @@ impl FuncResolver<'_> {
         number(self.tokens, token, prefix)
     }
 
-    /// Blocks, parameters and results.
+    /// Enters what the function defines: blocks, labels, parameters and results.
     fn define(&mut self, text: &Func) -> Result<(), ParseError> {
         let mut insts = 0;
         for (block, text) in (0..).map(Block).zip(&text.blocks) {
@@ -124,6 +124,7 @@ impl FuncResolver<'_> {
         Ok(())
     }
 
+    /// Adds a value under the number that its token names.
     fn define_value(&mut self, token: Value, ty: Type, def: ValueDef) -> Result<Value, ParseError> {
         let number = self.number(token.0, "v");
         let value = Value(self.func.values.len() as u32);
@@ -134,7 +135,7 @@ impl FuncResolver<'_> {
         }
     }
 
-    /// Instructions and terminators, with what they use.
+    /// Enters instructions and terminators, with what they use.
     fn fill(&mut self, text: Func) -> Result<(), ParseError> {
         let mut loc = SourceLoc::NONE;
         for (block, text) in text.blocks.into_iter().enumerate() {
@@ -182,7 +183,7 @@ impl FuncResolver<'_> {
         Ok(data)
     }
 
-    /// Puts the value in the place of the token; notes the first error.
+    /// Replaces the index of a token by the value that the token names. Keeps the first error.
     fn resolve_value(&self, value: &mut Value, found: &mut Result<(), ParseError>) {
         let number = self.number(value.0, "v");
         match self.values.get(&number) {
@@ -195,6 +196,7 @@ impl FuncResolver<'_> {
         }
     }
 
+    /// Replaces the index of a token by the block that the token names. Keeps the first error.
     fn resolve_block(&self, block: &mut Block, found: &mut Result<(), ParseError>) {
         let number = Block(self.number(block.0, "block"));
         let count = self.func.blocks.len();
@@ -206,6 +208,7 @@ impl FuncResolver<'_> {
         }
     }
 
+    /// The region whose name the token with an index holds.
     fn resolve_region(&self, token: Region) -> Result<Region, ParseError> {
         let name = match self.tokens.tokens.get(token.index()) {
             Some(Token::Word(word)) => *word,

@@ -1,4 +1,4 @@
-//! What is read and what is refused.
+//! Texts that are read and printed, and errors in texts.
 
 use super::{parse, print};
 use crate::verify::verify;

@@ -7,20 +7,23 @@
 //! until nothing changes. A function has several entries; a root that is no block stands above
 //! them all.
 //!
-//! The tree is then numbered so that each subtree is a span of numbers, and whether one block
-//! dominates another is a comparison of spans.
+//! The tree is then numbered so that the blocks of each subtree have consecutive numbers. A block
+//! dominates another if the other's number is among those of its subtree.
 
 use super::Errors;
 use crate::passes::Graph;
 use crate::{Block, FuncData, Value, ValueDef};
 
-/// The root of the tree: no block, but what stands above all entries.
+/// The root of the tree. It is no block, but the parent of all entries.
 const ROOT: u32 = u32::MAX;
+
+/// In place of the number of a block that control cannot reach.
+const UNREACHABLE: u32 = u32::MAX;
 
 pub(super) fn check_function(func: &FuncData, errors: &mut Errors) {
     let graph = Graph::new(func);
     let tree = Tree::new(func, &graph);
-    // The values that are defined in the part that has been visited.
+    // Whether each value's definition has been visited.
     let mut defined = vec![false; func.values.len()];
     let mut block_of: Vec<Option<Block>> = vec![None; func.insts.len()];
     for &block in &graph.order {
@@ -49,7 +52,7 @@ pub(super) fn check_function(func: &FuncData, errors: &mut Errors) {
             errors.inst = Some(inst);
             func.inst(inst).for_each_arg(|value| {
                 if !is_defined_at_use(&defined, value) {
-                    errors.push(format!("{value} is not defined on every way here"));
+                    errors.push(format!("{value} is not defined on every path to this use"));
                 }
             });
             if let Some(result) = func.result(inst) {
@@ -60,7 +63,7 @@ pub(super) fn check_function(func: &FuncData, errors: &mut Errors) {
         if let Some(terminator) = &data.terminator {
             terminator.for_each_arg(|value| {
                 if !is_defined_at_use(&defined, value) {
-                    errors.push(format!("{value} is not defined on every way here"));
+                    errors.push(format!("{value} is not defined on every path to this use"));
                 }
             });
         }
@@ -70,7 +73,7 @@ pub(super) fn check_function(func: &FuncData, errors: &mut Errors) {
 
 /// The dominator tree. Blocks are known by their number in the graph's order.
 struct Tree {
-    /// For each block its number, or [`ROOT`] if control cannot reach it.
+    /// For each block its number, or [`UNREACHABLE`].
     number: Vec<u32>,
     /// For each block the first and last number of its subtree, in a walk of the tree.
     spans: Vec<(u32, u32)>,
@@ -79,7 +82,7 @@ struct Tree {
 impl Tree {
     fn new(func: &FuncData, graph: &Graph) -> Self {
         let count = graph.order.len();
-        let mut number = vec![ROOT; func.block_count()];
+        let mut number = vec![UNREACHABLE; func.block_count()];
         for (at, block) in graph.order.iter().enumerate() {
             number[block.index()] = at as u32;
         }
@@ -111,6 +114,7 @@ impl Tree {
         Self { number, spans: spans(&parents) }
     }
 
+    /// Whether one block dominates another; every block dominates itself.
     fn dominates(&self, dominator: Block, block: Block) -> bool {
         let span = |of: Block| self.spans.get(*self.number.get(of.index())? as usize);
         match (span(dominator), span(block)) {
@@ -120,7 +124,7 @@ impl Tree {
     }
 }
 
-/// The nearest common dominator of two blocks.
+/// The nearest common dominator of two blocks, by the parents found so far.
 fn nearest_common_dominator(parents: &[Option<u32>], mut a: u32, mut b: u32) -> u32 {
     while a != b {
         if a == ROOT || b == ROOT {
@@ -136,7 +140,8 @@ fn nearest_common_dominator(parents: &[Option<u32>], mut a: u32, mut b: u32) -> 
     a
 }
 
-/// Numbers a tree, given by the parent of each node, so that each subtree is a span of numbers.
+/// Numbers the nodes of a tree, given by the parent of each node, so that the nodes of each subtree
+/// have consecutive numbers. Gives for each node the first and the last number of its subtree.
 fn spans(parents: &[Option<u32>]) -> Vec<(u32, u32)> {
     // A parent comes before its children, so the sizes of subtrees add up from behind.
     let mut sizes = vec![1u32; parents.len()];

@@ -34,16 +34,18 @@
 //! 13. An instruction belongs to a statement of the module, or to none.
 //!
 //! The tasks:
-//! 14. A task's resume points are labels. A suspension names a resume point of every task that is
-//!     known to come to it, and of some task where that is not known: a jump to a label by number
-//!     may lead anywhere, so nothing is known of what comes behind it.
+//! 14. A task's resume points are labels of the module. The label of every suspension is a resume
+//!     point of at least one task. It is a resume point of each task from whose entry or resume
+//!     points control can reach the suspension. (Where a jump to a label by number leads is not
+//!     known, so what is reached only through one is not checked.)
 //!
 //! Blocks that control cannot reach keep all rules but 9. Any block may be cold, also an entry: that
 //! is about speed only.
 //!
 //! # Termination
-//! [`every_scan_ends`] proves that every scan of a module ends, by the absence of loops. It holds for
-//! PMI's programs, and for PMAC's, whose WHILE suspends the scan.
+//! [`every_scan_ends`] proves that every scan of a module ends, by the absence of loops. PMI's
+//! programs have none, and neither have PMAC's, in which each round of a WHILE suspends the scan.
+//! NCT's programs can jump back, so nothing is proven of them.
 //!
 //! # Order of stores
 //! Whether a pass keeps the order of stores cannot be seen in one module, so no rule here is about

@@ -1,5 +1,7 @@
 //! Rules 6 to 8 and 10 to 13: types of operands, constants, addresses and labels.
 
+use std::ops::Range;
+
 use plcc_abi::HostType;
 
 use super::Errors;
@@ -13,18 +15,23 @@ pub(super) fn check_function(module: &Module, func: &FuncData, errors: &mut Erro
         errors.block = Some(block);
         for (number, &param) in data.params.iter().enumerate() {
             if func.def(param) != ValueDef::Param(block, number as u32) {
-                errors.push(format!("{param} is not its parameter {number}"));
+                errors.push(format!(
+                    "{param} is listed as parameter {number}, but is defined by something else"
+                ));
             }
         }
         for &inst in &data.insts {
             errors.inst = Some(inst);
             let instruction = func.inst(inst);
             let result = func.result(inst);
-            if result.map(|value| func.ty(value)) != func.result_type(instruction) {
-                errors.push("its result has another type than it gives");
+            let (given, wanted) =
+                (result.map(|value| func.ty(value)), func.result_type(instruction));
+            if given != wanted {
+                let (given, wanted) = (type_or_nothing(given), type_or_nothing(wanted));
+                errors.push(format!("its result is {given}, but the operation gives {wanted}"));
             }
             if result.is_some_and(|value| func.def(value) != ValueDef::Result(inst)) {
-                errors.push("its result is another's");
+                errors.push("its result is defined by something else");
             }
             let loc = func.loc(inst);
             if loc != SourceLoc::NONE && loc.index() >= module.statements.len() {
@@ -42,11 +49,16 @@ pub(super) fn check_function(module: &Module, func: &FuncData, errors: &mut Erro
     errors.block = None;
 }
 
-/// What is wrong with an instruction.
+/// The type of a result, for messages.
+fn type_or_nothing(ty: Option<Type>) -> &'static str {
+    ty.map_or("nothing", Type::name)
+}
+
+/// What is wrong with an instruction; `None` if it keeps the rules.
 fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> {
     let ty = |value: Value| func.ty(value);
     let type_mismatch = |[a, b]: [Value; 2]| {
-        (ty(a) != ty(b)).then(|| format!("operands are {} and {}", ty(a), ty(b)))
+        (ty(a) != ty(b)).then(|| format!("its operands are {} and {}", ty(a), ty(b)))
     };
     let when_broken = |broken: bool, message: String| broken.then_some(message);
     match *data {
@@ -61,7 +73,7 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
                 UnaryOp::Neg => ty(arg).is_int() && ty(arg) != Type::I1,
                 _ => ty(arg) == Type::F64,
             };
-            when_broken(!fits, format!("{} of {}", op.name(), ty(arg)))
+            when_broken(!fits, format!("{} takes no {}", op.name(), ty(arg)))
         }
         InstData::Binary { op, args } => type_mismatch(args).or_else(|| {
             let of = ty(args[0]);
@@ -70,7 +82,7 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
                 Type::I1 => matches!(op, BinaryOp::And | BinaryOp::Or | BinaryOp::Xor),
                 _ => !op.is_float(),
             };
-            when_broken(!fits, format!("{} of {of}", op.name()))
+            when_broken(!fits, format!("{} takes no {of}", op.name()))
         }),
         InstData::Icmp { cond, args } => type_mismatch(args).or_else(|| {
             let of = ty(args[0]);
@@ -79,13 +91,17 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
                 Type::I1 => matches!(cond, IntCond::Eq | IntCond::Ne),
                 _ => true,
             };
-            when_broken(!fits, format!("{} of {of}", cond.name()))
+            when_broken(!fits, format!("{} takes no {of}", cond.name()))
         }),
         InstData::Fcmp { cond, args } => type_mismatch(args).or_else(|| {
-            when_broken(ty(args[0]) != Type::F64, format!("{} of {}", cond.name(), ty(args[0])))
+            when_broken(
+                ty(args[0]) != Type::F64,
+                format!("{} takes no {}", cond.name(), ty(args[0])),
+            )
         }),
-        InstData::Select { cond, args } => type_mismatch(args)
-            .or_else(|| when_broken(ty(cond) != Type::I1, format!("chooses by {}", ty(cond)))),
+        InstData::Select { cond, args } => type_mismatch(args).or_else(|| {
+            when_broken(ty(cond) != Type::I1, format!("its condition is {}, not i1", ty(cond)))
+        }),
         InstData::Convert { op, to, arg } => {
             let from = ty(arg);
             let ints = from.is_int() && to.is_int();
@@ -99,7 +115,7 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
                     matches!((from, to), (Type::I64, Type::F64) | (Type::F64, Type::I64))
                 }
             };
-            when_broken(!fits, format!("{} of {from} to {to}", op.name()))
+            when_broken(!fits, format!("{} cannot convert {from} to {to}", op.name()))
         }
         InstData::Load { ty, at } => access_mistake(module, func, &at, ty, false),
         InstData::Store { at, value } => access_mistake(module, func, &at, ty(value), true),
@@ -110,7 +126,7 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
                 && wanted.iter().zip(given).all(|(&wanted, &arg)| host_type(wanted) == ty(arg));
             when_broken(
                 !fits,
-                format!("{} is called with other arguments than it has", function.name()),
+                format!("these are not the arguments that {} takes", function.name()),
             )
         }
     }
@@ -124,6 +140,7 @@ fn host_type(ty: HostType) -> Type {
     }
 }
 
+/// What is wrong with an access to the process image; `None` if it keeps the rules.
 fn access_mistake(
     module: &Module,
     func: &FuncData,
@@ -134,28 +151,32 @@ fn access_mistake(
     let Some(region) = module.region(at.region) else {
         return Some(format!("{} is not there", at.region));
     };
-    let (start, end) = at.extent(ty);
+    let Range { start, end } = at.extent(ty);
     if end > u64::from(region.size) {
         let size = region.size;
-        return Some(format!("bytes {start} to {end} of {}, which has {size}", region.name));
+        return Some(format!(
+            "accesses bytes {start}..{end} of {}, which has {size} bytes",
+            region.name
+        ));
     }
     if let Some(index) = at.index {
         if func.ty(index.value) != Type::I32 {
-            return Some(format!("its index is {}", func.ty(index.value)));
+            return Some(format!("its index is {}, not i32", func.ty(index.value)));
         }
         if index.count == 0 {
-            return Some("it has no elements".into());
+            return Some("its array has no elements".into());
         }
     }
     if ty == Type::I1 && !region.bits {
-        return Some(format!("an i1 in {}, which is no region of bits", region.name));
+        return Some(format!("accesses an i1 in {}, which is not a region of bits", region.name));
     }
     if store && region.bits && ty != Type::I1 {
-        return Some(format!("{ty} is stored in {}, a region of bits", region.name));
+        return Some(format!("stores an {ty} in {}, which is a region of bits", region.name));
     }
     None
 }
 
+/// Checks the operands, labels and blocks of a terminator.
 fn check_terminator(
     module: &Module,
     func: &FuncData,
@@ -181,14 +202,19 @@ fn check_terminator(
 
 fn check_label(module: &Module, label: Label, errors: &mut Errors) {
     if !module.has_label(label) {
-        errors.push(format!("{label} stands nowhere"));
+        errors.push(format!("{label} is not a label of the module"));
     }
 }
 
+/// Checks the values that are passed to the parameters of a block.
 fn check_block_call(func: &FuncData, block: Block, args: &[Value], errors: &mut Errors) {
     let params = &func.block(block).params;
     if params.len() != args.len() {
-        errors.push(format!("{block} has {} parameters, not {}", params.len(), args.len()));
+        errors.push(format!(
+            "{block} has {} parameters, but {} values are passed",
+            params.len(),
+            args.len()
+        ));
     }
     for (&param, &arg) in params.iter().zip(args) {
         let (wanted, given) = (func.ty(param), func.ty(arg));

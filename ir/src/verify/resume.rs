@@ -1,4 +1,4 @@
-//! Rule 14: a scan is suspended only where its task can go on.
+//! Checks rule 14: a scan is suspended only at labels where its task can go on.
 
 use std::collections::HashSet;
 
@@ -22,13 +22,15 @@ pub(super) fn check_module(module: &Module, errors: &mut Errors) {
         for label in suspensions_reached(module, &targets, task.entry, &points) {
             if !points.contains(&label.0) && all_points.contains(&label.0) {
                 let name = &task.name;
-                errors.push(format!("task {name} is suspended at {label}, no resume point of it"));
+                errors.push(format!(
+                    "task {name} is suspended at {label}, which is not one of its resume points"
+                ));
             }
         }
     }
 }
 
-/// The labels that suspensions name, each once, wherever they stand.
+/// The labels that the module's suspensions name, each once.
 fn suspensions(module: &Module) -> Vec<Label> {
     let blocks = module.funcs().flat_map(|(_, func)| func.blocks());
     let mut labels: Vec<Label> = blocks
@@ -42,7 +44,8 @@ fn suspensions(module: &Module) -> Vec<Label> {
     labels
 }
 
-/// The labels that the suspensions name which a task is known to come to.
+/// The labels of those suspensions that control can reach from the entry or a resume point of a
+/// task without a jump to a label by number.
 fn suspensions_reached(
     module: &Module,
     targets: &[Option<(Func, Block)>],

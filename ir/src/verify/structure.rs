@@ -9,7 +9,10 @@ pub(super) fn check_module(module: &Module, errors: &mut Errors) {
     let files = module.files.len();
     for (index, statement) in module.statements.iter().enumerate() {
         if statement.file as usize >= files && files > 0 {
-            errors.push(format!("statement @{index} names file {} of {files}", statement.file));
+            errors.push(format!(
+                "statement @{index} is of file {}, but there are {files} files",
+                statement.file
+            ));
         }
     }
 }
@@ -21,7 +24,7 @@ fn check_regions(module: &Module, errors: &mut Errors) {
             (u64::from(region.offset), u64::from(region.offset) + u64::from(region.size));
         if end > u64::from(module.image_size) {
             errors.push(format!(
-                "region {} ends at {end}, the image at {}",
+                "region {} ends at byte {end}, but the image has {} bytes",
                 region.name, module.image_size
             ));
         }
@@ -45,7 +48,10 @@ fn check_labels(module: &Module, errors: &mut Errors) {
         for (label, _) in func.entries() {
             match seen.get_mut(label.index()) {
                 Some(count) => *count += 1,
-                None => errors.push(format!("{label} of {}", module.label_count)),
+                None => {
+                    let count = module.label_count;
+                    errors.push(format!("{label} stands at a block, but there are {count} labels"));
+                }
             }
         }
     }
@@ -56,16 +62,22 @@ fn check_labels(module: &Module, errors: &mut Errors) {
     }
     for task in &module.tasks {
         if task.entry >= module.label_count {
-            errors.push(format!("task {} starts at L{}", task.name, task.entry));
+            errors.push(format!(
+                "task {} starts at L{}, which is not a label of the module",
+                task.name, task.entry
+            ));
         }
         for label in task.resume_points.iter().filter(|&&label| label >= module.label_count) {
-            errors.push(format!("task {} goes on at L{label}", task.name));
+            errors.push(format!(
+                "task {} goes on at L{label}, which is not a label of the module",
+                task.name
+            ));
         }
     }
 }
 
-/// Checks the references inside a function; gives whether all exist, so that the other rules can be
-/// checked.
+/// Checks that everything that a function refers to exists. Gives whether it does; only then can
+/// the other rules be checked.
 pub(super) fn check_function(func: &FuncData, errors: &mut Errors) -> bool {
     let before = errors.list.len();
     for (label, block) in func.entries() {
@@ -93,7 +105,7 @@ pub(super) fn check_function(func: &FuncData, errors: &mut Errors) -> bool {
                 continue;
             };
             if std::mem::replace(slot, true) {
-                errors.push("stands in two places");
+                errors.push("is listed twice");
             }
             instruction.for_each_arg(|value| {
                 if value.index() >= values {

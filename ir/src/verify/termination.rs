@@ -1,13 +1,13 @@
-//! Proof that every scan of a program ends: it has no loops.
+//! Proves that every scan of a program ends, if the program has no loops.
 //!
 //! The graph of all blocks of all functions, with an edge for each branch and each goto to a label,
-//! is searched depth first; an edge to a block that is still on the path is a loop.
+//! is searched depth first. An edge to a block that is on the current path closes a loop.
 
 use crate::{Block, Func, Label, Module, Terminator};
 
-/// Whether every scan of a module ends, whatever the process image holds: control cannot come to
-/// a block twice before the scan returns, is suspended or is stopped. A jump to a label by number
-/// can lead anywhere, so a module with one is not proven to end.
+/// Whether it is proven that every scan of a module ends, whatever the process image holds: control
+/// cannot come to a block twice before the scan returns, is suspended or is stopped. For a module
+/// with a jump to a label by number this is not proven, since such a jump can lead anywhere.
 pub fn every_scan_ends(module: &Module) -> bool {
     let labels = module.label_targets();
     let target = |label: Label| labels.get(label.index()).copied().flatten();

@@ -1,4 +1,4 @@
-//! A module that breaks each rule, and what is said.
+//! For each rule a module that breaks it, and the error that is reported.
 
 use super::{every_scan_ends, verify};
 use crate::text::parse;
@@ -15,48 +15,54 @@ fn body(body: &str) -> Vec<String> {
 }
 
 #[test]
-fn each_broken_rule_is_told() {
+fn each_broken_rule_of_functions_is_reported() {
     for (text, message) in [
         (
             "v0: i16 = load data:15\nreturn",
-            "f, block0, inst0: bytes 15 to 17 of data, which has 16",
+            "f, block0, inst0: accesses bytes 15..17 of data, which has 16 bytes",
         ),
         (
             "v0: i1 = load data:0\nreturn",
-            "f, block0, inst0: an i1 in data, which is no region of bits",
+            "f, block0, inst0: accesses an i1 in data, which is not a region of bits",
         ),
         (
             "v0: i8 = iconst 2\nstore bits:0, v0\nreturn",
-            "f, block0, inst1: i8 is stored in bits, a region of bits",
+            "f, block0, inst1: stores an i8 in bits, which is a region of bits",
         ),
         (
             "v0: i16 = load data:0\nv1: i8 = load data:0[v0 * 1, 4]\nreturn",
-            "f, block0, inst1: its index is i16",
+            "f, block0, inst1: its index is i16, not i32",
         ),
         (
             "v0: i32 = load data:0\nv1: i8 = load data:0[v0 * 4, 5]\nreturn",
-            "f, block0, inst1: bytes 0 to 17 of data, which has 16",
+            "f, block0, inst1: accesses bytes 0..17 of data, which has 16 bytes",
         ),
         (
             "v0: i32 = load data:0\nv1: i8 = load data:0[v0 * 4, 0]\nreturn",
-            "f, block0, inst1: it has no elements",
+            "f, block0, inst1: its array has no elements",
         ),
         ("v0: i8 = iconst 200\nreturn", "f, block0, inst0: 200 is no constant of type i8"),
-        ("v0: i8 = iconst 1\nv1: i8 = fabs v0\nreturn", "f, block0, inst1: fabs of i8"),
-        ("v0: i1 = iconst 1\nv1: i1 = add v0, v0\nreturn", "f, block0, inst1: add of i1"),
+        ("v0: i8 = iconst 1\nv1: i8 = fabs v0\nreturn", "f, block0, inst1: fabs takes no i8"),
+        ("v0: i1 = iconst 1\nv1: i1 = add v0, v0\nreturn", "f, block0, inst1: add takes no i1"),
         (
             "v0: i8 = iconst 1\nv1: i16 = add v0, v0\nreturn",
-            "f, block0, inst1: its result has another type than it gives",
+            "f, block0, inst1: its result is i16, but the operation gives i8",
         ),
         (
             "v0: i8 = iconst 1\nv1: i16 = iconst 1\nv2: i8 = add v0, v1\nreturn",
-            "f, block0, inst2: operands are i8 and i16",
+            "f, block0, inst2: its operands are i8 and i16",
         ),
-        ("v0: i8 = iconst 1\nv1: i8 = sext v0\nreturn", "f, block0, inst1: sext of i8 to i8"),
-        ("v0: i1 = iconst 1\nv1: i1 = icmp slt v0, v0\nreturn", "f, block0, inst1: slt of i1"),
+        (
+            "v0: i8 = iconst 1\nv1: i8 = sext v0\nreturn",
+            "f, block0, inst1: sext cannot convert i8 to i8",
+        ),
+        (
+            "v0: i1 = iconst 1\nv1: i1 = icmp slt v0, v0\nreturn",
+            "f, block0, inst1: slt takes no i1",
+        ),
         (
             "v0: i8 = neg v1\nv1: i8 = iconst 1\nreturn",
-            "f, block0, inst0: v1 is not defined on every way here",
+            "f, block0, inst0: v1 is not defined on every path to this use",
         ),
         (
             "v0: i8 = iconst 1\nbrif v0, block1, block1\nblock1:\nreturn",
@@ -64,7 +70,7 @@ fn each_broken_rule_is_told() {
         ),
         (
             "v0: i8 = iconst 1\njump block1\nblock1(v1: i8):\nreturn",
-            "f, block0, block1 has 1 parameters, not 0",
+            "f, block0, block1 has 1 parameters, but 0 values are passed",
         ),
         (
             "v0: i8 = iconst 1\njump block1(v0)\nblock1(v1: i16):\nreturn",
@@ -72,7 +78,7 @@ fn each_broken_rule_is_told() {
         ),
         (
             "hostcall pmac_save()\nhostcall pmac_define()\nreturn",
-            "f, block0, inst1: pmac_define is called with other arguments than it has",
+            "f, block0, inst1: these are not the arguments that pmac_define takes",
         ),
         (
             "@3\nv0: i8 = iconst 1\nreturn",
@@ -85,9 +91,9 @@ fn each_broken_rule_is_told() {
 }
 
 #[test]
-fn the_module_itself_is_looked_at() {
+fn each_broken_rule_of_modules_is_reported() {
     for (text, message) in [
-        ("image 8\nregion a at 0 size 9\n", "region a ends at 9, the image at 8"),
+        ("image 8\nregion a at 0 size 9\n", "region a ends at byte 9, but the image has 8 bytes"),
         ("image 8\nregion a at 0 size 5\nregion b at 4 size 4\n", "regions a and b overlap"),
         ("fn \"f\" {\nblock0 (L0):\nreturn\nblock1 (L0):\nreturn\n}\n", "L0 stands at 2 places"),
         (
@@ -101,7 +107,7 @@ fn the_module_itself_is_looked_at() {
         (
             "task \"a\" L0\ntask \"b\" L1 resume [L1]\nfn \"f\" {\nblock0 (L0):\njump block1\n\
              block1 (L1):\nsuspend L1\n}\n",
-            "task a is suspended at L1, no resume point of it",
+            "task a is suspended at L1, which is not one of its resume points",
         ),
     ] {
         assert!(errors(text).iter().any(|error| error == message), "{:?}", errors(text));
@@ -109,22 +115,22 @@ fn the_module_itself_is_looked_at() {
 }
 
 #[test]
-fn all_errors_are_told() {
+fn all_errors_are_reported() {
     let found = body("v0: i8 = iconst 200\nv1: i1 = load data:0\nstore data:16, v0\nreturn");
     assert_eq!(found.len(), 3, "{found:?}");
 }
 
 #[test]
-fn a_value_comes_from_one_arm_only() {
+fn a_value_defined_in_one_arm_is_not_defined_behind_the_branch() {
     let found = body(
         "v0: i1 = load bits:0\nbrif v0, block1, block2\nblock1:\nv1: i8 = iconst 1\njump block3\n\
          block2:\njump block3\nblock3:\nstore data:0, v1\nstore bits:0, v0\nreturn",
     );
-    assert_eq!(found, ["f, block3, inst2: v1 is not defined on every way here"]);
+    assert_eq!(found, ["f, block3, inst2: v1 is not defined on every path to this use"]);
 }
 
 #[test]
-fn what_ends_is_known() {
+fn loops_are_found_across_functions() {
     let ends = |text: &str| every_scan_ends(&parse(&format!("{HEAD}{text}")).unwrap());
     assert!(ends("fn \"f\" {\nblock0 (L0):\ngoto L1\n}\nfn \"g\" {\nblock0 (L1):\nreturn\n}"));
     assert!(!ends("fn \"f\" {\nblock0 (L0):\ngoto L1\n}\nfn \"g\" {\nblock0 (L1):\ngoto L0\n}"));
