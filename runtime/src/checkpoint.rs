@@ -1,9 +1,9 @@
 //! Checkpoints: the whole state of a control between two ticks, as bytes.
 //!
-//! An executive consists of the program's tables, the options of the run, the process image, and
-//! one `State` of what lies beside the image; everything else in it can be derived from those. A
+//! An executive consists of the program's tables, the options of the run, the process image, and a
+//! `State`, which holds what is not in the image; everything else in it can be derived from those. A
 //! checkpoint holds image and state. A new executive of the same program, with the same options,
-//! goes on from it as if it had run all the time, whichever engine it is given.
+//! continues from it as if it had run all the time, in whichever engine.
 //!
 //! | offset | bytes | holds |
 //! | --- | --- | --- |
@@ -13,8 +13,8 @@
 //! | 16 | 8 | the fingerprint of the program |
 //! | 24 | | image and state, by postcard |
 //!
-//! The checksum is against accidents. Whatever bytes are given, an executive that takes them does
-//! nothing worse than a program could do to its own variables.
+//! The checksum protects against accidents, not against people: bytes with a right checksum may hold
+//! any values, but no worse ones than the program itself could have stored.
 
 use std::hash::Hasher;
 
@@ -32,7 +32,7 @@ const VERSION: u32 = 1;
 /// Why bytes are no checkpoint that an executive can take. The executive is unchanged.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum CheckpointError {
-    /// The bytes begin as no checkpoint does.
+    /// The bytes do not begin as those of a checkpoint.
     #[error("this is no checkpoint")]
     NoCheckpoint,
     /// Another version of plcc has written it.
@@ -54,18 +54,19 @@ struct Payload<S> {
     state: S,
 }
 
-/// What a checkpoint is held against: the program that it must belong to.
+/// What a checkpoint is compared with: the program that it must belong to.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Binding {
+pub(crate) struct ProgramIdentity {
     fingerprint: u64,
-    /// The stretches of the image in which every byte is 0 or 1.
+    /// The ranges of the image (start, end) in which every byte is 0 or 1.
     bits: Vec<(usize, usize)>,
     /// How many resume points each task has.
     resume_points: Vec<usize>,
 }
 
-impl Binding {
-    /// The binding of a program. Labels are left out: they depend on how its code was cut.
+impl ProgramIdentity {
+    /// The identity of a program. Labels are no part of it, since they depend on how its code was cut
+    /// into chunks.
     pub(crate) fn new(program: &Program) -> Self {
         let tasks: Vec<(&str, usize)> =
             program.tasks.iter().map(|task| (&*task.name, task.resume_points.len())).collect();
@@ -85,7 +86,7 @@ impl Binding {
         }
     }
 
-    /// Whether a task has a resume point, or begins at its top.
+    /// Whether a task can go on at `from`: `None` is its beginning, else it must have that resume point.
     pub(crate) fn can_resume(&self, task: usize, from: Option<ResumePoint>) -> bool {
         let count = self.resume_points.get(task).copied().unwrap_or(0);
         from.is_none_or(|point| (point.0 as usize) < count)
@@ -104,7 +105,10 @@ impl Binding {
         bytes
     }
 
-    /// The image and the state of a checkpoint of this program; the image has `size` bytes.
+    /// The image and the state of a checkpoint of this program; the image must have `size` bytes.
+    ///
+    /// # Errors
+    /// When the bytes are no checkpoint, are damaged, or belong to another program or version.
     pub(crate) fn read<S: DeserializeOwned>(
         &self,
         size: usize,
@@ -159,23 +163,23 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read() {
-        let binding = Binding::new(&program("bits"));
+        let identity = ProgramIdentity::new(&program("bits"));
         let image: Vec<u8> = (0..16).map(|n| if n < 8 { n * 3 } else { n & 1 }).collect();
-        let bytes = binding.write(&image, &(7_u32, "state".to_owned()));
-        assert_eq!(binding.read(16, &bytes), Ok((image, (7_u32, "state".to_owned()))));
+        let bytes = identity.write(&image, &(7_u32, "state".to_owned()));
+        assert_eq!(identity.read(16, &bytes), Ok((image, (7_u32, "state".to_owned()))));
         // Labels depend on how code is cut, and do not matter.
         let mut other = program("bits");
         (other.tasks[0].entry, other.tasks[0].resume_points) = (9, vec![5, 4]);
-        assert!(Binding::new(&other).read::<(u32, String)>(16, &bytes).is_ok());
-        assert!(binding.can_resume(0, Some(ResumePoint(1))) && binding.can_resume(0, None));
-        assert!(!binding.can_resume(0, Some(ResumePoint(2))));
+        assert!(ProgramIdentity::new(&other).read::<(u32, String)>(16, &bytes).is_ok());
+        assert!(identity.can_resume(0, Some(ResumePoint(1))) && identity.can_resume(0, None));
+        assert!(!identity.can_resume(0, Some(ResumePoint(2))));
     }
 
     #[test]
     fn what_is_damaged_or_foreign_is_refused() {
-        let binding = Binding::new(&program("bits"));
-        let read = |bytes: &[u8]| binding.read::<u32>(16, bytes).map(|_| ());
-        let bytes = binding.write(&[1; 16], &5_u32);
+        let identity = ProgramIdentity::new(&program("bits"));
+        let read = |bytes: &[u8]| identity.read::<u32>(16, bytes).map(|_| ());
+        let bytes = identity.write(&[1; 16], &5_u32);
         assert_eq!(read(&bytes), Ok(()));
         for at in 0..bytes.len() {
             let mut flipped = bytes.clone();
@@ -185,11 +189,11 @@ mod tests {
         }
         assert!(read(&[bytes.clone(), vec![0]].concat()).is_err());
         assert_eq!(read(b"tick,name,value"), Err(CheckpointError::NoCheckpoint));
-        let other = Binding::new(&program("other")).write(&[1; 16], &5_u32);
+        let other = ProgramIdentity::new(&program("other")).write(&[1; 16], &5_u32);
         assert_eq!(read(&other), Err(CheckpointError::OtherProgram));
-        let long = binding.write(&[1; 17], &5_u32);
+        let long = identity.write(&[1; 17], &5_u32);
         assert_eq!(read(&long), Err(CheckpointError::Damaged), "an image that is too long");
-        let no_bit = binding.write(&[2; 16], &5_u32);
+        let no_bit = identity.write(&[2; 16], &5_u32);
         assert_eq!(read(&no_bit), Err(CheckpointError::Damaged), "2 is no bit");
     }
 }

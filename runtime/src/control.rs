@@ -39,14 +39,14 @@ pub(crate) trait Control {
     }
 }
 
-/// What is chosen for a run.
+/// The settings that are chosen for one run.
 #[cfg(feature = "args")]
 pub(crate) struct Choices<'a> {
     /// The options of the command line.
     pub(crate) args: &'a ControlArgs,
     /// Whether the clock paces the ticks.
     pub(crate) realtime: bool,
-    /// The machine file in place of the one that the program was compiled with.
+    /// A machine file whose settings replace those that the program was compiled with.
     pub(crate) machine: Option<&'a Machine>,
 }
 
@@ -59,7 +59,8 @@ pub(crate) fn control(tables: &Tables) -> &dyn Control {
     }
 }
 
-/// The first option on the command line that only controls of one language have.
+/// The first option among `args` that only controls of language `dialect` have, as it is written on
+/// the command line.
 #[cfg(feature = "args")]
 pub(crate) fn option_of(dialect: Dialect, args: &ControlArgs) -> Option<&'static str> {
     match dialect {

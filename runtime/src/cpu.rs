@@ -1,4 +1,4 @@
-//! What this machine's processor can do.
+//! Tells which features that code needs this computer's processor does not have.
 
 /// The features among the given ones that this processor lacks. Features have the names that Rust's
 /// feature detection uses; one that is unknown here counts as lacking.
@@ -28,7 +28,7 @@ fn has(_: &str) -> bool {
 #[cfg(test)]
 mod tests {
     #[test]
-    fn what_nobody_knows_is_missing() {
+    fn a_feature_with_an_unknown_name_is_missing() {
         assert_eq!(super::missing(&["warp9".into()]), ["warp9"]);
         assert!(super::missing(&[]).is_empty());
     }

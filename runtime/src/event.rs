@@ -1,4 +1,4 @@
-//! Events: what a program and its control report to the outside, an object of JSON each.
+//! Events (`--events`): what a program and its control report to the outside, each a JSON object.
 
 use std::fmt;
 use std::sync::Arc;
@@ -10,15 +10,15 @@ use crate::pmac::display;
 /// Something that happened in a tick.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Event {
-    /// When, counted in base ticks from 0.
+    /// The base tick in which it happened, counted from 0.
     pub tick: u64,
-    /// What.
+    /// What happened.
     #[serde(flatten)]
     pub body: EventBody,
 }
 
-/// What happened. The order of the fields is that of the JSON. PMAC's texts are those of its
-/// program and shared, so that an event allocates nothing.
+/// What happened. The fields stand in the order in which JSON has them. PMAC's texts are shared with
+/// the program's tables, so that making an event allocates no memory.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum EventBody {
@@ -31,7 +31,7 @@ pub enum EventBody {
         /// Its text.
         text: String,
     },
-    /// A PMI message (with `name`) or an NCT one (with `flag`) came or went.
+    /// A PMI message (which has a `name`) or an NCT message (which has a `flag`) came or went.
     Message {
         /// The PMI variable.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -43,7 +43,7 @@ pub enum EventBody {
         state: &'static str,
         /// Its text.
         text: String,
-        /// For NCT's `:198`, the register's value.
+        /// For texts of NCT's `:198`, the value of the register that chooses the text.
         #[serde(skip_serializing_if = "Option::is_none")]
         index: Option<i64>,
     },
@@ -83,8 +83,8 @@ pub enum EventBody {
     },
 }
 
-/// What PMAC's DISPLAY shows. A value becomes text where somebody reads it, since that takes memory
-/// and a scan has none to take.
+/// What PMAC's DISPLAY shows. A value is converted to text when the event is written, since that
+/// allocates memory, which a scan must not do.
 #[derive(Clone, Debug)]
 pub enum DisplayedText {
     /// A text of the program.

@@ -1,4 +1,4 @@
-//! What an executive is.
+//! The interface between a run and a control: [`Executive`], its variables, and why it stops.
 
 use plcc_abi::Engine;
 use thiserror::Error;
@@ -9,16 +9,16 @@ use crate::{CheckpointError, Event, Value};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Variable(pub u32);
 
-/// What a name is looked up for.
+/// What a variable is looked up for, which decides what variables are allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// To be read.
+    /// To be read: any variable, also a whole array.
     Watch,
-    /// To be set by the stimulus, whatever its class.
+    /// To be set by the stimulus: any single variable, also one that the program can only read.
     Stimulus,
 }
 
-/// A value to set, already checked to fit its variable.
+/// A value for [`Executive::set`], already checked to fit its variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Setting {
     /// An integer.
@@ -27,7 +27,7 @@ pub enum Setting {
     Float(f64),
 }
 
-/// Why a name is no variable.
+/// Why a name can't be watched or set.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NameError {
     /// Nothing has this name.
@@ -35,10 +35,10 @@ pub enum NameError {
     Unknown {
         /// The name as written.
         name: String,
-        /// One like it that exists.
+        /// A variable that exists and has a similar name.
         suggestion: Option<String>,
     },
-    /// Something has this name that can't be used so.
+    /// Something has this name, but can't be used for the purpose.
     #[error("`{name}` {reason}")]
     Unfit {
         /// The name as written.
@@ -62,10 +62,10 @@ pub struct ValueError {
     pub reason: String,
 }
 
-/// A program's end before its time.
+/// Why a control stopped its program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stop {
-    /// The control's word for it: `NO PMI DATA`, `PLC TIMEOUT1`, `CALL DEPTH`, `WATCHDOG`.
+    /// The control's own code: `NO PMI DATA`, `PLC TIMEOUT1`, `CALL DEPTH`, `WATCHDOG`.
     pub code: String,
     /// What happened, for people; the same in every engine.
     pub message: String,
@@ -85,18 +85,19 @@ impl Stop {
     }
 }
 
-/// What a control does around its program. Owns the process image and all that is not the
-/// program's own; the engine comes from outside and is the same for all.
+/// What a control does around its program: it latches inputs, counts timers, calls tasks, drives
+/// outputs and reports events. An executive holds the process image and all other state of the control.
+/// The engine that executes the program is given to each tick, and can be any engine of the program.
 pub trait Executive {
     /// The length of a base tick in nanoseconds of simulated time.
     fn tick_ns(&self) -> u64;
 
-    /// Does one base tick, after the stimulus of it has been applied. Events carry the tick's
-    /// number, which the executive counts from 0.
+    /// Does one base tick, after the stimulus of that tick has been applied. Its events are appended to
+    /// `events`, each with the tick's number, which the executive counts from 0.
     ///
     /// # Errors
-    /// When the program is stopped; the tick counts, and there is no other after it. The `stop`
-    /// event is the caller's.
+    /// When the control stops the program. This was its last tick then; the caller adds the event
+    /// `stop`.
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop>;
 
     /// Finds a variable by its name in the dialect's spelling.
@@ -105,7 +106,7 @@ pub trait Executive {
     /// When nothing has that name, or it can't be used for the purpose.
     fn find(&mut self, name: &str, purpose: Purpose) -> Result<Variable, NameError>;
 
-    /// Reads a value for a variable.
+    /// Reads the text of a value for a variable.
     ///
     /// # Errors
     /// When the text is no number, or the variable can't take it.
@@ -129,7 +130,7 @@ pub trait Executive {
     /// The canonical spelling of a watched name, as a dump has it.
     fn canonical(&self, variable: Variable) -> String;
 
-    /// What survives power-off, to be put into a file; `None` where the dialect has nothing.
+    /// The data that survives power-off, to be put into a file; `None` where there is nothing to keep.
     fn retained(&self) -> Option<Vec<u8>>;
 
     /// Takes back what [`retained`](Self::retained) gave, before the first tick.
@@ -141,8 +142,8 @@ pub trait Executive {
     /// The process image.
     fn image(&self) -> &[u8];
 
-    /// The whole state between two ticks, as bytes: the image and all that lies beside it. Events
-    /// do not outlive a tick and are not in it; neither is what watches real time.
+    /// The whole state between two ticks, as bytes: the image and the state outside it. Events are not
+    /// part of it, since they do not outlive a tick; neither are watchdogs of real time.
     fn checkpoint(&self) -> Vec<u8>;
 
     /// Takes the state of a [`checkpoint`](Self::checkpoint) of the same program. Ticks go on from

@@ -1,5 +1,5 @@
-//! Fingerprints: numbers that tell one program from another, the same on every machine and in
-//! every version of Rust.
+//! A hash function for fingerprints of programs, by which a file that belongs to one program is known.
+//! It gives the same number on every machine and in every version of Rust.
 
 use std::hash::Hasher;
 

@@ -1,8 +1,8 @@
 //! Runs compiled code.
 //!
-//! What makes it sound, together: a [`Code`] vouches for its bytes (see [`Code::seal`]); all that
-//! they reach is the image, whose length is checked against the code's before each call, and the
-//! host through one function of the context; and they leave by returning, always.
+//! Three things together make this sound. A [`Code`] can only be made from bytes that its maker vouches
+//! for (see [`Code::seal`]). Those bytes reach nothing but the image, whose length is checked before
+//! each call, and the host, through one function of the context. And they always end by returning.
 #![allow(unsafe_code)]
 
 use std::ffi::c_void;
@@ -23,8 +23,8 @@ use crate::perf;
 /// Why code can't be run.
 #[derive(Debug, Error)]
 pub enum NativeError {
-    /// The system gives no memory to execute.
-    #[error("no executable memory: {0}")]
+    /// The operating system gives no executable memory.
+    #[error("the operating system gives no executable memory: {0}")]
     Map(#[from] io::Error),
     /// The program has another process image than the code, or a task outside the code's labels;
     /// or the memory does not hold the code.
@@ -45,30 +45,35 @@ pub struct NativeEngine {
     /// For each task the labels at which it begins and goes on.
     tasks: Vec<ResumeLabels>,
     image_size: usize,
-    /// A host function has panicked: nothing is executed any more.
-    refuses: bool,
+    /// A host function has panicked. No further scan is executed.
+    host_panicked: bool,
 }
 
 /// A copy of some code in pages of its own, which can be executed and not written.
 struct MappedCode(Mmap);
 
 impl MappedCode {
+    /// Copies the code and makes the copy executable.
+    ///
+    /// # Errors
+    /// When the operating system gives no such memory.
     fn new(code: &Code) -> io::Result<Self> {
         let mut map = MmapMut::map_anon(code.bytes.len().max(1))?;
         if let Some(room) = map.get_mut(..code.bytes.len()) {
             room.copy_from_slice(&code.bytes);
         }
         // SAFETY: address and length are those of the mapping. Nothing of it is executed yet.
-        unsafe { icache::clear_cache(map.as_ptr().cast(), map.len()) }.map_err(other)?;
+        unsafe { icache::clear_cache(map.as_ptr().cast(), map.len()) }.map_err(io_error)?;
         let map = map.make_exec()?;
         // Reaches all threads of the process, so that the code may be executed by another one.
-        icache::pipeline_flush_mt().map_err(other)?;
+        icache::pipeline_flush_mt().map_err(io_error)?;
         Ok(Self(map))
     }
 }
 
-/// On some systems the error is of the crate's own.
-fn other(error: impl ToString) -> io::Error {
+/// An error of the crate that flushes caches as one of input and output; on some systems it has a type
+/// of its own.
+fn io_error(error: impl ToString) -> io::Error {
     io::Error::other(error.to_string())
 }
 
@@ -132,7 +137,13 @@ impl NativeEngine {
         if std::env::var_os(perf::VARIABLE).is_some_and(|value| value == "1") {
             perf::write_map(code, &program.files, bytes.as_ptr() as usize);
         }
-        Ok(Self { memory, entries, tasks, image_size: code.image_size as usize, refuses: false })
+        Ok(Self {
+            memory,
+            entries,
+            tasks,
+            image_size: code.image_size as usize,
+            host_panicked: false,
+        })
     }
 }
 
@@ -154,18 +165,18 @@ impl NativeEngine {
 
     /// Whether a host function has panicked, after which every scan is refused with
     /// [`TrapCode::HostPanic`].
-    pub fn refuses(&self) -> bool {
-        self.refuses
+    pub fn host_panicked(&self) -> bool {
+        self.host_panicked
     }
 
-    /// Where the code is in this process.
+    /// The address of the code's first byte in this process.
     pub fn address(&self) -> usize {
         self.memory.bytes().as_ptr() as usize
     }
 }
 
-/// What the host callback finds behind the context.
-struct Call<'a> {
+/// What [`host_call`] needs during one call of the engine; the context points to it.
+struct HostCallState<'a> {
     image: *mut u8,
     image_len: usize,
     host: &'a mut dyn Host,
@@ -178,7 +189,7 @@ struct Call<'a> {
 impl Engine for NativeEngine {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         let Some(labels) = self.tasks.get(task) else { return Outcome::End };
-        if self.refuses {
+        if self.host_panicked {
             return Outcome::Trap(TrapCode::HostPanic);
         }
         if scan.image.len() < self.image_size {
@@ -187,7 +198,8 @@ impl Engine for NativeEngine {
         let Some(mut label) = labels.label(from) else { return Outcome::Trap(TrapCode::BadLabel) };
         let image = scan.image.as_mut_ptr();
         let image_len = scan.image.len();
-        let mut call = Call { image, image_len, host: &mut *scan.host, image_at_panic: None };
+        let mut call =
+            HostCallState { image, image_len, host: &mut *scan.host, image_at_panic: None };
         let context = ScanContext {
             image,
             host: host_call,
@@ -203,7 +215,7 @@ impl Engine for NativeEngine {
             // returns. Nothing else touches the image meanwhile.
             let raw = RawOutcome(unsafe { entry(context, label) });
             if let Some(image) = call.image_at_panic.take() {
-                self.refuses = true;
+                self.host_panicked = true;
                 // Both have the length of the image that this call was given.
                 scan.image.copy_from_slice(&image);
                 return Outcome::Trap(TrapCode::HostPanic);
@@ -239,10 +251,10 @@ unsafe extern "C" fn host_call(
     d: u64,
 ) -> u64 {
     // SAFETY: compiled code passes on the context it was given, which `Engine::call` made and
-    // which outlives the call; its data is the `Call` beside it. `Engine::call` does not touch
+    // which outlives the call; its data is the `HostCallState` beside it. `Engine::call` does not touch
     // either while compiled code runs, and this function, the only other, is not entered twice:
     // a host gets the image as a slice and has no way back into the code.
-    let call = unsafe { &mut *(*context).host_data.cast::<Call<'_>>() };
+    let call = unsafe { &mut *(*context).host_data.cast::<HostCallState<'_>>() };
     let Some(function) = HostFn::from_number(function) else { return 0 };
     if call.image_at_panic.is_some() {
         return 0;

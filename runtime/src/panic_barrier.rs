@@ -1,4 +1,4 @@
-//! An engine around another one that lets no panic out.
+//! An engine that wraps another one and makes a trap of each panic in it.
 //!
 //! Native code catches a panic of a host function itself, since it must not unwind through compiled
 //! code. The statement interpreter and the IR interpreter unwind. [`PanicBarrier`] gives them the
@@ -12,20 +12,20 @@ use plcc_abi::{Engine, Outcome, ResumePoint, Scan, TrapCode};
 /// An engine whose panics are traps.
 pub struct PanicBarrier<'a> {
     engine: &'a mut dyn Engine,
-    /// A panic was caught: nothing is executed any more.
-    refuses: bool,
+    /// A panic was caught. No further scan is executed.
+    panicked: bool,
 }
 
 impl<'a> PanicBarrier<'a> {
     /// A barrier around an engine.
     pub fn new(engine: &'a mut dyn Engine) -> Self {
-        Self { engine, refuses: false }
+        Self { engine, panicked: false }
     }
 }
 
 impl Engine for PanicBarrier<'_> {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
-        if self.refuses {
+        if self.panicked {
             return Outcome::Trap(TrapCode::HostPanic);
         }
         // Engine and host are not used again after a panic, so nobody sees what they left half
@@ -33,7 +33,7 @@ impl Engine for PanicBarrier<'_> {
         let engine = &mut *self.engine;
         let result = catch_unwind(AssertUnwindSafe(|| engine.call(task, from, scan)));
         result.unwrap_or_else(|_| {
-            self.refuses = true;
+            self.panicked = true;
             Outcome::Trap(TrapCode::HostPanic)
         })
     }

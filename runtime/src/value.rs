@@ -1,4 +1,4 @@
-//! Values as users see them.
+//! Values of variables, and how they are written in traces and dumps.
 
 use std::fmt;
 
@@ -33,15 +33,15 @@ impl fmt::Display for Value {
     }
 }
 
-/// A finite double as ECMAScript's `Number::toString` writes it: the shortest digits that read
-/// back as the same number, with an exponent from 1e21 up and below 1e-6. 0 where not finite.
+/// A finite double as ECMAScript's `Number::toString` writes it: the shortest digits that read back as
+/// the same number, with an exponent from 1e21 up and below 1e-6. `0` for what is not finite.
 pub fn number(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return "0".into();
     }
-    // Rust's `{:e}` gives the shortest digits; besides ties only their arrangement is left.
+    // Rust's `{:e}` gives the shortest digits. Only ties differ, and where the point stands.
     let text = format!("{:e}", value.abs());
-    let text = even(&text, value.abs()).unwrap_or(text);
+    let text = even_shortest(&text, value.abs()).unwrap_or(text);
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     let digits: String = mantissa.chars().filter(char::is_ascii_digit).collect();
@@ -66,7 +66,7 @@ pub fn number(value: f64) -> String {
 /// Where a positive value lies half-way between two shortest decimals that both read back as it,
 /// Rust writes the upper one, ECMAScript the one whose last digit is even: that one, if it is not
 /// `text`, which has the form of `{:e}`.
-fn even(text: &str, value: f64) -> Option<String> {
+fn even_shortest(text: &str, value: f64) -> Option<String> {
     let (mantissa, exponent) = text.split_once('e')?;
     let last = mantissa.bytes().last().filter(|digit| digit % 2 == 1)?;
     let kept = mantissa.get(..mantissa.len() - 1)?;

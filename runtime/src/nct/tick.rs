@@ -7,7 +7,7 @@ use plcc_abi::nct::{self, IMAGE_BYTES, LINE_BYTES, NctName, NctSettings, NctTabl
 use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TrapCode};
 use thiserror::Error;
 
-use crate::checkpoint::{Binding, CheckpointError};
+use crate::checkpoint::{CheckpointError, ProgramIdentity};
 use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
 
 use super::events::Messages;
@@ -67,7 +67,7 @@ pub struct NctExecutive {
     messages: Messages,
     names: Names,
     state: State,
-    binding: Binding,
+    identity: ProgramIdentity,
     has_level2: bool,
     period_ms: u64,
     boards: usize,
@@ -100,7 +100,7 @@ impl NctExecutive {
         let messages = Messages::new(tables);
         Ok(Self {
             state: State::new(memory, image.input_lengths(), messages.count()),
-            binding: Binding::new(program),
+            identity: ProgramIdentity::new(program),
             image,
             messages,
             names: Names::default(),
@@ -367,14 +367,14 @@ impl Executive for NctExecutive {
     }
 
     fn checkpoint(&self) -> Vec<u8> {
-        self.binding.write(&self.image.bytes, &self.state)
+        self.identity.write(&self.image.bytes, &self.state)
     }
 
     fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {
         let size = self.image.bytes.len();
-        let (image, state): (_, State) = self.binding.read(size, checkpoint)?;
+        let (image, state): (_, State) = self.identity.read(size, checkpoint)?;
         let mut resume = state.resume.iter().enumerate();
-        let resumes = resume.all(|(module, &from)| self.binding.can_resume(module, from));
+        let resumes = resume.all(|(module, &from)| self.identity.can_resume(module, from));
         if !resumes || !state.fits(&self.state) {
             return Err(CheckpointError::Damaged);
         }

@@ -27,7 +27,7 @@ use plcc_abi::{
     pmac::{Definitions, Kind, Layout, Memory, Run, Variable as Named, View, math::finite},
 };
 
-use crate::checkpoint::{Binding, CheckpointError};
+use crate::checkpoint::{CheckpointError, ProgramIdentity};
 use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
 use host::Control;
 #[cfg(feature = "args")]
@@ -59,7 +59,7 @@ pub struct PmacExecutive {
     control: Control,
     options: PmacOptions,
     watchdog: Option<Watchdog>,
-    binding: Binding,
+    identity: ProgramIdentity,
     clocks: Clocks,
     /// What has been found by name, by the index of its [`Variable`].
     found: Vec<Name>,
@@ -81,7 +81,7 @@ impl PmacExecutive {
             control: Control::new(tables.clone(), layout),
             watchdog: options.realtime.then(Watchdog::default),
             options,
-            binding: Binding::new(program),
+            identity: ProgramIdentity::new(program),
             clocks: Clocks::new(&layout),
             found: Vec::new(),
             index: HashMap::new(),
@@ -210,14 +210,14 @@ impl Executive for PmacExecutive {
     }
 
     fn checkpoint(&self) -> Vec<u8> {
-        self.binding.write(&self.image, &self.control.state)
+        self.identity.write(&self.image, &self.control.state)
     }
 
     fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {
-        let (mut image, state): (_, State) = self.binding.read(self.image.len(), checkpoint)?;
+        let (mut image, state): (_, State) = self.identity.read(self.image.len(), checkpoint)?;
         let state = state.fitted(&self.control.state).ok_or(CheckpointError::Damaged)?;
         let mut plcs = state.plcs.all().iter().chain(state.plccs.all());
-        if !plcs.all(|plc| self.binding.can_resume(plc.task, plc.resume)) {
+        if !plcs.all(|plc| self.identity.can_resume(plc.task, plc.resume)) {
             return Err(CheckpointError::Damaged);
         }
         // Code that runs on this image has definitions built in, whatever was built in elsewhere.

@@ -225,7 +225,7 @@ impl Recompiling {
     /// Changes over to code that was ordered, if it is there.
     fn take_over(&mut self, definitions: &mut Definitions<'_>) {
         // Other code would not know that this engine refuses every further scan.
-        if self.engine.refuses() {
+        if self.engine.host_panicked() {
             return self.give_up();
         }
         let fresh = match self.workshop.fetch() {

@@ -7,7 +7,7 @@ use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TrapCode};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::checkpoint::{Binding, CheckpointError};
+use crate::checkpoint::{CheckpointError, ProgramIdentity};
 use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
 
 use super::events::{Announcements, value};
@@ -56,7 +56,7 @@ pub struct PmiExecutive {
     ports: u32,
     period_ns: u64,
     state: State,
-    binding: Binding,
+    identity: ProgramIdentity,
 }
 
 /// A retained variable's values.
@@ -102,7 +102,7 @@ impl PmiExecutive {
             image,
             period_ns: options.period_ns.max(1),
             state: State { announced, ..State::default() },
-            binding: Binding::new(program),
+            identity: ProgramIdentity::new(program),
         })
     }
 
@@ -391,11 +391,11 @@ impl Executive for PmiExecutive {
     }
 
     fn checkpoint(&self) -> Vec<u8> {
-        self.binding.write(&self.image, &self.state)
+        self.identity.write(&self.image, &self.state)
     }
 
     fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {
-        let (image, state): (_, State) = self.binding.read(self.image.len(), checkpoint)?;
+        let (image, state): (_, State) = self.identity.read(self.image.len(), checkpoint)?;
         if state.announced.len() != self.state.announced.len() {
             return Err(CheckpointError::Damaged);
         }

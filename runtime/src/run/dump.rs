@@ -1,4 +1,4 @@
-//! The state at the end of a run, as JSON.
+//! Writes the dump (`--dump`): the state at the end of a run, as one line of JSON.
 
 use std::io::{self, Write};
 
@@ -8,15 +8,16 @@ use crate::Executive;
 
 use super::{End, Watch};
 
-/// A string as JSON.
+/// A string as JSON, with its quotes.
 fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-/// Writes the dump: compact, keys in their order, a line feed at its end.
+/// Writes the dump of a run that has ended: the variables that the program declares or names and the
+/// watched ones, in natural sort order, without blanks and with a line feed at the end.
 ///
 /// # Errors
-/// When nothing can be written.
+/// When `out` can't be written.
 pub fn dump(
     out: &mut dyn Write,
     dialect: Dialect,

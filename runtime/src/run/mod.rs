@@ -1,6 +1,8 @@
-//! Runs a program tick by tick: stimulus in, trace and events out.
+//! Runs a program tick by tick: applies the stimulus, has the executive do the tick, and writes trace
+//! and events.
 //!
-//! [`Run`] is what the command line does, in process and with any [`Write`] for a file.
+//! [`Run`] is what `plcc run` and `plcrt` do, for callers in the same process; any [`Write`] can take
+//! the place of a file.
 
 mod dump;
 mod pace;
@@ -26,48 +28,48 @@ pub use stimulus::{LineError, Player, Stimulus, StimulusError};
 pub use trace::{Trace, TraceFormat};
 pub use watch::Watch;
 
-/// What is called after a tick, with how many there were and the control.
+/// A function that is called after each tick, with the number of ticks so far and the executive.
 pub type After<'a> = dyn FnMut(u64, &dyn Executive) + 'a;
 
 /// Everything that a run needs.
 pub struct Run<'a> {
-    /// The control.
+    /// The executive of the program, at power-up.
     pub executive: &'a mut dyn Executive,
-    /// The program.
+    /// The engine that executes the program.
     pub engine: &'a mut dyn Engine,
-    /// What is played to it.
+    /// The stimulus, to be applied tick by tick.
     pub player: Player,
-    /// What is watched.
+    /// The variables that the trace shows.
     pub watch: Watch,
-    /// Where the trace goes.
+    /// Where the trace is written, if it is.
     pub trace: Option<&'a mut dyn Write>,
     /// How the trace is written.
     pub trace_format: TraceFormat,
-    /// Where the events go.
+    /// Where the events are written, if they are, a JSON object a line.
     pub events: Option<&'a mut dyn Write>,
-    /// How many ticks there are; without a number they go on until the flag is set.
+    /// How many ticks are run; `None` runs until the flag `interrupt` is set.
     pub ticks: Option<u64>,
     /// The clock that says when each tick begins; without one the ticks follow each other as fast
     /// as they can.
     pub clock: Option<&'a dyn Clock>,
     /// A flag that, once set, ends the run before its next tick.
     pub interrupt: Option<&'a AtomicBool>,
-    /// Called after each tick with how many there were.
+    /// Called after each tick.
     pub after: Option<&'a mut After<'a>>,
 }
 
-/// How a run ended.
+/// How a run ended, and how far it came.
 #[derive(Debug, Default)]
 pub struct End {
-    /// Ticks begun.
+    /// How many ticks have begun.
     pub ticks: u64,
-    /// Why the program was stopped in the last of them.
+    /// Why the control stopped the program in the last tick, if it did.
     pub stop: Option<Stop>,
-    /// Whether the flag ended it.
+    /// Whether the flag `interrupt` ended the run.
     pub interrupted: bool,
-    /// How well the clock was kept, where there was one.
+    /// How late ticks began, where a clock paced them.
     pub punctuality: Punctuality,
-    /// An output that could not be written, which ended it too.
+    /// Why an output could not be written, which ended the run.
     pub failure: Option<RunError>,
 }
 
@@ -83,8 +85,8 @@ pub enum RunError {
 }
 
 impl RunError {
-    /// Whether nobody reads the output any more (`plcc run … --trace - | head`), which is no
-    /// mistake of anybody's.
+    /// Whether the reader of the output has closed it (`plcc run … --trace - | head`), which is not an
+    /// error.
     pub fn is_closed_pipe(&self) -> bool {
         let (Self::Trace(error) | Self::Events(error)) = self;
         error.kind() == io::ErrorKind::BrokenPipe
@@ -92,7 +94,8 @@ impl RunError {
 }
 
 impl Run<'_> {
-    /// Runs until the ticks are over, the program is stopped, the flag is set or an output fails.
+    /// Runs until all ticks are done, the program is stopped, the flag is set or an output can't be
+    /// written.
     pub fn go(mut self) -> End {
         let mut end = End::default();
         end.failure = self.ticks(&mut end).and_then(|()| self.flush()).err();

@@ -1,14 +1,14 @@
-//! Pacing by the clock: every tick has its time, counted from the start, so that lateness does
-//! not add up.
+//! Paces ticks by a clock (`--realtime`). The time at which each tick is due is counted from the start
+//! of the run, so that a late tick does not delay all that follow.
 
 use std::fmt::Debug;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// The longest sleep, so that Ctrl-C is noticed in time.
+/// The longest time between two looks at the flag that Ctrl-C sets.
 const MAX_SLEEP: Duration = Duration::from_millis(50);
-/// A tick that begins later than this is not caught up with: the machine slept, or the process was
+/// Lateness of more than this is not made up for: the computer was suspended, or the process was
 /// stopped in a debugger.
 const MAX_CATCH_UP: Duration = Duration::from_secs(1);
 
@@ -35,16 +35,16 @@ impl Clock for SystemClock {
     }
 }
 
-/// How well the clock was kept.
+/// How late the ticks of a run began.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Punctuality {
-    /// Ticks that began when the next one was due already.
+    /// How many ticks began only when the next one was already due.
     pub overruns: u64,
-    /// The most that a tick began late.
+    /// How late the latest tick began.
     pub latest: Duration,
 }
 
-/// Says when ticks begin.
+/// Waits for the time of each tick, and counts late ones.
 #[derive(Clone, Debug)]
 pub struct Pacer {
     due: Instant,
@@ -74,7 +74,7 @@ impl Pacer {
         }
     }
 
-    /// A tick begins.
+    /// Counts a tick that begins at `now` and sets when the next one is due, `tick` later.
     fn begin(&mut self, now: Instant, tick: Duration) {
         let late = now.saturating_duration_since(self.due);
         self.punctuality.latest = self.punctuality.latest.max(late);
@@ -83,7 +83,7 @@ impl Pacer {
         self.due = base.checked_add(tick).unwrap_or(base);
     }
 
-    /// How well the clock was kept.
+    /// How late ticks have begun so far.
     pub fn punctuality(&self) -> Punctuality {
         self.punctuality
     }
@@ -104,11 +104,11 @@ mod tests {
         assert_eq!(pacer.punctuality.overruns, 0, "late, but within its time");
         pacer.begin(at(70), tick);
         pacer.begin(at(71), tick);
-        assert_eq!(pacer.due, at(80), "made up for");
+        assert_eq!(pacer.due, at(80), "the lateness is made up for");
         assert_eq!(pacer.punctuality.overruns, 1);
         assert_eq!(pacer.punctuality.latest, Duration::from_millis(30));
         pacer.begin(at(5000), tick);
-        assert_eq!(pacer.due, at(5020), "not made up for");
+        assert_eq!(pacer.due, at(5020), "more than a second is not made up for");
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! The stimulus: what the machine and the operator do, as a table of `tick,name,value`.
+//! The stimulus (`--stimulus`): a table `tick,name,value` of what the machine and the operator do. It
+//! is read and checked as a whole before the first tick, and then played tick by tick.
 
 use std::collections::HashMap;
 
@@ -7,10 +8,10 @@ use crate::{Executive, Purpose, Setting, Variable};
 /// At most this many mistakes of a stimulus are reported, the rest is counted.
 const MAX_ERRORS: usize = 20;
 
-/// No name has more bytes than this, and messages show no more of a line or value.
+/// A longer name, in bytes, is refused, and messages show no more characters of a line or value.
 const MAX_SHOWN: usize = 60;
 
-/// A row, its name found and its value checked.
+/// A row whose name was found and whose value was checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Row {
     tick: u64,
@@ -45,7 +46,8 @@ pub struct StimulusError {
 
 impl Stimulus {
     /// Reads a stimulus: UTF-8 with or without a byte order mark, lines that end in LF, CR LF or
-    /// CR, empty lines anywhere, fields plain or in double quotes. DOS's end of a file ends it.
+    /// CR, empty lines anywhere, fields plain or in double quotes. A Ctrl-Z at the end, which DOS
+    /// programs write, is ignored.
     ///
     /// # Errors
     /// A missing header, a row that has no three fields, a tick that is no number, a name that
@@ -85,7 +87,8 @@ impl Stimulus {
         Ok(Self { rows })
     }
 
-    /// The last tick of it, and one: after so many it can begin again. 0 where there are no rows.
+    /// The number of ticks after which the table begins again with `--repeat`: the last tick in it,
+    /// plus one. 0 where there are no rows.
     pub fn period(&self) -> u64 {
         self.rows.last().map_or(0, |row| row.tick.saturating_add(1))
     }
@@ -96,8 +99,9 @@ impl Stimulus {
 pub struct Player {
     stimulus: Stimulus,
     next: usize,
-    /// When the stimulus began, and after how many ticks it begins again.
+    /// The tick at which the table was last begun.
     start: u64,
+    /// After how many ticks it begins again, if it does.
     period: Option<u64>,
 }
 
@@ -108,7 +112,7 @@ impl Player {
         Self { stimulus, next: 0, start: 0, period }
     }
 
-    /// Sets what the tick's rows say. Ticks come in order.
+    /// Applies the rows of a tick. It has to be called for every tick, from 0, in order.
     #[inline]
     pub fn apply(&mut self, tick: u64, executive: &mut dyn Executive) {
         if let Some(period) = self.period
@@ -141,7 +145,7 @@ fn lines(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// The three fields of a line.
+/// The three fields of a line, without blanks and quotes around them; `None` where there are not three.
 fn fields(line: &str) -> Option<[&str; 3]> {
     let mut parts = line.split(',').map(|part| {
         let part = part.trim();
@@ -181,14 +185,15 @@ struct Reader<'a, 't> {
 impl<'t> Reader<'_, 't> {
     fn row(&mut self, line: &'t str) -> Result<Option<Row>, String> {
         let Some([tick, name, value]) = fields(line) else {
-            return Err(format!("`{}` is no row: tick,name,value are expected", shown(line)));
+            return Err(format!("`{}` is no row of three fields tick,name,value", shown(line)));
         };
         if tick.is_empty() || !tick.bytes().all(|byte| byte.is_ascii_digit()) {
-            return Err(format!("`{}` is no tick: they are counted from 0", shown(tick)));
+            let tick = shown(tick);
+            return Err(format!("`{tick}` is no tick: ticks are whole numbers from 0"));
         }
-        let tick = tick.parse().map_err(|_| format!("tick {} never comes", shown(tick)))?;
+        let tick = tick.parse().map_err(|_| format!("tick {} is too large", shown(tick)))?;
         if name.len() > MAX_SHOWN {
-            return Err(format!("`{}` is no name", shown(name)));
+            return Err(format!("`{}` is too long for a name", shown(name)));
         }
         let variable = match self.names.get(name) {
             Some(variable) => *variable,

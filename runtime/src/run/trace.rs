@@ -30,7 +30,8 @@ impl Default for TraceFormat {
 }
 
 impl TraceFormat {
-    /// The format of a file: a name that ends in `.vcd` is a VCD, any other a table.
+    /// The format of a trace, from the name of its file: VCD if it ends in `.vcd`, in any case of
+    /// letters, else a table; `time` says whether the table has a column with times.
     pub fn of(path: &Path, time: bool) -> Self {
         match path.extension() {
             Some(ending) if ending.eq_ignore_ascii_case("vcd") => Self::Vcd,
@@ -45,9 +46,9 @@ pub struct Trace {
     watch: Watch,
     format: TraceFormat,
     last: Vec<Option<Value>>,
-    /// Of a VCD: for each watched variable the signals of its elements.
+    /// For a VCD: the signals of each watched variable, one for each element of an array.
     signals: Vec<Vec<IdCode>>,
-    /// Of a VCD: the microsecond that was last written.
+    /// For a VCD: the time that was last written, in microseconds.
     written: Option<u64>,
 }
 
@@ -61,7 +62,7 @@ impl Trace {
     /// Writes the header.
     ///
     /// # Errors
-    /// When nothing can be written.
+    /// When `out` can't be written.
     pub fn header(&mut self, executive: &dyn Executive, out: &mut dyn Write) -> io::Result<()> {
         match self.format {
             TraceFormat::Csv { time: false } => out.write_all(b"tick,name,value\n"),
@@ -97,11 +98,11 @@ impl Trace {
         vcd.enddefinitions()
     }
 
-    /// Writes what has changed in a tick that has ended; whether anything has. The tick began
-    /// `time_ns` nanoseconds after the first one.
+    /// Writes the values that differ, at the end of a tick, from the last ones written; gives whether
+    /// there were any. The tick began `time_ns` nanoseconds after the first one.
     ///
     /// # Errors
-    /// When nothing can be written.
+    /// When `out` can't be written.
     pub fn rows(
         &mut self,
         tick: u64,
@@ -136,11 +137,11 @@ impl Trace {
         Ok(any)
     }
 
-    /// Writes where the trace ends, `time_ns` nanoseconds after the first tick began: a VCD says
-    /// so, that viewers show the time behind the last change too.
+    /// Writes the time at which the trace ends, `time_ns` nanoseconds after the first tick began. Only
+    /// a VCD has it, so that viewers also show the time after the last change.
     ///
     /// # Errors
-    /// When nothing can be written.
+    /// When `out` can't be written.
     pub fn end(&self, time_ns: u64, out: &mut dyn Write) -> io::Result<()> {
         match self.format {
             TraceFormat::Vcd => vcd::Writer::new(out).timestamp(time_ns / 1000),
@@ -149,7 +150,7 @@ impl Trace {
     }
 }
 
-/// A row of a table. Arrays are in quotes, since they hold commas.
+/// Writes a row of a table. Arrays are in quotes, since they hold commas.
 fn row(
     out: &mut dyn Write,
     tick: u64,
@@ -173,7 +174,7 @@ fn milliseconds(ns: u64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A value's changes in a VCD: of an array the elements that are others than before.
+/// Writes the new value of a variable to a VCD; of an array only the elements that have changed.
 fn change<W: Write>(
     vcd: &mut vcd::Writer<W>,
     signals: &[IdCode],
@@ -199,6 +200,7 @@ fn change<W: Write>(
     }
 }
 
+/// Writes the new value of one signal.
 fn change_one<W: Write>(
     vcd: &mut vcd::Writer<W>,
     signal: IdCode,
@@ -208,7 +210,7 @@ fn change_one<W: Write>(
     match value {
         Value::Int(value) if logical => vcd.change_scalar(signal, *value != 0),
         Value::Int(value) => {
-            // The highest bit first; leading zeros are left out, as viewers fill them in.
+            // The highest bit comes first. Leading zeros are left out, since viewers fill them in.
             let bits = 64 - value.leading_zeros().min(63);
             let bit = |at: u32| vcd::Value::from(value >> at & 1 != 0);
             vcd.change_vector(signal, (0..bits).rev().map(bit))

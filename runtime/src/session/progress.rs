@@ -1,16 +1,17 @@
-//! Progress of long runs, on terminals.
+//! Shows the progress of long runs, as a line on a terminal that is overwritten again and again.
 
 use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-/// Shorter runs need none.
-const PATIENCE: Duration = Duration::from_secs(1);
-/// Time between two updates.
-const PAUSE: Duration = Duration::from_millis(200);
-/// Ticks between two looks at the clock in simulated time.
-const STRIDE: u64 = 256;
+/// How long a run has lasted before its progress is shown.
+const FIRST_SHOWN_AFTER: Duration = Duration::from_secs(1);
+/// Time between two updates of the line.
+const UPDATE_INTERVAL: Duration = Duration::from_millis(200);
+/// In simulated time the clock is read once in so many ticks, since reading it takes longer than a
+/// short tick.
+const TICKS_PER_CLOCK_READ: u64 = 256;
 
-/// A line that is written over and over.
+/// The line that shows the progress.
 #[derive(Debug)]
 pub(super) struct Progress {
     ticks: Option<u64>,
@@ -25,11 +26,12 @@ impl Progress {
     pub(super) fn new(ticks: Option<u64>, realtime: bool) -> Self {
         let start = Instant::now();
         let terminal = io::stderr().is_terminal();
-        let stride = if realtime { 1 } else { STRIDE };
-        Self { ticks, start, next: start + PATIENCE, terminal, stride, visible: false }
+        let stride = if realtime { 1 } else { TICKS_PER_CLOCK_READ };
+        Self { ticks, start, next: start + FIRST_SHOWN_AFTER, terminal, stride, visible: false }
     }
 
-    /// Shows how many ticks there were, when it is time to.
+    /// Updates the line, if standard error is a terminal and the last update is long enough ago.
+    /// `ticks` is the number of ticks so far.
     #[inline]
     pub(super) fn show(&mut self, ticks: u64) {
         if self.terminal && ticks.is_multiple_of(self.stride) {
@@ -41,14 +43,14 @@ impl Progress {
         if now < self.next {
             return;
         }
-        self.next = now + PAUSE;
+        self.next = now + UPDATE_INTERVAL;
         self.visible = true;
         let line = line(ticks, self.ticks, now.saturating_duration_since(self.start));
-        // A terminal that goes away takes nothing with it.
+        // A terminal that was closed is no reason to end the run.
         let _ = write!(io::stderr(), "\r{line}\x1b[K");
     }
 
-    /// Takes the line away.
+    /// Removes the line.
     pub(super) fn clear(&mut self) {
         if self.visible {
             let _ = write!(io::stderr(), "\r\x1b[K");
@@ -56,7 +58,7 @@ impl Progress {
     }
 }
 
-/// `42 %, 4200000 of 10000000 ticks, 3 s left`.
+/// The line's text, such as `42 %, 4200000 of 10000000 ticks, 3 s left`.
 fn line(ticks: u64, all: Option<u64>, elapsed: Duration) -> String {
     let rate = ticks as f64 / elapsed.as_secs_f64().max(1e-9);
     match all {

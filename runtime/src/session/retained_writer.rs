@@ -1,5 +1,5 @@
-//! Writes the retained file while a control is paced by the clock, since the power may fail at any
-//! time. A thread of its own writes, so that no scan waits for the disk.
+//! Writes the retained file while a control runs in real time, since the power may fail at any time.
+//! A thread of its own writes, so that no tick waits for the disk.
 
 use std::path::Path;
 use std::sync::mpsc::{SyncSender, sync_channel};
@@ -12,8 +12,8 @@ use crate::{Executive, retain};
 
 use super::SessionError;
 
-/// Time between two writes.
-const PAUSE: Duration = Duration::from_secs(1);
+/// Time from one write to the next, at least.
+const WRITE_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Keeps the retained file up to date while a control runs.
 pub(super) struct RetainedWriter {
@@ -39,17 +39,18 @@ impl RetainedWriter {
         let writer = writer.map_err(|error| {
             SessionError(format!("no thread for the retained file can be started: {error}"))
         })?;
-        Ok(Self { next: Instant::now() + PAUSE, last: vec![], to_disk, writer })
+        Ok(Self { next: Instant::now() + WRITE_INTERVAL, last: vec![], to_disk, writer })
     }
 
-    /// Has what is retained written, when it has changed and the last write is long enough ago. While
-    /// the disk is busy nothing happens; the next call tries again.
+    /// Hands the retained data to the thread that writes, if it has changed and the last write is long
+    /// enough ago. While that thread is busy nothing happens; the call after the next interval tries
+    /// again.
     pub(super) fn write_if_changed(&mut self, executive: &dyn Executive) {
         let now = Instant::now();
         if now < self.next {
             return;
         }
-        self.next = now + PAUSE;
+        self.next = now + WRITE_INTERVAL;
         if let Some(payload) = executive.retained().filter(|payload| *payload != self.last)
             && self.to_disk.try_send(payload.clone()).is_ok()
         {
@@ -57,7 +58,10 @@ impl RetainedWriter {
         }
     }
 
-    /// Waits until all is written.
+    /// Waits until everything that was handed over is written.
+    ///
+    /// # Errors
+    /// When it could not be written.
     pub(super) fn finish(self) -> Result<(), SessionError> {
         drop(self.to_disk);
         let died = |_| Err(SessionError("the retained file could not be written".into()));
