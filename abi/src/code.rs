@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn offsets_are_found_where_there_is_code() {
+    fn lines_and_functions_are_found_only_for_offsets_inside_code() {
         let code = parts();
         let cases = [(0, None), (2, Some(1)), (4, Some(1)), (9, Some(2)), (10, None), (16, None)];
         for (offset, expected) in cases.into_iter().chain([(23, Some(3)), (24, None)]) {
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_that_do_not_fit_are_found() {
+    fn tables_that_do_not_fit_the_code_are_refused() {
         assert_eq!(parts().check(), Ok(()));
         let changes: [fn(&mut CodeParts); 13] = [
             |parts| parts.architecture.clear(),

@@ -42,7 +42,7 @@ accessors! {
 #[cfg(test)]
 mod tests {
     #[test]
-    fn outside_is_zero_and_stays_untouched() {
+    fn reads_outside_the_image_give_zero_and_writes_change_nothing() {
         let mut image = [1, 2, 3];
         super::write_u16(&mut image, 2, 0xFFFF);
         super::write_u16(&mut image, u32::MAX, 0xFFFF);

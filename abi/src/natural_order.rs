@@ -37,7 +37,7 @@ mod tests {
     use super::natural_cmp;
 
     #[test]
-    fn numbers_count_as_numbers() {
+    fn digits_in_names_are_ordered_as_numbers() {
         let mut names = alloc::vec!["P10", "P2", "P02", "A", "P", "P2B", "@CP100", "P2A10", "P2A9"];
         names.sort_by(|a, b| natural_cmp(a, b));
         assert_eq!(names, ["@CP100", "A", "P", "P02", "P2", "P2A9", "P2A10", "P2B", "P10"]);

@@ -29,7 +29,7 @@ mod tests {
     use super::closest;
 
     #[test]
-    fn near_names_only() {
+    fn only_a_similar_name_is_suggested() {
         let names = ["@FRO", "@SSO", "@ESTOP"];
         assert_eq!(closest("@FRP", names), Some("@FRO"));
         assert_eq!(closest("@ESTPO", names), Some("@ESTOP"));

@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn functions_are_found() {
+    fn each_entry_gives_the_place_of_its_function() {
         let entry = UnwindEntry { address_at: 20, start: 32, len: 6 };
         assert_eq!(entries(&section(), 40), Some(vec![entry]));
         assert_eq!(entries(&section(), 33), Some(vec![entry]), "the code is padded");
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_section_is_refused() {
+    fn damaged_unwind_sections_are_refused() {
         assert_eq!(entries(&section()[..27], 40), None, "cut short");
         assert_eq!(entries(&section()[..3], 40), None, "cut short");
         assert_eq!(entries(&section(), usize::MAX), None);

@@ -83,7 +83,7 @@ impl Machine {
 }
 
 #[test]
-fn what_is_written_reads_back_clean_and_stays() {
+fn a_value_read_back_is_finite_and_writes_back_unchanged() {
     let values = edges();
     for definition in definitions() {
         let mut machine = Machine::new(definition);
@@ -127,7 +127,7 @@ fn fields_are_the_rounded_value_modulo_their_width() {
 }
 
 #[test]
-fn every_pair_of_words_is_a_number() {
+fn every_pair_of_words_converts_to_a_number_and_back() {
     let mut rng = Rng::new(2);
     for _ in 0..20_000 {
         let words = rng.bits();
@@ -145,7 +145,7 @@ fn every_pair_of_words_is_a_number() {
 }
 
 #[test]
-fn any_code_is_some_definition_and_harms_nothing() {
+fn every_64_bit_code_can_be_used_as_a_definition() {
     let mut machine = Machine::new(Definition::Star);
     let mut memory = machine.memory();
     for kind in 0..=255_u64 {

@@ -458,7 +458,7 @@ mod tests {
     use clap::CommandFactory;
 
     #[test]
-    fn the_options_fit_together() {
+    fn clap_accepts_the_definition_of_the_options() {
         super::Cli::command().debug_assert();
     }
 }

@@ -53,7 +53,7 @@ fn damaged_artifacts_are_refused() {
 }
 
 #[test]
-fn what_was_fixed_by_compiling_is_refused_beside_an_artifact() {
+fn options_of_compilation_are_refused_when_an_artifact_runs() {
     let folder = Folder::with(&[
         ("a.pmi", COUNTER),
         ("b.plc", SLICES),
@@ -79,7 +79,7 @@ fn what_was_fixed_by_compiling_is_refused_beside_an_artifact() {
 }
 
 #[test]
-fn text_goes_to_standard_output_with_the_source_in_it() {
+fn listings_go_to_standard_output_with_the_source_in_them() {
     let folder = Folder::with(&[("a.pmi", COUNTER)]);
     for form in ["ir", "clif", "asm"] {
         for opt in ["none", "speed"] {
@@ -93,7 +93,7 @@ fn text_goes_to_standard_output_with_the_source_in_it() {
 }
 
 #[test]
-fn objects_and_other_machines() {
+fn build_writes_objects_and_code_for_other_architectures() {
     let folder = Folder::with(&[("a.pmi", COUNTER)]);
     folder.plcc("build a.pmi --emit obj").exits(0);
     assert!(fs::read(folder.path().join("a.o")).unwrap().starts_with(b"\x7FELF"));
@@ -168,7 +168,7 @@ fn pmac_listings_say_what_the_variables_are() {
 }
 
 #[test]
-fn several_files_are_a_pmac_download_or_too_many() {
+fn several_files_are_one_pmac_download_and_an_error_elsewhere() {
     let folder = Folder::with(&[
         ("a.pmi", COUNTER),
         ("b.plc", SLICES),

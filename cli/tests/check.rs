@@ -139,7 +139,7 @@ fn files_that_include_each_other_are_still_checked() {
 }
 
 #[test]
-fn arithmetic_is_explained() {
+fn explain_arithmetic_says_how_pmac_statements_are_computed() {
     let folder = Folder::with(&[
         ("a.pmc", "I5=2\nOPEN PLC 1 CLEAR\nM1=1\nP1=SIN(P2)\nCLOSE\n"),
         ("b.pmi", COUNTER),
@@ -151,7 +151,7 @@ fn arithmetic_is_explained() {
 
 #[cfg(unix)]
 #[test]
-fn a_link_to_a_folder_above_ends_somewhere() {
+fn a_link_to_the_parent_folder_is_not_followed_for_ever() {
     let folder = Folder::with(&[("m/a.pmi", COUNTER)]);
     std::os::unix::fs::symlink("..", folder.path().join("m/up")).unwrap();
     folder.plcc("check m").exits(0).says(&["1 file checked"]);
@@ -159,7 +159,7 @@ fn a_link_to_a_folder_above_ends_somewhere() {
 
 #[cfg(unix)]
 #[test]
-fn names_need_not_be_text() {
+fn file_names_need_not_be_utf8() {
     use std::ffi::OsStr;
     use std::os::unix::ffi::OsStrExt;
     let folder = Folder::with(&[]);
@@ -254,7 +254,7 @@ fn standard_input_is_checked() {
 }
 
 #[test]
-fn that_no_plc_will_run_is_a_note_where_files_are_checked() {
+fn a_download_that_enables_no_plc_gets_a_note() {
     let folder = Folder::with(&[("a.pmc", "OPEN PLC 1 CLEAR\nP1=P1+1\nCLOSE\n")]);
     let found = folder.plcc("check a.pmc --message-format json").exits(0).json();
     assert_eq!((&found[0]["code"], &found[0]["severity"]), (&"PMAC-W2".into(), &"note".into()));

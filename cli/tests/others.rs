@@ -49,7 +49,7 @@ fn an_option_is_a_line_of_its_own() {
 }
 
 #[test]
-fn every_promised_option_is_there() {
+fn every_documented_option_exists() {
     let folder = Folder::with(&[]);
     let source = ["--dialect", "--limits", "--define", "--controller", "--machine", "-I"];
     let control = ["--period", "--param", "--const", "--macro", "--control"];
@@ -228,7 +228,7 @@ fn every_language_has_a_cross_reference() {
 }
 
 #[test]
-fn bench_prints_what_was_promised() {
+fn bench_prints_the_documented_json() {
     let folder = Folder::with(&[("a.pmi", COUNTER), ("b.plc", SLICES), ("c.pmc", PLC1)]);
     folder.write("s.csv", "tick,name,value\n0,N,1\n9,N,5\n");
     for (line, dialect, entry) in [
@@ -261,7 +261,7 @@ fn bench_prints_what_was_promised() {
 }
 
 #[test]
-fn bench_ends_as_a_run_would() {
+fn bench_has_the_exit_status_of_a_run() {
     let folder = Folder::with(&[("a.pmi", STOPS), ("b.pmi", BROKEN), ("s.csv", "nothing")]);
     folder.plcc("bench a.pmi --scans 100 --json").exits(3).says(&["NO PMI DATA"]);
     folder.plcc("bench b.pmi").exits(1).says(&["[PMI-31]"]);

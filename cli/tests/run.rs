@@ -7,7 +7,7 @@ mod support;
 use support::{BROKEN, COUNTER, Folder, PLC1, SLICES, STOPS};
 
 #[test]
-fn the_dump_is_as_promised() {
+fn the_dump_is_the_documented_json() {
     let folder = Folder::with(&[("a.pmi", COUNTER)]);
     let done = folder.plcc("run a.pmi --ticks 5 --dump -").exits(0);
     let dump =
@@ -17,7 +17,7 @@ fn the_dump_is_as_promised() {
 }
 
 #[test]
-fn every_engine_and_level_says_the_same() {
+fn every_engine_and_optimisation_level_gives_the_same_output() {
     let files = [("a.pmi", COUNTER), ("s.pmi", STOPS), ("b.plc", SLICES), ("c.pmc", PLC1)];
     let folder = Folder::with(&files);
     for (file, names, status) in
@@ -107,7 +107,7 @@ fn a_stimulus_plays_the_machine() {
 }
 
 #[test]
-fn how_long_has_to_be_said() {
+fn a_run_needs_ticks_or_a_time() {
     let folder = Folder::with(&[("a.pmi", COUNTER)]);
     folder.plcc("run a.pmi").exits(2).says(&["--ticks"]);
     folder.plcc("run a.pmi --ticks 0 --dump -").exits(0);
@@ -173,13 +173,13 @@ fn sources_with_errors_are_status_1_and_not_run() {
 }
 
 #[test]
-fn warnings_do_not_stand_between() {
+fn warnings_do_not_prevent_a_run() {
     let folder = Folder::with(&[("a.pmc", "OPEN PLC 1 CLEAR\nP1=P1+1\nCLOSE\n")]);
     folder.plcc("run a.pmc --ticks 3").exits(0).says(&["1 warning", "plcc check"]);
 }
 
 #[test]
-fn keep_going_runs_what_is_well_built() {
+fn keep_going_runs_the_plcs_that_have_no_errors() {
     let text = "I5=2\nOPEN PLC 1 CLEAR\nIF (P1=1)\nCLOSE\nOPEN PLC 2 CLEAR\nP2=P2+1\nCLOSE\n";
     let folder = Folder::with(&[("a.pmc", text), ("b.pmi", BROKEN)]);
     folder.plcc("run a.pmc --ticks 3").exits(1).says(&["[PMAC-9]"]);
@@ -259,7 +259,7 @@ fn outputs_do_not_overwrite_what_is_read() {
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_and_its_kind_end_it_with_the_dump_written() {
+fn signals_end_a_run_after_the_dump_is_written() {
     use std::process::{Command, Stdio};
     use std::time::{Duration, Instant};
     // Under `nohup` the end of the terminal is no reason to end.
@@ -285,7 +285,7 @@ fn ctrl_c_and_its_kind_end_it_with_the_dump_written() {
 
 #[cfg(unix)]
 #[test]
-fn a_reader_who_has_enough_ends_the_run_quietly() {
+fn a_closed_pipe_ends_the_run_without_a_message() {
     use std::process::Stdio;
     let folder = Folder::with(&[("a.pmi", COUNTER)]);
     let run = ["run", "a.pmi", "--ticks", "1000000", "--watch", "N", "--trace", "-"];

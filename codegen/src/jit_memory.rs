@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn code_lies_in_memory_to_be_executed_until_it_is_dropped() {
+    fn code_is_mapped_executable_until_it_is_dropped() {
         let mut b = ChunkBuilder::new(8, vec![]);
         let start = b.place();
         b.bind(start);

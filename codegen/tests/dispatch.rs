@@ -65,7 +65,7 @@ fn add(b: &mut ChunkBuilder, offset: u32, n: i64) {
 /// A loop over many statements that pauses twice in each round, and a second task that jumps into
 /// the middle of it.
 #[test]
-fn loops_pause_and_go_on() {
+fn a_loop_over_several_chunks_suspends_and_resumes() {
     let make = |b: &mut ChunkBuilder| {
         let (start, middle, top, out) = (b.place(), b.place(), b.place(), b.place());
         b.bind(start);
@@ -132,7 +132,7 @@ fn loops_pause_and_go_on() {
 
 /// `goto_indirect` and `switch` by every number, in range and out.
 #[test]
-fn numbers_choose() {
+fn switch_and_goto_indirect_choose_by_number() {
     let make = |b: &mut ChunkBuilder| {
         let targets: Vec<_> = (0..30).map(|_| b.place()).collect();
         let (switch, indirect, default) = (b.place(), b.place(), b.place());
@@ -255,7 +255,7 @@ fn calls(b: &mut ChunkBuilder) {
 }
 
 #[test]
-fn hosts_get_and_give_every_type() {
+fn host_calls_pass_and_return_every_type() {
     for (name, mut engine) in engines(calls) {
         let mut image = [0; IMAGE as usize];
         let mut host = Recorder::default();
@@ -299,7 +299,7 @@ fn calls_then_suspends(b: &mut ChunkBuilder) {
 /// ended: the host is not called again, the scan ends with a trap, the image is as it was at the
 /// panic, and every further scan is refused.
 #[test]
-fn a_panic_of_the_host_is_a_trap_and_the_last_scan() {
+fn a_panic_of_the_host_traps_and_no_scan_runs_afterwards() {
     for (make, at) in
         [calls, calls_then_suspends].into_iter().flat_map(|m| (0..5).map(move |n| (m, n)))
     {
@@ -365,7 +365,7 @@ fn labels_far_apart_are_found() {
 
 /// An image that is too short is never touched, and code for others is never entered.
 #[test]
-fn what_does_not_fit_is_not_run() {
+fn code_is_not_run_on_an_image_or_program_that_does_not_fit() {
     let mut b = builder(10);
     calls(&mut b);
     let module = b.finish();

@@ -11,7 +11,7 @@ use plcc_codegen::{Target, compile, emit};
 const TARGETS: [&str; 2] = ["x86_64-unknown-linux-gnu", "aarch64-unknown-linux-gnu"];
 
 #[test]
-fn text_has_the_source_in_it() {
+fn listings_contain_the_source_lines() {
     let (_, module) = support::counter();
     for triple in TARGETS {
         let target = Target::baseline(triple).unwrap();
@@ -61,7 +61,7 @@ fn cold_blocks_are_out_of_the_way() {
 /// Cranelift keeps statements relative to the first that it meets, which is not the first in the
 /// source when the code jumps about.
 #[test]
-fn no_statement_is_lost() {
+fn every_statement_keeps_its_source_line() {
     use plcc_ir::{Address, ChunkBuilder, Statement, Type};
     let mut b = ChunkBuilder::new(support::IMAGE, support::regions());
     let file = b.add_file("x.nct", "A\nB\nC\nD\nE\nF\n");

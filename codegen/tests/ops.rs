@@ -191,7 +191,7 @@ fn check(
 }
 
 #[test]
-fn integers() {
+fn integer_operations_give_what_eval_gives() {
     let float = |op: BinaryOp| op.is_float();
     for &op in BinaryOp::ALL.iter().filter(|&&op| !float(op)) {
         for ty in INTEGERS {
@@ -208,7 +208,7 @@ fn integers() {
 }
 
 #[test]
-fn truth_values() {
+fn operations_on_truth_values_give_what_eval_gives() {
     let ty = Type::I1;
     for op in [BinaryOp::And, BinaryOp::Or, BinaryOp::Xor] {
         check(
@@ -227,7 +227,7 @@ fn truth_values() {
 }
 
 #[test]
-fn integers_with_one_operand() {
+fn unary_integer_operations_give_what_eval_gives() {
     for op in [UnaryOp::Not, UnaryOp::Neg] {
         for ty in INTEGERS {
             let what = format!("{}.{ty}", op.name());
@@ -243,7 +243,7 @@ fn integers_with_one_operand() {
 }
 
 #[test]
-fn comparisons() {
+fn comparisons_give_what_eval_gives() {
     for &cond in IntCond::ALL {
         for ty in INTEGERS {
             let what = format!("{}.{ty}", cond.name());
@@ -259,7 +259,7 @@ fn comparisons() {
 }
 
 #[test]
-fn doubles() {
+fn operations_on_doubles_give_what_eval_gives() {
     let ty = Type::F64;
     for &op in BinaryOp::ALL.iter().filter(|op| op.is_float()) {
         check(
@@ -283,7 +283,7 @@ fn doubles() {
 
 /// A sign is inverted or cleared of a NaN too.
 #[test]
-fn signs_of_nan_are_bits() {
+fn negation_and_magnitude_of_nan_change_only_the_sign_bit() {
     let bits = Type::I64;
     for (op, expected) in
         [(UnaryOp::Fneg, (|x| x ^ i64::MIN) as fn(i64) -> i64), (UnaryOp::Fabs, |x| x & i64::MAX)]
@@ -303,7 +303,7 @@ fn signs_of_nan_are_bits() {
 }
 
 #[test]
-fn conversions() {
+fn conversions_give_what_eval_gives() {
     let with_i1: Vec<Type> = std::iter::once(Type::I1).chain(INTEGERS).collect();
     let mut pairs = vec![];
     for &from in &with_i1 {
@@ -328,7 +328,7 @@ fn conversions() {
 }
 
 #[test]
-fn selections() {
+fn selections_give_what_eval_gives() {
     for ty in Type::ALL {
         // The condition is whether the second operand is the first.
         let make = |b: &mut FuncBuilder, x, y| match ty {
@@ -351,7 +351,7 @@ fn selections() {
 
 /// A chosen element; an index that is not below the count is taken as 0.
 #[test]
-fn indices() {
+fn an_index_outside_its_count_is_taken_as_zero() {
     for (scale, count) in [(1_u32, 1_u32), (1, 8), (2, 3), (3, 5), (4, 4), (16, 1)] {
         let make = |b: &mut FuncBuilder, x: Value, _| {
             let at = Address::indexed(plcc_ir::Region(0), A, x, scale, count);

@@ -22,7 +22,7 @@ mod tests {
     use super::decode;
 
     #[test]
-    fn utf8_with_and_without_mark() {
+    fn utf8_is_read_with_and_without_byte_order_mark() {
         assert_eq!(decode(b"\xef\xbb\xbfA=1\r\n"), "A=1\r\n");
         assert_eq!(decode("é".as_bytes()), "é");
     }
@@ -39,7 +39,7 @@ mod tests {
     }
 
     #[test]
-    fn utf16_with_mark() {
+    fn utf16_is_read_with_byte_order_mark() {
         assert_eq!(decode(b"\xff\xfeA\0=\0"), "A=");
     }
 }

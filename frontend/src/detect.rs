@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn endings_decide_in_any_case() {
+    fn the_file_name_extension_decides_in_any_case() {
         assert_eq!(of("A.PMI", ":000"), Ok(Dialect::Pmi));
         assert_eq!(of("a.Nct", "$END"), Ok(Dialect::Nct));
         assert_eq!(of("a.pmac", ""), Ok(Dialect::Pmac));
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn else_the_text_does() {
+    fn without_a_known_extension_the_text_decides() {
         assert_eq!(of("a.plc", "/* $END -> */ : 0 0 0 R"), Ok(Dialect::Nct));
         assert_eq!(of("a.plc", "; :000\nopen  plc 3 clear"), Ok(Dialect::Pmac));
         assert_eq!(of("a", "M1->Y:$FFC2,8"), Ok(Dialect::Pmac));
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_resembles_a_mark_is_none() {
+    fn words_that_only_resemble_a_mark_decide_nothing() {
         use Dialect::{Nct, Pmac, Pmi};
         for (text, found) in [
             ("U001:0 0\n1J1", vec![Nct]),

@@ -35,7 +35,7 @@ fn every_use_has_its_line() {
 }
 
 #[test]
-fn bits_written_and_never_read() {
+fn a_bit_written_and_never_read_is_reported() {
     assert_eq!(cross_reference(":001\nUF0200\nJ1\n:000 J0").1, [("NCT-W4", 2)]);
     // A test, or a word that holds it, reads it.
     assert_eq!(cross_reference(":001\nUF0200\nF0200 U012 Z J1\n:000 J0").1, []);
@@ -45,7 +45,7 @@ fn bits_written_and_never_read() {
 }
 
 #[test]
-fn bits_read_and_never_written() {
+fn a_bit_read_and_never_written_is_reported() {
     assert_eq!(cross_reference(":001\nF0200 U012 Z\nJ1\n:000 J0").1, [("NCT-W5", 2)]);
     assert_eq!(cross_reference(":001\n,0 SF020\nF0200 U012 Z\nJ1\n:000 J0").1, []);
     // The control writes these.
@@ -53,7 +53,7 @@ fn bits_read_and_never_written() {
 }
 
 #[test]
-fn outputs_of_two_modules() {
+fn an_output_written_in_two_modules_is_reported() {
     assert_eq!(cross_reference(":001\nU012\nJ1\n:000\nD012\nJ0").1, [("NCT-W6", 5)]);
     // A subroutine belongs to all that call it.
     let two = ":001\nC010 J1\n:000\nC010 J0\n:010\nU012\nR";

@@ -27,7 +27,7 @@ fn errors(text: &[u8], limits: Limits) -> usize {
 }
 
 #[test]
-fn one_character_again_and_again() {
+fn one_repeated_character_gives_diagnostics_and_no_panic() {
     for limits in [Limits::Original, Limits::None] {
         for c in 0..=255u8 {
             for head in ["", ":001", ":001 [", ":001 (I000A", ":001 L", ":199 A", ":001 I000", "/*"]
@@ -41,7 +41,7 @@ fn one_character_again_and_again() {
 }
 
 #[test]
-fn words_in_any_order() {
+fn words_in_random_order_give_diagnostics_and_no_panic() {
     let words = [
         ":001", ":000", ":002", ":010", "J0", "J1", "J2", "R", "G010", "C010", "GF020", "CF020",
         "I000", "NY012", "(", ")", "[", "]", "A", "O", "X", "N", "E", "Z", "U012", "DF0100",
@@ -59,7 +59,7 @@ fn words_in_any_order() {
 }
 
 #[test]
-fn any_bytes() {
+fn random_bytes_give_diagnostics_and_no_panic() {
     let mut rng = Rng::new(7);
     for _ in 0..2000 {
         let bytes: Vec<u8> = (0..rng.below(200)).map(|_| rng.below(256) as u8).collect();
@@ -68,7 +68,7 @@ fn any_bytes() {
 }
 
 #[test]
-fn a_good_program_with_a_byte_changed() {
+fn a_program_with_one_byte_changed_gives_no_panic() {
     let good = b":001 (I000AY012) U013 E D013 Z [LF020+3] SF022 I001 C010 Z J1 :000 J0 :010 ,5 \
                  SFI022 HF120 R :199 ERROR 1,ERROR 2$";
     assert_eq!(errors(good, Limits::Original), 0);
@@ -83,7 +83,7 @@ fn a_good_program_with_a_byte_changed() {
 }
 
 #[test]
-fn a_long_condition_and_deep_ones() {
+fn long_and_deeply_nested_conditions_give_no_panic() {
     let chain = "I000A".repeat(50_000);
     assert_eq!(errors(format!(":001 ({chain}I001) U012 Z J1 :000 J0").as_bytes(), Limits::None), 0);
     let deep = |n| format!(":001 {}I000{} U012 Z J1 :000 J0", "(".repeat(n), ")".repeat(n));

@@ -52,7 +52,7 @@ const HEADS: [&str; 16] = [
 ];
 
 #[test]
-fn one_character_again_and_again() {
+fn one_repeated_character_gives_diagnostics_and_no_panic() {
     // One byte of each kind beyond ASCII, as Windows-1252.
     for c in (0..128).chain([0x80, 0x8D, 0x93, 0x96, 0xE4, 0xFF]) {
         for head in HEADS {
@@ -64,7 +64,7 @@ fn one_character_again_and_again() {
 }
 
 #[test]
-fn words_in_any_order() {
+fn words_in_random_order_give_diagnostics_and_no_panic() {
     let words = [
         "OPEN",
         "PLC",
@@ -172,7 +172,7 @@ fn words_in_any_order() {
 }
 
 #[test]
-fn any_bytes() {
+fn random_bytes_give_diagnostics_and_no_panic() {
     let mut rng = Rng::new(7);
     for round in 0..1500 {
         let head = HEADS[round % HEADS.len()].as_bytes();
@@ -183,7 +183,7 @@ fn any_bytes() {
 }
 
 #[test]
-fn a_good_program_with_a_byte_changed() {
+fn a_program_with_one_byte_changed_gives_no_panic() {
     let good =
         b"#define LAMP M1\n#define WHEN(x) P9\nM1->Y:$FFC2,8,1\nL1->X:$7F0,0,24,S\nP1..3=$F\n\
                  OPEN PLC 1 CLEAR\nIF(LAMP=1 AND P1>Q2)OR(P3~4)\nP2=SIN(P1)*-2%(M1|8)\nELSE\n\
@@ -201,7 +201,7 @@ fn a_good_program_with_a_byte_changed() {
 }
 
 #[test]
-fn long_statements_and_deep_ones() {
+fn long_and_deeply_nested_statements_give_no_panic() {
     let plc =
         |text: &str| errors(format!("OPEN PLC 1\n{text}\nCLOSE").as_bytes(), Controller::Pmac);
     let wrapped = |n: usize, inner: &str| format!("{}{inner}{}", "(".repeat(n), ")".repeat(n));

@@ -52,7 +52,7 @@ fn expect_in_execution(text: &str, expected: &[(&str, u32)]) {
 }
 
 #[test]
-fn directives() {
+fn errors_in_directives_have_their_numbers() {
     expect("$INPUTZ\nLS=0/0\n$END\nX=LS\n", &[("1", 1)]);
     expect("$WHAT\nLS=0/0\n$END\nX=LS\n", &[("1", 1)]);
     expect("$END\n$INPUT\n", &[("1", 2)]);
@@ -71,7 +71,7 @@ fn directives() {
 }
 
 #[test]
-fn names_and_characters() {
+fn errors_in_names_and_characters_have_their_numbers() {
     expect("$INPUT\nABCDEFG=0/0\n$END\n", &[("4", 2)]);
     expect_in_execution("ABCDEFG=T\n", &[("4", 1)]);
     expect_in_execution("X=ABCDEFG\n", &[("4", 1)]);
@@ -89,7 +89,7 @@ fn names_and_characters() {
 }
 
 #[test]
-fn includes() {
+fn errors_of_include_have_their_numbers() {
     expect("$END\n$INCLUDE nested.pmi\n", &[("6", 2)]);
     expect("$END\nY=T\n$INCLUDE main.pmi\n", &[("6", 3)]);
     expect("$END\n$INCLUDE\n", &[("7", 2)]);
@@ -104,7 +104,7 @@ fn includes() {
 }
 
 #[test]
-fn inputs_and_outputs() {
+fn errors_in_inputs_and_outputs_have_their_numbers() {
     expect("$INPUT\nA 0/0\n$END\n", &[("11", 2)]);
     expect("$INPUT\nA=/0\n$END\n", &[("12", 2)]);
     expect("$INPUT\nA=-1/0\nB=0/-1\nC=0/2--1/B\n$END\n", &[("13", 2), ("16", 3), ("16", 4)]);
@@ -121,7 +121,7 @@ fn inputs_and_outputs() {
 }
 
 #[test]
-fn variables_and_constants() {
+fn errors_in_variables_and_constants_have_their_numbers() {
     let arrays = |n: usize| {
         let list: String = (0..n).map(|i| format!("A{i}[2]\n")).collect();
         format!("$INTEGER\n{list}$END\n")
@@ -142,7 +142,7 @@ fn variables_and_constants() {
 }
 
 #[test]
-fn texts() {
+fn errors_in_texts_have_their_numbers() {
     expect("$FAULT\nA=\"X\",B[2]\n$INTEGER\nB[3],C\n$END\n", &[("11", 2)]);
     expect("$FAULT\nA=\"X\",B\n$INTEGER\nB[3],C\n$END\n", &[("11", 2)]);
     expect("$MESSAGE\nA=C,\"X ? Y\",C ? comment\n$INTEGER\nB[3],C\n$END\n", &[]);
@@ -155,7 +155,7 @@ fn texts() {
 }
 
 #[test]
-fn timers_flipflops_codes() {
+fn errors_in_timers_flipflops_and_codes_have_their_numbers() {
     expect("$TIMER\nX/A/B=5\n/C/D=5\n$END\nP=A&B\n", &[("21", 2), ("21", 3)]);
     expect(
         "$TIMER\nE/A/B=0\nD/C/D=32768\nE/G/H=\nE/K/L=32767\nE/M/N=-1\n$END\n",
@@ -172,7 +172,7 @@ fn timers_flipflops_codes() {
 }
 
 #[test]
-fn expressions() {
+fn errors_in_expressions_have_their_numbers() {
     expect_in_execution("X=NONE[1]\n", &[("29", 1)]);
     expect_in_execution("NONE[1]=T\n", &[("29", 1)]);
     expect_in_execution("X=NONE\n", &[("31", 1)]);
@@ -213,7 +213,7 @@ fn expressions() {
 }
 
 #[test]
-fn assignments() {
+fn errors_in_assignments_have_their_numbers() {
     expect_in_execution(
         "IN1=T\nDC=T\nQ1=T\nC2=1\nCI[1]=1\nK=1\n@MODE=1\nT=1\nF=0\n",
         &(1..=9).map(|n| ("41", n)).collect::<Vec<_>>(),
@@ -223,7 +223,7 @@ fn assignments() {
 }
 
 #[test]
-fn control_flow() {
+fn errors_in_control_flow_have_their_numbers() {
     let nested = |n: usize| format!("{}{}", "IF(IN1)\n".repeat(n), "ENDIF\n".repeat(n));
     expect_in_execution(&nested(4), &[]);
     expect_in_execution(&nested(6), &[("38", 5), ("38", 6)]);
@@ -247,7 +247,7 @@ fn control_flow() {
 }
 
 #[test]
-fn continuations() {
+fn errors_in_continuations_have_their_numbers() {
     expect_in_execution("X=IN1& #anything\nIN1\n", &[]);
     expect_in_execution("X=IN1& #\n\nY=T\n", &[("34", 1)]);
     expect_in_execution("X=IN1 #\n? comment\nY=T\n", &[]);
@@ -268,7 +268,7 @@ fn the_first_error_of_a_statement_is_told() {
 }
 
 #[test]
-fn limits_none() {
+fn limits_none_lifts_the_limits_of_the_control() {
     let free = |text: &str| {
         findings(text, Limits::None)
             .into_iter()
@@ -290,7 +290,7 @@ fn limits_none() {
 }
 
 #[test]
-fn warnings() {
+fn suspicious_programs_get_warnings() {
     expect(&format!("$END\nX=T ?{}\n", "x".repeat(66)), &[]);
     expect(&format!("$END\nX=T ?{}\n", "x".repeat(67)), &[("W1", 2)]);
     expect("$KEY\nA=\u{201c}X\u{201d}\n$INTEGER\nB=\u{2212}5\n$END\n", &[("W2", 2)]);

@@ -29,7 +29,7 @@ fn errors(text: &[u8], limits: Limits) -> usize {
 }
 
 #[test]
-fn one_character_again_and_again() {
+fn one_repeated_character_gives_diagnostics_and_no_panic() {
     for limits in [Limits::Original, Limits::None] {
         for c in 0..=255u8 {
             for head in
@@ -44,7 +44,7 @@ fn one_character_again_and_again() {
 }
 
 #[test]
-fn words_in_any_order() {
+fn words_in_random_order_give_diagnostics_and_no_panic() {
     let words = [
         "$INPUT",
         "$OUTPUT",
@@ -107,7 +107,7 @@ fn words_in_any_order() {
 /// Each suggestion of a name compares with all names, so their number is limited. Without the limit
 /// many errors among many names would take very long.
 #[test]
-fn many_misspelt_names() {
+fn many_misspelt_names_are_all_reported_in_bounded_time() {
     let mut text = "$END\n".to_owned();
     for i in 0..20_000 {
         text.push_str(&format!("R{i} = NONE{}\n", i % 10));

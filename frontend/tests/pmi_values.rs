@@ -23,7 +23,7 @@ fn evaluate(cases: &[(&str, i32, i32, i32)]) {
 
 /// PMI 2.3.3.7, rules and examples.
 #[test]
-fn mixed_modes() {
+fn expressions_of_several_types_have_the_documented_values() {
     evaluate(&[
         ("T1+T1", 2, 2, 1),
         ("T1-F1-T1-T1", -1, -1, 1),
@@ -41,7 +41,7 @@ fn mixed_modes() {
 
 /// PMI 2.3.3.7 g: what a division takes of a product.
 #[test]
-fn products() {
+fn products_have_the_documented_values() {
     evaluate(&[
         ("A*B", 24_464, 24_464, 1),
         ("A*B/C", 12_857, 12_857, 1),
@@ -59,7 +59,7 @@ fn products() {
 
 /// PMI 2.3.3.5, 2.3.3.6, 2.3.7.
 #[test]
-fn divisions() {
+fn divisions_have_the_documented_values() {
     evaluate(&[
         ("11%5", 1, 1, 1),
         ("N/2", -2, -2, 1),
@@ -79,7 +79,7 @@ fn divisions() {
 
 /// PMI 2.3.1, 2.3.2, 2.3.5, 2.3.7: logic, relations and what binds how.
 #[test]
-fn logic() {
+fn logic_and_relations_have_the_documented_values() {
     evaluate(&[
         ("T&F", 0, 0, 0),
         ("T!F", 1, 1, 1),
@@ -106,7 +106,7 @@ fn logic() {
 
 /// PMI 2.2.7: elements by constants and by what is computed.
 #[test]
-fn elements() {
+fn array_elements_are_chosen_by_any_index() {
     evaluate(&[
         ("M[0]+M[3]", 50, 50, 1),
         ("M[C-4]", 40, 40, 1),
@@ -127,7 +127,7 @@ fn an_index_outside_stops_where_it_stands() {
 
 /// PMI 3.3.3: each part of an IF, and what is nested.
 #[test]
-fn conditions() {
+fn if_and_else_run_the_branch_that_is_chosen() {
     let text = "$INTEGER\nA,R\n$END\nR=0\nIF(A=1)\nR=1\nELSEIF(A=2)\nR=2\nIF(A=2)\nR=R+10\nENDIF\nELSEIF(A=2)\nR=99\nELSE\nR=3\nENDIF\nIF(A>5)\nR=R+100\nENDIF\n";
     let mut control = Control::new(text);
     for (a, r) in [(1, 1), (2, 12), (3, 3), (6, 103)] {
@@ -140,7 +140,7 @@ fn conditions() {
 /// PMI 3.3.4 and the rulings: a GOTO may lead into a body of an IF; at the end of the body
 /// execution goes on behind the ENDIF.
 #[test]
-fn jumps() {
+fn goto_may_jump_into_an_if() {
     let text = "$INTEGER\nA,R\n$END\nR=0\nIF(A)\nGOTO IN\nENDIF\nR=1\nIF(A=9)\nR=2\nIN: R=R+10\nELSEIF(A=0)\nR=R+20\nELSE\nR=R+40\nENDIF\nR=R+100\nIF(A=5)\nGOTO END\nENDIF\nR=R+1000\nEND:\n";
     let mut control = Control::new(text);
     for (a, r) in [(0, 1121), (1, 1110), (5, 110)] {
@@ -174,7 +174,7 @@ fn keys_are_longs_numbered_from_one() {
 
 /// PMI 3.1.9.2: TC true in scan k makes DC true in scan k+P; too short a pulse never does.
 #[test]
-fn timer_e() {
+fn a_timer_of_type_e_switches_on_late() {
     let mut control = Control::new("$INPUT\nS=0/0\n$TIMER\nE/TC/DC=3\n$END\nTC=S\nO=DC\n");
     let mut outputs = String::new();
     for s in "0111111001100111110".chars() {
@@ -187,7 +187,7 @@ fn timer_e() {
 
 /// PMI 3.1.9.3: the contact goes at once with TC and falls P scans behind it; not at power-up.
 #[test]
-fn timer_d() {
+fn a_timer_of_type_d_switches_off_late() {
     let mut control = Control::new("$INPUT\nS=0/0\n$TIMER\nD/TC/DC=3\n$END\nTC=S\nO=DC\n");
     let mut outputs = String::new();
     for s in "0001100000100110000".chars() {
@@ -200,7 +200,7 @@ fn timer_d() {
 
 /// PMI 3.1.10.1 and the rulings: clear wins, then preset, then a rising clock.
 #[test]
-fn flipflop() {
+fn clear_and_preset_of_a_flipflop_override_its_clock() {
     let text =
         "$INPUT\nA=0/0\nB=0/1\nC=0/2\n$FLIPFLOP\nQ/D/CK/PR/CL\n$END\nPR=A\nCL=B\nD=/Q\nCK=C\n";
     let mut control = Control::new(text);

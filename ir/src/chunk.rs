@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_program_is_cut_and_stays_in_one_piece() {
+    fn a_long_program_is_cut_into_chunks_that_continue_each_other() {
         let mut b = ChunkBuilder::new(8, regions()).with_limit(4);
         let region = b.region("vars").unwrap();
         let (start, end) = (b.place(), b.place());

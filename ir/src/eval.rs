@@ -171,7 +171,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn corners_are_as_documented() {
+    fn overflow_and_division_by_zero_have_their_documented_results() {
         let min = i64::from(i16::MIN);
         for (op, a, b, result) in [
             (BinaryOp::Sdiv, min, -1, min),

@@ -25,7 +25,7 @@ fn needed() -> BTreeSet<String> {
 }
 
 #[test]
-fn no_compiler_is_in_it() {
+fn the_loader_depends_on_no_compiler() {
     let needed = needed();
     assert!(needed.contains("plcc-runtime") && needed.contains("plcc-abi"), "{needed:?}");
     for name in &needed {
@@ -47,7 +47,7 @@ fn what_is_no_artifact_is_refused() {
 }
 
 #[test]
-fn wrong_usage_is_exit_2() {
+fn wrong_usage_gives_exit_status_2() {
     for args in [&[][..], &["x.plcx", "--ticks"], &["x.plcx", "--ticks", "1", "--for", "1s"]] {
         assert_eq!(plcrt(args).status.code(), Some(2), "{args:?}");
     }
@@ -67,7 +67,7 @@ fn completions_and_the_manual_page_name_the_options() {
 }
 
 #[test]
-fn info_is_of_artifacts_only() {
+fn info_is_given_for_artifacts_only() {
     let here = env!("CARGO_MANIFEST_DIR");
     let output = plcrt(&["--info", &format!("{here}/Cargo.toml")]);
     assert_eq!(output.status.code(), Some(2));

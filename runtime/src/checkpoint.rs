@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn a_checkpoint_that_was_written_reads_back() {
         let identity = ProgramIdentity::new(&program("bits"));
         let image: Vec<u8> = (0..16).map(|n| if n < 8 { n * 3 } else { n & 1 }).collect();
         let bytes = identity.write(&image, &(7_u32, "state".to_owned()));
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_damaged_or_foreign_is_refused() {
+    fn damaged_and_other_programs_checkpoints_are_refused() {
         let identity = ProgramIdentity::new(&program("bits"));
         let read = |bytes: &[u8]| identity.read::<u32>(16, bytes).map(|_| ());
         let bytes = identity.write(&[1; 16], &5_u32);

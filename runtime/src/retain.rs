@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_stored_is_found() {
+    fn retained_data_that_was_stored_is_found() {
         let folder = Folder::new("stored");
         let file = folder.0.join("kept");
         assert!(load(&file).unwrap().is_none());

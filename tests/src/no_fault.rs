@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn what_may_fault_is_found() {
+    fn operations_that_may_fault_are_found() {
         for body in [
             "    v2 = sdiv v0, v1",
             "    v3 = iconst.i32 0\n    v2 = udiv v0, v3  ; v3 = 0",
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_guarded_passes() {
+    fn guarded_operations_are_accepted() {
         for body in [
             "    v3 = iconst.i32 7\n    v2 = sdiv v0, v3  ; v3 = 7",
             "    v3 = iconst.i16 0xffff\n    v2 = udiv v0, v3",

@@ -49,7 +49,7 @@ fn joined(lines: &[&str]) -> String {
 #[cfg(test)]
 mod tests {
     #[test]
-    fn what_matters_is_left() {
+    fn only_the_lines_that_matter_are_left() {
         let text: String = (0..100).map(|i| format!("{i}\n")).collect();
         let holds = |text: &str| {
             let has = |line| text.lines().any(|l| l == line);

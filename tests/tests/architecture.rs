@@ -179,7 +179,7 @@ fn only_codegen_knows_cranelift() {
 }
 
 #[test]
-fn every_crate_takes_the_lints() {
+fn every_crate_uses_the_workspace_lints() {
     for (name, manifest) in manifests() {
         let lints = &manifest["lints"];
         let folder = format!("{}/", name.strip_prefix("plcc-").unwrap_or(&name));
@@ -192,7 +192,7 @@ fn every_crate_takes_the_lints() {
 }
 
 #[test]
-fn unsafe_stands_only_where_it_may() {
+fn unsafe_is_used_only_in_the_files_that_may() {
     for (path, text) in sources() {
         if UNSAFE.contains(&path.as_str()) || path.ends_with("architecture.rs") {
             continue;
@@ -294,7 +294,7 @@ fn parts_of_a_language_use_only_those_before_them() {
 }
 
 #[test]
-fn names_of_parts_are_found_in_a_text() {
+fn the_check_of_the_parts_finds_every_way_to_name_one() {
     let found = |text| parts_named(text).into_iter().collect::<Vec<_>>();
     assert_eq!(found("use super::super::lower::Lower; // super::read::x"), ["lower"]);
     assert_eq!(

@@ -156,7 +156,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn variables_are_read() {
+    fn a_machine_file_declares_variables() {
         let machine = Machine::parse(
             "[variables]\n\"@homst\" = { type = \"INTEGER\", class = \"rw\" }\nMAT = { size = 9 }\n",
         )
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_named() {
+    fn a_wrong_machine_file_is_refused_with_the_reason() {
         for (text, part) in [
             ("[variables]\n\"@A\" = { kind = 1 }\n", "kind"),
             ("[variables]\n\"@A\" = { size = 1 }\n", "2 to 65535"),

@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_key_is_read() {
+    fn every_key_of_a_machine_file_is_read() {
         let text = "control = \"NCT98\"\nboards = 2\n[parameters]\nMAGAZINE = 24\n1204 = 1\n\
                     [constants]\n39 = 24\nRP001 = -1\n[macros]\n180 = 1.5\n\"#2000\" = 7\n\
                     [tool_pots]\n3 = { tool = 5, width = 3 }\n0 = 7\n1 = [2, 5]\n";
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn pots_may_be_a_list() {
+    fn pots_may_be_written_as_a_list() {
         let text = "[[tool_pots]]\npot = 4\ntool = 9\nwidth = 7\n[[tool_pots]]\npot = 5\n";
         let settings = Machine::parse(text).unwrap().nct;
         let words: Vec<_> = settings.tool_pots.iter().map(|p| (p.pot, p.word())).collect();
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_named() {
+    fn a_wrong_value_is_refused_with_the_reason() {
         for (text, part) in [
             ("control = \"nct1\"\n", "nct104"),
             ("boards = 5\n", "0 to 4"),

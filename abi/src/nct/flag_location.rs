@@ -69,7 +69,7 @@ mod tests {
     use super::FlagLocation;
 
     #[test]
-    fn both_forms_hold_every_byte() {
+    fn every_byte_reads_back_packed_and_unpacked() {
         for unpacked in [false, true] {
             let location = FlagLocation { offset: 1, unpacked };
             for value in 0..=255 {

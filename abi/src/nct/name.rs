@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn order_is_natural() {
+    fn names_sort_in_natural_order() {
         let sorted = [
             "F003", "F0030", "F0100", "I00", "I000", "I002", "I02", "M1", "OP0", "RH100", "T02",
             "Y012",

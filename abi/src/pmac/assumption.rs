@@ -231,7 +231,7 @@ mod tests {
     const P2: Definition = Definition::L { address: 0x1002 };
 
     #[test]
-    fn only_what_is_built_in_and_other_counts() {
+    fn a_definition_is_stale_while_it_differs_from_what_code_assumes() {
         let layout = Layout::new(Controller::Pmac);
         let mut image = vec![0; layout.size as usize];
         let mut definitions = Definitions::new(&mut image, &layout);
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn the_value_of_an_undefined_one_moves_nothing() {
+    fn storing_a_value_in_an_undefined_variable_invalidates_nothing() {
         let layout = Layout::new(Controller::Pmac);
         let mut image = vec![0; layout.size as usize];
         let mut definitions = Definitions::new(&mut image, &layout);
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn definitions_lead_where_the_image_has_them() {
+    fn direct_accesses_lead_to_the_offset_of_the_defined_word() {
         let layout = Layout::new(Controller::Pmac);
         let field = Field { offset: 8, width: 1, format: Format::U };
         let y = |address| Definition::Y { address, field };

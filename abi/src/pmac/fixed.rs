@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn low_bits_are_exact() {
+    fn the_low_bits_of_a_number_are_exact() {
         for (value, expected) in [
             (0.5, 1),
             (-0.5, u64::MAX),
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn float48_is_as_ruled() {
+    fn numbers_have_the_documented_48_bit_words() {
         for (value, words) in [
             (1.0, (0x40_0000, 0x801)),
             (-1.0, (0xC0_0000, 0x801)),
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn singles_are_the_nearest_finite() {
+    fn single_precision_is_the_nearest_finite_number() {
         assert_eq!(to_single(1.0), 0x3F80_0000);
         assert_eq!(to_single(0.1), 0.1_f32.to_bits());
         assert_eq!(to_single(1e300), f32::MAX.to_bits());

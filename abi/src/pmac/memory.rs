@@ -372,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn a_p_variable_shows_its_words() {
+    fn the_words_of_a_p_variable_can_be_read_and_written() {
         let mut machine = Machine::new(Controller::Pmac);
         let mut memory = machine.memory();
         memory.write(L_P1, 10.0);
@@ -393,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn the_guides_bit_of_an_i_variable_is_one() {
+    fn a_definition_can_name_a_bit_of_an_i_variable() {
         let mut machine = Machine::new(Controller::Pmac);
         let i105 = machine.layout.i_offset(105);
         write_f64(&mut machine.image, i105, f64::from(0x1_073F));
@@ -443,7 +443,7 @@ mod tests {
     }
 
     #[test]
-    fn turbo_reaches_every_address() {
+    fn every_address_of_a_turbo_pmac_holds_two_words() {
         let mut machine = Machine::new(Controller::Turbo);
         let mut memory = machine.memory();
         for address in [0_u32, 0xBC00, 0x5_0000, 0x6_0000, 0x7_8C00, 0xFF_FFFF] {

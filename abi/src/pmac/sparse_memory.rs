@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn halves_last_as_long_as_the_value() {
+    fn words_written_by_halves_are_kept_until_the_value_changes() {
         let mut memory = SparseMemory::default();
         memory.set_halves(8, 0.0, (0x40_0000, 0));
         assert_eq!(memory.halves(8, 0.0), Some((0x40_0000, 0)));
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn words_come_in_pages() {
+    fn a_page_exists_only_while_a_word_in_it_is_not_zero() {
         let mut memory = SparseMemory::default();
         memory.set(0x12_3456, (0, 0));
         assert!(memory.pages.is_empty());

@@ -97,7 +97,7 @@ mod tests {
 
     /// PMI 2.3.3.5: the quotient is truncated; 2.3.3.6: 11 % 5 is 1; 2.3.7: no operation by zero.
     #[test]
-    fn division() {
+    fn division_truncates_and_division_by_zero_leaves_the_dividend() {
         for (a, b, quotient, remainder) in [
             (11, 5, 2, 1),
             (-11, 5, -2, -1),
@@ -116,7 +116,7 @@ mod tests {
 
     /// PMI 2.3.3.7: INTEGER results keep 16 bits, LONG ones 32.
     #[test]
-    fn widths() {
+    fn integer_results_keep_16_bits_and_long_results_32() {
         for (op, a, b, result) in [
             (Binary::Add { long: false }, 32_767, 1, -32_768),
             (Binary::Add { long: true }, 32_767, 1, 32_768),
@@ -153,7 +153,7 @@ mod tests {
 
     /// PMI 2.3.3.7: an assignment converts last.
     #[test]
-    fn conversion() {
+    fn an_assignment_converts_to_the_type_of_its_target() {
         assert_eq!(convert(65_536, Type::Logical), 1);
         assert_eq!(convert(65_536, Type::Integer), 0);
         assert_eq!(convert(-32_769, Type::Integer), 32_767);

@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slip_is_mended() {
+    fn a_misspelt_name_is_answered_with_a_similar_one() {
         assert!(complaint("PMX-31", LANGUAGES).contains("Did you mean `PMI-31`?"));
         assert!(complaint("@ESTPO", LANGUAGES).contains("Did you mean `@ESTOP`?"));
     }

@@ -63,7 +63,7 @@ mod tests {
     use super::longest_run;
 
     #[test]
-    fn the_longest_run_is_found() {
+    fn the_longest_run_of_near_offsets_is_found() {
         assert_eq!(longest_run(&[]), None);
         assert_eq!(longest_run(&[0, 300, 310, 555, 556]), Some((1, 4)));
         assert_eq!(longest_run(&[0, 0, 5, 300]), Some((0, 3)));

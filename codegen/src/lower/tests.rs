@@ -22,7 +22,7 @@ fn lower(module: &Module) -> Result<(), InternalError> {
 }
 
 #[test]
-fn nothing_is_guessed() {
+fn impossible_ir_is_an_internal_error() {
     for (body, reason) in [
         ("v0: i8 = neg v1\nv1: i8 = iconst 1\nreturn", "v1 is used and not defined before"),
         ("v0: f64 = fneg v1\nv1: f64 = fconst 1\nreturn", "v1 is used and not defined before"),

@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn as_written_then_shorter_and_in_any_case() {
+    fn included_files_are_found_in_any_case_and_without_their_folders() {
         assert_eq!(found("f.pmi").as_deref(), Some("src/F.PMI"));
         assert_eq!(found("c:\\OEM\\G.PMI").as_deref(), Some("src/oem/g.pmi"));
         assert_eq!(found("c:\\any\\deep\\f.pmi").as_deref(), Some("src/F.PMI"));
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_is_not_found() {
+    fn a_missing_included_file_is_not_found() {
         assert_eq!(found("none.pmi"), None);
         assert_eq!(found(""), None);
         assert_eq!(found("oem"), None);

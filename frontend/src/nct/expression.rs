@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn variables_are_told_and_a_word_that_is_no_address_is_an_error() {
+    fn an_expression_lists_its_variables_and_refuses_words_that_are_no_address() {
         let (program, image) = program();
         let expression = program.expression("LF020 + LRH060 (I002 A NI002 O >LFI040)").unwrap();
         assert_eq!(expression.variables(), ["F020", "RH060", "I002", "FI040"]);

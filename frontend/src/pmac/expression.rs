@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn a_q_variable_belongs_to_the_coordinate_system() {
+    fn q_variables_are_those_of_the_chosen_coordinate_system() {
         let (expression, image) = read("Q3+P1+Q3", 2, false).unwrap();
         assert_eq!(expression.evaluate(&image), Ok(Value::Real(39.0)));
         assert_eq!(expression.variables(), ["&2Q3", "P1"]);

@@ -208,7 +208,7 @@ mod tests {
 
     /// What an assignment of an expression gives is what the expression gives.
     #[test]
-    fn an_expression_is_worth_what_its_assignment_gives() {
+    fn an_expression_has_the_value_that_its_assignment_stores() {
         for (text, expected) in [
             ("I + J * 2", 14),
             ("-I % 3 + 100000", 100_000),
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn types_and_variables_are_told() {
+    fn an_expression_knows_its_type_and_variables() {
         let program = program(&format!("{HEAD}X = T\n"));
         let image = vec![0; program.layout.size as usize];
         let value = |text: &str| program.expression(text).unwrap().evaluate(&image).unwrap();

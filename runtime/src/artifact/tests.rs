@@ -70,7 +70,7 @@ fn forged(program: &Program, code: &CodeParts) -> Vec<u8> {
 }
 
 #[test]
-fn what_was_written_is_read() {
+fn an_artifact_that_was_written_reads_back() {
     let (program, code) = (program(), code());
     let bytes = write(&program, &code).unwrap();
     assert!(Artifact::is_artifact(&bytes));
@@ -114,7 +114,7 @@ fn every_changed_bit_is_refused() {
 
 /// With the checksums made right again a change may mean something, but nothing panics.
 #[test]
-fn changes_with_right_checksums_are_judged() {
+fn changed_bytes_with_right_checksums_never_panic() {
     let bytes = write(&program(), &code()).unwrap();
     let mut refused = 0;
     for at in header::LENGTH..bytes.len() {

@@ -131,7 +131,7 @@ fn get(executive: &mut PmacExecutive, name: &str) -> f64 {
 }
 
 #[test]
-fn a_tick_has_its_order() {
+fn a_tick_runs_its_tasks_in_order() {
     let mut download = Download::new(Controller::Pmac);
     for name in ["PLCC0", "PLC0", "PLC2", "PLC1", "PLCC3", "PLCC1"] {
         download.plc(name, |_| ());
@@ -206,7 +206,7 @@ fn plccs_run_for_every_plc() {
 }
 
 #[test]
-fn several_steps_a_tick() {
+fn several_background_steps_run_in_a_tick() {
     let mut download = Download::new(Controller::Pmac);
     download.plc("PLC1", |_| ());
     download.plc("PLC2", |_| ());
@@ -217,7 +217,7 @@ fn several_steps_a_tick() {
 }
 
 #[test]
-fn one_that_disables_itself_finishes_its_scan() {
+fn a_plc_that_disables_itself_finishes_its_scan() {
     let mut download = Download::new(Controller::Pmac);
     let p1 = download.layout.p_offset(1);
     download.plc("PLC1", move |scan| {
@@ -298,7 +298,7 @@ fn commands_wait_for_the_end_of_the_step() {
 }
 
 #[test]
-fn texts_are_events_at_once() {
+fn texts_become_events_at_the_statement() {
     let mut download = Download::new(Controller::Pmac);
     download.tables.texts = vec![
         Text::Send { text: "HELLO".into(), port: None },
@@ -328,7 +328,7 @@ fn texts_are_events_at_once() {
 }
 
 #[test]
-fn timers_stop_at_the_bottom_and_turbo_has_more() {
+fn timers_count_down_to_their_least_value() {
     let mut download = Download::new(Controller::Turbo);
     download.plc("PLC1", |_| ());
     let (mut executive, mut script) = download.start();
@@ -395,7 +395,7 @@ fn dumps_are_in_natural_order() {
 }
 
 #[test]
-fn a_command_can_define() {
+fn a_command_can_change_a_definition() {
     let mut download = Download::new(Controller::Pmac);
     let field = Field { offset: 0, width: 4, format: pmac::Format::U };
     let definition = Definition::X { address: 0x20, field };
@@ -415,7 +415,7 @@ fn a_command_can_define() {
 }
 
 #[test]
-fn save_keeps_what_it_finds() {
+fn save_keeps_the_values_of_its_moment() {
     let make = || {
         let mut download = Download::new(Controller::Pmac);
         download.memory().define(9, Definition::L { address: 0x1400 });

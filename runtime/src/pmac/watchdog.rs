@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn late_interrupts_trip_it_only_in_a_row() {
+    fn only_late_interrupts_in_a_row_trip_the_watchdog() {
         let mut watchdog = Watchdog::default();
         let mut now = Instant::now();
         for _ in 0..LATE {
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn interrupts_alone_trip_it() {
+    fn interrupts_without_background_trip_the_watchdog() {
         let mut watchdog = Watchdog::default();
         let now = Instant::now();
         for _ in 0..2 {
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn background_that_stays_away_trips_it() {
+    fn background_that_does_not_run_trips_the_watchdog() {
         let mut watchdog = Watchdog::default();
         let start = Instant::now();
         assert_eq!(watchdog.background_at(start, 0.001), Ok(()));

@@ -67,7 +67,7 @@ mod tests {
 
     /// The tables of PMI 3.1.2.1.4 to 3.1.2.1.6, and the rulings' 0xC.
     #[test]
-    fn bits_have_their_weights() {
+    fn port_lines_have_the_weights_of_their_format() {
         for (low, count, format, port, value) in [
             (0, 8, Format::Binary, 0b0010_1100, 44),
             (0, 8, Format::Bcd, 0b0010_1000, 28),

@@ -257,7 +257,7 @@ fn a_d_timer_switches_off_late() {
 }
 
 #[test]
-fn time_left_over_counts_later() {
+fn time_below_a_timer_unit_is_carried_over() {
     let mut control = Control::with(TimerKind::E, 15);
     control.set("TC", 1);
     let mut counts = vec![];

@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn the_flag_ends_the_waiting() {
+    fn the_interrupt_flag_ends_the_waiting() {
         /// A clock that stands, and on which nobody may wait.
         #[derive(Debug)]
         struct Standing(Instant);

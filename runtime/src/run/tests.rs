@@ -326,7 +326,7 @@ fn a_full_disk_ends_the_run() {
 }
 
 #[test]
-fn the_flag_ends_the_run() {
+fn the_interrupt_flag_ends_the_run() {
     let mut control = Control::default();
     let flag = AtomicBool::new(true);
     let end = Run {

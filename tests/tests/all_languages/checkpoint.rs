@@ -67,17 +67,17 @@ fn generated(dialect: Dialect, seeds: std::ops::Range<u64>) {
 }
 
 #[test]
-fn generated_pmi_goes_on() {
+fn generated_pmi_programs_continue_from_a_checkpoint() {
     generated(Dialect::Pmi, 0..24);
 }
 
 #[test]
-fn generated_nct_goes_on() {
+fn generated_nct_programs_continue_from_a_checkpoint() {
     generated(Dialect::Nct, 0..36);
 }
 
 #[test]
-fn generated_pmac_goes_on() {
+fn generated_pmac_programs_continue_from_a_checkpoint() {
     generated(Dialect::Pmac, 0..16);
 }
 
@@ -96,7 +96,7 @@ fn example(source: &str, stimulus: Option<&str>, ticks: u64, dialect: Dialect) {
 }
 
 #[test]
-fn examples_go_on() {
+fn examples_continue_from_a_checkpoint() {
     example("lathe.pmi", Some("lathe.csv"), 300, Dialect::Pmi);
     example("sample.plc", Some("sample.csv"), 300, Dialect::Nct);
     example("mill.pmc", None, 600, Dialect::Pmac);
@@ -105,7 +105,7 @@ fn examples_go_on() {
 /// What lies beside the image is in the checkpoint: commands that wait, what SAVE kept, disabled
 /// and waiting PLCs, words of memory that the image has no place for, and moved definitions.
 #[test]
-fn a_pmac_keeps_what_lies_beside_its_image() {
+fn a_pmac_checkpoint_holds_the_state_outside_the_image() {
     let source = "I5=3\nI8=1\nM1->X:$07F0,0,24\nM2->Y:$3456,0,24\nM9->Y:$BC01,0,16\n\
          DISABLE PLC 4\nOPEN PLC 1 CLEAR\nP1=P1+1\nM2=M2+P1\nIF (P1=6)\nENABLE PLC 4\nDISABLE PLC 2\n\
          COMMAND\"P20=7\"\nCOMMAND\"SAVE\"\nENDIF\nIF (P1=9)\nM9=$07F5\nENDIF\nCLOSE\n\
@@ -128,7 +128,7 @@ fn a_pmac_keeps_what_lies_beside_its_image() {
 
 /// Bytes that are no checkpoint, are damaged or belong to another program change nothing.
 #[test]
-fn what_is_refused_changes_nothing() {
+fn a_refused_checkpoint_changes_nothing() {
     let pmi = |text: &str| {
         let (source, stimulus) = (text.to_owned(), String::new());
         let case = Case { source, stimulus, watch: vec![], ticks: 3 };

@@ -190,23 +190,23 @@ fn conform(dialect: Dialect, at_least: usize) {
 }
 
 #[test]
-fn pmi() {
+fn pmi_cases_give_what_is_expected() {
     conform(Dialect::Pmi, 25);
 }
 
 #[test]
-fn nct() {
+fn nct_cases_give_what_is_expected() {
     conform(Dialect::Nct, 10);
 }
 
 #[test]
-fn pmac() {
+fn pmac_cases_give_what_is_expected() {
     conform(Dialect::Pmac, 20);
 }
 
 /// The lathe of PMI's manual under its operator, longer than any case and dumped.
 #[test]
-fn lathe() {
+fn the_lathe_runs_alike_in_every_engine() {
     let folder = root().join("examples/pmi");
     let compiled = compile(&folder.join("lathe.pmi"), Dialect::Pmi, &Options::default()).unwrap();
     let words = ["run", "--ticks", "3000", "--repeat", "--watch", "@CL115,@MODRQ,@SPDAC"];

@@ -55,7 +55,7 @@ fn case(source: &str, ticks: u32) -> Case {
 }
 
 #[test]
-fn pmac_loops_go_on_in_another_engine() {
+fn pmac_loops_resume_in_another_engine() {
     let source = "I5=3\nI8=0\nM1->X:$07F0,0,24\n\
          OPEN PLC 0 CLEAR\nP10=P10+1\nWHILE (P10%7!=0)\nP10=P10+1\nENDWHILE\nP11=P11+1\nCLOSE\n\
          OPEN PLC 1 CLEAR\nP1=0\nWHILE (M1<3)\nP1=P1+1\nENDWHILE\nP2=P2+1\nWHILE (M1<6)\n\
@@ -66,14 +66,14 @@ fn pmac_loops_go_on_in_another_engine() {
 }
 
 #[test]
-fn generated_downloads_go_on_in_another_engine() {
+fn generated_downloads_resume_in_another_engine() {
     let cases = (0..16).map(|seed| gen_pmac::generate(seed, 20 + seed as usize % 60));
     let handed_over: usize = cases.map(|case| compare(&case, Dialect::Pmac)).sum();
     assert!(handed_over > 20, "{handed_over}");
 }
 
 #[test]
-fn nct_calls_and_loops_go_on_in_another_engine() {
+fn nct_calls_and_loops_resume_in_another_engine() {
     // :000 counts in subroutines, one of which is called by its number.
     let source = ":001 J1 :000 LF500 +5 SF600 :003 LF510 +1 SF510 C004 CF600 G003 J0 \
                   :004 LF502 +2 SF502 C005 R :005 LF504 +3 SF504 R";
@@ -82,7 +82,7 @@ fn nct_calls_and_loops_go_on_in_another_engine() {
 }
 
 #[test]
-fn generated_modules_go_on_in_another_engine() {
+fn generated_modules_resume_in_another_engine() {
     let cases = (0..100).map(|seed| gen_nct::generate(seed, 20 + seed as usize % 150));
     let handed_over: usize = cases.map(|case| compare(&case, Dialect::Nct)).sum();
     assert!(handed_over > 50, "{handed_over}");

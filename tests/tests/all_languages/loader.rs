@@ -154,7 +154,7 @@ fn the_artifact_is_not_overwritten() {
 
 /// Ctrl-C, in real time and in simulated time.
 #[test]
-fn ctrl_c_ends_cleanly() {
+fn ctrl_c_ends_a_run_with_its_outputs_complete() {
     for pace in [&["--realtime"][..], &["--ticks", "100000000000"]] {
         let shop = Shop::new(if pace.len() == 1 { "clock" } else { "fast" });
         // Something changes in every tick, so that the trace grows.
@@ -185,7 +185,7 @@ fn ctrl_c_ends_cleanly() {
 }
 
 #[test]
-fn a_pipe_that_closes_ends_it_quietly() {
+fn a_closed_pipe_ends_the_run_without_a_message() {
     let shop = Shop::new("pipe");
     fs::write(shop.path("s.csv"), "tick,name,value\n0,@FRO,1\n1,@FRO,2\n").unwrap();
     let mut child = shop.spawn(&[

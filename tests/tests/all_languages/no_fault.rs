@@ -52,7 +52,7 @@ fn sources(folder: &Path, found: &mut Vec<(PathBuf, Dialect)>) {
 }
 
 #[test]
-fn examples_and_cases() {
+fn examples_and_cases_compile_to_code_that_cannot_fault() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut found = vec![];
     sources(&root.join("examples"), &mut found);
@@ -81,14 +81,14 @@ fn examples_and_cases() {
 }
 
 #[test]
-fn generated_ir() {
+fn generated_ir_compiles_to_code_that_cannot_fault() {
     for seed in 0..60 {
         look_at_both(&format!("IR {seed}"), &gen_ir::generate(seed));
     }
 }
 
 #[test]
-fn generated_programs() {
+fn generated_programs_compile_to_code_that_cannot_fault() {
     for seed in 0..8 {
         let case = gen_pmi::generate(seed, 30);
         let mut sources = SourceMap::new();

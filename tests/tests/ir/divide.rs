@@ -45,7 +45,7 @@ fn dividends(ty: Type, by: i64, rng: &mut Rng) -> Vec<i64> {
 }
 
 #[test]
-fn constants_divide_without_dividing() {
+fn division_by_a_constant_is_replaced_and_gives_the_same() {
     let mut rng = Rng::new(7);
     for ty in [Type::I8, Type::I16, Type::I32] {
         let least = -1i64 << (ty.bits() - 1);
@@ -92,7 +92,7 @@ fn check(op: BinaryOp, ty: Type, by: i64, wide: bool, rng: &mut Rng) {
 
 /// Every dividend of 8 bits by every divisor, and every dividend of 16 bits by some.
 #[test]
-fn remainders_of_the_quotient_rounded_down_are_right_everywhere() {
+fn floored_remainders_by_constants_are_right_for_every_dividend() {
     let every = |ty: Type, divisors: &[i64]| {
         let most = i64::MAX >> (64 - ty.bits());
         for &by in divisors {
@@ -113,7 +113,7 @@ fn remainders_of_the_quotient_rounded_down_are_right_everywhere() {
 /// A dividend whose bounds are known from how it is made: a field with a sign, a sum, a product
 /// and a magnitude.
 #[test]
-fn bounds_make_factors_short() {
+fn known_bounds_of_the_dividend_make_the_factors_smaller() {
     let text = |made: &str, by: i64| {
         format!(
             "image 16\nregion data at 0 size 16\ntask \"scan\" L0\n\nfn \"f\" {{\nblock0 (L0):\n\
@@ -152,7 +152,7 @@ fn bounds_make_factors_short() {
 
 /// A quotient of doubles by a power of two is a product, and is the same.
 #[test]
-fn doubles_are_multiplied_with_exact_reciprocals() {
+fn division_by_a_power_of_two_becomes_a_multiplication() {
     let powers = [2.0, 0.5, -8.0, 2f64.powi(1000)];
     let others = [3.0, 0.1, 2f64.powi(-1030), 2f64.powi(1023), 0.0, f64::INFINITY, f64::NAN];
     let numbers = [0.0, -0.0, 1.0, -3.5, f64::MAX, f64::MIN_POSITIVE, 5e-324, f64::INFINITY];

@@ -137,7 +137,7 @@ fn run(path: &Path, text: &str, module: &Module) {
 }
 
 #[test]
-fn ir_does_and_becomes_what_its_file_says() {
+fn each_ir_file_runs_and_is_optimised_as_it_says() {
     for path in files(&folder(), "ir") {
         let text = fs::read_to_string(&path).unwrap();
         let (source, wanted) = text.split_once(BECOMES).unwrap_or((&text, ""));
@@ -176,7 +176,7 @@ fn nct_ir(text: &str) -> (Module, Program) {
 }
 
 #[test]
-fn nct_ends_as_its_file_says() {
+fn each_nct_file_becomes_the_ir_beside_it() {
     for path in files(&folder().join("nct"), "nct") {
         let (module, _) = nct_ir(&fs::read_to_string(&path).unwrap());
         let found = functions(&module);
@@ -208,7 +208,7 @@ fn a_carry_that_nobody_reads_is_not_computed() {
 }
 
 #[test]
-fn a_byte_written_over_the_flags_is_seen_and_sees_them() {
+fn a_byte_stored_over_the_flags_replaces_them() {
     // 0xFFFF + 1 sets carry and zero; what F004 then holds is added to, stored over them and
     // read as bits.
     let (module, program) = nct_ir(

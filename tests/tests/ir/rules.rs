@@ -29,7 +29,7 @@ fn pmi_module(source: &str, ends: bool) {
 }
 
 #[test]
-fn pmi_ends() {
+fn every_scan_of_pmi_ends() {
     pmi_module(include_str!("../../../examples/pmi/lathe.pmi"), true);
     for seed in 0..20 {
         pmi_module(&gen_pmi::generate(seed, 40).source, true);
@@ -37,7 +37,7 @@ fn pmi_ends() {
 }
 
 #[test]
-fn pmac_ends() {
+fn every_scan_of_pmac_ends() {
     for seed in 0..20 {
         let source = gen_pmac::generate(seed, 40).source;
         let mut sources = SourceMap::new();
@@ -50,7 +50,7 @@ fn pmac_ends() {
 }
 
 #[test]
-fn nct_may_not_end() {
+fn nct_modules_with_backward_jumps_may_not_end() {
     for (source, ends) in
         [(":001 LF500 J1 :000 J0", true), (":001 :010 LF500 G010 J1 :000 J0", false)]
     {

@@ -9,7 +9,7 @@ use plcc_random::Rng;
 use plcc_tests::gen_ir::{generate, trace};
 
 #[test]
-fn modules_come_back() {
+fn printed_modules_read_back_unchanged() {
     for seed in 0..150 {
         let mut module = generate(seed);
         for _ in 0..2 {

@@ -21,7 +21,7 @@ fn found(sources: &SourceMap, all: &[Diagnostic]) -> Vec<(u32, String)> {
 }
 
 #[test]
-fn each_file_has_its_errors() {
+fn each_file_has_exactly_the_errors_that_it_names() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("errors/nct");
     let mut paths: Vec<_> =
         std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();

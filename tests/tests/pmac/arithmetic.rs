@@ -215,7 +215,7 @@ fn integers_compute_what_floating_point_does() {
 
 /// What random statements found, each as small as it gets: the value of P1 when P2 holds a number.
 #[test]
-fn findings_stay_mended() {
+fn statements_that_were_once_wrong_stay_right() {
     let least = f64::from(i32::MIN);
     let cases = [
         // -2^31 is an integer of 32 bits, its magnitude is not.

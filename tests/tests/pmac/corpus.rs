@@ -53,7 +53,7 @@ fn options(path: &Path) -> Options {
 }
 
 #[test]
-fn files_as_found_on_machines_pass() {
+fn files_in_the_forms_found_on_machines_compile() {
     let files = corpus();
     assert!(files.len() >= 110, "{} files", files.len());
     let mut wrong = Vec::new();
@@ -173,7 +173,7 @@ fn run(path: &Path, seed: u64) -> usize {
 }
 
 #[test]
-fn every_engine_does_the_same_with_them() {
+fn every_engine_runs_the_corpus_alike() {
     let mut events = 0;
     for round in seeds(1) {
         events +=

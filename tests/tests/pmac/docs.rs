@@ -36,7 +36,7 @@ fn examples(text: &str) -> Vec<Example> {
 }
 
 #[test]
-fn examples_say_what_they_say() {
+fn examples_in_the_docs_get_the_diagnostics_they_name() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/pmac.md");
     let examples = examples(&std::fs::read_to_string(path).unwrap());
     assert!(examples.len() >= 19, "{} examples", examples.len());

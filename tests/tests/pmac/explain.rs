@@ -17,7 +17,7 @@ fn explain(text: &str) -> String {
 }
 
 #[test]
-fn integers_and_what_they_hang_on() {
+fn integers_are_explained_with_what_they_depend_on() {
     let text = "\
 I5=2
 #define LAMP M1
@@ -45,7 +45,7 @@ CLOSE
 }
 
 #[test]
-fn what_forces_floating_point() {
+fn the_reason_for_floating_point_is_explained() {
     let text = "\
 I5=2
 M1->L:$700

@@ -157,7 +157,7 @@ impl Pair {
 const LOGIC: &str = "OPEN PLC 2 CLEAR\nM2=M1*3+1\nIF (M2>20)\nM3=M3^1\nENDIF\nP9=P9+M2\nCLOSE\n";
 
 #[test]
-fn definitions_moved_by_an_initialising_plc() {
+fn code_follows_definitions_moved_by_an_initialising_plc() {
     let source = format!(
         "I5=3\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24,S\nM3->Y:$FFC2,3,1\nM100->Y:$BC01,0,16\n\
          M1=5\nDISABLE PLC 1\nOPEN PLC 1 CLEAR\nM100=$07F2\nDISABLE PLC 1\nCLOSE\n\
@@ -183,7 +183,7 @@ fn definitions_moved_by_an_initialising_plc() {
 }
 
 #[test]
-fn definitions_moved_by_commands() {
+fn code_follows_definitions_moved_by_commands() {
     let source = format!(
         "I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24,S\nM3->Y:$FFC2,3,1\nM4->*\nM1=4\n\
          OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=5)\nCOMMAND\"M1->L:$1005\"\nENDIF\n\
@@ -206,7 +206,7 @@ fn definitions_moved_by_commands() {
 
 /// A field that only the host can follow stays with it; all others are direct again.
 #[test]
-fn definitions_that_no_code_can_follow() {
+fn a_definition_that_code_cannot_access_stays_with_the_host() {
     let source = "I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM3->D:$07F2\n\
          OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=5)\nCOMMAND\"M1->X:$07F3,0,16,D\"\nENDIF\n\
          IF (P1=20)\nCOMMAND\"M3->X:$07F2,0,24\"\nENDIF\n\
@@ -232,7 +232,7 @@ fn definitions_that_no_code_can_follow() {
 
 /// A definition that comes back finds the code that was made for it, without a compiler.
 #[test]
-fn a_definition_that_comes_back() {
+fn a_definition_that_returns_needs_no_recompilation() {
     let source = format!("I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM3->*\nM1=1\n{LOGIC}");
     let mut pair = Pair::new(&source, Settings { rest: 100, patience: 1000, ..AT_ONCE });
     let (_, calls) = pair.run(20);
@@ -248,7 +248,7 @@ fn a_definition_that_comes_back() {
 /// The guide's array: what is seen to move in every scan is left to the host, and all else is fast
 /// from the first tick on.
 #[test]
-fn an_array_makes_no_storm() {
+fn a_definition_moved_in_every_scan_is_left_to_the_host() {
     let source = "I5=2\nM1->X:$07F0,0,24\nM34->L:$1028\nM35->Y:$BC22,0,16\nM50->Y:$07F1,0,24\n\
          OPEN PLC 1 CLEAR\nP1=0\nWHILE (P1<5)\nM35=$1028+P1\nM34=M34+P1+M1\nP1=P1+1\nENDWHILE\n\
          CLOSE\nOPEN PLC 2 CLEAR\nM50=M50+1\nM1=M50&7\nCLOSE\n";
@@ -263,7 +263,7 @@ fn an_array_makes_no_storm() {
 
 /// The same where nobody can see it, since the number of the variable that moves it is computed.
 #[test]
-fn an_array_that_nobody_sees_makes_no_storm() {
+fn a_definition_moved_through_a_computed_number_is_left_to_the_host() {
     let source = "I5=2\nM1->X:$07F0,0,24\nM34->L:$1028\nM35->Y:$BC22,0,16\nM50->Y:$07F1,0,24\nP8=35\n\
          OPEN PLC 1 CLEAR\nP1=0\nWHILE (P1<5)\nM(P8)=$1028+P1\nM34=M34+P1+M1\nP1=P1+1\n\
          ENDWHILE\nCLOSE\nOPEN PLC 2 CLEAR\nM50=M50+1\nM1=M50&7\nCLOSE\n";
@@ -277,7 +277,7 @@ fn an_array_that_nobody_sees_makes_no_storm() {
 
 /// Definitions that rest for a while and move again are followed a few times only, each and all.
 #[test]
-fn code_is_made_so_often_and_no_more() {
+fn recompilations_are_limited_for_each_definition_and_in_all() {
     let mover = |number: u32, address: u32, every: u32| {
         format!("IF (P1%{every}=0)\nM{}=${address:X}+P2\nENDIF\nP3=P3+M{number}\n", number + 100)
     };
@@ -307,7 +307,7 @@ fn code_is_made_so_often_and_no_more() {
 
 /// PLCs that wait in a WHILE while code is changed go on there.
 #[test]
-fn waiting_plcs_go_on_where_they_were() {
+fn waiting_plcs_resume_where_they_were_in_new_code() {
     let source = "I5=3\nI8=0\nM1->X:$07F0,0,24\nM2->Y:$FFC2,0,8\nM11->Y:$BC01,0,16\n\
          OPEN PLC 0 CLEAR\nP10=P10+1\nWHILE (P10<7)\nP10=P10+1\nM2=M2+1\nENDWHILE\nP11=P11+1\nCLOSE\n\
          OPEN PLC 1 CLEAR\nP1=0\nWHILE (M1<3)\nP1=P1+1\nENDWHILE\nP2=P2+1\n\
@@ -324,7 +324,7 @@ fn waiting_plcs_go_on_where_they_were() {
 /// A checkpoint is taken while the code has other definitions built in than when it is given back,
 /// to the same executive and to the other one.
 #[test]
-fn checkpoints_do_not_depend_on_what_is_built_in() {
+fn checkpoints_do_not_depend_on_what_code_assumes() {
     let source = "I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM11->Y:$BC01,0,16\nM1=3\n\
          OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1%25=0)\nM11=$07F0+P1/25\nENDIF\nM1=M1+1\nP2=P2+M1\n\
          M2=P2\nCLOSE\n";
@@ -345,7 +345,7 @@ fn checkpoints_do_not_depend_on_what_is_built_in() {
 
 /// A range may move the definitions of its own variables.
 #[test]
-fn a_range_that_moves_its_own_definitions() {
+fn an_assignment_to_a_range_may_move_its_own_definitions() {
     let source = "I5=2\nM1->Y:$BC02,0,16\nM2->X:$07F0,0,24\nM3->X:$07F2,0,24\nM4->Y:$BC03,0,16\n\
          OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=3)\nM1..2=$07F1\nENDIF\nIF (P1=12)\nM4=$07F3\n\
          ENDIF\nIF (P1=15)\nM1..4=$07F4\nENDIF\nM2=M2+1\nM3=M3+1\nCLOSE\n";
@@ -356,7 +356,7 @@ fn a_range_that_moves_its_own_definitions() {
 
 /// The resume points of tasks do not depend on what is built in.
 #[test]
-fn resume_points_are_the_same_whatever_is_built_in() {
+fn resume_points_do_not_depend_on_what_code_assumes() {
     use plcc_ir::Terminator;
     let source = format!(
         "I5=3\nM1->X:$07F0,0,24\nM2->Y:$FFC2,0,8\nM3->D:$07F1\n{LOGIC}\
@@ -398,7 +398,7 @@ fn resume_points_are_the_same_whatever_is_built_in() {
 
 /// In a thread of its own the compiler holds up no tick; its code takes over when it is there.
 #[test]
-fn a_compiler_beside_holds_nothing_up() {
+fn a_compiler_in_its_own_thread_delays_no_tick() {
     /// A compiler that begins when it is told to.
     struct Waiting(Box<dyn Recompiler>, Receiver<()>);
     impl Recompiler for Waiting {
@@ -428,7 +428,7 @@ fn a_compiler_beside_holds_nothing_up() {
 
 /// A compiler that fails is not asked again; the code at hand goes on.
 #[test]
-fn a_compiler_that_fails() {
+fn a_compiler_that_fails_is_not_asked_again() {
     struct Failing(Arc<AtomicU32>);
     impl Recompiler for Failing {
         fn recompile(&mut self, _: &[Assumption]) -> Result<NativeEngine, String> {

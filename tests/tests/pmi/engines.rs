@@ -60,7 +60,7 @@ fn long_statements_agree() {
 
 /// Where a scan stops in the middle: before it, at it and behind it, in every place an index has.
 #[test]
-fn stops_agree() {
+fn every_engine_stops_at_the_same_statement() {
     for statement in [
         "A[I]=1",
         "A[3]=A[I]",

@@ -22,7 +22,7 @@ fn drawn(name: &str, folder: &Path) -> (Vec<Diagnostic>, String) {
 }
 
 #[test]
-fn each_code_has_a_file_and_a_picture() {
+fn each_code_has_a_wrong_program_and_its_drawn_error() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("errors/pmi");
     // 40 needs `--limits none`, 45 is never reported.
     for info in plcc_diag::codes::pmi::CODES {

@@ -55,12 +55,12 @@ fn lathe(scans: u32) {
 }
 
 #[test]
-fn thousands_of_scans_agree() {
+fn thousands_of_scans_of_the_lathe_agree() {
     lathe(2000);
 }
 
 #[test]
 #[ignore = "takes a minute in release"]
-fn a_million_scans_agree() {
+fn a_million_scans_of_the_lathe_agree() {
     lathe(1_000_000);
 }

@@ -77,7 +77,7 @@ fn values(compiled: &Compiled, way: Way, table: &str, names: &[&str]) -> Vec<Vec
 }
 
 #[test]
-fn assignments_from_inside_and_outside_agree() {
+fn pins_assigned_by_program_or_stimulus_act_alike() {
     let folder: PathBuf = std::env::temp_dir().join(format!("plcc-pins-{}", std::process::id()));
     fs::create_dir_all(&folder).unwrap();
     let (inside, outside) = (compiled(&folder, BY_PROGRAM), compiled(&folder, BY_STIMULUS));

@@ -100,7 +100,7 @@ fn bit_operators_work_on_fractions_too() {
 }
 
 #[test]
-fn near_is_within_one() {
+fn near_holds_for_a_difference_below_one() {
     assert!(near(1.0, 1.999));
     assert!(!near(1.0, 2.0));
     assert!(!near(INF, INF));

@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn figures_of_none_one_and_many() {
+    fn least_median_and_99th_percentile_of_samples() {
         let of = |ns: std::ops::Range<u64>| {
             let mut samples = Samples::default();
             ns.rev().for_each(|ns| samples.push(ns));
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn places_are_exact_for_short_times_and_near_for_long_ones() {
+    fn the_histogram_is_exact_for_short_times_and_close_for_long_ones() {
         let mut last = 0;
         for ns in 0..5000 {
             assert!(place(ns) == last || place(ns) == last + 1, "{ns}");

@@ -197,7 +197,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_table_is_sound() {
+    fn the_table_of_names_has_no_mistakes() {
         let names = load(TABLE).unwrap();
         assert_eq!(names.len(), 1534);
         for row in names {
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn explains_however_it_is_written() {
+    fn variables_are_explained_in_every_spelling() {
         let first = explain("I510").unwrap();
         assert!(first.starts_with("I510\n  input flag, bit\n  first run"), "{first}");
         for other in ["i510", " I 5 1 0", "I51O"] {

@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn constants_that_roll_over_are_told() {
+    fn constants_out_of_range_get_a_warning() {
         let text = "I5=2 I8=256\nI4=4.5\nI100=-1\nOPEN PLC 1 CLEAR\n\
                     I12=0\nI136=--2.5\nCMD\"I9=4\"\nCLOSE\n";
         assert_eq!(
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fits_or_is_not_known_is_not_told() {
+    fn values_in_range_or_unknown_get_no_warning() {
         let text = "I5=2 I8=255.4 I8=-0.4 I136=2 I122=-1 I46=99999 I125=$FFFFFF I5=*\nI0..4=9\n\
                     OPEN PLC 1 CLEAR\nI8=P1 I8=255+1 I(8)=256 P8=256 M8=256\nCLOSE\n";
         assert_eq!(warnings(text, Controller::Pmac), Vec::<String>::new());

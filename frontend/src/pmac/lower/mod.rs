@@ -434,7 +434,7 @@ mod tests {
     use super::runs_of_ones;
 
     #[test]
-    fn neighbours_go_together() {
+    fn consecutive_ones_are_joined_to_runs() {
         assert_eq!(runs_of_ones(0b1011_0111).collect::<Vec<_>>(), [(0, 2), (4, 5), (7, 7)]);
         assert_eq!(runs_of_ones(u32::MAX).collect::<Vec<_>>(), [(0, 31)]);
         assert_eq!(runs_of_ones(0).count(), 0);

@@ -184,7 +184,7 @@ mod tests {
 
     /// Every pair of integers at the edges of some bounds: the integer result is the double's.
     #[test]
-    fn integers_give_what_doubles_give() {
+    fn integer_results_are_those_of_doubles() {
         let edges: Vec<i64> = [0, 1, 2, 7, 8, 255, 8_388_607, 16_777_215, 1 << 38, 1 << 52, EXACT]
             .iter()
             .flat_map(|&v| [v - 1, v, v + 1, -v])
@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn bounds_hold_for_what_lies_within() {
+    fn bounds_of_a_result_hold_for_all_operands_within_their_bounds() {
         let ranges = [(0, 1), (0, 255), (-128, 127), (-5, 3), (3, 9), (-9, -2)];
         for op in [Bin::Add, Bin::Sub, Bin::Mul, Bin::And, Bin::Or, Bin::Xor] {
             for a in ranges {
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn doubles_know_what_they_can_become() {
+    fn the_range_of_a_double_says_whether_it_can_be_infinite_or_nan() {
         let sum = Bounds::binary(Bin::Add, Bounds::FINITE, Bounds::constant(1.0));
         assert_eq!(sum.real(), (f64::MAX, false, false));
         assert_eq!(

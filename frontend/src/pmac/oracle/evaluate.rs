@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_holds_of_nan_but_the_negations() {
+    fn only_negated_comparisons_hold_for_nan() {
         for cmp in [Cmp::Eq, Cmp::Gt, Cmp::Lt, Cmp::Near] {
             assert!(!compare(cmp, f64::NAN, 1.0), "{cmp:?}");
         }

@@ -425,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn quotes_and_comments_stay_apart() {
+    fn comment_signs_in_quotes_begin_no_comment() {
         assert_eq!(plain("#define A 1\nCMD\"A;//A\" A // A\n"), "CMD\"A;//A\" 1");
         assert_eq!(plain("#define S SEND\"A;\" ; c\n#define A 1\nS A"), "SEND\"A;\" 1");
         assert_eq!(plain("#define A 5 /* x\ny */ P2 A /* z */\n#define B 1 /* x */\nB"), "P2 5 1");
@@ -434,7 +434,7 @@ mod tests {
     }
 
     #[test]
-    fn conditionals_choose() {
+    fn ifdef_and_ifndef_choose_which_lines_are_read() {
         let text = "#define A\n#ifdef A\n1\n#ifndef A\n2\n#else\n3\n#endif\n#Else\n4\n#EndIf\n5";
         assert_eq!(plain(text), "1 3 5");
         assert_eq!(run("#endif\n", &Options::default()).1, ["PMAC-9"]);
@@ -450,14 +450,14 @@ mod tests {
     }
 
     #[test]
-    fn a_define_of_nothing_is_nothing_but_a_warning() {
+    fn a_define_without_a_name_is_only_a_warning() {
         let (text, codes) = run("#define\n#Define ; none\nP1", &Options::default());
         assert_eq!((text.trim(), codes), ("P1", vec!["PMAC-W8", "PMAC-W8"]));
         assert_eq!(run("#define =5\n", &Options::default()).1, ["PMAC-W8"]);
     }
 
     #[test]
-    fn templates_need_a_value() {
+    fn template_parameters_need_a_value() {
         let mut options = Options::default();
         assert_eq!(run("#$(M)J+", &options), ("#1J+\n".into(), vec!["PMAC-X3"]));
         options.defines.push(("M".into(), "7".into()));
@@ -492,7 +492,7 @@ mod tests {
     }
 
     #[test]
-    fn bombs_end_in_one_error() {
+    fn macros_that_grow_without_bound_are_one_error() {
         let mut text = String::from("#define A0 xx\n");
         for i in 1..60 {
             text.push_str(&format!("#define A{i} A{} A{}\n", i - 1, i - 1));
@@ -502,7 +502,7 @@ mod tests {
     }
 
     #[test]
-    fn places_know_use_and_definition() {
+    fn an_expanded_macro_has_the_places_of_its_use_and_definition() {
         let mut map = SourceMap::new();
         let file = map.add("m", b"#define A P1=\nP2=3 A4\nA");
         let (preprocessed, _) =

@@ -406,7 +406,7 @@ mod tests {
     }
 
     #[test]
-    fn words_are_shortened_split_and_glued() {
+    fn words_may_be_shortened_and_written_without_blanks() {
         for (text, word, rest) in [
             ("ENAPLC3", "ENABLE", "PLC3"),
             ("displc5", "DISABLE", "plc5"),

@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn tells_of_i_variables() {
+    fn i_variables_are_explained() {
         says("i5", None, &["which PLCs run", "integers 0 to 3"]);
         says("I302", None, &["(one of Ix02)", "motor 3: address of its DAC", "default $C00B"]);
         says("I302", None, &["integers 0 to $FFFFFF"]);
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn tells_what_each_controller_has() {
+    fn variables_of_one_controller_are_explained_for_it_alone() {
         let (pmac, turbo) = (Some(Controller::Pmac), Some(Controller::Turbo));
         says("I5111", None, &["Turbo PMAC only", "coordinate system 1: PLC timer 1"]);
         says("I6612", turbo, &["coordinate system 16: PLC timer 2"]);
@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn tells_of_m_variables() {
+    fn m_variables_are_explained() {
         says("M145", None, &["homing is complete", "M145->Y:$814,10,1"]);
         says("mx45", None, &["motor x: homing is complete", "M845->"]);
         says("M3245", None, &["motor 32: homing is complete", "Mx45"]);

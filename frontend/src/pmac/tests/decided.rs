@@ -15,7 +15,7 @@ fn double_equals_behind_an_m_variable_is_taken_as_equals_in_a_plc() {
 }
 
 #[test]
-fn a_row_in_a_buffer_is_for_pmac_only() {
+fn assignments_to_lists_of_variables_in_buffers_are_for_pmac_only() {
     let turbo = |text: &str| {
         let found = codes_for(text, Controller::Turbo);
         found.into_iter().map(|(code, line, _)| (code, line)).collect::<Vec<_>>()
@@ -50,7 +50,7 @@ fn a_refused_open_takes_its_buffer_with_it() {
 }
 
 #[test]
-fn names_inside_a_command_are_replaced_where_it_is_none_without() {
+fn macro_names_in_a_command_are_replaced_if_it_is_no_command_without() {
     let text = "#define LAMP M5\n#define A P7=1\nI5=2\nOPEN PLC 1 CLEAR\nCMD\"LAMP=1\"\nCMD\"A\"\n\
                 CMD\"LAMPS=1\"\nCMD\"LAMP=+1\"\nCLOSE\n";
     assert_eq!(codes(text), [("PMAC-N2", 5), ("PMAC-W4", 7), ("PMAC-W4", 8)]);
@@ -78,7 +78,7 @@ fn pause_and_resume_are_for_plcs() {
 }
 
 #[test]
-fn what_the_controller_has_not_is_a_warning_or_an_error() {
+fn what_the_controller_does_not_have_is_a_warning_or_an_error() {
     assert_eq!(plc("SEND\"prêt\""), [("PMAC-W7", 2)]);
     assert_eq!(plc("DISP 1 \"µm\" CMD\"#1K\""), [("PMAC-W7", 2)]);
     assert_eq!(
@@ -95,7 +95,7 @@ fn what_the_controller_has_not_is_a_warning_or_an_error() {
 }
 
 #[test]
-fn commands_of_moves_are_no_warnings() {
+fn motion_commands_in_a_command_text_get_no_warning() {
     assert_eq!(plc("CMD\"&1MOVETIME\" CMD\"&1!X10Y20\" CMD\"!X-1.5Y(P1)\""), []);
     assert_eq!(plc("CMD\"&1!\""), [("PMAC-W4", 2)]);
 }
@@ -113,7 +113,7 @@ fn a_constant_with_a_written_point_is_no_integer_constant() {
 }
 
 #[test]
-fn one_bit_has_no_format() {
+fn the_format_of_a_single_bit_is_ignored() {
     let text = "M1->Y:$FFC2,8,1,S\nM2->Y:$FFC2,8,1,C\nM3->X:$FFC2,8,2,S\nL1->Y:$FFC2,8,1,D\n";
     let mut map = plcc_diag::SourceMap::new();
     let file = map.add("m.pmc", text.as_bytes());

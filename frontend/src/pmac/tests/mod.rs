@@ -288,7 +288,7 @@ fn errors_have_their_numbers_and_lines() {
 }
 
 #[test]
-fn slips_are_told_with_what_was_meant() {
+fn misspelt_words_get_a_suggestion() {
     for (body, help) in [
         ("WHIEL (P1=1)\nENDWHILE", "did you mean WHILE?"),
         ("WHILE (P1=1)\nENDWHLE", "did you mean ENDWHILE?"),
@@ -317,7 +317,7 @@ fn slips_are_told_with_what_was_meant() {
 
 /// Found by noise: the first of these was read again and again.
 #[test]
-fn misspelt_names_are_told_with_what_is_defined() {
+fn misspelt_names_get_a_defined_name_as_suggestion() {
     for (line, help) in [
         ("PUNP=1", "did you mean PUMP?"),
         ("P1=PUMMP", "did you mean PUMP?"),
@@ -335,14 +335,14 @@ fn misspelt_names_are_told_with_what_is_defined() {
 }
 
 #[test]
-fn a_line_of_a_point_is_one_error() {
+fn a_line_with_only_a_decimal_point_is_one_error() {
     assert_eq!(codes("\n."), [("PMAC-3", 2)]);
     assert_eq!(codes("P1=1\n.\nP2=2\n"), [("PMAC-3", 2)]);
     assert_eq!(plc("\n.\nP1=1"), [("PMAC-3", 3)]);
 }
 
 #[test]
-fn structure_is_reported_at_the_close() {
+fn unclosed_ifs_and_whiles_are_reported_at_close() {
     for body in [
         "IF (P1=1)\n\nCLOSE",
         "ENDIF\n\nCLOSE",
@@ -358,7 +358,7 @@ fn structure_is_reported_at_the_close() {
 }
 
 #[test]
-fn what_is_absent_is_missed_at_the_last_line_with_a_character() {
+fn missing_ends_are_reported_at_the_last_line_with_text() {
     let tail = "#ifdef X\n P5=1\n#endif\n ; end\n\n";
     assert_eq!(codes(&format!("I5=2\nOPEN PLC 1\nP1=1\n{tail}")), [("PMAC-W1", 7)]);
     let text = format!("I5=2\nOPEN PLC 1\nIF (P1=1)\n{tail}");
@@ -398,7 +398,7 @@ fn statements_of_one_line_have_an_error_each() {
 }
 
 #[test]
-fn turbo_has_more() {
+fn turbo_pmac_has_more_addresses_variables_and_motors() {
     let text = "M1->Y:$78C00,0\nP8191=1 I5111=5\nOPEN PLC1 CLEAR ADR&16 CLOSE #32->X\n";
     assert!(codes_for(text, Controller::Turbo).iter().all(|(c, ..)| *c == "PMAC-W2"));
     assert_eq!(codes(text).first(), Some(&("PMAC-X1", 1)));
@@ -417,7 +417,7 @@ fn depth_is_bounded_and_length_is_not() {
 }
 
 #[test]
-fn what_macros_wrote_is_shown_with_its_definition() {
+fn errors_in_expanded_macros_show_the_definition() {
     let mut map = SourceMap::new();
     let file = map.add("m", b"#define BAD P1=+1\nOPEN PLC1\nBAD\nCLOSE\n");
     let (_, diagnostics) = check(&mut map, &[file], &MemoryLoader::new(), &Options::default());
@@ -427,7 +427,7 @@ fn what_macros_wrote_is_shown_with_its_definition() {
 }
 
 #[test]
-fn what_a_missing_file_may_define_is_not_judged() {
+fn names_are_not_called_undefined_when_an_included_file_is_missing() {
     let text = "#include \"none.h\"\nI5=2\nOPEN PLC LIFT CLEAR\nIF (UP=1)\nGO_UP TIME=50 MSEC\n\
                 ENDIF\nLOOP_END\nP1=+1\nADDRESS&2 m1MOVE = 0\nCLOSE\n";
     assert_eq!(codes(text), [("PMAC-X2", 1), ("PMAC-3", 8)]);

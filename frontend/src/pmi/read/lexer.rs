@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers() {
+    fn numbers_are_read_or_refused_with_a_reason() {
         assert_eq!(kinds("32767"), [Kind::Number(32767)]);
         assert_eq!(kinds("1234567890"), [Kind::Bad(Fault::Digits)]);
         assert_eq!(kinds("1.5"), [Kind::Bad(Fault::Fraction)]);
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn names() {
+    fn names_are_read_or_refused_with_a_reason() {
         assert_eq!(kinds("ABC123"), [Kind::Name]);
         assert_eq!(kinds("ABCDEFG"), [Kind::Bad(Fault::LongName)]);
         assert_eq!(kinds("sw6"), [Kind::Bad(Fault::Extraneous)]);

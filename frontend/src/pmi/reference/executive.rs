@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_is_sound_and_no_member_stands_twice() {
+    fn the_table_has_no_mistakes_and_no_variable_twice() {
         let families = load(TABLE).unwrap();
         assert_eq!(families.len(), TABLE.lines().count() - 1);
         let mut seen = std::collections::HashSet::new();
@@ -354,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn explains_in_any_case_and_by_member() {
+    fn variables_are_explained_in_any_case_and_by_member_name() {
         assert!(explain("@FRO").unwrap().contains("INTEGER, read and write"));
         assert!(explain("cp103").unwrap().contains("(of @CP100 to @CP115)"));
         assert!(explain("@M299").unwrap().contains("reset-only"));

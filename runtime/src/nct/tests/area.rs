@@ -54,7 +54,7 @@ fn bench() -> Bench {
 }
 
 #[test]
-fn add_220() {
+fn add_stores_the_sum_and_its_flags() {
     let area = [4, 0x270, 0x274, 0x282];
     let add =
         |a, b| bench().words(220, &area).number(270, a).number(274, b).run(HostFn::NctAdd, 220);
@@ -66,7 +66,7 @@ fn add_220() {
 }
 
 #[test]
-fn sub_230() {
+fn sub_stores_the_difference_and_its_flags() {
     let area = [4, 0x270, 0x274, 0x286];
     let sub =
         |a, b| bench().words(230, &area).number(270, a).number(274, b).run(HostFn::NctSub, 230);
@@ -76,7 +76,7 @@ fn sub_230() {
 }
 
 #[test]
-fn mul_240_has_eight_bytes() {
+fn mul_stores_a_product_of_eight_bytes() {
     let mul = |a, b| {
         let area = [4, 0x282, 0x278, 0x290];
         bench().words(240, &area).number(282, a).number(278, b).run(HostFn::NctMul, 240)
@@ -91,7 +91,7 @@ fn mul_240_has_eight_bytes() {
 }
 
 #[test]
-fn div_250_has_a_remainder_behind_the_quotient() {
+fn div_stores_the_remainder_after_the_quotient() {
     let div = |a: i64, b| {
         let area = [4, 0x290, 0x286, 0x298];
         let mut bench = bench().words(250, &area).number(286, b);
@@ -110,7 +110,7 @@ fn div_250_has_a_remainder_behind_the_quotient() {
 }
 
 #[test]
-fn cmp_260_is_signed() {
+fn cmp_compares_signed_numbers() {
     let cmp = |a, b| {
         let area = [4, 0x298, 0x270];
         bench().words(260, &area).number(298, a).number(270, b).run(HostFn::NctCmp, 260).flags()
@@ -122,7 +122,7 @@ fn cmp_260_is_signed() {
 }
 
 #[test]
-fn one_and_two_bytes() {
+fn areas_may_hold_numbers_of_one_and_two_bytes() {
     let byte = bench().words(220, &[1, 0x300, 0x301, 0x302]).words(300, &[0x7F7F, 0xAA00]);
     let byte = byte.run(HostFn::NctAdd, 220);
     assert_eq!((&byte.f[302..304], byte.flags()), (&[0xFE, 0xAA][..], [0, 0, 0, 1, 1]));
@@ -161,7 +161,7 @@ fn a_wrong_area_changes_flags_alone() {
 }
 
 #[test]
-fn mr_200_reads_a_macro_variable_with_three_places() {
+fn mr_reads_a_macro_variable_with_three_decimals() {
     let settings = NctSettings {
         macros: vec![(180, 12.3456), (181, -0.0005), (182, 1e9), (2000, 77.0)],
         parameters: vec![(61, 40)],
@@ -187,7 +187,7 @@ fn mr_200_reads_a_macro_variable_with_three_places() {
 }
 
 #[test]
-fn mw_210_writes_what_mr_reads() {
+fn mw_writes_what_mr_reads() {
     for (segment, index) in [(1, 0x183), (1, 0x2500), (2, 0x1204)] {
         let bench = bench().words(210, &[0x0304, segment, index, 0x298]).number(298, -1500);
         let written = bench.run(HostFn::NctMw, 210);

@@ -37,7 +37,7 @@ fn search(
 const POTS: [u16; 9] = [0x4009, 1, 0, 0x4005, 0x4000, 7, 8, 0x8000, 0x4002];
 
 #[test]
-fn hf_120_finds_a_tool_behind_the_mask() {
+fn hf_finds_a_tool_whose_masked_bits_match() {
     let hf = |op, area: &[u16]| search(HostFn::NctHf, 120, op, &[(500, &POTS), (120, area)], 128);
     assert_eq!(hf(5, &[2, 0x500, 18, 0x3FFF]), [0, 0, 0x506]);
     assert_eq!(hf(9, &[2, 0x500, 18, 0x3FFF]), [0, 0, 0x500]);
@@ -72,7 +72,7 @@ fn hf_refuses_a_wrong_area() {
 }
 
 #[test]
-fn pf_130_finds_the_nearest_free_pot() {
+fn pf_finds_the_nearest_free_pot() {
     let pf = |op, area: &[u16]| search(HostFn::NctPf, 130, op, &[(500, &POTS), (130, area)], 134);
     // The first pot is tested by width alone.
     assert_eq!(pf(0x4009, &[0x0102, 0x506]), [0, 0, 0x506]);
@@ -90,7 +90,7 @@ fn pf_130_finds_the_nearest_free_pot() {
 }
 
 #[test]
-fn flags_are_written_over_the_address_found() {
+fn flags_overwrite_the_found_address_in_the_same_register() {
     // The register for what is found is F008, where the flags are: .0803 and .0502 lose theirs.
     let table = (803, [5_u16].as_slice());
     let area = [1, 0x803, 1, 0xFF];
@@ -100,7 +100,7 @@ fn flags_are_written_over_the_address_found() {
 }
 
 #[test]
-fn pf_goes_ahead_first_at_equal_distance() {
+fn of_two_pots_equally_near_pf_takes_the_one_ahead() {
     let pots = [0xC000, 1, 0, 1, 0x4001, 1, 0, 1, 1];
     let pf = |area: &[u16]| search(HostFn::NctPf, 130, 0, &[(500, &pots), (130, area)], 134);
     assert_eq!(pf(&[0x0102, 0x508]), [0, 0, 0x512]);

@@ -59,7 +59,7 @@ fn level_0_sees_the_inputs_of_its_start() {
 }
 
 #[test]
-fn without_synchronisation_level_0_follows() {
+fn without_synchronisation_module_000_sees_inputs_of_every_slice() {
     let mut executive = executive(NctTables::default(), 2);
     let input = tables_of(&executive).inputs[0];
     let output = tables_of(&executive).outputs[54];
@@ -80,7 +80,7 @@ fn without_synchronisation_level_0_follows() {
 }
 
 #[test]
-fn first_call_and_level_0_start_are_the_executives() {
+fn the_executive_sets_the_first_call_and_start_bits() {
     let mut executive = executive(NctTables::default(), 2);
     let mut trace = vec![];
     for tick in 0..4 {
@@ -246,7 +246,7 @@ fn upper_local_variables_are_retained_and_pots_are_their_first_content() {
 }
 
 #[test]
-fn names_cover_lines_and_words() {
+fn physical_lines_and_words_have_names() {
     let mut executive = executive(NctTables::default(), 2);
     set(&mut executive, "I39", 0x1_2345);
     set(&mut executive, "O39", -1);
