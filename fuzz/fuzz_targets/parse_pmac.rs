@@ -1,3 +1,4 @@
+//! Fuzzes the compiler with PMAC downloads; `plcc_tests::oracle` says what must hold.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| plcc_tests::oracle::parse_pmac(bytes));

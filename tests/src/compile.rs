@@ -1,4 +1,4 @@
-//! A source file in every engine.
+//! Compiles a source file once and gives every engine for it, so that tests can compare them.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -12,25 +12,26 @@ use plcc_frontend::common::{FileLoader, Lowered, Options};
 use plcc_ir::{Module, interp, verify};
 use plcc_runtime::{Artifact, NativeEngine};
 
-/// The ways in which a program is run.
+/// An engine, and whether the code that it runs is optimised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
-    /// The statement interpreter, which the others are held against.
+    /// The statement interpreter, with which the others are compared.
     Statements,
-    /// The IR interpreter.
+    /// The IR interpreter, on IR as lowered.
     Ir,
-    /// The IR interpreter behind the passes.
+    /// The IR interpreter, on IR after the passes.
     IrSpeed,
-    /// Compiled, not optimised.
+    /// Native code, compiled just in time from IR as lowered.
     JitNone,
-    /// Compiled and optimised.
+    /// Native code, compiled just in time from IR after the passes.
     JitSpeed,
-    /// Compiled for any processor of the kind, written as an artifact and read back.
+    /// Native code that is compiled for every processor of the architecture, written as an artifact
+    /// and read back.
     Artifact,
 }
 
 impl Way {
-    /// All of them, the oracle first.
+    /// All of them, the statement interpreter first.
     pub const ALL: [Self; 6] =
         [Self::Statements, Self::Ir, Self::IrSpeed, Self::JitNone, Self::JitSpeed, Self::Artifact];
 }
@@ -61,7 +62,7 @@ pub fn add(sources: &mut SourceMap, path: &Path) -> Result<FileId, String> {
     Ok(sources.add(path.to_string_lossy(), &bytes))
 }
 
-/// Checks and lowers sources, which for PMAC are one download.
+/// Checks and lowers sources. Only PMAC takes several, which are one download.
 ///
 /// # Errors
 /// They have errors (which are drawn), or their IR breaks a rule.
@@ -110,7 +111,7 @@ impl Compiled {
         Ok((self.plain.program.clone(), engine))
     }
 
-    /// What the loader makes of the artifact.
+    /// Writes the artifact, reads it as the loader does, and makes its engine.
     fn loaded(&self) -> Result<(Program, Box<dyn Engine>), String> {
         let target = Target::host_baseline().map_err(text)?;
         let code = code(&self.best, &target).map_err(text)?;

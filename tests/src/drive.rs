@@ -1,5 +1,6 @@
-//! A program with its stimulus, driven tick by tick: what is seen of it can be compared between
-//! engines, and between a run that was interrupted and one that was not.
+//! Runs a program with its stimulus tick by tick and says what can be seen of it after each: events,
+//! variables, retained data. Tests compare this between engines, and between a run that was
+//! continued from a checkpoint and one that was not.
 
 use std::path::Path;
 
@@ -16,14 +17,14 @@ use crate::gen_pmi::Case;
 pub struct Bench {
     /// The program in all engines.
     pub compiled: Compiled,
-    /// Ticks that the stimulus covers.
+    /// The number of ticks that the stimulus is made for.
     pub ticks: u64,
     rows: Vec<(u64, String, String)>,
     args: ControlArgs,
 }
 
 impl Bench {
-    /// Compiles a case.
+    /// Compiles a generated program with its stimulus.
     ///
     /// # Errors
     /// The source has errors, or the stimulus is no table of three columns.
@@ -34,7 +35,7 @@ impl Bench {
         Self::with(compiled, &case.stimulus, case.ticks.into(), dialect)
     }
 
-    /// Compiles a file; the stimulus is a file too, if there is one.
+    /// Compiles a file. `stimulus` is the path of a table, if there is one.
     ///
     /// # Errors
     /// A file can't be read, the source has errors, or the stimulus is no table.
@@ -66,7 +67,7 @@ impl Bench {
             let tick = tick.parse().map_err(|_| format!("no tick: {row}"))?;
             rows.push((tick, name.to_owned(), value.to_owned()));
         }
-        // Few safepoints, so that :000 is suspended again and again.
+        // With few safepoints in a slice, :000 is suspended again and again.
         let level0_safepoints = (dialect == Dialect::Nct).then_some(3);
         let mut args = ControlArgs::default();
         args.nct.level0_safepoints = level0_safepoints;
@@ -85,7 +86,7 @@ impl Bench {
     }
 }
 
-/// A control that is driven.
+/// A control with its program and stimulus, run by [`Machine::step`].
 pub struct Machine<'a> {
     bench: &'a Bench,
     /// The control itself.
@@ -97,8 +98,8 @@ pub struct Machine<'a> {
 }
 
 impl Machine<'_> {
-    /// One tick with its stimulus. What was seen: the events, how it stopped, the variables that
-    /// the program names; nothing once it has stopped.
+    /// Runs one tick with its stimulus. Gives a line for each event, for a stop, for each variable that
+    /// the program names and for the retained data; no lines once the program was stopped.
     ///
     /// # Errors
     /// The stimulus names something that the program does not have.
@@ -128,8 +129,8 @@ impl Machine<'_> {
         Ok(seen)
     }
 
-    /// The control was brought to a tick by other means than [`step`](Self::step), or to the stop
-    /// of its program.
+    /// Says at which tick the control is, and whether its program was stopped, after a checkpoint was
+    /// restored.
     pub fn go_on(&mut self, tick: u64, stopped: bool) {
         (self.tick, self.stopped) = (tick, stopped);
     }
@@ -139,8 +140,8 @@ impl Machine<'_> {
         self.stopped
     }
 
-    /// The bytes of the image that every engine keeps alike: all of it, but for NCT's regions in
-    /// which engines hold values within a statement.
+    /// The image, in which two regions of NCT are zeroed: engines keep values there while a statement
+    /// runs, each in its own way. All other bytes must be the same in every engine.
     pub fn state(&self, program: &Program) -> Vec<u8> {
         let mut image = self.executive.image().to_vec();
         if matches!(program.tables, Tables::Nct(_)) {
@@ -156,7 +157,7 @@ impl Machine<'_> {
     }
 }
 
-/// FNV-1a: short enough to be compared by eye.
+/// A hash (FNV-1a) that stands for long data in a message.
 fn hash(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xCBF2_9CE4_8422_2325, |hash, byte| {
         (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01B3)

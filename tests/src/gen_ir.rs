@@ -1,5 +1,5 @@
-//! Random valid IR: every operation, every kind of access and terminator, loops with a counter
-//! in the image, values that are passed to blocks.
+//! Generates random valid IR with every operation, every kind of access and terminator, loops that a
+//! counter in the image bounds, and values that are passed to blocks.
 
 use plcc_abi::{Engine, Host, HostFn, Outcome, Region as RegionData, Scan, TrapCode};
 use plcc_ir::{
@@ -9,10 +9,10 @@ use plcc_ir::{
 
 use plcc_random::Rng;
 
-/// Bytes of the image.
+/// The size of the image in bytes.
 const IMAGE: usize = 192;
 
-/// Where the counter that bounds loops stands.
+/// The offset of the counter that bounds loops.
 const FUEL: u32 = 160;
 
 /// The bytes that hold truth values.
@@ -22,7 +22,7 @@ fn region(name: &str, offset: u32, size: u32, bits: bool) -> RegionData {
     RegionData { name: name.into(), offset, size, bits }
 }
 
-/// What some scans leave: after each the image, the outcome and what the host was asked.
+/// Runs some scans. Gives the image and the outcome after each, and a hash of the calls of the host.
 pub fn trace(engine: &mut dyn Engine, seed: u64) -> Vec<(Vec<u8>, Outcome, u64)> {
     let mut rng = Rng::new(seed);
     let mut image: Vec<u8> = (0..IMAGE).map(|_| rng.bits() as u8).collect();
@@ -47,13 +47,13 @@ pub fn trace(engine: &mut dyn Engine, seed: u64) -> Vec<(Vec<u8>, Outcome, u64)>
 struct Gen {
     rng: Rng,
     b: ChunkBuilder,
-    /// What can be used here.
+    /// The values that the next instruction may use.
     pool: Vec<(Value, Type)>,
-    /// Where the task can be suspended.
+    /// The places at which the task can be suspended.
     suspended: Vec<Place>,
 }
 
-/// A module with one task; the same for the same seed.
+/// A random module with one task, the same for the same seed.
 pub fn generate(seed: u64) -> Module {
     let mut rng = Rng::new(seed);
     let regions = vec![
@@ -74,7 +74,8 @@ pub fn generate(seed: u64) -> Module {
     module
 }
 
-/// A host whose calls read and write the image.
+/// A host whose calls read and write the image, and whose state depends on every argument that it was
+/// given.
 #[derive(Clone, Debug, Default)]
 pub struct Mixer(pub u64);
 
@@ -130,7 +131,7 @@ impl Gen {
                 self.branch(&places, at);
             }
         }
-        // Places that are still unbound lead here.
+        // Labels that were jumped to and not yet placed all stand here.
         self.b.ret();
     }
 
@@ -180,7 +181,7 @@ impl Gen {
                 self.b.goto_indirect(number);
             }
             _ => {
-                // Back, as long as the counter lasts.
+                // Jumps back until the counter is used up.
                 let at_fuel = Address::fixed(Region(4), 0);
                 let fuel = self.b.ins().load(Type::I32, at_fuel);
                 let less = self.b.ins().binary_imm(BinaryOp::Sub, fuel, 1);
@@ -229,7 +230,7 @@ impl Gen {
         }
     }
 
-    /// A short branch that meets again, with a value or without.
+    /// A branch whose two sides continue at the same block, which may take a value from each.
     fn diamond(&mut self) {
         let cond = self.value(Type::I1);
         let ty = *self.rng.pick(&Type::ALL);
@@ -277,7 +278,7 @@ impl Gen {
             (_, false) => (Region(1), 104),
             (_, true) => (Region(2), 16),
         };
-        // Few places, so that accesses meet.
+        // There are few addresses, so that accesses often overlap.
         let span = (size - ty.bytes()).min(12) + 1;
         let offset = self.rng.below(span as usize) as u32;
         if line {
@@ -391,7 +392,7 @@ impl Gen {
         if to == Type::I32 && self.rng.chance(30) {
             let arg = operand(self, Type::F64);
             let b = self.b.ins();
-            // Which NaN an operation gives is the machine's affair.
+            // Which NaN an operation gives differs between machines.
             let (number, zero) = (b.fcmp(FloatCond::Eq, arg, arg), b.fconst(0.0));
             let arg = b.select(number, arg, zero);
             return b.convert(ConvertOp::FloatToInt, to, arg);

@@ -1,7 +1,8 @@
-//! Random NCT programs that are valid, with everything that the language has, and a stimulus.
+//! Generates random valid NCT programs that use everything the language has, each with a stimulus.
 //!
-//! The same seed gives the same case. Variables are few, so that statements meet; register areas
-//! and addresses are mostly right and sometimes wrong; a few programs call too deep.
+//! The same seed gives the same case. There are few variables, so that many statements use the same
+//! ones. Register areas and addresses are mostly right and sometimes wrong. A few programs nest their
+//! subroutine calls too deep.
 
 use std::fmt::Write as _;
 
@@ -23,7 +24,7 @@ struct Gen {
     depth: usize,
     indirect: bool,
     risky: bool,
-    /// The subroutine at hand; those of a module are called from any.
+    /// The subroutine that is being written. Those of a module are called from any other.
     subroutine: Option<u16>,
 }
 
@@ -108,7 +109,7 @@ impl Gen {
         self.put("Z");
     }
 
-    /// A BCD address, or something that is none.
+    /// A BCD address, or a number that is not a valid one.
     fn address(&mut self) -> String {
         match self.rng.below(10) {
             0 => (*self.rng.pick(&["1000", "0A00", "FFFF", "00F0", "9999", "A000"])).to_owned(),
@@ -127,7 +128,7 @@ impl Gen {
         }
     }
 
-    /// One statement; gives about how many it counts for.
+    /// Writes a statement. Gives about how many simple statements it is worth.
     fn statement(&mut self, left: usize) -> usize {
         match self.rng.below(100) {
             0..14 => {
@@ -175,7 +176,7 @@ impl Gen {
             70..87 if self.depth < 4 => return self.condition(left),
             87..90 if left > 3 && self.depth < 3 => return self.counted_loop(left),
             90..93 => self.call(),
-            93 if self.indirect => self.whole_area(),
+            93 if self.indirect => self.valid_area(),
             94..96 if self.indirect => self.area(),
             96..98 if left > 3 => return self.skip(left),
             98 if self.risky => {
@@ -241,7 +242,7 @@ impl Gen {
         }
     }
 
-    /// What S can name.
+    /// An operand of S, the store.
     fn stored(&mut self, word: bool) -> String {
         match self.rng.below(20) {
             0..5 if !word => self.stored_bit(false),
@@ -255,7 +256,7 @@ impl Gen {
         }
     }
 
-    /// What L can name.
+    /// An operand of L, the load.
     fn loaded(&mut self, word: bool) -> String {
         match self.rng.below(20) {
             0..2 if !word => format!("F{}", self.f_bit()),
@@ -282,13 +283,13 @@ impl Gen {
         format!("{n}L{}", self.loaded(word))
     }
 
-    /// What stands behind an operation or a relation.
+    /// The operand of an operation or a relation.
     fn operand(&mut self, bits: bool) -> String {
         if self.rng.chance(40) {
             return self.constant().trim_start_matches(',').to_owned();
         }
         if self.rng.chance(5) {
-            // A bracket as operand.
+            // An expression in brackets.
             let inner = self.load(true);
             let second = self.constant().trim_start_matches(',').to_owned();
             let op = *self.rng.pick(&["+", "-", "*", "/", "A", "X"]);
@@ -416,7 +417,7 @@ impl Gen {
         self.labels
     }
 
-    /// A loop that counts a counter of its own down.
+    /// Writes a loop that decrements a counter of its own until it is zero.
     fn counted_loop(&mut self, left: usize) -> usize {
         let label = self.label();
         if label >= 195 {
@@ -446,7 +447,7 @@ impl Gen {
         size + 4
     }
 
-    /// A jump over something.
+    /// Writes a jump over some statements.
     fn skip(&mut self, left: usize) -> usize {
         let label = self.label();
         if label >= 195 {
@@ -471,7 +472,7 @@ impl Gen {
     }
 
     fn call(&mut self) {
-        // Calls lead on to later subroutines, so that they end.
+        // A subroutine calls only later ones, so that calls end.
         let first = self.subroutine.map_or(SUBROUTINES.start, |label| label + 1);
         if first >= SUBROUTINES.end {
             return;
@@ -504,8 +505,8 @@ impl Gen {
         self.put(&format!("{name}{at:03}"));
     }
 
-    /// A statement with a register area that is right but for its operands' places.
-    fn whole_area(&mut self) {
+    /// A statement with a register area that is right except, perhaps, for the addresses in it.
+    fn valid_area(&mut self) {
         let store = |this: &mut Self, byte: u16, value: String| {
             this.put(&format!(".{value}"));
             this.put(&format!("SF{byte:03}"));

@@ -1,9 +1,9 @@
-//! Random PMAC downloads that are valid, with PLCs, PLCCs, loops, moved definitions, commands,
-//! and a stimulus.
+//! Generates random valid PMAC downloads with PLCs, PLCCs, loops, commands, and definitions that the
+//! program changes while it runs, each with a stimulus.
 //!
-//! The same seed gives the same case. Every form of a PLC's statement comes up, as do variables of
-//! all formats, also such as share memory with P, Q, I and with definitions. Numbers are taken from
-//! the edges of the formats more often than not.
+//! The same seed gives the same case. Every form of a PLC's statement occurs, and variables of all
+//! formats, some of which share memory with P-, Q- and I-variables and with definitions. Most numbers
+//! are at the limits of a format.
 
 mod expressions;
 mod statements;
@@ -22,7 +22,7 @@ struct Generator {
     turbo: bool,
     /// Assignments to ranges of variables are allowed in buffers: on PMAC only.
     ranges: bool,
-    /// The PLC at hand is a PLCC, and which.
+    /// Whether the program that is being written is a PLCC, and its number.
     compiled: bool,
     number: usize,
     lines: usize,

@@ -1,26 +1,26 @@
-//! Random PMI programs that are valid, with everything that the language has, and a stimulus.
+//! Generates random valid PMI programs that use everything the language has, each with a stimulus.
 //!
 //! The same seed gives the same case. Most array indices are kept inside their arrays; a few are
-//! not, so that some programs stop in the middle, as some of the shop floor's do.
+//! not, so that some programs are stopped in the middle of a scan.
 
 use std::fmt::Write as _;
 
 use plcc_random::Rng;
 
-/// A program and what to do to it.
+/// A generated program with its stimulus.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// The source.
     pub source: String,
     /// The stimulus: `tick,name,value` with its heading.
     pub stimulus: String,
-    /// Names worth watching: every variable of the program.
+    /// The names of all variables of the program, to be watched.
     pub watch: Vec<String>,
-    /// Ticks that the stimulus covers.
+    /// The number of ticks that the stimulus is made for.
     pub ticks: u32,
 }
 
-/// What a value is.
+/// The type of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ty {
     Logical,
@@ -35,7 +35,7 @@ struct Var {
     ty: Ty,
     elements: Option<usize>,
     writable: bool,
-    /// Values that a stimulus may give it: everything, or up to this.
+    /// The largest value that a stimulus may give it; without one, every value of its type.
     most: Option<i32>,
     stimulated: bool,
 }
@@ -44,7 +44,7 @@ struct Gen {
     rng: Rng,
     vars: Vec<Var>,
     out: String,
-    /// Labels that were jumped to and do not stand yet.
+    /// Labels that were jumped to and have not been written yet.
     labels: Vec<String>,
     label_count: usize,
     gotos: usize,
@@ -277,7 +277,7 @@ impl Gen {
         }
     }
 
-    /// An IF with its parts; how many statements it took.
+    /// Writes an IF with its parts. Gives the number of statements in it.
     fn condition(&mut self, label: &str, most: usize, level: usize) -> usize {
         let inside = 1 + self.rng.below(most - 2);
         let mut left = inside;
@@ -349,10 +349,10 @@ impl Gen {
         self.line(&text);
     }
 
-    /// An index that is inside most of the time.
+    /// An index that is inside its array most of the time.
     fn index(&mut self, elements: usize, depth: usize) -> Vec<String> {
         if self.risky && self.rng.chance(2) {
-            // Outside more often than not: a variable, a sum, an element, a negative number.
+            // Mostly outside the array: a variable, a sum, an element, a negative number.
             let name = self.scalar(|var| var.ty == Ty::Integer && var.writable);
             let last = (elements - 1).to_string();
             let parts: Vec<&str> = match self.rng.below(5) {

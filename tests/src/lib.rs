@@ -1,7 +1,8 @@
-//! What the end-to-end tests have in common: a source file in every engine ([`compile`]), random
-//! programs of each language and of the IR (`gen_…`), what makes failing ones small ([`shrink`]),
-//! and what fuzzing holds the compiler to ([`oracle`]). The tests are in `tests/tests/`, a folder
-//! for each language.
+//! What the end-to-end tests have in common: [`compile`] makes every engine of a source file,
+//! [`drive`] runs a control with a stimulus tick by tick, the modules `gen_…` and [`arithmetic`]
+//! make random programs, [`shrink`] reduces a failing program to the lines that matter, and
+//! [`oracle`] checks what the compiler promises for any input. The tests are in `tests/tests/`, a
+//! folder for each language.
 //!
 //! ```
 //! use std::path::Path;

@@ -1,16 +1,17 @@
-//! Mutations of sources and artifacts, the same for the same seed.
+//! Random changes (mutations) of sources and artifacts, the same for the same seed.
 
 use plcc_random::Rng;
 
-/// The longest that comes out.
+/// The greatest length of a mutation in bytes.
 const LONGEST: usize = 1 << 16;
 
-/// A mutation of one of the inputs, with parts of another.
+/// Takes one of the inputs and changes it in one to six steps, some of which take parts of another
+/// input.
 pub fn mutate(inputs: &[Vec<u8>], seed: u64) -> Vec<u8> {
     let mut rng = Rng::new(seed);
     let empty = vec![];
-    let mut bytes = rng_pick(&mut rng, inputs).unwrap_or(&empty).clone();
-    let other = rng_pick(&mut rng, inputs).unwrap_or(&empty).clone();
+    let mut bytes = pick_input(&mut rng, inputs).unwrap_or(&empty).clone();
+    let other = pick_input(&mut rng, inputs).unwrap_or(&empty).clone();
     for _ in 0..1 + rng.below(6) {
         step(&mut rng, &mut bytes, &other);
     }
@@ -18,14 +19,14 @@ pub fn mutate(inputs: &[Vec<u8>], seed: u64) -> Vec<u8> {
     bytes
 }
 
-fn rng_pick<'a>(rng: &mut Rng, inputs: &'a [Vec<u8>]) -> Option<&'a Vec<u8>> {
+fn pick_input<'a>(rng: &mut Rng, inputs: &'a [Vec<u8>]) -> Option<&'a Vec<u8>> {
     if inputs.is_empty() { None } else { Some(rng.pick(inputs)) }
 }
 
 fn step(rng: &mut Rng, bytes: &mut Vec<u8>, other: &[u8]) {
     let at = rng.below(bytes.len() + 1);
     match rng.below(9) {
-        // A bit, a byte.
+        // Changes a bit or a byte.
         0 => {
             let bit = 1 << rng.below(8);
             bytes.iter_mut().skip(at).take(1).for_each(|byte| *byte ^= bit);
@@ -34,7 +35,7 @@ fn step(rng: &mut Rng, bytes: &mut Vec<u8>, other: &[u8]) {
             let new = *rng.pick(b"\0\x01\x7F\x80\xFF0A \"'()[]{};#?%=+-*/<>&|!^~,.:$@\r\n\t\x1A");
             bytes.iter_mut().skip(at).take(1).for_each(|byte| *byte = new);
         }
-        // A stretch away, twice, or many times.
+        // Removes a stretch of bytes, doubles it, or repeats it many times.
         2 => {
             let end = (at + 1 + rng.below(12)).min(bytes.len());
             bytes.drain(at..end);
@@ -50,7 +51,7 @@ fn step(rng: &mut Rng, bytes: &mut Vec<u8>, other: &[u8]) {
             let copy = bytes[at..end].repeat(1 + rng.below(most));
             insert(bytes, at, &copy);
         }
-        // A word or a line of the other in a word's or line's place.
+        // Replaces a word by one of the other input, or inserts a line of that.
         5 | 6 => {
             let new = around(other, rng.below(other.len() + 1), is_word).1;
             let (range, _) = around(bytes, at, is_word);
@@ -60,7 +61,7 @@ fn step(rng: &mut Rng, bytes: &mut Vec<u8>, other: &[u8]) {
             let new = around(other, rng.below(other.len() + 1), |byte| byte != b'\n').1;
             insert(bytes, at, &new);
         }
-        // The other's end behind this one's beginning.
+        // Joins the beginning of this input and the end of the other.
         _ => {
             bytes.truncate(at);
             bytes.extend(other.iter().skip(rng.below(other.len() + 1)));
@@ -78,7 +79,8 @@ fn is_word(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'@' || byte == b'$'
 }
 
-/// The stretch of bytes that are `inside` about a place.
+/// The longest stretch around the place `at` whose bytes all satisfy `inside`: where it is, and its
+/// bytes.
 fn around(
     bytes: &[u8],
     at: usize,

@@ -1,12 +1,13 @@
-//! Whether compiled code could fault: reads CLIF as text, instruction by instruction.
+//! Checks that no instruction of compiled code can raise a processor exception (a fault), such as a
+//! division by zero. It reads Cranelift's IR (CLIF) as text, one instruction a line.
 //!
-//! What it lets pass is a short list of operations that have a result for all operands, accesses
-//! that are marked as never trapping (their addresses are the IR verifier's affair), calls of the
-//! host alone, and divisions whose divisor is a harmless constant or was chosen to be harmless.
+//! It accepts operations that have a result for all operands, loads and stores that are marked as
+//! never trapping (the IR verifier checks their addresses), calls of the host, and divisions whose
+//! divisor is a constant other than 0 and -1 or was replaced by 1 where it is one of these.
 
 use std::collections::HashMap;
 
-/// Operations that can't fault.
+/// Operations of CLIF that have a result for all operands.
 const TOTAL: &[&str] = &[
     "iconst",
     "f64const",
@@ -57,7 +58,7 @@ const TOTAL: &[&str] = &[
     "return",
 ];
 
-/// What could fault in CLIF, a line each.
+/// The instructions of a text of CLIF that could fault, each with the reason in front.
 pub fn faults(clif: &str) -> Vec<String> {
     let mut found = vec![];
     let mut values = HashMap::new();
@@ -76,7 +77,7 @@ pub fn faults(clif: &str) -> Vec<String> {
         if result.starts_with("sig") || result.starts_with("const") {
             continue;
         }
-        if let Err(why) = judge(rest, &values) {
+        if let Err(why) = check_instruction(rest, &values) {
             found.push(format!("{why}: {code}"));
         }
         values.insert(result, rest);
@@ -84,7 +85,7 @@ pub fn faults(clif: &str) -> Vec<String> {
     found
 }
 
-fn judge(rest: &str, values: &HashMap<&str, &str>) -> Result<(), String> {
+fn check_instruction(rest: &str, values: &HashMap<&str, &str>) -> Result<(), String> {
     let (word, operands) = rest.split_once(' ').unwrap_or((rest, ""));
     let (name, ty) = word.split_once('.').unwrap_or((word, ""));
     let args: Vec<&str> = operands.split(", ").collect();
@@ -126,7 +127,7 @@ fn divisor_is_harmless(
         Some(both) => both.split(", ").filter_map(|v| values.get(v).copied()).collect(),
         None => vec![cond],
     };
-    let asks = |wanted: &dyn Fn(&str, i128) -> bool| {
+    let compares_with = |wanted: &dyn Fn(&str, i128) -> bool| {
         tests.iter().any(|test| {
             let args = operands(test, "icmp").and_then(|args| args.strip_prefix("eq "));
             let args = args.and_then(|args| args.split_once(", "));
@@ -135,7 +136,7 @@ fn divisor_is_harmless(
                 && number.is_some_and(|(ty, n)| wanted(ty, n))
         })
     };
-    if is_one && asks(&|_, n| n == 0) && (!signed || asks(&is_minus_one)) {
+    if is_one && compares_with(&|_, n| n == 0) && (!signed || compares_with(&is_minus_one)) {
         Ok(())
     } else {
         unguarded()

@@ -1,6 +1,7 @@
-//! What fuzzing holds the compiler to. Each oracle takes any bytes and returns; it panics where a
-//! promise is broken. `fuzz/` runs them on what libFuzzer makes up,
-//! `tests/tests/all_languages/fuzz_replay.rs` on the committed corpus and on mutations of it.
+//! What the compiler promises for any input at all, as functions that check it: the oracles of
+//! fuzzing. Each takes any bytes and returns if all promises are kept; it panics if one is broken.
+//! `fuzz/` runs them on inputs that libFuzzer invents, `tests/tests/all_languages/fuzz_replay.rs` on
+//! the saved inputs and on random changes of them.
 
 #![allow(clippy::panic)]
 
@@ -16,10 +17,10 @@ use plcc_runtime::{Artifact, artifact, session};
 
 use crate::no_fault::faults;
 
-/// An oracle.
+/// Checks the promises for one input; panics if one is broken.
 pub type Oracle = fn(&[u8]);
 
-/// Every oracle by the name of its fuzz target.
+/// Every oracle with the name of its fuzz target.
 pub const ORACLES: [(&str, Oracle); 5] = [
     ("parse_pmi", parse_pmi),
     ("parse_nct", parse_nct),
@@ -28,21 +29,23 @@ pub const ORACLES: [(&str, Oracle); 5] = [
     ("ir_text", ir_text),
 ];
 
-/// A PMI program: checked with the original limits and without, lowered, optimised.
+/// Takes the bytes as a PMI program: checks it with the limits of the original control and without
+/// them; if it has no errors, lowers and optimises it.
 pub fn parse_pmi(bytes: &[u8]) {
     for limits in [Limits::Original, Limits::None] {
         source(bytes, Dialect::Pmi, &Options { limits, ..Options::default() });
     }
 }
 
-/// An NCT program.
+/// Does the same with the bytes as an NCT program.
 pub fn parse_nct(bytes: &[u8]) {
     for limits in [Limits::Original, Limits::None] {
         source(bytes, Dialect::Nct, &Options { limits, ..Options::default() });
     }
 }
 
-/// A PMAC download, for the one or the other controller: their images are large.
+/// Takes the bytes as a PMAC download. Whether it is for PMAC or Turbo PMAC depends on the number of
+/// bytes: trying both would take twice the time, since their images are large.
 pub fn parse_pmac(bytes: &[u8]) {
     let controller = match bytes.len() % 2 {
         0 => Controller::Pmac,
@@ -71,7 +74,7 @@ fn source(bytes: &[u8], dialect: Dialect, options: &Options) {
     }
 }
 
-/// What is reported stands in the text, and its code is explained.
+/// Checks that a diagnostic points to a place inside the text, and that its code has a page.
 fn place(sources: &SourceMap, diagnostic: &Diagnostic) {
     let span = diagnostic.span;
     let text = sources.text(span.file);
@@ -98,10 +101,11 @@ fn program(checked: &Checked) {
     assert!(executive.is_ok(), "no executive for it: {:?}", executive.err().map(|e| e.to_string()));
 }
 
-/// An artifact: refused, or of one mind with itself. Its code is never executed.
+/// Takes the bytes as an artifact: it is either refused, or reads back the same after it was written
+/// again. Its code is never executed.
 ///
-/// The bytes are tried as they are, and with the checksums made right, so that what is behind
-/// them is reached.
+/// The bytes are tried as they are and with corrected checksums. Without these almost every changed
+/// artifact would be refused at once, and nothing else of the reader would be tested.
 pub fn artifact(bytes: &[u8]) {
     let mut sealed = bytes.to_vec();
     header::reseal(&mut sealed);
@@ -123,7 +127,7 @@ pub fn artifact(bytes: &[u8]) {
     }
 }
 
-/// Small artifacts of each dialect, as this version writes them.
+/// A small artifact of each language, as the compiler makes it now, with the name of its source.
 pub fn artifacts() -> Vec<(&'static str, Vec<u8>)> {
     let sources = [
         ("small.pmi", Dialect::Pmi, "$INTEGER\nA,B[3]\n$END\nA=A+1\nB[A%3+1]=A/2\n"),
@@ -143,8 +147,9 @@ pub fn artifacts() -> Vec<(&'static str, Vec<u8>)> {
     sources.into_iter().filter_map(make).collect()
 }
 
-/// IR as text: refused with a place, or read; and if it follows the rules, it can be printed and
-/// read again, optimised, and made into CLIF that cannot fault.
+/// Takes the bytes as IR in its text form: it is either refused with a line and column, or read. If it
+/// follows the verifier's rules, it can be printed and read again, optimised, and compiled to code in
+/// which no instruction can fault.
 pub fn ir_text(bytes: &[u8]) {
     let source = String::from_utf8_lossy(bytes);
     let module = match text::parse(&source) {

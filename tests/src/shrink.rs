@@ -1,7 +1,7 @@
-//! Makes failing cases small enough to read.
+//! Reduces a program that fails a test to the lines that matter.
 
-/// The fewest lines of a text for which something still holds, found by leaving out ever smaller
-/// stretches: halves first, single lines and pairs of lines last.
+/// Removes lines of a text as long as `holds` is still true of the rest: halves first, then ever
+/// smaller stretches, single lines and pairs of lines last.
 pub fn lines(text: &str, holds: impl Fn(&str) -> bool) -> String {
     let mut kept: Vec<&str> = text.lines().collect();
     let mut size = kept.len().div_ceil(2);
@@ -26,7 +26,7 @@ pub fn lines(text: &str, holds: impl Fn(&str) -> bool) -> String {
     joined(&kept)
 }
 
-/// Leaves out two lines that only go together, as IF and ENDIF do.
+/// Removes two lines that can only be removed together, as IF and ENDIF. False if there are none.
 fn pairs(kept: &mut Vec<&str>, holds: &impl Fn(&str) -> bool) -> bool {
     for first in 0..kept.len() {
         for second in first + 1..kept.len() {

@@ -27,8 +27,8 @@ pub enum Kinds {
     Any,
     /// M-variables that are fields of words, and integers: what integers mostly compute.
     Fields,
-    /// P-variables with bit operators and remainders: what asks whether they hold integers.
-    Asked,
+    /// P-variables with bit operators and remainders, which are speculated to hold integers.
+    Speculated,
     /// A PLCC with L-variables.
     Long,
 }
@@ -134,7 +134,7 @@ impl Generator {
         let m = |g: &mut Self| Expr::Var(Kind::M, 1 + g.rng.below(READ_M as usize - 1) as u32);
         match self.kinds {
             Kinds::Fields if self.pure || self.rng.chance(80) => m(self),
-            Kinds::Asked if self.pure || self.rng.chance(80) => {
+            Kinds::Speculated if self.pure || self.rng.chance(80) => {
                 Expr::Var(Kind::P, self.rng.below(INPUTS as usize) as u32)
             }
             Kinds::Long if self.pure || self.rng.chance(80) => {

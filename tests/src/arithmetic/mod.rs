@@ -1,8 +1,9 @@
-//! Random statements and conditions of PMAC's, many to a program, with what they must give.
+//! Generates random statements and conditions of PMAC, many in a program, and computes what they must
+//! give.
 //!
-//! A statement is a tree that can be written as text and computed: the second in plain floating
-//! point, as the rulings say it, with nothing of the compiler's. So a program of them has an
-//! oracle of its own beside the statement interpreter.
+//! A statement is a tree that can be written as text and can be computed. It is computed in plain
+//! floating point, as docs/pmac.md says, and without any part of the compiler, so that it is a second
+//! reference beside the statement interpreter.
 
 mod generate;
 mod oracle;
@@ -54,7 +55,7 @@ impl Bin {
         }
     }
 
-    /// Whether it binds as `*` does, not as `+`.
+    /// Whether it has the precedence of `*`, not that of `+`.
     fn binds_tight(self) -> bool {
         matches!(self, Self::Mul | Self::Div | Self::Mod | Self::And)
     }

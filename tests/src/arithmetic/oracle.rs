@@ -1,4 +1,4 @@
-//! What statements give, computed step by step in floating point as the rulings say.
+//! Computes what statements give, operator by operator in floating point.
 
 use plcc_abi::image::{read_f64, write_f64};
 use plcc_abi::pmac::{
@@ -7,14 +7,14 @@ use plcc_abi::pmac::{
 
 use super::{Bin, Cmp, Condition, Expr, Statement, Statements};
 
-/// A PMAC's memory, and what is needed to find one's way in it.
+/// A PMAC's memory with its layout.
 #[derive(Debug)]
 pub struct Machine<'a> {
     /// The image.
     pub image: &'a mut [u8],
     /// Its layout.
     pub layout: &'a Layout,
-    /// What is not in it.
+    /// The words outside the image.
     pub sparse: SparseMemory,
     /// The ranges of I-variables.
     pub ranges: &'a [(u32, Range)],
@@ -30,7 +30,9 @@ impl Machine<'_> {
 
     fn statement(&mut self, statement: &Statement, all: &Statements) {
         match statement {
-            Statement::Assign(kind, number, None, value) if all.compiled && whole(statement) => {
+            Statement::Assign(kind, number, None, value)
+                if all.compiled && is_integer_statement(statement) =>
+            {
                 let value = self.integer(value, all);
                 self.write_long(*number, all, f64::from(value));
             }
@@ -56,8 +58,8 @@ impl Machine<'_> {
                 }
             }
             Statement::If(condition, number) => {
-                let truth = match all.compiled && whole(statement) {
-                    true => self.whole_condition(condition, all),
+                let truth = match all.compiled && is_integer_statement(statement) {
+                    true => self.integer_condition(condition, all),
                     false => self.condition(condition, all),
                 };
                 self.write(Kind::P, *number, if truth { 1.0 } else { 2.0 }, all);
@@ -185,7 +187,7 @@ impl Machine<'_> {
         }
     }
 
-    fn whole_condition(&mut self, condition: &Condition, all: &Statements) -> bool {
+    fn integer_condition(&mut self, condition: &Condition, all: &Statements) -> bool {
         match condition {
             Condition::Cmp(Cmp { negated, sign }, left, right) => {
                 let left = self.integer(left, all);
@@ -197,8 +199,8 @@ impl Machine<'_> {
                 };
                 truth != *negated
             }
-            Condition::And(a, b) => self.whole_condition(a, all) & self.whole_condition(b, all),
-            Condition::Or(a, b) => self.whole_condition(a, all) | self.whole_condition(b, all),
+            Condition::And(a, b) => self.integer_condition(a, all) & self.integer_condition(b, all),
+            Condition::Or(a, b) => self.integer_condition(a, all) | self.integer_condition(b, all),
         }
     }
 }
@@ -236,7 +238,7 @@ fn definition(number: u32, all: &Statements) -> Option<(Space, u32, Field)> {
 
 /// Whether a statement of a PLCC uses integers: L-variables, integer constants, operators, ABS and
 /// INT, nothing else.
-fn whole(statement: &Statement) -> bool {
+fn is_integer_statement(statement: &Statement) -> bool {
     match statement {
         Statement::Assign(Kind::L, _, None, value) => only_longs(value).is_some(),
         Statement::If(condition, _) => condition_of_longs(condition) == Some(true),

@@ -1,4 +1,4 @@
-//! Values at the edges.
+//! Chooses values of variables, most of them at limits where an operator's result changes its form.
 
 use plcc_abi::image::{read_u64, write_f64, write_u32};
 use plcc_abi::pmac::{Definition, Layout};

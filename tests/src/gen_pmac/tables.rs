@@ -49,7 +49,8 @@ pub(super) const M: &[(u32, &str)] = &[
     (46, "Y:$07F8,20,4"),
 ];
 
-/// M-variables whose memory is the definitions of others. What is assigned to them moves these.
+/// M-variables whose memory holds the definitions of other variables. An assignment to one of them
+/// changes the definition of another.
 pub(super) const MOVERS: &[(u32, &str)] = &[
     (33, "Y:@M22,0,16"),
     (35, "Y:@M22,0,16"),

@@ -1,6 +1,5 @@
-//! A run that is cut in two by a checkpoint is the run that was not: the same variables, events and
-//! stop in every tick, the same image, and the same checkpoint at the end, whichever engines the
-//! two parts have.
+//! A run that stops at a checkpoint and continues from it gives what an uninterrupted run gives: the
+//! same variables, events, stop and image in every tick, whichever engines run its two parts.
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;
@@ -13,10 +12,10 @@ use plcc_tests::drive::Bench;
 use plcc_tests::gen_pmi::Case;
 use plcc_tests::{gen_nct, gen_pmac, gen_pmi};
 
-/// Where the run is cut, and the engines before and behind.
+/// The tick before which the checkpoint is taken, and the engines before and after it.
 type Cut = (u64, Way, Way);
 
-/// Runs a program in one piece, and in two for each cut.
+/// Runs a program without a checkpoint, and once for each of `cuts`.
 fn compare(bench: &Bench, cuts: &[Cut], what: &str) {
     let (program, mut engine) = bench.compiled.engine(Way::Statements).unwrap();
     let mut whole = bench.machine(&program).unwrap();
@@ -102,8 +101,8 @@ fn examples_continue_from_a_checkpoint() {
     example("mill.pmc", None, 600, Dialect::Pmac);
 }
 
-/// What lies beside the image is in the checkpoint: commands that wait, what SAVE kept, disabled
-/// and waiting PLCs, words of memory that the image has no place for, and moved definitions.
+/// A checkpoint also holds what is not in the image: commands that wait, the data kept by SAVE,
+/// disabled and suspended PLCs, sparse memory and changed definitions.
 #[test]
 fn a_pmac_checkpoint_holds_the_state_outside_the_image() {
     let source = "I5=3\nI8=1\nM1->X:$07F0,0,24\nM2->Y:$3456,0,24\nM9->Y:$BC01,0,16\n\
@@ -126,7 +125,8 @@ fn a_pmac_checkpoint_holds_the_state_outside_the_image() {
     compare(&bench, &cuts, &case.source);
 }
 
-/// Bytes that are no checkpoint, are damaged or belong to another program change nothing.
+/// Bytes that are no checkpoint, are damaged or belong to another program are refused, and the
+/// control stays as it was.
 #[test]
 fn a_refused_checkpoint_changes_nothing() {
     let pmi = |text: &str| {

@@ -1,12 +1,12 @@
-//! Every case of `tests/conformance/` and every scenario of `examples/`, in every engine: what
-//! they write is what is expected, byte for byte, and the same in all.
+//! Runs every case of `tests/conformance/` and every scenario of `examples/` in every engine. Trace,
+//! events and dump must be the expected ones, byte for byte, in each engine.
 //!
 //! A case is a folder with `args` (the options of `plcc run`, no paths), the program as
 //! `program.*` or its path in a file `program`, and of `stimulus.csv`, `machine.toml`,
 //! `expected.csv` (trace), `expected.jsonl` (events) and `expected.json` (dump) those that it
 //! needs. A scenario of `examples/DIALECT/NAME.*` is a folder `examples/DIALECT/NAME/SCENARIO`.
 //!
-//! `BLESS=1` writes the expected files that are there anew, if all engines agree.
+//! `BLESS=1` overwrites the expected files that exist, if all engines agree.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::fmt::Write as _;
@@ -34,7 +34,7 @@ struct Args {
     define: Vec<String>,
 }
 
-/// What a run writes, by the names of the files with what is expected.
+/// What a run writes, each with the name of the file that holds what is expected.
 type Written = [(&'static str, String); 3];
 
 fn root() -> PathBuf {
@@ -129,7 +129,7 @@ fn difference(expected: &str, found: &str) -> String {
     text
 }
 
-/// What is wrong with a case; nothing where all is well.
+/// Runs a case in every engine. The error says what differs.
 fn check(dialect: Dialect, case: &Path, program: &Path) -> Result<(), String> {
     let words = fs::read_to_string(case.join("args")).map_err(|e| format!("args: {e}"))?;
     let args = Args::try_parse_from(std::iter::once("run").chain(words.split_whitespace()))
@@ -204,7 +204,7 @@ fn pmac_cases_give_what_is_expected() {
     conform(Dialect::Pmac, 20);
 }
 
-/// The lathe of PMI's manual under its operator, longer than any case and dumped.
+/// The lathe of PMI's manual with its stimulus, in a run that is longer than any case.
 #[test]
 fn the_lathe_runs_alike_in_every_engine() {
     let folder = root().join("examples/pmi");

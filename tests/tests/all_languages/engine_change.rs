@@ -1,6 +1,6 @@
-//! Tasks that one engine suspends go on in another: a resume point means the same in all of them,
-//! and so does everything else in the image. PMAC downloads wait in WHILE loops, NCT's module :000
-//! is suspended at safepoints, within calls too; each call of a task is another engine's.
+//! A task that one engine suspends resumes in another: resume points and the image mean the same in
+//! all of them. PLCs of PMAC are suspended in WHILE loops, NCT's module :000 at safepoints, also
+//! inside subroutines. A different engine makes each call of a task.
 #![allow(clippy::unwrap_used)]
 
 use plcc_abi::{Dialect, Engine, Outcome, ResumePoint, Scan, TrapCode};
@@ -10,11 +10,11 @@ use plcc_tests::drive::Bench;
 use plcc_tests::gen_pmi::Case;
 use plcc_tests::{gen_nct, gen_pmac};
 
-/// Several engines, each of which has every so many calls.
+/// Several engines that take turns: each makes one call, then the next one does.
 struct Relay {
     engines: Vec<Box<dyn Engine>>,
     turn: usize,
-    /// How often a task went on in another engine than the one that had suspended it.
+    /// How often a task resumed in another engine than the one that had suspended it.
     handed_over: usize,
 }
 
@@ -26,8 +26,8 @@ impl Engine for Relay {
     }
 }
 
-/// Runs a case in the statement interpreter and in all engines by turns; how often a task was
-/// handed over.
+/// Compares a run in the statement interpreter with one in which all engines take turns. Gives how
+/// often a task resumed in another engine.
 fn compare(case: &Case, dialect: Dialect) -> usize {
     let source = &case.source;
     let bench = Bench::new(case, dialect, &Options::default()).unwrap();

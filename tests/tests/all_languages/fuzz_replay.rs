@@ -1,26 +1,31 @@
-//! The fuzz targets' oracles on their corpus, on the tests' own sources, and on mutations of
-//! both, which are the same in each run.
+//! Runs the checks of the fuzz targets (`plcc_tests::oracle`) without a fuzzer: on the inputs saved in
+//! `fuzz/corpus`, on programs of the other tests, and on random changes (mutations) of both.
 //!
-//! `PLCC_MUTATIONS=100000` runs more of them, from `PLCC_MUTATION_SEED` on. A mutation that breaks
-//! a promise is written to the temporary folder; cut down, it belongs into `fuzz/corpus`.
+//! `PLCC_MUTATIONS` is the number of mutations of each target, `PLCC_MUTATION_SEED` the seed of the
+//! first. `BLESS=1` writes the artifacts in `fuzz/corpus/artifact` again, which is needed when the
+//! format of artifacts has changed. An input that made a check fail belongs into `fuzz/corpus`.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use plcc_abi::ABI_VERSION;
 use plcc_runtime::Artifact;
 use plcc_tests::mutate::mutate;
 use plcc_tests::oracle::{ORACLES, Oracle, artifacts};
 
-/// Only what hangs, or grows faster than its input, takes longer in a debug build of a busy machine.
+/// An input that takes longer than this, twice, is reported. Even a debug build on a busy machine
+/// needs far less unless the compiler hangs or its time grows faster than the input.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// The number in an environment variable, if it is set to one.
 fn number(variable: &str) -> Option<u64> {
     std::env::var(variable).ok()?.parse().ok()
 }
 
-/// The files below a folder with one of the endings, or all.
+/// Adds the files in a folder and the folders in it to `found`: those with one of these extensions,
+/// or all where no extension is given.
 fn files(folder: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
     let mut paths: Vec<PathBuf> =
         std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
@@ -35,11 +40,12 @@ fn files(folder: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Runs an oracle on bytes; what made it panic is kept.
+/// Runs the check of a target on an input. If it panics or takes too long, the input is written to
+/// a file of the temporary folder, and the test fails. `what` names the input.
 fn run(name: &str, oracle: Oracle, bytes: &[u8], what: &str) {
     let start = Instant::now();
     let result = catch_unwind(AssertUnwindSafe(|| oracle(bytes)));
-    // A busy machine may have been elsewhere: what is slow is slow again.
+    // The time may have gone to other processes, so a slow input has to be slow a second time.
     let slow = start.elapsed() > PATIENCE && {
         let again = Instant::now();
         let _ = catch_unwind(AssertUnwindSafe(|| oracle(bytes)));
@@ -53,12 +59,13 @@ fn run(name: &str, oracle: Oracle, bytes: &[u8], what: &str) {
     }
 }
 
-/// A target: its corpus, sources of the tests with these endings, and their mutations.
+/// Runs a target on its corpus, on the files with these extensions in `folders` (paths from the
+/// repository's root), and on so many mutations of them unless `PLCC_MUTATIONS` says otherwise.
 fn replay(name: &str, folders: &[&str], endings: &[&str], mutations: u64) {
     replay_with(name, folders, endings, vec![], mutations);
 }
 
-/// The same with inputs from elsewhere, which are mutated whatever their length.
+/// Does what [`replay`] does. `more` are further inputs to be mutated.
 fn replay_with(name: &str, folders: &[&str], endings: &[&str], more: Vec<Vec<u8>>, mutations: u64) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let (_, oracle) = ORACLES.into_iter().find(|(known, _)| *known == name).unwrap();
@@ -72,7 +79,7 @@ fn replay_with(name: &str, folders: &[&str], endings: &[&str], more: Vec<Vec<u8>
     for (path, bytes) in paths.iter().zip(&inputs) {
         run(name, oracle, bytes, &path.file_name().unwrap().to_string_lossy());
     }
-    // Long ones would take all the time.
+    // Mutations of long inputs would take most of the time.
     let short = inputs.into_iter().filter(|bytes| bytes.len() < 6000);
     let short: Vec<Vec<u8>> = short.chain(more).collect();
     let first = number("PLCC_MUTATION_SEED").unwrap_or(1);
@@ -82,40 +89,50 @@ fn replay_with(name: &str, folders: &[&str], endings: &[&str], more: Vec<Vec<u8>
 }
 
 #[test]
-fn parse_pmi() {
+fn parse_pmi_keeps_its_promises_on_saved_and_changed_inputs() {
     replay("parse_pmi", &["tests/errors/pmi", "tests/conformance/pmi"], &["pmi", "inc"], 1500);
 }
 
 #[test]
-fn parse_nct() {
+fn parse_nct_keeps_its_promises_on_saved_and_changed_inputs() {
     replay("parse_nct", &["tests/errors/nct"], &["nct", "plc"], 2000);
 }
 
 #[test]
-fn parse_pmac() {
+fn parse_pmac_keeps_its_promises_on_saved_and_changed_inputs() {
     let folders = ["tests/corpus/pmac", "tests/conformance/pmac"];
     replay("parse_pmac", &folders, &["pmc", "pmac", "plc", "h"], 150);
 }
 
 #[test]
-fn artifact() {
-    // The corpus gets too old to be read when the format changes; these never do.
-    let fresh = artifacts();
-    assert_eq!(fresh.len(), 3);
-    if std::env::var_os("PLCC_BLESS").is_some() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/artifact");
-        for (name, bytes) in &fresh {
-            std::fs::write(folder.join(format!("{name}.plcx")), bytes).unwrap();
-        }
-    }
-    let fresh = fresh.into_iter().map(|(_, bytes)| {
-        assert!(Artifact::parse(&bytes).is_ok());
+fn artifact_keeps_its_promises_on_saved_and_changed_inputs() {
+    // Artifacts that the compiler makes now, beside the saved ones.
+    let made = artifacts().into_iter().map(|(name, bytes)| {
+        assert!(Artifact::parse(&bytes).is_ok(), "{name}");
         bytes
     });
-    replay_with("artifact", &[], &[], fresh.collect(), 3000);
+    replay_with("artifact", &[], &[], made.collect(), 3000);
+}
+
+/// An artifact of another version is refused at its ninth byte, so its mutations would test nothing.
+#[test]
+fn artifact_corpus_has_the_present_format() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/artifact");
+    let bless = std::env::var_os("BLESS").is_some_and(|value| value == "1");
+    let made = artifacts();
+    assert_eq!(made.len(), 3, "one for each language");
+    for (name, bytes) in made {
+        let path = folder.join(format!("{name}.plcx"));
+        if bless {
+            std::fs::write(&path, bytes).unwrap();
+        }
+        let saved = std::fs::read(&path).unwrap();
+        let version = u32::from_le_bytes(saved[8..12].try_into().unwrap());
+        assert_eq!(version, ABI_VERSION, "{}: BLESS=1 writes it again", path.display());
+    }
 }
 
 #[test]
-fn ir_text() {
+fn ir_text_keeps_its_promises_on_saved_and_changed_inputs() {
     replay("ir_text", &["tests/filetests"], &["ir"], 5000);
 }

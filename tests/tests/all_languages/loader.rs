@@ -1,4 +1,4 @@
-//! The loader as a process of its own: artifacts, Ctrl-C, pipes that close.
+//! Runs `plcrt`, the loader, as a process: artifacts that it runs and refuses, Ctrl-C, closed pipes.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -20,7 +20,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
 }
 
-/// The loader of this build.
+/// The loader, built once from the sources under test.
 fn plcrt() -> Command {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     Command::new(BUILT.get_or_init(|| {
@@ -164,7 +164,8 @@ fn ctrl_c_ends_a_run_with_its_outputs_complete() {
         let mut args: Vec<&str> = args.split(' ').collect();
         args.extend(pace);
         let child = shop.spawn(&args);
-        // It hears Ctrl-C once it writes. So long it takes only where it never writes.
+        // The process handles Ctrl-C once it has written a part of its trace. The limit ends a test in
+        // which it never writes.
         let start = Instant::now();
         let rows = || fs::read_to_string(shop.path("t.csv")).unwrap_or_default().lines().count();
         while rows() < 6 {

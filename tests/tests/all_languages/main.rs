@@ -1,4 +1,5 @@
-//! Tests that treat the three languages alike: whole runs, the loader, malformed input.
+//! Tests of what holds for all three languages: conformance, whole runs, checkpoints, the loader,
+//! damaged input.
 #![allow(clippy::indexing_slicing)]
 
 mod checkpoint;

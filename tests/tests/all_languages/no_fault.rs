@@ -1,5 +1,6 @@
-//! Nothing in compiled code can fault (`architecture`: no signals): the CLIF of every example,
-//! conformance case and of generated programs, before and after the passes.
+//! No instruction of compiled code can raise a processor exception (ARCHITECTURE.md: "Nothing can
+//! fault"). This checks Cranelift's IR (CLIF) of the examples, the conformance cases and generated
+//! programs, before and after the passes.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::path::{Path, PathBuf};
@@ -14,8 +15,8 @@ use plcc_tests::compile::compile;
 use plcc_tests::no_fault::faults;
 use plcc_tests::{gen_ir, gen_pmac, gen_pmi};
 
-/// Looks at a module for both kinds of machine. Functions are what the passes left of them.
-fn look(name: &str, module: &Module) {
+/// Checks the code of a module for x86-64 and ARM64.
+fn check(name: &str, module: &Module) {
     for triple in ["x86_64-unknown-linux-gnu", "aarch64-unknown-linux-gnu"] {
         let target = Target::baseline(triple).unwrap();
         let clif = emit::clif(module, &target).unwrap();
@@ -25,11 +26,11 @@ fn look(name: &str, module: &Module) {
     }
 }
 
-fn look_at_both(name: &str, module: &Module) {
-    look(name, module);
+fn check_before_and_after_passes(name: &str, module: &Module) {
+    check(name, module);
     let mut best = module.clone();
     passes::optimize(&mut best, OptLevel::Speed);
-    look(name, &best);
+    check(name, &best);
 }
 
 /// The programs below a folder.
@@ -65,15 +66,15 @@ fn examples_and_cases_compile_to_code_that_cannot_fault() {
                 options.machine = Machine::parse(&text).unwrap();
             }
         }
-        // What a case's own options would allow, all of it.
+        // Cases that need options in their file `args` are compiled with all that those can allow.
         let generous =
             Options { limits: Limits::None, controller: Controller::Turbo, ..options.clone() };
         let compiled =
             compile(path, *dialect, &options).or_else(|_| compile(path, *dialect, &generous));
-        // Some cases are about errors.
+        // Some cases have errors on purpose.
         let Ok(compiled) = compiled else { continue };
         for module in compiled.modules() {
-            look(&path.to_string_lossy(), module);
+            check(&path.to_string_lossy(), module);
         }
         looked += 1;
     }
@@ -83,7 +84,7 @@ fn examples_and_cases_compile_to_code_that_cannot_fault() {
 #[test]
 fn generated_ir_compiles_to_code_that_cannot_fault() {
     for seed in 0..60 {
-        look_at_both(&format!("IR {seed}"), &gen_ir::generate(seed));
+        check_before_and_after_passes(&format!("IR {seed}"), &gen_ir::generate(seed));
     }
 }
 
@@ -95,12 +96,18 @@ fn generated_programs_compile_to_code_that_cannot_fault() {
         let file = sources.add("generated.pmi", case.source.as_bytes());
         let (program, _) =
             pmi::check(&mut sources, file, &MemoryLoader::new(), &Options::default());
-        look_at_both(&format!("PMI {seed}"), &program.unwrap().lower().unwrap().module);
+        check_before_and_after_passes(
+            &format!("PMI {seed}"),
+            &program.unwrap().lower().unwrap().module,
+        );
         let case = gen_pmac::generate_for(seed, 30, true);
         let mut sources = SourceMap::new();
         let file = sources.add("generated.pmc", case.source.as_bytes());
         let options = Options { controller: Controller::Turbo, ..Options::default() };
         let (program, _) = pmac::check(&mut sources, &[file], &MemoryLoader::new(), &options);
-        look_at_both(&format!("PMAC {seed}"), &program.unwrap().lower().unwrap().module);
+        check_before_and_after_passes(
+            &format!("PMAC {seed}"),
+            &program.unwrap().lower().unwrap().module,
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! Quotients and remainders by constants are those of the division, which is gone.
+//! The pass that replaces divisions by constants: the results stay the same, and no division is left.
 #![allow(clippy::unwrap_used)]
 
 use plcc_abi::engine::NoHost;
@@ -12,7 +12,8 @@ use plcc_random::Rng;
 const OPS: [BinaryOp; 5] =
     [BinaryOp::Sdiv, BinaryOp::Srem, BinaryOp::Udiv, BinaryOp::Urem, BinaryOp::Smod];
 
-/// A scan that leaves `x op by` at 8, optimised; with `wide`, of an i32 that holds `x` unsigned.
+/// A module, optimised, whose scan loads `x` at offset 0 and stores `x op by` at offset 8. With `wide`
+/// the operation is one of 32 bits, on `x` extended without its sign.
 fn module(op: BinaryOp, ty: Type, by: i64, wide: bool) -> plcc_ir::Module {
     let (widen, of, value) = match wide {
         true => ("    v1: i32 = zext v0\n", "i32", "v1"),
@@ -29,7 +30,7 @@ fn module(op: BinaryOp, ty: Type, by: i64, wide: bool) -> plcc_ir::Module {
     module
 }
 
-/// Numbers around multiples of a divisor and at the edges, and any.
+/// Dividends to try: around multiples of the divisor, at the limits of the type, and random ones.
 fn dividends(ty: Type, by: i64, rng: &mut Rng) -> Vec<i64> {
     let least = -1i64 << (ty.bits() - 1);
     let mut all = vec![0, 1, -1, least, least + 1, -1 - least, -2 - least];
@@ -150,7 +151,7 @@ fn known_bounds_of_the_dividend_make_the_factors_smaller() {
     }
 }
 
-/// A quotient of doubles by a power of two is a product, and is the same.
+/// A division of doubles by a power of two becomes a multiplication with the same result.
 #[test]
 fn division_by_a_power_of_two_becomes_a_multiplication() {
     let powers = [2.0, 0.5, -8.0, 2f64.powi(1000)];

@@ -1,18 +1,18 @@
-//! Files of IR with what they do and what the passes make of them, and files of NCT with the IR
-//! they end as.
+//! Runs the files of `tests/filetests`. A file of IR says in its comments what the program does and
+//! what the passes make of it; a file of NCT stands beside the IR that it becomes.
 //!
-//! In `tests/filetests/*.ir` a comment that begins with a directive is one:
+//! In `tests/filetests/*.ir` these comments are directives:
 //!
 //! - `; before REGION:OFFSET BYTE…` puts bytes (hexadecimal) into the image before the first scan.
 //! - `; after OUTCOME REGION:OFFSET BYTE…` is what the next scan of the first task gives (`end`,
-//!   `suspended`, or a trap's code) and leaves: in the IR interpreter, before the passes and
-//!   behind them, and in native code of both. `any` scans of the same place can follow.
-//! - `; passes NAME…`: what the passes make of it is compared with what stands behind the line
-//!   `; becomes`; `all` are those of the optimiser in its order.
+//!   `suspended`, or a trap's code) and leaves in the image: in the IR interpreter and in native
+//!   code, each before and after the passes. Any number of such scans can follow.
+//! - `; passes NAME…` runs these passes, or with `all` those of the optimiser in its order. The result
+//!   is compared with the text after the line `; becomes`.
 //!
-//! `tests/filetests/nct/*.nct` stand beside the optimised IR of their module :001, `*.ir`.
+//! Beside each `tests/filetests/nct/*.nct` stands its optimised IR, `*.ir`.
 //!
-//! `BLESS=1` writes what comes out into the files, to be looked at before it is committed.
+//! `BLESS=1` writes the results into the files; look at them before you commit them.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::fs;
@@ -49,7 +49,7 @@ fn bless() -> bool {
     std::env::var_os("BLESS").is_some_and(|value| value == "1")
 }
 
-/// The functions of a module without the rest.
+/// The text of a module's functions, without image, regions, tasks and statements.
 fn functions(module: &Module) -> String {
     let mut code = module.clone();
     (code.files, code.statements) = (vec![], vec![]);
@@ -62,7 +62,7 @@ fn functions(module: &Module) -> String {
     text[begin..end].trim_end().to_owned() + "\n"
 }
 
-/// A place of the image and bytes: `REGION:OFFSET BYTE…`.
+/// Reads `REGION:OFFSET BYTE…`, repeated: offsets in the image, each with its bytes.
 fn bytes(module: &Module, words: &[&str]) -> Vec<(usize, Vec<u8>)> {
     let mut rows: Vec<(usize, Vec<u8>)> = vec![];
     for word in words {
@@ -189,7 +189,7 @@ fn each_nct_file_becomes_the_ir_beside_it() {
     }
 }
 
-/// How often a carry is computed: an unsigned comparison.
+/// How many times the module computes a carry, which it does by an unsigned comparison.
 fn carries(module: &Module) -> usize {
     let insts = module.funcs().flat_map(|(_, func)| {
         func.blocks().flat_map(|(_, block)| block.insts.iter().map(|&inst| *func.inst(inst)))
@@ -201,7 +201,8 @@ fn carries(module: &Module) -> usize {
 fn a_carry_that_nobody_reads_is_not_computed() {
     let program =
         |middle: &str| format!(":001 LF500 +LF502 {middle} SF504 +1 SF506 LF504 -2 J1 :000 J0");
-    // The last statement's flags stay; of the two before, one is looked at or none.
+    // The flags of the last addition are kept for other modules. Those of the additions before it are
+    // overwritten, in one of the two programs after the carry was read.
     let (unread, _) = nct_ir(&program(""));
     let (read, _) = nct_ir(&program("(F0040) UF5080 Z"));
     assert_eq!((carries(&unread), carries(&read)), (1, 2));

@@ -1,4 +1,5 @@
-//! Tests of the IR: text form, verifier, passes and interpreter, and native code made of it.
+//! Tests of the IR: its text form, the verifier, the passes, the interpreter, and the native code that
+//! is made of it.
 #![allow(clippy::indexing_slicing)]
 
 mod divide;

@@ -1,5 +1,5 @@
-//! Random IR before and after each pass, interpreted and native: the same image, the same
-//! outcomes, the same calls of the host.
+//! Random IR does the same before and after each pass, interpreted and as native code: the same image,
+//! outcomes and calls of the host.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use plcc_abi::{Outcome, Program, Tables};

@@ -1,5 +1,5 @@
-//! What front ends make keeps the IR's rules, before and behind the passes, and what must end
-//! provably ends.
+//! The IR of the front ends follows the verifier's rules before and after the passes, and the verifier
+//! can prove that every scan of PMI and PMAC ends.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use plcc_diag::SourceMap;
@@ -10,7 +10,7 @@ use plcc_ir::passes::{OptLevel, optimize};
 use plcc_ir::verify::{every_scan_ends, verify};
 use plcc_tests::{gen_pmac, gen_pmi};
 
-fn look(lowered: Lowered, ends: bool, source: &str) -> Module {
+fn check(lowered: Lowered, ends: bool, source: &str) -> Module {
     let mut module = lowered.module;
     assert_eq!(verify(&module), [], "{source}");
     assert_eq!(every_scan_ends(&module), ends, "{source}");
@@ -25,7 +25,7 @@ fn pmi_module(source: &str, ends: bool) {
     let file = sources.add("a.pmi", source.as_bytes());
     let options = Options { limits: Limits::None, ..Options::default() };
     let (program, all) = pmi::check(&mut sources, file, &MemoryLoader::new(), &options);
-    look(program.unwrap_or_else(|| panic!("{all:?}")).lower().unwrap(), ends, source);
+    check(program.unwrap_or_else(|| panic!("{all:?}")).lower().unwrap(), ends, source);
 }
 
 #[test]
@@ -45,7 +45,7 @@ fn every_scan_of_pmac_ends() {
         let options = Options { controller: Controller::Pmac, ..Options::default() };
         let (program, all) = pmac::check(&mut sources, &[file], &MemoryLoader::new(), &options);
         let program = program.unwrap_or_else(|| panic!("{all:?}"));
-        look(program.lower().unwrap(), true, &source);
+        check(program.lower().unwrap(), true, &source);
     }
 }
 
@@ -58,6 +58,6 @@ fn nct_modules_with_backward_jumps_may_not_end() {
         let file = sources.add("a.nct", source.as_bytes());
         let (program, all) =
             nct::check(&mut sources, file, &MemoryLoader::new(), &Options::default());
-        look(program.unwrap_or_else(|| panic!("{all:?}")).lower().unwrap(), ends, source);
+        check(program.unwrap_or_else(|| panic!("{all:?}")).lower().unwrap(), ends, source);
     }
 }

@@ -1,4 +1,4 @@
-//! IR as text: what was printed is read as it was, and no text makes the reader panic.
+//! IR as text: a module that was printed reads back unchanged, and no text makes the reader panic.
 #![allow(clippy::unwrap_used)]
 
 use plcc_ir::interp::Interpreter;

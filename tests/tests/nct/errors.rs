@@ -1,6 +1,6 @@
-//! Every error of NCT's list that can be provoked (NCT 6.3): a file each, with `;! CODE` on the
-//! lines where something must be found. Nothing else may be found in it. What stands behind a `-`
-//! in a file's name says what it is about.
+//! For every error of NCT's list that a program can have (NCT 6.3) there is a file in
+//! `tests/errors/nct`, with `;! CODE` on each line that must be reported. Nothing else may be reported.
+//! A word after `-` in a file's name says what the file is about.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Generated NCT programs run alike in every engine, slice by slice.
+//! Generated NCT programs do the same in every engine, compared after each slice.
 #![allow(clippy::unwrap_used)]
 
 use std::sync::Arc;
@@ -31,9 +31,10 @@ fn program(case: &Case, seed: u64) -> nct::Program {
     program.unwrap()
 }
 
-/// What is seen of a run: the watched values after each slice, the events, how it stopped.
+/// Runs a case. Gives the watched values after each slice, the events and the stop as text.
 ///
-/// `safepoints` is how many :000 passes in a slice: few suspend it almost anywhere.
+/// `safepoints` is the number of safepoints after which :000 is suspended in a slice. With few of them
+/// it is suspended almost everywhere.
 fn run(
     case: &Case,
     lowered: &plcc_abi::Program,
@@ -119,7 +120,7 @@ fn agree(seeds: std::ops::Range<u64>) {
         seen += wanted.last().map_or("", String::as_str);
         seen += wanted.iter().rev().nth(1).map_or("", String::as_str);
     }
-    // The generator is worth nothing if nothing happens.
+    // Without these events the programs would not reach what is to be compared.
     for event in ["Y710", "CALL DEPTH"] {
         assert!(seen.contains(event), "no program ever had {event}");
     }

@@ -1,4 +1,4 @@
-//! Tests of NCT programs: errors, and all engines held against each other.
+//! Tests of NCT programs: their errors, and that all engines agree.
 #![allow(clippy::indexing_slicing)]
 
 mod errors;

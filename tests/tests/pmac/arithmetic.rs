@@ -1,10 +1,10 @@
-//! PMAC's statements and conditions, one by one, with values at the edges: whatever the range
-//! analysis lets integers compute has the bits that floating point gives.
+//! PMAC's arithmetic: whatever the range analysis lets integers compute has the bits that floating
+//! point gives. Random statements and conditions are run with values at the limits of the formats.
 //!
-//! Each program is run from several memories in the statement interpreter, in an oracle of the
-//! test's own, and compiled.
-//! `PLCC_CASES=5000000 cargo test --release -p plcc-tests --test pmac arithmetic` makes it that many
-//! statements; `PLCC_FIRST` is the first seed.
+//! Each program is run as native code, in the statement interpreter and in the test's own reference
+//! (`plcc_tests::arithmetic`), each from several contents of the memory.
+//! `PLCC_CASES=5000000 cargo test --release -p plcc-tests --test pmac arithmetic` runs so many
+//! statements. `PLCC_FIRST` is the seed of the first program.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use plcc_abi::pmac::{Controller, Layout, PmacTables, SparseMemory};
@@ -26,7 +26,7 @@ use plcc_tests::arithmetic::{Kinds, Machine, Statements, fill, program};
 /// Statements to a program.
 const STATEMENTS: usize = 250;
 
-/// Memories that each is run from.
+/// How many contents of the memory each program is run from.
 const ROUNDS: usize = 8;
 
 fn tables(program: &Program) -> &PmacTables {
@@ -150,17 +150,18 @@ fn uses(statement: &str, name: &str) -> bool {
         .any(|(at, _)| !statement[at + name.len()..].starts_with(|c: char| c.is_ascii_digit()))
 }
 
-/// How many statements are computed how, by what `--explain-arithmetic` says of them.
+/// How many statements are computed in each way, according to `--explain-arithmetic`.
 #[derive(Debug, Default)]
 struct Share {
-    /// Integers of which an operator makes one.
+    /// In integers.
     integer: usize,
-    /// L-variables' 24 bits.
+    /// In the 24 bits of L-variables.
     long: usize,
-    /// Integers while P-variables hold some, where that makes a difference.
-    asked: usize,
-    /// Sums and comparisons of what may be integers, which doubles do.
+    /// In integers while the P-variables hold integers, which is checked at run time.
+    speculated: usize,
+    /// Sums and comparisons of what may be integers, in floating point.
     sums: usize,
+    /// In floating point for another reason.
     real: usize,
 }
 
@@ -175,7 +176,7 @@ impl Share {
             } else if how.starts_with("integer (24") {
                 self.long += 1;
             } else if how.starts_with("integer while") && operator("&|^%") {
-                self.asked += 1;
+                self.speculated += 1;
             } else if how == "integer" && operator("+-*&|^%<>~") {
                 self.integer += 1;
             } else if operator("+-*&|^%<>~(") || text.starts_with("IF") {
@@ -192,7 +193,7 @@ fn integers_compute_what_floating_point_does() {
     let first = number("PLCC_FIRST").unwrap_or(0) as u64;
     let mut share = Share::default();
     for seed in first..first + cases.div_ceil(STATEMENTS) as u64 {
-        let kinds = [Kinds::Fields, Kinds::Asked, Kinds::Any, Kinds::Long][seed as usize % 4];
+        let kinds = [Kinds::Fields, Kinds::Speculated, Kinds::Any, Kinds::Long][seed as usize % 4];
         let statements = program(seed, kinds, STATEMENTS);
         let mut built = build(&statements.to_string(), seed % 16 < 4);
         if difference(&statements, &mut built, seed).is_some() {
@@ -203,17 +204,18 @@ fn integers_compute_what_floating_point_does() {
             println!("up to seed {seed}: {share:?}");
         }
     }
-    let Share { integer, long, asked, sums, real } = share;
-    let all = integer + long + asked + sums + real;
+    let Share { integer, long, speculated, sums, real } = share;
+    let all = integer + long + speculated + sums + real;
     println!("{all} statements, {ROUNDS} times each: {share:?}");
-    // A fair share of each kind, or this proves nothing.
+    // If one of them were rare, its errors would hardly be found.
     assert!(
-        10 * integer > all && 20 * asked > all && 20 * long > all && 5 * real > all,
+        10 * integer > all && 20 * speculated > all && 20 * long > all && 5 * real > all,
         "{share:?}"
     );
 }
 
-/// What random statements found, each as small as it gets: the value of P1 when P2 holds a number.
+/// Statements whose results were once wrong: the statement, the value of P2 and the value that P1 must
+/// get.
 #[test]
 fn statements_that_were_once_wrong_stay_right() {
     let least = f64::from(i32::MIN);

@@ -1,5 +1,5 @@
-//! Files in the forms in which PMAC programs are found on machines (`tests/corpus/pmac`, which has
-//! a README): each passes without an error, and does the same in every engine.
+//! Files in the forms in which PMAC programs are found on machines (`tests/corpus/pmac/README.md`
+//! explains them): each compiles without an error and does the same in every engine.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use plcc_tests::compile::{Way, add, compile_sources};
 
 /// Servo cycles that each file runs for.
 const TICKS: u32 = 500;
-/// Downloaded behind a file, so that all that it has runs.
+/// Downloaded after a file, so that all programs in it run.
 const ENABLE: &str = "CLOSE\nI5=3\nENABLE PLC 0..31\nENABLE PLCC 0..31\n";
 
 fn corpus() -> Vec<PathBuf> {
@@ -116,7 +116,7 @@ struct Machine {
     executive: PmacExecutive,
 }
 
-/// Runs a file in all engines; the number of events.
+/// Runs a file in all engines and compares them. Gives the number of events.
 fn run(path: &Path, seed: u64) -> usize {
     let what = name(path);
     let mut sources = SourceMap::new();

@@ -1,4 +1,4 @@
-//! The examples of docs/pmac.md are compiled, and have just the diagnostics that they name.
+//! Compiles the examples of docs/pmac.md: each must get exactly the diagnostics that it names.
 //!
 //! What stands behind ```` ```pmac ```` is `turbo` for `--controller turbo`, a code for each
 //! diagnostic in the order of their places, or the name of a file for examples that include it.
@@ -10,7 +10,7 @@ use plcc_diag::SourceMap;
 use plcc_frontend::common::{Controller, MemoryLoader, Options};
 use plcc_frontend::pmac;
 
-/// The words behind the fence, the line that it stands in, the text.
+/// The words after ```` ``` ````, the number of that line, and the text of the example.
 type Example = (Vec<String>, usize, String);
 
 fn examples(text: &str) -> Vec<Example> {

@@ -18,7 +18,7 @@ use plcc_runtime::{
 };
 use plcc_tests::gen_pmac::{generate, generate_for};
 
-/// An engine in its own machine.
+/// An engine with its own executive.
 struct Machine {
     name: &'static str,
     engine: Box<dyn Engine>,
@@ -64,9 +64,9 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
         let compiler = Box::new(PmacRecompiler::new(program, OptLevel::Speed));
         Box::new(Recompiling::new(engine, checked.assumed(), controller, compiler, settings))
     };
-    let always = Settings { rest: 0, patience: 99, most: 999, each: 255, beside: false };
-    let leaving = Settings { rest: 2, patience: 4, most: 3, each: 2, beside: false };
-    let beside = Settings { beside: true, ..always };
+    let every_time = Settings { rest: 0, patience: 99, most: 999, each: 255, beside: false };
+    let few_times = Settings { rest: 2, patience: 4, most: 3, each: 2, beside: false };
+    let in_thread = Settings { beside: true, ..every_time };
     let engines = [
         ("interp", checked.interpreter()),
         ("ir", Box::new(plcc_ir::interp::Interpreter::new(lowered.module.clone()))),
@@ -75,9 +75,9 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
         ("jit speed", native(OptLevel::Speed)),
         ("aot none", artifact(OptLevel::None)),
         ("aot speed", artifact(OptLevel::Speed)),
-        ("made anew", recompiling(always)),
-        ("made anew, leaving", recompiling(leaving)),
-        ("made anew beside", recompiling(beside)),
+        ("recompiled", recompiling(every_time)),
+        ("recompiled a few times", recompiling(few_times)),
+        ("recompiled in a thread", recompiling(in_thread)),
     ];
     let machine = |(name, engine)| {
         let executive = PmacExecutive::new(&program, PmacOptions::default()).unwrap();
@@ -95,12 +95,12 @@ fn place(offset: usize, controller: Controller) -> String {
     format!("{}[{}]", region.name, (offset - region.offset) / 8)
 }
 
-/// The first byte in which two images differ. What is said of code is another where that was made
-/// anew, and does not count then.
-fn difference(ours: &[u8], theirs: &[u8], layout: &Layout, anew: bool) -> Option<usize> {
+/// The offset of the first byte in which two images differ. `recompiled` says that one engine
+/// recompiles; then the bytes that describe the state of its code are not compared.
+fn difference(ours: &[u8], theirs: &[u8], layout: &Layout, recompiled: bool) -> Option<usize> {
     let all = [(0, layout.size)];
     let state = [(0, layout.mload), (layout.tw, layout.moved), (layout.q_base, layout.size)];
-    let stretches = if anew { &state[..] } else { &all[..] };
+    let stretches = if recompiled { &state[..] } else { &all[..] };
     stretches.iter().find_map(|&(start, end)| {
         let (start, end) = (start as usize, end as usize);
         let (a, b) = (&ours[start..end], &theirs[start..end]);
@@ -108,7 +108,8 @@ fn difference(ours: &[u8], theirs: &[u8], layout: &Layout, anew: bool) -> Option
     })
 }
 
-/// Runs a download with a stimulus in all engines.
+/// Runs a download with a stimulus in all engines and compares them after every tick. Gives the
+/// events.
 fn compare(source: &str, stimulus: &str, ticks: u32, controller: Controller) -> Vec<Event> {
     let mut machines = machines(source, controller);
     let rows: Vec<(u32, &str, &str)> = stimulus
@@ -136,8 +137,8 @@ fn compare(source: &str, stimulus: &str, ticks: u32, controller: Controller) -> 
         let (first, others) = machines.split_first().unwrap();
         for (machine, result) in others.iter().zip(&results[1..]) {
             let (ours, theirs) = (first.executive.image(), machine.executive.image());
-            let anew = machine.name.starts_with("made anew");
-            if let Some(at) = difference(ours, theirs, &layout, anew) {
+            let recompiled = machine.name.starts_with("recompiled");
+            if let Some(at) = difference(ours, theirs, &layout, recompiled) {
                 let value = |image: &[u8]| plcc_abi::image::read_f64(image, at as u32 & !7);
                 panic!(
                     "tick {tick} {}: {} is {:?}, not {:?}\n{source}",
@@ -163,7 +164,7 @@ fn generated_downloads_agree() {
         let controller = if turbo { Controller::Turbo } else { Controller::Pmac };
         events += compare(&case.source, &case.stimulus, case.ticks, controller).len();
     }
-    assert!(events > 0, "nothing was ever said");
+    assert!(events > 0, "no program had an event");
 }
 
 /// Nothing that is stored is NaN, infinite or -0, whatever is computed.

@@ -1,4 +1,4 @@
-//! What `plcc check --explain-arithmetic` prints, whole.
+//! Snapshots of the whole output of `plcc check --explain-arithmetic`.
 #![allow(clippy::unwrap_used)]
 
 use plcc_diag::SourceMap;

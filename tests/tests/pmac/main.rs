@@ -1,4 +1,5 @@
-//! Tests of PMAC programs: arithmetic, corpus, documentation, and all engines held against each other.
+//! Tests of PMAC programs: arithmetic, files in the forms found on machines, the examples of the
+//! documentation, changed definitions, and that all engines agree.
 #![allow(clippy::indexing_slicing)]
 
 mod arithmetic;

@@ -1,6 +1,7 @@
-//! Downloads that move definitions of M-variables, in native code that is made anew for them: the
-//! same as in the statement interpreter after every servo cycle, nothing through the host any more
-//! once definitions rest, and made anew no more often than is allowed.
+//! Downloads that change definitions of M-variables while they run, in native code that is recompiled
+//! for the new definitions. The state is that of the statement interpreter after every servo cycle;
+//! once the definitions stay the same, no access goes through the host any more; and the code is
+//! recompiled no more often than the settings allow.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::cell::Cell;
@@ -23,7 +24,7 @@ use plcc_runtime::{Event, Executive, NativeEngine, Purpose};
 
 const AT_ONCE: Settings = Settings { rest: 1, patience: 40, most: 99, each: 3, beside: false };
 
-/// Counts the accesses to M-variables that code asks the host for.
+/// An engine that counts the accesses to M-variables which the code leaves to the host.
 struct Counting {
     engine: Recompiling,
     calls: Rc<Cell<u32>>,
@@ -69,7 +70,7 @@ fn recompiler(program: &pmac::Program) -> Box<dyn Recompiler> {
     Box::new(PmacRecompiler::new(Box::new(program.clone()), OptLevel::Speed))
 }
 
-/// A download in the statement interpreter and in code that is made anew, side by side.
+/// A download in the statement interpreter and in code that is recompiled, side by side.
 struct Pair {
     interpreter: Box<dyn Engine>,
     oracle: PmacExecutive,
@@ -109,7 +110,8 @@ impl Pair {
         }
     }
 
-    /// Runs ticks; the result is what was said and how often the host was asked.
+    /// Runs ticks and compares both after each. Gives the events, and how many accesses went through the
+    /// host.
     fn run(&mut self, ticks: u32) -> (Vec<Event>, u32) {
         self.engine.calls.set(0);
         let mut all = vec![];
@@ -119,7 +121,7 @@ impl Pair {
             self.executive.tick(&mut self.engine, &mut events).unwrap();
             assert_eq!(events, expected, "tick {}", self.tick);
             all.append(&mut events);
-            // All but what is said of code.
+            // The whole image but the bytes that describe the state of the code.
             let layout = &self.layout;
             for (start, end) in
                 [(0, layout.mload), (layout.tw, layout.moved), (layout.q_base, layout.size)]
@@ -153,7 +155,7 @@ impl Pair {
     }
 }
 
-/// Logic on two variables, beside a PLC that moves definitions.
+/// A PLC with logic on M-variables whose definitions another PLC changes.
 const LOGIC: &str = "OPEN PLC 2 CLEAR\nM2=M1*3+1\nIF (M2>20)\nM3=M3^1\nENDIF\nP9=P9+M2\nCLOSE\n";
 
 #[test]
@@ -204,7 +206,8 @@ fn code_follows_definitions_moved_by_commands() {
     assert_eq!((calls, pair.changes()), (0, 4));
 }
 
-/// A field that only the host can follow stays with it; all others are direct again.
+/// Code cannot access a field of the format D directly, so it stays with the host; all others are
+/// accessed directly again.
 #[test]
 fn a_definition_that_code_cannot_access_stays_with_the_host() {
     let source = "I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM3->D:$07F2\n\
@@ -230,7 +233,7 @@ fn a_definition_that_code_cannot_access_stays_with_the_host() {
     assert_eq!(calls, 0);
 }
 
-/// A definition that comes back finds the code that was made for it, without a compiler.
+/// When a definition becomes what it was before, the code that was compiled for it is used again.
 #[test]
 fn a_definition_that_returns_needs_no_recompilation() {
     let source = format!("I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM3->*\nM1=1\n{LOGIC}");
@@ -245,8 +248,8 @@ fn a_definition_that_returns_needs_no_recompilation() {
     assert_eq!((calls, pair.changes()), (0, 0));
 }
 
-/// The guide's array: what is seen to move in every scan is left to the host, and all else is fast
-/// from the first tick on.
+/// The array of the PMAC manual (User's Guide): a definition that the program visibly changes in every
+/// scan is left to the host, and everything else is specialised from the first tick on.
 #[test]
 fn a_definition_moved_in_every_scan_is_left_to_the_host() {
     let source = "I5=2\nM1->X:$07F0,0,24\nM34->L:$1028\nM35->Y:$BC22,0,16\nM50->Y:$07F1,0,24\n\
@@ -261,7 +264,7 @@ fn a_definition_moved_in_every_scan_is_left_to_the_host() {
     assert_eq!(pair.changes(), 0);
 }
 
-/// The same where nobody can see it, since the number of the variable that moves it is computed.
+/// The same where the compiler cannot see it, since the number of the changed variable is computed.
 #[test]
 fn a_definition_moved_through_a_computed_number_is_left_to_the_host() {
     let source = "I5=2\nM1->X:$07F0,0,24\nM34->L:$1028\nM35->Y:$BC22,0,16\nM50->Y:$07F1,0,24\nP8=35\n\
@@ -275,7 +278,8 @@ fn a_definition_moved_through_a_computed_number_is_left_to_the_host() {
     assert!((100..=60 * 3).contains(&calls), "{calls}");
 }
 
-/// Definitions that rest for a while and move again are followed a few times only, each and all.
+/// For definitions that change again and again after a while, code is recompiled a few times only:
+/// there is a limit for each definition and one for all.
 #[test]
 fn recompilations_are_limited_for_each_definition_and_in_all() {
     let mover = |number: u32, address: u32, every: u32| {
@@ -305,7 +309,7 @@ fn recompilations_are_limited_for_each_definition_and_in_all() {
     assert_eq!(pair.changes(), 0);
 }
 
-/// PLCs that wait in a WHILE while code is changed go on there.
+/// PLCs that are suspended in a WHILE when the code is replaced resume there.
 #[test]
 fn waiting_plcs_resume_where_they_were_in_new_code() {
     let source = "I5=3\nI8=0\nM1->X:$07F0,0,24\nM2->Y:$FFC2,0,8\nM11->Y:$BC01,0,16\n\
@@ -321,8 +325,8 @@ fn waiting_plcs_resume_where_they_were_in_new_code() {
     assert!(pair.get("P2") > 10.0 && pair.get("P11") > 10.0);
 }
 
-/// A checkpoint is taken while the code has other definitions built in than when it is given back,
-/// to the same executive and to the other one.
+/// A checkpoint is restored, in both executives, when the code assumes other definitions than it did
+/// when the checkpoint was taken.
 #[test]
 fn checkpoints_do_not_depend_on_what_code_assumes() {
     let source = "I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM11->Y:$BC01,0,16\nM1=3\n\
@@ -354,7 +358,7 @@ fn an_assignment_to_a_range_may_move_its_own_definitions() {
     assert_eq!(pair.get("X:$07F1"), 2033.0 + 12.0);
 }
 
-/// The resume points of tasks do not depend on what is built in.
+/// The resume points of tasks do not depend on the definitions that the code assumes.
 #[test]
 fn resume_points_do_not_depend_on_what_code_assumes() {
     use plcc_ir::Terminator;
@@ -396,7 +400,7 @@ fn resume_points_do_not_depend_on_what_code_assumes() {
     }
 }
 
-/// In a thread of its own the compiler holds up no tick; its code takes over when it is there.
+/// A compiler in a thread of its own delays no tick; its code is used as soon as it is there.
 #[test]
 fn a_compiler_in_its_own_thread_delays_no_tick() {
     /// A compiler that begins when it is told to.
@@ -417,7 +421,7 @@ fn a_compiler_in_its_own_thread_delays_no_tick() {
     pair.run(12);
     assert_eq!(pair.changes(), 0, "the compiler has not begun");
     begin.send(()).unwrap();
-    // So long takes only a compiler that never ends.
+    // The limit only ends a test in which the compiler never ends.
     let start = Instant::now();
     while pair.changes() == 0 && start.elapsed() < Duration::from_secs(300) {
         pair.run(1);
@@ -426,7 +430,7 @@ fn a_compiler_in_its_own_thread_delays_no_tick() {
     assert_eq!((calls, pair.changes()), (0, 1));
 }
 
-/// A compiler that fails is not asked again; the code at hand goes on.
+/// A compiler that fails is not called again; the present code is used further.
 #[test]
 fn a_compiler_that_fails_is_not_asked_again() {
     struct Failing(Arc<AtomicU32>);

@@ -41,7 +41,8 @@ fn generated_programs_agree() {
     assert!(said > 0, "nothing was ever said");
 }
 
-/// A statement that is cut into many functions, with values that wait, of every type.
+/// Statements so long that they are cut into several chunks, so that values of every type are kept from
+/// one chunk to the next.
 #[test]
 fn long_statements_agree() {
     let mut source = "$INTEGER\nA,B,C[7]\n$LONG\nL,R\n$END\nB=B+1\n".to_owned();
@@ -58,7 +59,8 @@ fn long_statements_agree() {
     assert_eq!(run(&source, stimulus, 10, &Options::default()).unwrap().stop, None);
 }
 
-/// Where a scan stops in the middle: before it, at it and behind it, in every place an index has.
+/// An index outside its array stops a scan in the middle, wherever in a statement it stands: what
+/// stands before it is done in every engine, what stands after it is not.
 #[test]
 fn every_engine_stops_at_the_same_statement() {
     for statement in [

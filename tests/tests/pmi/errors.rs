@@ -1,5 +1,5 @@
-//! Every error of PMI's list that can be provoked (PMI 4.5), and our own codes: a file each, named
-//! for its code, and what is drawn for it.
+//! For every error of PMI's list that a program can have (PMI 4.5), and for our own codes, there is a
+//! file in `tests/errors/pmi` with the code as name, and a snapshot of what is drawn for it.
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;

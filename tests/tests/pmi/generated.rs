@@ -1,4 +1,4 @@
-//! The generator of PMI programs makes valid ones.
+//! The programs that the generator of PMI programs makes have no errors.
 #![allow(clippy::unwrap_used)]
 
 use plcc_diag::SourceMap;

@@ -1,4 +1,4 @@
-//! PMI programs in every engine side by side, each with an executive of its own.
+//! Runs a PMI program in every engine side by side, each with an executive of its own.
 #![allow(clippy::expect_used)]
 
 use plcc_abi::{Engine, Program, Region};
@@ -15,10 +15,10 @@ use plcc_runtime::{
     pmi::{PmiExecutive, PmiOptions},
 };
 
-/// What a tick gives: how it ended, and what was said.
+/// The result of a tick and its events.
 pub(crate) type Ticked = (Result<(), Stop>, Vec<Event>);
 
-/// An engine in a control of its own.
+/// An engine with its own executive.
 pub(crate) struct Machine {
     pub(crate) name: &'static str,
     engine: Box<dyn Engine>,
@@ -36,11 +36,11 @@ impl Machine {
 /// All engines of a program.
 pub(crate) struct Machines {
     pub(crate) all: Vec<Machine>,
-    /// What compiled code may use as it likes.
+    /// The regions in which each engine may keep what it likes; they are not compared.
     scratch: Option<Region>,
 }
 
-/// A row of a stimulus, looked up.
+/// A row of a stimulus whose name was looked up.
 #[derive(Clone, Copy)]
 pub(crate) struct Change {
     pub(crate) tick: u32,
@@ -65,7 +65,8 @@ fn native(module: &Module, program: &Program) -> Box<dyn Engine> {
     Box::new(NativeEngine::new(&code, program).expect("an engine"))
 }
 
-/// Through the bytes of an artifact, for any machine of this architecture.
+/// Native code that was written as an artifact and read back, for every processor of this
+/// architecture.
 fn ahead(module: &Module, program: &Program) -> Box<dyn Engine> {
     let target = Target::host_baseline().expect("this architecture is a target");
     let code = compile(module, &target).expect("native code");
@@ -76,7 +77,7 @@ fn ahead(module: &Module, program: &Program) -> Box<dyn Engine> {
 }
 
 impl Machines {
-    /// The statement interpreter first, then all that are held against it.
+    /// Makes the engines, the statement interpreter first.
     pub(crate) fn new(program: &pmi::Program, interpreter: Box<dyn Engine>) -> Self {
         let lowered = program.lower().expect("it is lowered");
         let (module, program) = (lowered.module, lowered.program);
@@ -118,7 +119,7 @@ impl Machines {
         .collect()
     }
 
-    /// Applies changes and runs a tick in every engine; how the engines differ, if they do.
+    /// Applies changes and runs a tick in every engine. The error says how the engines differ.
     pub(crate) fn tick(&mut self, changes: &[Change]) -> Result<Ticked, String> {
         let mut results = vec![];
         for machine in &mut self.all {
@@ -146,7 +147,7 @@ impl Machines {
         Ok(results.swap_remove(0))
     }
 
-    /// The variables that an engine has otherwise than the first.
+    /// The variables whose values in this engine are not those of the first one.
     fn difference(&self, name: &str) -> String {
         let other = self.all.iter().find(|machine| machine.name == name);
         let Some((first, other)) = self.all.first().zip(other) else { return String::new() };

@@ -1,5 +1,5 @@
-//! The lathe of PMI's manual (6.2) under its operator, again and again: all engines agree after
-//! every scan, and every statement has its turn.
+//! Runs the lathe of PMI's manual (6.2) with its stimulus again and again: all engines agree after
+//! every scan, and every statement is executed.
 //!
 //! The million scans take a minute, in release:
 //! `cargo test --release -p plcc-tests --test pmi lathe -- --ignored`.

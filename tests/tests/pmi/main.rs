@@ -1,4 +1,4 @@
-//! Tests of PMI programs: errors, documented examples, and all engines held against each other.
+//! Tests of PMI programs: their errors, the examples of the manual, and that all engines agree.
 #![allow(clippy::indexing_slicing)]
 
 mod engines;

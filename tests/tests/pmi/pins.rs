@@ -1,5 +1,5 @@
-//! Timers and flip-flops act alike whether program code assigns their pins or a stimulus does:
-//! three implementations, held against each other.
+//! Timers and flip-flops do the same whether program code assigns their pins or a stimulus does. Three
+//! implementations are compared: compiled code, the statement interpreter and the executive.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::fmt::Write as _;
@@ -17,7 +17,7 @@ use plcc_tests::compile::{Compiled, Way, compile};
 
 const TICKS: u64 = 600;
 
-/// Inputs are copied to the pins; what time has done is looked at before that.
+/// Copies inputs to the pins. The outputs of the timers are read before that.
 const BY_PROGRAM: &str = "\
 $INPUT
 I0 = 0/0
