@@ -77,7 +77,7 @@ pub fn rows<'t>(
     wrong_header.into_iter().chain((2..).zip(lines).map(move |(line, text)| {
         let cells: Vec<&str> = text.split('\t').collect();
         if cells.len() != columns.len() {
-            let message = format!("{} cells in a table of {} columns", cells.len(), columns.len());
+            let message = format!("the row has {} cells, not {}", cells.len(), columns.len());
             return Err(TsvError { file, line, column: None, message });
         }
         Ok(Row { file, line, columns, cells })
@@ -233,9 +233,9 @@ mod tests {
     fn every_mistake_is_named_with_its_row() {
         let head = "name\tsize\tkind\n";
         for (rows, message) in [
-            ("A\t1\n", "t.tsv:2: 2 cells in a table of 3 columns"),
-            ("A\t1\tbit\tx\n", "t.tsv:2: 4 cells in a table of 3 columns"),
-            ("A\t1\tbit\n\nB\t1\tbit\n", "t.tsv:3: 1 cells in a table of 3 columns"),
+            ("A\t1\n", "t.tsv:2: the row has 2 cells, not 3"),
+            ("A\t1\tbit\tx\n", "t.tsv:2: the row has 4 cells, not 3"),
+            ("A\t1\tbit\n\nB\t1\tbit\n", "t.tsv:3: the row has 1 cells, not 3"),
             ("A\t1\tbits\n", "t.tsv:2: kind: `bits` is none of: bit, word"),
             ("A\t10\tbit\n", "t.tsv:2: size: `10` is no number from 1 to 9"),
             ("A\t-1\tbit\n", "t.tsv:2: size: `-1` is no number from 1 to 9"),

@@ -32,7 +32,8 @@ impl Parser<'_> {
     ) -> Read<Op> {
         if !self.cursor.eat(last) {
             let found = self.cursor.peek();
-            let message = format!("{} can't follow here: {name} was begun", shown(found));
+            let message =
+                format!("{} can't stand here: only {name} begins like this", shown(found));
             return Err(refuse(&mut self.cursor, |cursor| {
                 error(number, cursor.span_from(start), message, format!("write {name}nnn"))
             }));

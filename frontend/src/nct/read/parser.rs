@@ -353,7 +353,7 @@ impl Parser<'_> {
         }
         let found = self.cursor.peek();
         Err(refuse(&mut self.cursor, |cursor| {
-            let message = format!("J0, J1 or J2 was begun, and {} follows", shown(found));
+            let message = format!("{} can't follow J", shown(found));
             let help = "J0 ends module :000, J1 module :001, J2 module :002";
             error(57, cursor.span_from(start), message, help)
         }))

@@ -128,7 +128,7 @@ impl Parser<'_> {
                 self.found.push(*error(limits.number, span, message, help));
             } else {
                 let message = format!("this text has {count} characters");
-                let help = format!("{} are sure to be shown whole", limits.shown);
+                let help = format!("the control is sure to show {} characters of it", limits.shown);
                 self.found.push(Diagnostic::warning("NCT-W1", span, message).help(help));
             }
         }

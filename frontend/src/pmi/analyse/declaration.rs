@@ -64,7 +64,7 @@ impl SpecificationSection<'_> {
         self.arrays += 1;
         if self.arrays > MAX_ARRAYS && self.limits == Limits::Original {
             return Err(error(18, name.1, format!("{} is one array too many", name.0))
-                .help("256 arrays are the most, or compile with `--limits none`")
+                .help("a program has at most 256 arrays; `--limits none` allows more")
                 .into());
         }
         self.bytes += u64::from(count) * u64::from(ty.size());

@@ -2,8 +2,8 @@
 //! names resolved to offsets.
 //!
 //! The value that was computed last is kept in a variable, the current value; the operands that
-//! wait for it are on a stack. An AND or OR whose right operand is a LOGICAL is one code together
-//! with it, since most operators in a program are such.
+//! wait for it are on a stack. An AND or OR whose right operand is a LOGICAL, a contact of a ladder
+//! diagram, is one code together with it, which is faster.
 
 use plcc_abi::{
     image::{read_i16, read_i32, read_u8},

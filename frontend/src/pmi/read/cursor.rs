@@ -132,7 +132,7 @@ impl<'a> Cursor<'a> {
             Fault::LongName => error(4, span, format!("`{short}` has more than six characters"))
                 .help("shorten the name everywhere, or compile with `--limits none`"),
             Fault::Digits => error(28, span, "the number has more than nine digits")
-                .help("nine digits are the most, or compile with `--limits none`"),
+                .help("a number has at most nine digits; `--limits none` allows more"),
             Fault::Fraction => error(30, span, format!("`{short}` is no whole number"))
                 .help("PMI knows whole numbers only; scale the value, and multiply first"),
             Fault::TooLarge => error(30, span, format!("`{short}` does not fit in a LONG"))
