@@ -1,6 +1,7 @@
-//! A base tick in each engine, and what it takes to get there: the examples, and generated
-//! programs of 200, 2000 and 20 000 equations. `cargo bench -p plcc-benches --bench engines`,
-//! with a word behind `--` only what has it in its name.
+//! Measures a base tick in each engine, and the time from source text to native code, for the examples
+//! and for generated programs of 200, 2000 and 20 000 equations.
+//! `cargo bench -p plcc-benches --bench engines` runs all; a word behind `--` selects the measurements
+//! with that word in their name.
 
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
@@ -44,7 +45,7 @@ fn example(dialect: Dialect, file: &str, stimulus: Option<&str>, machine: Option
     }
 }
 
-/// A file's bytes; an example that is missing is seen at once, since nothing compiles.
+/// A file's bytes; no bytes for a missing file, which then fails to compile.
 fn read(path: &Path) -> Vec<u8> {
     std::fs::read(path).unwrap_or_default()
 }

@@ -1,8 +1,10 @@
-//! Conditions in NCT's language, interpreted and compiled, against the same in C by gcc -O2, with
-//! the C's bits packed and a byte each.
+//! Measures conditions in NCT's language, in the statement interpreter and as native code, and the
+//! same conditions in C, compiled by gcc -O2: once with eight bits to a byte, once with a byte a bit.
 //!
-//! All take turns in short rounds within one run; final states must be the same in all.
-//! `cargo bench -p plcc-benches --bench nct_versus_gcc`, with `-- 200 2000` for other numbers.
+//! The programs take turns in short rounds within one run, so that a machine that gets slower or faster
+//! for a while does so for all of them. The outputs' final states must be the same in all.
+//! `cargo bench -p plcc-benches --bench nct_versus_gcc` runs it; `-- 200 2000` behind it gives other
+//! numbers of conditions.
 #![allow(clippy::indexing_slicing)]
 
 use std::error::Error;
@@ -17,6 +19,7 @@ use plcc_benches::compiled::{self, Compiled};
 use plcc_benches::conditions::{BITS, Conditions, FIRST_FLAG, Layout, patterns};
 use plcc_benches::least;
 
+/// Each time is the least of so many rounds.
 const ROUNDS: usize = 9;
 /// The task that is `:001`.
 const MODULE: usize = 1;
@@ -45,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// With `again` the conditions switch bits that others switch too.
+/// Measures `size` conditions. With `again`, several conditions switch the same bit.
 fn conditions(size: usize, again: bool) -> Result<(), Box<dyn Error>> {
     let conditions = Conditions::new(size, 1, again);
     let folder = std::env::temp_dir().join(format!("plcc-bench-nct-{}", std::process::id()));
@@ -99,7 +102,7 @@ fn compile_c(folder: &Path, name: &str, text: &str) -> Result<PathBuf, Box<dyn E
     if status.success() { Ok(program) } else { Err("gcc failed".into()) }
 }
 
-/// Nanoseconds a scan and the outputs' final states.
+/// Runs a C program. Gives nanoseconds a scan and the outputs' final states.
 fn run_c(program: &Path, scans: usize) -> Result<(f64, String), Box<dyn Error>> {
     let output = Command::new(program).arg(scans.to_string()).output()?;
     let text = String::from_utf8(output.stdout)?;
@@ -139,7 +142,8 @@ fn run(
     Ok((ns, (0..states).map(|n| if bit(n) { '1' } else { '0' }).collect()))
 }
 
-/// Where the inputs' bits begin, if they lie side by side; then a pattern is one copy, as in C.
+/// The offset of the inputs' bits, if they are adjacent in the image; then setting them all is one copy,
+/// as in C.
 fn together(tables: &NctTables) -> Option<usize> {
     let first = tables.inputs.first()?.offset;
     let at = |(n, home): (usize, &plcc_abi::nct::FlagLocation)| {

@@ -1,9 +1,11 @@
-//! PMAC statements, interpreted and compiled, against the same in C by gcc -O2: L-variables in a
-//! PLCC, the same logic in M- and P-variables, and floating point.
+//! Measures PMAC statements, in the statement interpreter and as native code, and the same statements
+//! in C, compiled by gcc -O2: logic on L-variables in a PLCC, the same logic on M- and P-variables, and
+//! floating point.
 //!
-//! All take turns in short rounds within one run, so that drift of the machine meets all alike; the
-//! final states must be the same. `cargo bench --bench pmac_versus_gcc`, with `-- 200 2000` for
-//! other numbers of statements. It fails where a bound of the project is not kept.
+//! The programs take turns in short rounds within one run, so that a machine that gets slower or faster
+//! for a while does so for all of them. The final states must be the same.
+//! `cargo bench -p plcc-benches --bench pmac_versus_gcc` runs it; `-- 200 2000` behind it gives other
+//! numbers of statements. It fails when native code is slower than the project allows.
 #![allow(clippy::indexing_slicing)]
 
 use std::error::Error;
@@ -35,7 +37,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let long = measure(Form::Long, size)?;
         let memory = measure(Form::Memory, size)?;
         let float = measure(Form::Float, size)?;
-        // Both do the same as one C function, so the drift between the two drops out.
+        // Both are compared with the same C function, so that changes of the machine's speed between
+        // their measurements cancel out.
         let speed = (long.jit / long.gcc) / (memory.jit / memory.gcc);
         println!("{:>8} speed of M and P over that of L: {speed:.2}", "");
         let mut bound = |what: &str, kept: bool| {
@@ -57,7 +60,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if broken.is_empty() { Ok(()) } else { Err(broken.join("; ").into()) }
 }
 
-/// The least nanoseconds a scan.
+/// The least times of all rounds, in nanoseconds a scan.
 struct Times {
     gcc: f64,
     jit: f64,
@@ -123,7 +126,7 @@ fn compile_c(folder: &Path, text: &str) -> Result<PathBuf, Box<dyn Error>> {
     if status.success() { Ok(program) } else { Err("gcc failed".into()) }
 }
 
-/// Nanoseconds a scan and the final state.
+/// Runs a C program. Gives nanoseconds a scan and the final state.
 fn run_c(program: &Path, scans: usize) -> Result<(f64, Vec<u64>), Box<dyn Error>> {
     let output = Command::new(program).arg(scans.to_string()).output()?;
     let text = String::from_utf8(output.stdout)?;

@@ -1,8 +1,9 @@
-//! Hostile megabytes: what `plcc check` needs for each, in time and memory.
+//! Measures the time and memory that `plcc check` needs for inputs of a mebibyte that were made to
+//! cost as much as possible.
 //!
 //! Each input is checked in a process of its own, which is this same program: it tells the time
 //! of the check and the most memory that it ever had. `cargo bench -p plcc-benches --bench
-//! robustness`; with words behind `--` only the inputs whose names hold one of them.
+//! robustness`; words behind `--` select the inputs with one of them in their names.
 //!
 //! Exits with 1 when an input takes more than a second or 100 MiB.
 
@@ -22,7 +23,8 @@ const MEBIBYTE: usize = 1 << 20;
 const SECONDS: f64 = 1.0;
 const MEBIBYTES: f64 = 100.0;
 
-/// What makes the process a child, with the dialect and the file behind it.
+/// The argument by which the program knows that it is the process that checks one input; the dialect
+/// and the file follow.
 const CHILD: &str = "--child";
 
 fn main() -> ExitCode {
@@ -96,7 +98,7 @@ fn child(dialect: &str, path: &Path) -> ExitCode {
     let options = Options { limits: plcc_frontend::common::Limits::None, ..Options::default() };
     let (program, diagnostics) =
         compile::check(&mut sources, &[file], dialect, &MemoryLoader::new(), &options);
-    // As the command does: a hundred are drawn.
+    // The first hundred diagnostics are drawn, as the command does.
     let drawn: usize = diagnostics
         .iter()
         .take(100)
@@ -112,7 +114,7 @@ fn report(elapsed: Duration, diagnostics: usize) {
     println!("{} {} {diagnostics}", elapsed.as_secs_f64(), peak().unwrap_or(f64::NAN));
 }
 
-/// The most memory that this process has had, in mebibytes.
+/// The peak of this process's resident memory in mebibytes, if the system tells it.
 fn peak() -> Option<f64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -1,8 +1,10 @@
-//! Boolean equations in PMI, interpreted and compiled, against the same in C by gcc -O2.
+//! Measures boolean equations in PMI, in the statement interpreter and as native code, and the same
+//! equations in C, compiled by gcc -O2.
 //!
-//! All take turns in short rounds within one run, so that drift of the machine meets all alike;
-//! the relays' final states must be the same in all three. `cargo bench --bench versus_gcc`, with
-//! `-- 200 2000 20000` for other numbers of equations.
+//! The programs take turns in short rounds within one run, so that a machine that gets slower or faster
+//! for a while does so for all of them. The relays' final states must be the same in all three.
+//! `cargo bench -p plcc-benches --bench versus_gcc` runs it; `-- 200 2000 20000` behind it gives other
+//! numbers of equations.
 #![allow(clippy::indexing_slicing)]
 
 use std::error::Error;
@@ -17,6 +19,7 @@ use plcc_benches::compiled;
 use plcc_benches::equations::{Equations, patterns};
 use plcc_benches::least;
 
+/// Each time is the least of so many rounds.
 const ROUNDS: usize = 9;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -117,7 +120,7 @@ fn compile_c(folder: &Path, equations: &Equations) -> Result<(PathBuf, Duration)
     Ok((program, time))
 }
 
-/// Nanoseconds a scan and the relays' final states.
+/// Runs the C program. Gives nanoseconds a scan and the relays' final states.
 fn run_c(program: &Path, scans: usize) -> Result<(f64, String), Box<dyn Error>> {
     let output = Command::new(program).arg(scans.to_string()).output()?;
     let text = String::from_utf8(output.stdout)?;
@@ -134,7 +137,7 @@ fn run(engine: &mut dyn Engine, tables: &PmiTables, image: &mut [u8], scans: usi
         .filter_map(|symbol| Some((symbol.name.get(1..)?.parse().ok()?, symbol.offset as usize)))
         .collect();
     inputs.sort_unstable();
-    // Inputs lie side by side, so a pattern is one copy, as it is in C.
+    // The inputs are adjacent in the image, so setting them all is one copy, as in C.
     let first = inputs.first().map_or(0, |&(_, offset)| offset);
     let together = inputs.iter().all(|&(number, offset)| offset == first + number);
     let mut host = NoHost;

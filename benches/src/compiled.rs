@@ -1,4 +1,4 @@
-//! From source text to engines, as the command line does it, with the time each step takes.
+//! Compiles source text to engines, as the command line does, and measures the time of each step.
 
 use std::time::{Duration, Instant};
 
@@ -24,7 +24,7 @@ pub struct Times {
 }
 
 impl Times {
-    /// All of it.
+    /// The sum of all steps.
     pub fn total(&self) -> Duration {
         self.check + self.lower + self.optimize + self.codegen
     }
@@ -42,14 +42,14 @@ pub struct Compiled {
     pub interpreter: Box<dyn Engine>,
     /// Bytes of native code.
     pub code_bytes: usize,
-    /// What it took.
+    /// The time of each step.
     pub times: Times,
 }
 
 /// Compiles a PMI program for this machine.
 ///
 /// # Errors
-/// When the program has errors, or no code can be made; with what was said about it.
+/// When the program has errors, which the text lists, or no code can be made for it.
 pub fn pmi(source: &str) -> Result<Compiled, String> {
     let mut times = Times::default();
     let start = Instant::now();
@@ -70,7 +70,7 @@ pub fn pmi(source: &str) -> Result<Compiled, String> {
 /// Compiles a PMAC download for this machine.
 ///
 /// # Errors
-/// When the program has errors, or no code can be made; with what was said about it.
+/// When the program has errors, which the text lists, or no code can be made for it.
 pub fn pmac(source: &str) -> Result<Compiled, String> {
     let mut times = Times::default();
     let start = Instant::now();
@@ -92,7 +92,7 @@ pub fn pmac(source: &str) -> Result<Compiled, String> {
 /// Compiles an NCT program for this machine.
 ///
 /// # Errors
-/// When the program has errors, or no code can be made; with what was said about it.
+/// When the program has errors, which the text lists, or no code can be made for it.
 pub fn nct(source: &str) -> Result<Compiled, String> {
     let mut times = Times::default();
     let start = Instant::now();

@@ -1,8 +1,9 @@
-//! Conditions as NCT programs have them, `(I… A Y…) U… E D… Z`, in NCT and in C of two layouts.
+//! Generates conditions as NCT programs have them, `(I… A Y…) U… E D… Z` (if the inputs hold, switch a
+//! bit on, else off), in NCT's language and in C.
 //!
-//! Each condition switches a bit of its own, as programs do: outputs first, then flags. Or they
-//! switch any outputs, which later ones switch again; what nobody looked at in between need not
-//! be computed.
+//! Each condition switches a bit of its own, as most programs do: outputs first, then flags. Or, with
+//! `again`, several conditions switch the same output; then a compiler need not compute what is
+//! overwritten before anything reads it.
 
 use std::fmt::Write as _;
 
@@ -24,7 +25,7 @@ pub enum Layout {
     Packed,
 }
 
-/// The first byte of F that is switched; those before have a meaning of their own.
+/// The first byte of F whose bits are switched; those before have a meaning for the control.
 pub const FIRST_FLAG: usize = 10;
 
 /// A condition: the input and the output that it looks at, and the bit that it switches.
@@ -40,12 +41,12 @@ pub struct Conditions {
 }
 
 impl Conditions {
-    /// `count` conditions, the same for the same seed. With `again` they switch any outputs, else
-    /// each its own bit.
+    /// Makes `count` conditions, the same for the same seed. With `again` they switch random outputs,
+    /// else each one its own bit.
     pub fn new(count: usize, seed: u64, again: bool) -> Self {
         let mut rng = Rng::new(seed);
         let condition = |n| Condition {
-            // Every input is used, so that their bytes lie together.
+            // Every input is used, so that their bytes are adjacent in the image.
             input: if n < BITS { n } else { rng.below(BITS) },
             output: rng.below(BITS),
             target: if again { rng.below(BITS) } else { n },
@@ -53,7 +54,7 @@ impl Conditions {
         Self { all: (0..count).map(condition).collect() }
     }
 
-    /// How many bits there are that may be switched.
+    /// The number of bits that conditions can switch.
     pub fn states(&self) -> usize {
         self.all.iter().map(|condition| condition.target + 1).max().unwrap_or(0)
     }

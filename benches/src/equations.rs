@@ -1,7 +1,8 @@
-//! Boolean equations as relay logic has them, in PMI and in C.
+//! Generates boolean equations as relay logic has them, in PMI and in C.
 //!
-//! An equation sets a relay from two to nine contacts, most of them set not far above it, some of
-//! them inputs, some from the scan before. The C says the same with one byte a bit.
+//! An equation computes a relay from two to nine contacts. Most of these are relays of equations shortly
+//! before it; some are inputs, and some are relays of later equations, whose values are from the scan
+//! before. The C program keeps each bit in a byte.
 
 use std::fmt::Write as _;
 
@@ -19,7 +20,7 @@ pub struct Equations {
     equations: Vec<Vec<Group>>,
 }
 
-/// Contacts side by side; the groups of an equation stand in a row.
+/// Contacts that are joined by OR; the groups of an equation are joined by AND.
 type Group = Vec<Contact>;
 
 #[derive(Clone, Copy)]

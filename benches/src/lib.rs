@@ -1,4 +1,4 @@
-//! Programs to measure with, and what measuring them has in common. Each program is made from a
+//! Programs for benchmarks, and what the benchmarks have in common. Each program is generated from a
 //! seed, in a control's language and in C that does the same, so that the two can be compared:
 //! [`equations`] for PMI, [`conditions`] for NCT, [`pmac`] for PMAC. The benchmarks are in
 //! `benches/benches/`.
@@ -17,8 +17,8 @@ pub mod conditions;
 pub mod equations;
 pub mod pmac;
 
-/// The least of several timings. Whatever else the machine does only adds to a time, so this one
-/// comes nearest to the program's own.
+/// The least of several times. Whatever else the machine does only adds to a time, so the least one
+/// comes nearest to what the program needs.
 pub fn least(times: Vec<f64>) -> f64 {
     times.into_iter().fold(f64::NAN, f64::min)
 }

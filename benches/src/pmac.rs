@@ -1,5 +1,6 @@
-//! PMAC kernels in three forms: bit and counter logic of L-variables in a PLCC, the same of M- and
-//! P-variables, floating point; each with the same in C.
+//! Generates PMAC programs to measure (kernels) in three forms, each with the same statements in C: logic
+//! on bits and counters in L-variables of a PLCC, the same logic in M- and P-variables, and floating
+//! point.
 
 use std::fmt::Write as _;
 
@@ -28,11 +29,11 @@ pub struct Kernel {
     pub c: String,
 }
 
-/// Bits of I/O that the logic works with: Y words from this address on, 16 bits each.
+/// The address of the first Y word with the bits of inputs and outputs, 16 in each word.
 pub const BITS: u32 = 0x07C0;
-/// The words that change from scan to scan, the first of the bits.
+/// So many of these words, the first ones, change from scan to scan.
 pub const INPUT_WORDS: u32 = 2;
-/// P-variables that change from scan to scan.
+/// The number of P-variables that change from scan to scan.
 pub const INPUT_P: usize = 8;
 const WORDS: u32 = 0x07D0;
 const BIT_COUNT: usize = 96;
@@ -40,7 +41,7 @@ const COUNT: usize = 32;
 /// The first of these are words, the others counters and flags.
 pub const WORD_COUNT: usize = 8;
 
-/// The places of one kernel's variables, and what they are called in C.
+/// The variables of one kernel and their names in C.
 struct Names {
     form: Form,
 }
@@ -188,7 +189,7 @@ void scan(void) {\n",
         let mut any = || rng.below(64);
         let (a, b, d, e) = (any(), any(), any(), any());
         let (to, input) = (INPUT_P + any() % (64 - INPUT_P), b % INPUT_P);
-        // Nothing grows without bound: what is measured is not how the largest number behaves.
+        // Nothing grows without bound, so that the numbers stay ordinary ones.
         let (count, line, c_line) = match rng.below(5) {
             0 => (
                 1,
