@@ -80,12 +80,14 @@ impl ByteUses {
         Self { bits: vec![false; count], bytes: vec![false; count] }
     }
 
+    /// Notes that a bit of the byte is named.
     fn bit(&mut self, byte: u16) {
         if let Some(slot) = self.bits.get_mut(byte as usize) {
             *slot = true;
         }
     }
 
+    /// Notes that the word at the byte is named.
     fn word(&mut self, byte: u16) {
         for byte in [byte as usize, byte as usize + 1] {
             if let Some(slot) = self.bytes.get_mut(byte) {
@@ -94,6 +96,7 @@ impl ByteUses {
         }
     }
 
+    /// Notes that every byte can be reached.
     fn all(&mut self) {
         self.bytes.fill(true);
     }
@@ -133,6 +136,7 @@ impl Uses {
         uses
     }
 
+    /// Notes what a statement uses. Conditions are noted by their parts.
     fn stmt(&mut self, op: &Op) {
         match *op {
             Op::Set(bit) | Op::Clear(bit) => self.place(Place::Bit(bit)),
@@ -163,6 +167,7 @@ impl Uses {
         }
     }
 
+    /// A multiplication or division uses the word F000 too.
     fn high_word(&mut self, op: Arith) {
         if matches!(op, Arith::Mul | Arith::Div) {
             self.place(Place::Word(HIGH_WORD));
@@ -192,6 +197,7 @@ impl Uses {
         }
     }
 
+    /// The uses of I (and V), Y or F; `None` for physical lines, which are always kept as bytes.
     fn of_space(&mut self, space: Space) -> Option<&mut ByteUses> {
         match space {
             Space::I | Space::V => Some(&mut self.inputs),

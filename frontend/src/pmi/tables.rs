@@ -126,6 +126,7 @@ fn announcements(
     list.iter().map(announcement).collect()
 }
 
+/// The variables that the executive itself reads and writes.
 fn special(checked: &Checked, layout: &Layout) -> Result<Special> {
     let offset = |name: &str| {
         let index = checked.symbols.iter().position(|symbol| symbol.name == name);

@@ -17,6 +17,8 @@ use crate::nct::{
     },
 };
 
+/// The operation of the IR. A division is done by [`Lowerer::divide`], which has a dividend of 32
+/// bits.
 fn binary(op: Arith) -> BinaryOp {
     match op {
         Arith::Add => BinaryOp::Add,
@@ -86,6 +88,7 @@ impl Lowerer<'_> {
         }
     }
 
+    /// OP becomes the operand.
     pub(super) fn load(&mut self, operand: Operand) -> Result {
         let (mut value, guard) = self.operand(operand)?;
         if guard.is_some() {
@@ -96,6 +99,7 @@ impl Lowerer<'_> {
         Ok(())
     }
 
+    /// A variable becomes OP, or its complement.
     pub(super) fn store(&mut self, negate: bool, place: Place) -> Result {
         let mut value = self.op();
         if negate {
@@ -118,6 +122,7 @@ impl Lowerer<'_> {
         Ok(())
     }
 
+    /// OP becomes OP combined with the operand.
     pub(super) fn arith(&mut self, op: Arith, operand: Operand, after: LiveSet) -> Result {
         let (mut with, guard) = self.operand(operand)?;
         if op == Arith::And && matches!(operand, Operand::Load { place: Place::Bit(_), .. }) {

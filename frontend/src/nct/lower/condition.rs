@@ -150,6 +150,7 @@ impl Lowerer<'_> {
         }
     }
 
+    /// The result of a test, an i1.
     fn test(&mut self, test: Test) -> Result<Value> {
         match test {
             Test::Bit { negate, bit } => {

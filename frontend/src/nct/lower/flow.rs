@@ -109,10 +109,12 @@ impl Lowerer<'_> {
         points
     }
 
+    /// Reads from the region `context`.
     fn context(&mut self, ty: Type, offset: u32) -> Value {
         self.builder.ins().load(ty, Address::fixed(self.regions.context, offset))
     }
 
+    /// Writes to the region `context`.
     fn set_context(&mut self, offset: u32, value: Value) {
         self.builder.ins().store(Address::fixed(self.regions.context, offset), value);
     }
@@ -135,6 +137,7 @@ impl Lowerer<'_> {
         self.builder.brif(empty, emptied, target);
     }
 
+    /// `G…`: jumps to a label. A jump back passes a safepoint.
     pub(super) fn goto(&mut self, at: usize, label: u16) -> Result {
         let to = self.target(label).or_missing(|| format!("label :{label:03}"))?;
         self.leave(LiveSet::ALL);
@@ -193,6 +196,7 @@ impl Lowerer<'_> {
         self.safepoint(to);
     }
 
+    /// `R`: goes on behind the call that was done last. Outside of calls it ends the task.
     pub(super) fn ret(&mut self) {
         self.leave(LiveSet::ALL);
         let depth = self.context(Type::I16, context::DEPTH);

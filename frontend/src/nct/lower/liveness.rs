@@ -27,7 +27,9 @@ impl LiveSet {
     /// F000 and F001.
     pub(crate) const HIGH: Self = Self(256);
     pub(crate) const ALL: Self = Self(511);
+    /// What a sum or difference writes.
     const SUM: Self = Self(2 | 4 | 8);
+    /// What an indirect access writes.
     const INDIRECT: Self = Self(32 | 64);
 
     /// Whether the two sets have a member in common.
@@ -35,10 +37,12 @@ impl LiveSet {
         self.0 & other.0 != 0
     }
 
+    /// The members of both sets.
     fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
+    /// The members that are not in the other set.
     fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }

@@ -76,6 +76,7 @@ struct Regions {
     flag_bytes: Region,
 }
 
+/// Lowers one program.
 struct Lowerer<'a> {
     program: &'a Program,
     layout: &'a Layout,
@@ -145,6 +146,7 @@ impl Lowerer<'_> {
         self.program.stmts.get(at).or_missing(|| format!("statement {at}"))
     }
 
+    /// The live set before the statement with the index `at`.
     fn live_at(&self, at: usize) -> LiveSet {
         self.liveness.get(at).copied().unwrap_or(LiveSet::ALL)
     }
@@ -157,6 +159,7 @@ impl Lowerer<'_> {
         }
     }
 
+    /// Binds a place. Behind it register OP is in the image.
     fn bind(&mut self, place: Place) {
         self.builder.bind(place);
         self.op = None;
@@ -186,6 +189,7 @@ impl Lowerer<'_> {
         op
     }
 
+    /// Gives register OP a value.
     fn set_op(&mut self, value: Value) {
         self.op = Some(value);
         self.dirty = true;

@@ -10,6 +10,7 @@ use crate::nct::{
 };
 
 impl Run<'_> {
+    /// Reads a bit. A bit of V is whether the input differs from the image of the run before.
     pub(super) fn bit(&self, bit: Bit) -> bool {
         let Some(location) = self.layout.location(bit.space, bit.byte) else { return false };
         let now = location.bit(self.image, bit.bit);
@@ -20,12 +21,14 @@ impl Run<'_> {
         before.is_some_and(|location| location.bit(self.image, bit.bit)) != now
     }
 
+    /// Writes a bit.
     pub(super) fn set(&mut self, bit: Bit, value: bool) {
         if let Some(location) = self.layout.location(bit.space, bit.byte) {
             location.set_bit(self.image, bit.bit, value);
         }
     }
 
+    /// Reads a byte.
     pub(super) fn byte(&self, space: Space, byte: u16) -> u8 {
         let Some(location) = self.layout.location(space, byte) else { return 0 };
         let now = location.read(self.image);
@@ -58,6 +61,7 @@ impl Run<'_> {
         self.layout.register(word).map_or(0, |offset| read_u16(self.image, offset))
     }
 
+    /// Writes a word. It is none that is accessed indirectly.
     pub(super) fn set_word(&mut self, word: Word, value: u16) {
         if let Word::Bytes { space, byte } = word {
             for (byte, value) in [byte, byte + 1].into_iter().zip(value.to_le_bytes()) {

@@ -41,6 +41,7 @@ pub(super) struct Run<'a> {
 pub(super) const NAMED: std::ops::RangeInclusive<u16> = 3..=196;
 
 impl Run<'_> {
+    /// How many calls are open.
     fn depth(&self) -> u16 {
         read_u16(self.image, self.layout.context + context::DEPTH)
     }
@@ -49,6 +50,7 @@ impl Run<'_> {
         write_u16(self.image, self.layout.context + context::DEPTH, depth);
     }
 
+    /// Whether a condition holds, given the range of its parts.
     pub(super) fn condition(&mut self, first: u32, count: u32) -> bool {
         self.waiting.clear();
         for at in first..first + count {
@@ -70,6 +72,7 @@ impl Run<'_> {
         self.waiting.pop().unwrap_or(false)
     }
 
+    /// Whether a test holds.
     fn test(&mut self, test: Test) -> bool {
         match test {
             Test::Bit { negate, bit } => self.bit(bit) != negate,
@@ -87,6 +90,7 @@ impl Run<'_> {
         }
     }
 
+    /// The index of a label's statement.
     fn target(&self, label: u16) -> Option<usize> {
         Some(self.program.labels.get(label as usize).copied().flatten()? as usize)
     }
@@ -106,6 +110,7 @@ impl Run<'_> {
         }
     }
 
+    /// Jumps between two statements. A jump back passes a safepoint.
     fn jump(&mut self, from: usize, to: usize) -> Next {
         if to <= from { self.safepoint(to) } else { Next::At(to) }
     }
@@ -135,6 +140,8 @@ impl Run<'_> {
         target
     }
 
+    /// Runs the statement `op` with the index `at`. Those with a register area are run by the
+    /// caller.
     pub(super) fn step(&mut self, at: usize, op: &Op) -> Next {
         match *op {
             Op::Set(bit) => self.set(bit, true),

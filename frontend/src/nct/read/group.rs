@@ -64,6 +64,7 @@ impl Parser<'_> {
         result.map_err(|fail| self.skip_group(fail, open.iter().map(|o| o.at).collect(), '(', ')'))
     }
 
+    /// Reads a condition in parentheses; `open` holds those that are open.
     fn group_parts(&mut self, open: &mut Vec<Open<Option<Arith>>>) -> Read<()> {
         let mut waiting = None;
         loop {
@@ -183,6 +184,7 @@ impl Parser<'_> {
         })
     }
 
+    /// Reads a bracket and emits its statements; `open` holds those that are open.
     fn bracket_parts(
         &mut self,
         start: usize,

@@ -132,6 +132,7 @@ impl<'a> ExecutionSection<'a> {
         }
     }
 
+    /// An assignment, or the error of what begins no statement.
     fn statement_without_keyword(&mut self, cursor: &mut Cursor<'_>) -> Result {
         match cursor.kind() {
             None => Ok(()),
@@ -157,6 +158,7 @@ impl<'a> ExecutionSection<'a> {
         }
     }
 
+    /// The parser of an expression at the cursor.
     fn parser<'s, 'c>(&'s mut self, cursor: &'s mut Cursor<'c>) -> Parser<'s, 'c> {
         Parser::new(cursor, self.names, &mut self.checked.ops, self.limits)
     }

@@ -430,6 +430,7 @@ impl Lowerer<'_> {
         Ok(())
     }
 
+    /// The address of a variable, or of an element whose index is known.
     fn scalar(&self, id: SymbolId, index: u32) -> Result<Address> {
         let ty = self.type_of(id)?;
         self.address(ty, self.offset(id)? + index * ty.size())

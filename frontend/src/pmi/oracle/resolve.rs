@@ -29,6 +29,7 @@ impl<'a> Resolver<'a> {
         Self { checked, layout, rows: Rows::default(), effects: vec![] }
     }
 
+    /// Resolves a step.
     pub(super) fn step(&mut self, action: &Action) -> Step {
         match action {
             Action::Assign { target, value } => self.assign(target, value),
@@ -63,6 +64,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
+    /// Resolves an expression.
     fn row(&mut self, ops: &Ops) -> Row {
         let (checked, layout) = (self.checked, self.layout);
         let scalar = |op: &Op| match *op {

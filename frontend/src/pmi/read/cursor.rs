@@ -111,6 +111,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
+    /// The error of text that is no token.
     fn bad(&self, fault: Fault) -> Diagnostic {
         let span = self.span();
         let text = self.token().map_or("", |token| self.slice(token));

@@ -91,6 +91,7 @@ impl Lexer<'_> {
         true
     }
 
+    /// A sign that may have `=` behind it.
     fn maybe_equal(&mut self, alone: Kind, equal: Kind) {
         match self.rest().as_bytes().get(1) {
             Some(b'=') => self.push(equal, 2),
@@ -152,6 +153,7 @@ impl Lexer<'_> {
         }
     }
 
+    /// A text in quotes; `open` is the length of the opening quote in bytes.
     fn text_token(&mut self, open: usize) {
         let start = self.at;
         self.at += open;

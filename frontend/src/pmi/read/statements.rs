@@ -189,6 +189,7 @@ impl Reader<'_> {
         }
     }
 
+    /// Warns of a line that is too long for the original editor.
     fn check_length(&mut self, file: FileId, raw: &str, from: usize) {
         if self.options.limits == Limits::None || raw.len() <= LINE_LIMIT {
             return;
@@ -202,6 +203,8 @@ impl Reader<'_> {
         );
     }
 
+    /// Reads the file that the `$INCLUDE` in `line` names as `written`, or reports why it can't.
+    /// `nested` says that the line stands in an included file itself.
     fn include(&mut self, file: FileId, text: &str, line: &Line, written: &str, nested: bool) {
         let start = line.start as u32;
         let all = Span::new(file, line.start, line.end);

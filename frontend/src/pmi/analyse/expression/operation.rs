@@ -23,6 +23,7 @@ impl Parser<'_, '_> {
         }
     }
 
+    /// Applies NOT (`not`) or a negation to the last operand.
     fn unary(&mut self, not: bool, at: Token) {
         let Some(operand) = self.operands.last_mut() else { return };
         operand.at = at;
@@ -39,6 +40,7 @@ impl Parser<'_, '_> {
         }
     }
 
+    /// Applies a binary operator to the last two operands.
     fn binary(&mut self, symbol: Kind, at: Token) {
         let (Some(right), Some(left)) = (self.operands.pop(), self.operands.pop()) else { return };
         let long = left.ty == Some(Type::Long) || right.ty == Some(Type::Long);
