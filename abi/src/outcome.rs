@@ -36,7 +36,8 @@ macro_rules! trap_codes {
 }
 
 trap_codes! {
-    /// A dispatch to a label that does not exist: a fault of the compiler, never of a program.
+    /// An engine met what cannot be, for example a label that does not exist: an error in plcc,
+    /// never in a program (`INTERNAL ERROR`).
     BadLabel = 0, "bad_label";
     /// An array index out of bounds (PMI 2.2.7: `NO PMI DATA`).
     ArrayBounds = 1, "array_bounds";
@@ -44,7 +45,7 @@ trap_codes! {
     Timeout = 2, "timeout";
     /// Calls nested too deep (NCT: `CALL DEPTH`).
     CallDepth = 3, "call_depth";
-    /// A host function panicked: a fault of the executive, never of a program (`INTERNAL ERROR`).
+    /// A host function panicked: an error in plcc, never in a program (`INTERNAL ERROR`).
     HostPanic = 4, "host_panic";
 }
 

@@ -62,7 +62,14 @@ impl JitMemory {
 /// Makes an error of a panic.
 fn guard<T>(step: impl FnOnce() -> T) -> Result<T, CodegenError> {
     catch_unwind(AssertUnwindSafe(step))
-        .map_err(|payload| CodegenError::Memory { reason: panic_text(&*payload).into() })
+        .map_err(|payload| CodegenError::Memory { reason: one_line(panic_text(&*payload)) })
+}
+
+/// A panic's text in one line. cranelift-jit panics with an error whose text has several lines: its
+/// causes, and where `RUST_BACKTRACE` is set a backtrace, which is left out.
+fn one_line(text: &str) -> String {
+    let lines = text.lines().map(str::trim).take_while(|line| *line != "Stack backtrace:");
+    lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
 impl Drop for JitMemory {
@@ -120,6 +127,15 @@ mod tests {
             let address = memory.bytes().as_ptr() as usize;
             assert_eq!(permissions(address).as_deref(), Some("r-xp"));
         }
+    }
+
+    #[test]
+    fn a_message_is_one_line_without_backtrace() {
+        let text =
+            "no rights: Backend(failed\n\nCaused by:\n    denied\n\nStack backtrace:\n 0: x)";
+        let error = guard(|| -> () { panic!("{text}") });
+        let reason = "no rights: Backend(failed Caused by: denied";
+        assert!(matches!(error, Err(CodegenError::Memory { reason: r }) if r == reason));
     }
 
     #[test]

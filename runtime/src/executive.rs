@@ -1,6 +1,6 @@
 //! The interface between a run and a control: [`Executive`], its variables, and why it stops.
 
-use plcc_abi::Engine;
+use plcc_abi::{Engine, TrapCode};
 use thiserror::Error;
 
 use crate::{CheckpointError, Event, Value};
@@ -65,22 +65,29 @@ pub struct ValueError {
 /// Why a control stopped its program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stop {
-    /// The control's own code: `NO PMI DATA`, `PLC TIMEOUT1`, `CALL DEPTH`, `WATCHDOG`.
+    /// The control's own code: `NO PMI DATA`, `PLC TIMEOUT1`, `CALL DEPTH`, `WATCHDOG`; or
+    /// `INTERNAL ERROR` for an error in plcc.
     pub code: String,
     /// What happened, for people; the same in every engine.
     pub message: String,
 }
 
 impl Stop {
-    /// The stop after a host function has panicked, the same for every control. The outputs are
-    /// not written from the scan in which it happened.
-    pub(crate) fn internal_error() -> Self {
+    /// The stop after a trap that no program of the control's language can cause, the same for
+    /// every control. The outputs are not written from the scan in which it happened.
+    pub(crate) fn internal_error(code: TrapCode) -> Self {
+        let what = match code {
+            TrapCode::HostPanic => {
+                "a function of the control failed while the program called it".to_owned()
+            }
+            _ => format!("a scan ended as none of this language can end (`{}`)", code.name()),
+        };
         Self {
             code: "INTERNAL ERROR".into(),
-            message: "a function of the control failed while the program called it (an error in \
-                      plcc; please report it with the program); the outputs were not written \
-                      from this scan, and the control does not scan again"
-                .into(),
+            message: format!(
+                "{what} (an error in plcc; please report it with the program); the outputs were \
+                 not written from this scan, and the control does not scan again"
+            ),
         }
     }
 }

@@ -243,11 +243,9 @@ impl NctExecutive {
                     nct::context::MAX_DEPTH
                 ),
             ),
-            TrapCode::HostPanic => return Stop::internal_error(),
-            TrapCode::BadLabel | TrapCode::ArrayBounds => (
-                "PLC ERROR".to_string(),
-                format!("module :00{module} was left by a way that no NCT program has"),
-            ),
+            TrapCode::BadLabel | TrapCode::ArrayBounds | TrapCode::HostPanic => {
+                return Stop::internal_error(code);
+            }
         };
         Stop { code, message }
     }

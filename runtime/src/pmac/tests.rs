@@ -464,5 +464,5 @@ fn a_trap_stops_the_control() {
     download.tables.programs.push(entry);
     let (mut executive, mut script) = download.start();
     let stop = executive.tick(&mut script, &mut Vec::new()).unwrap_err();
-    assert_eq!(stop.code, "WATCHDOG");
+    assert_eq!(stop.code, "INTERNAL ERROR");
 }

@@ -1,7 +1,7 @@
 //! What happens in a servo cycle, and in which order (guide, PMAC Tasks; rulings, Time).
 
 use plcc_abi::{
-    Engine, Outcome, ResumePoint, Scan, TrapCode,
+    Engine, Outcome, ResumePoint, Scan,
     image::{read_f64, read_u32, write_f64, write_u32},
     pmac::{COMMAND_CONTEXT, Controller, Layout, Place, Space, context, fixed::sign_extend},
 };
@@ -206,11 +206,8 @@ impl PmacExecutive {
         match engine.call(task, from, &mut scan) {
             Outcome::End => Ok(None),
             Outcome::Suspended(point) => Ok(Some(point)),
-            Outcome::Trap(TrapCode::HostPanic) => Err(Stop::internal_error()),
-            Outcome::Trap(code) => Err(Stop {
-                code: "WATCHDOG".into(),
-                message: format!("a program was stopped from inside ({})", code.name()),
-            }),
+            // PMAC's programs have no traps of their own.
+            Outcome::Trap(code) => Err(Stop::internal_error(code)),
         }
     }
 

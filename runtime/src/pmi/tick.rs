@@ -214,11 +214,9 @@ fn stop(code: TrapCode) -> Stop {
                       and does not scan again"
                 .into(),
         },
-        TrapCode::HostPanic => Stop::internal_error(),
-        TrapCode::BadLabel | TrapCode::Timeout | TrapCode::CallDepth => Stop {
-            code: "PMI ERROR".into(),
-            message: "the scan was left by a way that no PMI program has".into(),
-        },
+        TrapCode::BadLabel | TrapCode::Timeout | TrapCode::CallDepth | TrapCode::HostPanic => {
+            Stop::internal_error(code)
+        }
     }
 }
 

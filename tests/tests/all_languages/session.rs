@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use plcc_abi::{Dialect, Engine, Host, HostFn, Outcome, ResumePoint, Scan};
+use plcc_abi::{Dialect, Engine, Host, HostFn, Outcome, ResumePoint, Scan, TrapCode};
 use plcc_frontend::common::Options;
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::run::{Clock, SystemClock};
@@ -239,6 +239,39 @@ fn a_panic_stops_the_control() {
             let stop = "\"ticks\":3,\"state\":\"stopped\",\"stop\":{\"tick\":2,\"code\":\"INTERNAL \
                         ERROR\",\"message\":\"";
             assert!(dump.contains(stop), "{program} {way:?}: {dump}");
+        }
+    }
+}
+
+/// An engine whose scans end in a trap.
+struct Trapping(TrapCode);
+
+impl Engine for Trapping {
+    fn call(&mut self, _: usize, _: Option<ResumePoint>, _: &mut Scan<'_>) -> Outcome {
+        Outcome::Trap(self.0)
+    }
+}
+
+#[test]
+fn a_trap_that_the_language_does_not_have_is_an_internal_error() {
+    let shop = Shop::new("trap");
+    fs::write(shop.path("n.nct"), ":001\nJ1\n:000\nJ0\n").unwrap();
+    fs::write(shop.path("c.pmc"), "I5=2\nOPEN PLC 1 CLEAR\nP1=1\nCLOSE\nENABLE PLC 1\n").unwrap();
+    for code in TrapCode::ALL.iter().copied() {
+        let pmi = if code == TrapCode::ArrayBounds { "NO PMI DATA" } else { "INTERNAL ERROR" };
+        let nct = match code {
+            TrapCode::Timeout => "PLC TIMEOUT1",
+            TrapCode::CallDepth => "CALL DEPTH",
+            _ => "INTERNAL ERROR",
+        };
+        let stops = [("p.pmi", pmi), ("n.nct", nct), ("c.pmc", "INTERNAL ERROR")];
+        for (program, stop) in stops {
+            let wrap = |_| -> Box<dyn Engine> { Box::new(Trapping(code)) };
+            let args = "--ticks 3 --events %e.jsonl";
+            assert_eq!(shop.run_in(Way::ALL[0], program, args, wrap), 3, "{program} {code:?}");
+            let last = format!("{{\"tick\":0,\"kind\":\"stop\",\"code\":\"{stop}\"}}\n");
+            let events = shop.read("e.jsonl");
+            assert!(events.ends_with(&last), "{program} {code:?}: {events}");
         }
     }
 }
