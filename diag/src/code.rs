@@ -2,24 +2,24 @@
 
 use crate::codes;
 
-/// The page of one code, as `plcc explain` prints it.
+/// What `plcc explain` prints about one code: the code's page.
 #[derive(Clone, Copy, Debug)]
 pub struct CodeInfo {
-    /// The code: the manual's own number (`PMI-31`), one of ours where the manual has none
-    /// (`PMI-X1`), a warning (`PMI-W1`) or a note (`PMAC-N1`).
+    /// The code: the manual's own error number (`PMI-31`), an error of ours that the manual does
+    /// not have (`PMI-X1`), a warning (`PMI-W1`) or a note (`PMAC-N1`).
     pub code: &'static str,
     /// What is wrong, in a few words.
     pub title: &'static str,
     /// What it means and why it is refused or warned of.
     pub meaning: &'static str,
-    /// A wrong example and the same example mended, or what to do.
+    /// An example of wrong code and the same example mended, or what else to do.
     pub mend: &'static str,
 }
 
-/// The pages of all languages: one table for each.
+/// The pages of all codes: one table for each language.
 pub static TABLES: &[&[CodeInfo]] = &[codes::pmi::CODES, codes::nct::CODES, codes::pmac::CODES];
 
-/// Finds the page of a code, in upper or lower case. `None` for a code that does not exist.
+/// Finds the page of a code, which may be in upper or lower case; `None` if no code is so called.
 pub fn find_code(code: &str) -> Option<&'static CodeInfo> {
     TABLES.iter().flat_map(|t| t.iter()).find(|info| info.code.eq_ignore_ascii_case(code))
 }

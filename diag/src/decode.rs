@@ -3,8 +3,8 @@
 /// Decodes a source file: UTF-8 with or without a byte order mark, UTF-16 with one, and everything
 /// else as Windows-1252, in which every byte has a meaning.
 ///
-/// DOS tools end a file with the character Ctrl-Z and may fill the rest of a disk block with further
-/// ones or with NUL; at the end of the text these are dropped. Line ends stay as they are.
+/// DOS tools end a file with the character Ctrl-Z and may fill the rest of a disk block with
+/// further ones or with NUL; at the end of the text these are dropped. Line ends stay as they are.
 pub(crate) fn decode(bytes: &[u8]) -> String {
     let (text, _, had_errors) = encoding_rs::UTF_8.decode(bytes);
     let text = if had_errors {

@@ -9,7 +9,7 @@ pub enum Severity {
     Error,
     /// The program is accepted, but perhaps does not do what its author meant.
     Warning,
-    /// Something worth knowing, such as what was passed over.
+    /// Something worth knowing, such as a part of the source that was skipped.
     Note,
 }
 
@@ -29,7 +29,7 @@ impl Severity {
 pub struct Label {
     /// The place.
     pub span: Span,
-    /// What the reader sees there.
+    /// What is to be seen there, in a few words.
     pub text: String,
 }
 
@@ -68,18 +68,20 @@ impl Diagnostic {
         Self::new(Severity::Warning, code, span, message.into())
     }
 
-    /// A note that belongs to no error or warning.
-    pub fn info(code: &'static str, span: Span, message: impl Into<String>) -> Self {
+    /// A diagnostic that is itself a note: something worth knowing that is neither an error nor a
+    /// warning. `message` is one sentence without a full stop. (To add a note to another diagnostic
+    /// there is [`note`](Self::note).)
+    pub fn standalone_note(code: &'static str, span: Span, message: impl Into<String>) -> Self {
         Self::new(Severity::Note, code, span, message.into())
     }
 
-    /// Adds a further place with what the reader sees there.
+    /// Adds a further place and says, in a few words, what is to be seen there.
     pub fn label(mut self, span: Span, text: impl Into<String>) -> Self {
         self.labels.push(Label { span, text: text.into() });
         self
     }
 
-    /// Adds a further fact.
+    /// Adds a further fact, a sentence.
     pub fn note(mut self, text: impl Into<String>) -> Self {
         self.notes.push(text.into());
         self

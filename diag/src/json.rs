@@ -6,14 +6,16 @@ use serde::Serialize;
 
 use crate::{Diagnostic, SourceMap};
 
+/// A statement that includes a file.
 #[derive(Serialize)]
 struct Include<'a> {
     file: &'a str,
     line: u32,
 }
 
+/// The object that is printed. Its fields are the keys.
 #[derive(Serialize)]
-struct Line<'a> {
+struct JsonDiagnostic<'a> {
     code: &'a str,
     severity: &'a str,
     message: &'a str,
@@ -29,9 +31,9 @@ struct Line<'a> {
 
 /// Prints one diagnostic as one line of JSON, without the line end.
 ///
-/// Lines and columns count from 1, columns in characters. The labels come first among the notes,
-/// each with its place, and the help, where there is one, comes last. In `included_from` the
-/// innermost include stands first.
+/// Lines and columns count from 1, columns in characters. `notes` holds the labels with their
+/// places, then the notes, then the help, if there is one. `included_from` is there for a
+/// diagnostic in an included file: it lists the statements that include it, from the innermost out.
 pub fn line(map: &SourceMap, diagnostic: &Diagnostic) -> String {
     let span = diagnostic.span;
     let (line, column) = map.line_col(span.file, span.start);
@@ -52,7 +54,7 @@ pub fn line(map: &SourceMap, diagnostic: &Diagnostic) -> String {
         })
     });
     let notes = diagnostic.notes.iter().chain(&diagnostic.help).map(|note| note.as_str().into());
-    let line = Line {
+    let object = JsonDiagnostic {
         code: diagnostic.code,
         severity: diagnostic.severity.name(),
         message: &diagnostic.message,
@@ -64,7 +66,7 @@ pub fn line(map: &SourceMap, diagnostic: &Diagnostic) -> String {
         notes: labels.chain(notes).collect(),
         included_from,
     };
-    serde_json::to_string(&line).unwrap_or_default()
+    serde_json::to_string(&object).unwrap_or_default()
 }
 
 #[cfg(test)]

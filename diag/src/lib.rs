@@ -2,14 +2,15 @@
 //!
 //! A front end reports what it finds in a program as [`Diagnostic`]s: errors, warnings and notes,
 //! each with a code (`PMI-31`) and the place that it is about. This crate holds what all languages
-//! need for that, and knows none of them:
+//! need for that. Of the languages themselves it has only the pages of their codes:
 //!
-//! - [`SourceMap`] keeps the files of one compilation, decoded, and tells line and column of a
-//!   byte offset. It is given bytes; it reads no file itself.
-//! - [`Span`] is a stretch of one file's text.
+//! - [`SourceMap`] holds the files of one compilation as decoded text, and finds the line and
+//!   column of a byte offset. It is given the bytes of the files and does not read any itself.
+//! - [`Span`] is a piece of one file's text.
 //! - [`Diagnostic`] is one finding. [`json::line`] prints it for programs, `render::draw` (with the
 //!   feature `render`) draws it for people with an excerpt of the source.
-//! - [`find_code`] gives a code's page: what it means, why, and an example of the mend.
+//! - [`find_code`] gives the page of a code: what it means, why the program is refused or warned
+//!   of, and an example of how to mend it.
 //!
 //! ```
 //! use plcc_diag::{Diagnostic, SourceMap, Span, find_code, json};

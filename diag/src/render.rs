@@ -23,7 +23,8 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
         .with_char_set(CharSet::Unicode)
         .with_index_type(IndexType::Byte);
     let shown = drawable(map, diagnostic.span);
-    let (drawn, told): (Vec<&crate::Label>, Vec<_>) = diagnostic
+    // Labels that cannot be drawn in the excerpt become notes.
+    let (drawn, as_notes): (Vec<&crate::Label>, Vec<_>) = diagnostic
         .labels
         .iter()
         .partition(|label| can_be_drawn_with(map, shown, drawable(map, label.span)));
@@ -51,7 +52,7 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
         let order = label_order(map, diagnostic, span);
         report = report.with_label(Label::new(place).with_message(&label.text).with_order(order));
     }
-    for label in told {
+    for label in as_notes {
         let (line, column) = map.line_col(label.span.file, label.span.start);
         report = report.with_note(format!("line {line}, column {column}: {}", label.text));
     }
@@ -75,9 +76,9 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
     if color { text.into_owned() } else { without_colors(&text) }
 }
 
-/// Where a label stands among the others. The library draws labels by rising order, and puts those
-/// of one file into one frame only if their lines rise too. So the labels of the diagnostic's own
-/// file come first, by their lines, and those of other files behind them.
+/// The number by which the library orders a label among the others. It draws labels in this order,
+/// and puts those of one file into one frame only if their lines come in rising order. So labels in
+/// the diagnostic's own file are ordered by their lines, and those in other files follow.
 fn label_order(map: &SourceMap, diagnostic: &Diagnostic, span: Span) -> i32 {
     if span.file != diagnostic.span.file {
         return i32::MAX;
@@ -98,24 +99,26 @@ fn without_colors(text: &str) -> String {
     out
 }
 
-/// How many bytes an excerpt reaches to the left and to the right of what it shows, on long lines.
+/// On a long line an excerpt reaches this many bytes to the left and to the right of the places
+/// that it shows.
 const CONTEXT: usize = 240;
 
-/// The most bytes of one line that an excerpt shows between its first and its last place.
-const LONGEST_PIECE: usize = 4 * CONTEXT;
+/// Between its first and its last place an excerpt shows no line that has more bytes than this.
+const MAX_LINE: usize = 4 * CONTEXT;
 
 /// The library numbers the lines of the text that it is given from 1. So that the numbers are those
 /// of the file, an excerpt gets as many empty lines in front as the file has lines before it. Above
-/// this many that would cost too much time, and only the heading shows the right number.
-const MOST_EMPTY_LINES: usize = 100_000;
+/// this many that would take too much time. Then the numbers beside the lines are wrong, and only
+/// the heading shows the right one.
+const MAX_EMPTY_LINES: usize = 100_000;
 
-/// Whether every line in a stretch of a text is short enough to be drawn.
-fn lines_are_short(text: &str, stretch: Range<usize>) -> bool {
-    let stretch = text.get(stretch).unwrap_or("");
-    stretch.split(['\n', '\r']).all(|line| line.len() <= LONGEST_PIECE)
+/// Whether every line in a piece of a text is short enough to be drawn.
+fn lines_are_short(text: &str, piece: Range<usize>) -> bool {
+    let piece = text.get(piece).unwrap_or("");
+    piece.split(['\n', '\r']).all(|line| line.len() <= MAX_LINE)
 }
 
-/// The place itself, or only its beginning where it is too long to be drawn.
+/// The place itself, or only its beginning if its lines are too long to be drawn.
 fn drawable(map: &SourceMap, span: Span) -> Span {
     let text = map.text(span.file);
     if lines_are_short(text, span.range()) {
@@ -128,31 +131,36 @@ fn drawable(map: &SourceMap, span: Span) -> Span {
     Span::new(span.file, span.start as usize, end)
 }
 
-/// Whether a further place can be drawn in one excerpt with the main one; if not, it is told in a note.
+/// Whether a further place can be drawn in one excerpt with the main one. If it is in another file
+/// it gets an excerpt of its own.
 fn can_be_drawn_with(map: &SourceMap, main: Span, other: Span) -> bool {
     let from = main.start.min(other.start) as usize;
     let to = main.end.max(other.end) as usize;
     main.file != other.file || lines_are_short(map.text(main.file), from..to)
 }
 
+/// A place as the library takes it: a file, and the bytes of its excerpt.
 type Place = (FileId, Range<usize>);
 
 /// The excerpt of one file: some whole lines, or a piece of a very long one.
 struct Excerpt {
     id: FileId,
+    /// The file's path, with the column at which the excerpt begins if that is not 1.
     name: String,
-    /// Where it starts in the file.
+    /// The byte offset in the file at which it starts.
     start: usize,
-    /// The number of empty lines in front of it, see [`MOST_EMPTY_LINES`].
+    /// The number of empty lines in front of it, see [`MAX_EMPTY_LINES`].
     empty_lines: usize,
     source: Source<String>,
 }
 
+/// The excerpts of a diagnostic, one for each file that it has a place in.
 struct Excerpts {
     files: Vec<Excerpt>,
 }
 
 impl Excerpts {
+    /// Cuts the excerpts that show all of some places.
     fn new(map: &SourceMap, spans: Vec<Span>) -> Self {
         let mut files: Vec<Excerpt> = Vec::new();
         let mut ids: Vec<FileId> = spans.iter().map(|s| s.file).collect();
@@ -168,7 +176,7 @@ impl Excerpts {
             let (line, column) = map.line_col(id, start as u32);
             let piece = text.get(start..end).unwrap_or("").replace('\t', " ");
             let lines = (line as usize).saturating_sub(1);
-            let empty_lines = if lines <= MOST_EMPTY_LINES { lines } else { 0 };
+            let empty_lines = if lines <= MAX_EMPTY_LINES { lines } else { 0 };
             let source = Source::from("\n".repeat(empty_lines) + &piece)
                 .with_display_line_offset(lines - empty_lines);
             let mut name = map.path(id).to_owned();
@@ -180,6 +188,7 @@ impl Excerpts {
         Self { files }
     }
 
+    /// The bytes of an excerpt that show a range of bytes of the file.
     fn place(&self, id: FileId, range: Range<usize>) -> Place {
         let (base, empty_lines) =
             self.files.iter().find(|f| f.id == id).map_or((0, 0), |f| (f.start, f.empty_lines));

@@ -1,31 +1,35 @@
 //! The source files of one compilation, and where lines begin in them.
 //!
-//! Diagnostics carry byte offsets; people want lines and columns. Each file therefore has a table of
-//! the offsets at which its lines begin, searched by bisection. A column is a number of characters,
-//! and a line may be a megabyte long, so a second table has the number of characters before every
-//! block of [`BLOCK`] bytes: only the characters of one block are ever counted.
+//! Diagnostics carry byte offsets; people want lines and columns. Each file therefore has a table
+//! of the offsets at which its lines begin, searched by bisection. A column is a number of
+//! characters, and a line may be a megabyte long, so a second table has the number of characters
+//! before every block of [`BLOCK`] bytes: only the characters of one block are ever counted.
 
 use std::sync::Arc;
 
 use crate::{FileId, Span, decode::decode};
 
-/// Length of a block in bytes.
+/// The length of a block in bytes.
 const BLOCK: usize = 1024;
 
+/// A file and its tables.
 #[derive(Debug)]
 struct SourceFile {
+    /// As it was given.
     path: String,
+    /// Decoded.
     text: String,
     /// The offset of each line's first byte, rising. CR, LF and CR LF each end a line.
     line_starts: Vec<u32>,
     /// For each block of [`BLOCK`] bytes the number of characters that begin before it.
     characters_before_block: Vec<u32>,
+    /// The statement that included the file; `None` for a file that the user named.
     included_from: Option<Span>,
 }
 
 impl SourceFile {
-    /// The number of characters that begin before a byte offset. An offset in the middle of a
-    /// character counts that character.
+    /// The number of characters that begin before a byte offset. If the offset is inside a
+    /// character, that character is counted too.
     fn characters_before(&self, offset: u32) -> u32 {
         let offset = offset as usize;
         let before = self.characters_before_block.get(offset / BLOCK).copied().unwrap_or(0);
@@ -39,6 +43,8 @@ fn count_characters(bytes: &[u8]) -> u32 {
     bytes.iter().filter(|&&byte| byte & 0xC0 != 0x80).count() as u32
 }
 
+/// For each block of [`BLOCK`] bytes the number of characters that begin before it, and the number
+/// of all characters.
 fn characters_before_blocks(text: &str) -> Vec<u32> {
     let mut counts = vec![0];
     let mut total = 0;
@@ -62,8 +68,8 @@ impl SourceMap {
         Self::default()
     }
 
-    /// Adds a file that the user named. `path` is kept as the user wrote it; `bytes` is decoded: UTF-8,
-    /// UTF-16 with a byte order mark, or Windows-1252.
+    /// Adds a file that the user named. `path` is kept as the user wrote it; `bytes` is decoded:
+    /// UTF-8, UTF-16 with a byte order mark, or Windows-1252.
     pub fn add(&mut self, path: impl Into<String>, bytes: &[u8]) -> FileId {
         self.push(path.into(), bytes, None)
     }
@@ -107,7 +113,7 @@ impl SourceMap {
         self.file(id).map_or("", |f| &f.text)
     }
 
-    /// A file's path as it was given.
+    /// A file's path as it was given; empty for a file of another map.
     pub fn path(&self, id: FileId) -> &str {
         self.file(id).map_or("", |f| &f.path)
     }
@@ -117,13 +123,13 @@ impl SourceMap {
         self.file(id).and_then(|f| f.included_from)
     }
 
-    /// The text of a span; empty where the span does not fit the file.
+    /// The text of a span; empty if the span does not lie in the file's text.
     pub fn slice(&self, span: Span) -> &str {
         self.text(span.file).get(span.range()).unwrap_or("")
     }
 
-    /// Line and column of a byte offset, both from 1, the column in characters. An offset beyond the
-    /// end counts as the end.
+    /// Line and column of a byte offset. Both count from 1; a column is a number of characters. An
+    /// offset beyond the end of the text is taken as the end. A file of another map gives (1, 1).
     pub fn line_col(&self, id: FileId, offset: u32) -> (u32, u32) {
         let Some(file) = self.file(id) else { return (1, 1) };
         let offset = offset.min(file.text.len() as u32);
@@ -138,7 +144,8 @@ impl SourceMap {
         self.file(id).map_or(1, |f| f.line_starts.len() as u32)
     }
 
-    /// The text of a line, counted from 1, without its line end; empty for a line that does not exist.
+    /// The text of the line with this number, from 1, without its line end; empty if there is no
+    /// such line.
     pub fn line_text(&self, id: FileId, line: u32) -> &str {
         let Some(file) = self.file(id) else { return "" };
         let start =
@@ -148,7 +155,7 @@ impl SourceMap {
     }
 }
 
-/// The offset of each line's first byte.
+/// The offset of each line's first byte, rising.
 fn line_starts(text: &str) -> Vec<u32> {
     let bytes = text.as_bytes();
     let mut lines = vec![0];

@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FileId(pub u32);
 
-/// A stretch of a file's decoded text: byte offsets, `end` exclusive.
+/// A piece of a file's decoded text, from one byte offset up to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Span {
     /// The file.
@@ -16,13 +16,14 @@ pub struct Span {
 }
 
 impl Span {
-    /// The span from byte `start` up to, not including, byte `end`. Offsets beyond 4 GiB are cut to that.
+    /// The span from byte `start` up to, but not including, byte `end`. Offsets above `u32::MAX`
+    /// become `u32::MAX`.
     pub fn new(file: FileId, start: usize, end: usize) -> Self {
         let clamp = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         Self { file, start: clamp(start), end: clamp(end) }
     }
 
-    /// The smallest span that covers both; `self` where they lie in different files.
+    /// The smallest span that covers both; `self` if they are in different files.
     pub fn to(self, other: Self) -> Self {
         if self.file != other.file {
             return self;

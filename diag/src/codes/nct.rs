@@ -29,7 +29,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-3",
         "object code too long",
-        "The original compiler had a fixed room for its code. This one has not, so the error cannot occur.",
+        "The original compiler had limited room for its code. This one has no such limit, so the error cannot occur.",
         "There is nothing to mend.",
     ),
     page(
@@ -65,7 +65,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-9",
         "not a decimal or octal number",
-        "The address of a bit has decimal digits and a last one that is octal, and all of them must be there.",
+        "The address of a bit has decimal digits, of which the last is octal (0 to 7). None of them may be missing.",
         "wrong: U008\nright: U007",
     ),
     page(
@@ -137,7 +137,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-21",
         "illegal statement in parentheses",
-        "Kept for the original's list: what is wrong inside parentheses or brackets is reported as NCT-62.",
+        "The original compiler has this code. This one reports a wrong statement inside parentheses or brackets as NCT-62.",
         "wrong: (I002 A U003) U012 Z\nright: (I002 A I003) U012 Z",
     ),
     page(
@@ -155,13 +155,13 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-24",
         "left shift by more than 15",
-        "OP has 16 bits, so a shift by more says nothing.",
+        "OP has 16 bits, so a shift by 16 or more would leave none of them.",
         "wrong: <<16\nright: <<15",
     ),
     page(
         "NCT-25",
         "right shift by more than 15",
-        "OP has 16 bits, so a shift by more says nothing.",
+        "OP has 16 bits, so a shift by 16 or more would leave none of them.",
         "wrong: >>16\nright: >>15",
     ),
     page(
@@ -275,7 +275,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-44",
         "not a character of the language",
-        "Outside comments and texts stand capitals, digits, white space and : , . $ ( ) [ ] < > = + - * / only.",
+        "Outside comments and texts the language has capital letters, digits, white space and : , . $ ( ) [ ] < > = + - * / only.",
         "wrong: u012\nright: U012",
     ),
     page(
@@ -340,7 +340,7 @@ pub static CODES: &[CodeInfo] = &[
     ),
     page(
         "NCT-55",
-        "texts not right",
+        "texts not ended or too many",
         "The texts of :197 to :200 end with $, and there are at most 8, 8 and 152 in the first three.",
         "wrong: :198 TOOL, RANGE\nright: :198 TOOL, RANGE$",
     ),
@@ -431,13 +431,13 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-70",
         "no comma before $",
-        "Not used: a comma before the $ may stand or not.",
+        "This compiler never reports it: a comma before the $ may be there or not.",
         "There is nothing to mend.",
     ),
     page(
         "NCT-71",
         "R before J",
-        "Between a module's label and its J an R would always be reached outside a call.",
+        "R returns from a call. Between a module's label and its J it would always be reached outside a call.",
         "wrong: :001 U002 R J1\nright: :001 U002 J1",
     ),
     page(

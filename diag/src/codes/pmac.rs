@@ -1,4 +1,4 @@
-//! The codes of PMAC: ERRnnn of the guide's appendix A, and ours.
+//! The codes of PMAC: the controller's errors ERR001 to ERR017 (appendix A of its manual), and ours.
 
 use crate::CodeInfo;
 
@@ -46,13 +46,13 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-6",
         "no room (ERR006)",
-        "The text that definitions and includes produce grows beyond all bounds.",
+        "The text that definitions and includes produce is longer than the compiler takes.",
         "Wrong:\n  #define A B B\n  #define B C C     ; and so on, each twice the one before\nRight:\n  use a few definitions that do not name each other over and over",
     ),
     code(
         "PMAC-7",
         "another buffer is open (ERR007)",
-        "OPEN while the buffer before is not closed yet.",
+        "An OPEN stands where the buffer that was opened before is not closed yet.",
         "Wrong:\n  OPEN PLC 1 CLEAR\n  P1=1\n  OPEN PLC 2 CLEAR\nRight:\n  OPEN PLC 1 CLEAR\n  P1=1\n  CLOSE\n  OPEN PLC 2 CLEAR",
     ),
     code(
@@ -64,7 +64,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-9",
         "structure of the program (ERR009)",
-        "IF and ENDIF, WHILE and ENDWHILE do not match. The controller finds it at CLOSE, and so is it reported; the guilty line is named. The other PLCs can run with --keep-going.",
+        "IF and ENDIF, or WHILE and ENDWHILE, do not match. The error is reported at CLOSE, as by the controller; the message names the line that causes it. With --keep-going the other PLCs can run.",
         "Wrong:\n  OPEN PLC 1 CLEAR\n  IF (P1=1)\n  P2=1\n  CLOSE\nRight:\n  OPEN PLC 1 CLEAR\n  IF (P1=1)\n  P2=1\n  ENDIF\n  CLOSE",
     ),
     code(
@@ -124,7 +124,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-X2",
         "included file not found",
-        "The file that #include names is not there, or includes itself. It is looked for as written, beside the including file, by the shorter trailing parts of its path, and in the folders of -I.",
+        "The file that #include names is not there, or includes itself. It is looked for beside the including file: first with its path as written, then without the first folder of the path, without the first two, and so on. Upper and lower case make no difference. Then it is looked for in the same way in each folder given with -I.",
         "  plcc check -I lib FILE",
     ),
     code(
@@ -136,7 +136,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-W1",
         "the last buffer is not closed",
-        "The text ends while a buffer is open. It is taken as closed.",
+        "The text ends while a buffer is open. The buffer is taken as closed.",
         "Wrong:\n  OPEN PLC 1 CLEAR\n  P1=1\nRight:\n  OPEN PLC 1 CLEAR\n  P1=1\n  CLOSE",
     ),
     code(
@@ -148,7 +148,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-W3",
         "on-line command in an open buffer",
-        "A definition or another on-line command stands between OPEN and CLOSE. It is done at load and does not become part of the program.",
+        "A definition or another on-line command stands between OPEN and CLOSE. It is executed when the download is loaded and does not become part of the program.",
         "Wrong:\n  OPEN PLC 1 CLEAR\n  M1->Y:$FFC2,8,1\nRight:\n  M1->Y:$FFC2,8,1\n  OPEN PLC 1 CLEAR",
     ),
     code(
@@ -172,25 +172,25 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-W7",
         "characters outside ASCII in a text",
-        "A text in quotes holds characters that the controller has not. They are passed on as they are.",
+        "A text in quotes holds characters that the controller does not have. They are passed on as they are.",
         "Wrong:\n  SEND\"prêt\"\nRight:\n  SEND\"pret\"",
     ),
     code(
         "PMAC-W8",
         "#define without a name",
-        "A #define is followed by no name, so it defines nothing.",
+        "No name stands behind #define, so it defines nothing.",
         "Wrong:\n  #define ; PUMP P1\nRight:\n  #define PUMP P1",
     ),
     code(
         "PMAC-N1",
         "motion program skipped",
-        "OPEN PROG, OPEN ROTARY and their kind hold motion programs. They are no PLC code and are passed over up to their CLOSE.",
-        "Nothing is to be done.",
+        "OPEN PROG, OPEN ROTARY and their kind hold motion programs. They are not PLC code and are skipped up to their CLOSE.",
+        "There is nothing to mend.",
     ),
     code(
         "PMAC-N2",
         "names replaced inside a COMMAND",
-        "Names in quotes are not replaced. The text of this COMMAND is no command as it stands, but it is one when the names that #define defined are replaced in it, so that is done.",
-        "Nothing is to be done; to be plain, write the number:\n  #define LAMP M5\n  CMD\"LAMP=1\"    ; is taken as M5=1",
+        "Names defined with #define are not replaced inside quotes. As it stands, though, the text of this COMMAND is no command, and with the names replaced it is one. So here they are replaced.",
+        "There is nothing to mend. To make it plain, write the number:\n  #define LAMP M5\n  CMD\"LAMP=1\"    ; is taken as M5=1",
     ),
 ];

@@ -25,13 +25,13 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-4",
         title: "name too long",
-        meaning: "The original compiler keeps six characters of a name, behind the @ of an executive variable too (PMI 2.2.3). `--limits none` lifts this.",
+        meaning: "A name has at most six characters, not counting the @ of an executive variable (PMI 2.2.3). `--limits none` lifts this.",
         mend: "Wrong: SPINDLE = T\nMended: SPINDL = T",
     },
     CodeInfo {
         code: "PMI-5",
         title: "extraneous characters",
-        meaning: "Something stands where the statement is over, or a character is outside PMI's set: small letters are (PMI 2.2.1).",
+        meaning: "Something stands behind the end of a statement, or a character is not one of PMI's; small letters are not (PMI 2.2.1).",
         mend: "Wrong: Led = T\nMended: LED = T",
     },
     CodeInfo {
@@ -43,13 +43,13 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-7",
         title: "invalid file name",
-        meaning: "$INCLUDE needs the name of a file, and that has none of \" < > | * (PMI 3.3.5).",
+        meaning: "Behind $INCLUDE stands the name of a file, without the characters \" < > | * (PMI 3.3.5).",
         mend: "Wrong: $INCLUDE\nMended: $INCLUDE FAULTS.PMI",
     },
     CodeInfo {
         code: "PMI-8",
         title: "include file cannot be read",
-        meaning: "The file is looked for as written beside the including file, then by ever shorter ends of its path, whatever the case, and the same in each folder given with -I.",
+        meaning: "The file is looked for beside the including file: first with its path as written, then without the first folder of the path, without the first two, and so on. Upper and lower case make no difference. Then it is looked for in the same way in each folder given with -I.",
         mend: "Put the file beside the program, or name its folder: plcc check -I oem main.pmi",
     },
     CodeInfo {
@@ -157,7 +157,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-28",
         title: "too many digits",
-        meaning: "The original compiler reads nine digits (PMI 4.5). `--limits none` lifts this.",
+        meaning: "A number has at most nine digits (PMI 4.5). `--limits none` lifts this.",
         mend: "Wrong: $LONG\n       MAX = 1234567890\nMended: MAX = 999999999",
     },
     CodeInfo {
@@ -235,7 +235,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-42",
         title: "illegal data size for an operator",
-        meaning: "A LONG is neither multiplied nor a divisor (PMI 2.3.3.7).",
+        meaning: "A LONG can be neither multiplied nor a divisor (PMI 2.3.3.7).",
         mend: "Wrong: X = @SCODE*@SSO/100\nMended: SCODE = @SCODE   (SCODE an INTEGER)\n        X = SCODE*@SSO/100",
     },
     CodeInfo {
@@ -253,13 +253,13 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-45",
         title: "compiler error",
-        meaning: "The original compiler's own fault; this one never reports it.",
-        mend: "Tell whoever maintains this compiler.",
+        meaning: "The original compiler reports a defect of its own with this code. This compiler never does.",
+        mend: "There is nothing to mend.",
     },
     CodeInfo {
         code: "PMI-46",
         title: "label expected",
-        meaning: "GOTO names a statement's label, and there is none of the name (PMI 3.3.4).",
+        meaning: "A GOTO names the label of a statement, and no statement has this label (PMI 3.3.4).",
         mend: "Wrong: GOTO DONE\nMended: GOTO DONE\n        DONE: X = T",
     },
     CodeInfo {
@@ -284,7 +284,7 @@ pub static CODES: &[CodeInfo] = &[
         code: "PMI-W1",
         title: "line longer than 71 characters",
         meaning: "The original editor and control hold 71 characters in a line (PMI 2.2.5). The program compiles; `--limits none` silences this.",
-        mend: "Go on in the next line behind a #.",
+        mend: "End the line with # and go on in the next line.",
     },
     CodeInfo {
         code: "PMI-W2",
@@ -295,8 +295,8 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-W3",
         title: "$AUXAXIS is not acted on",
-        meaning: "The manual does not give the statements of $AUXAXIS. Lines of the form name = number[, number…] are kept; what they set up is the machine's.",
-        mend: "Nothing is to be done.",
+        meaning: "The manual does not describe the statements of $AUXAXIS. Lines of the form name = number[, number…] are read, but nothing acts on them.",
+        mend: "There is nothing to mend.",
     },
     CodeInfo {
         code: "PMI-W4",

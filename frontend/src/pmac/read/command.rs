@@ -25,7 +25,7 @@ impl DownloadReader<'_> {
         {
             let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
                 let message = format!("defined names are replaced in this command: `{replaced}`");
-                Diagnostic::info("PMAC-N2", span, message)
+                Diagnostic::standalone_note("PMAC-N2", span, message)
                     .note("the text as it stands is no command; names in quotes are else kept")
             });
             self.diagnostics.push(diagnostic);

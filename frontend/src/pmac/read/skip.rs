@@ -21,7 +21,7 @@ impl DownloadReader<'_> {
     /// Skips the buffer of a motion program, which was opened at `at`, with one note.
     pub(crate) fn skip_motion(&mut self, at: TextRange) {
         let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
-            Diagnostic::info("PMAC-N1", span, "this motion program is skipped")
+            Diagnostic::standalone_note("PMAC-N1", span, "this motion program is skipped")
                 .note("only PLC programs are compiled")
         });
         self.diagnostics.push(diagnostic);
