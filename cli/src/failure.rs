@@ -1,4 +1,4 @@
-//! Why a command could not do its work, and the exit statuses.
+//! Failures: why a command could not do its work, and the exit statuses.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -16,7 +16,7 @@ pub(crate) const STOPPED: u8 = 3;
 /// Exit status: the compiler has made a mistake.
 pub(crate) const INTERNAL: u8 = 4;
 
-/// A command's failure; its message is complete.
+/// A command's failure. Its message says which file or option is meant.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Failure {
     /// The user can do something about it: exit status 2.
@@ -26,17 +26,17 @@ pub(crate) enum Failure {
 }
 
 impl Failure {
-    /// Something that the user can mend.
+    /// A failure that the user can do something about.
     pub(crate) fn usage(message: impl Into<String>) -> Self {
         Self::Usage(message.into())
     }
 
-    /// A file that something is wrong with.
+    /// A failure because of a file: `path: what`.
     pub(crate) fn file(path: &Path, what: impl Display) -> Self {
         Self::Usage(format!("{}: {what}", path.display()))
     }
 
-    /// A mistake of the compiler.
+    /// A failure because of a mistake of the compiler.
     pub(crate) fn internal(error: impl Display) -> Self {
         Self::Internal(error.to_string())
     }

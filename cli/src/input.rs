@@ -1,4 +1,4 @@
-//! Sources from the command line.
+//! Reads the sources and the machine file that the command line names, and finds out their language.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -16,7 +16,7 @@ use crate::disk::{self, Disk, existing_path};
 use crate::failure::Failure;
 use crate::report::Report;
 
-/// What is fixed when a program is compiled, and the machine file that some of it is from.
+/// The settings with which a program is compiled, and the machine file that some of them come from.
 pub(crate) struct SourceSettings {
     pub(crate) options: Options,
     /// The machine file: the one that is named, or the one beside the source.
@@ -24,8 +24,11 @@ pub(crate) struct SourceSettings {
 }
 
 impl SourceSettings {
-    /// The settings for a program whose first file is `source`. Where no machine file is named, one
-    /// that stands beside the source, `STEM.machine.toml`, is taken, which a note says.
+    /// The settings for a program whose first file is `source`. Where no machine file is named, a file
+    /// `STEM.machine.toml` beside the source is used, and a note says so.
+    ///
+    /// # Errors
+    /// When the machine file can't be read or is not valid.
     pub(crate) fn of(args: &SourceArgs, source: &Path, report: &Report) -> Result<Self, Failure> {
         let beside = machine_beside(source).filter(|_| args.machine.is_none() && !args.no_machine);
         if let Some(path) = &beside {
@@ -43,7 +46,10 @@ impl SourceSettings {
         Ok(Self { options, machine })
     }
 
-    /// The settings for a program of these files.
+    /// The settings for a program of these files; the first one decides the machine file.
+    ///
+    /// # Errors
+    /// When the machine file can't be read or is not valid.
     pub(crate) fn for_files(
         args: &SourceArgs,
         files: &[PathBuf],
@@ -74,6 +80,9 @@ pub(crate) fn is_standard_input(path: &Path) -> bool {
 }
 
 /// Reads a machine file.
+///
+/// # Errors
+/// When it can't be read or is not valid.
 pub(crate) fn machine(path: &Path) -> Result<Machine, Failure> {
     let bytes = fs::read(path).map_err(|error| Failure::file(path, why_not_read(&error)))?;
     let text = String::from_utf8_lossy(&bytes);
@@ -91,7 +100,10 @@ pub(crate) struct SourceFile {
 }
 
 impl SourceFile {
-    /// Reads a file that is to be a source. It is read once: it may be a pipe.
+    /// Reads a source file, or standard input for `-`. It is read only once, since it may be a pipe.
+    ///
+    /// # Errors
+    /// When it can't be read or is an artifact.
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
         let bytes = match is_standard_input(path) {
             true => disk::read_all(io::stdin().lock()),
@@ -123,14 +135,20 @@ pub(crate) struct Program {
 }
 
 impl Input {
-    /// Reads files that are one program.
+    /// Reads files that are one program, and finds out their language.
+    ///
+    /// # Errors
+    /// When one can't be read, the language is not clear, or the language takes only one file.
     pub(crate) fn read(paths: &[PathBuf], args: &SourceArgs) -> Result<Self, Failure> {
         let raw: Vec<SourceFile> =
             paths.iter().map(|path| SourceFile::read(path)).collect::<Result<_, _>>()?;
         Self::of(&raw.iter().collect::<Vec<_>>(), args)
     }
 
-    /// Files that have been read as one program.
+    /// Makes one program of files that have been read.
+    ///
+    /// # Errors
+    /// When the language is not clear, or takes only one file.
     pub(crate) fn of(raw: &[&SourceFile], args: &SourceArgs) -> Result<Self, Failure> {
         let mut sources = SourceMap::new();
         let files: Vec<FileId> =
@@ -161,7 +179,7 @@ impl Input {
             .map_or_else(PathBuf::new, |&id| existing_path(Path::new(self.sources.path(id))))
     }
 
-    /// Checks the program with the settings that are meant for it.
+    /// Checks the program. Its diagnostics are in the order in which the text is read.
     pub(crate) fn check(self, options: &Options) -> Program {
         let Self { mut sources, files, dialect } = self;
         let (checked, mut diagnostics) =

@@ -1,7 +1,7 @@
 //! The command line of plcc.
 //!
-//! [`compile`] goes from source text to engines, for any language; the commands are in `commands`,
-//! a file each. What a command can't do is a `Failure`, which decides the exit status.
+//! [`compile`] goes from source text to engines, for any language; the commands are in `commands`, a
+//! file each. A command that can't do its work returns a `Failure`, which decides the exit status.
 //!
 //! ```
 //! use plcc::compile::{check, jit};
@@ -39,7 +39,7 @@ use clap::Parser;
 
 use failure::Failure;
 
-/// Does what the command line says.
+/// Runs the command that the process's arguments name, and gives the exit status.
 pub fn main() -> ExitCode {
     let cli = args::Cli::parse();
     let report = report::Report::new(cli.color);
@@ -50,7 +50,7 @@ pub fn main() -> ExitCode {
     })
 }
 
-/// Runs a command.
+/// Runs a command and gives its exit status.
 fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
     match command {
         args::Command::Check(args) => commands::check::check(&args, report),
@@ -64,8 +64,8 @@ fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
     }
 }
 
-/// Does the work. A panic in it, which is a mistake of the compiler like any other internal error,
-/// ends as one; without the text that a panic prints by itself.
+/// Does the work and makes an internal error of a panic in it, since every panic is a mistake of the
+/// compiler. The text that Rust prints for a panic is not shown.
 fn catch_panics(work: impl FnOnce() -> Result<u8, Failure>) -> Result<u8, Failure> {
     static MESSAGE: Mutex<Option<String>> = Mutex::new(None);
     panic::set_hook(Box::new(|about| {
@@ -76,7 +76,7 @@ fn catch_panics(work: impl FnOnce() -> Result<u8, Failure>) -> Result<u8, Failur
         }
     }));
     let result = panic::catch_unwind(AssertUnwindSafe(work));
-    // What follows is reported as usual.
+    // Panics after this are reported as Rust does it.
     drop(panic::take_hook());
     result.unwrap_or_else(|_| {
         let message = MESSAGE.lock().ok().and_then(|mut message| message.take());

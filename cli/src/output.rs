@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use plcc_diag::{FileId, SourceMap};
+use plcc_runtime::files::why_not_written;
 use plcc_runtime::session::write_whole;
 
 use crate::disk::existing_path;
@@ -21,7 +22,8 @@ pub(crate) fn print(bytes: &[u8]) -> Result<(), Failure> {
 pub(crate) fn unless_closed(result: io::Result<()>) -> Result<(), Failure> {
     match result {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Failure::usage(format!("standard output can't be written: {error}")))
+            let why = why_not_written(&error);
+            Err(Failure::usage(format!("standard output can't be written: {why}")))
         }
         _ => Ok(()),
     }

@@ -12,7 +12,7 @@ use crate::output::unless_closed;
 /// At most this many diagnostics are drawn; the rest are counted.
 const MAX_DRAWN: usize = 100;
 
-/// How many of each kind there were.
+/// How many errors and warnings there were.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Count {
     pub(crate) errors: usize,
@@ -88,7 +88,10 @@ impl Report {
         if self.color { format!("\u{1b}[{style}m{word}\u{1b}[0m") } else { word.into() }
     }
 
-    /// Shows a program's diagnostics.
+    /// Shows a program's diagnostics and counts them.
+    ///
+    /// # Errors
+    /// When they are to be written to standard output and can't be.
     pub(crate) fn show(
         &self,
         sources: &SourceMap,
@@ -98,9 +101,12 @@ impl Report {
         self.show_all(&[(sources, diagnostics)], to)
     }
 
-    /// Shows the diagnostics of several programs: all of them to programs, to people the first
-    /// hundred drawn and the rest counted. Where there are more, errors go before warnings and
-    /// those before notes.
+    /// Shows the diagnostics of several programs and counts them. As JSON all are written; for people
+    /// the first hundred are drawn and the rest is counted. If there are more than a hundred, errors
+    /// are chosen before warnings, and warnings before notes.
+    ///
+    /// # Errors
+    /// When they are to be written to standard output and can't be.
     pub(crate) fn show_all(&self, all: &[Findings<'_>], to: Destination) -> Result<Count, Failure> {
         let mut count = Count::default();
         all.iter().for_each(|(_, diagnostics)| count.add(Count::of(diagnostics)));
@@ -117,7 +123,7 @@ impl Report {
         let mut out = io::BufWriter::new(out);
         let each =
             || all.iter().flat_map(|(sources, found)| found.iter().map(move |d| (sources, d)));
-        // How many of each kind there is room for.
+        // How many of each severity are drawn.
         let mut room = [Severity::Error, Severity::Warning, Severity::Note]
             .map(|severity| (severity, each().filter(|(_, d)| d.severity == severity).count()));
         let mut left = MAX_DRAWN;
@@ -125,7 +131,7 @@ impl Report {
             *room = left.min(*room);
             left -= *room;
         }
-        // The files of the rest, each with its errors, warnings and notes.
+        // The others: for each file the numbers of its errors, warnings and notes.
         let mut rest: Vec<(&str, [usize; 3])> = Vec::new();
         for (sources, diagnostic) in each() {
             let kind = room.iter().position(|(of, _)| *of == diagnostic.severity).unwrap_or(0);
@@ -143,7 +149,7 @@ impl Report {
             }
         }
         if !rest.is_empty() {
-            writeln!(out, "Not drawn, being more than {MAX_DRAWN}:")?;
+            writeln!(out, "Only {MAX_DRAWN} are shown. There are further ones:")?;
             for (path, counts) in rest {
                 let kinds = ["error", "warning", "note"];
                 let parts = counts.iter().zip(kinds).filter(|(n, _)| **n > 0);
@@ -156,7 +162,7 @@ impl Report {
     }
 }
 
-/// A program's texts and what was found in them.
+/// The source texts of a program, and the diagnostics for them.
 pub(crate) type Findings<'a> = (&'a SourceMap, &'a [Diagnostic]);
 
 /// How diagnostics are written, and where.
@@ -164,7 +170,8 @@ pub(crate) type Findings<'a> = (&'a SourceMap, &'a [Diagnostic]);
 pub(crate) struct Destination {
     /// For people or for programs.
     pub(crate) format: FormatArg,
-    /// Whether standard output is for something else.
+    /// Whether the results of the command go to standard output, so that lines of JSON have to go to
+    /// standard error.
     pub(crate) stdout_taken: bool,
 }
 

@@ -14,7 +14,7 @@ use plcc_abi::Program;
 use plcc_abi::machine::Machine;
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::artifact::Inspection;
-use plcc_runtime::files::why_not_read;
+use plcc_runtime::files::{why_not_read, why_not_written};
 use plcc_runtime::{Artifact, ArtifactError, NativeEngine, session};
 
 /// Runs a compiled PLC program.
@@ -60,7 +60,7 @@ struct Cli {
 fn main() -> ExitCode {
     let cli = Cli::parse();
     ExitCode::from(run(&cli).unwrap_or_else(|message| {
-        // Where nobody listens, the exit status says it.
+        // Where standard error can't be written either, the exit status still says it.
         let _ = writeln!(io::stderr(), "error: {message}");
         session::USAGE
     }))
@@ -103,14 +103,17 @@ fn print(bytes: &[u8]) -> Result<u8, String> {
     let mut out = io::stdout().lock();
     match out.write_all(bytes).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(format!("standard output can't be written: {error}"))
+            Err(format!("standard output can't be written: {}", why_not_written(&error)))
         }
         _ => Ok(session::DONE),
     }
 }
 
-/// What a machine file says of the control. What it says of variables was fixed when the program
-/// was compiled.
+/// The machine file of this run.
+///
+/// # Errors
+/// When it can't be read or is not valid, when it sets executive variables (those were fixed when the
+/// program was compiled), or when the program's control uses no machine file while it runs.
 fn machine(path: &Path, program: &Program) -> Result<Machine, String> {
     let named = |error: &dyn Display| format!("{}: {error}", path.display());
     let text = fs::read_to_string(path).map_err(|error| named(&why_not_read(&error)))?;

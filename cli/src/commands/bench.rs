@@ -1,4 +1,4 @@
-//! `plcc bench`
+//! `plcc bench`: runs a program in the three engines by turns, and prints how long scans take.
 
 mod engine;
 mod figures;
@@ -24,12 +24,14 @@ use crate::report::{Count, Destination, Report};
 use engine::Timed;
 use figures::{Figures, Samples};
 
-/// The engines take turns in rounds. A round has at most this many ticks of each engine.
+/// The engines take turns in rounds, so that all meet the same conditions of the machine. A round has
+/// at most this many ticks of each engine.
 const MAX_ROUND: u64 = 1000;
-/// How long a round of all engines together takes at most, about.
+/// About how long a round of all engines together may take.
 const ROUND_TIME: Duration = Duration::from_millis(50);
 /// Ticks in each engine where no number is given, unless they take longer than [`TIME_LIMIT`].
 const TICKS: u64 = 100_000;
+/// After this time no further round is begun, where no number of ticks is given.
 const TIME_LIMIT: Duration = Duration::from_secs(10);
 /// The program is compiled this many times; the shortest time counts.
 const COMPILES: usize = 3;
@@ -96,9 +98,9 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
         entries: entries(&runs, &lowered.program),
         engines: runs
             .iter()
-            .map(|c| {
-                let (ns_per_scan, ns_per_tick) = (c.scans.figures(), c.ticks.figures());
-                (c.name, EngineFigures { ns_per_scan, ns_per_tick })
+            .map(|run| {
+                let (ns_per_scan, ns_per_tick) = (run.scans.figures(), run.ticks.figures());
+                (run.name, EngineFigures { ns_per_scan, ns_per_tick })
             })
             .collect(),
         compile_ms: [("jit", jit_ms), ("aot", aot_ms)],
@@ -226,11 +228,12 @@ impl TimedRun {
     }
 }
 
+/// The times of each entry point that was called, in each engine.
 fn entries(runs: &[TimedRun], program: &Program) -> Vec<(String, Vec<(&'static str, Figures)>)> {
     let of = |task| {
-        let called = runs.iter().filter_map(move |c| {
-            let samples = c.engine.samples(task).filter(|samples| !samples.is_empty())?;
-            Some((c.name, samples.figures()))
+        let called = runs.iter().filter_map(move |run| {
+            let samples = run.engine.samples(task).filter(|samples| !samples.is_empty())?;
+            Some((run.name, samples.figures()))
         });
         called.collect::<Vec<_>>()
     };
@@ -243,6 +246,7 @@ fn entries(runs: &[TimedRun], program: &Program) -> Vec<(String, Vec<(&'static s
         .collect()
 }
 
+/// A JSON object of these pairs.
 fn object<T: Serialize>(pairs: &[(&'static str, T)]) -> Value {
     Value::Object(pairs.iter().map(|(name, value)| ((*name).into(), json!(value))).collect())
 }

@@ -1,4 +1,4 @@
-//! `plcc build`
+//! `plcc build`: compiles a program ahead of time and writes an artifact, an object or a listing.
 
 use std::ffi::OsStr;
 use std::io::IsTerminal;
@@ -40,7 +40,7 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
     let stdout_taken = output::is_stdout(&path);
     let is_text = matches!(args.emit, Emit::Ir | Emit::Clif | Emit::Asm);
     if stdout_taken && !is_text && std::io::stdout().is_terminal() {
-        let what = "machine code is nothing for a terminal; -o FILE says where to";
+        let what = "machine code is not written to a terminal; name a file with -o";
         return Err(Failure::usage(what));
     }
     let program = Input::read(&args.files, &args.source)?.check(&settings.options);
@@ -63,6 +63,7 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
+/// The name of an output file in the current folder.
 fn named(stem: &OsStr, ending: &str) -> PathBuf {
     let mut name = stem.to_owned();
     name.push(".");
@@ -70,7 +71,7 @@ fn named(stem: &OsStr, ending: &str) -> PathBuf {
     name.into()
 }
 
-/// What stands above a listing: what the variables are that the program names, as comments.
+/// The comments above a listing: what the variables that the program names mean.
 fn listing_comments(program: &Program) -> Vec<u8> {
     let comments = language(program.dialect()).listing_comments(&program.tables);
     let end = if comments.is_empty() { "" } else { "\n" };
@@ -79,7 +80,7 @@ fn listing_comments(program: &Program) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// What was asked for, as bytes.
+/// The bytes of the form that was asked for.
 fn make(lowered: &Lowered, target: &Target, form: Emit) -> Result<Vec<u8>, CompileError> {
     Ok(match form {
         Emit::Artifact => {

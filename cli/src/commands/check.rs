@@ -1,4 +1,4 @@
-//! `plcc check`
+//! `plcc check`: checks files and folders of sources, and prints every diagnostic and a summary.
 
 use std::collections::HashSet;
 use std::fs;

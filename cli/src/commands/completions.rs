@@ -1,4 +1,4 @@
-//! `plcc completions`
+//! `plcc completions`: prints completions for a shell.
 
 use clap::CommandFactory;
 use clap_complete::Shell;

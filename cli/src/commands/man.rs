@@ -1,4 +1,4 @@
-//! `plcc man`
+//! `plcc man`: prints the manual page, or writes a page for each command into a folder.
 
 use std::path::Path;
 use std::{fs, io};
@@ -11,7 +11,7 @@ use crate::output;
 
 /// Prints the manual page of plcc, or writes the pages of all commands into a folder.
 pub(crate) fn man(dir: Option<&Path>) -> Result<u8, Failure> {
-    // Built, so that each command knows its full name and the options that all of them have.
+    // Clap gives each command its full name and the common options only when it builds the whole.
     let mut command = Cli::command();
     command.build();
     let Some(dir) = dir else {
@@ -26,7 +26,7 @@ pub(crate) fn man(dir: Option<&Path>) -> Result<u8, Failure> {
     let written = fs::create_dir_all(dir)
         .and_then(|()| write(&command))
         .and_then(|()| commands.try_for_each(write));
-    written.map_err(|error| Failure::file(dir, error))?;
+    written.map_err(|error| Failure::file(dir, format!("the pages can't be written: {error}")))?;
     Ok(DONE)
 }
 

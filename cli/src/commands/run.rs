@@ -1,4 +1,4 @@
-//! `plcc run`
+//! `plcc run`: makes an engine of a source or of an artifact, and runs it.
 
 use std::fs::File;
 use std::io::Read;

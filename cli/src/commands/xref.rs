@@ -1,4 +1,4 @@
-//! `plcc xref`
+//! `plcc xref`: lists where a program reads, writes and tests each variable.
 
 use serde_json::json;
 

@@ -20,6 +20,7 @@ use std::time::Duration;
 use plcc_abi::Engine;
 use thiserror::Error;
 
+use crate::files::why_not_written;
 use crate::{Event, EventBody, Executive, Stop};
 
 pub use dump::dump;
@@ -77,10 +78,10 @@ pub struct End {
 #[derive(Debug, Error)]
 pub enum RunError {
     /// The trace can't be written.
-    #[error("the trace can't be written: {0}")]
+    #[error("the trace can't be written: {}", why_not_written(.0))]
     Trace(io::Error),
     /// The events can't be written.
-    #[error("the events can't be written: {0}")]
+    #[error("the events can't be written: {}", why_not_written(.0))]
     Events(io::Error),
 }
 

@@ -1,4 +1,4 @@
-//! An engine whose calls are timed.
+//! An engine that times the calls of another one.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -11,7 +11,7 @@ use super::figures::Samples;
 pub(super) struct Timed {
     engine: Box<dyn Engine>,
     tasks: Vec<Samples>,
-    /// Nanoseconds that looking at the clock twice takes.
+    /// The nanoseconds that measuring takes by itself: reading the clock twice.
     clock: u64,
     /// Nanoseconds in the engine since [`begin`](Self::begin).
     scan: u64,
@@ -30,7 +30,8 @@ impl Timed {
         (self.scan, self.calls) = (0, 0);
     }
 
-    /// It is over: nanoseconds in the engine, and those that timing it took.
+    /// The tick is over. Gives the nanoseconds that it spent in the engine, and the nanoseconds that
+    /// measuring took.
     pub(super) fn finish(&self) -> (u64, u64) {
         (self.scan, self.clock * (self.calls + 1))
     }
