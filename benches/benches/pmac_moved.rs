@@ -77,13 +77,13 @@ fn measure(size: usize) -> Result<Times, Box<dyn Error>> {
         [(); 5].map(|()| vec![]);
     for _ in 0..ROUNDS {
         let mut machine =
-            Machine::new(&program, &lowered, Settings { rest: 0, ..never_recompiling() })?;
+            Machine::new(&program, &lowered, Settings { settled_after: 0, ..never_recompiling() })?;
         before.push(machine.run(scans));
         machine.define(number, ELSEWHERE);
         moved.push(machine.run(scans));
         compile_ms.push(machine.begin_tick());
         recompiled.push(machine.run(scans));
-        let changes = machine.engine.changes();
+        let changes = machine.engine.replacements();
         let mut machine =
             Machine::new(&program, &lowered, Settings { patience: 2, ..never_recompiling() })?;
         for address in [ELSEWHERE + 1, ELSEWHERE] {
@@ -91,7 +91,7 @@ fn measure(size: usize) -> Result<Times, Box<dyn Error>> {
             machine.begin_tick();
         }
         left.push(machine.run(scans));
-        if (changes, machine.engine.changes()) != (1, 1) {
+        if (changes, machine.engine.replacements()) != (1, 1) {
             return Err("the code was not recompiled once".into());
         }
     }
@@ -103,7 +103,7 @@ fn measure(size: usize) -> Result<Times, Box<dyn Error>> {
 
 /// Settings with which nothing is ever recompiled or left to the host.
 fn never_recompiling() -> Settings {
-    Settings { rest: u32::MAX, patience: u32::MAX, ..Settings::default() }
+    Settings { settled_after: u32::MAX, patience: u32::MAX, ..Settings::default() }
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
@@ -123,7 +123,7 @@ fn define(executive: &mut PmacExecutive, number: u32, address: u32) {
 fn run(engine: &mut dyn Engine, executive: &mut PmacExecutive, scans: usize) -> f64 {
     let inputs: Vec<u32> = (0..INPUT_WORDS).map(word).collect();
     let (image, host) = executive.parts();
-    for (start, end) in [(LAYOUT.p, LAYOUT.i), (LAYOUT.words, LAYOUT.moved)] {
+    for (start, end) in [(LAYOUT.p, LAYOUT.i), (LAYOUT.words, LAYOUT.differing_definitions)] {
         image.iter_mut().take(end as usize).skip(start as usize).for_each(|byte| *byte = 0);
     }
     let patterns = patterns();
@@ -183,7 +183,8 @@ impl Machine {
 
 /// Checks that recompiled code and the interpreter come to the same state.
 fn agree(program: &Program, lowered: &Lowered, number: u32) -> Result<(), Box<dyn Error>> {
-    let mut machine = Machine::new(program, lowered, Settings { rest: 0, ..never_recompiling() })?;
+    let mut machine =
+        Machine::new(program, lowered, Settings { settled_after: 0, ..never_recompiling() })?;
     let mut oracle = Machine::new(program, lowered, never_recompiling())?.executive;
     let mut interpreter = program.interpreter();
     for address in [ELSEWHERE, ELSEWHERE + 1] {
@@ -193,7 +194,8 @@ fn agree(program: &Program, lowered: &Lowered, number: u32) -> Result<(), Box<dy
         machine.run(64);
         run(&mut *interpreter, &mut oracle, 64);
         let (ours, theirs) = (machine.executive.parts().0, oracle.parts().0);
-        let state = [(0, LAYOUT.mload), (LAYOUT.tw, LAYOUT.moved)];
+        let state =
+            [(0, LAYOUT.reference_definitions), (LAYOUT.thumbwheels, LAYOUT.differing_definitions)];
         let same = |(start, end): (u32, u32)| {
             let stretch = start as usize..end as usize;
             ours.get(stretch.clone()) == theirs.get(stretch)

@@ -1,7 +1,7 @@
-//! Assumptions: the definitions of M-variables that specialised code has built in.
+//! Assumptions: the definitions of M-variables that specialised code is compiled for.
 //!
 //! Code that names an M-variable assumes its definition and accesses the memory behind it directly,
-//! or it calls the host. A count in the image says how many assumed definitions are other than the
+//! or it calls the host. A count in the image says how many assumed definitions differ from the
 //! variables' own. While it is 0, specialised code runs; a guard at the beginning of a scan, at
 //! resume points and behind statements that may change a definition looks at the count, and where
 //! it is not 0, general code goes on, which calls the host for every M-variable. So a definition
@@ -12,7 +12,7 @@ use super::definition::{Definition, Field, Format};
 use super::layout::{Layout, Place, Space};
 use crate::image::{read_u8, read_u32, read_u64, write_u8, write_u32, write_u64};
 
-/// Where code reaches an M-variable without asking the host.
+/// Where code reaches an M-variable without calling the host.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Direct {
     /// A field of a word of the image: offset among the words, address.
@@ -53,19 +53,20 @@ impl Direct {
 pub struct Assumption {
     /// Its number.
     pub number: u32,
-    /// The definition that is built in; `None` where the code calls the host.
+    /// The definition that the code assumes; `None` where the code calls the host.
     pub definition: Option<Definition>,
 }
 
-/// Code has the definition built in.
-const BUILT_IN: u8 = 1;
+/// Code assumes the definition.
+const ASSUMED: u8 = 1;
 /// Code names the variable.
 const NAMED: u8 = 2;
-/// Its definition has changed since somebody looked.
+/// Its definition has changed since [`Definitions::take_changed`] was asked.
 const CHANGED: u8 = 4;
 
-/// A definition's code without a `*` variable's value, which is no place.
-fn place(code: u64) -> u64 {
+/// A definition's code as it is compared with others: without the value that the code of a `*`
+/// variable also holds, which changes by assignments.
+fn without_value(code: u64) -> u64 {
     if Definition::decode(code) == Definition::Star { 0 } else { code }
 }
 
@@ -82,15 +83,15 @@ impl<'a> Definitions<'a> {
     }
 
     fn code(&self, number: u32) -> u64 {
-        read_u64(self.image, self.layout.mdef + 8 * number)
+        read_u64(self.image, self.layout.definition_offset(number))
     }
 
     fn flags(&self, number: u32) -> u8 {
-        read_u8(self.image, self.layout.mwatch + number)
+        read_u8(self.image, self.layout.assumption_flags + number)
     }
 
     fn set_flags(&mut self, number: u32, flags: u8) {
-        write_u8(self.image, self.layout.mwatch + number, flags);
+        write_u8(self.image, self.layout.assumption_flags + number, flags);
     }
 
     /// An M-variable's definition as it is now; the number wraps.
@@ -106,13 +107,13 @@ impl<'a> Definitions<'a> {
         if old == code {
             return;
         }
-        write_u64(self.image, layout.mdef + 8 * number, code);
-        let (old, new) = (place(old), place(code));
+        write_u64(self.image, layout.definition_offset(number), code);
+        let (old, new) = (without_value(old), without_value(code));
         if old == new {
             return;
         }
-        let known = place(read_u64(self.image, layout.mload + 8 * number));
-        write_u8(self.image, layout.moved + number, u8::from(known != new));
+        let reference = without_value(read_u64(self.image, layout.reference_offset(number)));
+        write_u8(self.image, layout.differing_definitions + number, u8::from(reference != new));
         let flags = self.flags(number);
         if flags & NAMED == 0 {
             return;
@@ -120,36 +121,39 @@ impl<'a> Definitions<'a> {
         self.set_flags(number, flags | CHANGED);
         let epoch = read_u32(self.image, layout.epoch);
         write_u32(self.image, layout.epoch, epoch.wrapping_add(1));
-        if flags & BUILT_IN != 0 {
-            let stale = self.stale();
-            let stale = if old == known { stale.saturating_add(1) } else { stale };
-            let stale = if new == known { stale.saturating_sub(1) } else { stale };
-            write_u32(self.image, layout.stale, stale);
+        if flags & ASSUMED != 0 {
+            let invalid = self.invalid_assumptions();
+            let invalid = if old == reference { invalid.saturating_add(1) } else { invalid };
+            let invalid = if new == reference { invalid.saturating_sub(1) } else { invalid };
+            write_u32(self.image, layout.invalid_assumptions, invalid);
         }
     }
 
-    /// How many definitions that code has built in are other now.
-    pub fn stale(&self) -> u32 {
-        read_u32(self.image, self.layout.stale)
+    /// The number of M-variables whose definition differs from what code assumes.
+    pub fn invalid_assumptions(&self) -> u32 {
+        read_u32(self.image, self.layout.invalid_assumptions)
     }
 
-    /// Goes up, around its 32 bits, whenever the definition of a variable that code names changes.
+    /// A counter of 32 bits, which wraps: it is incremented whenever the definition of an M-variable
+    /// changes that code names.
     pub fn epoch(&self) -> u32 {
         read_u32(self.image, self.layout.epoch)
     }
 
-    /// Whether an M-variable's definition is other than code has it built in, or, where it has
-    /// not, than it was after load.
-    pub fn is_moved(&self, number: u32) -> bool {
-        read_u8(self.image, self.layout.moved + (number & (self.layout.count - 1))) != 0
+    /// Whether an M-variable's definition differs from its reference: what code assumes, or, where
+    /// code assumes nothing, what it was after load. The number wraps.
+    pub fn differs_from_reference(&self, number: u32) -> bool {
+        read_u8(self.image, self.layout.differing_definitions + (number & (self.layout.count - 1)))
+            != 0
     }
 
-    /// Whether code has an M-variable's definition built in.
-    pub fn is_built_in(&self, number: u32) -> bool {
-        self.flags(number & (self.layout.count - 1)) & BUILT_IN != 0
+    /// Whether code assumes an M-variable's definition. The number wraps.
+    pub fn is_assumed(&self, number: u32) -> bool {
+        self.flags(number & (self.layout.count - 1)) & ASSUMED != 0
     }
 
-    /// Whether a definition that code names has changed since the last time this was asked.
+    /// Whether the definition of an M-variable that code names has changed since the last time
+    /// this was asked. The number wraps.
     pub fn take_changed(&mut self, number: u32) -> bool {
         let number = number & (self.layout.count - 1);
         let flags = self.flags(number);
@@ -157,66 +161,72 @@ impl<'a> Definitions<'a> {
         flags & CHANGED != 0
     }
 
-    /// Passes over an M-variable that code names but has not built in: its definition may change
-    /// unseen.
+    /// No longer counts changes of an M-variable's definition that code does not assume, so that
+    /// [`Self::epoch`] and [`Self::take_changed`] do not show them. The number wraps.
     pub fn ignore(&mut self, number: u32) {
         let number = number & (self.layout.count - 1);
-        if self.flags(number) & BUILT_IN == 0 {
+        if self.flags(number) & ASSUMED == 0 {
             self.set_flags(number, 0);
         }
     }
 
-    /// Makes the definitions as they are now those after load. Nothing is built in anywhere.
-    pub fn seal(&mut self) {
+    /// Makes the definitions as they are now the reference, as after load; code assumes nothing.
+    pub fn set_reference(&mut self) {
         let layout = self.layout;
         for number in 0..layout.count {
             let code = self.code(number);
-            write_u64(self.image, layout.mload + 8 * number, code);
-            write_u8(self.image, layout.moved + number, 0);
+            write_u64(self.image, layout.reference_offset(number), code);
+            write_u8(self.image, layout.differing_definitions + number, 0);
             self.set_flags(number, 0);
         }
-        write_u32(self.image, layout.stale, 0);
+        write_u32(self.image, layout.invalid_assumptions, 0);
         write_u32(self.image, layout.epoch, 0);
     }
 
-    /// The code that runs on this image is the code that ran on another one, of the same layout:
-    /// takes from there what is built in, and finds out which definitions are other than that.
+    /// Takes over what code assumes from another image of the same layout, on which the same code
+    /// ran, and finds out which definitions here differ from that.
     pub fn keep_assumptions_of(&mut self, other: &[u8]) {
         let layout = self.layout;
-        let mut stale = 0;
+        let mut invalid = 0;
         for number in 0..layout.count {
-            let built_in = read_u64(other, layout.mload + 8 * number);
-            let is_moved = place(built_in) != place(self.code(number));
-            write_u64(self.image, layout.mload + 8 * number, built_in);
-            write_u8(self.image, layout.moved + number, u8::from(is_moved));
-            let names = read_u8(other, layout.mwatch + number) & (NAMED | BUILT_IN);
-            let changed = if names & NAMED != 0 { self.flags(number) & CHANGED } else { 0 };
-            self.set_flags(number, names | changed);
-            stale += u32::from(is_moved && names & BUILT_IN != 0);
+            let assumed_code = read_u64(other, layout.reference_offset(number));
+            let differs = without_value(assumed_code) != without_value(self.code(number));
+            write_u64(self.image, layout.reference_offset(number), assumed_code);
+            write_u8(self.image, layout.differing_definitions + number, u8::from(differs));
+            let kept = read_u8(other, layout.assumption_flags + number) & (NAMED | ASSUMED);
+            let changed = if kept & NAMED != 0 { self.flags(number) & CHANGED } else { 0 };
+            self.set_flags(number, kept | changed);
+            invalid += u32::from(differs && kept & ASSUMED != 0);
         }
-        write_u32(self.image, layout.stale, stale);
+        write_u32(self.image, layout.invalid_assumptions, invalid);
     }
 
-    /// Code comes that names and has built in what `on` says, and nothing else.
-    pub fn assume(&mut self, on: &[Assumption]) {
+    /// Records that the code that runs from now on assumes these definitions and names these
+    /// M-variables, and no others.
+    pub fn assume(&mut self, assumptions: &[Assumption]) {
         let layout = self.layout;
         for number in 0..layout.count {
             self.set_flags(number, 0);
         }
-        let mut stale = 0;
-        for assumed in on {
+        let mut invalid = 0;
+        for assumed in assumptions {
             let number = assumed.number & (layout.count - 1);
             let Some(definition) = assumed.definition else {
                 self.set_flags(number, NAMED);
                 continue;
             };
-            let (built_in, now) = (place(definition.encode()), place(self.code(number)));
-            write_u64(self.image, layout.mload + 8 * number, built_in);
-            write_u8(self.image, layout.moved + number, u8::from(built_in != now));
-            self.set_flags(number, NAMED | BUILT_IN);
-            stale += u32::from(built_in != now);
+            let (assumed_code, now) =
+                (without_value(definition.encode()), without_value(self.code(number)));
+            write_u64(self.image, layout.reference_offset(number), assumed_code);
+            write_u8(
+                self.image,
+                layout.differing_definitions + number,
+                u8::from(assumed_code != now),
+            );
+            self.set_flags(number, NAMED | ASSUMED);
+            invalid += u32::from(assumed_code != now);
         }
-        write_u32(self.image, layout.stale, stale);
+        write_u32(self.image, layout.invalid_assumptions, invalid);
     }
 }
 
@@ -231,37 +241,37 @@ mod tests {
     const P2: Definition = Definition::L { address: 0x1002 };
 
     #[test]
-    fn a_definition_is_stale_while_it_differs_from_what_code_assumes() {
+    fn an_assumption_is_invalid_while_the_definition_differs() {
         let layout = Layout::new(Controller::Pmac);
         let mut image = vec![0; layout.size as usize];
         let mut definitions = Definitions::new(&mut image, &layout);
         for number in 0..4 {
             definitions.set_code(number, P1.encode());
         }
-        definitions.seal();
-        assert_eq!((definitions.epoch(), definitions.stale()), (0, 0));
+        definitions.set_reference();
+        assert_eq!((definitions.epoch(), definitions.invalid_assumptions()), (0, 0));
         let assumed = |number, definition| Assumption { number, definition };
         definitions.assume(&[assumed(1, Some(P1)), assumed(2, None), assumed(3, Some(P1))]);
         for number in 0..4 {
             definitions.set_code(number, P2.encode());
         }
-        // M0 is not named, M2 is not built in.
-        assert_eq!((definitions.epoch(), definitions.stale()), (3, 2));
+        // M0 is not named, and nothing is assumed of M2.
+        assert_eq!((definitions.epoch(), definitions.invalid_assumptions()), (3, 2));
         let changed = [0, 1, 2, 3].map(|number| definitions.take_changed(number));
         assert_eq!(changed, [false, true, true, true]);
         assert!(!definitions.take_changed(1));
         definitions.set_code(1, Definition::Dp { address: 7 }.encode());
-        assert_eq!((definitions.epoch(), definitions.stale()), (4, 2));
+        assert_eq!((definitions.epoch(), definitions.invalid_assumptions()), (4, 2));
         definitions.set_code(1, P1.encode());
-        assert_eq!((definitions.epoch(), definitions.stale()), (5, 1));
-        assert!(!definitions.is_moved(1) && definitions.is_moved(3));
-        // New code has what is there now, but for M1, which it took for what it was before.
+        assert_eq!((definitions.epoch(), definitions.invalid_assumptions()), (5, 1));
+        assert!(!definitions.differs_from_reference(1) && definitions.differs_from_reference(3));
+        // The new code assumes the definitions as they are now, but for M1's, which changed again.
         definitions.assume(&[assumed(1, Some(P2)), assumed(3, Some(P2))]);
-        assert_eq!(definitions.stale(), 1);
-        assert!(definitions.is_moved(1) && !definitions.is_moved(3));
+        assert_eq!(definitions.invalid_assumptions(), 1);
+        assert!(definitions.differs_from_reference(1) && !definitions.differs_from_reference(3));
         definitions.set_code(1, P2.encode());
-        assert_eq!(definitions.stale(), 0);
-        assert!(definitions.is_built_in(1) && !definitions.is_built_in(2));
+        assert_eq!(definitions.invalid_assumptions(), 0);
+        assert!(definitions.is_assumed(1) && !definitions.is_assumed(2));
         definitions.assume(&[assumed(1, Some(P2)), assumed(2, None)]);
         let epoch = definitions.epoch();
         definitions.ignore(1);
@@ -269,7 +279,7 @@ mod tests {
         for number in [1, 2] {
             definitions.set_code(number, P1.encode());
         }
-        assert_eq!((definitions.epoch(), definitions.stale()), (epoch + 1, 1));
+        assert_eq!((definitions.epoch(), definitions.invalid_assumptions()), (epoch + 1, 1));
     }
 
     #[test]
@@ -278,13 +288,13 @@ mod tests {
         let mut image = vec![0; layout.size as usize];
         let mut definitions = Definitions::new(&mut image, &layout);
         definitions.set_code(5, 12);
-        definitions.seal();
+        definitions.set_reference();
         definitions.assume(&[Assumption { number: 5, definition: Some(Definition::Star) }]);
         definitions.set_code(5, 13);
-        assert_eq!((definitions.epoch(), definitions.stale()), (0, 0));
+        assert_eq!((definitions.epoch(), definitions.invalid_assumptions()), (0, 0));
         definitions.set_code(5, P1.encode());
         definitions.set_code(5, 14);
-        assert_eq!((definitions.epoch(), definitions.stale()), (2, 0));
+        assert_eq!((definitions.epoch(), definitions.invalid_assumptions()), (2, 0));
     }
 
     #[test]

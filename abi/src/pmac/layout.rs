@@ -36,6 +36,45 @@ pub enum Place {
     Sparse,
 }
 
+/// Bytes of a double: a P-, Q- or I-variable, or the value of a thumbwheel M-variable.
+pub const DOUBLE_SIZE: u32 = 8;
+
+/// Bytes of a word of memory, 24 bits in a `u32`; also of the counts in [`exec`].
+pub const WORD_SIZE: u32 = 4;
+
+/// Bytes of an address of memory: its X word, then its Y word.
+pub const ADDRESS_SIZE: u32 = 2 * WORD_SIZE;
+
+/// Bytes of the code of an M-variable's definition.
+pub const DEFINITION_SIZE: u32 = 8;
+
+/// What the offset of a region is a multiple of.
+const REGION_ALIGNMENT: u32 = 8;
+
+/// The names of the image's regions.
+pub mod region {
+    /// [`Layout::p`](super::Layout::p).
+    pub const P: &str = "p";
+    /// [`Layout::q`](super::Layout::q).
+    pub const Q: &str = "q";
+    /// [`Layout::i`](super::Layout::i).
+    pub const I: &str = "i";
+    /// [`Layout::mdef`](super::Layout::mdef).
+    pub const MDEF: &str = "mdef";
+    /// [`Layout::reference_definitions`](super::Layout::reference_definitions).
+    pub const REFERENCE_DEFINITIONS: &str = "reference_definitions";
+    /// [`Layout::thumbwheels`](super::Layout::thumbwheels).
+    pub const THUMBWHEELS: &str = "thumbwheels";
+    /// [`Layout::words`](super::Layout::words).
+    pub const WORDS: &str = "words";
+    /// [`Layout::differing_definitions`](super::Layout::differing_definitions).
+    pub const DIFFERING_DEFINITIONS: &str = "differing_definitions";
+    /// [`Layout::assumption_flags`](super::Layout::assumption_flags).
+    pub const ASSUMPTION_FLAGS: &str = "assumption_flags";
+    /// What the executive counts: see [`exec`](super::exec).
+    pub const EXEC: &str = "exec";
+}
+
 /// Contexts with an addressed coordinate system: PLC 0-31, PLCC 0-31, commands.
 pub const CONTEXTS: u32 = 65;
 
@@ -49,8 +88,8 @@ pub const fn context(compiled: bool, number: u32) -> u32 {
 
 /// Offsets in the region `exec`, in bytes from its start.
 pub mod exec {
-    /// [`Layout::stale`](super::Layout::stale).
-    pub const STALE: u32 = 0;
+    /// [`Layout::invalid_assumptions`](super::Layout::invalid_assumptions).
+    pub const INVALID_ASSUMPTIONS: u32 = 0;
     /// [`Layout::epoch`](super::Layout::epoch).
     pub const EPOCH: u32 = 4;
     /// The first Q-variables of the addressed coordinate systems, 32 bits for each
@@ -59,7 +98,7 @@ pub mod exec {
 
     /// The offset of a context's first Q-variable.
     pub const fn q_base(context: u32) -> u32 {
-        Q_BASES + 4 * context
+        Q_BASES + super::WORD_SIZE * context
     }
 }
 
@@ -76,22 +115,24 @@ pub struct Layout {
     pub q: u32,
     /// The I-variables, a double each.
     pub i: u32,
-    /// The M-variables' definitions as they are now, 8 bytes each
+    /// The M-variables' definitions as they are now, [`DEFINITION_SIZE`] bytes each
     /// ([`Definition::encode`](super::Definition::encode)).
     pub mdef: u32,
-    /// The definitions that code has built in; where it has none, those after load.
-    pub mload: u32,
+    /// The M-variables' reference definitions, encoded as `mdef` is: those that compiled code
+    /// assumes; for variables of which it assumes nothing, those after load.
+    pub reference_definitions: u32,
     /// Values of thumbwheel M-variables, a double each.
-    pub tw: u32,
-    /// Memory words, X before Y, 8 bytes an address.
+    pub thumbwheels: u32,
+    /// Memory words, X before Y, [`ADDRESS_SIZE`] bytes an address.
     pub words: u32,
-    /// For each M-variable a byte: 1 while its definition is not the one in `mload`.
-    pub moved: u32,
-    /// For each M-variable a byte with what is said of it in [`assumption`](super::assumption).
-    pub mwatch: u32,
-    /// A `u32`: how many definitions that code has built in are other now.
-    pub stale: u32,
-    /// A `u32` that goes up whenever a definition changes that code names.
+    /// For each M-variable a byte: 1 while its definition differs from its reference definition.
+    pub differing_definitions: u32,
+    /// For each M-variable a byte of flags: what compiled code [assumes](super::assumption) of it.
+    pub assumption_flags: u32,
+    /// A `u32`: the number of M-variables whose definition differs from what code assumes.
+    pub invalid_assumptions: u32,
+    /// A `u32` that is incremented whenever the definition of an M-variable changes that code
+    /// names.
     pub epoch: u32,
     /// For each [context] a `u32`: the number of the first Q-variable of its addressed
     /// coordinate system.
@@ -112,18 +153,19 @@ impl Layout {
             Controller::Turbo => 8192,
         };
         let p = 0;
-        let q = p + 8 * count;
-        let i = q + 8 * count;
-        let mdef = i + 8 * count;
-        let mload = mdef + 8 * count;
-        let tw = mload + 8 * count;
-        let words = tw + 8 * count;
-        let moved = words + 8 * resident(windows(controller));
-        let mwatch = moved + count;
-        let stale = mwatch + count;
-        let epoch = stale + exec::EPOCH;
-        let q_base = stale + exec::Q_BASES;
-        let size = (stale + exec::q_base(CONTEXTS)).next_multiple_of(8);
+        let q = p + DOUBLE_SIZE * count;
+        let i = q + DOUBLE_SIZE * count;
+        let mdef = i + DOUBLE_SIZE * count;
+        let reference_definitions = mdef + DEFINITION_SIZE * count;
+        let thumbwheels = reference_definitions + DEFINITION_SIZE * count;
+        let words = thumbwheels + DOUBLE_SIZE * count;
+        let differing_definitions = words + ADDRESS_SIZE * resident(windows(controller));
+        let assumption_flags = differing_definitions + count;
+        let invalid_assumptions = assumption_flags + count;
+        let epoch = invalid_assumptions + exec::EPOCH;
+        let q_base = invalid_assumptions + exec::Q_BASES;
+        let end = invalid_assumptions + exec::q_base(CONTEXTS);
+        let size = end.next_multiple_of(REGION_ALIGNMENT);
         Self {
             controller,
             count,
@@ -131,12 +173,12 @@ impl Layout {
             q,
             i,
             mdef,
-            mload,
-            tw,
+            reference_definitions,
+            thumbwheels,
             words,
-            moved,
-            mwatch,
-            stale,
+            differing_definitions,
+            assumption_flags,
+            invalid_assumptions,
             epoch,
             q_base,
             size,
@@ -145,23 +187,23 @@ impl Layout {
 
     /// The offset in the image of the first Q-variable of a context's coordinate system.
     pub const fn q_base_at(&self, context: u32) -> u32 {
-        self.stale + exec::q_base(context)
+        self.invalid_assumptions + exec::q_base(context)
     }
 
-    /// The image's regions, by rising offset: `p q i mdef mload tw words moved mwatch exec`.
-    /// What is where in `exec`, the module [`exec`] says.
+    /// The image's regions by rising offset, with the names in [`region`]. What is where in the
+    /// region [`region::EXEC`], the module [`exec`] says.
     pub fn regions(&self) -> Vec<Region> {
         let bounds = [
-            ("p", self.p, self.q),
-            ("q", self.q, self.i),
-            ("i", self.i, self.mdef),
-            ("mdef", self.mdef, self.mload),
-            ("mload", self.mload, self.tw),
-            ("tw", self.tw, self.words),
-            ("words", self.words, self.moved),
-            ("moved", self.moved, self.mwatch),
-            ("mwatch", self.mwatch, self.stale),
-            ("exec", self.stale, self.size),
+            (region::P, self.p, self.q),
+            (region::Q, self.q, self.i),
+            (region::I, self.i, self.mdef),
+            (region::MDEF, self.mdef, self.reference_definitions),
+            (region::REFERENCE_DEFINITIONS, self.reference_definitions, self.thumbwheels),
+            (region::THUMBWHEELS, self.thumbwheels, self.words),
+            (region::WORDS, self.words, self.differing_definitions),
+            (region::DIFFERING_DEFINITIONS, self.differing_definitions, self.assumption_flags),
+            (region::ASSUMPTION_FLAGS, self.assumption_flags, self.invalid_assumptions),
+            (region::EXEC, self.invalid_assumptions, self.size),
         ];
         bounds
             .into_iter()
@@ -169,7 +211,7 @@ impl Layout {
                 name: name.to_string(),
                 offset,
                 size: end - offset,
-                bits: name == "moved",
+                bits: name == region::DIFFERING_DEFINITIONS,
             })
             .collect()
     }
@@ -222,17 +264,32 @@ impl Layout {
 
     /// Offset of a P-variable; numbers wrap.
     pub const fn p_offset(&self, number: u32) -> u32 {
-        self.p + 8 * (number & (self.count - 1))
+        self.p + DOUBLE_SIZE * (number & (self.count - 1))
     }
 
     /// Offset of a Q-variable, counted from &1Q0; numbers wrap.
     pub const fn q_offset(&self, number: u32) -> u32 {
-        self.q + 8 * (number & (self.count - 1))
+        self.q + DOUBLE_SIZE * (number & (self.count - 1))
     }
 
     /// Offset of an I-variable; numbers wrap.
     pub const fn i_offset(&self, number: u32) -> u32 {
-        self.i + 8 * (number & (self.count - 1))
+        self.i + DOUBLE_SIZE * (number & (self.count - 1))
+    }
+
+    /// Offset of the code of an M-variable's definition; numbers wrap.
+    pub const fn definition_offset(&self, number: u32) -> u32 {
+        self.mdef + DEFINITION_SIZE * (number & (self.count - 1))
+    }
+
+    /// Offset of the code of an M-variable's reference definition; numbers wrap.
+    pub const fn reference_offset(&self, number: u32) -> u32 {
+        self.reference_definitions + DEFINITION_SIZE * (number & (self.count - 1))
+    }
+
+    /// Offset of the value of a thumbwheel M-variable; numbers wrap.
+    pub const fn thumbwheel_offset(&self, number: u32) -> u32 {
+        self.thumbwheels + DOUBLE_SIZE * (number & (self.count - 1))
     }
 
     /// What an address is; it wraps at the controller's width.
@@ -261,7 +318,8 @@ impl Layout {
         }
         match self.resident(address) {
             Some(index) => {
-                Place::Word(self.words + 8 * index + if space == Space::Y { 4 } else { 0 })
+                let half = if space == Space::Y { WORD_SIZE } else { 0 };
+                Place::Word(self.words + ADDRESS_SIZE * index + half)
             }
             None => Place::Sparse,
         }
@@ -370,7 +428,10 @@ mod tests {
         assert_eq!(pmac.place(Space::X, 0x1400), Place::Q(0));
         assert_eq!(pmac.place(Space::Y, 0xBC22), Place::Definition(34));
         assert_eq!(pmac.place(Space::X, 0), Place::Word(pmac.words));
-        assert_eq!(pmac.place(Space::Y, 0xFFFF), Place::Word(pmac.moved - 4));
+        assert_eq!(
+            pmac.place(Space::Y, 0xFFFF),
+            Place::Word(pmac.differing_definitions - WORD_SIZE)
+        );
         assert!(matches!(pmac.place(Space::X, 0xBC22), Place::Word(_)));
         assert_eq!(pmac.place(Space::X, 0x2A), Place::I(105));
         assert_eq!(pmac.place(Space::X, 0x1CE), Place::I(805));
@@ -380,7 +441,10 @@ mod tests {
         assert_eq!(turbo.place(Space::Y, 0x6001), Place::P(1));
         assert_eq!(turbo.place(Space::X, 0x9FFF), Place::Q(8191));
         assert_eq!(turbo.place(Space::Y, 0x4000), Place::Definition(0));
-        assert_eq!(turbo.place(Space::Y, 0x7_FFFF), Place::Word(turbo.moved - 4));
+        assert_eq!(
+            turbo.place(Space::Y, 0x7_FFFF),
+            Place::Word(turbo.differing_definitions - WORD_SIZE)
+        );
         assert_eq!(turbo.place(Space::Y, 0x5_0000), Place::Sparse);
         assert_eq!(turbo.place(Space::X, 0x100_0000), Place::Word(turbo.words));
     }

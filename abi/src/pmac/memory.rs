@@ -40,7 +40,7 @@ impl View<'_> {
                 fixed::bits(value) as u32 & 0xFF_FFFF
             }
             Place::Definition(number) => {
-                let code = read_u32(self.image, self.layout.mdef + 8 * number);
+                let code = read_u32(self.image, self.layout.definition_offset(number));
                 code & self.layout.address_mask()
             }
             Place::Sparse => {
@@ -77,13 +77,14 @@ impl View<'_> {
     /// The definition of an M-variable as it is now.
     pub fn definition(&self, number: u32) -> Definition {
         let number = number & (self.layout.count - 1);
-        Definition::decode(read_u64(self.image, self.layout.mdef + 8 * number))
+        Definition::decode(read_u64(self.image, self.layout.definition_offset(number)))
     }
 
-    /// Whether an M-variable's definition is other than code has it built in, or, where it has
-    /// not, than it was after load.
-    pub fn is_moved(&self, number: u32) -> bool {
-        read_u8(self.image, self.layout.moved + (number & (self.layout.count - 1))) != 0
+    /// Whether an M-variable's definition differs from its reference: what code assumes, or, where
+    /// code assumes nothing, what it was after load. The number wraps.
+    pub fn differs_from_reference(&self, number: u32) -> bool {
+        read_u8(self.image, self.layout.differing_definitions + (number & (self.layout.count - 1)))
+            != 0
     }
 
     /// Reads an M-variable; the number wraps.
@@ -91,10 +92,12 @@ impl View<'_> {
         let number = number & (self.layout.count - 1);
         match self.definition(number) {
             Definition::Star => {
-                let value = read_u32(self.image, self.layout.mdef + 8 * number);
+                let value = read_u32(self.image, self.layout.definition_offset(number));
                 fixed::sign_extend(u64::from(value), 21) as f64
             }
-            Definition::Tw { .. } => finite(read_f64(self.image, self.layout.tw + 8 * number)),
+            Definition::Tw { .. } => {
+                finite(read_f64(self.image, self.layout.thumbwheel_offset(number)))
+            }
             definition => self.read(definition),
         }
     }
@@ -158,10 +161,10 @@ impl Memory<'_> {
         self.view().definition(number)
     }
 
-    /// Whether an M-variable's definition is other than code has it built in, or, where it has
-    /// not, than it was after load.
-    pub fn is_moved(&self, number: u32) -> bool {
-        self.view().is_moved(number)
+    /// Whether an M-variable's definition differs from its reference: what code assumes, or, where
+    /// code assumes nothing, what it was after load. The number wraps.
+    pub fn differs_from_reference(&self, number: u32) -> bool {
+        self.view().differs_from_reference(number)
     }
 
     /// Reads an M-variable; the number wraps.
@@ -186,7 +189,7 @@ impl Memory<'_> {
                 write_f64(self.image, self.layout.i_offset(number), f64::from(word));
             }
             Place::Definition(number) => {
-                let offset = self.layout.mdef + 8 * number;
+                let offset = self.layout.definition_offset(number);
                 let mask = u64::from(self.layout.address_mask());
                 let code = read_u64(self.image, offset);
                 self.define_code(number, (code & !mask) | (u64::from(word) & mask));
@@ -239,10 +242,10 @@ impl Memory<'_> {
         match self.definition(number) {
             Definition::Star => {
                 let value = fixed::bits(value) as u32 & 0x1F_FFFF;
-                write_u32(self.image, self.layout.mdef + 8 * number, value);
+                write_u32(self.image, self.layout.definition_offset(number), value);
             }
             Definition::Tw { .. } => {
-                write_f64(self.image, self.layout.tw + 8 * number, finite(value));
+                write_f64(self.image, self.layout.thumbwheel_offset(number), finite(value));
             }
             definition => self.write(definition, value),
         }
@@ -327,7 +330,7 @@ mod tests {
         assert_eq!(memory.read_word(Space::Y, 0xBC05), 0xFFFF);
         memory.write_word(Space::Y, 0xBC05, 0xFF_0001);
         assert_eq!(memory.read_m(5), 983_041.0);
-        assert!(!memory.is_moved(5));
+        assert!(!memory.differs_from_reference(5));
     }
 
     #[test]
@@ -336,17 +339,17 @@ mod tests {
         let mut memory = machine.memory();
         memory.define(34, L_P1);
         memory.define(35, Definition::Y { address: 0xBC22, field: field(0, 16, Format::U) });
-        memory.definitions().seal();
-        assert!(!memory.is_moved(34));
+        memory.definitions().set_reference();
+        assert!(!memory.differs_from_reference(34));
         for k in 0..10 {
             memory.write_m(34, 31.0 + f64::from(k));
             let next = memory.read_m(35) + 1.0;
             memory.write_m(35, next);
         }
-        assert!(memory.is_moved(34));
-        assert!(!memory.is_moved(35));
+        assert!(memory.differs_from_reference(34));
+        assert!(!memory.differs_from_reference(35));
         memory.write_m(35, f64::from(0x1001));
-        assert!(!memory.is_moved(34));
+        assert!(!memory.differs_from_reference(34));
         let p: Vec<f64> = (0..12).map(|n| read_f64(&machine.image, 8 * n)).collect();
         assert_eq!(p, [0., 31., 32., 33., 34., 35., 36., 37., 38., 39., 40., 0.]);
     }

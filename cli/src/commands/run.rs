@@ -76,11 +76,11 @@ fn engine(checked: &Checked, args: &RunCommand) -> Result<(Program, Box<dyn Engi
         EngineArg::Jit => {
             let lowered = checked.optimized(opt).map_err(CompileError::from)?;
             let (native, _) = compile::jit(&lowered)?;
-            let standard = Settings { beside: args.run.realtime, ..Settings::default() };
+            let standard = Settings { in_thread: args.run.realtime, ..Settings::default() };
             let engine: Box<dyn Engine> = match args.recompile_after {
                 Some(RecompileAfter::Never) => Box::new(native),
                 Some(RecompileAfter::Ticks(rest)) => {
-                    let settings = Settings { rest, ..standard };
+                    let settings = Settings { settled_after: rest, ..standard };
                     recompiling(checked, &lowered.program, native, opt, settings)
                 }
                 None => recompiling(checked, &lowered.program, native, opt, standard),

@@ -107,7 +107,7 @@ impl Control {
         self.state.saved.exists.then_some(&self.state.saved.image)
     }
 
-    /// Keeps what an image, or what is before `mload` in it, holds.
+    /// Keeps what an image, or what is before the reference definitions in it, holds.
     pub(super) fn save(&mut self, image: &[u8]) {
         let saved = &mut self.state.saved;
         if let Some(now) = image.get(..saved.image.len()) {

@@ -1,13 +1,15 @@
-//! Code made anew when a program has moved definitions of M-variables.
+//! Recompiling a program that has changed definitions of M-variables.
 //!
-//! Code has definitions built in; when one of those moves, access goes through the host from the
-//! next statement on (`plcc_abi::pmac::assumption`), which is right and slow. Where a compiler is at
-//! hand, [`Recompiling`] has the program compiled for the definitions as they are now, once they
-//! have come to rest, and changes over between two ticks. All state is in the image and in the
-//! executive, and resume points are the same in every specialisation, so nothing but the time
-//! tells the difference.
+//! Compiled code assumes the definitions of the M-variables that it names. When one of them changes,
+//! general code goes on, which calls the host for every M-variable (`plcc_abi::pmac::assumption`):
+//! it gives the right results, but slowly. Where a compiler is at hand, [`Recompiling`] waits until
+//! the definitions have not changed for some ticks, has the program compiled for the definitions as
+//! they are then, and goes on with the new code between two ticks. All state is in the image and in
+//! the executive, and resume points are the same in every specialisation, so only the speed
+//! differs.
 //!
-//! What never rests is left to the host, and no variable is followed for ever: see [`Settings`].
+//! M-variables whose definitions keep changing are left to the host, and the number of
+//! recompilations is limited: see [`Settings`].
 
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread;
@@ -17,10 +19,10 @@ use plcc_abi::{Engine, Outcome, ResumePoint, Scan};
 
 use crate::NativeEngine;
 
-/// A compiler at hand.
+/// A compiler for one program.
 pub trait Recompiler: Send {
-    /// The same program with the definitions of `assumed` built in; M-variables that `assumed` leaves
-    /// out, or has without a definition, are reached through the host. Tasks and their resume
+    /// The program as code that assumes the definitions in `assumed`. The code calls the host for
+    /// M-variables that `assumed` leaves out or has without a definition. Its tasks and their resume
     /// points are those of any other code of the program.
     ///
     /// # Errors
@@ -28,87 +30,97 @@ pub trait Recompiler: Send {
     fn recompile(&mut self, assumed: &[Assumption]) -> Result<NativeEngine, String>;
 }
 
-/// When code is made anew.
+/// When a program is recompiled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
-    /// Definitions are at rest when none that the code names has changed for so many ticks.
-    pub rest: u32,
-    /// What is not at rest after so many ticks is not waited for: variables that moved in the
-    /// second half of them are left to the host.
+    /// The ticks after which definitions count as settled, if none that the code names has changed
+    /// in them.
+    pub settled_after: u32,
+    /// The ticks after which definitions that have not settled are no longer waited for: M-variables
+    /// whose definitions changed in the second half of them are left to the host.
     pub patience: u32,
-    /// Code is made anew at most so often.
-    pub most: u32,
-    /// And for the sake of one variable at most so often; then it is left to the host.
-    pub each: u8,
-    /// Whether code is made by a thread of its own while ticks go on, for ticks that are paced by
-    /// the clock; otherwise between two ticks, always the same two.
-    pub beside: bool,
+    /// How often a program is recompiled at most.
+    pub max_recompilations: u32,
+    /// How often it is recompiled at most because of one M-variable, which then is left to the host.
+    pub max_per_variable: u8,
+    /// Whether a thread of its own compiles while ticks go on, for ticks that are paced by the clock.
+    /// Otherwise the program is compiled between two ticks, in each run between the same two.
+    pub in_thread: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { rest: 100, patience: 1000, most: 16, each: 3, beside: false }
+        Self {
+            settled_after: 100,
+            patience: 1000,
+            max_recompilations: 16,
+            max_per_variable: 3,
+            in_thread: false,
+        }
     }
 }
 
-/// What the compiler is asked for: the code, and an engine that is to be dropped.
-struct Order {
+/// What the compiler is asked for.
+struct Request {
+    /// What the new code is to assume.
     assumed: Vec<Assumption>,
+    /// Code that no longer runs, for the compiler's thread to drop, since a tick has no time for it.
     retired: Option<NativeEngine>,
 }
 
-/// What it gives.
-struct Fresh {
+/// What it answers.
+struct Recompiled {
     assumed: Vec<Assumption>,
     engine: Result<NativeEngine, String>,
 }
 
-/// Where code is made.
-enum Workshop {
-    /// Between two ticks.
-    Here(Box<dyn Recompiler>, Option<Fresh>),
+/// The compiler, and where it runs.
+enum Compiler {
+    /// Between two ticks, with its last answer until that is fetched.
+    BetweenTicks(Box<dyn Recompiler>, Option<Recompiled>),
     /// In a thread of its own.
-    Beside(SyncSender<Order>, Receiver<Fresh>),
+    Thread(SyncSender<Request>, Receiver<Recompiled>),
 }
 
-impl Workshop {
-    fn new(mut recompiler: Box<dyn Recompiler>, beside: bool) -> Self {
-        if !beside {
-            return Self::Here(recompiler, None);
+impl Compiler {
+    fn new(mut recompiler: Box<dyn Recompiler>, in_thread: bool) -> Self {
+        if !in_thread {
+            return Self::BetweenTicks(recompiler, None);
         }
-        let (orders, taken) = sync_channel::<Order>(1);
-        let (made, fresh) = sync_channel(1);
-        // It ends when the engine is gone. Where there is no thread to be had, there is no code.
+        let (requests, taken) = sync_channel::<Request>(1);
+        let (finished, answers) = sync_channel(1);
+        // The thread ends when the engine is dropped. If the system has no thread to give, both
+        // channels are closed, and nothing is recompiled.
         let _ = thread::Builder::new().name("recompile".into()).spawn(move || {
-            for order in taken {
-                drop(order.retired);
-                let engine = recompiler.recompile(&order.assumed);
-                if made.send(Fresh { assumed: order.assumed, engine }).is_err() {
+            for request in taken {
+                drop(request.retired);
+                let engine = recompiler.recompile(&request.assumed);
+                if finished.send(Recompiled { assumed: request.assumed, engine }).is_err() {
                     return;
                 }
             }
         });
-        Self::Beside(orders, fresh)
+        Self::Thread(requests, answers)
     }
 
-    /// Orders code; whether there is somebody to make it.
-    fn order(&mut self, order: Order) -> bool {
+    /// Asks for code; whether the compiler took the request.
+    fn request(&mut self, request: Request) -> bool {
         match self {
-            Self::Here(recompiler, fresh) => {
-                let engine = recompiler.recompile(&order.assumed);
-                *fresh = Some(Fresh { assumed: order.assumed, engine });
+            Self::BetweenTicks(recompiler, answer) => {
+                let engine = recompiler.recompile(&request.assumed);
+                *answer = Some(Recompiled { assumed: request.assumed, engine });
                 true
             }
-            Self::Beside(orders, _) => orders.try_send(order).is_ok(),
+            Self::Thread(requests, _) => requests.try_send(request).is_ok(),
         }
     }
 
-    /// What was ordered, if it is there; an error when it never will be.
-    fn fetch(&mut self) -> Result<Option<Fresh>, ()> {
+    /// The answer to the last request, if it is there; an error when there never will be one.
+    fn fetch(&mut self) -> Result<Option<Recompiled>, ()> {
         match self {
-            Self::Here(_, fresh) => Ok(fresh.take()),
-            Self::Beside(_, made) => match made.try_recv() {
-                Ok(fresh) => Ok(Some(fresh)),
+            Self::BetweenTicks(_, answer) => Ok(answer.take()),
+            Self::Thread(_, answers) => match answers.try_recv() {
+                Ok(recompiled) => Ok(Some(recompiled)),
                 Err(TryRecvError::Empty) => Ok(None),
                 Err(TryRecvError::Disconnected) => Err(()),
             },
@@ -116,43 +128,45 @@ impl Workshop {
     }
 }
 
-/// An M-variable that code names.
+/// An M-variable that the code names.
 #[derive(Clone, Copy, Debug)]
-struct Named {
+struct NamedVariable {
     number: u32,
-    /// How often code was made for its sake.
-    followed: u8,
-    /// It is left to the host for good.
-    left: bool,
+    /// How often the program was recompiled because of it.
+    recompilations: u8,
+    /// It is left to the host from now on.
+    left_to_host: bool,
 }
 
-/// Native code that is made anew.
+/// Native code that is recompiled when the program has changed definitions that it assumes.
 pub struct Recompiling {
     engine: NativeEngine,
-    /// The code before this one, until somebody has time to drop it.
+    /// The code that ran before this one, until the next request takes it along.
     retired: Option<NativeEngine>,
-    workshop: Workshop,
+    compiler: Compiler,
     settings: Settings,
     layout: Layout,
-    named: Vec<Named>,
-    /// The epoch when a tick began last.
+    named: Vec<NamedVariable>,
+    /// [`Definitions::epoch`] at the beginning of the last tick.
     epoch: u32,
-    /// Ticks since definitions began to move; none while nothing is to be done.
-    unrest: Option<u32>,
-    /// Ticks since one has moved.
-    quiet: u32,
-    /// It was decided what to do about that.
+    /// Ticks since the first change of a definition that has not been dealt with; `None` if there
+    /// is none.
+    unsettled_ticks: Option<u32>,
+    /// Ticks since the last change.
+    quiet_ticks: u32,
+    /// Whether it was decided already, after the last change, if the program is to be recompiled.
     decided: bool,
-    /// Code is being made.
-    ordered: bool,
-    /// How often code was ordered.
-    orders: u32,
-    /// How often it was changed over to.
-    changes: u32,
+    /// Whether an answer of the compiler is awaited.
+    awaiting: bool,
+    /// The number of requests so far.
+    requests: u32,
+    /// The number of times that new code has replaced the old.
+    replacements: u32,
 }
 
 impl Recompiling {
-    /// Code that has the definitions of `assumed` built in, and the compiler that made it.
+    /// An engine that runs `engine`, whose code assumes the definitions in `assumed`, until
+    /// `recompiler` has made other code of the same program.
     pub fn new(
         engine: NativeEngine,
         assumed: &[Assumption],
@@ -160,101 +174,107 @@ impl Recompiling {
         recompiler: Box<dyn Recompiler>,
         settings: Settings,
     ) -> Self {
-        let named =
-            |assumed: &Assumption| Named { number: assumed.number, followed: 0, left: false };
+        let named = |assumed: &Assumption| NamedVariable {
+            number: assumed.number,
+            recompilations: 0,
+            left_to_host: false,
+        };
         Self {
             engine,
             retired: None,
-            workshop: Workshop::new(recompiler, settings.beside),
+            compiler: Compiler::new(recompiler, settings.in_thread),
             settings,
             layout: Layout::new(controller),
             named: assumed.iter().map(named).collect(),
             epoch: 0,
-            // What the compiler left to the host, since it saw that it moves, may well rest.
-            unrest: Some(0),
-            quiet: 0,
+            // The compiler left variables to the host that the program redefines. Their definitions
+            // may settle without a further change, so the first ticks count as after a change.
+            unsettled_ticks: Some(0),
+            quiet_ticks: 0,
             decided: false,
-            ordered: false,
-            orders: 0,
-            changes: 0,
+            awaiting: false,
+            requests: 0,
+            replacements: 0,
         }
     }
 
-    /// How often new code has taken over.
-    pub fn changes(&self) -> u32 {
-        self.changes
+    /// How often new code has replaced the old.
+    pub fn replacements(&self) -> u32 {
+        self.replacements
     }
 
-    /// Definitions have rested, or moved for too long: orders code where other code is called for.
-    fn decide(&mut self, definitions: &mut Definitions<'_>, restless: bool) {
-        let last = self.orders + 1 >= self.settings.most;
-        let each = if last { 1 } else { self.settings.each };
+    /// Requests other code if the definitions call for it. They have settled, or they have not for
+    /// as long as the settings allow (`out_of_patience`).
+    fn decide(&mut self, definitions: &mut Definitions<'_>, out_of_patience: bool) {
+        let is_last = self.requests + 1 >= self.settings.max_recompilations;
+        let max_per_variable = if is_last { 1 } else { self.settings.max_per_variable };
         let mut needed = false;
         let mut assumed = Vec::with_capacity(self.named.len());
-        for named in self.named.iter_mut().filter(|named| !named.left) {
+        for named in self.named.iter_mut().filter(|named| !named.left_to_host) {
             let number = named.number;
-            let built_in = definitions.is_built_in(number);
+            let is_assumed = definitions.is_assumed(number);
             let definition = definitions.get(number);
             let direct = Direct::of(&self.layout, definition).map(|_| definition);
-            // A variable in its place, or one that only the host can follow and that is left to
-            // it, needs nothing.
-            let fits = if built_in { !definitions.is_moved(number) } else { direct.is_none() };
-            let gives_up =
-                restless && definitions.take_changed(number) || !fits && named.followed >= each;
+            // The code fits an M-variable if it assumes the definition as it is, or if it calls the
+            // host and no code could do without.
+            let fits = if is_assumed {
+                !definitions.differs_from_reference(number)
+            } else {
+                direct.is_none()
+            };
+            let gives_up = out_of_patience && definitions.take_changed(number)
+                || !fits && named.recompilations >= max_per_variable;
             if gives_up {
-                named.left = true;
-                needed |= built_in;
-                if !built_in {
+                named.left_to_host = true;
+                needed |= is_assumed;
+                if !is_assumed {
                     definitions.ignore(number);
                 }
                 continue;
             }
             if !fits {
                 needed = true;
-                named.followed = named.followed.saturating_add(1);
+                named.recompilations = named.recompilations.saturating_add(1);
             }
             assumed.push(Assumption { number, definition: direct });
         }
         if !needed {
             return;
         }
-        self.orders += 1;
-        self.ordered = self.workshop.order(Order { assumed, retired: self.retired.take() });
+        self.requests += 1;
+        self.awaiting = self.compiler.request(Request { assumed, retired: self.retired.take() });
     }
 
-    /// Changes over to code that was ordered, if it is there.
-    fn take_over(&mut self, definitions: &mut Definitions<'_>) {
-        // Other code would not know that this engine refuses every further scan.
+    /// Replaces the code by what was requested, if that is there.
+    fn replace_code(&mut self, definitions: &mut Definitions<'_>) {
+        // This engine refuses every further scan, and other code would not know that it must.
         if self.engine.host_panicked() {
-            return self.give_up();
+            return self.stop_recompiling();
         }
-        let fresh = match self.workshop.fetch() {
+        let recompiled = match self.compiler.fetch() {
             Ok(None) => return,
-            Ok(Some(fresh)) => fresh,
-            Err(()) => {
-                self.give_up();
-                return;
-            }
+            Ok(Some(recompiled)) => recompiled,
+            Err(()) => return self.stop_recompiling(),
         };
-        self.ordered = false;
-        // Without new code the old one is right, and slow.
-        let Ok(engine) = fresh.engine else { return self.give_up() };
+        self.awaiting = false;
+        // Without new code the old one goes on; it gives the right results, slowly.
+        let Ok(engine) = recompiled.engine else { return self.stop_recompiling() };
         if !engine.has_tasks_of(&self.engine) {
-            return self.give_up();
+            return self.stop_recompiling();
         }
-        definitions.assume(&fresh.assumed);
+        definitions.assume(&recompiled.assumed);
         self.retired = Some(std::mem::replace(&mut self.engine, engine));
-        self.changes += 1;
+        self.replacements += 1;
     }
 
-    /// Nothing is ordered any more.
-    fn give_up(&mut self) {
-        self.ordered = false;
-        self.orders = self.settings.most;
+    /// Makes no further requests.
+    fn stop_recompiling(&mut self) {
+        self.awaiting = false;
+        self.requests = self.settings.max_recompilations;
     }
 
-    /// Forgets which definitions have changed.
-    fn forget(&self, definitions: &mut Definitions<'_>) {
+    /// Has only changes from now on seen by [`Self::decide`].
+    fn forget_changes(&self, definitions: &mut Definitions<'_>) {
         for named in &self.named {
             definitions.take_changed(named.number);
         }
@@ -273,43 +293,44 @@ impl Engine for Recompiling {
         }
         let mut definitions = Definitions::new(image, &layout);
         let epoch = definitions.epoch();
-        let calm = epoch == self.epoch && self.unrest.is_none();
-        let done = self.orders >= self.settings.most;
-        if (calm || done) && !self.ordered {
+        let unchanged = epoch == self.epoch && self.unsettled_ticks.is_none();
+        let used_up = self.requests >= self.settings.max_recompilations;
+        if (unchanged || used_up) && !self.awaiting {
             return;
         }
-        if self.ordered {
-            self.take_over(&mut definitions);
+        if self.awaiting {
+            self.replace_code(&mut definitions);
         }
         if epoch != self.epoch {
             self.epoch = epoch;
-            (self.quiet, self.decided) = (0, false);
-            self.unrest.get_or_insert(0);
+            (self.quiet_ticks, self.decided) = (0, false);
+            self.unsettled_ticks.get_or_insert(0);
         } else {
-            self.quiet = self.quiet.saturating_add(1);
+            self.quiet_ticks = self.quiet_ticks.saturating_add(1);
         }
-        let Some(unrest) = &mut self.unrest else { return };
-        *unrest += 1;
-        let unrest = *unrest;
-        if unrest == self.settings.patience / 2 {
-            self.forget(&mut definitions);
+        let Some(unsettled_ticks) = &mut self.unsettled_ticks else { return };
+        *unsettled_ticks += 1;
+        let unsettled_ticks = *unsettled_ticks;
+        if unsettled_ticks == self.settings.patience / 2 {
+            self.forget_changes(&mut definitions);
         }
-        if self.ordered {
+        if self.awaiting {
             return;
         }
-        let restless = unrest >= self.settings.patience;
-        let rests = self.quiet >= self.settings.rest && !self.decided;
-        if !rests && !restless {
+        let out_of_patience = unsettled_ticks >= self.settings.patience;
+        let settled = self.quiet_ticks >= self.settings.settled_after && !self.decided;
+        if !settled && !out_of_patience {
             return;
         }
         self.decided = true;
-        self.decide(&mut definitions, restless);
-        // What moves away and comes back again and again does not rest, so patience wears on.
-        if restless || self.ordered {
-            self.unrest = None;
+        self.decide(&mut definitions, out_of_patience);
+        // If nothing was requested, the count goes on, so that definitions which change again and
+        // again, and each time back to what the code assumes, come to the end of patience.
+        if out_of_patience || self.awaiting {
+            self.unsettled_ticks = None;
         }
-        if self.ordered && !self.settings.beside {
-            self.take_over(&mut definitions);
+        if self.awaiting && !self.settings.in_thread {
+            self.replace_code(&mut definitions);
         }
     }
 }

@@ -48,7 +48,7 @@ impl PmacExecutive {
             return Err("it belongs to another download".into());
         }
         let layout = self.control.layout;
-        let mut kept = vec![0; layout.mload as usize];
+        let mut kept = vec![0; layout.reference_definitions as usize];
         Run::unpack(&saved.runs, &mut kept);
         for offset in (layout.p..layout.mdef).step_by(8) {
             write_f64(&mut self.image, offset, finite(read_f64(&kept, offset)));
@@ -59,7 +59,7 @@ impl PmacExecutive {
             sparse: &mut self.control.state.sparse,
         };
         for number in 0..layout.count {
-            memory.define_code(number, read_u64(&kept, layout.mdef + 8 * number));
+            memory.define_code(number, read_u64(&kept, layout.definition_offset(number)));
         }
         self.control.save(&kept);
         Ok(())

@@ -152,7 +152,7 @@ impl State {
             let plc = Plc { status, restart: false, task, resume: None };
             if program.compiled { &mut plccs } else { &mut plcs }.put(program.number, plc);
         }
-        let mut image = vec![0; layout.mload as usize];
+        let mut image = vec![0; layout.reference_definitions as usize];
         if tables.save {
             Run::unpack(&tables.initial, &mut image);
         }

@@ -81,7 +81,7 @@ impl Download {
     }
 
     fn start(mut self) -> (PmacExecutive, Script) {
-        self.memory().definitions().seal();
+        self.memory().definitions().set_reference();
         self.tables.initial = Run::pack(&self.image);
         let program = Program {
             files: vec![],
@@ -410,8 +410,8 @@ fn a_command_can_change_a_definition() {
     let (mut executive, mut script) = download.start();
     run(&mut executive, &mut script, 1);
     assert_eq!(executive.view().read_word(Space::Y, 0x20), 5);
-    assert!(executive.view().is_moved(5));
-    assert!(!executive.view().is_moved(7));
+    assert!(executive.view().differs_from_reference(5));
+    assert!(!executive.view().differs_from_reference(7));
 }
 
 #[test]
@@ -437,7 +437,7 @@ fn save_keeps_the_values_of_its_moment() {
     assert_eq!(get(&mut executive, "P5"), 0.1);
     assert_eq!(get(&mut executive, "M3"), -4.0);
     assert_eq!(executive.view().definition(9), Definition::L { address: 0x1401 });
-    assert!(executive.view().is_moved(9));
+    assert!(executive.view().differs_from_reference(9));
     assert_eq!(executive.retained(), Some(saved.clone()));
     for wrong in [&[][..], &saved[..saved.len() - 1], &[1, 2, 3]] {
         assert!(executive.restore(wrong).is_err());

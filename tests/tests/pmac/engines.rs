@@ -64,9 +64,21 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
         let compiler = Box::new(PmacRecompiler::new(program, OptLevel::Speed));
         Box::new(Recompiling::new(engine, checked.assumed(), controller, compiler, settings))
     };
-    let every_time = Settings { rest: 0, patience: 99, most: 999, each: 255, beside: false };
-    let few_times = Settings { rest: 2, patience: 4, most: 3, each: 2, beside: false };
-    let in_thread = Settings { beside: true, ..every_time };
+    let every_time = Settings {
+        settled_after: 0,
+        patience: 99,
+        max_recompilations: 999,
+        max_per_variable: 255,
+        in_thread: false,
+    };
+    let few_times = Settings {
+        settled_after: 2,
+        patience: 4,
+        max_recompilations: 3,
+        max_per_variable: 2,
+        in_thread: false,
+    };
+    let in_thread = Settings { in_thread: true, ..every_time };
     let engines = [
         ("interp", checked.interpreter()),
         ("ir", Box::new(plcc_ir::interp::Interpreter::new(lowered.module.clone()))),
@@ -99,7 +111,11 @@ fn place(offset: usize, controller: Controller) -> String {
 /// recompiles; then the bytes that describe the state of its code are not compared.
 fn difference(ours: &[u8], theirs: &[u8], layout: &Layout, recompiled: bool) -> Option<usize> {
     let all = [(0, layout.size)];
-    let state = [(0, layout.mload), (layout.tw, layout.moved), (layout.q_base, layout.size)];
+    let state = [
+        (0, layout.reference_definitions),
+        (layout.thumbwheels, layout.differing_definitions),
+        (layout.q_base, layout.size),
+    ];
     let stretches = if recompiled { &state[..] } else { &all[..] };
     stretches.iter().find_map(|&(start, end)| {
         let (start, end) = (start as usize, end as usize);

@@ -22,7 +22,13 @@ use plcc_frontend::pmac;
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions, Recompiler, Recompiling, Settings};
 use plcc_runtime::{Event, Executive, NativeEngine, Purpose};
 
-const AT_ONCE: Settings = Settings { rest: 1, patience: 40, most: 99, each: 3, beside: false };
+const WITHOUT_DELAY: Settings = Settings {
+    settled_after: 1,
+    patience: 40,
+    max_recompilations: 99,
+    max_per_variable: 3,
+    in_thread: false,
+};
 
 /// An engine that counts the accesses to M-variables which the code leaves to the host.
 struct Counting {
@@ -123,9 +129,11 @@ impl Pair {
             all.append(&mut events);
             // The whole image but the bytes that describe the state of the code.
             let layout = &self.layout;
-            for (start, end) in
-                [(0, layout.mload), (layout.tw, layout.moved), (layout.q_base, layout.size)]
-            {
+            for (start, end) in [
+                (0, layout.reference_definitions),
+                (layout.thumbwheels, layout.differing_definitions),
+                (layout.q_base, layout.size),
+            ] {
                 let (start, end) = (start as usize, end as usize);
                 let (ours, theirs) =
                     (&self.oracle.image()[start..end], &self.executive.image()[start..end]);
@@ -137,8 +145,8 @@ impl Pair {
         (all, self.engine.calls.get())
     }
 
-    fn changes(&self) -> u32 {
-        self.engine.engine.changes()
+    fn replacements(&self) -> u32 {
+        self.engine.engine.replacements()
     }
 
     fn set(&mut self, name: &str, text: &str) {
@@ -165,20 +173,20 @@ fn code_follows_definitions_moved_by_an_initialising_plc() {
          M1=5\nDISABLE PLC 1\nOPEN PLC 1 CLEAR\nM100=$07F2\nDISABLE PLC 1\nCLOSE\n\
          OPEN PLC 3 CLEAR\nP1=P1+1\nIF (P1=10)\nENABLE PLC 1\nENDIF\nCLOSE\n{LOGIC}"
     );
-    let mut pair = Pair::new(&source, AT_ONCE);
+    let mut pair = Pair::new(&source, WITHOUT_DELAY);
     // M1 is seen to be moved, so it is left to the host at first, and then it does not move.
     let (_, calls) = pair.run(1);
     assert!(calls <= 1);
     pair.run(2);
-    assert_eq!(pair.changes(), 1);
+    assert_eq!(pair.replacements(), 1);
     let (_, calls) = pair.run(14);
-    assert_eq!((calls, pair.changes()), (0, 1));
+    assert_eq!((calls, pair.replacements()), (0, 1));
     // PLC 1 moves M1 to $07F2 in its one scan; PLC 2 asks the host at most until the second tick.
     let (_, calls) = pair.run(12);
     assert!(calls > 0, "PLC 1 writes a definition through the host");
-    assert_eq!(pair.changes(), 2);
+    assert_eq!(pair.replacements(), 2);
     let (_, calls) = pair.run(40);
-    assert_eq!((calls, pair.changes()), (0, 2));
+    assert_eq!((calls, pair.replacements()), (0, 2));
     pair.set("X:$07F2", "9");
     pair.run(4);
     assert_eq!(pair.get("M2"), 28.0);
@@ -193,17 +201,17 @@ fn code_follows_definitions_moved_by_commands() {
          IF (P1=25)\nCOMMAND\"M4->Y:$07F6,4,8,S\"\nENDIF\nCLOSE\n\
          OPEN PLCC 3 CLEAR\nM4=M4+1\nCLOSE\n{LOGIC}"
     );
-    let mut pair = Pair::new(&source, AT_ONCE);
+    let mut pair = Pair::new(&source, WITHOUT_DELAY);
     pair.run(4);
-    assert_eq!(pair.changes(), 1, "all are seen to be moved, and rest");
+    assert_eq!(pair.replacements(), 1, "all are seen to be moved, and rest");
     for changes in 2..=4 {
         let (events, calls) = pair.run(20);
         assert!(!events.is_empty());
         assert!(calls > 0);
-        assert_eq!(pair.changes(), changes);
+        assert_eq!(pair.replacements(), changes);
     }
     let (_, calls) = pair.run(40);
-    assert_eq!((calls, pair.changes()), (0, 4));
+    assert_eq!((calls, pair.replacements()), (0, 4));
 }
 
 /// Code cannot access a field of the format D directly, so it stays with the host; all others are
@@ -215,20 +223,20 @@ fn a_definition_that_code_cannot_access_stays_with_the_host() {
          IF (P1=20)\nCOMMAND\"M3->X:$07F2,0,24\"\nENDIF\n\
          IF (P1=40)\nCOMMAND\"M1->X:$07F4,0,16\"\nENDIF\n\
          M2=M2+1\nM1=M2\nM3=M2\nCLOSE\n";
-    let mut pair = Pair::new(source, AT_ONCE);
+    let mut pair = Pair::new(source, WITHOUT_DELAY);
     pair.run(3);
     let (_, calls) = pair.run(1);
-    assert_eq!((calls, pair.changes()), (1, 1), "M3");
+    assert_eq!((calls, pair.replacements()), (1, 1), "M3");
     pair.run(8);
-    assert_eq!(pair.changes(), 2);
+    assert_eq!(pair.replacements(), 2);
     let (_, calls) = pair.run(5);
     assert_eq!(calls, 10, "M1 and M3");
     pair.run(8);
-    assert_eq!(pair.changes(), 3);
+    assert_eq!(pair.replacements(), 3);
     let (_, calls) = pair.run(5);
     assert_eq!(calls, 5, "M1");
     pair.run(15);
-    assert_eq!(pair.changes(), 4);
+    assert_eq!(pair.replacements(), 4);
     let (_, calls) = pair.run(10);
     assert_eq!(calls, 0);
 }
@@ -237,7 +245,8 @@ fn a_definition_that_code_cannot_access_stays_with_the_host() {
 #[test]
 fn a_definition_that_returns_needs_no_recompilation() {
     let source = format!("I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM3->*\nM1=1\n{LOGIC}");
-    let mut pair = Pair::new(&source, Settings { rest: 100, patience: 1000, ..AT_ONCE });
+    let mut pair =
+        Pair::new(&source, Settings { settled_after: 100, patience: 1000, ..WITHOUT_DELAY });
     let (_, calls) = pair.run(20);
     assert_eq!(calls, 0);
     pair.set("Y:$BC01", "$07F1");
@@ -245,7 +254,7 @@ fn a_definition_that_returns_needs_no_recompilation() {
     assert!(calls > 60, "everything through the host: {calls}");
     pair.set("Y:$BC01", "$07F0");
     let (_, calls) = pair.run(200);
-    assert_eq!((calls, pair.changes()), (0, 0));
+    assert_eq!((calls, pair.replacements()), (0, 0));
 }
 
 /// The array of the PMAC manual (User's Guide): a definition that the program visibly changes in every
@@ -255,13 +264,13 @@ fn a_definition_moved_in_every_scan_is_left_to_the_host() {
     let source = "I5=2\nM1->X:$07F0,0,24\nM34->L:$1028\nM35->Y:$BC22,0,16\nM50->Y:$07F1,0,24\n\
          OPEN PLC 1 CLEAR\nP1=0\nWHILE (P1<5)\nM35=$1028+P1\nM34=M34+P1+M1\nP1=P1+1\nENDWHILE\n\
          CLOSE\nOPEN PLC 2 CLEAR\nM50=M50+1\nM1=M50&7\nCLOSE\n";
-    let mut pair = Pair::new(source, Settings { rest: 10, ..AT_ONCE });
+    let mut pair = Pair::new(source, Settings { settled_after: 10, ..WITHOUT_DELAY });
     for _ in 0..8 {
         let (_, calls) = pair.run(120);
         // PLC 1 and PLC 2 take turns. PLC 1 asks for M35 once and for M34 twice in a scan.
         assert!((100..=60 * 3).contains(&calls), "{calls}");
     }
-    assert_eq!(pair.changes(), 0);
+    assert_eq!(pair.replacements(), 0);
 }
 
 /// The same where the compiler cannot see it, since the number of the changed variable is computed.
@@ -271,9 +280,9 @@ fn a_definition_moved_through_a_computed_number_is_left_to_the_host() {
          OPEN PLC 1 CLEAR\nP1=0\nWHILE (P1<5)\nM(P8)=$1028+P1\nM34=M34+P1+M1\nP1=P1+1\n\
          ENDWHILE\nCLOSE\nOPEN PLC 2 CLEAR\nM50=M50+1\nM1=M50&7\nCLOSE\n";
     // PLC 1 has every other tick, so M34 rests for a tick at most, but for the end of the loop.
-    let mut pair = Pair::new(source, Settings { rest: 3, ..AT_ONCE });
+    let mut pair = Pair::new(source, Settings { settled_after: 3, ..WITHOUT_DELAY });
     pair.run(400);
-    assert_eq!(pair.changes(), 2, "once at a rest, and once to leave M34 to the host");
+    assert_eq!(pair.replacements(), 2, "once at a rest, and once to leave M34 to the host");
     let (_, calls) = pair.run(120);
     assert!((100..=60 * 3).contains(&calls), "{calls}");
 }
@@ -295,18 +304,18 @@ fn recompilations_are_limited_for_each_definition_and_in_all() {
         source += &mover(number, 0x0780 + 16 * number, 10 * number);
     }
     source += "CLOSE\n";
-    let mut pair = Pair::new(&source, AT_ONCE);
+    let mut pair = Pair::new(&source, WITHOUT_DELAY);
     pair.run(1500);
-    let changes = pair.changes();
+    let changes = pair.replacements();
     assert!((3..=3 * 8 + 8).contains(&changes), "{changes}");
     pair.run(1000);
-    assert_eq!(pair.changes(), changes, "all of them are left to the host");
-    let mut pair = Pair::new(&source, Settings { most: 4, ..AT_ONCE });
+    assert_eq!(pair.replacements(), changes, "all of them are left to the host");
+    let mut pair = Pair::new(&source, Settings { max_recompilations: 4, ..WITHOUT_DELAY });
     pair.run(1500);
-    assert_eq!(pair.changes(), 4);
-    let mut pair = Pair::new(&source, Settings { most: 0, ..AT_ONCE });
+    assert_eq!(pair.replacements(), 4);
+    let mut pair = Pair::new(&source, Settings { max_recompilations: 0, ..WITHOUT_DELAY });
     pair.run(200);
-    assert_eq!(pair.changes(), 0);
+    assert_eq!(pair.replacements(), 0);
 }
 
 /// PLCs that are suspended in a WHILE when the code is replaced resume there.
@@ -318,10 +327,10 @@ fn waiting_plcs_resume_where_they_were_in_new_code() {
          WHILE (M1<6)\nP3=P3+1\nWHILE (P3%4!=0)\nP3=P3+1\nENDWHILE\nENDWHILE\nM1=0\nCLOSE\n\
          OPEN PLC 2 CLEAR\nP5=P5+1\nIF (P5%9=0)\nM1=M1+1\nENDIF\nCLOSE\n\
          OPEN PLC 3 CLEAR\nP6=P6+1\nIF (P6%50=0)\nM11=$07F0+P6/50\nM1=2\nENDIF\nCLOSE\n";
-    let settings = Settings { rest: 0, each: 255, ..AT_ONCE };
+    let settings = Settings { settled_after: 0, max_per_variable: 255, ..WITHOUT_DELAY };
     let mut pair = Pair::new(source, settings);
     pair.run(2000);
-    assert!(pair.changes() > 10, "{}", pair.changes());
+    assert!(pair.replacements() > 10, "{}", pair.replacements());
     assert!(pair.get("P2") > 10.0 && pair.get("P11") > 10.0);
 }
 
@@ -332,12 +341,12 @@ fn checkpoints_do_not_depend_on_what_code_assumes() {
     let source = "I5=2\nM1->X:$07F0,0,24\nM2->X:$07F1,0,24\nM11->Y:$BC01,0,16\nM1=3\n\
          OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1%25=0)\nM11=$07F0+P1/25\nENDIF\nM1=M1+1\nP2=P2+M1\n\
          M2=P2\nCLOSE\n";
-    let mut pair = Pair::new(source, AT_ONCE);
+    let mut pair = Pair::new(source, WITHOUT_DELAY);
     pair.run(20);
     let early = pair.executive.checkpoint();
-    let changes = pair.changes();
+    let changes = pair.replacements();
     pair.run(40);
-    assert!(pair.changes() > changes, "other code runs now");
+    assert!(pair.replacements() > changes, "other code runs now");
     let late = pair.executive.checkpoint();
     for checkpoint in [&early, &late, &early] {
         pair.executive.resume(checkpoint).unwrap();
@@ -353,7 +362,7 @@ fn an_assignment_to_a_range_may_move_its_own_definitions() {
     let source = "I5=2\nM1->Y:$BC02,0,16\nM2->X:$07F0,0,24\nM3->X:$07F2,0,24\nM4->Y:$BC03,0,16\n\
          OPEN PLC 1 CLEAR\nP1=P1+1\nIF (P1=3)\nM1..2=$07F1\nENDIF\nIF (P1=12)\nM4=$07F3\n\
          ENDIF\nIF (P1=15)\nM1..4=$07F4\nENDIF\nM2=M2+1\nM3=M3+1\nCLOSE\n";
-    let mut pair = Pair::new(source, AT_ONCE);
+    let mut pair = Pair::new(source, WITHOUT_DELAY);
     pair.run(60);
     assert_eq!(pair.get("X:$07F1"), 2033.0 + 12.0);
 }
@@ -416,18 +425,19 @@ fn a_compiler_in_its_own_thread_delays_no_tick() {
     let (native, _) = jit(&program.lower().unwrap()).unwrap();
     let (begin, told) = channel();
     let compiler = Box::new(Waiting(recompiler(&program), told));
-    let mut pair = Pair::with(&program, native, compiler, Settings { beside: true, ..AT_ONCE });
+    let mut pair =
+        Pair::with(&program, native, compiler, Settings { in_thread: true, ..WITHOUT_DELAY });
     pair.set("Y:$BC01", "$07F5");
     pair.run(12);
-    assert_eq!(pair.changes(), 0, "the compiler has not begun");
+    assert_eq!(pair.replacements(), 0, "the compiler has not begun");
     begin.send(()).unwrap();
     // The limit only ends a test in which the compiler never ends.
     let start = Instant::now();
-    while pair.changes() == 0 && start.elapsed() < Duration::from_secs(300) {
+    while pair.replacements() == 0 && start.elapsed() < Duration::from_secs(300) {
         pair.run(1);
     }
     let (_, calls) = pair.run(40);
-    assert_eq!((calls, pair.changes()), (0, 1));
+    assert_eq!((calls, pair.replacements()), (0, 1));
 }
 
 /// A compiler that fails is not called again; the present code is used further.
@@ -447,8 +457,9 @@ fn a_compiler_that_fails_is_not_asked_again() {
     let program = check(&source);
     let (native, _) = jit(&program.lower().unwrap()).unwrap();
     let count = Arc::new(AtomicU32::new(0));
-    let mut pair = Pair::with(&program, native, Box::new(Failing(Arc::clone(&count))), AT_ONCE);
+    let mut pair =
+        Pair::with(&program, native, Box::new(Failing(Arc::clone(&count))), WITHOUT_DELAY);
     pair.run(100);
     assert_eq!(count.load(Ordering::Relaxed), 1);
-    assert_eq!(pair.changes(), 0);
+    assert_eq!(pair.replacements(), 0);
 }

@@ -86,7 +86,7 @@ fn mark_changed(download: &Download, view: &View<'_>, code: &[Stmt], mark: &mut 
 pub(crate) fn assume(download: &Download, loaded: &mut Loaded) {
     let assumed = after_load(download, loaded);
     let mut definitions = Definitions::new(&mut loaded.image, &loaded.layout);
-    definitions.seal();
+    definitions.set_reference();
     definitions.assume(&assumed);
     loaded.assumed = assumed;
 }

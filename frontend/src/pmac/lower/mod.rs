@@ -25,7 +25,7 @@ mod speculation;
 mod variables;
 
 use plcc_abi::HostFn;
-use plcc_abi::pmac::layout::exec;
+use plcc_abi::pmac::layout::{exec, region};
 use plcc_abi::pmac::{Assumption, Direct, Layout, Range};
 use plcc_diag::{FileId, SourceMap};
 use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type};
@@ -72,17 +72,18 @@ pub(crate) fn lower(
 ) -> Result<Module, InternalError> {
     let layout = loaded.layout;
     let builder = ChunkBuilder::new(layout.size, layout.regions()).with_limit(CHUNK);
-    let region = |name: &str| {
-        let region = builder.region(name);
-        region.ok_or_else(|| InternalError::new(format!("the image has no region `{name}`")))
+    let find = |name: &str| {
+        builder
+            .region(name)
+            .ok_or_else(|| InternalError::new(format!("the image has no region `{name}`")))
     };
     let regions = Regions {
-        p: region("p")?,
-        q: region("q")?,
-        i: region("i")?,
-        mdef: region("mdef")?,
-        words: region("words")?,
-        exec: region("exec")?,
+        p: find(region::P)?,
+        q: find(region::Q)?,
+        i: find(region::I)?,
+        mdef: find(region::MDEF)?,
+        words: find(region::WORDS)?,
+        exec: find(region::EXEC)?,
     };
     let mut lowerer = Lowerer {
         download,

@@ -3,7 +3,7 @@
 //! for M-variables whose definition is assumed. Everything else goes through the host.
 
 use plcc_abi::HostFn;
-use plcc_abi::pmac::layout::exec;
+use plcc_abi::pmac::layout::{DEFINITION_SIZE, DOUBLE_SIZE, exec};
 use plcc_abi::pmac::{
     Controller, Definition, Direct, Field, Format, Kind, Layout, Place, Range, Space,
 };
@@ -69,7 +69,7 @@ fn computed_number_of_l() -> InternalError {
 impl Lowerer<'_> {
     /// The address of the variable with a number in a region of doubles.
     fn variable_address(&self, region: Region, number: u32) -> Address {
-        Address::fixed(region, 8 * (number & (self.layout.count - 1)))
+        Address::fixed(region, DOUBLE_SIZE * (number & (self.layout.count - 1)))
     }
 
     /// The address of a word at an offset in the region of words; volatile if the controller's
@@ -147,7 +147,7 @@ impl Lowerer<'_> {
                 return Operand::Value(field::read_field(b, at, field), Bounds::field(field));
             }
             Direct::Star => {
-                let at = Address::fixed(self.regions.mdef, 8 * number);
+                let at = Address::fixed(self.regions.mdef, DEFINITION_SIZE * number);
                 let b = self.builder.ins();
                 let word = b.load(Type::I32, at);
                 let left = b.binary_imm(BinaryOp::Shl, word, 11);
@@ -307,7 +307,7 @@ impl Lowerer<'_> {
                 return Ok(());
             }
             Direct::Star => {
-                let at = Address::fixed(self.regions.mdef, 8 * number);
+                let at = Address::fixed(self.regions.mdef, DEFINITION_SIZE * number);
                 let b = self.builder.ins();
                 let bits = value.bits(b)?;
                 let bits = b.binary_imm(BinaryOp::And, bits, 0x1F_FFFF);
@@ -447,10 +447,10 @@ impl Lowerer<'_> {
 
     /// Whether all definitions are the assumed ones, an `i1`.
     pub(crate) fn definitions_are_as_assumed(&mut self) -> Value {
-        let at = Address::fixed(self.regions.exec, exec::STALE);
+        let at = Address::fixed(self.regions.exec, exec::INVALID_ASSUMPTIONS);
         let b = self.builder.ins();
-        let stale = b.load(Type::I32, at);
-        b.icmp_imm(IntCond::Eq, stale, 0)
+        let invalid = b.load(Type::I32, at);
+        b.icmp_imm(IntCond::Eq, invalid, 0)
     }
 
     /// An integer as a double.

@@ -289,7 +289,7 @@ impl Memory<'_, '_> {
                 signed(value.into(), 21)
             }
             Definition::Tw { .. } => {
-                let offset = self.layout.tw + 8 * self.map.number(number);
+                let offset = self.layout.thumbwheels + 8 * self.map.number(number);
                 math::finite(read_f64(self.scan.image, offset))
             }
             Definition::X { address, field } => {
@@ -321,7 +321,7 @@ impl Memory<'_, '_> {
                 write_u32(self.scan.image, self.definition_offset(number), bits);
             }
             Definition::Tw { .. } => {
-                let offset = self.layout.tw + 8 * self.map.number(number);
+                let offset = self.layout.thumbwheels + 8 * self.map.number(number);
                 write_f64(self.scan.image, offset, value);
             }
             Definition::X { address, field } => self.write_field(Space::X, address, field, value),
