@@ -1,9 +1,9 @@
-//! Random numbers for tests, fuzz replays and benchmarks: the same numbers for the same seed, on
+//! Random numbers for tests, fuzz replays and benchmarks. The same seed gives the same numbers on
 //! every machine and in every version.
 //!
-//! The generator is [`rand_xoshiro`]'s SplitMix64, whose values that crate promises not to change;
-//! this crate adds the few ways in which tests draw from it. A test names the seed in its message,
-//! so that a failing case can be made again:
+//! The generator is [`rand_xoshiro`]'s SplitMix64. That crate promises not to change its values.
+//! This crate adds the few ways in which tests draw numbers from it. A test that fails names the
+//! seed in its message, so that the case can be generated again:
 //!
 //! ```
 //! use plcc_random::Rng;
@@ -40,35 +40,36 @@ impl Rng {
         (self.bits() % limit.max(1) as u64) as usize
     }
 
-    /// True in `percent` of 100 cases.
+    /// True with a probability of `percent` in 100.
     pub fn chance(&mut self, percent: usize) -> bool {
         self.below(100) < percent
     }
 
-    /// One of a list.
+    /// An element of a list, each with the same probability.
     ///
     /// # Panics
-    /// The list is empty.
+    /// If the list is empty.
     pub fn pick<'a, T>(&mut self, list: &'a [T]) -> &'a T {
         let at = self.below(list.len());
         &list[at]
     }
 }
 
-/// The seeds that a test of generated programs goes through: as many as usual, from 0 on; or as
-/// many as `PLCC_SEEDS` says, from `PLCC_FIRST` on, which is how `scripts/full generated` divides a
-/// long run.
-pub fn seeds(usual: u64) -> std::ops::Range<u64> {
+/// The seeds for which a test generates programs: `default_count` of them, from 0. The environment
+/// variables `PLCC_SEEDS` and `PLCC_FIRST` give another count and another first seed;
+/// `scripts/full generated` sets them to divide a long run into parts.
+pub fn seeds(default_count: u64) -> std::ops::Range<u64> {
     let number = |name| std::env::var(name).ok().and_then(|text| text.parse::<u64>().ok());
     let first = number("PLCC_FIRST").unwrap_or(0);
-    first..first + number("PLCC_SEEDS").unwrap_or(usual)
+    first..first + number("PLCC_SEEDS").unwrap_or(default_count)
 }
 
 #[cfg(test)]
 mod tests {
     use super::Rng;
 
-    /// Seeds in commit messages, issues and comments name programs: they must stay the same ones.
+    /// Commit messages, issues and comments name generated programs by their seed, so a seed must
+    /// always give the same program.
     #[test]
     fn a_seed_gives_the_same_numbers_for_ever() {
         let mut rng = Rng::new(0);
