@@ -298,7 +298,7 @@ fn suspicious_programs_get_warnings() {
 }
 
 #[test]
-fn what_stands_behind_a_complete_line_is_too_much() {
+fn text_after_a_complete_line_is_an_error() {
     expect(
         "$INPUT\nIN1=0/0 X\nIN2=0/1,\nIN3=0/2/BCD\nIN4=0/3-4\n$END\n",
         &[("5", 2), ("5", 3), ("5", 4), ("11", 5)],

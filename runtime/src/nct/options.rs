@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn settings_have_their_ranges() {
+    fn settings_outside_their_range_are_refused() {
         assert_eq!(parameter("61=24"), Ok((61, 24)));
         assert_eq!(constant("1=-1"), Ok((1, 0xFFFF)));
         assert_eq!(macro_variable("180=12.5"), Ok((180, 12.5)));

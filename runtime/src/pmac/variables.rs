@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_name_says_why() {
+    fn a_wrong_name_is_refused_with_the_reason() {
         for name in
             ["", "P", "P-1", "P1.5", "PUMP", "&2P5", "&Q5", "X:", "X:$G", "Z:0", "P4294967296"]
         {
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_of_a_stimulus() {
+    fn values_of_a_stimulus_are_numbers_of_pmac() {
         for (text, value) in
             [("1", 1.0), ("-2.5", -2.5), ("$FF", 255.0), ("-$a", -10.0), (" .5 ", 0.5), ("+3", 3.0)]
         {

@@ -401,7 +401,7 @@ fn a_dump_has_what_the_program_names() {
 }
 
 #[test]
-fn only_the_non_volatile_survives() {
+fn only_non_volatile_variables_are_retained() {
     let mut control = Control::new();
     control.set("@NVLNG[1]", -123_456);
     control.set("TOTAL", 5);

@@ -246,7 +246,7 @@ fn a_stimulus_can_begin_again() {
 }
 
 #[test]
-fn tables_come_in_many_forms() {
+fn a_stimulus_may_have_any_line_ends_quotes_and_blanks() {
     let plain = stimulus(b"tick,name,value\n1,A,2\n0,P10,3\n").unwrap();
     for other in [
         &b"\xEF\xBB\xBFtick,name,value\r\n1,A,2\r\n\r\n0,P10,3"[..],

@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ending_says_the_format() {
+    fn the_file_name_extension_chooses_the_format() {
         assert_eq!(TraceFormat::of(Path::new("a.VCD"), false), TraceFormat::Vcd);
         assert_eq!(TraceFormat::of(Path::new("-"), true), TraceFormat::Csv { time: true });
         assert_eq!(TraceFormat::of(Path::new("a.csv"), false), TraceFormat::default());

@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_line_says_how_long_it_takes() {
+    fn the_progress_line_says_how_long_the_run_takes() {
         let elapsed = Duration::from_secs(2);
         assert_eq!(line(250, Some(1000), elapsed), "25 %, 250 of 1000 ticks, 6 s left");
         assert_eq!(line(250, None, elapsed), "250 ticks, 125 a second, Ctrl-C ends");

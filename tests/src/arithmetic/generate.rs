@@ -1,4 +1,4 @@
-//! Makes random statements.
+//! Generates random statements.
 
 use std::ops::Range;
 
@@ -23,11 +23,13 @@ const WRITTEN_M: u32 = 40;
 /// What a program is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kinds {
-    /// Anything.
+    /// Statements of every kind.
     Any,
-    /// M-variables that are fields of words, and integers: what integers mostly compute.
+    /// M-variables that are fields of words, and integer constants, which compiled code mostly computes
+    /// in integers.
     Fields,
-    /// P-variables with bit operators and remainders, which are speculated to hold integers.
+    /// P-variables with bit operators and remainders, where compiled code speculates that they hold
+    /// integers.
     Speculated,
     /// A PLCC with L-variables.
     Long,
@@ -37,15 +39,16 @@ struct Generator {
     rng: Rng,
     kinds: Kinds,
     l: u32,
-    /// The statement at hand is of what integers compute alone.
-    pure: bool,
+    /// Whether the statement that is being written has only operands and operators that compiled code
+    /// computes in integers.
+    integers_only: bool,
     /// The next P-variable that takes a result.
     result: u32,
 }
 
-/// A program of so many statements.
+/// A program with this number of statements, the same for the same seed.
 pub fn program(seed: u64, kinds: Kinds, statements: usize) -> Statements {
-    let mut g = Generator { rng: Rng::new(seed), kinds, l: 12, pure: false, result: 100 };
+    let mut g = Generator { rng: Rng::new(seed), kinds, l: 12, integers_only: false, result: 100 };
     let mut out = Statements { compiled: kinds == Kinds::Long, ..Statements::default() };
     for number in 1..WRITTEN_M + 24 {
         out.m.push((number, g.definition(number >= READ_M)));
@@ -88,7 +91,7 @@ impl Generator {
     }
 
     fn definition(&mut self, written: bool) -> Definition {
-        // Pairs of words leave the last address to its partner.
+        // A pair of words at the last address would need one more.
         let address = WORDS.start + self.rng.below(WORDS.len()) as u32;
         let fields = self.kinds == Kinds::Fields;
         match self.rng.below(if fields { 30 } else { 20 }) {
@@ -106,7 +109,7 @@ impl Generator {
     fn number(&mut self) -> String {
         let value = match self.rng.below(12) {
             10 => self.rng.below(4096) as f64,
-            // What meets its bound, and goes over it.
+            // Numbers at and beyond the bounds of fields.
             11 => *self.rng.pick(EDGES),
             0 => 0.0,
             1..4 => self.rng.below(20) as f64,
@@ -116,7 +119,7 @@ impl Generator {
             7 => self.rng.below(1000) as f64 / 8.0,
             _ => *self.rng.pick(EDGES),
         };
-        if self.pure {
+        if self.integers_only {
             let most =
                 if self.kinds == Kinds::Long { 8_388_607.0 } else { 9_007_199_254_740_992.0 };
             return value.clamp(0.0, most).floor().to_string();
@@ -133,11 +136,11 @@ impl Generator {
         };
         let m = |g: &mut Self| Expr::Var(Kind::M, 1 + g.rng.below(READ_M as usize - 1) as u32);
         match self.kinds {
-            Kinds::Fields if self.pure || self.rng.chance(80) => m(self),
-            Kinds::Speculated if self.pure || self.rng.chance(80) => {
+            Kinds::Fields if self.integers_only || self.rng.chance(80) => m(self),
+            Kinds::Speculated if self.integers_only || self.rng.chance(80) => {
                 Expr::Var(Kind::P, self.rng.below(INPUTS as usize) as u32)
             }
-            Kinds::Long if self.pure || self.rng.chance(80) => {
+            Kinds::Long if self.integers_only || self.rng.chance(80) => {
                 Expr::Var(Kind::L, 1 + self.rng.below(self.l as usize) as u32)
             }
             _ => any(self),
@@ -148,7 +151,7 @@ impl Generator {
         match self.rng.below(3) {
             0 => *self.rng.pick(&[Bin::And, Bin::Or, Bin::Xor, Bin::Mod, Bin::And]),
             1 => *self.rng.pick(&[Bin::Add, Bin::Sub, Bin::Mul]),
-            _ if self.pure && self.kinds != Kinds::Long => {
+            _ if self.integers_only && self.kinds != Kinds::Long => {
                 *self.rng.pick(&[Bin::And, Bin::Sub, Bin::Mul, Bin::Mod])
             }
             _ if self.kinds == Kinds::Any || self.rng.chance(30) => *self.rng.pick(&Bin::ALL),
@@ -165,7 +168,7 @@ impl Generator {
             let number = Expr::Number(self.number());
             return if self.rng.chance(15) { Expr::Neg(Box::new(number)) } else { number };
         }
-        let any = if self.pure { 2 } else { 0 };
+        let any = if self.integers_only { 2 } else { 0 };
         match any + self.rng.below(if self.kinds == Kinds::Any { 16 } else { 22 }) {
             0 => {
                 let function = self.rng.pick(&[
@@ -185,8 +188,8 @@ impl Generator {
                 let bin = self.operator();
                 let left = self.expression(depth - 1);
                 let right = match bin {
-                    // A remainder is mostly by a constant.
-                    Bin::Mod if self.pure || self.rng.chance(70) => {
+                    // Most remainders in real programs are by constants.
+                    Bin::Mod if self.integers_only || self.rng.chance(70) => {
                         let number = Expr::Number(self.number());
                         let minus = self.rng.chance(30);
                         if minus { Expr::Neg(Box::new(number)) } else { number }
@@ -209,7 +212,7 @@ impl Generator {
     fn comparison(&mut self, depth: usize) -> Condition {
         let cmp = Cmp { negated: self.rng.chance(50), sign: *self.rng.pick(&['=', '>', '<', '~']) };
         let left = self.expression(depth);
-        // Often a neighbour of the same value, so that both outcomes come up.
+        // Often the two sides are nearly equal, so that both outcomes occur.
         let right = match self.rng.below(6) {
             0 => {
                 let bin = *self.rng.pick(&[Bin::Add, Bin::Sub]);
@@ -242,7 +245,7 @@ impl Generator {
     }
 
     fn statement(&mut self) -> Statement {
-        self.pure = self.kinds != Kinds::Any && self.rng.chance(70);
+        self.integers_only = self.kinds != Kinds::Any && self.rng.chance(70);
         let depth = 1 + self.rng.below(4);
         match self.rng.below(20) {
             0..6 => {

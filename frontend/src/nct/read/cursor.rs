@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn an_open_comment_is_remembered() {
+    fn the_place_of_an_unclosed_comment_is_known() {
         let mut cursor = Cursor::new(FileId(0), "U /*/");
         cursor.bump();
         assert_eq!(cursor.open_comment(), Some(2));

@@ -273,7 +273,7 @@ mod tests {
     use super::Cursor;
 
     #[test]
-    fn hexadecimal_constants_are_the_nearest_double() {
+    fn long_hexadecimal_constants_become_the_nearest_double() {
         let number = |text: &str| Cursor::new(text).number();
         assert_eq!(number("$FF"), Some(255.0));
         assert_eq!(number("$ 0ff"), Some(255.0));
