@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use plcc_abi::{Dialect, Engine, Program, Tables};
+use plcc_abi::{Dialect, Engine, Program};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
 use plcc_runtime::args::ControlArgs;
@@ -140,17 +140,15 @@ impl Machine<'_> {
         self.stopped
     }
 
-    /// The image, in which two regions of NCT are zeroed: engines keep values there while a statement
-    /// runs, each in its own way. All other bytes must be the same in every engine.
+    /// The image, in which two regions of PMI and NCT are zeroed: engines keep values there while a
+    /// statement runs, each in its own way. All other bytes must be the same in every engine.
     pub fn state(&self, program: &Program) -> Vec<u8> {
         let mut image = self.executive.image().to_vec();
-        if matches!(program.tables, Tables::Nct(_)) {
-            for name in ["scratch", "waiting"] {
-                let Some(region) = program.region(name) else { continue };
-                let (start, end) = (region.offset as usize, (region.offset + region.size) as usize);
-                if let Some(bytes) = image.get_mut(start..end) {
-                    bytes.fill(0);
-                }
+        for name in ["scratch", "waiting"] {
+            let Some(region) = program.region(name) else { continue };
+            let (start, end) = (region.offset as usize, (region.offset + region.size) as usize);
+            if let Some(bytes) = image.get_mut(start..end) {
+                bytes.fill(0);
             }
         }
         image

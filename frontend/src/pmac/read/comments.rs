@@ -1,6 +1,6 @@
 //! Comments of the download program: `;` and `//` to the line's end, `/* … */` over lines.
 
-/// Whether a text ends in a block comment.
+/// Whether a text ends inside a block comment that it opens itself.
 pub(super) fn ends_inside_comment(mut text: &str) -> bool {
     loop {
         let before = strip_comment(text);
@@ -14,7 +14,7 @@ pub(super) fn ends_inside_comment(mut text: &str) -> bool {
     }
 }
 
-/// A definition's text up to a comment outside quotes.
+/// A text up to its first comment outside of quotes.
 pub(super) fn strip_comment(text: &str) -> &str {
     let mut quoted = false;
     let bytes = text.as_bytes();

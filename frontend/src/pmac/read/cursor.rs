@@ -1,11 +1,12 @@
 //! Reading preprocessed text character by character.
 //!
-//! The controller glues statements and splits words as it likes (`P1=0P2=1`, `END IF`), so there
-//! are no tokens: each rule looks for the word that it can use at the place where it is.
+//! There are no tokens, since the language does not separate them: statements may follow each other
+//! without blanks (`P1=0P2=1`), and some words may be split (`END IF`). So each rule of the parser
+//! asks the cursor for the words that it can use.
 
 use crate::pmac::origin::TextRange;
 
-/// What is wrong, with its place: one error of one statement.
+/// An error in the text: its code, its place in the preprocessed text, and what to do about it.
 #[derive(Clone, Debug)]
 pub(crate) struct ParseError {
     pub(crate) code: &'static str,
@@ -14,9 +15,10 @@ pub(crate) struct ParseError {
     pub(crate) help: Option<String>,
 }
 
+/// What a rule of the parser has read, or its error.
 pub(crate) type Parsed<T> = Result<T, ParseError>;
 
-/// An error ERR003 at a place.
+/// The error `PMAC-3` (ERR003 of the controller) at a place.
 pub(crate) fn syntax<T>(at: TextRange, message: impl Into<String>) -> Parsed<T> {
     Err(ParseError { code: "PMAC-3", at, message: message.into(), help: None })
 }
@@ -35,7 +37,8 @@ pub(crate) fn syntax_help<T>(
 pub(crate) struct Cursor<'a> {
     text: &'a str,
     pub(crate) pos: usize,
-    /// Whether blanks include line ends: true in buffers.
+    /// Whether line ends count as blanks. They do in buffers; an on-line command ends with its
+    /// line.
     pub(crate) crosses_lines: bool,
 }
 
@@ -44,11 +47,12 @@ impl<'a> Cursor<'a> {
         Self { text, pos: 0, crosses_lines: false }
     }
 
-    /// The byte at the place; 0 at the end.
+    /// The byte at the cursor; 0 at the end of the text.
     pub(crate) fn byte(&self) -> u8 {
         self.byte_at(0)
     }
 
+    /// The byte that stands `ahead` bytes further on; 0 behind the end of the text.
     pub(crate) fn byte_at(&self, ahead: usize) -> u8 {
         self.text.as_bytes().get(self.pos + ahead).copied().unwrap_or(0)
     }
@@ -57,11 +61,12 @@ impl<'a> Cursor<'a> {
         self.pos >= self.text.len()
     }
 
+    /// The text from the cursor on.
     pub(crate) fn rest(&self) -> &'a str {
         self.text.get(self.pos..).unwrap_or("")
     }
 
-    /// Takes blanks, and control characters, which count as such.
+    /// Skips blanks, control characters, no-break spaces and byte order marks.
     pub(crate) fn blanks(&mut self) {
         while !self.at_end() {
             match self.byte() {
@@ -74,20 +79,20 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The byte behind the blanks.
+    /// Skips blanks; gives the byte behind them, 0 at the end of the text.
     pub(crate) fn peek(&mut self) -> u8 {
         self.blanks();
         self.byte()
     }
 
-    /// Takes a byte, in capitals, when it comes next behind the blanks.
+    /// Takes a character, given in capitals, if it comes next behind the blanks.
     pub(crate) fn eat(&mut self, byte: u8) -> bool {
         let found = self.peek().to_ascii_uppercase() == byte && !self.at_end();
         self.pos += usize::from(found);
         found
     }
 
-    /// Whether the text goes on with a word, in capitals, right here.
+    /// Whether a word stands at the cursor, in any case.
     pub(crate) fn starts_with(&self, word: &str) -> bool {
         self.text
             .as_bytes()
@@ -95,7 +100,7 @@ impl<'a> Cursor<'a> {
             .is_some_and(|b| b.eq_ignore_ascii_case(word.as_bytes()))
     }
 
-    /// Takes a word, however it goes on.
+    /// Takes a word if it comes next behind the blanks, whatever stands behind it.
     pub(crate) fn eat_word(&mut self, word: &str) -> bool {
         self.blanks();
         let found = self.starts_with(word);
@@ -105,7 +110,8 @@ impl<'a> Cursor<'a> {
         found
     }
 
-    /// Takes as much of `word` as stands here, at least its first `least` letters.
+    /// Takes as many letters of `word` as stand behind the blanks, if these are its first `least`
+    /// letters at least.
     pub(crate) fn eat_abbreviated(&mut self, word: &str, least: usize) -> bool {
         self.blanks();
         let bytes = self.text.as_bytes().get(self.pos..).unwrap_or(&[]);
@@ -117,7 +123,7 @@ impl<'a> Cursor<'a> {
         same >= least
     }
 
-    /// The place from an offset up to here, but for blanks in front of here.
+    /// The range from an offset to the cursor, without blanks at its end.
     pub(crate) fn since(&self, start: usize) -> TextRange {
         let text = self.text.get(start..self.pos).unwrap_or("").trim_end();
         TextRange::new(
@@ -126,7 +132,8 @@ impl<'a> Cursor<'a> {
         )
     }
 
-    /// The next character or word behind the blanks, to point at it.
+    /// The range of the next word or other character behind the blanks, for an error that points at
+    /// it. Of a word it has 64 bytes at most.
     pub(crate) fn next_word(&mut self) -> TextRange {
         self.blanks();
         let rest = self.rest();
@@ -139,20 +146,20 @@ impl<'a> Cursor<'a> {
         TextRange::new(self.pos, self.pos + length)
     }
 
-    /// What stands at a place, with the letters that stand right before it.
+    /// The text of a range, with the letters that stand directly in front of it.
     pub(crate) fn glued_word(&self, at: TextRange) -> &'a str {
         let before = self.text.get(..at.start as usize).unwrap_or("");
         let start = before.trim_end_matches(|c: char| c.is_ascii_alphabetic()).len();
         self.text.get(start..at.end as usize).unwrap_or("")
     }
 
-    /// What stands at the place, for messages.
+    /// The text of a range without blanks around it, for messages.
     pub(crate) fn text_at(&self, at: TextRange) -> &'a str {
         self.text.get(at.start as usize..at.end as usize).unwrap_or("").trim()
     }
 
-    /// An error at the next word that says what was wanted. Where that stands on a later line the
-    /// error is at the end of the line before, and reading goes on there.
+    /// The error that `wanted` is expected at the next word. If that stands on a later line, the
+    /// error is at the end of the line before, and the cursor goes back there.
     pub(crate) fn expected<T>(&mut self, wanted: &str) -> Parsed<T> {
         self.blanks();
         let before = self.text.get(..self.pos).unwrap_or("");
@@ -167,7 +174,7 @@ impl<'a> Cursor<'a> {
         self.expected_at_once(wanted)
     }
 
-    /// An error at the next word, on whatever line it stands.
+    /// The error that `wanted` is expected at the next word, on whatever line that stands.
     pub(crate) fn expected_at_once<T>(&mut self, wanted: &str) -> Parsed<T> {
         let at = self.next_word();
         if let Some(c) = self.rest().chars().next().filter(|c| !c.is_ascii()) {
@@ -184,13 +191,14 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Skips to the line's end.
+    /// Moves to the line's end.
     pub(crate) fn skip_line(&mut self) {
         let rest = self.rest();
         self.pos += rest.find('\n').unwrap_or(rest.len());
     }
 
-    /// Digits that make an unsigned integer, or `$` and hexadecimal ones; none leaves the place.
+    /// Takes an unsigned integer: decimal digits, or `$` and hexadecimal ones. Values beyond 64
+    /// bits become the largest. If there is none the cursor stays.
     pub(crate) fn integer(&mut self) -> Option<u64> {
         self.blanks();
         let start = self.pos;
@@ -215,7 +223,8 @@ impl<'a> Cursor<'a> {
         Some(value)
     }
 
-    /// A number: decimal with a fraction, or hexadecimal behind `$`.
+    /// Takes a number without a sign: decimal, perhaps with a fraction, or `$` and hexadecimal
+    /// digits. If there is none the cursor stays.
     pub(crate) fn number(&mut self) -> Option<f64> {
         self.blanks();
         if self.byte() == b'$' {

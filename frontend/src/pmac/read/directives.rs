@@ -1,4 +1,5 @@
-//! The download program's directives: `#define`, `#undef`, `#ifdef` and its kind, `#include`.
+//! The download program's directives: `#define`, `#undef`, `#ifdef`, `#ifndef`, `#else`, `#endif`
+//! and `#include`.
 
 use std::path::Path;
 
@@ -11,8 +12,8 @@ use super::template::{ExpandedLine, Template};
 use crate::common::find_include;
 
 impl Preprocessor<'_> {
-    /// Does what a directive says; false where the word is none.
-    /// The line's first character is at `lead`, what follows the word at `tail`.
+    /// Executes a directive; false if `word`, in small letters, is no directive. The `#` stands at
+    /// the offset `lead` of the line, the text behind the word at `tail`.
     pub(super) fn directive(
         &mut self,
         word: &str,
@@ -77,11 +78,13 @@ impl Preprocessor<'_> {
         true
     }
 
-    /// Whether the text, or `--define`, defines a name.
+    /// Whether a name is defined, by the text or by `--define`.
     fn is_defined(&self, name: &str) -> bool {
         self.macros.contains_key(name) || self.options.defines.iter().any(|(n, _)| n == name)
     }
 
+    /// Opens the file that `#include` names; `at` is the place of the directive, `written` the text
+    /// behind its word.
     fn include(&mut self, at: Span, written: &str) {
         let (from, close) = match written.chars().next() {
             Some('"') => (1, '"'),

@@ -234,8 +234,8 @@ impl DownloadReader<'_> {
         self.buffer().map_or(0, |buffer| buffer.code.len() as u32)
     }
 
-    /// Appends a statement to the open buffer. It reaches in the text from the offset `start` to the
-    /// cursor.
+    /// Appends a statement to the open buffer. It reaches in the text from the offset `start` to
+    /// the cursor.
     pub(crate) fn push(&mut self, kind: StmtKind, start: usize) {
         let at = self.reader.cur.since(start);
         let integer = self.is_integer(&kind);

@@ -1,4 +1,5 @@
-//! Expressions and conditions, read into postfix order without recursion.
+//! The parser of expressions and conditions. It writes them in postfix order, with two stacks
+//! instead of recursion (the shunting-yard algorithm).
 
 use plcc_abi::pmac::Kind;
 
@@ -10,23 +11,27 @@ use crate::pmac::origin::TextRange;
 /// Deepest nesting of parentheses.
 const MAX_NESTING: usize = 256;
 
-/// Reads what statements and commands have in common.
+/// The parser that statements of PLCs and on-line commands share: expressions here, assignments,
+/// definitions and on-line commands in the files beside this one.
 #[derive(Debug)]
 pub(crate) struct Reader<'a> {
+    /// The place in the text.
     pub(crate) cur: Cursor<'a>,
+    /// The operations of all expressions that were read.
     pub(crate) ops: Vec<Op>,
     pub(crate) controller: Controller,
-    /// L-variables that are used, with their places; none outside PLCCs.
+    /// In a PLCC the numbers and places of the L-variables that are used; elsewhere `None`, and
+    /// L-variables are errors.
     pub(crate) l_used: Option<Vec<(u16, TextRange)>>,
-    /// Where `==` was taken as `=`.
+    /// Where the statement that was read last has `==`, which is taken as `=`.
     pub(crate) double_equals: Option<TextRange>,
-    /// In PLCCs: the steps that are constants with a written point.
+    /// In a PLCC the operations of the statement that are constants written with a decimal point.
     pub(crate) constants_with_point: Vec<usize>,
-    /// Comparators, AND and OR may stand outside parentheses.
+    /// Whether comparators, AND and OR may stand outside of parentheses.
     bare_conditions: bool,
 }
 
-/// An operator that waits for what stands right of it, or an open parenthesis.
+/// An operator whose right operand is not read yet, or an open parenthesis.
 #[derive(Clone, Copy, PartialEq)]
 enum PendingOperator {
     Paren,
@@ -40,6 +45,7 @@ enum PendingOperator {
 }
 
 impl PendingOperator {
+    /// How tight the operator binds; 0 for what ends with a closing parenthesis.
     fn precedence(self) -> u8 {
         match self {
             Self::Paren | Self::Func(_) | Self::Index(_) => 0,
@@ -53,11 +59,12 @@ impl PendingOperator {
     }
 }
 
-/// Operands and operators in the making.
+/// The two stacks of the shunting-yard algorithm.
 struct Stacks {
     operators: Vec<(PendingOperator, TextRange)>,
-    /// For each value whether it is a truth value.
+    /// For each operand that is complete, whether it is a truth value.
     values: Vec<bool>,
+    /// How many parentheses are open.
     depth: usize,
 }
 
@@ -74,7 +81,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The cursor at another place.
+    /// The cursor at the offset `pos`.
     pub(crate) fn cur_at(&self, pos: usize) -> Cursor<'a> {
         let mut cur = self.cur;
         cur.pos = pos;
@@ -91,7 +98,7 @@ impl<'a> Reader<'a> {
         if self.is_turbo() { 8191 } else { 1023 }
     }
 
-    /// A constant variable number.
+    /// A variable's number, written as an integer.
     pub(crate) fn variable_number(&mut self) -> Parsed<u16> {
         self.cur.blanks();
         let start = self.cur.pos;
@@ -107,7 +114,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The error for a number beyond the controller.
+    /// The error `PMAC-X1` for a number that is too large for the controller.
     pub(crate) fn beyond_controller(&self, at: TextRange, message: String) -> ParseError {
         let help = if self.is_turbo() {
             "Turbo PMAC has no more than that".to_owned()
@@ -117,7 +124,8 @@ impl<'a> Reader<'a> {
         ParseError { code: "PMAC-X1", at, message, help: Some(help) }
     }
 
-    /// Which kind of variable begins here: a letter, then a number or a parenthesis.
+    /// The kind of the variable that begins at the cursor, if one does: a letter, then a number or
+    /// a parenthesis.
     pub(crate) fn variable_kind(&mut self) -> Option<Kind> {
         let kind = match self.cur.peek().to_ascii_uppercase() {
             b'I' => Kind::I,
@@ -133,7 +141,7 @@ impl<'a> Reader<'a> {
         matches!(ahead.peek(), b'0'..=b'9' | b'(' | b'$').then_some(kind)
     }
 
-    /// Notes the use of an L-variable, or refuses it outside PLCCs.
+    /// Records the use of a variable if it is an L-variable. Outside of PLCCs that is an error.
     pub(crate) fn uses(&mut self, kind: Kind, number: u16, at: TextRange) -> Parsed<()> {
         if kind == Kind::L {
             match &mut self.l_used {
@@ -147,7 +155,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// An expression; it ends in front of whatever cannot go on with it.
+    /// An expression. It ends in front of the first character that can't be part of it.
     pub(crate) fn expression(&mut self) -> Parsed<Expr> {
         let start = self.ops.len();
         self.cur.blanks();
@@ -176,8 +184,8 @@ impl<'a> Reader<'a> {
         Ok(self.since(start))
     }
 
-    /// The whole text as an expression or a condition, which needs no parentheses around it. Says
-    /// whether it is a condition.
+    /// The whole text as an expression or as a condition, which needs no parentheses around it. The
+    /// second value says whether it is a condition.
     pub(crate) fn whole_text(&mut self) -> Parsed<(Expr, bool)> {
         self.bare_conditions = true;
         self.cur.crosses_lines = true;
@@ -190,6 +198,7 @@ impl<'a> Reader<'a> {
         Ok((self.since(start), condition))
     }
 
+    /// The expression whose operations are those from `start` on.
     pub(crate) fn since(&self, start: usize) -> Expr {
         let at = TextRange::new(start, self.ops.len());
         Expr { start: at.start, len: at.end - at.start }
@@ -206,8 +215,9 @@ impl<'a> Reader<'a> {
         Ok(self.since(start))
     }
 
-    /// Reads operands and operators. With `closed` it ends behind the parenthesis that it begins
-    /// with. Gives whether the result is a truth value.
+    /// Reads operands and operators by the shunting-yard algorithm. With `closed` the text begins
+    /// with a parenthesis, and reading ends behind the one that closes it. Gives whether the result
+    /// is a truth value.
     fn shunt(&mut self, closed: bool) -> Parsed<bool> {
         let mut stacks = Stacks { operators: Vec::new(), values: Vec::new(), depth: 0 };
         loop {
@@ -247,7 +257,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The error for a parenthesis that the line does not close.
+    /// The error for a parenthesis that is not closed.
     fn unclosed<T>(&mut self, stacks: &Stacks) -> Parsed<T> {
         let open = stacks.operators.iter().rev().find(|(what, _)| what.precedence() == 0);
         let error = self.cur.expected("an operator or `)`");
@@ -259,7 +269,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reads what can stand where a value is due; true when the value is complete.
+    /// Reads the next part of an operand: a sign, an opening parenthesis, or a number or variable,
+    /// which completes the operand. Gives whether it is complete.
     fn operand(&mut self, stacks: &mut Stacks) -> Parsed<bool> {
         let byte = self.cur.peek();
         let start = self.cur.pos;
@@ -352,7 +363,7 @@ impl<'a> Reader<'a> {
         Ok(false)
     }
 
-    /// Takes `)` and everything that waits up to its `(`.
+    /// Takes `)`, and writes all pending operators up to its `(`.
     fn close(&mut self, stacks: &mut Stacks) -> Parsed<()> {
         self.cur.pos += 1;
         stacks.depth -= 1;
@@ -365,7 +376,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Writes an operator whose operands are complete.
+    /// Writes an operator whose operands are complete. They must be numbers or truth values as the
+    /// operator needs them.
     fn apply(&mut self, what: PendingOperator, at: TextRange, stacks: &mut Stacks) -> Parsed<()> {
         let (op, operands, truth, wants) = match what {
             PendingOperator::Paren => return Ok(()),
@@ -395,7 +407,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// The operator that comes next, if one does. AND, OR and comparators need parentheses.
+    /// Takes the operator that comes next, if one does. AND, OR and comparators are operators only
+    /// where `inside` says that they may stand: in parentheses.
     fn operator(&mut self, inside: bool) -> Parsed<Option<PendingOperator>> {
         let byte = self.cur.peek();
         let start = self.cur.pos;

@@ -5,20 +5,23 @@ use plcc_diag::Span;
 use super::preprocess::{MAX_NESTING, Preprocessor, is_word, word_at};
 use crate::pmac::origin::TextRange;
 
-/// A definition.
+/// What `#define` gave a name.
 pub(super) struct Macro {
+    /// The text that replaces the name.
     pub(super) body: std::rc::Rc<str>,
+    /// Where that text stands.
     pub(super) defined: Span,
-    /// It is being replaced, so that its own name in it stays.
+    /// Whether it is being replaced just now. The same name in its replacement is left alone then.
     pub(super) expanding: bool,
-    /// A template that nothing defines stands in it.
+    /// Whether a template without value and default stands in it.
     pub(super) has_undefined_template: bool,
 }
 
 impl Preprocessor<'_> {
-    /// How much of a word is looked up as one name: all of it, but for what has no other meaning,
-    /// a name right behind a number (`20MSEC`) and one before an address's last digits (`$PAGE00`).
-    /// `before` is what the word stands behind.
+    /// How many bytes of a word are to be looked up as one name. That is the whole word, with two
+    /// exceptions for words that are no names themselves: the number of a name that follows a
+    /// number (2 for `20MSEC`, then 4 for `MSEC`), and a name in front of the last digits of an
+    /// address (4 for `PAGE00` behind `$`). `before` is the byte in front of the word.
     pub(super) fn name_length(&self, word: &str, before: Option<&u8>) -> usize {
         let is_name = |part: Option<&str>| part.is_some_and(|p| self.macros.contains_key(p));
         let hex = |part: &str| part.bytes().all(|b| b.is_ascii_hexdigit());
@@ -40,13 +43,15 @@ impl Preprocessor<'_> {
         split.unwrap_or(word.len())
     }
 
+    /// Appends what replaces the name that stands at `used`.
     pub(super) fn expand_macro(&mut self, name: &str, used: Span) {
         let Some(entry) = self.macros.get(name) else { return };
         let (body, defined) = (entry.body.clone(), entry.defined);
         self.replace(&body, used, defined, name.to_owned());
     }
 
-    /// Writes a replacement, searched again for other names, without recursion.
+    /// Appends `body`, the replacement of `name`. Names in it are replaced in turn, with a stack of
+    /// levels instead of recursion.
     fn replace(&mut self, body: &std::rc::Rc<str>, used: Span, defined: Span, name: String) {
         struct Level {
             body: std::rc::Rc<str>,

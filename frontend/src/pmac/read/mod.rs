@@ -1,5 +1,11 @@
-//! Text to statements: the download program's macros, the cursor, the parsers of statements and of
-//! on-line commands, and how reading goes on behind an error.
+//! Source text to a checked download, in two stages.
+//!
+//! 1. [`preprocess`] makes one text of all files: it reads `#include` and the other `directives`,
+//!    replaces the names of `#define` (`macros`) and `$(NAME)` (`template`), and drops `comments`.
+//! 2. [`download`] reads that text: on-line commands ([`online`], `buffers`) and the statements of
+//!    the buffers between them ([`statement`], `structure`, `command`, `texts`, `ring`). Both use
+//!    the parsers of [`expr`], [`assign`], [`define`] and the table of `words`. `skip` passes over
+//!    motion programs. Behind an error, `report` and `recover` find where reading goes on.
 
 pub(crate) mod assign;
 mod buffers;

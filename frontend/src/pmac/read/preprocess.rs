@@ -1,8 +1,10 @@
-//! The download program's macros: `#define` and its kind, `$(NAME)` templates, comments, includes.
+//! What the download program does to the files before it sends them: directives such as `#define`
+//! and `#include`, templates (`$(NAME)`), and comments.
 //!
-//! The result is one text, comments and directives gone, line ends `\n`, with the
-//! [way back](Origins) to the sources. Time and space are linear in what is read and written, and
-//! what is written is bounded, so that definitions that double again and again end in an error.
+//! The result is one text without comments and directives, with `\n` at each line's end, and with
+//! the [place in the sources](Origins) of every byte. Time and space are linear in what is read and
+//! written. What is written is limited, so that definitions that double a text again and again end
+//! in an error.
 
 use std::collections::HashMap;
 
@@ -21,21 +23,24 @@ pub(super) const MAX_NESTING: usize = 256;
 /// Bytes that replacements and includes may produce besides the sources' own.
 const MAX_PRODUCED: usize = 16 << 20;
 
-/// The same for a text that is not part of the program.
+/// The same limit for a text that is not part of the program, such as the condition of a
+/// breakpoint.
 const MAX_REPLACED: usize = 64 << 10;
 
 /// A preprocessed download.
 #[derive(Debug, Default)]
 pub(crate) struct Preprocessed {
-    /// The text. Its last character stands for the last line of the last file.
+    /// The text. Its last character is a line end that was added. Its place in the sources is the
+    /// last line of the last file, where errors about something missing are shown.
     pub(crate) text: String,
-    /// Where it comes from.
+    /// Where it stands in the sources.
     pub(crate) origins: Origins,
-    /// Stretches around a template that nothing defines: no further errors there.
+    /// The ranges of templates without value and default. Each is reported once, and their lines
+    /// have no further errors.
     pub(crate) undefined_templates: Vec<TextRange>,
-    /// An included file is missing: names that nothing defines may be defined there.
+    /// Whether an included file is missing. A name that nothing defines may be defined there.
     pub(crate) incomplete: bool,
-    /// What is defined at the end, by its names in alphabetical order.
+    /// The names that are defined at the end of the text, in alphabetical order.
     pub(crate) names: Vec<DefinedName>,
 }
 
@@ -45,24 +50,25 @@ pub(crate) struct DefinedName {
     pub(crate) name: String,
     /// What it is replaced by.
     pub(crate) body: String,
-    /// Where that stands.
+    /// Where that text stands.
     defined: Span,
 }
 
-/// A file being read.
+/// A file that is being read.
 pub(super) struct OpenFile {
     pub(super) file: FileId,
+    /// The offset of the next line.
     pub(super) pos: usize,
-    /// Conditionals open when the file was entered.
+    /// How many conditionals were open when the file was entered.
     pub(super) conditionals: usize,
 }
 
 /// An `#ifdef` or `#ifndef` whose `#endif` has not come yet.
 pub(super) struct Conditional {
     pub(super) at: Span,
-    /// This branch is read.
+    /// Whether the branch that the text is in is read.
     pub(super) active: bool,
-    /// The conditional itself stands in text that is read.
+    /// Whether the conditional itself stands in text that is read.
     pub(super) outer: bool,
     pub(super) seen_else: bool,
 }
@@ -77,19 +83,22 @@ pub(super) struct Preprocessor<'a> {
     pub(super) conditionals: Vec<Conditional>,
     pub(super) preprocessed: Preprocessed,
     pub(super) diagnostics: Vec<Diagnostic>,
-    /// Bytes of replacements and includes that may still come.
+    /// How many bytes replacements and includes may still add to the text.
     pub(super) budget: usize,
+    /// A file in whose rest no `*/` stands, so that it need not be searched again.
     pub(super) file_without_comment_end: Option<FileId>,
+    /// Whether the next line begins inside a block comment.
     pub(super) in_block_comment: bool,
-    /// What `#define $(NAME) VALUE` says.
+    /// The values of templates that the text defines by `#define $(NAME) VALUE`.
     pub(super) templates: HashMap<String, String>,
 }
 
-/// What `--define` and the text say, and who hears of what it does not say.
+/// The values of templates, from `--define` and from the text. A template without a value is
+/// reported once for each line.
 struct TemplateDefinitions<'a> {
     options: &'a Options,
     diagnostics: &'a mut Vec<Diagnostic>,
-    /// The line has been reported.
+    /// Whether this line has had its error.
     is_reported: bool,
     templates: &'a HashMap<String, String>,
 }
@@ -110,7 +119,8 @@ impl TemplateValues for TemplateDefinitions<'_> {
     }
 }
 
-/// Preprocesses files as one download, in their order. Definitions reach from one to the next.
+/// Preprocesses files as one download, in their order: what one file defines holds in the next ones
+/// too. Gives the text and what is wrong with it.
 pub(crate) fn preprocess(
     map: &mut SourceMap,
     files: &[FileId],
@@ -135,8 +145,8 @@ pub(crate) fn preprocess(
     (this.preprocessed, this.diagnostics)
 }
 
-/// Replaces the names of a program in a text that is not part of it, an expression for instance.
-/// The text stands in `file`.
+/// Replaces a program's names in a text that is not part of the program, such as the condition of a
+/// breakpoint. The text stands in `file` of `sources`.
 pub(crate) fn replace_names(
     sources: &mut SourceMap,
     file: FileId,
@@ -159,7 +169,7 @@ pub(crate) fn replace_names(
     (this.preprocessed, this.diagnostics)
 }
 
-/// The last line of a file that holds a character, where what is absent is missed.
+/// The last line of a file that is not blank: where a missing `#endif` or CLOSE is reported.
 fn last_line(map: &SourceMap, file: FileId) -> Option<Span> {
     let text = map.text(file).trim_end();
     let start = text.rfind(['\n', '\r']).map_or(0, |line| line + 1);
@@ -172,6 +182,7 @@ pub(crate) fn is_word(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
+/// The characters of a name that stand at an offset; empty if none does.
 pub(super) fn word_at(text: &str, start: usize) -> &str {
     let tail = text.get(start..).unwrap_or("");
     tail.find(|c| !is_word(c)).map_or(tail, |end| tail.get(..end).unwrap_or(""))
@@ -195,11 +206,12 @@ impl<'a> Preprocessor<'a> {
         }
     }
 
+    /// Reads a file, with the files that it includes.
     fn file(&mut self, file: FileId) {
         self.files.push(OpenFile { file, pos: 0, conditionals: 0 });
         while let Some(frame) = self.files.last() {
             let (file, pos) = (frame.file, frame.pos);
-            // The text is taken out of the map's reach by value, a line at a time.
+            // The line is copied, since the source map grows while it is read.
             let text = self.sources.text(file);
             if pos >= text.len() {
                 self.leave_file();
@@ -216,6 +228,7 @@ impl<'a> Preprocessor<'a> {
         }
     }
 
+    /// Ends the file that is read, and reports the conditionals that it has left open.
     fn leave_file(&mut self) {
         let Some(frame) = self.files.pop() else { return };
         self.in_block_comment = false;
@@ -229,10 +242,12 @@ impl<'a> Preprocessor<'a> {
         }
     }
 
+    /// Whether the text is read: it is not in a branch that a conditional leaves out.
     pub(super) fn active(&self) -> bool {
         self.conditionals.last().is_none_or(|c| c.active)
     }
 
+    /// Reads a line, which begins at the offset `start` of its file: a directive, or text.
     fn line(&mut self, file: FileId, start: usize, line: &str) {
         if !self.in_block_comment
             && let Some((name, value)) = template_definition(line)
@@ -249,7 +264,7 @@ impl<'a> Preprocessor<'a> {
             is_reported: false,
             templates: &self.templates,
         };
-        // Where nothing is read, no template needs a value.
+        // In a branch that is left out, a template needs no value.
         let line = match self.conditionals.last().is_none_or(|c| c.active) {
             true => ExpandedLine::expand(file, start, line, self.in_block_comment, &mut defines),
             false => ExpandedLine::plain(file, start, line),
@@ -262,7 +277,7 @@ impl<'a> Preprocessor<'a> {
         if !self.in_block_comment
             && let Some(rest) = text.get(lead..).and_then(|l| l.strip_prefix('#'))
         {
-            // A line of them is a rule or a heading.
+            // A line that begins with several `#` is a heading.
             if rest.starts_with('#') {
                 self.preprocessed.text.push('\n');
                 return;
@@ -284,7 +299,8 @@ impl<'a> Preprocessor<'a> {
         self.preprocessed.text.push('\n');
     }
 
-    /// Pays for what templates add to a line.
+    /// Counts a line in which templates were replaced against the limit; false when that is
+    /// reached.
     fn spend_on_templates(&mut self, line: &ExpandedLine<'_>, length: usize) -> bool {
         !line.is_replaced() || self.spend(length, line.span(0..length))
     }
@@ -293,7 +309,8 @@ impl<'a> Preprocessor<'a> {
         self.diagnostics.push(Diagnostic::error(code, at, message));
     }
 
-    /// Takes `bytes` from the budget; false, with one error, when it is used up.
+    /// Takes `bytes` from what the text may still grow by. When nothing is left it gives false, the
+    /// first time with an error at `at`.
     pub(super) fn spend(&mut self, bytes: usize, at: Span) -> bool {
         if self.budget == 0 {
             return false;
@@ -310,7 +327,7 @@ impl<'a> Preprocessor<'a> {
         true
     }
 
-    /// Copies a line without its comment, names replaced.
+    /// Appends a line to the text, without its comments and with its names replaced.
     fn text_line(&mut self, file: FileId, start: usize, text: &ExpandedLine<'_>) {
         let line = &*text.text;
         let mut pos = 0;
@@ -367,7 +384,8 @@ impl<'a> Preprocessor<'a> {
         self.copy(text, from..pos.min(line.len()));
     }
 
-    /// Whether `*/` comes behind an offset. Where it once did not, it never does further on.
+    /// Whether `*/` stands behind an offset of a file. If not, the file is remembered, and the rest
+    /// of it is not searched again.
     fn comment_ends(&mut self, file: FileId, from: usize) -> bool {
         if self.file_without_comment_end == Some(file) {
             return false;
@@ -379,6 +397,7 @@ impl<'a> Preprocessor<'a> {
         found
     }
 
+    /// Appends a range of a line to the text.
     fn copy(&mut self, line: &ExpandedLine<'_>, range: std::ops::Range<usize>) {
         let Preprocessed { text, origins, undefined_templates, .. } = &mut self.preprocessed;
         line.copy(range, text, origins, undefined_templates);

@@ -1,17 +1,19 @@
 //! Where reading goes on behind an error: the next statement of the same line, or the line's end.
 //!
-//! Each statement that has an error is told, but none twice. So a word only counts as a statement's
-//! beginning where it can't be the rest of the wrong one: outside parentheses and quotes, and behind
-//! something that an expression can end with.
+//! Each wrong statement is to have one error. So a word counts as the beginning of the next
+//! statement only where it can't belong to the wrong one: outside of parentheses and quotes, and
+//! behind something with which an expression can end.
 
 use super::cursor::Cursor;
 use super::words::{self, Keyword, PLC, Word};
 
-/// How many bytes of a line are searched for quotes, however many errors it has.
+/// How many bytes of a line are searched for quotes. The limit keeps the time linear for a line
+/// with many errors.
 const QUOTES_AHEAD: usize = 1024;
 
-/// The offset of the next statement behind `pos`, or of the line's end, in `text`, where the wrong
-/// statement begins at `start`. On-line text has no words that shape a program.
+/// The offset of the next statement behind `pos`, or of the line's end. The wrong statement begins
+/// at `start`. In `online` text there is no IF, WHILE or CLOSE that would begin a statement
+/// wherever it stands.
 pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool) -> usize {
     let bytes = text.as_bytes();
     let byte = |at: usize| bytes.get(at).copied().unwrap_or(b'\n');
@@ -20,9 +22,9 @@ pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool)
         matches!(keyword, Some(If | While | And | Or))
     };
     let (mut depth, mut quoted) = (0usize, false);
-    // Whether a condition's parentheses are still to come.
+    // Whether the parentheses of a condition are still to come.
     let mut condition_follows = conditional(word_at(text, start).map(|(word, _)| word.keyword));
-    // Quotes that are left: where their number is odd, one of them is missing.
+    // How many quotes the line still has. If the number is odd, one of them is missing.
     let line = bytes.iter().skip(pos).take(QUOTES_AHEAD).take_while(|b| **b != b'\n');
     let mut quotes = line.filter(|b| **b == b'"').count();
     let mut after_letter = false;
@@ -76,7 +78,7 @@ pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool)
     text.len()
 }
 
-/// The word of a PLC's statement that stands at an offset, and the place behind it.
+/// The word of a PLC's statement that stands at an offset, and a cursor behind it.
 fn word_at(text: &str, at: usize) -> Option<(&'static Word, Cursor<'_>)> {
     let mut cur = Cursor::new(text);
     cur.pos = at;
@@ -87,8 +89,8 @@ fn word_at(text: &str, at: usize) -> Option<(&'static Word, Cursor<'_>)> {
     words::find(cur, PLC)
 }
 
-/// Whether a word gives the program its structure, so that a statement begins with it wherever it
-/// stands. CLS and shortened forms of WHILE are not sure enough: they may be parts of names.
+/// Whether a word belongs to the structure of a program, so that a statement begins wherever it
+/// stands. CLS and shortened forms of WHILE do not count, since they may be parts of names.
 fn is_structural(word: &Word, length: usize) -> bool {
     match word.keyword {
         Keyword::If | Keyword::Else | Keyword::EndIf | Keyword::EndWhile => true,
@@ -97,13 +99,13 @@ fn is_structural(word: &Word, length: usize) -> bool {
     }
 }
 
-/// Whether a word joins a further condition to the one before.
+/// Whether a word joins another condition to the one in front of it: AND or OR.
 fn joins_conditions(word: &Word) -> bool {
     matches!(word.keyword, Keyword::And | Keyword::Or)
 }
 
-/// Whether an assignment, or a statement that can't be taken for anything else, begins at an
-/// offset, where `word` is the word that stands there.
+/// Whether an assignment, or another statement that can be nothing else, begins at an offset.
+/// `word` is the word that stands there, if one does.
 fn begins_statement(text: &str, at: usize, word: Option<(&Word, Cursor<'_>)>) -> bool {
     let rest = text.as_bytes().get(at..).unwrap_or(&[]);
     let Some((word, mut behind)) = word else {
@@ -127,7 +129,8 @@ fn begins_statement(text: &str, at: usize, word: Option<(&Word, Cursor<'_>)>) ->
     }
 }
 
-/// Whether a number, a range or an expression in parentheses stands here, and then `=`.
+/// Whether a text begins with what follows the letter of a variable in an assignment: a number, a
+/// range or an expression in parentheses, and then `=`, `|=`, `&=` or `^=`.
 fn is_assignment(text: &[u8]) -> bool {
     let number = |b: &&u8| b.is_ascii_digit() || matches!(b, b'.' | b',');
     let mut length = text.iter().take_while(number).count();

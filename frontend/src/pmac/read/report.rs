@@ -1,4 +1,4 @@
-//! Errors of statements: which are told, with which help, and where reading goes on behind one.
+//! Errors of statements: which are reported, with which help, and where reading goes on behind one.
 
 use plcc_diag::Diagnostic;
 
@@ -10,8 +10,9 @@ use crate::common::closest;
 use crate::pmac::origin::TextRange;
 
 impl DownloadReader<'_> {
-    /// Reports an error, unless a template that nothing defines or a missing file is to blame. Says
-    /// whether no missing file is.
+    /// Reports an error. It is left out where the cause may be a template without a value on the
+    /// same line, or a missing file that may define the name at the error. Gives false in the
+    /// latter case.
     pub(crate) fn report(&mut self, error: ParseError) -> bool {
         let at = error.at;
         let line = self.line_of(at);
@@ -38,8 +39,8 @@ impl DownloadReader<'_> {
         true
     }
 
-    /// The defined name that the word at an error may have been meant for, where nothing better is
-    /// known. Only the first errors are worth the search.
+    /// The help that names a defined name which is similar to the word at the error, if the error
+    /// has no other help. Only the first 100 errors are worth the search.
     fn similar_name(&self, error: &ParseError) -> Option<String> {
         let at = error.at;
         let word = self.preprocessed.text.get(at.start as usize..at.end as usize)?.trim();
@@ -59,8 +60,8 @@ impl DownloadReader<'_> {
         })
     }
 
-    /// Whether what stands at a place, or the word before it on the line, may be a name that a
-    /// missing file defines.
+    /// Whether the text at a place, or the word in front of it on the same line, may be a name that
+    /// a missing file defines.
     fn may_be_missing_name(&self, at: TextRange) -> bool {
         let word = |c: char| c.is_alphanumeric() || c == '_';
         let start = at.start as usize;
@@ -79,7 +80,7 @@ impl DownloadReader<'_> {
         })
     }
 
-    /// The line around a place, as far as templates are concerned.
+    /// The line around a place. Where no template lacks a value only the place itself is needed.
     fn line_of(&self, at: TextRange) -> TextRange {
         if self.preprocessed.undefined_templates.is_empty() {
             return at;
@@ -91,7 +92,8 @@ impl DownloadReader<'_> {
         TextRange::new(from, start + after.find('\n').unwrap_or(after.len()))
     }
 
-    /// Behind an error: on to the next statement, or the line's end.
+    /// Moves behind an error of the statement that begins at the offset `start`: to the next
+    /// statement, or to the line's end.
     pub(crate) fn recover(&mut self, start: usize) {
         let cur = &mut self.reader.cur;
         let blank = |c: char| c.is_whitespace() || c.is_control();

@@ -1,4 +1,5 @@
-//! Statements for the MACRO ring: reads and writes of another station's variables.
+//! Statements for the MACRO ring, the bus between controllers and drives: reads and writes of
+//! another station's variables.
 
 use plcc_abi::pmac::Text;
 
@@ -7,9 +8,9 @@ use super::download::DownloadReader;
 use crate::pmac::ast::StmtKind;
 
 impl DownloadReader<'_> {
-    /// MACROSLVREAD and its kind: node, the other side's variable, ours. A `read` gives our variable
-    /// 0, since no station answers; a write is an event. The other side's variable may follow the
-    /// word at once: `MSR4,MI910,P1`.
+    /// MACROSLVREAD, MACROSLVWRITE, MACROAUXREAD or MACROAUXWRITE: the node, the station's
+    /// variable, the program's variable, such as `MSR4,MI910,P1`. A `read` sets the program's
+    /// variable to 0, since no station answers. A write is an event.
     pub(crate) fn macro_ring(&mut self, read: bool, start: usize) -> Parsed<()> {
         let rest = self.reader.cur.rest();
         let line = rest.find('\n').map_or(rest, |end| rest.get(..end).unwrap_or("")).trim_end();
@@ -19,7 +20,7 @@ impl DownloadReader<'_> {
         }
         let known = self.reader.cur;
         if !self.macro_ring_operands(letters) {
-            // Another form: what concerns us, if anything, stands behind the last comma.
+            // The statement has another form. The program's variable stands behind the last comma.
             self.reader.cur = known;
             self.reader.cur.pos += line.len();
             if !read {
@@ -42,8 +43,8 @@ impl DownloadReader<'_> {
         Ok(())
     }
 
-    /// Takes the ring's word, the node and the other side's variable or parameter; false where
-    /// they are not followed by a variable of ours.
+    /// Takes the statement's word, which has `word` letters, the node, and the station's variable
+    /// or parameter; false if no variable of the program follows.
     fn macro_ring_operands(&mut self, word: usize) -> bool {
         let cur = &mut self.reader.cur;
         cur.pos += word;

@@ -9,9 +9,9 @@ use crate::pmac::origin::TextRange;
 
 /// Where a buffer that is skipped ends.
 enum End {
-    /// At a CLOSE; the place behind it.
+    /// At a CLOSE: the offset behind it.
     Close(usize),
-    /// At the OPEN of another buffer, which stands at the place.
+    /// At the OPEN of another buffer: the offset of that OPEN.
     Open(usize),
     /// At the end of the text.
     Text,
@@ -49,8 +49,8 @@ impl DownloadReader<'_> {
     }
 }
 
-/// The end of the buffer that is open at a place: CLOSE or OPEN as a word of its own, outside
-/// quotes. An OPEN says which buffer, so that no other word is taken for one.
+/// Where the buffer that is open at `cur` ends: at a CLOSE or OPEN that is a word of its own
+/// outside of quotes. An OPEN only counts with the name of a buffer behind it.
 fn end_of_buffer(cur: Cursor<'_>) -> End {
     let mut quoted = false;
     let mut before = b'\n';
@@ -83,7 +83,7 @@ fn end_of_buffer(cur: Cursor<'_>) -> End {
     End::Text
 }
 
-/// Whether the name of a buffer that OPEN opens stands at a place.
+/// Whether the name of a buffer that OPEN can open stands at `cur`.
 fn names_buffer(mut cur: Cursor<'_>) -> bool {
     cur.eat_word("PLC") || words::find(cur, OPENED).is_some()
 }

@@ -1,7 +1,8 @@
-//! Templates: `$(NAME)` and `$(NAME=DEFAULT)`, which a site's make files fill in.
+//! Templates: `$(NAME)` and `$(NAME=DEFAULT)`, whose values a user's build scripts give.
 //!
-//! They are replaced before anything else looks at a line, in quotes too, but not in comments: a
-//! default of `;` takes a line away, and an empty value brings it back.
+//! They are replaced before anything else reads a line, in quotes too, but not in comments. So a
+//! template at the beginning of a line can switch the line off: with the value `;` the line is a
+//! comment, with an empty value it is read.
 
 use plcc_diag::{FileId, Span};
 
@@ -13,47 +14,51 @@ const MAX_NESTING: usize = 16;
 /// Longest line that templates may make.
 const MAX_LINE: usize = 1 << 20;
 
-/// Longest template, so that a line of beginnings takes no longer than its length.
+/// Longest template. Without this limit, a line of many `$(A=` that nothing closes would take time
+/// in the square of its length.
 const MAX_TEMPLATE: usize = 4096;
 
-/// A line with its templates replaced.
+/// A line of a file with its templates replaced.
 pub(crate) struct ExpandedLine<'a> {
     file: FileId,
     /// Offset of the line in its file.
     start: usize,
-    /// What it says; as in the file where there is no piece.
+    /// The text after replacement.
     pub(crate) text: std::borrow::Cow<'a, str>,
+    /// The pieces of the text, by rising offset. There are none if the line has no template.
     pieces: Vec<Piece>,
 }
 
-/// A stretch of a line, up to the next one.
+/// A piece of an expanded line. It ends where the next one begins.
 #[derive(Clone, Copy)]
 struct Piece {
-    /// Offset in the replaced line.
+    /// Offset in the expanded line.
     offset: usize,
     /// Offset in the line as written.
     source_offset: usize,
-    /// Length of the template that it replaces.
+    /// If it replaces a template, the length of that in the line as written.
     template_length: Option<usize>,
-    /// Nothing says what the template is.
+    /// Whether it replaces a template that has neither a value nor a default.
     undefined: bool,
 }
 
-/// Gives the values of templates.
+/// Where the values of templates come from.
 pub(crate) trait TemplateValues {
-    /// The value of a name.
+    /// The value of a template's name, if it has one.
     fn value(&self, name: &str) -> Option<String>;
-    /// A name without value or default stands at a place.
+    /// Reports that a template at `at` has neither a value nor a default.
     fn report_missing(&mut self, name: &str, at: Span);
 }
 
 impl<'a> ExpandedLine<'a> {
-    /// A line as it is.
+    /// A line that is left as it is.
     pub(crate) fn plain(file: FileId, start: usize, text: &'a str) -> Self {
         Self { file, start, text: text.into(), pieces: Vec::new() }
     }
 
-    /// A line with its templates replaced. `block`: it begins in a block comment.
+    /// A line with its templates replaced. A template without value and default is reported to
+    /// `values` and becomes `1`, with which most statements are valid. `block` says whether the
+    /// line begins inside a block comment.
     pub(crate) fn expand(
         file: FileId,
         start: usize,
@@ -123,7 +128,7 @@ impl<'a> ExpandedLine<'a> {
         Some((index, *self.pieces.get(index)?))
     }
 
-    /// The place in the file of a stretch of the line.
+    /// The place in the file of a range of the expanded line.
     pub(crate) fn span(&self, range: std::ops::Range<usize>) -> Span {
         let point = |offset: usize, end: bool| match self.piece(offset) {
             None => offset,
@@ -143,12 +148,13 @@ impl<'a> ExpandedLine<'a> {
         Span::new(self.file, self.start + start, self.start + end.max(start))
     }
 
-    /// Whether a template that nothing defines stands in a stretch of the line.
+    /// Whether a template without value and default stands in a range of the expanded line.
     pub(crate) fn has_undefined_template(&self, range: std::ops::Range<usize>) -> bool {
         self.pieces.iter().any(|p| p.undefined && p.offset < range.end && p.offset >= range.start)
     }
 
-    /// Writes a stretch of the line, with its origins, and the places of unknown templates.
+    /// Appends a range of the line to `out`, its places to `origins`, and the ranges of templates
+    /// without value and default to `undefined_templates`.
     pub(crate) fn copy(
         &self,
         range: std::ops::Range<usize>,
@@ -181,7 +187,7 @@ impl<'a> ExpandedLine<'a> {
     }
 }
 
-/// Where quotes and comments begin and end.
+/// Whether a place in a line stands in quotes or in a comment.
 #[derive(Default)]
 struct CommentState {
     quoted: bool,
@@ -190,7 +196,7 @@ struct CommentState {
 }
 
 impl CommentState {
-    /// Goes on by the first character of `rest`.
+    /// Goes one character further: the first one of `rest`.
     fn step(&mut self, rest: &str) {
         if self.comment {
             return;
@@ -203,7 +209,7 @@ impl CommentState {
     }
 }
 
-/// `$(NAME)` or `$(NAME=DEFAULT)`; braces will do too.
+/// `$(NAME)` or `$(NAME=DEFAULT)`, or the same with braces.
 pub(crate) struct Template<'a> {
     name: &'a str,
     default: Option<&'a str>,
@@ -211,13 +217,13 @@ pub(crate) struct Template<'a> {
 }
 
 impl<'a> Template<'a> {
-    /// The name of the template at the beginning of a text, and what follows it.
+    /// The name of the template at the beginning of a text, and the text behind the template.
     pub(crate) fn name_and_rest(text: &'a str) -> Option<(&'a str, &'a str)> {
         let template = Self::read(text)?;
         Some((template.name, text.get(template.length..)?))
     }
 
-    /// The template at the beginning of a text.
+    /// The template at the beginning of a text, if one stands there.
     fn read(text: &'a str) -> Option<Self> {
         let (open, close) = match text.get(..2)? {
             "$(" => ('(', ')'),
@@ -256,6 +262,8 @@ impl<'a> Template<'a> {
         None
     }
 
+    /// The template's value or its default, with the templates in it replaced up to `MAX_NESTING`
+    /// levels deep. `None` if a template has neither, which is reported at `at`.
     fn value(&self, values: &mut dyn TemplateValues, at: Span, depth: usize) -> Option<String> {
         let given = values.value(self.name);
         let text = match (&given, self.default) {
@@ -293,7 +301,7 @@ impl<'a> Template<'a> {
     }
 }
 
-/// A default without the backslashes that protect its quotes.
+/// A default without the backslashes in front of its quotes.
 fn unescape(text: &str) -> String {
     let mut out = String::new();
     let mut chars = text.chars().peekable();

@@ -1,4 +1,4 @@
-//! Statements that say something: SEND and DISPLAY.
+//! SEND and DISPLAY, the statements that put out a text.
 
 use plcc_abi::pmac::Text;
 use plcc_diag::Diagnostic;
@@ -9,7 +9,8 @@ use super::words;
 use crate::pmac::ast::{Expr, StmtKind};
 
 impl DownloadReader<'_> {
-    /// A text in quotes, or `^` and a letter. Warns of characters that the controller has not.
+    /// A text in quotes, or `^` and a letter. Characters that the controller does not have are
+    /// warnings.
     pub(crate) fn quoted(&mut self) -> Parsed<String> {
         self.reader.cur.blanks();
         let start = self.reader.cur.pos;
@@ -25,12 +26,15 @@ impl DownloadReader<'_> {
         Ok(text)
     }
 
+    /// Appends the statement that puts out `text`, which reaches from the offset `start` to the
+    /// cursor; `value` is what a DISPLAY shows or the MACRO ring is sent.
     pub(crate) fn text(&mut self, text: Text, value: Option<Expr>, start: usize) {
         self.download.texts.push(text);
         let index = self.download.texts.len() as u32 - 1;
         self.push(StmtKind::Text(index, value), start);
     }
 
+    /// SEND, whose word is taken and begins at the offset `start`.
     pub(crate) fn send(&mut self, start: usize) -> Parsed<()> {
         let port = words::port(&mut self.reader.cur).map(String::from);
         let text = self.quoted()?;
@@ -38,6 +42,7 @@ impl DownloadReader<'_> {
         Ok(())
     }
 
+    /// DISPLAY, whose word is taken and begins at the offset `start`.
     pub(crate) fn display(&mut self, start: usize) -> Parsed<()> {
         self.reader.cur.blanks();
         let from = self.reader.cur.pos;

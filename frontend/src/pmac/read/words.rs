@@ -1,5 +1,5 @@
 //! The table of PMAC's words: how each is spelled, how far it may be shortened, what it means, and
-//! in which texts it has that meaning.
+//! where it has that meaning (in a PLC, on-line, …).
 //!
 //! The parsers of statements and of on-line commands, the search for the next statement behind an
 //! error, and the suggestions for misspelt words all take their words from here.
@@ -12,7 +12,7 @@ use plcc_abi::pmac::PlcOp;
 
 use super::cursor::Cursor;
 
-/// A set of texts in which a word has a meaning.
+/// A set of the kinds of text in which a word has its meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Contexts(u8);
 
@@ -32,12 +32,12 @@ pub(crate) const OPENED: Contexts = Contexts(1 << 5);
 const SUGGESTED: Contexts = Contexts(1 << 6);
 
 impl Contexts {
-    /// The texts of both sets.
+    /// The kinds of text that are in either set.
     pub(crate) const fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// Whether the two sets have a text in common.
+    /// Whether a kind of text is in both sets.
     pub(crate) const fn intersects(self, other: Self) -> bool {
         self.0 & other.0 != 0
     }
@@ -104,9 +104,10 @@ pub(crate) enum Keyword {
 pub(crate) struct Word {
     /// The word in full, in capitals.
     pub(crate) spelling: &'static str,
-    /// How many of its letters are enough.
+    /// How many of its first letters are enough.
     min_letters: usize,
-    /// How many letters may be parted from the others by blanks: 3 of `END IF`.
+    /// How many of its first letters blanks may separate from the rest: 3 for `END IF`, 0 if the
+    /// word can't be split.
     split: usize,
     /// What it means.
     pub(crate) keyword: Keyword,
@@ -119,7 +120,7 @@ impl Word {
         self.contexts.intersects(contexts)
     }
 
-    /// Takes the word at the place of `cur`, where it stands there.
+    /// Takes the word if it stands at `cur`, behind blanks.
     fn take(&self, cur: &mut Cursor<'_>, contexts: Contexts) -> bool {
         let (head, rest) = self.spelling.split_at(self.split);
         if self.split > 0 {
@@ -135,14 +136,15 @@ impl Word {
         cur.eat_abbreviated(rest, self.min_letters) && self.fits_what_follows(*cur, contexts)
     }
 
-    /// Whether what stands behind the word lets it be meant.
+    /// Whether the text behind the word fits the word's meaning.
     fn fits_what_follows(&self, mut behind: Cursor<'_>, contexts: Contexts) -> bool {
         match self.keyword {
             Keyword::Switch(_) => {
                 behind.blanks();
                 behind.starts_with("PLC")
             }
-            // MX->Y:$FFC2,8 and MX=1 are no commands of the ring: MX is a name without #define.
+            // In MX->Y:$FFC2,8 and MX=1 the MX is no command of the ring but a name whose #define
+            // is missing.
             Keyword::Ring | Keyword::RingRead
                 if contexts.intersects(PLC) && !contexts.intersects(ONLINE) =>
             {
@@ -372,8 +374,8 @@ const WORDS: &[Word] = &[
     opened("SUBPROG", 3),
 ];
 
-/// The word of one of `contexts` that stands at the place of `cur`, blanks before it aside, and the
-/// place behind it.
+/// The word that stands at `cur`, behind blanks, and has a meaning in one of `contexts`; with a
+/// cursor behind it.
 pub(crate) fn find(mut cur: Cursor<'_>, contexts: Contexts) -> Option<(&'static Word, Cursor<'_>)> {
     let first = cur.peek().to_ascii_uppercase();
     WORDS.iter().find_map(|word| {
@@ -383,7 +385,8 @@ pub(crate) fn find(mut cur: Cursor<'_>, contexts: Contexts) -> Option<(&'static 
     })
 }
 
-/// Takes the letter behind SEND or COMMAND that says to which port: `SENDS`, `CMDR`.
+/// Takes the letter directly behind SEND or COMMAND that names a port, if there is one: the S of
+/// `SENDS`, the R of `CMDR`.
 pub(crate) fn port(cur: &mut Cursor<'_>) -> Option<char> {
     let letter = cur.byte().to_ascii_uppercase();
     let found = matches!(letter, b'S' | b'P' | b'R' | b'A');
