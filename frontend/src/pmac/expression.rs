@@ -1,7 +1,7 @@
 //! One expression or condition of PMAC, read and evaluated outside any program text: for the
 //! conditions of breakpoints, triggers and watches.
 //!
-//! It is read by the parser of the programs, so it is what may stand behind `=` or in the
+//! The parser is that of programs. So the expression may be what stands behind `=` or in the
 //! parentheses of an IF: numbers, I-, P-, Q-, M- and L-variables, indirect ones (`P(P1+5)`),
 //! functions, operators, comparators, AND and OR. A condition needs no parentheses around it.
 //! Names that the program defined with `#define` are replaced.
@@ -9,11 +9,10 @@
 //! It is evaluated in floating point, also where a statement of a PLCC with the same text would
 //! use integers.
 //!
-//! Only the process image is looked at. What it does not hold is
-//! [`OutsideImage`](EvaluationError::OutsideImage): an M- or L-variable in the sparse memory, at
-//! addresses for which the image has no word. A P or Q that was written through its X and Y words
-//! is read as the double that they make; its words, read back through an M-variable, are those
-//! that this double has.
+//! Values come from the process image alone. An M- or L-variable in sparse memory, at an address
+//! for which the image has no word, is the error [`OutsideImage`](EvaluationError::OutsideImage). A
+//! P or Q that was written through its X and Y words is read as the double that these words make,
+//! and an M-variable for one of these words is read as the word that this double has.
 
 use std::collections::BTreeMap;
 
@@ -27,24 +26,24 @@ use super::ast::{Func, Op};
 use super::read::{expr::Reader, preprocess};
 use crate::common::{Evaluate, EvaluationError, Expression, Value};
 
-/// What an expression is read against.
+/// The surroundings in which an expression is read: the program whose names it uses.
 #[expect(missing_debug_implementations, reason = "a source map has none")]
 pub struct Context<'a> {
     /// The program whose names and variables it may use.
     pub program: &'a Program,
-    /// The program's sources; the expression is added, so that errors can show it.
+    /// The program's sources. The expression is added to them, so that errors can show it.
     pub sources: &'a mut SourceMap,
-    /// The coordinate system whose Q-variables are meant, from 1.
+    /// The coordinate system whose Q-variables it reads, from 1.
     pub system: u32,
-    /// It belongs to a PLCC, so that it may use L-variables.
+    /// Whether it may use L-variables, as a PLCC does.
     pub compiled: bool,
 }
 
-/// Reads an expression or a condition.
+/// Reads an expression or a condition. It can then be evaluated on any image of the program.
 ///
 /// # Errors
-/// What is wrong with the text, with its place in the file `expression` of the context's sources.
-/// There is at least one error.
+/// The diagnostics of a text that is no expression, at least one. Their places are in the file
+/// `expression` of the context's sources.
 pub fn parse_expression(text: &str, context: Context<'_>) -> Result<Expression, Vec<Diagnostic>> {
     let Context { program, sources, system, compiled } = context;
     let file = sources.add("expression", text.as_bytes());
@@ -83,7 +82,7 @@ pub fn parse_expression(text: &str, context: Context<'_>) -> Result<Expression, 
     Ok(Expression::new(text, variables, layout.size as usize, evaluator))
 }
 
-/// The names of the variables that the steps of an expression read, each once.
+/// The names of the variables that an expression reads, each once.
 fn variables(ops: &[Op], system: u32) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for op in ops {
@@ -122,7 +121,7 @@ fn letter(kind: Kind) -> char {
 #[derive(Debug)]
 struct Postfix {
     ops: Vec<Op>,
-    /// Its value is a truth value.
+    /// Whether its value is a truth value.
     condition: bool,
     layout: Layout,
     system: u32,
@@ -162,7 +161,7 @@ impl Evaluate for Postfix {
     }
 }
 
-/// Whether a definition leads to words that the image does not hold.
+/// Whether a definition names words that the image does not hold.
 fn is_outside(layout: &Layout, definition: Definition) -> bool {
     let beyond = |space, address| matches!(layout.place(space, address), Place::Sparse);
     match definition {

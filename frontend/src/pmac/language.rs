@@ -1,4 +1,4 @@
-//! PMAC as one of the languages.
+//! PMAC's implementation of the traits that every language has.
 
 use plcc_abi::pmac::Assumption;
 use plcc_abi::{Dialect, Engine, Tables};
@@ -34,7 +34,7 @@ impl Language for Pmac {
         &["pmc", "pmac", "plc"]
     }
 
-    /// `OPEN PLC`, the arrow of a definition, or `#define`.
+    /// Whether a text has `OPEN PLC`, the `->` of a definition, or `#define`.
     fn has_marks(&self, plain: &str) -> bool {
         let follows = |word: &str, next: &str| {
             plain.match_indices(word).any(|(at, _)| {
@@ -53,7 +53,8 @@ impl Language for Pmac {
         true
     }
 
-    /// That nothing sets I5, which lets PLCs run: setups are often files of their own.
+    /// The warning that nothing sets I5, without which no PLC runs: what sets the control up is
+    /// often a file of its own.
     fn may_be_elsewhere(&self, code: &str) -> bool {
         code == "PMAC-W2"
     }
@@ -98,8 +99,8 @@ impl CheckedProgram for Program {
         self.cross_reference()
     }
 
-    /// Q-variables are those of coordinate system 1; L-variables, which only PLCCs have, do not
-    /// belong to it.
+    /// Q-variables are those of coordinate system 1. L-variables are not allowed, since only PLCCs
+    /// have them.
     fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>> {
         let sources = &mut SourceMap::new();
         parse_expression(text, Context { program: self, sources, system: 1, compiled: false })

@@ -1,12 +1,17 @@
 //! The PLC language of PMAC and Turbo PMAC (Delta Tau).
 //!
-//! Text goes through the download program's macros into one flat text that knows its way back to
-//! the sources; that is read into buffers and on-line commands; the on-line commands are done and
-//! give the state after load. Where the guide is silent, the rulings in the project's
-//! documentation decide.
+//! [`check`] makes a [`Program`] of source files in three stages:
 //!
-//! Architecture Invariant: trees are flat. All expressions stand in postfix order in one row, and
-//! statements are a row with jumps in it, so that nothing recurses on program size.
+//! 1. `read/preprocess.rs` replaces macros, includes and templates. The result is one text, in
+//!    which every byte has its place in the sources.
+//! 2. `read/download.rs` reads that text into the on-line commands and the buffers of `ast.rs`.
+//! 3. `analyse/load.rs` executes the on-line commands, which gives the state after load.
+//!
+//! `lower/` translates the program to IR, `oracle/` interprets its statements. What is decided
+//! where the guide (*PMAC Quick Reference Guide*) is silent stands in `docs/pmac.md`.
+//!
+//! Architecture Invariant: no syntax tree is nested. All expressions stand in postfix order in one
+//! array, and statements are an array with jumps in it, so that nothing recurses on program size.
 
 mod analyse;
 mod ast;
@@ -35,22 +40,23 @@ use analyse::{assumptions, load, out_of_range};
 use lower::explain;
 use read::{download, preprocess};
 
-/// A download that can run.
+/// A checked download, with the state after load.
 #[derive(Clone, Debug)]
 pub struct Program {
     download: ast::Download,
     loaded: load::Loaded,
-    /// The files, shared by all that is made of the program.
+    /// The files of the download, the included ones among them.
     sources: SourceMap,
-    /// What its text defines with `#define`, for expressions.
+    /// The names that `#define` defines, which expressions may use.
     names: std::sync::Arc<[preprocess::DefinedName]>,
 }
 
-/// Reads and checks `files` as one download, in their order; included files are asked of `loader`
-/// and added to `sources`.
+/// Reads and checks `files` as one download, in their order. Included files are read through
+/// `loader` and added to `sources`.
 ///
-/// There is a program where no diagnostic is an error, and also where the only errors are broken
-/// structures (`PMAC-9`): the PLCs concerned are left empty in it (`run --keep-going`).
+/// Gives the diagnostics, and the program if none of them is an error. IF and WHILE that do not
+/// match their ends (`PMAC-9`) do not count here: the PLCs that have them are empty in the program,
+/// and `run --keep-going` runs the others.
 pub fn check(
     sources: &mut SourceMap,
     files: &[FileId],
@@ -82,24 +88,25 @@ impl Program {
     /// The program as IR, with the executive's tables.
     ///
     /// # Errors
-    /// When the compiler finds a defect of its own.
+    /// The compiler has a defect.
     pub fn lower(&self) -> Result<Lowered, InternalError> {
         self.lower_for(&self.loaded.assumed)
     }
 
-    /// The M-variables that PLCs name, by rising number, with the definitions that
-    /// [`lower`](Self::lower) builds in: those after load, but for what the text itself moves.
+    /// The M-variables that PLCs name, by rising number, with the definitions that the code of
+    /// [`lower`](Self::lower) assumes: those after load. Variables whose definitions the program
+    /// changes itself are listed without one.
     pub fn assumed(&self) -> &[Assumption] {
         &self.loaded.assumed
     }
 
-    /// The same program with other definitions of M-variables built into its code; those that
-    /// `assumed` leaves out are reached through the host. The executive's tables are the same, and
-    /// so are the labels of all tasks and of all places at which they are suspended: a task that
-    /// waits in one module goes on in any other.
+    /// The same program as code that assumes other definitions of M-variables. Variables that have
+    /// no definition in `assumed` are reached through the host. The executive's tables and the
+    /// resume points are the same in every specialisation, so a task that was suspended in one can
+    /// go on in another.
     ///
     /// # Errors
-    /// When the compiler finds a defect of its own.
+    /// The compiler has a defect.
     pub fn lower_for(&self, assumed: &[Assumption]) -> Result<Lowered, InternalError> {
         let module = lower::lower(&self.download, &self.loaded, &self.sources, assumed)?;
         let names = self.files().map(str::to_owned).collect();
@@ -113,9 +120,9 @@ impl Program {
         Box::new(Interpreter::new(&self.download, &self.loaded))
     }
 
-    /// What each statement is computed in, a line each under the name of its PLC: `integer`, or
-    /// `floating point` and the variable or operation that forces it
-    /// (`plcc check --explain-arithmetic`).
+    /// How each statement is computed, for `plcc check --explain-arithmetic`: under the name of
+    /// each PLC a line for each statement, with `integer`, or with `floating point` and the
+    /// variable or operation that makes it necessary.
     pub fn explain_arithmetic(&self) -> String {
         explain::explain(&self.download, &self.loaded, &self.sources)
     }
@@ -126,7 +133,7 @@ impl Program {
         analyse::cross_reference::cross_reference(&self.download, &self.sources, &tables)
     }
 
-    /// The names of the files that the text includes.
+    /// The paths of all files of the download, the included ones among them.
     pub fn files(&self) -> impl Iterator<Item = &str> {
         (0..self.sources.len() as u32).map(|id| self.sources.path(FileId(id)))
     }

@@ -1,4 +1,4 @@
-//! The executive's tables of a download.
+//! Fills the tables that the executive needs of a download.
 
 use plcc_abi::pmac::{Kind, PmacTables, Program as PlcProgram, Run, Text, Variable};
 use plcc_abi::{Program, Tables, Task};
@@ -7,7 +7,8 @@ use super::analyse::load::Loaded;
 use super::ast::{Download, Expr, Op, Stmt, StmtKind, Target};
 use super::tasks::{TaskKind, tasks};
 
-/// Puts a program together; `module_tasks` are those of its code.
+/// The program for the executive. `files` are the paths of its sources, `module_tasks` the tasks of
+/// its code.
 pub(crate) fn program(
     download: &Download,
     loaded: &Loaded,
@@ -24,7 +25,7 @@ pub(crate) fn program(
             let enabled = states.enabled & (1 << number) != 0;
             let paused = states.paused & (1 << number) != 0;
             programs.push(PlcProgram { number, compiled, task, enabled, paused });
-            names(download, code, &mut named);
+            add_named(download, code, &mut named);
             first_command = task + 1;
         }
     }
@@ -57,9 +58,9 @@ pub(crate) fn program(
     }
 }
 
-/// The variables that statements name. A Q belongs to the coordinate system that was addressed
-/// last above it.
-fn names(download: &Download, code: &[Stmt], named: &mut Vec<Variable>) {
+/// Appends the variables that statements name to `named`, for dumps. A Q-variable is taken to
+/// belong to the coordinate system of the last ADDRESS above it.
+fn add_named(download: &Download, code: &[Stmt], named: &mut Vec<Variable>) {
     let mut system = 1;
     for stmt in code {
         let mut name = |kind: Kind, number: u16| {

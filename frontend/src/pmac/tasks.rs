@@ -1,9 +1,9 @@
-//! The tasks of a download: which there are, in which order, and whose coordinate system each
-//! addresses.
+//! The tasks of a download: which there are, their order, and where each keeps the coordinate
+//! system that it addresses.
 //!
-//! A task is what an engine runs by its index: the PLCs with statements by rising number, then the
-//! PLCCs, then what each COMMAND does. Lowering, the statement interpreter and the executive's
-//! tables all number tasks by this list.
+//! An engine runs a task by its index. First come the PLCs that have statements, by rising number,
+//! then such PLCCs, then one task for each COMMAND that executes statements. Lowering, the
+//! statement interpreter and the executive's tables all number tasks by this list.
 
 use plcc_abi::pmac::{COMMAND_CONTEXT, layout};
 
@@ -15,12 +15,12 @@ use super::ast::{Download, Stmt};
 pub(crate) enum TaskKind {
     /// A PLC or PLCC.
     Plc {
-        /// A PLCC.
+        /// Whether it is a PLCC.
         compiled: bool,
         /// Its number, 0 to 31.
         number: u32,
     },
-    /// What a COMMAND does: its index in [`Download::commands`].
+    /// The statements of a COMMAND: their index in [`Download::commands`].
     Command(u32),
 }
 
@@ -34,9 +34,9 @@ impl TaskKind {
         }
     }
 
-    /// The number of the context in which it addresses a coordinate system. Every PLC and PLCC has
-    /// its own; all commands share one, which the executive sets before each of them to what the
-    /// PLC addressed that gave the command.
+    /// The number of the task's context: the place in the image where its addressed coordinate
+    /// system is kept. Every PLC and PLCC has its own. All commands share one, which the executive
+    /// sets before each command to the coordinate system of the PLC that gave it.
     pub(crate) fn context(self) -> u32 {
         match self {
             Self::Plc { compiled, number } => layout::context(compiled, number),

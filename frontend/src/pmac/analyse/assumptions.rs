@@ -1,8 +1,9 @@
 //! What specialised code may assume of the definitions of M-variables.
 //!
-//! A definition says where in memory an M-variable lies. Code that is made for the definitions
-//! after load reaches those places directly, as long as they are so; the executive watches over
-//! them and has other code made when they change.
+//! A definition says where in memory an M-variable lies, and a program may change it while it runs.
+//! Specialised code assumes the definitions after load and reaches those places directly. The image
+//! records whether they still hold: when one has changed, code reaches M-variables through the
+//! host, and the executive may have the program recompiled.
 
 use plcc_abi::pmac::{
     Assumption, Definition, Definitions, Direct, Kind, Layout, Place, Space, View,
@@ -12,8 +13,8 @@ use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Download, Op, Stmt, StmtKind, Target};
 use crate::pmac::tasks::{TaskKind, tasks};
 
-/// Says the number of every M-variable that stands as such in statements, again and again where
-/// it stands there several times.
+/// Calls `visit` with the number of each M-variable that statements name by a number, as often as
+/// they name it.
 pub(crate) fn for_each_named_m(download: &Download, code: &[Stmt], visit: &mut impl FnMut(u16)) {
     let reads = |expr, visit: &mut dyn FnMut(u16)| {
         for op in download.ops(expr) {
@@ -39,8 +40,9 @@ pub(crate) fn for_each_named_m(download: &Download, code: &[Stmt], visit: &mut i
     }
 }
 
-/// Marks the M-variables whose definitions statements change by what is written in them: a command
-/// that defines, and assignments to variables that are defined where definitions stand.
+/// Calls `mark` with the number of each M-variable whose definition the statements are seen to
+/// change: by a command that defines it, or by an assignment to an M- or L-variable that lies where
+/// its definition is stored.
 fn mark_changed(download: &Download, view: &View<'_>, code: &[Stmt], mark: &mut impl FnMut(u32)) {
     let layout = view.layout;
     let through = |definition: Definition, mark: &mut dyn FnMut(u32)| {
@@ -82,7 +84,8 @@ fn mark_changed(download: &Download, view: &View<'_>, code: &[Stmt], mark: &mut 
     }
 }
 
-/// Decides what code made for the state after load assumes, and has the image watch over it.
+/// Decides what code for the state after load assumes, and enters it into the image, so that a
+/// change of it is noticed.
 pub(crate) fn assume(download: &Download, loaded: &mut Loaded) {
     let assumed = after_load(download, loaded);
     let mut definitions = Definitions::new(&mut loaded.image, &loaded.layout);
@@ -91,9 +94,9 @@ pub(crate) fn assume(download: &Download, loaded: &mut Loaded) {
     loaded.assumed = assumed;
 }
 
-/// What code assumes that is made for the definitions after load: the M-variables that PLCs name,
-/// by rising number. A definition that the text itself changes is not assumed: the host reaches
-/// the variable, so that changing it leaves all other code as fast as it was.
+/// What code for the state after load assumes: the M-variables that PLCs name, by rising number. A
+/// definition that the program is seen to change is not assumed. The variable is reached through
+/// the host instead, so that changing it does not invalidate other code.
 fn after_load(download: &Download, loaded: &Loaded) -> Vec<Assumption> {
     let layout = loaded.layout;
     let mut named = vec![false; layout.count as usize];
@@ -126,7 +129,8 @@ fn after_load(download: &Download, loaded: &Loaded) -> Vec<Assumption> {
         .collect()
 }
 
-/// Where code goes directly for each M-variable, by number.
+/// For each M-variable, by number, the place at which code may access it directly under the given
+/// assumptions; `None` where it must call the host.
 pub(crate) fn places(layout: &Layout, assumed: &[Assumption]) -> Vec<Option<Direct>> {
     let mut places = vec![None; layout.count as usize];
     for assumption in assumed {
@@ -137,7 +141,7 @@ pub(crate) fn places(layout: &Layout, assumed: &[Assumption]) -> Vec<Option<Dire
     places
 }
 
-/// The same for every M-variable with its definition after load, named or not.
+/// The same for the definitions after load of all M-variables, also of those that no PLC names.
 pub(crate) fn places_after_load(loaded: &Loaded) -> Vec<Option<Direct>> {
     let layout = loaded.layout;
     let view = View { image: &loaded.image, layout: &layout, sparse: &loaded.sparse };

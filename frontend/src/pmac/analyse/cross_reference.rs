@@ -15,8 +15,8 @@ use crate::pmac::origin::TextRange;
 /// Makes the cross-reference of a download: of PLCs, PLCCs, on-line commands and what COMMANDs do.
 ///
 /// A Q-variable has no coordinate system here, since ADDRESS may change which one is meant.
-/// `P(…)` stands for variables whose number is computed, `X:$0700` for a word of memory. What
-/// variables mean is said as in listings.
+/// `P(…)` stands for the P-variables whose number is computed, `X:$0700` for a word of memory. The
+/// meanings of variables are those of listing comments.
 pub(crate) fn cross_reference(
     download: &Download,
     sources: &SourceMap,
@@ -35,7 +35,7 @@ pub(crate) fn cross_reference(
     finder.found.finish(|name| meanings.get(name).map(|meaning| (*meaning).to_owned()))
 }
 
-/// A listing comment's variable, and what it says of it: `I5: …` or `M1->…: …`.
+/// The variable that a listing comment is about, and its meaning: `I5: …` or `M1->…: …`.
 fn named(comment: &str) -> Option<(&str, &str)> {
     let end = comment.find(|c: char| !c.is_ascii_alphanumeric())?;
     let (name, rest) = comment.split_at_checked(end)?;

@@ -1,11 +1,13 @@
-//! Values of expressions, computed step by step in postfix order: what the load evaluator and the
-//! statement interpreter share.
+//! The values of expressions in floating point: for on-line commands that are executed at load, and
+//! for expressions outside of programs. The statement interpreter has its own evaluation, since it
+//! has to tell when others are wrong.
 
 use plcc_abi::pmac::{Kind, math};
 
 use crate::pmac::ast::{Bin, Cmp, Func};
 
-/// Applies an operator.
+/// What an operator gives for two numbers. The remainder and bit operators have a shortcut for
+/// integers.
 #[inline]
 pub(crate) fn binary(op: Bin, a: f64, b: f64) -> f64 {
     match op {
@@ -26,7 +28,7 @@ pub(crate) fn binary(op: Bin, a: f64, b: f64) -> f64 {
     }
 }
 
-/// A remainder or bit operator for any numbers.
+/// A remainder or bit operator for any numbers, computed in fixed point.
 #[cold]
 fn by_fixed_point(op: Bin, a: f64, b: f64) -> f64 {
     match op {
@@ -37,7 +39,8 @@ fn by_fixed_point(op: Bin, a: f64, b: f64) -> f64 {
     }
 }
 
-/// Applies a function; `cosine` is Q0, `radians` is I15.
+/// What a function gives. `cosine` is Q0, which ATAN2 alone reads; angles are in `radians` where
+/// I15 is not 0, else in degrees.
 pub(crate) fn function(func: Func, x: f64, cosine: f64, radians: bool) -> f64 {
     match func {
         Func::Sin => math::sin(x, radians),
@@ -55,7 +58,7 @@ pub(crate) fn function(func: Func, x: f64, cosine: f64, radians: bool) -> f64 {
     }
 }
 
-/// Compares.
+/// Whether a comparator holds. NaN equals nothing, and is neither above nor below anything.
 #[inline]
 pub(crate) fn compare(cmp: Cmp, a: f64, b: f64) -> bool {
     match cmp {
@@ -70,7 +73,9 @@ pub(crate) fn compare(cmp: Cmp, a: f64, b: f64) -> bool {
     }
 }
 
-/// The steps of an expression on plain numbers; truth values are 1 and 0.
+/// The value of an expression, or 1 or 0 for a condition that is true or false. `stack` is emptied
+/// first; it is passed so that no call allocates. `read` gives the value of a variable by its kind
+/// and number.
 pub(crate) fn expression(
     ops: &[crate::pmac::ast::Op],
     stack: &mut Vec<f64>,

@@ -1,4 +1,5 @@
-//! The state after load: the text's on-line commands, done in their order.
+//! The state after load, which is what the on-line commands of a download make, executed in their
+//! order.
 
 use plcc_abi::image::{read_f64, write_f64, write_u32};
 use plcc_abi::pmac::{
@@ -10,7 +11,7 @@ use super::eval;
 use crate::pmac::ast::{Action, Download, Op, Target, WriteKind};
 use crate::pmac::reference::tables;
 
-/// What has become of PLCs 0 to 31, a bit for each.
+/// Which of the PLCs or PLCCs 0 to 31 are enabled and which are paused: bit n is program n.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlcStates {
     pub(crate) enabled: u32,
@@ -18,9 +19,10 @@ pub(crate) struct PlcStates {
 }
 
 impl PlcStates {
-    /// After power-up all are enabled.
+    /// The state after power-up: all are enabled.
     const START: Self = Self { enabled: u32::MAX, paused: 0 };
 
+    /// Applies ENABLE, DISABLE, PAUSE or RESUME to the programs whose bits are 1 in `set`.
     fn apply(&mut self, op: PlcOp, set: u32) {
         let Self { enabled, paused } = *self;
         (self.enabled, self.paused) = match op {
@@ -32,37 +34,42 @@ impl PlcStates {
     }
 }
 
-/// What a program starts with.
+/// The state after load, with which a program starts.
 #[derive(Clone, Debug)]
 pub(crate) struct Loaded {
     pub(crate) layout: Layout,
     /// The image after load.
     pub(crate) image: Vec<u8>,
+    /// Memory words outside of the image.
     pub(crate) sparse: SparseMemory,
-    /// What ENABLE to RESUME have made of the PLCs.
+    /// Which PLCs are enabled or paused.
     pub(crate) plcs: PlcStates,
-    /// The same of the PLCCs.
+    /// Which PLCCs are enabled.
     pub(crate) plccs: PlcStates,
-    /// PLCCs erased by DELETE stay empty.
+    /// The PLCCs that DELETE has erased, a bit for each. They have no statements.
     pub(crate) erased: u32,
-    /// The text says SAVE.
+    /// Whether the download has a SAVE.
     pub(crate) save: bool,
-    /// Variables that on-line assignments name.
+    /// The variables that on-line assignments name, for dumps.
     pub(crate) named: Vec<Variable>,
+    /// The ranges of I-variables, by rising number.
     pub(crate) ranges: Vec<(u32, Range)>,
-    /// What code that is made for this state assumes of the definitions of M-variables.
+    /// The definitions of M-variables that code for this state assumes.
     pub(crate) assumed: Vec<Assumption>,
 }
 
+/// Executes on-line commands.
 struct OnlineExecutor {
+    /// The state that they have made so far.
     out: Loaded,
     /// The addressed coordinate system.
     system: u32,
+    /// The stack of the evaluator.
     stack: Vec<f64>,
 }
 
-/// Does a download's on-line commands. What code assumes of the definitions is decided later
-/// (`assumptions.rs`).
+/// Executes a download's on-line commands. `assumed` of the result is still empty, see
+/// `assumptions.rs`.
 pub(crate) fn load(download: &Download) -> Loaded {
     let layout = Layout::new(download.controller);
     let mut image = vec![0; layout.size as usize];
@@ -143,7 +150,7 @@ impl OnlineExecutor {
         match kind {
             WriteKind::X => self.memory().write_word(Space::X, address, word),
             WriteKind::Y => self.memory().write_word(Space::Y, address, word),
-            // The 48 bits as they are, X high, whatever they stand for.
+            // Both write 48 bits, of which X has the high ones.
             WriteKind::Long | WriteKind::Double => {
                 self.memory().write(Definition::D { address }, value);
             }
@@ -170,7 +177,7 @@ impl OnlineExecutor {
         }
     }
 
-    /// Notes a variable for the dump.
+    /// Records a variable for dumps.
     fn record_named(&mut self, kind: Kind, number: u16) {
         let system = if kind == Kind::Q { self.system } else { 1 };
         self.out.named.push(Variable { kind, number: u32::from(number), system });

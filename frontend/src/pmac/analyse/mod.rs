@@ -1,4 +1,5 @@
-//! Statements to the checked program: the state after load, and values that can't be right.
+//! What is computed of a download once it is read: the state after load, what compiled code may
+//! assume of it, warnings of constants, and the cross-reference.
 
 pub(crate) mod assumptions;
 pub(crate) mod cross_reference;

@@ -1,4 +1,4 @@
-//! Warnings of constants that an I-variable does not take as they are.
+//! Warnings of constants outside of the range of the I-variable that they are assigned to.
 
 use plcc_abi::pmac::{Kind, Range};
 use plcc_diag::Diagnostic;
@@ -8,8 +8,8 @@ use crate::pmac::origin::TextRange;
 use crate::pmac::reference::tables::i_range;
 
 /// Warns of every constant, in on-line text, PLCs and COMMANDs, that rolls over in the I-variable
-/// that it is assigned to; in the order of the text. Rows (`I0..99=0`) sweep over many variables
-/// and are not meant for each.
+/// that it is assigned to, in the order of the text. Assignments to ranges (`I0..99=0`) are left
+/// out, since they often sweep over many variables of different ranges.
 pub(crate) fn warnings(download: &Download) -> Vec<Diagnostic> {
     let online = download.online.iter().filter_map(|online| match online.action {
         Action::Assign(target, expr) => Some((target, expr, online.at)),
@@ -29,7 +29,7 @@ pub(crate) fn warnings(download: &Download) -> Vec<Diagnostic> {
     found.into_iter().map(|(_, diagnostic)| diagnostic).collect()
 }
 
-/// The warning of one assignment.
+/// The warning of an assignment, if it needs one.
 fn warning(download: &Download, target: Target, expr: Expr, at: TextRange) -> Option<Diagnostic> {
     let Target::Var(Kind::I, number) = target else { return None };
     let number = u32::from(number);
@@ -47,7 +47,7 @@ fn warning(download: &Download, target: Target, expr: Expr, at: TextRange) -> Op
     }))
 }
 
-/// A number, perhaps with minus signs before it.
+/// The value of an expression that is a number, perhaps with minus signs in front of it.
 fn constant_value(ops: &[Op]) -> Option<f64> {
     let (Op::Const(value), signs) = ops.split_first()? else { return None };
     let negative = signs.len() % 2 == 1;
@@ -55,7 +55,7 @@ fn constant_value(ops: &[Op]) -> Option<f64> {
     minus.then_some(if negative { -value } else { *value })
 }
 
-/// Whether a value stays what it is, roundings of integers aside.
+/// Whether a value is in a range, after rounding if the range is of integers.
 fn holds(range: Range, value: f64) -> bool {
     match range {
         Range::Integer(low, high) => (low as f64..=high as f64).contains(&value.round()),
