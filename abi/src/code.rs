@@ -1,10 +1,10 @@
 //! Machine code that may be executed.
 //!
-//! [`CodeParts`] is plain data: bytes and the tables that describe them. Anybody can make it, and it
-//! can't be run. [`Code`] is the same, sealed: it can only be made by the `unsafe` [`Code::seal`],
-//! whose caller vouches for the bytes, and nothing in it can be changed afterwards. So whatever
-//! takes a [`Code`] may run it without being `unsafe` itself. Two places seal: code generation, and
-//! the artifact reader after its checks.
+//! [`CodeParts`] is plain data: bytes and the tables that describe them. Any code can make such a
+//! value, but nothing runs it. [`Code`] is the same, sealed: it can only be made by the `unsafe`
+//! [`Code::seal`], whose caller vouches for the bytes, and nothing in it can be changed afterwards.
+//! So whatever takes a [`Code`] may run it without being `unsafe` itself. Two places seal: code
+//! generation, and the artifact reader after its checks.
 //!
 //! [`CodeMemory`] is memory in which code lies ready to be executed.
 #![allow(unsafe_code)]
@@ -22,7 +22,8 @@ use crate::unwind::{self, UnwindEntry};
 pub struct CodeParts {
     /// The machine code.
     pub bytes: Vec<u8>,
-    /// For each label the offset in `bytes` of the function to enter with it.
+    /// For each label, by its number, the offset in `bytes` of the function that has it. The
+    /// function is called with the label's number.
     pub labels: Vec<u32>,
     /// The functions, by rising offset.
     pub functions: Vec<FunctionRange>,
@@ -30,8 +31,8 @@ pub struct CodeParts {
     pub lines: Vec<CodeLine>,
     /// The architecture it is for, as `std::env::consts::ARCH` has it.
     pub architecture: String,
-    /// What a processor must have beyond its architecture to run it, by the names that Rust's
-    /// feature detection uses.
+    /// The extensions of the instruction set that the processor must have, by the names that Rust's
+    /// feature detection uses (`sse4.1`).
     pub features: Vec<String>,
     /// Bytes of the process image that the code may access, from its beginning.
     pub image_size: u32,
@@ -44,16 +45,17 @@ pub struct CodeParts {
 pub struct FunctionRange {
     /// Its name in the IR.
     pub name: String,
-    /// Offset of its first byte.
+    /// Offset of its first byte in the code.
     pub offset: u32,
     /// Its length in bytes.
     pub len: u32,
 }
 
-/// From `offset` on, code of this source line.
+/// An entry of the line table: from `offset` to the next entry, or to the end of the function, the
+/// code belongs to this source line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CodeLine {
-    /// Offset of the first byte.
+    /// Offset of the first byte in the code.
     pub offset: u32,
     /// The file, an index into [`Program::files`](crate::Program::files).
     pub file: u32,
@@ -91,11 +93,11 @@ impl CodeParts {
     }
 
     /// Whether the tables fit the bytes and each other: functions lie in the code one behind the
-    /// other and are not empty, every label is at a function, lines are sorted and lie in the code, and
-    /// unwind information is about functions.
+    /// other and are not empty, every label's offset is that of a function, lines are sorted and
+    /// lie in the code, and unwind information is about functions.
     ///
     /// # Errors
-    /// With what does not fit.
+    /// The first thing that does not fit.
     pub fn check(&self) -> Result<(), CodeError> {
         let ensure = |holds: bool, what: &dyn Fn() -> String| {
             if holds { Ok(()) } else { Err(CodeError(what())) }
@@ -131,7 +133,7 @@ impl CodeParts {
     }
 }
 
-/// Code that may be executed. Its parts can be read, not changed.
+/// Code that may be executed. Its parts can be read (it dereferences to them), not changed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Code(CodeParts);
 

@@ -1,15 +1,16 @@
 //! The call into compiled code.
 //!
-//! A compiled program is a sequence of functions of the type [`ChunkFn`]. Each is entered at one of
-//! its labels and returns a [`RawOutcome`]: another label to go on with, or how the scan ended.
-//! The loop that enters the function of the next label belongs to the host. So no function needs
-//! to be long, and none calls another.
+//! A program is compiled in pieces, the chunks: functions of the type [`ChunkFn`]. Each is entered
+//! at one of its labels and returns a [`RawOutcome`]: another label to go on with, or how the scan
+//! ended. The loop that enters the function of the next label is that of the engine (or of
+//! `plcc_scan` in C). So no function needs to be long, and none calls another.
 
 use core::ffi::c_void;
 
 use crate::outcome::TrapCode;
 
-/// All that compiled code can reach. It is passed by address and read, never written.
+/// All that compiled code can reach: what a caller passes to it by address. Compiled code reads it
+/// and never writes it. `struct plcc_context` of `plcc.h` is the same in C.
 #[repr(C)]
 #[derive(Debug)]
 pub struct ScanContext {
@@ -17,17 +18,19 @@ pub struct ScanContext {
     pub image: *mut u8,
     /// The only function that compiled code calls.
     pub host: HostCall,
-    /// Belongs to the host.
+    /// For the host function, which is given this context; compiled code does not use it.
     pub host_data: *mut c_void,
 }
 
-/// The type of [`ScanContext::host`]: context, the number of a [`HostFn`](crate::HostFn), four
-/// arguments. Integers travel zero-extended, floating point as its bits.
+/// The type of [`ScanContext::host`]. It takes the context, the number of a
+/// [`HostFn`](crate::HostFn) and its arguments, and gives the result. Integers are zero-extended,
+/// doubles are passed as their bits, and what the function's signature does not have is 0.
 ///
 /// It may be called only with the context that the compiled function was given.
 pub type HostCall = unsafe extern "C" fn(*const ScanContext, u32, u64, u64, u64, u64) -> u64;
 
-/// The type of every compiled function: context and label to a [`RawOutcome`].
+/// The type of every compiled function. It takes the context and the number of the label to begin
+/// at, and gives a [`RawOutcome`].
 ///
 /// It may be called only with a context whose image has the size that the code was made for and
 /// whose host function and data belong together.
@@ -38,16 +41,16 @@ pub type ChunkFn = unsafe extern "C" fn(*const ScanContext, u32) -> u64;
 pub struct RawOutcome(pub u64);
 
 impl RawOutcome {
-    /// Kind: go on at the label.
+    /// Kind: the scan goes on at the label, perhaps in another function.
     pub const GOTO: u32 = 0;
     /// Kind: the scan is over.
     pub const END: u32 = 1;
-    /// Kind: the scan is over, the next starts at the label.
+    /// Kind: the scan is over; the task's next one starts at the label.
     pub const SUSPEND: u32 = 2;
-    /// Kind: stopped with the trap code.
+    /// Kind: the program is stopped with the trap code.
     pub const TRAP: u32 = 3;
 
-    /// Puts the parts together.
+    /// An outcome of a kind, with the label or trap code that belongs to it.
     pub const fn new(kind: u32, payload: u32) -> Self {
         Self((kind as u64) << 32 | payload as u64)
     }
@@ -57,12 +60,13 @@ impl RawOutcome {
         Self::new(Self::TRAP, code as u32)
     }
 
-    /// The high half.
+    /// The kind: [`GOTO`](Self::GOTO), [`END`](Self::END), [`SUSPEND`](Self::SUSPEND) or
+    /// [`TRAP`](Self::TRAP).
     pub const fn kind(self) -> u32 {
         (self.0 >> 32) as u32
     }
 
-    /// The low half.
+    /// The label or trap code.
     pub const fn payload(self) -> u32 {
         self.0 as u32
     }

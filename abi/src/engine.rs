@@ -1,13 +1,14 @@
-//! What an executive calls, and what program code may call in return.
+//! The two interfaces between an executive and a program: the executive calls an [`Engine`], and
+//! program code calls a [`Host`] in return.
 
 use serde::{Deserialize, Serialize};
 
 use crate::{HostFn, Outcome};
 
-/// The ways out of program code, one method for all of them so that every engine, native or not,
-/// reaches the same implementation.
+/// What implements the [host functions](HostFn): all of them by one method, so that every engine,
+/// native or not, reaches the same implementation.
 pub trait Host {
-    /// Does what `function` says. Arguments and result are as the function's
+    /// Executes a host function. Arguments and result are as the function's
     /// [signature](HostFn::signature) says: integers zero-extended, floating point as its bits,
     /// the unused ones 0.
     fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64;
@@ -17,7 +18,7 @@ pub trait Host {
 pub struct Scan<'a> {
     /// The process image, of the program's size.
     pub image: &'a mut [u8],
-    /// The way out.
+    /// What program code may call.
     pub host: &'a mut dyn Host,
 }
 
@@ -26,8 +27,9 @@ pub struct Scan<'a> {
 ///
 /// It is the same in every engine, at every optimisation level and in every specialisation of the
 /// code, so that a task which one engine has suspended can go on in another. In PMAC the places
-/// are the WHILE statements of the PLC; in NCT they are the labels at which a safepoint can find
-/// the fuel used up, the same for all modules.
+/// are the WHILE statements of the PLC; in NCT they are the labels that a
+/// backward jump or a call may lead to, the same for all modules, since a module is suspended
+/// there when its time or number of backward jumps and calls is used up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct ResumePoint(pub u32);
 
@@ -36,12 +38,13 @@ pub struct ResumePoint(pub u32);
 /// suspended is told to the caller, who gives it back.
 pub trait Engine {
     /// Runs one scan of a task, from its entry (`None`) or from where an earlier scan of it was
-    /// suspended. A task that does not exist ends at once. A resume point that the task does not
-    /// have is [`TrapCode::BadLabel`](crate::TrapCode::BadLabel), and nothing is executed.
+    /// suspended. A task that does not exist is [`Outcome::End`] at once. A resume point that the
+    /// task does not have is [`TrapCode::BadLabel`](crate::TrapCode::BadLabel), and nothing is
+    /// executed.
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome;
 
-    /// A tick begins and no task runs: an engine that makes its code anew does it here. Controls
-    /// say it to engines whose code may cease to fit their image (PMAC's does).
+    /// Is called when a tick begins, while no task runs. An engine may replace its code here: one
+    /// that runs PMAC's code has it recompiled when the image no longer holds what it assumes.
     fn begin_tick(&mut self, _image: &mut [u8]) {}
 }
 

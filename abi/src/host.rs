@@ -1,4 +1,7 @@
-//! The functions that program code may call.
+//! The functions that program code may call: [`HostFn`], their numbers and signatures.
+//!
+//! The numbers stand in compiled code, also in artifacts and objects, so they stay what they are.
+//! Each language has a range of a hundred.
 
 /// A type of a host function's argument or result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +17,9 @@ pub enum HostType {
 macro_rules! host_fns {
     ($($(#[$doc:meta])* $name:ident = $number:literal, $text:literal, $pure:ident,
         ($($arg:ident),*) $(-> $result:ident)?;)*) => {
-        /// A function of the host.
+        /// A function that program code may call. Which one, with which arguments and result, is
+        /// said by [`name`](Self::name) and [`signature`](Self::signature); an executive implements
+        /// those of its language by [`Host`](crate::Host).
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[repr(u32)]
         pub enum HostFn {
@@ -25,14 +30,14 @@ macro_rules! host_fns {
             /// Every host function.
             pub const ALL: &[Self] = &[$(Self::$name,)*];
 
-            /// The function's word in the IR's text form.
+            /// The function's name in the IR's text form.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$name => $text,)*
                 }
             }
 
-            /// The function of a number, as compiled code passes it.
+            /// The function with a number, as compiled code passes it; `None` if there is none.
             pub fn from_number(number: u32) -> Option<Self> {
                 match number {
                     $($number => Some(Self::$name),)*
@@ -40,7 +45,7 @@ macro_rules! host_fns {
                 }
             }
 
-            /// Argument types (four at most) and the result's type.
+            /// The types of the arguments, four at most, and that of the result, if it has one.
             pub fn signature(self) -> (&'static [HostType], Option<HostType>) {
                 match self {
                     $(Self::$name => (&[$(HostType::$arg),*], host_fns!(@result $($result)?)),)*
@@ -64,10 +69,12 @@ macro_rules! host_fns {
 }
 
 host_fns! {
-    /// The exact floating-point remainder with the dividend's sign, 0 where there is none.
+    /// The exact floating-point remainder with the dividend's sign; 0 where it is not defined (the
+    /// divisor is 0, the dividend infinite, or one of them NaN).
     Fmod = 0, "fmod", pure, (F64, F64) -> F64;
-    /// NCT 4.14, HF: searches OP in a table. Like all of NCT's with the number of the local
-    /// variable where the statement's register area begins, and OP, which none changes.
+    /// NCT 4.14, HF: searches OP in a table. The arguments of all of NCT's functions are the number
+    /// of the local variable at which the statement's register area begins, and the value of the
+    /// register OP.
     NctHf = 200, "nct_hf", effect, (I32, I32);
     /// NCT 4.14, PF: searches a free tool pot of OP's width.
     NctPf = 201, "nct_pf", effect, (I32, I32);
@@ -86,35 +93,39 @@ host_fns! {
     /// NCT 4.16, CMP.
     NctCmp = 208, "nct_cmp", effect, (I32, I32);
 
-    /// PMAC: reads an M-variable (its number wraps) by its definition as it is now.
+    /// PMAC: reads an M-variable by its definition as it is now. Its number is taken modulo the
+    /// number of M-variables.
     PmacMRead = 100, "pmac_m_read", effect, (I32) -> F64;
-    /// PMAC: writes an M-variable (its number wraps) by its definition as it is now.
+    /// PMAC: writes an M-variable by its definition as it is now; its number is taken as for
+    /// reading.
     PmacMWrite = 101, "pmac_m_write", effect, (I32, F64);
     /// PMAC: reads a word: space (0 X, 1 Y) and address.
     PmacWordRead = 102, "pmac_word_read", effect, (I32, I32) -> I32;
     /// PMAC: writes a word: space (0 X, 1 Y), address, value.
     PmacWordWrite = 103, "pmac_word_write", effect, (I32, I32, I32);
-    /// PMAC: assigns to an I-variable (its number wraps), which takes the value into its range.
+    /// PMAC: assigns to an I-variable, which brings the value into its range. Its number is taken
+    /// modulo the number of I-variables.
     PmacIWrite = 104, "pmac_i_write", effect, (I32, F64);
-    /// PMAC: enables, disables, pauses or resumes: [operation](crate::pmac::PlcOp), whether
-    /// PLCCs are meant, first and last number.
+    /// PMAC: enables, disables, pauses or resumes PLC programs: the
+    /// [operation](crate::pmac::PlcOp), 1 for PLCCs and 0 for PLCs, the first and the last number.
     PmacPlc = 105, "pmac_plc", effect, (I32, I32, I32, I32);
     /// PMAC: SEND, DISPLAY, COMMAND or a write to the MACRO ring: the index of the
     /// [text](crate::pmac::Text), and the value to display.
     PmacEvent = 106, "pmac_event", effect, (I32, F64);
-    /// PMAC: makes the [definitions](crate::pmac::Define) of an index.
+    /// PMAC: defines M-variables: the index of the [definitions](crate::pmac::Define).
     PmacDefine = 107, "pmac_define", effect, (I32);
-    /// PMAC: SAVE.
+    /// PMAC: the command SAVE.
     PmacSave = 108, "pmac_save", effect, ();
-    /// PMAC: `%`.
+    /// PMAC: the operator `%`.
     PmacMod = 110, "pmac_mod", pure, (F64, F64) -> F64;
-    /// PMAC: `&`.
+    /// PMAC: the operator `&`.
     PmacAnd = 111, "pmac_and", pure, (F64, F64) -> F64;
-    /// PMAC: `|`.
+    /// PMAC: the operator `|`.
     PmacOr = 112, "pmac_or", pure, (F64, F64) -> F64;
-    /// PMAC: `^`.
+    /// PMAC: the operator `^`.
     PmacXor = 113, "pmac_xor", pure, (F64, F64) -> F64;
-    /// PMAC: SIN, in radians where the second is not 0; so are all that follow with two.
+    /// PMAC: SIN. The last argument of this and the other trigonometric functions is 0 for degrees,
+    /// anything else for radians.
     PmacSin = 114, "pmac_sin", pure, (F64, I32) -> F64;
     /// PMAC: COS.
     PmacCos = 115, "pmac_cos", pure, (F64, I32) -> F64;
@@ -134,16 +145,17 @@ host_fns! {
     PmacLn = 122, "pmac_ln", pure, (F64) -> F64;
     /// PMAC: EXP.
     PmacExp = 123, "pmac_exp", pure, (F64) -> F64;
-    /// PMAC: a value rounded to an integer, the low 64 bits of it.
+    /// PMAC: the low 64 bits of a value rounded to an integer.
     PmacBits = 124, "pmac_bits", pure, (F64) -> I64;
-    /// PMAC: the bits of a value as BCD, six digits.
+    /// PMAC: a value as six BCD digits, in 24 bits.
     PmacBcd = 125, "pmac_bcd", pure, (F64) -> I32;
-    /// PMAC: a value taken into an integer range, its ends included.
+    /// PMAC: a value brought into an integer range: the value, the range's first and its last
+    /// number.
     PmacRange = 126, "pmac_range", pure, (F64, F64, F64) -> F64;
 }
 
 impl HostFn {
-    /// Finds a function by its word in the IR's text form.
+    /// The function with a name of the IR's text form; `None` if there is none.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|function| function.name() == name)
     }

@@ -1,7 +1,7 @@
-//! Reading and writing the process image: little endian, bounds-checked, total.
+//! Reading and writing numbers in the process image: little endian, and checked against its length.
 //!
 //! Outside the image reads give 0 and writes do nothing. Layouts are checked when a program is
-//! loaded, so that this never happens; it is here so that nothing can fall over.
+//! loaded, so that this never happens; if a check were missing, there would still be no panic.
 
 macro_rules! accessors {
     ($($read:ident $write:ident $ty:ty;)*) => {

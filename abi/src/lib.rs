@@ -1,12 +1,13 @@
-//! What compiled programs and their host agree on.
+//! What the compiler and the executives that run its programs agree on.
 //!
-//! Everything that both a compiler and a runtime must know stands here, and nothing else: the
-//! [process image](image), the [calls](context) into compiled code, the [few ways out](host) of
-//! it, [how a scan ends](outcome), and the [tables](program) that an executive works by. The
+//! Everything that both sides must know stands here, and nothing else: the
+//! [process image](image), the [calls](context) into compiled code, the [functions](host) that
+//! program code may call in return, [how a scan ends](outcome), and the [tables](program) that an
+//! executive works by. What belongs to one language only is in [`pmi`], [`nct`] and [`pmac`]. The
 //! crate depends on no other of the project and needs no standard library.
 //!
 //! An engine runs a task's scan on the process image, and says how it ended. This one adds 1 to
-//! the image's first word:
+//! the 32-bit integer at the beginning of the image:
 //!
 //! ```
 //! use plcc_abi::engine::NoHost;
@@ -63,5 +64,7 @@ pub use resume::ResumeLabels;
 pub use suggest::closest;
 pub use symbols::{ImageSymbol, ImageType};
 
-/// The version of everything in this crate. An artifact of another version is refused.
+/// The version of everything in this crate. An artifact of another version is refused, so it is
+/// raised with every change after which an older artifact would be misread: of the tables, the
+/// context, outcomes, or the numbers of host functions and trap codes.
 pub const ABI_VERSION: u32 = 2;

@@ -1,8 +1,10 @@
-//! Natural sort order: names compare as people expect, numbers in them by their value.
+//! Natural sort order: the order in which people expect names, with the numbers in them compared by
+//! value.
 
 use core::cmp::Ordering;
 
-/// Compares names so that runs of digits count as numbers: `P2` comes before `P10`.
+/// Compares names: digits in a row as one number, all else by its bytes. `P2` comes before `P10`,
+/// and `P02` before `P2`, which has the same number. Only names that are the same are equal.
 pub fn natural_cmp(a: &str, b: &str) -> Ordering {
     let (mut x, mut y) = (a.as_bytes(), b.as_bytes());
     loop {

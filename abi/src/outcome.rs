@@ -17,14 +17,14 @@ macro_rules! trap_codes {
             /// Every trap code.
             pub const ALL: &[Self] = &[$(Self::$name,)*];
 
-            /// The code's word in the IR's text form.
+            /// The code's name in the IR's text form.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$name => $text,)*
                 }
             }
 
-            /// The code of a number, as compiled code returns it.
+            /// The code with a number, as compiled code returns it; `None` if there is none.
             pub fn from_number(number: u32) -> Option<Self> {
                 match number {
                     $($number => Some(Self::$name),)*
@@ -50,7 +50,7 @@ trap_codes! {
 }
 
 impl TrapCode {
-    /// Finds a code by its word in the IR's text form.
+    /// The code with a name of the IR's text form; `None` if there is none.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|code| code.name() == name)
     }
@@ -61,7 +61,7 @@ impl TrapCode {
 pub enum Outcome {
     /// The scan is over; the next starts at the top.
     End,
-    /// The scan is over in the middle; the next goes on at the resume point.
+    /// The scan was interrupted; the task's next one goes on at the resume point.
     Suspended(ResumePoint),
     /// The program is stopped.
     Trap(TrapCode),

@@ -1,4 +1,5 @@
-//! What an executive knows of a program.
+//! What an executive knows of a program: [`Program`], a list of files, regions and tasks, and the
+//! [`Tables`] of its language.
 
 use alloc::{string::String, vec::Vec};
 
@@ -55,8 +56,7 @@ dialects! {
     Pmac, "pmac", PmacTables;
 }
 
-/// A stretch of the process image that holds one kind of state. Accesses to different regions
-/// never touch the same byte.
+/// A part of the process image that holds one kind of state. Regions do not overlap.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Region {
     /// Its name, a word of letters, digits and `_`.
@@ -65,19 +65,19 @@ pub struct Region {
     pub offset: u32,
     /// Length in bytes.
     pub size: u32,
-    /// Every byte of it is 0 or 1 and is accessed as such only.
+    /// Whether every byte of it is 0 or 1, and is read and written as such only.
     pub bits: bool,
 }
 
-/// Something an executive can call.
+/// A unit of a program that is scanned by itself: what an executive has an engine call.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Task {
     /// Its name as users know it: `scan`, `:001`, `PLC3`.
     pub name: String,
-    /// The label at which it starts.
+    /// The number of the label at which it starts.
     pub entry: u32,
-    /// The labels at which a suspended scan of it goes on, in the source's order: the label of
-    /// [`ResumePoint(n)`](crate::ResumePoint) is the n-th.
+    /// The numbers of the labels at which a suspended scan of it goes on, in the source's order:
+    /// the label of [`ResumePoint(n)`](crate::ResumePoint) is the n-th.
     pub resume_points: Vec<u32>,
 }
 
@@ -102,7 +102,7 @@ impl Program {
         self.tables.dialect()
     }
 
-    /// The region of a name.
+    /// The region with a name; `None` if there is none.
     pub fn region(&self, name: &str) -> Option<&Region> {
         self.regions.iter().find(|region| region.name == name)
     }

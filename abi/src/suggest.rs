@@ -17,6 +17,7 @@ pub fn closest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     let word: String = word.to_lowercase();
     candidates
         .into_iter()
+        // A cheap test first: an edit changes the length in bytes by at most three.
         .filter(|name| name.len().abs_diff(word.len()) <= 3 * allowed)
         .map(|name| (strsim::osa_distance(&word, &name.to_lowercase()), name))
         .filter(|&(distance, _)| distance <= allowed)

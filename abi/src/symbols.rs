@@ -1,5 +1,5 @@
-//! Where a program's variables lie in its image, the same question for every language: what the
-//! layout in an object file, debug information and integrators need.
+//! Where a program's variables lie in its image, in one form for all languages. The layout in an
+//! object file is made of it.
 
 use alloc::{string::String, vec::Vec};
 

@@ -8,8 +8,9 @@
  *     struct plcc_task task = plcc_task_at(0);
  *     switch (plcc_scan(&task, &context)) { ... }
  *
- * Compiled code reaches the image and the host function, nothing else. What the control did
- * around the program (timers, latching, slices) is yours to do, or use plcc_runtime.
+ * Compiled code accesses the image and calls the host function, nothing else. What the control did
+ * around the program (timers, latching of inputs, slices) is up to the caller. The Rust crate
+ * plcc-runtime does it for artifacts.
  */
 #ifndef PLCC_H
 #define PLCC_H
@@ -20,15 +21,20 @@
 extern "C" {
 #endif
 
+/* What compiled code gets. */
 struct plcc_context {
+    /* The program's state: plcc_image_size bytes. */
     uint8_t *image;
-    /* The functions a program may call: number and four arguments, integers zero-extended,
-     * doubles as their bits. May be a function that returns 0 where a program calls none. */
+    /* Does what the program calls: the number of a function (HostFn in abi/src/host.rs lists them)
+     * and four arguments; integers are zero-extended, doubles passed as their bits. For a program
+     * that calls none it may be a function that returns 0. */
     uint64_t (*host)(const struct plcc_context *, uint32_t function, uint64_t, uint64_t, uint64_t,
                      uint64_t);
+    /* For the host function; compiled code does not use it. */
     void *host_data;
 };
 
+/* The code, and for each label the offset in it of the function to enter. */
 extern const uint8_t plcc_code[];
 extern const uint32_t plcc_abi_version;
 extern const uint32_t plcc_image_size;
@@ -41,20 +47,22 @@ extern const char plcc_layout[];
 /* How a scan ended. */
 enum plcc_outcome { PLCC_END = 1, PLCC_SUSPENDED = 2, PLCC_TRAP = 3 };
 
-/* A task, and where it goes on. */
+/* A task, and where its next scan begins. */
 struct plcc_task {
-    uint32_t start;
-    uint32_t next;
-    uint32_t trap; /* the code, after PLCC_TRAP */
+    uint32_t start; /* the label at which it begins */
+    uint32_t next;  /* the label at which its next scan begins */
+    uint32_t trap;  /* after PLCC_TRAP, why: TrapCode in abi/src/outcome.rs lists the codes */
 };
 
+/* The task with an index below plcc_task_count, in the order of plcc_layout. */
 static inline struct plcc_task plcc_task_at(uint32_t index)
 {
     struct plcc_task task = { plcc_tasks[index], plcc_tasks[index], 0 };
     return task;
 }
 
-/* One scan, from the top or from where the last one was suspended. */
+/* One scan, from the beginning or from where the last one was suspended. After PLCC_TRAP the
+ * program is stopped; another scan would begin at the beginning. */
 static inline enum plcc_outcome plcc_scan(struct plcc_task *task,
                                           const struct plcc_context *context)
 {
@@ -72,7 +80,7 @@ static inline enum plcc_outcome plcc_scan(struct plcc_task *task,
         outcome = chunk(context, label);
         label = (uint32_t)outcome;
         switch (outcome >> 32) {
-        case 0:
+        case 0: /* goes on at the label */
             break;
         case PLCC_END:
             return PLCC_END;

@@ -18,19 +18,20 @@ use crate::{CodegenError, InternalError, Target, lower, unwind};
 /// Functions begin at multiples of this, in bytes.
 const ALIGNMENT: usize = 16;
 
-/// The number of IR instructions that a further thread is started for; with fewer it costs more
-/// time than it saves.
-const WORTH_A_THREAD: usize = 4000;
+/// For each so many IR instructions a further thread is started; with fewer it costs more time than
+/// it saves.
+const INSTS_PER_THREAD: usize = 4000;
 
-/// What becomes of one function.
+/// The code of one function and the tables that belong to it.
 struct Compiled {
     bytes: Vec<u8>,
-    /// By rising offset, the statement that the code from there on was made for.
+    /// By rising offset in `bytes`, the number of the statement that the code from there on was
+    /// made for.
     locs: Vec<(u32, u32)>,
     unwind: UnwindInfo,
 }
 
-/// Compiles a module.
+/// Compiles a module's functions, in several threads if there are many.
 ///
 /// # Errors
 /// [`CodegenError::Internal`] when the module breaks a rule of the [verifier](plcc_ir::verify) or
@@ -43,7 +44,7 @@ pub fn compile(module: &Module, target: &Target) -> Result<Code, CodegenError> {
     let count = module.funcs().len();
     let size: usize = module.funcs().map(|(_, func)| func.inst_count()).sum();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = cores.min(count).min(1 + size / WORTH_A_THREAD).max(1);
+    let threads = cores.min(count).min(1 + size / INSTS_PER_THREAD).max(1);
     let next = AtomicUsize::new(0);
     let worker = || {
         let mut done = Vec::new();
@@ -52,7 +53,7 @@ pub fn compile(module: &Module, target: &Target) -> Result<Code, CodegenError> {
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
             let Some((_, func)) = module.funcs().nth(index) else { break };
-            let result = one(module, func, target, &mut context, &mut builder_context);
+            let result = compile_to_bytes(module, func, target, &mut context, &mut builder_context);
             let failed = result.is_err();
             done.push((index, result));
             if failed {
@@ -93,7 +94,9 @@ pub fn compile(module: &Module, target: &Target) -> Result<Code, CodegenError> {
     sealed.map_err(|error| CodegenError::internal(error.to_string()))
 }
 
-fn one(
+/// Compiles one function and takes its code, line table and unwind information out of Cranelift's
+/// context.
+fn compile_to_bytes(
     module: &Module,
     func: &FuncData,
     target: &Target,
@@ -123,7 +126,7 @@ fn one(
 ///
 /// # Errors
 /// [`CodegenError::Internal`] when the function breaks a rule of the verifier or Cranelift refuses
-/// it; the contexts are then as good as new.
+/// it. The contexts are then replaced by new ones, so they can be used again in any case.
 pub fn compile_function(
     module: &Module,
     func: &FuncData,
@@ -136,7 +139,7 @@ pub fn compile_function(
         let reason = format!("the IR is not valid: {}", error.message);
         return Err(InternalError::new(module, func, error.inst, reason).into());
     }
-    // Cranelift panics where it finds itself in the wrong.
+    // Cranelift panics where it finds an error of its own.
     let result = catch_unwind(AssertUnwindSafe(|| {
         lower::function(module, func, &*target.isa, &mut context.func, builder_context)?;
         let compiled = context.compile(&*target.isa, &mut ControlPlane::default());
@@ -155,6 +158,7 @@ pub fn compile_function(
     })
 }
 
+/// Joins the functions' code to one blob, with the tables of functions, labels and lines.
 fn assemble(module: &Module, compiled: &[Compiled]) -> Result<CodeParts, CodegenError> {
     let offset_of = |n: usize| u32::try_from(n).map_err(|_| CodegenError::TooLong);
     let mut code = CodeParts { image_size: module.image_size, ..CodeParts::default() };

@@ -1,4 +1,4 @@
-//! What can go wrong.
+//! Why code generation fails: [`CodegenError`], and the [`InternalError`] in it.
 
 use std::any::Any;
 use std::fmt;
@@ -6,10 +6,10 @@ use std::fmt;
 use plcc_ir::{FuncData, Inst, Module};
 use thiserror::Error;
 
-/// Why no code came out.
+/// Why a program can't be compiled or made ready to run.
 #[derive(Debug, Error)]
 pub enum CodegenError {
-    /// The target's name means nothing, or code for it can't be made.
+    /// The target's name is not known, or code for it can't be made.
     #[error("code for target `{triple}` can't be made: {reason}")]
     Target {
         /// The target as asked for.
@@ -17,17 +17,17 @@ pub enum CodegenError {
         /// Why not.
         reason: String,
     },
-    /// The IR breaks a rule that code generation relies on, or Cranelift refuses what was made of
-    /// it: an error in plcc, never in the program.
+    /// The IR breaks a rule of the verifier, or Cranelift refuses what was made of it: an error in
+    /// plcc, never in the program.
     #[error(transparent)]
     Internal(Box<InternalError>),
-    /// The system gives no memory to execute code in.
+    /// The system does not give memory from which code can be executed.
     #[error("no executable memory: {reason}")]
     Memory {
         /// Why not.
         reason: String,
     },
-    /// The code is too long to be addressed.
+    /// The code is longer than the 2 GiB that offsets in it can reach.
     #[error("the program's code is over 2 GiB long; split the program")]
     TooLong,
 }
@@ -42,7 +42,8 @@ impl CodegenError {
     }
 }
 
-/// What code generation could not do, and where. The command line asks for a report with it.
+/// An error in plcc that code generation found, and where. The command line shows it and asks for a
+/// report.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Error)]
 pub struct InternalError {
     /// The function's name in the IR, where it is known.
@@ -100,8 +101,8 @@ impl From<InternalError> for CodegenError {
     }
 }
 
-/// What a caught panic said.
+/// The message of a caught panic.
 pub(crate) fn panic_text(payload: &(dyn Any + Send)) -> &str {
     let text = payload.downcast_ref::<String>().map(String::as_str);
-    text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("it does not say why")
+    text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("a panic without a message")
 }

@@ -1,9 +1,9 @@
 //! Executable memory for code that is run where it was compiled (`--engine jit`), by cranelift-jit.
 //!
-//! Its [`ArenaMemoryProvider`] protects the pages, makes the instruction caches coherent and flushes
-//! the pipelines of all processors. The rest of the crate is not used: `JITModule` wants code with
-//! relocations and keeps its memory until the process ends, while [`JitMemory`] gives it back when
-//! it is dropped, so that a PMAC program may be recompiled any number of times.
+//! Its [`ArenaMemoryProvider`] protects the pages, makes the instruction caches coherent and
+//! flushes the pipelines of all processors. The rest of the crate is not used: `JITModule` wants
+//! code with relocations and keeps its memory until the process ends, while [`JitMemory`] gives it
+//! back when it is dropped, so that a PMAC program may be recompiled any number of times.
 #![allow(unsafe_code)]
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -48,8 +48,8 @@ impl JitMemory {
         // the arena is not used again, only freed, which it can be in any state.
         let room = guard(|| arena.allocate(len.max(1), ALIGNMENT, JITMemoryKind::Executable))?;
         let room = room.map_err(|error| fail(error.to_string()))?;
-        // SAFETY: the arena has given out `len` bytes, writable until they are finalised, that
-        // nobody else has; the code's bytes lie elsewhere.
+        // SAFETY: the arena has given out `len` bytes, to nobody else, which can be written until
+        // they are finalised; the code's bytes lie elsewhere.
         unsafe { room.copy_from_nonoverlapping(code.bytes.as_ptr(), len) };
         let done =
             guard(|| arena.finalize(BranchProtection::None).map_err(|error| error.to_string()))?;
@@ -59,7 +59,7 @@ impl JitMemory {
     }
 }
 
-/// Makes an error of a panic.
+/// Runs a step and makes an error of a panic in it.
 fn guard<T>(step: impl FnOnce() -> T) -> Result<T, CodegenError> {
     catch_unwind(AssertUnwindSafe(step))
         .map_err(|payload| CodegenError::Memory { reason: one_line(panic_text(&*payload)) })

@@ -4,7 +4,8 @@
 //! [`Code`](plcc_abi::Code): machine code that works at any address, has no relocations and calls
 //! nothing but the host function of its context. It can be copied into memory and run at once
 //! ([`JitMemory`]) or put into an artifact. [`emit`] makes listings and objects of the same code.
-//! There is one lowering for all of this; only the target differs.
+//! There is one lowering for all of this; only the target differs. Start reading at `compile.rs`,
+//! then `lower/mod.rs`.
 //!
 //! The code can't fault: divisors are guarded, an index outside its range is taken as 0, and a
 //! program that is stopped returns its trap code. IR that breaks a rule of the

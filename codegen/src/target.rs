@@ -1,4 +1,4 @@
-//! What machine code is made for.
+//! The machines that code is made for.
 
 use std::str::FromStr;
 use std::sync::Arc;
@@ -9,18 +9,19 @@ use target_lexicon::{Architecture, BinaryFormat, Triple};
 
 use crate::CodegenError;
 
-/// A machine to make code for.
+/// A machine to make code for: an architecture, the extensions of its instruction set that code may
+/// use, and Cranelift's settings.
 #[derive(Clone)]
 pub struct Target {
     pub(crate) isa: Arc<dyn TargetIsa>,
     features: Vec<&'static str>,
 }
 
-/// What x86-64-v2 adds to x86-64, by the names that Rust's feature detection uses.
+/// The extensions that x86-64-v2 adds to x86-64, by the names that Rust's feature detection uses.
 const X86_64_V2: &[&str] = &["sse3", "ssse3", "sse4.1", "sse4.2", "popcnt", "cmpxchg16b"];
 
 impl Target {
-    /// This very machine, with all it can do: for code that is run at once.
+    /// This machine, with every extension that its processor has: for code that is run at once.
     ///
     /// # Errors
     /// When Cranelift does not know the machine.
@@ -31,11 +32,11 @@ impl Target {
         Self::finish(&triple, builder, vec![])
     }
 
-    /// A machine by its triple, with what every such machine of the last ten years can do: for
-    /// code that is kept. On x86-64 that is x86-64-v2.
+    /// A machine by its triple, without extensions that some such machines of the last ten years
+    /// lack: for code that is kept. On x86-64 it is x86-64-v2.
     ///
     /// # Errors
-    /// When the triple means nothing, or code for it can't be made.
+    /// When the triple is none, or code for it can't be made.
     pub fn baseline(triple: &str) -> Result<Self, CodegenError> {
         let parsed = Triple::from_str(triple).map_err(|error| CodegenError::Target {
             triple: triple.into(),
@@ -52,7 +53,7 @@ impl Target {
         Self::finish(&parsed, builder, features)
     }
 
-    /// This kind of machine, with what every such machine of the last ten years can do.
+    /// The [baseline](Self::baseline) of this machine's architecture.
     ///
     /// # Errors
     /// When code for it can't be made.
@@ -73,7 +74,7 @@ impl Target {
         Ok(Self { isa, features })
     }
 
-    /// The target's name.
+    /// The target's triple, such as `x86_64-unknown-linux-gnu`.
     pub fn triple(&self) -> String {
         self.isa.triple().to_string()
     }
@@ -83,8 +84,8 @@ impl Target {
         self.isa.triple().architecture.to_string()
     }
 
-    /// What a machine must have beyond its architecture to run the code, by the names that
-    /// Rust's feature detection uses. Empty for [`host`](Self::host).
+    /// The extensions that a processor must have to run the code, by the names that Rust's feature
+    /// detection uses. Empty for [`host`](Self::host), whose code runs on this machine only.
     pub fn features(&self) -> &[&'static str] {
         &self.features
     }
@@ -97,17 +98,19 @@ fn target_error(triple: &Triple, reason: String) -> CodegenError {
 fn flags() -> Result<settings::Flags, SetError> {
     let mut builder = settings::builder();
     builder.set("is_pic", "true")?;
-    // Our own passes have been there; Cranelift's would find little for a third of the time, and
-    // would undo the short addresses of [`bases`](crate::lower).
+    // Our own passes have optimised the IR. Cranelift's would find little more, would take a third
+    // of the time to compile, and would fold base registers back into long addresses (see
+    // `lower/base_registers.rs`).
     builder.set("opt_level", "none")?;
     builder.set("regalloc_algorithm", "backtracking")?;
-    // Loads are forwarded by our own pass, within a bound: without one values live so long that
-    // they are spilled, which costs more than loading them again.
+    // Stored values are forwarded to loads by our own pass, over few statements only. Cranelift
+    // would do it over any distance, so that values live long and are spilled, which costs more
+    // than loading them again.
     builder.set("enable_alias_analysis", "false")?;
     builder.set("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" })?;
     builder.set("unwind_info", "true")?;
     builder.set("enable_probestack", "false")?;
-    // Where blocks begin tells a listing jump tables from code.
+    // The offsets of blocks, by which a listing tells jump tables from code.
     builder.set("machine_code_cfg_info", "true")?;
     Ok(settings::Flags::new(builder))
 }

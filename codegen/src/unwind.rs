@@ -1,5 +1,5 @@
-//! Unwind information for the functions of a blob: an `.eh_frame` section, written by gimli from what
-//! Cranelift says of each function. [`plcc_abi::unwind`] says how it is laid out.
+//! Unwind information for the functions of a blob: an `.eh_frame` section, written by gimli from
+//! what Cranelift says of each function. [`plcc_abi::unwind`] says how it is laid out.
 
 use cranelift_codegen::isa::TargetIsa;
 use cranelift_codegen::isa::unwind::systemv::UnwindInfo;
@@ -27,7 +27,8 @@ pub(crate) fn section<'a>(
     let cie = table.add_cie(cie);
     let base = code_len.next_multiple_of(ALIGNMENT) as u64;
     for (offset, info) in functions {
-        // An address is taken relative to its place in the section, which stands at `base`.
+        // The encoding of an address is relative to where it stands. The section begins `base`
+        // bytes behind the beginning of the code.
         let address = Address::Constant(u64::from(offset).wrapping_sub(base));
         table.add_fde(cie, info.to_fde(address));
     }

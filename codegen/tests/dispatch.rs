@@ -34,7 +34,8 @@ fn program(module: &Module) -> Program {
     }
 }
 
-/// All engines for what `make` writes, cut in small and in large functions.
+/// All engines for the program that `make` builds, cut into small and into large functions, each
+/// with its name.
 fn engines(make: impl Fn(&mut ChunkBuilder)) -> Vec<(String, Box<dyn Engine>)> {
     let mut engines: Vec<(String, Box<dyn Engine>)> = vec![];
     for limit in [1, 10, 1000] {
@@ -62,8 +63,8 @@ fn add(b: &mut ChunkBuilder, offset: u32, n: i64) {
     b.ins().store(at(offset), v);
 }
 
-/// A loop over many statements that pauses twice in each round, and a second task that jumps into
-/// the middle of it.
+/// A loop over many statements that is suspended twice in each round, and a second task that jumps
+/// into the middle of it.
 #[test]
 fn a_loop_over_several_chunks_suspends_and_resumes() {
     let make = |b: &mut ChunkBuilder| {
@@ -179,7 +180,7 @@ fn switch_and_goto_indirect_choose_by_number() {
     }
 }
 
-/// What stands before a trap has happened, what stands behind has not.
+/// Stores before a trap are done, those behind it are not.
 #[test]
 fn traps_stop_at_once() {
     for &code in TrapCode::ALL {
@@ -210,7 +211,7 @@ fn traps_stop_at_once() {
     }
 }
 
-/// Remembers its calls, and changes the image.
+/// A host that records its calls and changes the image.
 #[derive(Default)]
 struct Recorder {
     calls: Vec<(HostFn, [u64; 4])>,

@@ -17,7 +17,8 @@ const INTEGERS: [Type; 4] = [Type::I8, Type::I16, Type::I32, Type::I64];
 const A: u32 = 0;
 const B: u32 = 8;
 const RESULT: u32 = 16;
-/// Where truth values stand: as far behind the others as each other value is from 0.
+/// The offset of the region for truth values. The offsets of operands and result are the same in it
+/// as in the region for all other types.
 const BITS: u32 = 32;
 const IMAGE: u32 = 2 * BITS + 2048;
 
@@ -93,7 +94,7 @@ fn regions() -> Vec<Region> {
     ]
 }
 
-/// Where a value of a type stands, as an address and in the image.
+/// Where a value of a type lies: its address in the IR, and its offset in the image.
 fn place(ty: Type, offset: u32) -> (Address, u32) {
     match ty {
         Type::I1 => (Address::fixed(plcc_ir::Region(1), offset), BITS + offset),

@@ -1,8 +1,9 @@
 //! Runs compiled code.
 //!
-//! Three things together make this sound. A [`Code`] can only be made from bytes that its maker vouches
-//! for (see [`Code::seal`]). Those bytes reach nothing but the image, whose length is checked before
-//! each call, and the host, through one function of the context. And they always end by returning.
+//! Three things together make this sound. A [`Code`] can only be made from bytes that its maker
+//! vouches for (see [`Code::seal`]). Those bytes reach nothing but the image, whose length is
+//! checked before each call, and the host, through one function of the context. And they always end
+//! by returning.
 #![allow(unsafe_code)]
 
 use std::ffi::c_void;
@@ -26,11 +27,11 @@ pub enum NativeError {
     /// The operating system gives no executable memory.
     #[error("the operating system gives no executable memory: {0}")]
     Map(#[from] io::Error),
-    /// The program has another process image than the code, or a task outside the code's labels;
-    /// or the memory does not hold the code.
+    /// The program and the code were not made together, or the memory does not hold the code.
     #[error("the code does not fit the program: {0}")]
     Misfit(&'static str),
-    /// The code is for another machine, or a processor with more features.
+    /// The code is for another architecture, or for a processor with features that this one lacks.
+    /// Holds the architecture and those features.
     #[error("the code is for {0}, not for this machine")]
     Machine(String),
 }
@@ -71,8 +72,8 @@ impl MappedCode {
     }
 }
 
-/// An error of the crate that flushes caches as one of input and output; on some systems it has a type
-/// of its own.
+/// An error of the crate that flushes caches as one of input and output; on some systems it has a
+/// type of its own.
 fn io_error(error: impl ToString) -> io::Error {
     io::Error::other(error.to_string())
 }
@@ -89,7 +90,7 @@ impl NativeEngine {
     /// Copies a program's code into executable memory.
     ///
     /// # Errors
-    /// When there is no memory for it, it is for another machine, or for another program.
+    /// When there is no memory for the code, or it is for another machine or another program.
     pub fn new(code: &Code, program: &Program) -> Result<Self, NativeError> {
         Self::with_memory(code, program, Box::new(MappedCode::new(code)?))
     }
@@ -148,17 +149,18 @@ impl NativeEngine {
 }
 
 impl NativeEngine {
-    /// The offset in the code of an address of this process: what
+    /// The offset in the code of an address of this process, for
     /// [`line_at`](plcc_abi::CodeParts::line_at) and
-    /// [`function_at`](plcc_abi::CodeParts::function_at) understand.
+    /// [`function_at`](plcc_abi::CodeParts::function_at); `None` if the address is not in the code.
     pub fn offset_of(&self, address: usize) -> Option<u32> {
         let offset = address.checked_sub(self.address())?;
         u32::try_from(offset).ok().filter(|_| offset < self.memory.bytes().len())
     }
 
-    /// Whether this code has the same tasks as other code, with as many resume points each: as all
-    /// code of one program has, so that a task which the one suspended can go on in the other.
-    pub fn has_tasks_of(&self, other: &Self) -> bool {
+    /// Whether both engines have the same number of tasks, with as many resume points each. That
+    /// holds for all engines of one program; then a task that one has suspended can go on in the
+    /// other.
+    pub fn has_same_tasks_as(&self, other: &Self) -> bool {
         let count = |task: &ResumeLabels| task.count();
         self.tasks.iter().map(count).eq(other.tasks.iter().map(count))
     }
@@ -251,9 +253,9 @@ unsafe extern "C" fn host_call(
     d: u64,
 ) -> u64 {
     // SAFETY: compiled code passes on the context it was given, which `Engine::call` made and
-    // which outlives the call; its data is the `HostCallState` beside it. `Engine::call` does not touch
-    // either while compiled code runs, and this function, the only other, is not entered twice:
-    // a host gets the image as a slice and has no way back into the code.
+    // which outlives the call; its data is the `HostCallState` beside it. `Engine::call` does not
+    // touch either while compiled code runs, and this function, the only other, is not entered
+    // twice: a host gets the image as a slice and has no way back into the code.
     let call = unsafe { &mut *(*context).host_data.cast::<HostCallState<'_>>() };
     let Some(function) = HostFn::from_number(function) else { return 0 };
     if call.image_at_panic.is_some() {

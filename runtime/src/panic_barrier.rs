@@ -2,8 +2,8 @@
 //!
 //! Native code catches a panic of a host function itself, since it must not unwind through compiled
 //! code. The statement interpreter and the IR interpreter unwind. [`PanicBarrier`] gives them the
-//! same outcome: the trap [`TrapCode::HostPanic`], and no further scan. A session puts it around
-//! every engine.
+//! same outcome: the trap [`TrapCode::HostPanic`], and no further scan. The module `session`
+//! puts it around every engine.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

@@ -44,8 +44,8 @@ pub fn parse_nct(bytes: &[u8]) {
     }
 }
 
-/// Takes the bytes as a PMAC download. Whether it is for PMAC or Turbo PMAC depends on the number of
-/// bytes: trying both would take twice the time, since their images are large.
+/// Takes the bytes as a PMAC download. Whether it is for PMAC or Turbo PMAC depends on the number
+/// of bytes: trying both would take twice the time, since their images are large.
 pub fn parse_pmac(bytes: &[u8]) {
     let controller = match bytes.len() % 2 {
         0 => Controller::Pmac,
@@ -101,15 +101,15 @@ fn program(checked: &Checked) {
     assert!(executive.is_ok(), "no executive for it: {:?}", executive.err().map(|e| e.to_string()));
 }
 
-/// Takes the bytes as an artifact: it is either refused, or reads back the same after it was written
-/// again. Its code is never executed.
+/// Takes the bytes as an artifact: it is either refused, or reads back the same after it was
+/// written again. Its code is never executed.
 ///
 /// The bytes are tried as they are and with corrected checksums. Without these almost every changed
 /// artifact would be refused at once, and nothing else of the reader would be tested.
 pub fn artifact(bytes: &[u8]) {
-    let mut sealed = bytes.to_vec();
-    header::reseal(&mut sealed);
-    for bytes in [bytes, &sealed] {
+    let mut repaired = bytes.to_vec();
+    header::update_checksums(&mut repaired);
+    for bytes in [bytes, &repaired] {
         let Ok(read) = Artifact::parse(bytes) else { continue };
         let again = artifact::encode(&read.program, &read.code);
         let again = again.unwrap_or_else(|error| panic!("read, but not written: {error}"));
@@ -147,9 +147,9 @@ pub fn artifacts() -> Vec<(&'static str, Vec<u8>)> {
     sources.into_iter().filter_map(make).collect()
 }
 
-/// Takes the bytes as IR in its text form: it is either refused with a line and column, or read. If it
-/// follows the verifier's rules, it can be printed and read again, optimised, and compiled to code in
-/// which no instruction can fault.
+/// Takes the bytes as IR in its text form: it is either refused with a line and column, or read. If
+/// it follows the verifier's rules, it can be printed and read again, optimised, and compiled to
+/// code in which no instruction can fault.
 pub fn ir_text(bytes: &[u8]) {
     let source = String::from_utf8_lossy(bytes);
     let module = match text::parse(&source) {

@@ -1,4 +1,4 @@
-//! Machine code as text.
+//! Machine code as text: a disassembly with the source's statements as comments.
 
 use std::fmt::{Display, Write as _};
 
@@ -48,26 +48,28 @@ pub fn asm(module: &Module, target: &Target) -> Result<String, CodegenError> {
     Ok(out)
 }
 
-/// What may stand behind an instruction.
+/// What follows an instruction in the code.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Behind {
-    /// Another.
+enum Next {
+    /// An instruction.
     Code,
-    /// Constants, up to the next block: it goes elsewhere.
+    /// Constants, or nothing, up to the next block: the instruction jumps or returns.
     Data,
-    /// A jump table: it goes to an address in a register.
+    /// A jump table, up to the next block: the instruction jumps to an address in a register.
     Table,
 }
 
-/// An instruction's text, length and what follows. The number is the offset of the first byte.
-type Decode = fn(&[u8], u32) -> Option<(String, u32, Behind)>;
+/// Decodes the first instruction of some bytes, which stand at an offset in the function: its text,
+/// its length in bytes, and what follows it. `None` if there is no such instruction.
+type Decode = fn(&[u8], u32) -> Option<(String, u32, Next)>;
 
+/// One function's code and what is needed to list it.
 struct Listing<'a> {
     module: &'a Module,
     bytes: &'a [u8],
-    /// Stretches of code, by rising start, with the statement each belongs to.
+    /// Ranges of code (start, end, statement), by rising start.
     locs: Vec<(u32, u32, SourceLoc)>,
-    /// Where blocks begin.
+    /// The offsets at which blocks begin.
     blocks: &'a [u32],
     decode: Decode,
 }
@@ -86,7 +88,7 @@ impl Listing<'_> {
                     }
                 }
             }
-            let Some((text, length, behind)) = (self.decode)(rest, at) else {
+            let Some((text, length, following)) = (self.decode)(rest, at) else {
                 let byte = rest.first().copied().unwrap_or_default();
                 let _ = writeln!(out, "  {at:06x}  .byte 0x{byte:02x}");
                 at += 1;
@@ -94,28 +96,30 @@ impl Listing<'_> {
             };
             let _ = writeln!(out, "  {at:06x}  {text}");
             at += length;
-            if behind != Behind::Code {
-                at = self.data(out, at, behind);
+            if following != Next::Code {
+                at = self.data(out, at, following);
             }
         }
     }
 
-    /// What stands from an offset up to the next block; the distances in a table are from there.
-    fn data(&self, out: &mut String, start: u32, behind: Behind) -> u32 {
+    /// Lists the data from an offset up to the next block, and gives the offset behind it. What a
+    /// jump table holds are distances from its own beginning.
+    fn data(&self, out: &mut String, start: u32, following: Next) -> u32 {
         let next = self.blocks.partition_point(|&block| block < start);
         let end = self.blocks.get(next).copied().unwrap_or(self.bytes.len() as u32);
         let data = self.bytes.get(start as usize..end as usize).unwrap_or_default();
         let mut at = start;
-        // Constants are aligned; a table is where it is.
-        let odd = if behind == Behind::Data { (at.next_multiple_of(4) - at) as usize } else { 0 };
-        let (padding, data) = data.split_at(odd.min(data.len()));
+        // Constants begin at a multiple of 4, jump tables right behind the instruction.
+        let padding =
+            if following == Next::Data { (at.next_multiple_of(4) - at) as usize } else { 0 };
+        let (padding, data) = data.split_at(padding.min(data.len()));
         at += padding.len() as u32;
         for chunk in data.chunks(4) {
             let mut word = [0; 4];
             word.iter_mut().zip(chunk).for_each(|(to, from)| *to = *from);
             let word = u32::from_le_bytes(word);
-            let _ = match behind {
-                Behind::Table => {
+            let _ = match following {
+                Next::Table => {
                     writeln!(out, "  {at:06x}  .long -> {:06x}", start.wrapping_add(word))
                 }
                 _ => writeln!(out, "  {at:06x}  .long 0x{word:08x}"),
@@ -126,32 +130,33 @@ impl Listing<'_> {
     }
 }
 
-fn x86_64(bytes: &[u8], at: u32) -> Option<(String, u32, Behind)> {
+fn x86_64(bytes: &[u8], at: u32) -> Option<(String, u32, Next)> {
     let decoder = yaxpeax_x86::long_mode::InstDecoder::default();
     let instruction = decoder.decode(&mut U8Reader::new(bytes)).ok()?;
     let length = u32::try_from(instruction.len().to_const()).ok()?;
     let text = absolute(&instruction, at + length);
-    let behind = match text.split(' ').next() {
-        Some("jmp") if text.starts_with("jmp r") => Behind::Table,
-        Some("jmp" | "ret" | "ud2") => Behind::Data,
-        _ => Behind::Code,
+    let following = match text.split(' ').next() {
+        Some("jmp") if text.starts_with("jmp r") => Next::Table,
+        Some("jmp" | "ret" | "ud2") => Next::Data,
+        _ => Next::Code,
     };
-    Some((text, length, behind))
+    Some((text, length, following))
 }
 
-fn aarch64(bytes: &[u8], at: u32) -> Option<(String, u32, Behind)> {
+fn aarch64(bytes: &[u8], at: u32) -> Option<(String, u32, Next)> {
     let decoder = yaxpeax_arm::armv8::a64::InstDecoder::default();
     let instruction = decoder.decode(&mut U8Reader::new(bytes)).ok()?;
     let text = absolute(&instruction, at);
-    let behind = match text.split(' ').next() {
-        Some("br") => Behind::Table,
-        Some("b" | "ret" | "udf") => Behind::Data,
-        _ => Behind::Code,
+    let following = match text.split(' ').next() {
+        Some("br") => Next::Table,
+        Some("b" | "ret" | "udf") => Next::Data,
+        _ => Next::Code,
     };
-    Some((text, 4, behind))
+    Some((text, 4, following))
 }
 
-/// A jump's distance made the offset it leads to.
+/// An instruction's text, in which a jump's distance (`$+0x10`) is replaced by the offset that it
+/// leads to; distances count from `origin`.
 fn absolute(instruction: &impl Display, origin: u32) -> String {
     let text = instruction.to_string();
     let Some((before, distance)) = text.rsplit_once('$') else { return text };

@@ -1,4 +1,4 @@
-//! CLIF as text.
+//! CLIF (Cranelift's IR) as text, with the source's statements as comments.
 
 use std::fmt::{self, Write as _};
 
@@ -27,7 +27,7 @@ pub fn clif(module: &Module, target: &Target) -> Result<String, CodegenError> {
                 locs[inst] = function.srcloc(inst);
             }
         }
-        // The comments stand for the numbers that would otherwise begin each line.
+        // Otherwise each line would begin with a statement's number; comments say it instead.
         function.srclocs.clear();
         let mut writer = Commented { module, locs, last: SourceLoc::default() };
         let _ = writeln!(out, "\n{}", source::entries(module, func).trim_start());
@@ -37,7 +37,7 @@ pub fn clif(module: &Module, target: &Target) -> Result<String, CodegenError> {
     Ok(out)
 }
 
-/// Writes a comment where another statement begins.
+/// Writes CLIF with a comment at each instruction that begins another statement.
 struct Commented<'a> {
     module: &'a Module,
     locs: SecondaryMap<Inst, SourceLoc>,

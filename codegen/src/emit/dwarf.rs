@@ -1,4 +1,4 @@
-//! Line tables for debuggers.
+//! Debug information of an object, DWARF 5: the functions, and the source line of each instruction.
 
 use gimli::write::{
     Address, AttributeValue, DwarfUnit, EndianVec, FileId, LineProgram, LineString, RelocateWriter,
@@ -11,7 +11,7 @@ use gimli::{
 };
 use plcc_abi::{Code, CodeLine, Program};
 
-/// A section's bytes with what the linker has to put in.
+/// A section's bytes, and the relocations that the linker has to apply to them.
 #[derive(Clone)]
 pub(super) struct Section {
     pub(super) bytes: EndianVec<RunTimeEndian>,
@@ -43,7 +43,7 @@ pub(super) fn sections(
     let encoding = Encoding { format: Format::Dwarf32, version: 5, address_size: 8 };
     let mut dwarf = DwarfUnit::new(encoding);
     let string = |dwarf: &mut DwarfUnit, text: &str| {
-        // DWARF has no name that is empty or holds a zero.
+        // In DWARF a name must not be empty, and ends at its first zero.
         let text = if text.is_empty() { "?".to_owned() } else { text.replace('\0', "?") };
         LineString::new(text, encoding, &mut dwarf.line_strings)
     };
@@ -90,7 +90,7 @@ pub(super) fn sections(
         );
         entry.set(DW_AT_decl_line, AttributeValue::Udata(first.line.into()));
         lines.begin_sequence(Some(Address::Symbol { symbol: index, addend: 0 }));
-        // What comes before a function's first statement is counted to it.
+        // The code before a function's first statement is taken to belong to that statement.
         let prologue = CodeLine { offset: function.offset, ..first };
         let behind = rows.iter().skip(usize::from(first.offset == function.offset));
         for line in std::iter::once(&prologue).chain(behind) {

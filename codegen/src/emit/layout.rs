@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use plcc_abi::{ABI_VERSION, Program};
 
-/// Where a program's state stands in its image, a line each, offsets and sizes in bytes:
+/// Where a program's state lies in its image, as text. Offsets and sizes are in bytes, a task's
+/// label is its number, and an array has more than one element:
 ///
 /// ```text
 /// plcc VERSION image SIZE dialect NAME

@@ -1,7 +1,8 @@
 //! What `plcc build --emit` writes of a compiled program: listings to read, objects to link.
 //!
-//! [`clif`] and [`asm`] are text with the source's statements as comments in between; [`object`]
-//! is a relocatable object for linkers and debuggers.
+//! [`clif()`] (Cranelift's IR) and [`asm()`] (machine code) are text with the source's statements
+//! as comments; [`object()`] is a relocatable object for linkers and debuggers; [`layout()`] says
+//! where the program's state lies in its image.
 
 mod asm;
 #[allow(clippy::indexing_slicing, reason = "a SecondaryMap has a value for every key")]

@@ -36,7 +36,7 @@ use crate::{CodegenError, Target};
 /// Alignment of the code in bytes.
 const CODE_ALIGNMENT: u64 = 16;
 
-/// A relocatable object of code that was made for the target.
+/// An object file, ELF, of code that was compiled for the target.
 ///
 /// # Errors
 /// When objects can't be made for it.
@@ -52,19 +52,19 @@ pub fn object(program: &Program, code: &Code, target: &Target) -> Result<Vec<u8>
     object.add_file_symbol(first.replace('\0', "?").into_bytes());
     let text = object.add_section(vec![], b".text".to_vec(), SectionKind::Text);
     object.append_section_data(text, &code.bytes, CODE_ALIGNMENT);
-    let whole = Place { section: text, offset: 0, size: 0, kind: SymbolKind::Label };
+    let whole = SymbolPlace { section: text, offset: 0, size: 0, kind: SymbolKind::Label };
     whole.export(&mut object, "plcc_code");
     let functions: Vec<SymbolId> = code
         .functions
         .iter()
         .map(|function| {
             let (offset, size) = (function.offset.into(), function.len.into());
-            let place = Place { section: text, offset, size, kind: SymbolKind::Text };
+            let place = SymbolPlace { section: text, offset, size, kind: SymbolKind::Text };
             place.export(&mut object, &format!("plcc_{}", function.name))
         })
         .collect();
     add_unwind(&mut object, code, &functions).map_err(|error| fail(error.to_string()))?;
-    tables(&mut object, program, code);
+    add_tables(&mut object, program, code);
     // Without this note linkers take the object to need a stack that can be executed.
     object.add_section(vec![], b".note.GNU-stack".to_vec(), SectionKind::Other);
     let debug = dwarf::sections(program, code).map_err(|error| fail(error.to_string()))?;
@@ -73,14 +73,14 @@ pub fn object(program: &Program, code: &Code, target: &Target) -> Result<Vec<u8>
 }
 
 /// Where a symbol is.
-struct Place {
+struct SymbolPlace {
     section: ObjectSection,
     offset: u64,
     size: u64,
     kind: SymbolKind,
 }
 
-impl Place {
+impl SymbolPlace {
     fn export(self, object: &mut Object<'_>, name: &str) -> SymbolId {
         object.add_symbol(Symbol {
             name: name.as_bytes().to_vec(),
@@ -95,11 +95,13 @@ impl Place {
     }
 }
 
-fn tables(object: &mut Object<'_>, program: &Program, code: &Code) {
+/// Adds the constants and tables that `plcc.h` declares.
+fn add_tables(object: &mut Object<'_>, program: &Program, code: &Code) {
     let section = object.add_section(vec![], b".rodata".to_vec(), SectionKind::ReadOnlyData);
     let mut add = |name: &str, bytes: &[u8], align: u64| {
         let offset = object.append_section_data(section, bytes, align);
-        let place = Place { section, offset, size: bytes.len() as u64, kind: SymbolKind::Data };
+        let place =
+            SymbolPlace { section, offset, size: bytes.len() as u64, kind: SymbolKind::Data };
         place.export(object, name);
     };
     let words = |words: &mut dyn Iterator<Item = u32>| -> Vec<u8> {
@@ -139,6 +141,7 @@ fn add_unwind(
     Ok(())
 }
 
+/// Adds the debug information with its relocations.
 fn add_debug(
     object: &mut Object<'_>,
     debug: &[(SectionId, dwarf::Section)],

@@ -1,13 +1,14 @@
-//! The source's statements as comments.
+//! Comments for listings: the source's statements, and the labels of functions.
 
 use std::fmt::Write as _;
 
 use plcc_ir::{FuncData, Module};
 
-/// Longer statements are cut in comments, in characters.
+/// The longest text of a statement in a comment, in characters; a longer one is cut.
 const WIDTH: usize = 100;
 
-/// `; lathe.pmi:12  A = B & C` for a statement's number.
+/// The comment for the statement with a number, such as `; lathe.pmi:12  A = B & C`; `None` if
+/// there is no such statement.
 pub(super) fn comment(module: &Module, loc: u32) -> Option<String> {
     let statement = module.statements.get(loc as usize)?;
     let name = module.files.get(statement.file as usize).map_or("?", |file| file.name.as_str());
@@ -21,7 +22,8 @@ pub(super) fn comment(module: &Module, loc: u32) -> Option<String> {
     Some(out)
 }
 
-/// ` ; labels L0 L4` for a function that can be entered there, with the tasks that start there.
+/// The comment that says at which labels a function can be entered, and which tasks start there:
+/// ` ; entered at L0=block0 (task scan) L4=block7`.
 pub(super) fn entries(module: &Module, func: &FuncData) -> String {
     let mut out = String::from(" ; entered at");
     for (label, block) in func.entries() {

@@ -1,13 +1,14 @@
-//! Arithmetic. What CLIF leaves to the machine, or lets trap, is guarded here.
+//! Arithmetic. Where a CLIF operation would trap, or is not defined as the IR's is, it is guarded
+//! here: divisions, and shifts by the width or more.
 
 use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
 use cranelift_codegen::ir::{InstBuilder, MemFlagsData, Value as ClifValue, types};
 use plcc_ir::{BinaryOp, ConvertOp, FloatCond, Inst, InstData, IntCond, Type, UnaryOp, Value};
 
-use super::{Lowered, Lowering, clif_type};
+use super::{LowerResult, Lowering, clif_type};
 
 impl Lowering<'_> {
-    pub(super) fn unary(&mut self, op: UnaryOp, arg: Value) -> Lowered<ClifValue> {
+    pub(super) fn unary(&mut self, op: UnaryOp, arg: Value) -> LowerResult<ClifValue> {
         let ty = self.func.ty(arg);
         let x = self.value(arg)?;
         Ok(match op {
@@ -23,13 +24,13 @@ impl Lowering<'_> {
         })
     }
 
-    pub(super) fn binary(&mut self, op: BinaryOp, args: [Value; 2]) -> Lowered<ClifValue> {
+    pub(super) fn binary(&mut self, op: BinaryOp, args: [Value; 2]) -> LowerResult<ClifValue> {
         let ty = self.func.ty(args[0]);
         let (a, mut b) = (self.value(args[0])?, self.value(args[1])?);
         if let (Some(InstData::Load { .. }), Some(&InstData::Fconst { bits })) =
             (self.func.def_inst(args[0]), self.func.def_inst(args[1]))
         {
-            b = self.pooled(bits);
+            b = self.pooled_constant(bits);
         }
         Ok(match op {
             BinaryOp::Add => self.builder.ins().iadd(a, b),
@@ -53,10 +54,10 @@ impl Lowering<'_> {
         })
     }
 
-    /// A double from among the constants behind the code. Where the other operand is read from
-    /// the image by the operation itself, Cranelift would make it with two instructions and 15
-    /// bytes.
-    fn pooled(&mut self, bits: u64) -> ClifValue {
+    /// A double that is loaded from the constants behind the function's code. Cranelift would build
+    /// it with two instructions of 15 bytes together. That is worth avoiding where the other
+    /// operand comes from the image, since the operation then reads that one from memory by itself.
+    fn pooled_constant(&mut self, bits: u64) -> ClifValue {
         let mut both = [0; 16];
         both[..8].copy_from_slice(&bits.to_le_bytes());
         let constant = self.builder.func.dfg.constants.insert(both.as_slice().into());
@@ -64,7 +65,7 @@ impl Lowering<'_> {
         self.builder.ins().extractlane(both, 0)
     }
 
-    /// The constant that a value is.
+    /// The integer that a value is, if it is a constant.
     pub(super) fn constant(&self, value: Value) -> Option<i64> {
         match self.func.def_inst(value) {
             Some(InstData::Iconst { ty: _, value }) => Some(*value),
@@ -72,7 +73,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Distances at or over the width are taken as the machine would not.
+    /// A shift. By the width or more, bits are all shifted out, where machines take the distance
+    /// modulo the width.
     fn shift(
         &mut self,
         op: BinaryOp,
@@ -102,7 +104,9 @@ impl Lowering<'_> {
         self.builder.ins().select(fits, shifted, zero)
     }
 
-    /// Dividing by 0 or -1 is done as dividing by 1, and the result put right after.
+    /// A signed quotient (`Sdiv`) or remainder (`Srem`). The machine would trap at a divisor of 0,
+    /// and at -1 for the lowest dividend. So for 0 and -1 it divides by 1, and the right result is
+    /// chosen afterwards.
     fn signed_division(
         &mut self,
         op: BinaryOp,
@@ -122,8 +126,8 @@ impl Lowering<'_> {
         let minus_one = self.iconst(ty, -1);
         let is_zero = self.builder.ins().icmp(IntCC::Equal, b, zero);
         let is_minus_one = self.builder.ins().icmp(IntCC::Equal, b, minus_one);
-        let odd = self.builder.ins().bor(is_zero, is_minus_one);
-        let safe = self.builder.ins().select(odd, one, b);
+        let is_unsafe = self.builder.ins().bor(is_zero, is_minus_one);
+        let safe = self.builder.ins().select(is_unsafe, one, b);
         let plain = divide(self, safe);
         if op == BinaryOp::Srem {
             // The remainder by 1 is 0, as it is to be by 0 and -1.
@@ -134,8 +138,8 @@ impl Lowering<'_> {
         self.builder.ins().select(is_zero, zero, by_minus_one)
     }
 
-    /// A remainder with the divisor's sign: one with the other sign is brought over by adding the
-    /// divisor.
+    /// A remainder with the divisor's sign. The machine's has the dividend's; where the two differ
+    /// the divisor is added.
     fn modulo(&mut self, ty: Type, a: ClifValue, b: ClifValue, by: Value) -> ClifValue {
         let rest = self.signed_division(BinaryOp::Srem, ty, a, b, by);
         let zero = self.iconst(ty, 0);
@@ -145,13 +149,15 @@ impl Lowering<'_> {
         } else {
             let signs = self.builder.ins().bxor(rest, b);
             let differ = self.builder.ins().icmp(less, signs, zero);
-            let is_some = self.builder.ins().icmp(IntCC::NotEqual, rest, zero);
-            self.builder.ins().band(differ, is_some)
+            let is_nonzero = self.builder.ins().icmp(IntCC::NotEqual, rest, zero);
+            self.builder.ins().band(differ, is_nonzero)
         };
         let moved = self.builder.ins().iadd(rest, b);
         self.builder.ins().select(other_sign, moved, rest)
     }
 
+    /// An unsigned quotient (`Udiv`) or remainder (`Urem`). The machine would trap at a divisor of
+    /// 0, so it divides by 1 then, and the quotient 0 is chosen afterwards.
     fn unsigned_division(
         &mut self,
         op: BinaryOp,
@@ -177,7 +183,7 @@ impl Lowering<'_> {
         self.builder.ins().select(is_zero, zero, plain)
     }
 
-    pub(super) fn icmp(&mut self, cond: IntCond, args: [Value; 2]) -> Lowered<ClifValue> {
+    pub(super) fn icmp(&mut self, cond: IntCond, args: [Value; 2]) -> LowerResult<ClifValue> {
         let (a, b) = (self.value(args[0])?, self.value(args[1])?);
         let cond = match cond {
             IntCond::Eq => IntCC::Equal,
@@ -194,7 +200,7 @@ impl Lowering<'_> {
         Ok(self.builder.ins().icmp(cond, a, b))
     }
 
-    pub(super) fn fcmp(&mut self, cond: FloatCond, args: [Value; 2]) -> Lowered<ClifValue> {
+    pub(super) fn fcmp(&mut self, cond: FloatCond, args: [Value; 2]) -> LowerResult<ClifValue> {
         let (a, b) = (self.value(args[0])?, self.value(args[1])?);
         let cond = match cond {
             FloatCond::Eq => FloatCC::Equal,
@@ -214,7 +220,7 @@ impl Lowering<'_> {
         op: ConvertOp,
         to: Type,
         arg: Value,
-    ) -> Lowered<ClifValue> {
+    ) -> LowerResult<ClifValue> {
         let from = self.func.ty(arg);
         let x = self.value(arg)?;
         let wide = clif_type(to);

@@ -10,13 +10,13 @@ use plcc_ir::{FuncData, InstData, Module};
 /// The bytes that a distance of one signed byte reaches: 128 before the base to 127 behind it.
 const REACH: u32 = 256;
 /// The largest number of bases, since each takes a register.
-const BASES: usize = 2;
+const MAX_BASES: usize = 2;
 /// The number of accesses from which on a base is worth its register and the instructions that
 /// compute it.
-const WORTH: usize = 24;
+const MIN_ACCESSES: usize = 24;
 
-/// The offsets in the image that a function's base registers best hold, at most [`BASES`]. Empty
-/// where no part of the image is accessed often enough.
+/// The offsets in the image that a function's base registers best hold, at most [`MAX_BASES`].
+/// Empty where no part of the image is accessed often enough.
 pub(super) fn bases(module: &Module, func: &FuncData) -> Vec<u32> {
     let mut places = vec![];
     for (_, block) in func.blocks() {
@@ -33,8 +33,9 @@ pub(super) fn bases(module: &Module, func: &FuncData) -> Vec<u32> {
     }
     places.sort_unstable();
     let mut found = vec![];
-    while found.len() < BASES
-        && let Some((first, end)) = longest_run(&places).filter(|(first, end)| end - first >= WORTH)
+    while found.len() < MAX_BASES
+        && let Some((first, end)) =
+            longest_run(&places).filter(|(first, end)| end - first >= MIN_ACCESSES)
     {
         let Some(start) = places.drain(first..end).next() else { break };
         found.push(start.saturating_add(REACH / 2));

@@ -1,4 +1,5 @@
-//! How functions are entered and blocks end.
+//! Control flow: how a function gets to the block of the label that it is entered with, and how
+//! blocks end.
 
 use cranelift_codegen::ir::{
     Block as ClifBlock, BlockArg, InstBuilder, JumpTableData, Value as ClifValue, types,
@@ -6,30 +7,32 @@ use cranelift_codegen::ir::{
 use plcc_abi::{RawOutcome, TrapCode};
 use plcc_ir::{BinaryOp, BlockCall, ConvertOp, InstData, Label, Terminator, Type, Value};
 
-use super::{Fault, Lowered, Lowering};
+use super::{InvalidIr, LowerResult, Lowering};
 
-/// A jump table may have this many unused entries for each used one; else a search is shorter.
-const SPARSE: u32 = 8;
+/// A function is entered by a jump table if for each label there are at most this many entries;
+/// otherwise a search takes less code.
+const MAX_ENTRIES_PER_LABEL: u32 = 8;
 
-/// Bits below this are tested by one instruction where they are in their word.
-const DIRECT: i64 = 31;
+/// Bits with lower numbers can be tested by one instruction where they are in their word: its
+/// constant is sign-extended from 32 bits.
+const TESTABLE_BITS: i64 = 31;
 
 impl Lowering<'_> {
     /// Goes to the entry block of the label.
-    pub(super) fn enter(&mut self, label: ClifValue) -> Lowered<()> {
+    pub(super) fn enter(&mut self, label: ClifValue) -> LowerResult<()> {
         let entries = self.func.entries();
         if !entries.is_sorted_by(|(a, _), (b, _)| a < b) {
-            return Err(Fault("its labels are not sorted".into()));
+            return Err(InvalidIr("its labels are not sorted".into()));
         }
         match entries {
-            [] => self.outcome(RawOutcome::trap(TrapCode::BadLabel)),
+            [] => self.return_outcome(RawOutcome::trap(TrapCode::BadLabel)),
             [(_, only)] => {
                 let block = self.clif_block(*only)?;
                 self.builder.ins().jump(block, &[]);
             }
             [(first, _), .., (last, _)] => {
                 let span = last.0 - first.0;
-                if span / SPARSE <= entries.len() as u32 {
+                if span / MAX_ENTRIES_PER_LABEL <= entries.len() as u32 {
                     self.enter_by_table(label, *first, span)?;
                 } else {
                     self.enter_by_search(label)?;
@@ -39,22 +42,24 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    fn enter_by_table(&mut self, label: ClifValue, first: Label, span: u32) -> Lowered<()> {
-        let bad = self.builder.create_block();
-        let mut targets = vec![bad; span as usize + 1];
+    /// Enters by a jump table, for labels that are close to one another; `first` is the lowest and
+    /// `span` the distance to the highest.
+    fn enter_by_table(&mut self, label: ClifValue, first: Label, span: u32) -> LowerResult<()> {
+        let unknown = self.builder.create_block();
+        let mut targets = vec![unknown; span as usize + 1];
         for &(label, block) in self.func.entries() {
             targets[(label.0 - first.0) as usize] = self.clif_block(block)?;
         }
         let first = self.builder.ins().iconst(types::I32, i64::from(first.0));
         let number = self.builder.ins().isub(label, first);
-        self.table(number, &targets, bad);
-        self.builder.switch_to_block(bad);
-        self.outcome(RawOutcome::trap(TrapCode::BadLabel));
+        self.table(number, &targets, unknown);
+        self.builder.switch_to_block(unknown);
+        self.return_outcome(RawOutcome::trap(TrapCode::BadLabel));
         Ok(())
     }
 
     /// Enters by a binary search, for labels that are far apart.
-    fn enter_by_search(&mut self, label: ClifValue) -> Lowered<()> {
+    fn enter_by_search(&mut self, label: ClifValue) -> LowerResult<()> {
         use cranelift_codegen::ir::condcodes::IntCC;
         let entries = self.func.entries();
         let mut pending = vec![(None, entries)];
@@ -69,7 +74,7 @@ impl Lowering<'_> {
             }
             let (low, high) = range.split_at(range.len() / 2);
             let Some((pivot, _)) = high.first() else {
-                return Err(Fault("it has no labels to choose from".into()));
+                return Err(InvalidIr("it has no labels to choose from".into()));
             };
             let pivot = self.builder.ins().iconst(types::I32, i64::from(pivot.0));
             let below = self.builder.ins().icmp(IntCC::UnsignedLessThan, label, pivot);
@@ -80,6 +85,7 @@ impl Lowering<'_> {
         Ok(())
     }
 
+    /// Ends the block with a jump to the target with a number, or to `default` beyond the last.
     fn table(&mut self, number: ClifValue, targets: &[ClifBlock], default: ClifBlock) {
         let pool = &mut self.builder.func.dfg.value_lists;
         let default = cranelift_codegen::ir::BlockCall::new(default, [], pool);
@@ -91,26 +97,28 @@ impl Lowering<'_> {
         self.builder.ins().br_table(number, table);
     }
 
-    pub(super) fn terminator(&mut self, terminator: &Terminator) -> Lowered<()> {
+    pub(super) fn terminator(&mut self, terminator: &Terminator) -> LowerResult<()> {
         match terminator {
             Terminator::Jump(call) => {
-                let (block, args) = self.call(call)?;
+                let (block, args) = self.block_call(call)?;
                 self.builder.ins().jump(block, &args);
             }
             Terminator::Brif { cond, then, otherwise } => {
                 let cond = self.truth(*cond)?;
-                let (then, then_args) = self.call(then)?;
-                let (otherwise, other_args) = self.call(otherwise)?;
+                let (then, then_args) = self.block_call(then)?;
+                let (otherwise, other_args) = self.block_call(otherwise)?;
                 self.builder.ins().brif(cond, then, &then_args, otherwise, &other_args);
             }
             Terminator::Switch { arg, targets, default } => {
                 let number = self.value(*arg)?;
                 let targets = targets.iter().map(|target| self.clif_block(*target));
-                let targets = targets.collect::<Lowered<Vec<_>>>()?;
+                let targets = targets.collect::<LowerResult<Vec<_>>>()?;
                 let default = self.clif_block(*default)?;
                 self.table(number, &targets, default);
             }
-            Terminator::Goto(label) => self.outcome(RawOutcome::new(RawOutcome::GOTO, label.0)),
+            Terminator::Goto(label) => {
+                self.return_outcome(RawOutcome::new(RawOutcome::GOTO, label.0))
+            }
             Terminator::GotoIndirect(label) => {
                 // The kind of a goto is 0, so the number alone is the outcome.
                 let label = self.value(*label)?;
@@ -118,17 +126,17 @@ impl Lowering<'_> {
                 self.builder.ins().return_(&[outcome]);
             }
             Terminator::Suspend(label) => {
-                self.outcome(RawOutcome::new(RawOutcome::SUSPEND, label.0));
+                self.return_outcome(RawOutcome::new(RawOutcome::SUSPEND, label.0));
             }
-            Terminator::Return => self.outcome(RawOutcome::new(RawOutcome::END, 0)),
-            Terminator::Trap(code) => self.outcome(RawOutcome::trap(*code)),
+            Terminator::Return => self.return_outcome(RawOutcome::new(RawOutcome::END, 0)),
+            Terminator::Trap(code) => self.return_outcome(RawOutcome::trap(*code)),
         }
         Ok(())
     }
 
     /// A truth value to branch by: 0 for false, anything else for true. A single bit of a word is
     /// tested where it is in the word.
-    pub(super) fn truth(&mut self, cond: Value) -> Lowered<ClifValue> {
+    pub(super) fn truth(&mut self, cond: Value) -> LowerResult<ClifValue> {
         let Some(&InstData::Convert { op: ConvertOp::Trunc, to: _, arg }) =
             self.func.def_inst(cond)
         else {
@@ -138,7 +146,8 @@ impl Lowering<'_> {
         if let Some(&InstData::Binary { op: BinaryOp::Lshr, args: [x, by] }) =
             self.func.def_inst(arg)
             && let width = i64::from(self.func.ty(arg).bits())
-            && let Some(by) = self.constant(by).filter(|by| (0..width.min(DIRECT)).contains(by))
+            && let Some(by) =
+                self.constant(by).filter(|by| (0..width.min(TESTABLE_BITS)).contains(by))
         {
             (word, bit) = (x, by);
         }
@@ -150,14 +159,16 @@ impl Lowering<'_> {
         Ok(self.builder.ins().band_imm_u(word, 1 << bit))
     }
 
-    fn outcome(&mut self, outcome: RawOutcome) {
+    /// Returns from the function with an outcome.
+    fn return_outcome(&mut self, outcome: RawOutcome) {
         let value = self.builder.ins().iconst(types::I64, outcome.0 as i64);
         self.builder.ins().return_(&[value]);
     }
 
-    fn call(&mut self, call: &BlockCall) -> Lowered<(ClifBlock, Vec<BlockArg>)> {
+    /// The CLIF block and arguments of a branch's target.
+    fn block_call(&mut self, call: &BlockCall) -> LowerResult<(ClifBlock, Vec<BlockArg>)> {
         let args = call.args.iter().map(|&arg| Ok(BlockArg::Value(self.value(arg)?)));
-        let args = args.collect::<Lowered<_>>()?;
+        let args = args.collect::<LowerResult<_>>()?;
         Ok((self.clif_block(call.block)?, args))
     }
 }

@@ -1,4 +1,4 @@
-//! Doubles to integers and back, in few bytes.
+//! Conversions of doubles to integers and back, by short instructions.
 //!
 //! PMAC's variables are doubles. Where integer code computes with one, an integrality check stands
 //! before it: the double is truncated to an integer, the integer converted back, and the two
@@ -10,11 +10,11 @@ use cranelift_codegen::ir::condcodes::FloatCC;
 use cranelift_codegen::ir::{Endianness, InstBuilder, MemFlagsData, Value as ClifValue, types};
 use plcc_ir::{Inst, Type, Value};
 
-use super::{Lowered, Lowering};
+use super::{LowerResult, Lowering};
 
 impl Lowering<'_> {
     /// A double truncated to an `i32`; -2^31 for one that does not fit.
-    pub(super) fn truncate(&mut self, inst: Inst, arg: Value) -> Lowered<ClifValue> {
+    pub(super) fn truncate(&mut self, inst: Inst, arg: Value) -> LowerResult<ClifValue> {
         let x = self.value(arg)?;
         if !self.is_x86 {
             let size = self.builder.ins().fabs(x);
@@ -24,7 +24,7 @@ impl Lowering<'_> {
             let least = self.iconst(Type::I32, i64::from(i32::MIN));
             return Ok(self.builder.ins().select(fits, truncated, least));
         }
-        // Into both lanes: into one alone takes an instruction more.
+        // Both lanes get the double; to fill one alone takes an instruction more.
         let doubles = self.builder.ins().splat(types::F64X2, x);
         let truncated = self.builder.ins().x86_cvtt2dq(types::I64X2, doubles);
         let zeros = self.builder.func.dfg.constants.insert([0; 16].as_slice().into());
@@ -33,7 +33,8 @@ impl Lowering<'_> {
         if let Some(result) = self.func.result(inst) {
             self.truncated.insert(result, lanes);
         }
-        // As a float: the instruction that takes one from a lane is shorter than an integer's.
+        // The lane is taken out as a float, since the instruction for that is shorter than the one
+        // for an integer.
         let flags = MemFlagsData::new().with_endianness(Endianness::Little);
         let floats = self.builder.ins().bitcast(types::F32X4, flags, lanes);
         let first = self.builder.ins().extractlane(floats, 0);
@@ -41,7 +42,7 @@ impl Lowering<'_> {
     }
 
     /// An integer as a double.
-    pub(super) fn int_to_float(&mut self, arg: Value) -> Lowered<ClifValue> {
+    pub(super) fn int_to_float(&mut self, arg: Value) -> LowerResult<ClifValue> {
         let Some(&lanes) = self.truncated.get(&arg) else {
             let x = self.value(arg)?;
             return Ok(self.builder.ins().fcvt_from_sint(types::F64, x));

@@ -6,7 +6,7 @@ use cranelift_frontend::Variable;
 use plcc_abi::ScanContext;
 use plcc_ir::{Address, BinaryOp, ConvertOp, Index, InstData, Type, Value};
 
-use super::{Fault, Lowered, Lowering, clif_type};
+use super::{InvalidIr, LowerResult, Lowering, clif_type};
 
 impl Lowering<'_> {
     /// Loads the image's address from the context and computes the base addresses from it. That is
@@ -27,38 +27,38 @@ impl Lowering<'_> {
         }
     }
 
-    pub(super) fn load(&mut self, ty: Type, at: Address) -> Lowered<ClifValue> {
+    pub(super) fn load(&mut self, ty: Type, at: Address) -> LowerResult<ClifValue> {
         let (base, offset) = self.address(ty, at)?;
         Ok(self.builder.ins().load(clif_type(ty), flags(), base, offset))
     }
 
-    pub(super) fn store(&mut self, at: Address, value: Value) -> Lowered<()> {
+    pub(super) fn store(&mut self, at: Address, value: Value) -> LowerResult<()> {
         let (base, offset) = self.address(self.func.ty(value), at)?;
         let value = self.value(value)?;
         self.builder.ins().store(flags(), value, base, offset);
         Ok(())
     }
 
-    /// The offset in the image that an address has without its index. That the access stays in
-    /// its region, whatever the index, is what makes code safe to run, so it is checked here even
-    /// though the verifier has.
-    fn place(&self, ty: Type, at: Address) -> Lowered<i64> {
+    /// The offset in the image of an address without its index. Code is safe to run only if each
+    /// access stays in its region whatever the index is; so this checks it, though the verifier has
+    /// done so before.
+    fn image_offset(&self, ty: Type, at: Address) -> LowerResult<i64> {
         let region = self.module.region(at.region);
-        let region = region.ok_or_else(|| Fault("its region is not there".into()))?;
+        let region = region.ok_or_else(|| InvalidIr("its region is not there".into()))?;
         let last = at
             .index
             .map_or(0, |index| u64::from(index.count.saturating_sub(1)) * u64::from(index.scale));
         let end = u64::from(at.offset) + last + u64::from(ty.bytes());
         let region_end = u64::from(region.offset) + u64::from(region.size);
         if end > u64::from(region.size) || region_end > u64::from(self.module.image_size) {
-            return Err(Fault(format!("it leaves its region `{}`", region.name)));
+            return Err(InvalidIr(format!("it leaves its region `{}`", region.name)));
         }
         Ok(i64::from(region.offset) + i64::from(at.offset))
     }
 
-    /// A base and an offset from it.
-    fn address(&mut self, ty: Type, at: Address) -> Lowered<(ClifValue, i32)> {
-        let offset = self.place(ty, at)?;
+    /// The base value and the offset from it that a load or store uses for an address.
+    fn address(&mut self, ty: Type, at: Address) -> LowerResult<(ClifValue, i32)> {
+        let offset = self.image_offset(ty, at)?;
         let base = match at.index {
             Some(index) => {
                 let moved = self.index(index)?;
@@ -82,10 +82,11 @@ impl Lowering<'_> {
         })
     }
 
-    /// The bytes that an index adds; one that reaches the count adds none.
-    fn index(&mut self, index: Index) -> Lowered<ClifValue> {
+    /// The number of bytes that an index adds to an address. An index that is not below its count
+    /// adds none.
+    fn index(&mut self, index: Index) -> LowerResult<ClifValue> {
         let mut value = self.value(index.value)?;
-        if !self.stays_below(index.value, index.count) {
+        if !self.is_below(index.value, index.count) {
             let count = self.builder.ins().iconst(types::I32, i64::from(index.count));
             let fits = self.builder.ins().icmp(IntCC::UnsignedLessThan, value, count);
             let zero = self.builder.ins().iconst(types::I32, 0);
@@ -101,8 +102,9 @@ impl Lowering<'_> {
         })
     }
 
-    /// Whether what a value is made by keeps it under the count.
-    fn stays_below(&self, value: Value, count: u32) -> bool {
+    /// Whether the instruction that computes a value shows that it is below the count, so that no
+    /// check is needed.
+    fn is_below(&self, value: Value, count: u32) -> bool {
         let count = i64::from(count);
         match self.func.def_inst(value) {
             Some(&InstData::Iconst { ty: _, value }) => (0..count).contains(&value),
@@ -121,7 +123,7 @@ impl Lowering<'_> {
     }
 }
 
-/// The image is always there, and little endian whatever the machine.
+/// How the image is accessed: the memory is always there, and little endian on every machine.
 fn flags() -> MemFlagsData {
     MemFlagsData::new().with_notrap().with_endianness(Endianness::Little)
 }

@@ -1,4 +1,8 @@
-//! IR to CLIF, function by function.
+//! IR to CLIF (Cranelift's IR), function by function.
+//!
+//! [`function`] makes one CLIF function of one IR function: a block that enters the block of the
+//! label (`control`), and a CLIF block for each block of the IR. Values are mapped one to one. The
+//! other files have the operations: `arithmetic`, `integrality_check` and `memory`.
 
 mod arithmetic;
 mod base_registers;
@@ -22,17 +26,17 @@ use target_lexicon::Architecture;
 
 use crate::InternalError;
 
-/// What the IR lacks that it must have, in words.
-struct Fault(String);
+/// Why the IR can't be lowered: a message that says which rule it breaks.
+struct InvalidIr(String);
 
-/// A part of the lowering, which may find that the IR breaks a rule.
-type Lowered<T> = Result<T, Fault>;
+/// The result of a part of the lowering, which may find that the IR breaks a rule.
+type LowerResult<T> = Result<T, InvalidIr>;
 
-/// Writes one function's CLIF.
+/// Lowers one function of the module to CLIF, into `out`, which must be empty.
 ///
 /// # Errors
 /// When the IR breaks a rule of the [verifier](plcc_ir::verify); `out` and `context` are then
-/// good for nothing more.
+/// not to be used any more.
 pub(crate) fn function(
     module: &Module,
     func: &FuncData,
@@ -42,8 +46,8 @@ pub(crate) fn function(
 ) -> Result<(), InternalError> {
     out.name = UserFuncName::testcase(func.name().as_bytes());
     out.signature = Signature::new(CallConv::SystemV);
-    // Statements are kept relative to this; relative to any other, one of them would be taken for
-    // none.
+    // CLIF keeps the numbers of statements relative to a base, by default the first number that it
+    // meets. Relative to that, a lower number may become the one that means "no statement".
     out.params.ensure_base_srcloc(SourceLoc::new(0));
     let pointer = isa.pointer_type();
     out.signature.params.extend([AbiParam::new(pointer), AbiParam::new(types::I32)]);
@@ -72,15 +76,15 @@ pub(crate) fn function(
         cold: false,
         is_x86,
         truncated: HashMap::new(),
-        call: None,
+        host_signature: None,
         inst: None,
     };
-    if let Err(Fault(reason)) = lowering.run(label) {
+    if let Err(InvalidIr(reason)) = lowering.run(label) {
         return Err(InternalError::new(module, func, lowering.inst, reason));
     }
     lowering.builder.seal_all_blocks();
     lowering.builder.finalize(isa.frontend_config());
-    // Variables leave values that are others.
+    // `FunctionBuilder` makes aliases of values for its variables; the listing has none.
     out.dfg.resolve_all_aliases();
     Ok(())
 }
@@ -88,18 +92,18 @@ pub(crate) fn function(
 /// The blocks in an order in which definitions come before uses: reverse postorder from the
 /// entries. Blocks that nothing reaches are left out.
 fn order(func: &FuncData) -> Vec<Block> {
-    let mut state = vec![false; func.block_count()];
+    let mut visited = vec![false; func.block_count()];
     let mut postorder = Vec::with_capacity(func.block_count());
     let mut stack: Vec<(Block, Vec<Block>)> = Vec::new();
     for &(_, entry) in func.entries().iter().rev() {
-        if std::mem::replace(&mut state[entry.index()], true) {
+        if std::mem::replace(&mut visited[entry.index()], true) {
             continue;
         }
         stack.push((entry, successors(func, entry)));
         while let Some((block, rest)) = stack.last_mut() {
             match rest.pop() {
                 Some(next) => {
-                    if !std::mem::replace(&mut state[next.index()], true) {
+                    if !std::mem::replace(&mut visited[next.index()], true) {
                         stack.push((next, successors(func, next)));
                     }
                 }
@@ -127,20 +131,25 @@ struct Lowering<'a> {
     module: &'a Module,
     func: &'a FuncData,
     builder: FunctionBuilder<'a>,
+    /// For each block of the IR the CLIF block.
     blocks: Vec<ClifBlock>,
+    /// For each value of the IR the CLIF value, once it is defined.
     values: Vec<Option<ClifValue>>,
+    /// The function's first argument: the address of the scan context.
     context: ClifValue,
+    /// The address of the process image.
     image: Variable,
     /// The base registers, each with the offset in the image that it points to.
     bases: Vec<(i64, Variable)>,
     /// Whether the current block is cold.
     cold: bool,
     is_x86: bool,
-    /// Integers that doubles were truncated to, each with the vector whose lowest lane holds it.
+    /// The results of truncations of doubles on x86-64, each with the vector whose lowest lane
+    /// holds it, from which it is converted back in fewer bytes.
     truncated: HashMap<Value, ClifValue>,
-    /// The host call's signature, once one is needed.
-    call: Option<cranelift_codegen::ir::SigRef>,
-    /// The instruction at hand, for messages.
+    /// The signature of the host function, once a call has needed it.
+    host_signature: Option<cranelift_codegen::ir::SigRef>,
+    /// The instruction that is being lowered, for error messages.
     inst: Option<Inst>,
 }
 
@@ -156,8 +165,8 @@ fn clif_type(ty: Type) -> types::Type {
 }
 
 impl Lowering<'_> {
-    /// Everything between the function's first block and its end.
-    fn run(&mut self, label: ClifValue) -> Lowered<()> {
+    /// Lowers the whole function, beginning in its first block; `label` is the label to enter at.
+    fn run(&mut self, label: ClifValue) -> LowerResult<()> {
         self.materialise_bases();
         self.enter(label)?;
         for (block, _) in self.func.blocks() {
@@ -170,12 +179,12 @@ impl Lowering<'_> {
     }
 
     /// The CLIF block of an IR block.
-    fn clif_block(&self, block: Block) -> Lowered<ClifBlock> {
+    fn clif_block(&self, block: Block) -> LowerResult<ClifBlock> {
         let found = self.blocks.get(block.index()).copied();
-        found.ok_or_else(|| Fault(format!("there is no {block}")))
+        found.ok_or_else(|| InvalidIr(format!("there is no {block}")))
     }
 
-    fn params(&mut self, block: Block) -> Lowered<()> {
+    fn params(&mut self, block: Block) -> LowerResult<()> {
         let clif = self.clif_block(block)?;
         for &param in &self.func.block(block).params {
             let value = self.builder.append_block_param(clif, clif_type(self.func.ty(param)));
@@ -184,7 +193,7 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    fn block(&mut self, block: Block) -> Lowered<()> {
+    fn block(&mut self, block: Block) -> LowerResult<()> {
         let clif = self.clif_block(block)?;
         self.builder.switch_to_block(clif);
         let data = self.func.block(block);
@@ -197,23 +206,23 @@ impl Lowering<'_> {
             self.inst(inst)?;
         }
         let terminator = data.terminator.as_ref();
-        self.terminator(terminator.ok_or_else(|| Fault(format!("{block} has no end")))?)
+        self.terminator(terminator.ok_or_else(|| InvalidIr(format!("{block} has no end")))?)
     }
 
     /// The CLIF value of an IR value.
-    fn value(&mut self, value: Value) -> Lowered<ClifValue> {
+    fn value(&mut self, value: Value) -> LowerResult<ClifValue> {
         let found = self.values.get(value.index()).copied().flatten();
-        found.ok_or_else(|| Fault(format!("{value} is used and not defined before")))
+        found.ok_or_else(|| InvalidIr(format!("{value} is used and not defined before")))
     }
 
-    /// From now on a CLIF value stands for the IR value.
-    fn define(&mut self, value: Value, clif: ClifValue) -> Lowered<()> {
+    /// Records the CLIF value of an IR value.
+    fn define(&mut self, value: Value, clif: ClifValue) -> LowerResult<()> {
         let slot = self.values.get_mut(value.index());
-        *slot.ok_or_else(|| Fault(format!("there is no {value}")))? = Some(clif);
+        *slot.ok_or_else(|| InvalidIr(format!("there is no {value}")))? = Some(clif);
         Ok(())
     }
 
-    fn inst(&mut self, inst: Inst) -> Lowered<()> {
+    fn inst(&mut self, inst: Inst) -> LowerResult<()> {
         let loc = self.func.loc(inst);
         self.builder.set_srcloc(SourceLoc::new(loc.0));
         let data = *self.func.inst(inst);
@@ -240,8 +249,8 @@ impl Lowering<'_> {
         match (self.func.result(inst), result) {
             (Some(value), Some(clif)) => self.define(value, clif),
             (None, None) => Ok(()),
-            (Some(_), None) => Err(Fault("it has a result where it gives none".into())),
-            (None, Some(_)) => Err(Fault("it has no result where it gives one".into())),
+            (Some(_), None) => Err(InvalidIr("it has a result where it gives none".into())),
+            (None, Some(_)) => Err(InvalidIr("it has no result where it gives one".into())),
         }
     }
 
@@ -251,9 +260,9 @@ impl Lowering<'_> {
         self.builder.ins().iconst(clif_type(ty), value & mask)
     }
 
-    fn host_call(&mut self, function: HostFn, args: &[Value]) -> Lowered<Option<ClifValue>> {
+    fn host_call(&mut self, function: HostFn, args: &[Value]) -> LowerResult<Option<ClifValue>> {
         let pointer = self.builder.func.dfg.value_type(self.context);
-        let signature = *self.call.get_or_insert_with(|| {
+        let signature = *self.host_signature.get_or_insert_with(|| {
             let mut signature = Signature::new(CallConv::SystemV);
             signature.params.extend([AbiParam::new(pointer), AbiParam::new(types::I32)]);
             signature.params.extend([AbiParam::new(types::I64); 4]);
@@ -274,7 +283,7 @@ impl Lowering<'_> {
             });
         }
         if operands.len() > 6 {
-            return Err(Fault("it has more than four arguments".into()));
+            return Err(InvalidIr("it has more than four arguments".into()));
         }
         while operands.len() < 6 {
             operands.push(self.builder.ins().iconst(types::I64, 0));

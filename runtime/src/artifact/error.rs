@@ -18,7 +18,7 @@ pub enum ArtifactError {
         /// Why not.
         source: std::io::Error,
     },
-    /// The file does not begin as an artifact does.
+    /// The file does not begin with the bytes by which artifacts are known.
     #[error("this is no plcc artifact; `plcc build` makes one from a source")]
     NotAnArtifact,
     /// The file ends too early.

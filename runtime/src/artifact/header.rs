@@ -1,4 +1,4 @@
-//! The first bytes of an artifact.
+//! The header of an artifact: its first 192 bytes. Numbers are little endian.
 //!
 //! | offset | bytes | holds |
 //! | --- | --- | --- |
@@ -11,19 +11,20 @@
 //! | 32 | 4 | number of lines |
 //! | 36 | 4 | length of the code |
 //! | 40 | 24 | the architecture's name, padded with zeros |
-//! | 64 | 116 | what the processor must have besides, names with commas between, padded |
+//! | 64 | 116 | the features that the processor must have, separated by commas, padded with zeros |
 //! | 180 | 4 | length of the unwind information |
 //! | 184 | 4 | bytes of the process image that the code was made for |
 //! | 188 | 4 | CRC-32 of the bytes before |
 //!
-//! Magic, version, and the last checksum stay where they are in all versions to come.
+//! The magic bytes, the version, the last checksum and the header's length stay as they are in all
+//! later versions, so that every loader can tell a later artifact from a damaged one.
 
 use plcc_abi::ABI_VERSION;
 
 use super::error::{ArtifactError, inconsistent};
 
-/// How an artifact begins. The bytes above 7 bits and the line ends show what a transfer as text
-/// would have spoilt.
+/// The bytes that every artifact begins with. As in PNG, a byte over 127 and the ends of lines are
+/// among them: a transfer that treats the file as text changes those, which is then noticed.
 pub const MAGIC: [u8; 8] = *b"\x8FPLCX\r\n\x1A";
 /// Length of the header in bytes.
 pub const LENGTH: usize = 192;
@@ -38,7 +39,7 @@ const EH_FRAME: usize = 180;
 const IMAGE_SIZE: usize = 184;
 const CRC: usize = 188;
 
-/// How long the parts behind the header are.
+/// The lengths of the parts behind the header.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Parts {
     /// Bytes of the tables.
@@ -53,12 +54,12 @@ pub struct Parts {
     pub eh_frame: u32,
 }
 
-/// What the header says.
+/// The fields of the header, without the magic bytes and its own checksum.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Header {
     /// The version of the format.
     pub version: u32,
-    /// The payload's checksum.
+    /// The checksum of everything behind the header.
     pub checksum: u32,
     /// Length of the whole file.
     pub length: u64,
@@ -66,20 +67,20 @@ pub struct Header {
     pub parts: Parts,
     /// The architecture's name, as `std::env::consts::ARCH` has it.
     pub architecture: String,
-    /// What the processor must have besides, by the names of Rust's feature detection.
+    /// The features that the processor must have, by the names of Rust's feature detection.
     pub features: Vec<String>,
     /// Bytes of the process image that the code was made for.
     pub image_size: u32,
 }
 
-/// The checksum that artifacts use.
+/// The checksum that artifacts use, CRC-32.
 pub fn checksum(bytes: &[u8]) -> u32 {
     crc32fast::hash(bytes)
 }
 
-/// Makes header and payload agree again after bytes were changed, for tests that want to get
-/// past the checksums. Shorter than a header it does nothing.
-pub fn reseal(bytes: &mut [u8]) {
+/// Makes checksums and length of an artifact right again after bytes of it were changed, for tests
+/// of the checks behind them. Does nothing to fewer bytes than a header has.
+pub fn update_checksums(bytes: &mut [u8]) {
     let length = bytes.len() as u64;
     if let Some((head, payload)) = bytes.split_at_mut_checked(LENGTH) {
         put(head, PAYLOAD_CRC, &checksum(payload).to_le_bytes());
@@ -122,7 +123,7 @@ impl Header {
         Ok(bytes)
     }
 
-    /// Takes a file apart into its header and the rest, which has the right length and checksum.
+    /// Divides a file's bytes into its header and the rest, after checking lengths and checksums.
     ///
     /// # Errors
     /// When it is not an artifact, truncated, corrupt, or of another version.
@@ -179,7 +180,7 @@ impl Header {
     /// Whether this machine can run the code.
     ///
     /// # Errors
-    /// When it is of another architecture, or the processor lacks something.
+    /// When it is for another architecture, or the processor lacks a feature.
     pub fn check_machine(&self) -> Result<(), ArtifactError> {
         let machine = std::env::consts::ARCH;
         if self.architecture != machine {
@@ -212,6 +213,6 @@ fn text(bytes: &[u8]) -> Result<String, ArtifactError> {
     let bytes = bytes.get(..end).unwrap_or_default();
     match bytes.is_ascii() {
         true => Ok(bytes.iter().map(|&byte| char::from(byte)).collect()),
-        false => Err(inconsistent("its target has no name")),
+        false => Err(inconsistent("the name of its target is not ASCII")),
     }
 }

@@ -41,12 +41,12 @@ use header::Header;
 
 /// The longest artifact that is read, in bytes.
 pub const MAX_FILE: u64 = 512 << 20;
-/// The longest tables, in bytes of the file. They unfold to some times that in memory.
+/// The longest tables, in bytes of the file. In memory they take several times as much.
 pub const MAX_TABLES: u32 = 64 << 20;
 /// The largest process image, in bytes.
 pub const MAX_IMAGE: u32 = 256 << 20;
 
-/// A program that was compiled ahead of time, read and found right.
+/// A program that was compiled ahead of time, read and checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Artifact {
     /// What an executive needs.
@@ -63,7 +63,7 @@ pub fn encode(program: &Program, code: &Code) -> Result<Vec<u8>, ArtifactError> 
     write(program, code)
 }
 
-/// [`encode`], also for parts that nobody vouches for.
+/// Does what [`encode`] does, also for code that is not sealed.
 fn write(program: &Program, code: &CodeParts) -> Result<Vec<u8>, ArtifactError> {
     validate::program(program)?;
     validate::code(program, code)?;
@@ -111,7 +111,7 @@ impl Artifact {
     /// Checks an artifact's bytes.
     ///
     /// # Errors
-    /// When anything about it is off; see [`ArtifactError`].
+    /// When any check fails; [`ArtifactError`] lists them.
     pub fn parse(bytes: &[u8]) -> Result<Self, ArtifactError> {
         let Inspection { program, code: parts, machine } = read(bytes)?;
         machine?;
@@ -123,20 +123,20 @@ impl Artifact {
         Ok(Self { program, code })
     }
 
-    /// Whether a file begins as an artifact does, whatever else is wrong with it.
+    /// Whether a file begins with the bytes by which artifacts are known. It may be damaged.
     pub fn is_artifact(bytes: &[u8]) -> bool {
         bytes.starts_with(&header::MAGIC)
     }
 }
 
-/// What an artifact holds, to look at: nothing of it can be run.
+/// What an artifact holds, for showing it. Its code can't be run.
 #[derive(Debug)]
 pub struct Inspection {
     /// What an executive needs.
     pub program: Program,
-    /// The machine code with what belongs to it.
+    /// The machine code with its tables.
     pub code: CodeParts,
-    /// Whether this machine could run it, else why not.
+    /// Whether this machine can run it, else why not.
     pub machine: Result<(), ArtifactError>,
 }
 
@@ -150,7 +150,7 @@ impl Inspection {
     }
 }
 
-/// Takes a file's bytes apart and checks everything about them.
+/// Decodes a file's bytes and checks everything but the machine, for which it gives the result.
 fn read(bytes: &[u8]) -> Result<Inspection, ArtifactError> {
     if bytes.len() as u64 > MAX_FILE {
         let size = bytes.len() as u64;

@@ -1,4 +1,4 @@
-//! What stands behind the header: tables, labels, lines, code, unwind information.
+//! Everything behind the header: tables, labels, lines, code and unwind information.
 
 use plcc_abi::{CodeLine, CodeParts, FunctionRange, Program};
 use serde::{Deserialize, Serialize};
@@ -7,10 +7,11 @@ use super::error::{ArtifactError, inconsistent};
 use super::header::{Header, Parts};
 use super::{MAX_FILE, MAX_TABLES};
 
+/// Bytes of a label, and of an entry of the line table.
 const LABEL: usize = 4;
 const LINE: usize = 12;
 
-/// The part that is written by postcard.
+/// The tables, which postcard writes and reads: a program and its functions, borrowed or owned.
 #[derive(Serialize, Deserialize)]
 struct Tables<P, F> {
     program: P,
@@ -23,8 +24,12 @@ pub(super) struct Payload {
     pub(super) parts: Parts,
 }
 
+/// Writes the parts one behind the other.
+///
+/// # Errors
+/// When one is larger than an artifact may be.
 pub(super) fn encode(program: &Program, code: &CodeParts) -> Result<Payload, ArtifactError> {
-    // What is not named here stands in the header.
+    // The other fields are in the header.
     let CodeParts { bytes: machine_code, labels, functions, lines, eh_frame, .. } = code;
     let tables = Tables { program, functions };
     let mut bytes = postcard::to_allocvec(&tables)
@@ -65,7 +70,11 @@ fn check_tables(size: u64) -> Result<(), ArtifactError> {
     }
 }
 
-/// Takes the payload apart. Nothing is allocated that the bytes at hand do not bear out.
+/// Divides the payload into its parts and decodes them. The lengths that it claims are compared
+/// with the bytes that are there before anything is allocated for them.
+///
+/// # Errors
+/// When the lengths contradict each other, or the tables can't be decoded.
 pub(super) fn decode(
     header: &Header,
     payload: &[u8],
@@ -81,9 +90,10 @@ pub(super) fn decode(
         return Err(inconsistent("its parts are shorter than the whole"));
     }
     let (tables, rest): (Tables<Program, Vec<FunctionRange>>, &[u8]) =
-        postcard::take_from_bytes(tables).map_err(|_| inconsistent("its tables make no sense"))?;
+        postcard::take_from_bytes(tables)
+            .map_err(|_| inconsistent("its tables can't be decoded"))?;
     if !rest.is_empty() {
-        return Err(inconsistent("its tables end too early"));
+        return Err(inconsistent("its tables are shorter than their part"));
     }
     let (words, _) = labels.as_chunks::<LABEL>();
     let labels = words.iter().map(|&word| u32::from_le_bytes(word)).collect();

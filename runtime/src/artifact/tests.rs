@@ -121,7 +121,7 @@ fn changed_bytes_with_right_checksums_never_panic() {
         for value in [0, 1, 0x7F, 0x80, 0xFF] {
             let mut copy = bytes.clone();
             copy[at] = value;
-            header::reseal(&mut copy);
+            header::update_checksums(&mut copy);
             refused += u32::from(Artifact::parse(&copy).is_err());
         }
     }
@@ -134,7 +134,7 @@ fn others_versions_and_machines_are_refused() {
     let with = |at: usize, value: &[u8]| {
         let mut copy = bytes.clone();
         copy[at..at + value.len()].copy_from_slice(value);
-        header::reseal(&mut copy);
+        header::update_checksums(&mut copy);
         Artifact::parse(&copy).unwrap_err()
     };
     assert!(matches!(with(8, &[0, 0, 0, 0]), ArtifactError::Older { version: 0 }));
@@ -158,7 +158,7 @@ fn lengths_that_were_forged_allocate_nothing() {
         for value in [0_u32, 1, 0x1000_0000, u32::MAX] {
             let mut copy = bytes.clone();
             copy[at..at + 4].copy_from_slice(&value.to_le_bytes());
-            header::reseal(&mut copy);
+            header::update_checksums(&mut copy);
             let refused = Artifact::parse(&copy).unwrap_err();
             let expected = matches!(
                 refused,

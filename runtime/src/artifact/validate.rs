@@ -1,7 +1,7 @@
-//! Whether a program's tables fit its image and its code.
+//! Checks that a program's tables fit its image and its code.
 //!
-//! Executives and the host keep to the image whatever a table says, and the dispatcher to the
-//! labels; this finds a file that was put together wrongly before it does something odd.
+//! They are not needed for memory safety: executives and hosts check each access to the image, and
+//! the engine each label. They refuse a file that was put together wrongly before it is run.
 
 use plcc_abi::{CodeParts, Program, Region, Task};
 
@@ -17,7 +17,7 @@ pub(crate) fn ensure(holds: bool, what: impl FnOnce() -> String) -> Check {
     if holds { Ok(()) } else { Err(what()) }
 }
 
-/// The process image, of which only the size is known yet.
+/// The process image as far as tables are checked against it: its size.
 #[derive(Clone, Copy)]
 pub(crate) struct Image {
     /// Its length in bytes.
@@ -41,7 +41,7 @@ impl Image {
     }
 }
 
-/// The tables against the image.
+/// Checks the tables against the image.
 pub(super) fn program(program: &Program) -> Result<(), ArtifactError> {
     if program.image_size > MAX_IMAGE {
         return Err(ArtifactError::TooLarge {
@@ -67,7 +67,7 @@ fn regions(program: &Program) -> Check {
     ensure(end <= u64::from(*image_size), || "its regions exceed the image".into())
 }
 
-/// The code's tables against the code and against the program.
+/// Checks the code's tables against the code and against the program.
 pub(super) fn code(program: &Program, code: &CodeParts) -> Result<(), ArtifactError> {
     code_tables(program, code).map_err(inconsistent)
 }

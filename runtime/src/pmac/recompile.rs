@@ -259,7 +259,7 @@ impl Recompiling {
         self.awaiting = false;
         // Without new code the old one goes on; it gives the right results, slowly.
         let Ok(engine) = recompiled.engine else { return self.stop_recompiling() };
-        if !engine.has_tasks_of(&self.engine) {
+        if !engine.has_same_tasks_as(&self.engine) {
             return self.stop_recompiling();
         }
         definitions.assume(&recompiled.assumed);
