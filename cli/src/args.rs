@@ -301,8 +301,9 @@ pub(crate) struct BuildArgs {
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
 
-    /// The output file [default: STEM.plcx or STEM.o in the current folder, with --target STEM-ARCH.plcx
-    /// or STEM-ARCH.o; text to standard output]
+    /// The output file [default: STEM.plcx or STEM.o in the current folder, where STEM is the first
+    /// source's name without its ending; with --target STEM-ARCH.plcx or STEM-ARCH.o; text goes to
+    /// standard output]
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: Option<PathBuf>,
 

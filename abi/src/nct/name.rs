@@ -1,6 +1,9 @@
 //! The names of an NCT program's variables.
 
-use alloc::string::{String, ToString};
+use alloc::{
+    format,
+    string::{String, ToString},
+};
 use core::{cmp::Ordering, fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
@@ -174,7 +177,8 @@ fn address(digits: &str, wide: usize, bytes: u16) -> Result<(u16, Option<u8>), N
         return Err(error("has a bit above 7"));
     }
     if byte >= bytes {
-        return Err(error("is on a fifth interface board; there are four, 0 to 3"));
+        let board = byte / 10;
+        return Err(error(&format!("is on interface board {board}; the boards are 0 to 3")));
     }
     Ok((byte, bit))
 }
@@ -184,7 +188,9 @@ fn register(digits: &str, first: u16, count: u16) -> Result<u16, NctNameError> {
     let number: u16 = digits.parse().map_err(|_| error("has no number behind its letters"))?;
     let width = if count > 100 || first > 0 { 3 } else { 2 };
     if digits.len() > width || !(first..count).contains(&number) {
-        return Err(error("has a number that no such register has"));
+        let last = count - 1;
+        let range = format!("{first:0width$} to {last:0width$}");
+        return Err(error(&format!("has a number beyond those of its kind, {range}")));
     }
     Ok(number)
 }
@@ -265,6 +271,18 @@ mod tests {
             "Iß1",
         ] {
             assert!(name.parse::<NctName>().is_err(), "{name}");
+        }
+    }
+
+    #[test]
+    fn wrong_numbers_are_refused_with_what_is_right() {
+        for (name, reason) in [
+            ("P900", "is on interface board 9; the boards are 0 to 3"),
+            ("P90", "is on interface board 9; the boards are 0 to 3"),
+            ("RP041", "has a number beyond those of its kind, 001 to 040"),
+            ("T50", "has a number beyond those of its kind, 00 to 49"),
+        ] {
+            assert_eq!(name.parse::<NctName>().unwrap_err().reason, reason, "{name}");
         }
     }
 

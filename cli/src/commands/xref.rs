@@ -15,7 +15,7 @@ pub(crate) fn xref(args: &XrefArgs, report: &Report) -> Result<u8, Failure> {
     let to = Destination::from(args.message_format);
     let count = report.show(&program.sources, &program.diagnostics, to)?;
     let Some(checked) = program.checked.filter(|_| count.errors == 0) else {
-        report.message(&count.to_string());
+        report.message(&format!("{count}: nothing is listed"));
         return Ok(ERRORS);
     };
     let xref = checked.cross_reference();
