@@ -4,7 +4,7 @@
 //!   operand of the NOT, with the targets exchanged.
 //! - A branch to an empty block that only jumps on goes to the target of that jump (jump
 //!   threading).
-//! - A block is appended to its sole predecessor if that only jumps to it.
+//! - A block is appended to its sole predecessor if that ends with a jump to it.
 //! - Blocks that control cannot reach are emptied.
 //!
 //! ```text

@@ -255,15 +255,15 @@ impl Fold<'_> {
             let joined = self.insert(InstData::Binary { op: dual, args: [x, y] })?;
             return Some(Simpler::not(joined));
         }
-        let (single, y, row) = match (not_a, not_b) {
+        let (negated, y, nested) = match (not_a, not_b) {
             (Some(y), None) => (a, y, b),
             (None, Some(y)) => (b, y, a),
             _ => return None,
         };
-        let [p, q] = self.operands(row, op)?;
-        let (rest, inner) = if self.not_of(q).is_some() { (p, q) } else { (q, p) };
-        let x = self.not_of(inner)?;
-        if ![single, row, inner].into_iter().all(|value| self.is_used_once(value)) {
+        let [p, q] = self.operands(nested, op)?;
+        let (rest, nested_negated) = if self.not_of(q).is_some() { (p, q) } else { (q, p) };
+        let x = self.not_of(nested_negated)?;
+        if ![negated, nested, nested_negated].into_iter().all(|value| self.is_used_once(value)) {
             return None;
         }
         let joined = self.insert(InstData::Binary { op: dual, args: [x, y] })?;

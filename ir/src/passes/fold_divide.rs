@@ -12,11 +12,12 @@
 //!   the factor `f` is `2^(n+l) / d` rounded to the nearest integer, and half of `2^(n+l) / d`,
 //!   rounded down, is added to the product. `f` is off by at most `1/2`, so the product is off by
 //!   at most `2^(n-1)`, which is no more than what was added and, as `d` is no power of two, less
-//!   than the other half. So the sum lies between the same two multiples of `2^(n+l)` as the
-//!   dividend lies between multiples of `d`, and its sign does not matter.
+//!   than the other half. So the shift gives the quotient of the dividend rounded down, whatever
+//!   the dividend's sign.
 //!
-//! A quotient of doubles is a product where the divisor is a power of two whose reciprocal is a
-//! normal number: then both round the same number.
+//! A quotient of doubles becomes a product with the reciprocal if the divisor is a power of two
+//! whose reciprocal is a normal number. Then the exact quotient and the exact product are the same
+//! number, so both are rounded to the same double.
 //!
 //! ```text
 //! v2: i32 = smod v0, 10        v3: i64 = sext v0

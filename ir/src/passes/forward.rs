@@ -12,9 +12,9 @@
 //! there; the pass's stamp plus that number is written as the mark of the fact's first byte
 //! ([`ImageBytes`](super::image_bytes)), so that the fact at an address is found without a search.
 //!
-//! A value is forwarded for at most [`FORWARDING_WINDOW`] statements (the forwarding window): one
-//! that is kept longer needs a register all that time, is spilled to the stack, and loading it
-//! again from the image would have been cheaper.
+//! A value is forwarded for at most [`FORWARDING_WINDOW`] statements (the forwarding window). A
+//! value that is kept longer needs a register all that time or is spilled to the stack, and loading
+//! it again from the image is cheaper.
 //!
 //! It must not touch volatile accesses, and after one nothing is known of its bytes. After a call
 //! of a host function that is not pure nothing is known at all.
@@ -24,7 +24,8 @@ use super::image_bytes::ImageBytes;
 use super::substitution::Substitution;
 use crate::{Address, Block, ConvertOp, FuncData, InstData, SourceLoc, Type, Value};
 
-/// The forwarding window: the number of statements behind its own in which a value is forwarded.
+/// The forwarding window: a value is forwarded in this many statements behind the one in which it
+/// was stored or loaded.
 pub(super) const FORWARDING_WINDOW: u32 = 8;
 
 /// A block passes on no more facts than this to the blocks of which it is the sole predecessor.
