@@ -3,10 +3,12 @@
 
 pub mod arithmetic;
 pub mod layout;
+pub mod name;
 mod symbols;
 pub mod tables;
 
 pub use layout::PORTS;
+pub use name::{PmiName, PmiNameError};
 pub(crate) use symbols::symbols;
 pub use tables::{
     Announcement, FlipFlop, Format, Lines, PmiTables, Role, Special, Symbol, TextItem, Timer,

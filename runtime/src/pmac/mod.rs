@@ -24,7 +24,9 @@ use std::collections::HashMap;
 use plcc_abi::{
     Engine, Program, Tables,
     image::{read_f64, write_f64},
-    pmac::{Definitions, Kind, Layout, Memory, Run, Variable as Named, View, math::finite},
+    pmac::{
+        Definitions, Kind, Layout, Memory, PmacName, Run, Variable as Named, View, math::finite,
+    },
 };
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity};
@@ -35,7 +37,6 @@ pub use options::PmacArgs;
 pub use recompile::{Recompiler, Recompiling, Settings};
 use state::State;
 use tick::Clocks;
-use variables::Name;
 use watchdog::Watchdog;
 
 /// What can be chosen for a run.
@@ -62,9 +63,9 @@ pub struct PmacExecutive {
     identity: ProgramIdentity,
     clocks: Clocks,
     /// What has been found by name, by the index of its [`Variable`].
-    found: Vec<Name>,
+    found: Vec<PmacName>,
     /// The index of each.
-    index: HashMap<Name, u32>,
+    index: HashMap<PmacName, u32>,
 }
 
 impl PmacExecutive {
@@ -106,11 +107,11 @@ impl PmacExecutive {
         Memory { image: &mut self.image, layout, sparse: &mut state.sparse }
     }
 
-    fn name(&self, variable: Variable) -> Name {
+    fn name(&self, variable: Variable) -> PmacName {
         self.found.get(variable.0 as usize).copied().unwrap_or_default()
     }
 
-    fn remember(&mut self, name: Name) -> Variable {
+    fn remember(&mut self, name: PmacName) -> Variable {
         let found = &mut self.found;
         Variable(*self.index.entry(name).or_insert_with(|| {
             found.push(name);
@@ -133,7 +134,7 @@ impl Executive for PmacExecutive {
     }
 
     fn find(&mut self, name: &str, _purpose: Purpose) -> Result<Variable, NameError> {
-        let found = variables::parse(name, &self.control.layout, &self.control.tables)?;
+        let found = variables::find(name, &self.control.layout, &self.control.tables)?;
         Ok(self.remember(found))
     }
 
@@ -147,8 +148,8 @@ impl Executive for PmacExecutive {
             Setting::Float(value) => value,
         };
         match self.name(variable) {
-            Name::Place(definition) => self.memory().write(definition, value),
-            Name::Variable(Named { kind, number, system }) => {
+            PmacName::Memory(definition) => self.memory().write(definition, value),
+            PmacName::Variable(Named { kind, number, system }) => {
                 let layout = self.control.layout;
                 match kind {
                     Kind::I => self.control.write_i(&mut self.image, number, value),
@@ -172,8 +173,8 @@ impl Executive for PmacExecutive {
     fn get(&self, variable: Variable) -> Value {
         let layout = self.control.layout;
         Value::Float(match self.name(variable) {
-            Name::Place(definition) => self.view().read(definition),
-            Name::Variable(Named { kind, number, system }) => match kind {
+            PmacName::Memory(definition) => self.view().read(definition),
+            PmacName::Variable(Named { kind, number, system }) => match kind {
                 Kind::I => read_f64(&self.image, layout.i_offset(number)),
                 Kind::P => read_f64(&self.image, layout.p_offset(number)),
                 Kind::Q => {
@@ -186,9 +187,14 @@ impl Executive for PmacExecutive {
     }
 
     fn declared(&mut self) -> Vec<(String, Variable)> {
-        let mut named: Vec<Name> =
-            self.control.tables.named.iter().map(|variable| Name::Variable(*variable)).collect();
-        named.sort_by_key(variables::natural);
+        let mut named: Vec<PmacName> = self
+            .control
+            .tables
+            .named
+            .iter()
+            .map(|variable| PmacName::Variable(*variable))
+            .collect();
+        named.sort_by_key(PmacName::dump_order);
         named.dedup();
         named.into_iter().map(|name| (name.to_string(), self.remember(name))).collect()
     }

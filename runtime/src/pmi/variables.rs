@@ -1,13 +1,13 @@
-//! What users call PMI's variables: `LS27`, `A[3]`, `A`, `@FRO`, `TC#COUNT`, `PORT1.0`.
+//! Finds the variables of a PMI program by the names that users give them ([`PmiName`]).
 
 use std::collections::HashMap;
 
 use plcc_abi::closest;
-use plcc_abi::pmi::{PORTS, PmiTables, Role, Symbol, Timer};
+use plcc_abi::pmi::{PmiName, PmiNameError, PmiTables, Role, Symbol, Timer};
 
 use crate::{NameError, Purpose, Variable};
 
-/// Something with a name.
+/// What a name stands for in a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Name {
     /// The symbol of an index, whole.
@@ -28,11 +28,6 @@ pub(super) struct Names {
     by_name: HashMap<String, u32>,
     found: Vec<Name>,
     numbers: HashMap<Name, u32>,
-}
-
-/// Digits as a number.
-fn number<T: std::str::FromStr>(text: &str) -> Option<T> {
-    text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok())?
 }
 
 impl Names {
@@ -66,20 +61,19 @@ impl Names {
 
     /// Finds what a name means.
     pub(super) fn find(&mut self, text: &str, purpose: Purpose) -> Result<Variable, NameError> {
-        let name = text.trim().to_ascii_uppercase();
         let unfit = |reason: String| NameError::Unfit { name: text.into(), reason };
-        if let Some(line) = name.strip_prefix("PORT").and_then(|rest| rest.split_once('.')) {
-            let port = number(line.0).filter(|&port: &u16| u32::from(port) < PORTS);
-            let bit = number(line.1).filter(|&bit: &u8| bit < 8);
-            let Some((port, bit)) = port.zip(bit) else {
+        let name = match text.parse() {
+            Ok(PmiName::Line(port, bit)) => return Ok(self.remember(Name::Line(port, bit))),
+            Err(PmiNameError::Line) => {
                 let reason = "is no line: ports are 0 to 2047, bits 0 to 7, as in PORT1.0";
                 return Err(unfit(reason.into()));
-            };
-            return Ok(self.remember(Name::Line(port, bit)));
-        }
-        let (base, suffix) = match name.find(['[', '#']) {
-            Some(at) => name.split_at(at),
-            None => (name.as_str(), ""),
+            }
+            name => name,
+        };
+        let (Ok(PmiName::Variable(base) | PmiName::Element(base, _) | PmiName::Counter(base))
+        | Err(PmiNameError::Index(base))) = &name
+        else {
+            return Err(self.unknown(text, text));
         };
         let Some(&index) = self.by_name.get(base) else { return Err(self.unknown(text, base)) };
         let Some(symbol) = self.symbols.get(index as usize) else {
@@ -88,28 +82,23 @@ impl Names {
         if symbol.role == Role::Constant {
             return Err(unfit("is a constant, which nothing changes".into()));
         }
-        let found = match (suffix, symbol.elements) {
-            ("", None) => Name::Symbol(index),
-            ("", Some(_)) if purpose == Purpose::Watch => Name::Symbol(index),
-            ("", Some(_)) => {
+        let found = match (&name, symbol.elements) {
+            (Ok(PmiName::Variable(_)), None) => Name::Symbol(index),
+            (Ok(PmiName::Variable(_)), Some(_)) if purpose == Purpose::Watch => Name::Symbol(index),
+            (Ok(PmiName::Variable(_)), Some(_)) => {
                 return Err(unfit(format!("is an array; name an element, as in {base}[0]")));
             }
-            ("#COUNT", _) => match symbol.role {
+            (Ok(PmiName::Counter(_)), _) => match symbol.role {
                 Role::TimerControl(timer) => Name::Counter(timer),
                 _ => return Err(unfit(format!("has no counter: {base} controls no timer"))),
             },
             (_, None) => return Err(unfit(format!("is wrong: {base} is no array"))),
+            (Ok(PmiName::Element(_, element)), Some(elements)) if *element < elements => {
+                Name::Element(index, *element)
+            }
             (_, Some(elements)) => {
-                let digits = suffix.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
-                match digits.and_then(number::<u32>).filter(|&element| element < elements) {
-                    Some(element) => Name::Element(index, element),
-                    None => {
-                        let last = elements.saturating_sub(1);
-                        return Err(unfit(format!(
-                            "is no element: they are {base}[0] to {base}[{last}]"
-                        )));
-                    }
-                }
+                let last = elements.saturating_sub(1);
+                return Err(unfit(format!("is no element: they are {base}[0] to {base}[{last}]")));
             }
         };
         Ok(self.remember(found))
@@ -123,19 +112,21 @@ impl Names {
 
     /// The one spelling of a name.
     pub(super) fn canonical(&self, name: Name) -> String {
-        let base = |index: u32| self.symbol(index).map_or("", |symbol| symbol.name.as_str());
-        match name {
-            Name::Symbol(index) => base(index).to_owned(),
-            Name::Element(index, element) => format!("{}[{element}]", base(index)),
+        let variable =
+            |index: u32| self.symbol(index).map_or_else(String::new, |symbol| symbol.name.clone());
+        let name = match name {
+            Name::Symbol(index) => PmiName::Variable(variable(index)),
+            Name::Element(index, element) => PmiName::Element(variable(index), element),
             Name::Counter(timer) => {
                 let control = self.timers.get(timer as usize).map(|timer| timer.control);
                 let is_control = |symbol: &&Symbol| {
                     Some(symbol.offset) == control && symbol.role == Role::TimerControl(timer)
                 };
                 let symbol = self.symbols.iter().find(is_control);
-                format!("{}#COUNT", symbol.map_or("", |symbol| &symbol.name))
+                PmiName::Counter(symbol.map_or_else(String::new, |symbol| symbol.name.clone()))
             }
-            Name::Line(port, bit) => format!("PORT{port}.{bit}"),
-        }
+            Name::Line(port, bit) => PmiName::Line(port, bit),
+        };
+        name.to_string()
     }
 }

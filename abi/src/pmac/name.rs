@@ -1,0 +1,213 @@
+//! The names that users give a PMAC's variables: in a stimulus, a trace or a dump.
+//!
+//! | name | what it is |
+//! | --- | --- |
+//! | `P1`, `M11`, `I15`, `L3` | a variable |
+//! | `Q5`, `&2Q5` | a Q-variable of coordinate system 1, and of system 2 |
+//! | `X:$0700`, `Y:65474` | a word of memory |
+//! | `D:$28`, `DP:$D200`, `L:$1001`, `F:$D200` | two words of memory, in that format |
+
+use alloc::{format, string::String};
+use core::fmt;
+
+use super::{Controller, Definition, Field, Kind, Layout, Variable};
+
+/// A variable or a place of memory, as users name it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum PmacName {
+    /// A variable.
+    Variable(Variable),
+    /// Memory: an `X:` or `Y:` word, or two words as `D:`, `DP:`, `L:` or `F:` take them.
+    Memory(Definition),
+}
+
+impl Default for PmacName {
+    /// P0.
+    fn default() -> Self {
+        Self::Variable(Variable { kind: Kind::P, number: 0, system: 1 })
+    }
+}
+
+/// Why a text is no name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PmacNameError {
+    /// It does not look like a name.
+    Malformed,
+    /// Its number, address or coordinate system is beyond the controller's last; the message follows
+    /// the name.
+    Beyond(String),
+}
+
+impl PmacName {
+    /// Reads a name, in letters of any case, with spaces anywhere. Whether an L-variable is defined,
+    /// the program's tables say.
+    ///
+    /// # Errors
+    /// When the text is no name, or `layout`'s controller has no such variable or address.
+    pub fn parse(text: &str, layout: &Layout) -> Result<Self, PmacNameError> {
+        let upper: String = text
+            .chars()
+            .filter(|c| !c.is_ascii_whitespace())
+            .map(|c| c.to_ascii_uppercase())
+            .collect();
+        if let Some((space, address)) = upper.split_once(':') {
+            let address = address_of(address).ok_or(PmacNameError::Malformed)?;
+            if address > layout.address_mask() {
+                return Err(beyond(layout, &format!("address ${:X}", layout.address_mask())));
+            }
+            let field = Field::WORD;
+            return Ok(Self::Memory(match space {
+                "X" => Definition::X { address, field },
+                "Y" => Definition::Y { address, field },
+                "D" => Definition::D { address },
+                "DP" => Definition::Dp { address },
+                "L" => Definition::L { address },
+                "F" => Definition::F { address },
+                _ => return Err(PmacNameError::Malformed),
+            }));
+        }
+        let (system, rest) = match upper.strip_prefix('&') {
+            Some(rest) => {
+                let split = rest.find('Q').and_then(|at| rest.split_at_checked(at));
+                let (system, rest) = split.ok_or(PmacNameError::Malformed)?;
+                let system = decimal(system).ok_or(PmacNameError::Malformed)?;
+                if !(1..=layout.systems()).contains(&system) {
+                    let last = format!("coordinate system {}", layout.systems());
+                    return Err(beyond(layout, &last));
+                }
+                (system, rest)
+            }
+            None => (1, upper.as_str()),
+        };
+        let mut chars = rest.chars();
+        let kind = match chars.next() {
+            Some('I') => Kind::I,
+            Some('L') => Kind::L,
+            Some('M') => Kind::M,
+            Some('P') => Kind::P,
+            Some('Q') => Kind::Q,
+            _ => return Err(PmacNameError::Malformed),
+        };
+        let number = decimal(chars.as_str()).ok_or(PmacNameError::Malformed)?;
+        if number >= layout.count {
+            return Err(beyond(layout, &format!("{kind:?}{}", layout.count - 1)));
+        }
+        Ok(Self::Variable(Variable { kind, number, system }))
+    }
+
+    /// The order of a dump: Q-variables of the coordinate systems from 2 on, then the others by
+    /// letter and number. A dump has no places of memory; by address they come among the Q-variables.
+    pub fn dump_order(&self) -> (u32, Kind, u32) {
+        match *self {
+            Self::Variable(Variable { kind, number, system }) => {
+                (if system > 1 { system } else { u32::MAX }, kind, number)
+            }
+            Self::Memory(definition) => (u32::MAX, Kind::Q, definition.address()),
+        }
+    }
+}
+
+impl fmt::Display for PmacName {
+    /// The one spelling that traces and dumps use.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Variable(Variable { kind, number, system }) => {
+                if system > 1 {
+                    write!(f, "&{system}")?;
+                }
+                write!(f, "{kind:?}{number}")
+            }
+            Self::Memory(definition) => {
+                let prefix = match definition {
+                    Definition::X { .. } => "X",
+                    Definition::Y { .. } => "Y",
+                    Definition::D { .. } => "D",
+                    Definition::Dp { .. } => "DP",
+                    Definition::L { .. } => "L",
+                    Definition::F { .. } => "F",
+                    Definition::Star | Definition::Tw { .. } => "M",
+                };
+                write!(f, "{prefix}:${:X}", definition.address())
+            }
+        }
+    }
+}
+
+/// What is beyond the controller's last, with the help that Turbo PMAC has more.
+fn beyond(layout: &Layout, last: &str) -> PmacNameError {
+    let help = match layout.controller {
+        Controller::Pmac => "; --controller turbo has more",
+        Controller::Turbo => "",
+    };
+    PmacNameError::Beyond(format!("is beyond {last}, the controller's last{help}"))
+}
+
+/// The name that was probably meant: `P3` for `P[3]` and `P(3)`, as other languages write it.
+pub fn suggest(text: &str) -> Option<String> {
+    let mut chars = text.chars();
+    let letter = chars.next().filter(char::is_ascii_alphabetic)?.to_ascii_uppercase();
+    let digits: String = chars.filter(char::is_ascii_digit).collect();
+    let number = decimal(&digits)?;
+    "ILMPQ".contains(letter).then(|| format!("{letter}{number}"))
+}
+
+fn decimal(text: &str) -> Option<u32> {
+    text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok())?
+}
+
+/// An address in decimal, or in hexadecimal behind `$`.
+fn address_of(text: &str) -> Option<u32> {
+    match text.strip_prefix('$') {
+        Some(hex) if hex.bytes().all(|byte| byte.is_ascii_hexdigit()) => {
+            u32::from_str_radix(hex, 16).ok()
+        }
+        Some(_) => None,
+        None => decimal(text),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use alloc::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn names_have_one_spelling() {
+        let layout = Layout::new(Controller::Pmac);
+        for (text, spelling) in [
+            ("P1", "P1"),
+            ("p0197", "P197"),
+            ("I00", "I0"),
+            ("L3", "L3"),
+            ("Q5", "Q5"),
+            ("&1Q5", "Q5"),
+            ("&02q5", "&2Q5"),
+            ("X:$0700", "X:$700"),
+            ("y:65474", "Y:$FFC2"),
+            ("L:$1001", "L:$1001"),
+            ("d p:$d2 00", "DP:$D200"),
+        ] {
+            let name = PmacName::parse(text, &layout).unwrap();
+            assert_eq!(name.to_string(), spelling);
+            assert_eq!(PmacName::parse(spelling, &layout), Ok(name));
+        }
+    }
+
+    #[test]
+    fn a_wrong_name_is_refused_with_the_reason() {
+        let pmac = Layout::new(Controller::Pmac);
+        for text in
+            ["", "P", "P-1", "P1.5", "PUMP", "&2P5", "&Q5", "X:", "X:$G", "Z:0", "P4294967296"]
+        {
+            let error = PmacName::parse(text, &pmac);
+            assert_eq!(error, Err(PmacNameError::Malformed), "{text}");
+        }
+        let turbo = Layout::new(Controller::Turbo);
+        for text in ["P1024", "&9Q1", "X:$10000"] {
+            let error = PmacName::parse(text, &pmac);
+            assert!(matches!(error, Err(PmacNameError::Beyond(_))), "{text}");
+            assert!(PmacName::parse(text, &turbo).is_ok(), "{text}");
+        }
+    }
+}
