@@ -84,7 +84,7 @@ impl Language for Pmac {
 
     fn listing_comments(&self, tables: &Tables) -> Vec<String> {
         match tables {
-            Tables::Pmac(tables) => super::reference::listing_comments::notes(tables),
+            Tables::Pmac(tables) => super::reference::listing_comments::listing_comments(tables),
             _ => Vec::new(),
         }
     }

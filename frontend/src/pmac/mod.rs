@@ -71,7 +71,7 @@ pub fn check(
     {
         let what =
             if suppressed_errors == 1 { "1 error" } else { &format!("{suppressed_errors} errors") };
-        missing.notes.push(format!("{what} over names that it may define are not shown"));
+        missing.notes.push(format!("not shown: {what} at names that this file may define"));
     }
     diagnostics.extend(found);
     diagnostics.extend(out_of_range::warnings(&download));

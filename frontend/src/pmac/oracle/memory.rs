@@ -18,7 +18,7 @@ use super::resolved::{Bits, LongVariable};
 /// What the guide says of a controller's memory.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MemoryMap {
-    /// Numbers of each kind of variable.
+    /// How many variables of each kind there are.
     count: u32,
     /// The largest address.
     last: u32,
@@ -28,7 +28,7 @@ pub(super) struct MemoryMap {
     q: u32,
     /// The address of the definition of M0, in Y.
     definitions: u32,
-    /// Coordinate systems.
+    /// How many coordinate systems there are.
     systems: u32,
 }
 
@@ -65,8 +65,8 @@ impl MemoryMap {
         self.number(fixed::bits(value) as u32)
     }
 
-    /// The number that Q0 of a coordinate system has among all Q-variables. There is none for what
-    /// is no coordinate system's number.
+    /// The number that Q0 of a coordinate system has among all Q-variables; `None` if the
+    /// controller has no such system.
     pub(super) fn first_q(&self, system: u64) -> Option<u32> {
         let before = u32::try_from(system.checked_sub(1)?).ok()?;
         (before < self.systems).then(|| before * (self.count / self.systems))
@@ -80,7 +80,8 @@ impl MemoryMap {
         })
     }
 
-    /// The offset in the image of a word that is nothing but a word.
+    /// The offset in the image of a word; `None` if the word lies outside of the image or is part
+    /// of a P, a Q, an I-variable or a definition.
     pub(super) fn plain_word(&self, layout: &Layout, space: Space, address: u32) -> Option<u32> {
         let address = address & self.last;
         let is_definition = space == Space::Y
@@ -100,7 +101,7 @@ fn signed(value: u64, width: u32) -> f64 {
     ((value << (64 - width)) as i64 >> (64 - width)) as f64
 }
 
-/// A task's way to the variables.
+/// The variables and memory words as a task reads and writes them.
 pub(super) struct Memory<'a, 'b> {
     pub(super) layout: &'a Layout,
     pub(super) map: &'a MemoryMap,

@@ -1,4 +1,4 @@
-//! The statement interpreter: walks the download's statements, knows nothing of lowering and IR.
+//! The statement interpreter, which executes the download's statements without lowering and IR.
 //!
 //! It is the oracle that compiled code is compared with, so it decides by itself how
 //! [variables reach memory](memory) and what [operators give](evaluate). Only the arithmetic
@@ -43,7 +43,8 @@ pub struct Interpreter {
     tasks: Vec<Task>,
     /// The ranges of I-variables, by rising number.
     ranges: Vec<(u32, Range)>,
-    /// Values that wait, kept from scan to scan so that none allocates.
+    /// The stacks of values that wait for operators. They are kept from scan to scan so that a scan
+    /// does not allocate.
     waiting: Vec<f64>,
     waiting_integers: Vec<i32>,
 }
@@ -72,7 +73,7 @@ impl Interpreter {
     }
 }
 
-/// What a scan works with, apart from the values that wait.
+/// What a scan works with, apart from the stacks.
 struct Machine<'a, 'b> {
     tables: &'a Tables,
     memory: Memory<'a, 'b>,
@@ -91,7 +92,7 @@ impl Machine<'_, '_> {
         }
     }
 
-    /// An operand that takes more than to read the image.
+    /// The value of an operand for which a plain read of the image may not be enough.
     #[inline(never)]
     fn computed_operand(&mut self, operand: Operand) -> f64 {
         match operand {

@@ -1,4 +1,4 @@
-//! Checked statements to resolved ones.
+//! Makes resolved statements of the checked ones, before the first scan.
 
 use std::collections::HashMap;
 

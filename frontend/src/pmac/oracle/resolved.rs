@@ -24,7 +24,7 @@ pub(super) struct Bits {
 }
 
 impl Bits {
-    /// None for the decimal formats.
+    /// The field of the word at an offset of the image; `None` for the decimal formats.
     pub(super) fn new(offset: u32, field: Field) -> Option<Self> {
         let (signed, width) = match field.format {
             Format::U => (false, field.width),
@@ -122,7 +122,8 @@ pub(super) enum IntegerOperation {
     Either,
 }
 
-/// An expression or condition: a stretch of operations in their table.
+/// A range of one of the tables: the operations of an expression, the comparisons of a condition,
+/// or the L-variables of an assignment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TableRange {
     start: u32,
@@ -188,7 +189,7 @@ pub(super) enum Destination {
     Indirect(Kind, TableRange),
     /// `count` variables from `first` on, `step` apart.
     Range { kind: Kind, first: u32, count: u32, step: u32 },
-    /// L-variables: a stretch of the table of ranges of them.
+    /// L-variables: their place in the table of ranges of L-variables.
     Longs(TableRange),
 }
 
@@ -218,7 +219,7 @@ pub(super) enum Statement {
     Jump(u32),
     /// Ends the scan; the next one begins at the target.
     EndWhile(u32),
-    /// ENABLE and its kind: whether PLCCs are meant, and which, a bit each.
+    /// ENABLE, DISABLE, PAUSE or RESUME: whether of PLCCs, and bit n for program n.
     Plc(PlcOp, bool, u32),
     /// ADDRESS of a coordinate system.
     Address(u64),

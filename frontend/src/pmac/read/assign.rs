@@ -1,4 +1,5 @@
-//! What statements of buffers and on-line commands share: assignments and lists of PLCs.
+//! What statements of PLCs and on-line commands share: assignments, lists of PLCs, numbers of
+//! motors, and texts in quotes.
 
 use plcc_abi::pmac::{Kind, PlcOp};
 
@@ -7,20 +8,22 @@ use super::expr::Reader;
 use crate::pmac::ast::{Bin, Expr, Op, PlcSet, Target};
 use crate::pmac::origin::TextRange;
 
-/// What begins with a variable.
+/// A statement or on-line command that begins with a variable.
 pub(crate) enum VariableCommand {
     /// An assignment.
     Assign(Target, Expr),
-    /// `I…=*`: first, count, step.
+    /// `I…=*`: the first variable's number, how many there are, and the difference between the
+    /// numbers of two neighbours.
     Defaults(u16, u16, u16),
-    /// `M…->` and what follows is a definition: first, count.
+    /// `M…->` or `L…->`, behind which a definition stands: the first variable's number, and how
+    /// many there are.
     Define(Kind, u16, u16),
-    /// Its value or definition is asked for.
+    /// The variable alone, which asks for its value or definition.
     Query,
 }
 
 impl Reader<'_> {
-    /// What begins with a variable of `kind` at the place.
+    /// A statement or on-line command that begins with a variable of `kind`, at the cursor.
     pub(crate) fn variable_command(&mut self, kind: Kind) -> Parsed<VariableCommand> {
         self.double_equals = None;
         self.cur.blanks();
@@ -69,7 +72,7 @@ impl Reader<'_> {
                         self.ops.push(Op::Indirect(kind));
                     }
                     Target::Range { .. } => {
-                        return syntax(at, "several variables take `=` only");
+                        return syntax(at, "a range of variables is assigned with `=` only");
                     }
                 }
             }
@@ -80,8 +83,8 @@ impl Reader<'_> {
         self.cur.pos += 1;
         if self.cur.byte() == b'=' {
             let at = TextRange::new(equals, equals + 2);
-            // Controllers took it in PLCs, so that their listings hold it; compiled PLCs are not
-            // read by them.
+            // Controllers took it in PLCs, so that their listings have it. They do not read the
+            // source of PLCCs.
             if kind != Kind::M || self.l_used.is_some() {
                 let help = "`==` waits for a move of a motion program; write `=` here";
                 return syntax_help(at, "`==` is for motion programs", help);
@@ -110,19 +113,22 @@ impl Reader<'_> {
         Ok(VariableCommand::Assign(target, self.since(from)))
     }
 
-    /// A number, `first..last`, or `first,count,step`.
+    /// One variable by its number, or a range: `first..last` or `first,count,step`.
     fn numbered(&mut self, kind: Kind) -> Parsed<Target> {
         let first = self.variable_number()?;
         if self.cur.peek() == b'.' && self.cur.byte_at(1) == b'.' {
             self.cur.pos += 2;
             let from = self.cur.pos;
-            // `M1..M8` is seen as well as `M1..8`.
+            // Both `M1..M8` and `M1..8` are found in sources.
             let _ = self.variable_kind() == Some(kind)
                 && self.cur.eat(self.cur.byte().to_ascii_uppercase());
             let last = self.variable_number()?;
             if last < first {
                 let at = self.cur.since(from);
-                return syntax(at, format!("a range rises: {first}..{last} does not"));
+                return syntax(
+                    at,
+                    format!("the end of the range {first}..{last} is below its beginning"),
+                );
             }
             return Ok(Target::Range { kind, first, count: last - first + 1, step: 1 });
         }
@@ -166,7 +172,10 @@ impl Reader<'_> {
                 last = self.plc_number()?;
                 if last < first {
                     let at = self.cur.since(from);
-                    return syntax(at, format!("a range rises: {first}..{last} does not"));
+                    return syntax(
+                        at,
+                        format!("the end of the range {first}..{last} is below its beginning"),
+                    );
                 }
             }
             for number in first..=last {

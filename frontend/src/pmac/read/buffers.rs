@@ -7,7 +7,7 @@ use super::words::{self, BUFFER, Keyword, ONLINE, OPENED};
 use crate::pmac::ast::Action;
 
 impl Reader<'_> {
-    /// DEFINE, whose word is taken: which buffer, and what else stands on the line. `table` is told
+    /// DEFINE, whose word is taken: the buffer's name, and the rest of the line. `table` is set to
     /// whether the entries of a compensation table may follow.
     pub(crate) fn define_buffer(&mut self, table: &mut bool) -> Parsed<OnlineEffect> {
         self.cur.blanks();

@@ -1,4 +1,4 @@
-//! COMMAND: the on-line commands in its text, and the statements that do what they say.
+//! COMMAND: the on-line commands in its text, and the statements that execute them.
 
 use plcc_abi::pmac::{Define, Kind, Space, Text};
 use plcc_diag::{Diagnostic, SourceMap};
@@ -12,9 +12,10 @@ use super::words::{self, Keyword, PLC};
 use crate::pmac::ast::{Action, Stmt, StmtKind, Target, WriteKind};
 
 impl DownloadReader<'_> {
-    /// COMMAND: its text is read now, and done when the statement runs.
+    /// COMMAND, whose word is taken and begins at the offset `start`. Its text is read here, and
+    /// executed when the statement runs.
     pub(crate) fn command(&mut self, start: usize) -> Parsed<()> {
-        // Turbo PMAC's forms say which port the answer goes to; a command here has none.
+        // On Turbo PMAC a letter says to which port the answer goes. Commands have no answer here.
         let _ = words::port(&mut self.reader.cur);
         let mut text = self.quoted()?;
         let at = self.reader.cur.since(start);
@@ -26,7 +27,7 @@ impl DownloadReader<'_> {
             let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
                 let message = format!("defined names are replaced in this command: `{replaced}`");
                 Diagnostic::standalone_note("PMAC-N2", span, message)
-                    .note("the text as it stands is no command; names in quotes are else kept")
+                    .note("without that the text is no command; in other texts in quotes, names are not replaced")
             });
             self.diagnostics.push(diagnostic);
             (text, actions) = (replaced, Ok(found));
@@ -48,7 +49,7 @@ impl DownloadReader<'_> {
             }
         };
         self.text(Text::Command { text, error, task }, None, start);
-        // Some write a row of commands with commas between.
+        // A comma may stand between two COMMAND statements.
         let mut ahead = self.reader.cur;
         if ahead.eat(b',') && is_command(ahead) {
             let _ = self.reader.cur.eat(b',');
@@ -56,7 +57,7 @@ impl DownloadReader<'_> {
         Ok(())
     }
 
-    /// What a COMMAND's text does.
+    /// The actions of the on-line commands in a COMMAND's text.
     fn actions(&mut self, text: &str) -> Parsed<Vec<Action>> {
         let ops = std::mem::take(&mut self.reader.ops);
         let mut inner = Reader::new(text, self.reader.controller);
@@ -66,8 +67,8 @@ impl DownloadReader<'_> {
         actions
     }
 
-    /// A COMMAND's text with the names replaced that `#define` defined; none where it has none.
-    /// How much work all commands together may make is limited.
+    /// A COMMAND's text in which the names that `#define` defines are replaced; `None` if it has no
+    /// such name, or if the commands of the download have used up the limit for this work.
     fn names_replaced(&mut self, text: &str) -> Option<String> {
         let names = &self.preprocessed.names;
         let known =
@@ -84,7 +85,9 @@ impl DownloadReader<'_> {
         whole.then(|| preprocessed.text.trim_end().to_owned())
     }
 
-    /// The statements that do what a command says; none for one that only concerns motion.
+    /// Stores the statements that execute a COMMAND, and gives their index in
+    /// [`Download::commands`](crate::pmac::ast::Download::commands). `None` for a command that
+    /// concerns motion alone.
     fn command_code(
         &mut self,
         actions: Vec<Action>,
@@ -134,7 +137,7 @@ impl DownloadReader<'_> {
     }
 }
 
-/// Whether the word COMMAND stands at a place.
+/// Whether the word COMMAND stands at `cur`.
 pub(crate) fn is_command(cur: Cursor<'_>) -> bool {
     words::find(cur, PLC).is_some_and(|(word, _)| word.keyword == Keyword::Command)
 }
@@ -154,7 +157,10 @@ fn read_command(reader: &mut Reader<'_>) -> Parsed<Vec<Action>> {
         }
         let start = reader.cur.pos;
         if let OnlineEffect::DefineL(..) = reader.online(&mut actions, &mut table)? {
-            return syntax(reader.cur.since(start), "L-variables are the compiler's: no command");
+            return syntax(
+                reader.cur.since(start),
+                "a COMMAND cannot define L-variables, which only the compiler knows",
+            );
         }
     }
 }

@@ -24,7 +24,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A small number between `least` and `most`.
+    /// A number from `least` to `most`, which is 255 at most. Errors call it `what`.
     fn small(&mut self, what: &str, least: u64, most: u64) -> Parsed<u8> {
         self.cur.blanks();
         let start = self.cur.pos;
@@ -37,6 +37,7 @@ impl Reader<'_> {
         syntax(self.cur.since(start), format!("{what} is {least} to {most}, not {value}"))
     }
 
+    /// The letter of a format.
     fn format(&mut self) -> Parsed<Format> {
         let format = match self.cur.peek().to_ascii_uppercase() {
             b'U' => Format::U,
@@ -49,7 +50,8 @@ impl Reader<'_> {
         Ok(format)
     }
 
-    /// `,0,48` behind the address of a long word, which is whole anyway.
+    /// Takes a field such as `,0,48` behind the address of a D, DP, L or F definition. It has no
+    /// meaning, since these are never parts of words.
     fn no_field(&mut self) -> Parsed<()> {
         let mut parts = 0;
         while parts < 3 && self.cur.eat(b',') {
@@ -63,7 +65,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// What stands behind `->`.
+    /// A definition, as it stands behind `->`.
     pub(crate) fn definition(&mut self) -> Parsed<Definition> {
         self.cur.blanks();
         let start = self.cur.pos;
@@ -100,7 +102,7 @@ impl Reader<'_> {
         if !self.cur.eat(b',') {
             let at = self.cur.since(start);
             let help = "a bit's number: Y:$FFC2,8, or 24 for the whole word";
-            return syntax_help(at, "which bits of the word is missing", help);
+            return syntax_help(at, "it is not said which bits of the word are meant", help);
         }
         offset += self.small("a bit's number", 0, 24)?;
         let whole = offset == 24;
@@ -112,7 +114,8 @@ impl Reader<'_> {
                 format = self.format()?;
             } else {
                 let given = self.small("the number of bits", 0, 24)?;
-                // No bits at all are one; behind offset 24 the word is whole anyway.
+                // A width of 0 means 1. Behind the offset 24, which means the whole word, it counts
+                // for nothing.
                 if !whole {
                     width = given.max(1);
                 }
@@ -126,21 +129,21 @@ impl Reader<'_> {
             let message = format!("a word has 24 bits: {width} from bit {offset} on do not fit");
             return syntax_help(at, message, "offset and width together are 24 at most");
         }
-        // Formats mean nothing to a single bit, which is 0 or 1 (guide, Memory Map).
+        // A single bit is 0 or 1 whatever its format (guide, Memory Map).
         if width == 1 {
             format = Format::U;
         }
         Ok(Definition::word(space, addr, Field { offset, width, format }))
     }
 
-    /// A multiplexed definition; of what follows the address only the form matters.
+    /// The rest of a thumbwheel definition. Only its address is kept.
     fn thumbwheel(&mut self) -> Parsed<Definition> {
         let _ = self.cur.eat(b':');
         let Some(address) = self.cur.integer() else {
             return self.cur.expected("an address on the multiplexer");
         };
         let address = u32::try_from(address).unwrap_or(u32::MAX) & 0xFFFF;
-        // TWD:4,0.8.3,U and TWD:4,0,8.3,U are both seen.
+        // Both TWD:4,0.8.3,U and TWD:4,0,8.3,U are found in sources.
         let mut parts = 0;
         while parts < 4 && (self.cur.eat(b',') || self.cur.eat(b'.')) {
             if self.cur.peek().is_ascii_alphabetic() {

@@ -1,4 +1,4 @@
-//! Reading a whole download: buffers and on-line commands in their order.
+//! Reading a whole download: on-line commands and buffers, in the order of the text.
 
 use plcc_abi::pmac::Kind;
 use plcc_diag::Diagnostic;
@@ -15,34 +15,41 @@ use crate::pmac::origin::TextRange;
 
 /// The buffer that is open.
 pub(crate) struct Open {
+    /// Whether it is a PLCC.
     pub(crate) compiled: bool,
     pub(crate) number: u8,
-    /// Its number was wrong: what follows belongs nowhere.
+    /// Whether the number behind OPEN is not known. The statements are read for their errors then,
+    /// and dropped.
     pub(crate) discarded: bool,
+    /// The IF and WHILE that are open, the innermost last.
     pub(crate) frames: Vec<Frame>,
-    /// The first thing that is wrong with the structure.
+    /// The first error of the structure: its place and what is wrong. It is reported at CLOSE.
     pub(crate) structure_error: Option<(TextRange, String)>,
-    /// A name from a missing file stands in it: its structure is not known.
+    /// Whether a name stands in it that a missing file may define, so that errors of its structure
+    /// are not reported.
     pub(crate) has_unknown_names: bool,
 }
 
-/// Reads a preprocessed text.
+/// Reads a preprocessed text as a download.
 pub(crate) struct DownloadReader<'a> {
     pub(crate) reader: Reader<'a>,
     pub(crate) preprocessed: &'a Preprocessed,
     pub(crate) download: Download,
     pub(crate) open: Option<Open>,
     pub(crate) diagnostics: Vec<Diagnostic>,
-    /// Entries of a compensation table may follow.
+    /// Whether entries of a compensation table may follow.
     table: bool,
-    /// Statement, number and place of L-variables in PLCCs.
+    /// The L-variables that PLCCs use: the statement's number, the variable's number, its place.
     l_uses: Vec<(u32, u16, TextRange)>,
+    /// How many statements were read.
     statements: u32,
+    /// Whether something assigns to I5, without which no PLC runs.
     assigns_i5: bool,
+    /// The first OPEN of a PLC or PLCC.
     has_plc: Option<TextRange>,
-    /// Statements that are not judged, since they need a file that is missing.
+    /// How many errors are not reported, since a missing file may define the names in question.
     pub(crate) suppressed_errors: usize,
-    /// Bytes of definitions that may still be looked at for names inside COMMANDs.
+    /// How many bytes of definitions may still be searched for names inside COMMANDs.
     pub(crate) replacement_budget: usize,
 }
 
@@ -50,11 +57,11 @@ pub(crate) struct DownloadReader<'a> {
 pub(crate) struct ReadDownload {
     pub(crate) download: Download,
     pub(crate) diagnostics: Vec<Diagnostic>,
-    /// Statements that are not judged, since an included file is missing.
+    /// How many errors are not reported, since a missing file may define the names in question.
     pub(crate) suppressed_errors: usize,
 }
 
-/// Reads a download. The structure of broken PLCs is reported, and they are left empty.
+/// Reads a download. PLCs whose IF and WHILE do not match their ends are reported and left empty.
 pub(crate) fn read(preprocessed: &Preprocessed, options: &Options) -> ReadDownload {
     let mut checker = DownloadReader {
         reader: Reader::new(&preprocessed.text, options.controller),
@@ -118,7 +125,7 @@ impl DownloadReader<'_> {
         self.warn_of_i5();
     }
 
-    /// Warns of the CLOSE that is missing, at the last line; gives its place.
+    /// Warns at the last line that a CLOSE is missing. Gives the place of the warning.
     pub(crate) fn warn_unclosed(&mut self) -> TextRange {
         let end = self.preprocessed.text.len();
         let at = TextRange::new(end.saturating_sub(1), end);
@@ -178,13 +185,14 @@ impl DownloadReader<'_> {
                 }
             }
             if self.reader.cur.pos == start {
-                // Nothing was read: never so, but a loop must end.
+                // This does not happen, but without it a command of no characters would never end.
                 self.reader.cur.pos += 1;
             }
         }
     }
 
-    /// Does what a command means for the reading; true when a buffer is open now.
+    /// Does what an on-line command at `at` means for the reading behind it. Gives whether a buffer
+    /// is open now.
     pub(crate) fn apply(&mut self, effect: OnlineEffect, at: TextRange) -> bool {
         match effect {
             OnlineEffect::Continue | OnlineEffect::Close => false,
@@ -219,6 +227,7 @@ impl DownloadReader<'_> {
         }
     }
 
+    /// The buffer that is open, if its statements are kept.
     pub(crate) fn buffer(&mut self) -> Option<&mut Buffer> {
         let open = self.open.as_ref()?;
         if open.discarded {
@@ -229,7 +238,7 @@ impl DownloadReader<'_> {
         buffers.get_mut(usize::from(open.number))
     }
 
-    /// The index of the next statement.
+    /// The index that the next statement will have in its buffer.
     pub(crate) fn next_index(&mut self) -> u32 {
         self.buffer().map_or(0, |buffer| buffer.code.len() as u32)
     }
@@ -247,9 +256,9 @@ impl DownloadReader<'_> {
         }
     }
 
-    /// Whether a statement is computed in integers: L-variables, integer constants, operators,
-    /// ABS and INT only, and at least one L-variable. A constant with a written point is no integer
-    /// constant, whatever its value.
+    /// Whether a statement is computed in integers. Such a statement of a PLCC has at least one
+    /// L-variable, and nothing but L-variables, integer constants, operators, ABS and INT. A
+    /// constant that is written with a decimal point is no integer constant, whatever its value.
     fn is_integer(&self, kind: &StmtKind) -> bool {
         use crate::pmac::ast::{Func, Target};
         if !self.open.as_ref().is_some_and(|open| open.compiled) {
@@ -284,6 +293,7 @@ impl DownloadReader<'_> {
         all && any && !written_point
     }
 
+    /// Ends a statement: takes over the L-variables that it uses.
     fn note_l_uses(&mut self) {
         self.reader.constants_with_point.clear();
         self.statements += 1;
@@ -294,6 +304,7 @@ impl DownloadReader<'_> {
         }
     }
 
+    /// Reports the L-variables that no definition in the text defines, one for each statement.
     fn report_undefined_l(&mut self) {
         let mut last = 0;
         for (statement, number, at) in std::mem::take(&mut self.l_uses) {
@@ -309,6 +320,7 @@ impl DownloadReader<'_> {
         }
     }
 
+    /// Records whether an on-line command assigns to I5.
     pub(crate) fn note_i5(&mut self, action: &Action) {
         use crate::pmac::ast::Target;
         self.assigns_i5 |= match action {
@@ -322,8 +334,9 @@ impl DownloadReader<'_> {
         };
     }
 
+    /// Warns if nothing sets I5.
     fn warn_of_i5(&mut self) {
-        // What is not known may set it.
+        // A missing file or a template without a value may set it.
         if self.preprocessed.incomplete || !self.preprocessed.undefined_templates.is_empty() {
             return;
         }
@@ -340,7 +353,7 @@ impl DownloadReader<'_> {
         }
     }
 
-    /// Closes the buffer at `at`: branches must be complete.
+    /// Closes the buffer. Errors of its structure are reported at `at`, the place of the CLOSE.
     pub(crate) fn close(&mut self, at: TextRange) {
         let Some(mut open) = self.open.take() else { return };
         if let Some(frame) = open.frames.last() {
@@ -359,9 +372,13 @@ impl DownloadReader<'_> {
         if let (Some((guilty, message)), false) = (error, lost) {
             let (place, _) = self.preprocessed.origins.place(guilty);
             let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
-                Diagnostic::error("PMAC-9", span, format!("{name} {number} is not well built"))
-                    .label(place, message)
-                    .help("each IF needs its ENDIF, each WHILE its ENDWHILE")
+                Diagnostic::error(
+                    "PMAC-9",
+                    span,
+                    format!("the IF and WHILE of {name} {number} do not match"),
+                )
+                .label(place, message)
+                .help("each IF needs its ENDIF, each WHILE its ENDWHILE")
             });
             self.diagnostics.push(diagnostic);
             if let Some(buffer) = self.buffer() {

@@ -163,7 +163,7 @@ impl<'a> Reader<'a> {
         let value = self.shunt(false)?;
         if value {
             let at = self.cur.since(from);
-            return syntax(at, "a comparison has no value to be assigned");
+            return syntax(at, "a comparison cannot be assigned to a variable");
         }
         Ok(self.since(start))
     }
@@ -210,7 +210,7 @@ impl<'a> Reader<'a> {
         self.cur.blanks();
         let from = self.cur.pos;
         if self.shunt(true)? {
-            return syntax(self.cur.since(from), "a variable's number is no comparison");
+            return syntax(self.cur.since(from), "a comparison cannot be a variable's number");
         }
         Ok(self.since(start))
     }
@@ -398,7 +398,11 @@ impl<'a> Reader<'a> {
                 }
                 _ => {
                     let help = "put each comparison on its own, joined with AND or OR";
-                    return syntax_help(at, "a comparison cannot be computed with", help);
+                    return syntax_help(
+                        at,
+                        "a comparison has no value that an operator could use",
+                        help,
+                    );
                 }
             }
         }

@@ -1,7 +1,7 @@
-//! On-line commands (guide, appendix C): those of the text and those of COMMAND.
+//! On-line commands (guide, appendix C): those between buffers and those in the texts of COMMAND.
 //!
 //! What concerns variables, memory and PLCs becomes an [`Action`]; what concerns motors, coordinate
-//! systems and the card is known by its form and accepted.
+//! systems and the card is only checked for its form.
 
 use plcc_abi::pmac::{Kind, PlcOp};
 
@@ -12,7 +12,7 @@ use super::words::{self, Keyword, LETTER, MOTION, ONLINE, PLC, Tail};
 use crate::pmac::ast::{Action, Expr, Op, PlcSet, Target, WriteKind};
 use crate::pmac::origin::TextRange;
 
-/// The help for a word that nothing is like.
+/// The help for a word that is similar to no other.
 pub(crate) const PERHAPS_A_NAME: &str = "if it is a name, its #define must come before";
 
 /// What an on-line command changes for the reading of the text behind it.
@@ -36,8 +36,9 @@ pub(crate) enum OnlineEffect {
 }
 
 impl Reader<'_> {
-    /// One on-line command. `table` says, and is told, that the entries of a compensation table
-    /// may follow.
+    /// Reads one on-line command, and appends to `out` what it does. Entries of a compensation
+    /// table are commands of their own: `table` says whether they may stand here, and is set to
+    /// whether they may follow.
     pub(crate) fn online(
         &mut self,
         out: &mut Vec<Action>,
@@ -254,22 +255,23 @@ impl Reader<'_> {
         self.cur.rest().bytes().take(3).take_while(u8::is_ascii_alphabetic).count() <= 2
     }
 
-    /// Whether letters stand right before the place that make a word, so that one letter more is a
-    /// mistake in it: CLSE, DELETE GATHR. Homing is written so: #1HMZK.
+    /// Whether two or more letters stand directly in front of the cursor, so that a further letter
+    /// is a mistake in their word and no command: CLSE, DELETE GATHR. The words for homing are
+    /// exceptions: #1HMZK.
     fn behind_word(&self) -> bool {
         let before = self.cur.glued_word(TextRange::new(self.cur.pos, self.cur.pos));
         before.len() > 1
             && !["HM", "HMZ", "HOME", "HOMEZ"].iter().any(|w| before.eq_ignore_ascii_case(w))
     }
 
-    /// The error for a word that nothing knows.
+    /// The error for a word that is neither in the table nor defined.
     pub(crate) fn unknown_word_error<T>(&mut self) -> Parsed<T> {
         let at = self.cur.next_word();
         let what = self.cur.text_at(at).to_owned();
         if !what.is_ascii() || !what.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
             return self.cur.expected_at_once("a command or statement");
         }
-        // ENDWHLE: a short keyword was taken off its front.
+        // Of ENDWHLE the short form ENDWH was taken already.
         let whole = self.cur.glued_word(at);
         let near = |word: &str| crate::common::closest(word, words::suggested());
         let help = match near(&what).or_else(|| near(whole)) {
@@ -299,6 +301,7 @@ impl Reader<'_> {
             && (self.cur.byte_at(1).is_ascii_digit() || matches!(self.cur.byte_at(1), b'(' | b'-'))
     }
 
+    /// Takes what may stand behind the word of a command.
     fn tail(&mut self, tail: Tail) {
         match tail {
             Tail::Nothing => {}
@@ -338,7 +341,7 @@ impl Reader<'_> {
         }
     }
 
-    /// An expression that is a number.
+    /// Writes an expression that consists of a number.
     pub(crate) fn constant(&mut self, value: f64) -> Expr {
         let start = self.ops.len();
         self.ops.push(Op::Const(value));

@@ -70,7 +70,7 @@ impl DownloadReader<'_> {
                 let message = format!("{} stands behind no IF or WHILE", word.spelling);
                 syntax_help(at, message, "it follows the condition it belongs to")
             }
-            // These read their words themselves.
+            // These functions read the word themselves.
             _ => {
                 self.reader.cur = before;
                 match word.keyword {
@@ -98,7 +98,7 @@ impl DownloadReader<'_> {
         Ok(())
     }
 
-    /// CLEAR in an open buffer: it is empty from here.
+    /// CLEAR in an open buffer, which empties it.
     fn clear(&mut self) -> Parsed<()> {
         if let Some(open) = &mut self.open {
             open.frames.clear();
@@ -122,7 +122,7 @@ impl DownloadReader<'_> {
         Ok(())
     }
 
-    /// `LOCK n,P`: the P-variable is 0 when the lock was free, and it always is.
+    /// `LOCK n,P`: sets the P-variable to 0, which means that the lock was free. It always is.
     fn lock(&mut self, start: usize) -> Parsed<()> {
         let _ = self.reader.cur.integer();
         if self.reader.cur.eat(b',') {
@@ -152,7 +152,7 @@ impl DownloadReader<'_> {
         });
     }
 
-    /// An on-line command that is done at load although a buffer is open.
+    /// An on-line command in an open buffer, which is executed at load all the same.
     fn online_in_buffer(&mut self, start: usize) -> Parsed<()> {
         self.reader.cur.crosses_lines = false;
         let mut actions = Vec::new();
@@ -165,7 +165,8 @@ impl DownloadReader<'_> {
         Ok(())
     }
 
-    /// The error for what begins no statement of a PLC.
+    /// The error for text with which no statement of a PLC begins; `byte` is its first byte in
+    /// capitals.
     fn not_a_statement_error(&mut self, byte: u8) -> Parsed<()> {
         let next = self.reader.cur.byte_at(1);
         let axis = matches!(byte, b'A'..=b'H' | b'J' | b'K' | b'N' | b'O' | b'R'..=b'Z')
@@ -202,6 +203,7 @@ impl DownloadReader<'_> {
         last
     }
 
+    /// Whether the open buffer is PLC 0 or PLCC 0.
     pub(crate) fn in_plc0(&self) -> bool {
         self.open.as_ref().is_some_and(|open| open.number == 0 && !open.discarded)
     }
@@ -246,6 +248,7 @@ impl DownloadReader<'_> {
         Ok(())
     }
 
+    /// Appends the actions of an on-line command at `at`.
     fn take_online(&mut self, actions: Vec<Action>, at: crate::pmac::origin::TextRange) {
         for action in actions {
             self.note_i5(&action);
@@ -253,6 +256,7 @@ impl DownloadReader<'_> {
         }
     }
 
+    /// Warns of an on-line command in an open buffer, from the offset `start` to the cursor.
     fn warn_of_online(&mut self, start: usize) {
         let at = self.reader.cur.since(start);
         let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
@@ -263,6 +267,7 @@ impl DownloadReader<'_> {
         self.diagnostics.push(diagnostic);
     }
 
+    /// ADDRESS, whose word is taken and begins at the offset `start`.
     fn address_statement(&mut self, start: usize) -> Parsed<()> {
         let (mut motor, mut system) = (None, None);
         loop {
@@ -300,7 +305,8 @@ impl DownloadReader<'_> {
         Ok(())
     }
 
-    /// Takes a `&` without a number in front of COMMAND: the coordinate system stays as it is.
+    /// Takes a `&` without a number in front of COMMAND, if one stands there. It leaves the
+    /// coordinate system as it is.
     fn eat_lone_ampersand(&mut self) -> bool {
         let mut ahead = self.reader.cur;
         let bare = ahead.eat(b'&') && is_command(ahead);
@@ -310,7 +316,8 @@ impl DownloadReader<'_> {
         bare
     }
 
-    /// What stands behind `#` or `&`: a number, or the variable that holds it.
+    /// What stands behind `#` or `&` of ADDRESS: a number (`Ok`), or the value of a variable
+    /// (`Err`). `pmac` and `turbo` are the largest numbers on the two controllers.
     fn addressed(&mut self, what: &str, pmac: u64, turbo: u64) -> Parsed<Result<u8, Expr>> {
         match self.reader.variable_kind() {
             Some(_) => self.variable_value().map(Err),

@@ -1,7 +1,8 @@
 //! The structure of PLCs: IF, ELSE and WHILE with their ends, and the conditions of branches.
 //!
-//! A branch is written with an open target when it is read. Its end fills the target in. What is
-//! wrong with the structure is kept until the buffer is closed, where the controller reports it.
+//! When IF, ELSE or WHILE is read, the target of its branch is not known yet. It is patched when
+//! the statement's end is read. Errors of the structure are kept until the buffer is closed, since
+//! the controller reports them there.
 
 use super::cursor::{Cursor, Parsed};
 use super::download::DownloadReader;
@@ -14,12 +15,14 @@ const MAX_NESTING: usize = 256;
 
 /// An IF or WHILE that is open.
 pub(crate) struct Frame {
+    /// Where it stands.
     pub(crate) at: TextRange,
-    /// The statement whose target is not known yet.
+    /// The index of the statement whose branch target is not known yet.
     pub(crate) patch: usize,
     pub(crate) kind: FrameKind,
 }
 
+/// Which part of an IF or WHILE is open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FrameKind {
     If,
@@ -28,11 +31,13 @@ pub(crate) enum FrameKind {
 }
 
 impl DownloadReader<'_> {
+    /// IF or WHILE, whose word is taken and begins at the offset `start`.
     pub(crate) fn branch(&mut self, kind: FrameKind, start: usize) -> Parsed<()> {
         let at = self.reader.cur.since(start);
         let byte = self.reader.cur.byte();
         let condition = if byte.is_ascii_alphanumeric() || byte == b'_' {
-            // A longer word. In front of a parenthesis it is meant for this one: WHIEL (P1=1).
+            // The word goes on, so it is another one. If a parenthesis follows it is a misspelt IF
+            // or WHILE: WHIEL (P1=1).
             self.reader.cur.pos = start;
             let mut ahead = self.reader.cur;
             ahead.pos = ahead.next_word().end as usize;
@@ -62,7 +67,7 @@ impl DownloadReader<'_> {
         }
     }
 
-    /// Behind a wrong condition: the AND and OR lines that belong to it are skipped.
+    /// Skips the lines with AND and OR that belong to a wrong condition.
     fn skip_condition_lines(&mut self) {
         let mut ahead = self.reader.cur;
         loop {
@@ -80,6 +85,7 @@ impl DownloadReader<'_> {
         }
     }
 
+    /// Records an error of the structure, unless the buffer has one.
     fn misplaced(&mut self, start: usize, message: &str) {
         let at = self.reader.cur.since(start);
         if let Some(open) = &mut self.open
@@ -89,6 +95,7 @@ impl DownloadReader<'_> {
         }
     }
 
+    /// ELSE, whose word is taken and begins at the offset `start`.
     pub(crate) fn else_branch(&mut self, start: usize) {
         let next = self.next_index();
         let frame = match self.open.as_mut().and_then(|open| open.frames.last_mut()) {
@@ -102,6 +109,7 @@ impl DownloadReader<'_> {
         self.patch(patch, next + 1);
     }
 
+    /// Sets the branch target of the statement at `index`.
     fn patch(&mut self, index: usize, to: u32) {
         if let Some(stmt) = self.buffer().and_then(|buffer| buffer.code.get_mut(index)) {
             match &mut stmt.kind {
@@ -113,6 +121,7 @@ impl DownloadReader<'_> {
         }
     }
 
+    /// ENDIF, whose word is taken and begins at the offset `start`.
     pub(crate) fn end_if(&mut self, start: usize) {
         let next = self.next_index();
         match self.open.as_mut().and_then(|open| open.frames.pop()) {
@@ -127,6 +136,7 @@ impl DownloadReader<'_> {
         }
     }
 
+    /// ENDWHILE, whose word is taken and begins at the offset `start`.
     pub(crate) fn end_while(&mut self, start: usize) {
         let next = self.next_index();
         match self.open.as_mut().and_then(|open| open.frames.pop()) {
@@ -144,7 +154,8 @@ impl DownloadReader<'_> {
         }
     }
 
-    /// A condition with the AND and OR lines behind it.
+    /// A condition with the further ones that AND and OR join to it, on the same line or the next
+    /// ones.
     pub(crate) fn whole_condition(&mut self) -> Parsed<Expr> {
         let start = self.reader.ops.len();
         self.reader.condition()?;
@@ -168,7 +179,8 @@ impl DownloadReader<'_> {
     }
 }
 
-/// The AND (true) or OR (false) that joins a further condition at a place, and the place behind it.
+/// Whether AND (true) or OR (false) stands at `cur` and joins a further condition, and a cursor
+/// behind it.
 fn joining(cur: Cursor<'_>) -> Option<(bool, Cursor<'_>)> {
     let (word, behind) = words::find(cur, PLC)?;
     match word.keyword {

@@ -48,7 +48,7 @@ impl DownloadReader<'_> {
         let from = self.reader.cur.pos;
         let position = self.reader.cur.integer();
         let Ok(position) = u32::try_from(position.unwrap_or(0)) else {
-            return syntax(self.reader.cur.since(from), "no display has this position");
+            return syntax(self.reader.cur.since(from), "this position is too large");
         };
         let _ = self.reader.cur.eat(b',');
         if self.reader.cur.peek() == b'"' {

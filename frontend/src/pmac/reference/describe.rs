@@ -6,17 +6,18 @@ use super::tables::{IVariable, count, i_variable, i_variables, m_variable, m_var
 use crate::common::Controller;
 use crate::language::Topic;
 
-/// Motors for which appendix E suggests M-variables.
+/// How many motors appendix E suggests M-variables for.
 const MOTORS: u32 = 8;
 
-/// Motors that Turbo PMAC has.
+/// How many motors Turbo PMAC has.
 const TURBO_MOTORS: u32 = 32;
 
-/// How meanings begin that are of a coordinate system.
+/// How the meaning of an M-variable begins that belongs to a coordinate system.
 const SYSTEM: &str = "coordinate system";
 
 /// What `plcc explain I5` and `plcc explain M145` print; also of a family (`Ix11`, Turbo PMAC's
-/// spelling `Ixx11`) and of a row (`M11..18`). Without a controller both are told of.
+/// spelling `Ixx11`) and of a range (`M11..18`). Without a controller it tells about both. `None`
+/// for what is no variable with a meaning.
 pub fn explain(name: &str, controller: Option<Controller>) -> Option<String> {
     let mut upper: String = name.chars().filter(|c| !c.is_whitespace()).collect();
     upper.make_ascii_uppercase();
@@ -43,21 +44,21 @@ pub fn explain(name: &str, controller: Option<Controller>) -> Option<String> {
     let letter = letter.chars().next()?;
     if let Some((first, last)) = rest.split_once("..").or_else(|| rest.split_once('-')) {
         let last = last.strip_prefix(letter).unwrap_or(last);
-        return row(letter, number(first)?, number(last)?, controller);
+        return range(letter, number(first)?, number(last)?, controller);
     }
     let number = number(rest)?;
     match letter {
         'I' => one_i(number, controller),
         'M' => one_m(number, controller),
-        'P' => general(number, controller, |n| {
+        'P' => general_variable(number, controller, |n| {
             format!("P{n}\n  general variable, the same everywhere, floating point")
         }),
-        'Q' => general(number, controller, |n| {
+        'Q' => general_variable(number, controller, |n| {
             let cosine = if n == 0 { "; the cosine of ATAN2" } else { "" };
             let what = "general variable of the addressed coordinate system, floating point";
             format!("Q{n}\n  {what}{cosine}")
         }),
-        'L' => general(number, controller, |n| {
+        'L' => general_variable(number, controller, |n| {
             format!("L{n}\n  integer of 24 bits in PLCCs, where L{n}->X: or Y: defines it")
         }),
         _ => None,
@@ -72,14 +73,17 @@ pub(crate) fn topics() -> Vec<Topic> {
     of_i.chain(of_m).map(|(name, meaning)| Topic { name, meaning: meaning.to_owned() }).collect()
 }
 
+/// The source of a variable that is the same on both controllers.
 const SAME: &str = "PMAC guide, appendix B; the same on Turbo PMAC";
+/// The source of a variable of PMAC that may differ on Turbo PMAC.
 const DIFFERS: &str = "PMAC guide, appendix B; on Turbo PMAC it may differ";
 
 fn number(digits: &str) -> Option<u32> {
     digits.bytes().all(|b| b.is_ascii_digit()).then(|| digits.parse().ok())?
 }
 
-fn general(
+/// The page of a P-, Q- or L-variable; `text` gives its beginning.
+fn general_variable(
     number: u32,
     controller: Option<Controller>,
     text: impl Fn(u32) -> String,
@@ -92,7 +96,7 @@ fn general(
     Some(format!("{}\n  {source}\n", text(number)))
 }
 
-/// An I-variable's row on PMAC and on Turbo PMAC, as far as they are asked for.
+/// The page of an I-variable, with both meanings if it means something else on Turbo PMAC.
 fn one_i(number: u32, controller: Option<Controller>) -> Option<String> {
     let on = |of| i_variable(of, number).filter(|_| controller.is_none_or(|asked| asked == of));
     let name = format!("I{number}");
@@ -113,7 +117,7 @@ fn one_i(number: u32, controller: Option<Controller>) -> Option<String> {
             Some(tell(turbo, SAME))
         }
         (None, Some(turbo)) => Some(tell(turbo, only_turbo(turbo.0))),
-        // On Turbo PMAC alone, what the guide says of PMAC's is better than nothing.
+        // The guide describes the PMAC alone. For Turbo PMAC its text is given with a warning.
         (None, None) if controller == Some(Controller::Turbo) => {
             Some(tell(i_variable(Controller::Pmac, number)?, DIFFERS))
         }
@@ -121,6 +125,7 @@ fn one_i(number: u32, controller: Option<Controller>) -> Option<String> {
     }
 }
 
+/// The page of an M-variable.
 fn one_m(number: u32, controller: Option<Controller>) -> Option<String> {
     if controller != Some(Controller::Pmac)
         && let Some((meaning, family)) = turbo_m(number)
@@ -142,8 +147,9 @@ fn one_m(number: u32, controller: Option<Controller>) -> Option<String> {
     Some(format!("M{number}\n  {}\n  {usually}\n  {source}\n", row.meaning))
 }
 
-/// What is customary on Turbo PMAC beyond PMAC's eight motors and coordinate systems, and the
-/// name of its family: M901 to M3299 are of motors, M5180 to M6698 of coordinate systems.
+/// The customary meaning of an M-variable of Turbo PMAC that PMAC does not have, and the name of
+/// its family: M901 to M3299 belong to motors 9 to 32, M5180 to M6698 to coordinate systems 1 to
+/// 16.
 fn turbo_m(number: u32) -> Option<(String, String)> {
     let (hundreds, tail) = (number / 100, number % 100);
     let of_system = m_variable(100 + tail)?.meaning.starts_with(SYSTEM);
@@ -158,8 +164,8 @@ fn turbo_m(number: u32) -> Option<(String, String)> {
     }
 }
 
-/// What `M11..18` or `I1..8` prints: a line for each that has a meaning.
-fn row(letter: char, first: u32, last: u32, controller: Option<Controller>) -> Option<String> {
+/// What `M11..18` or `I1..8` prints: a line for each variable of the range that has a meaning.
+fn range(letter: char, first: u32, last: u32, controller: Option<Controller>) -> Option<String> {
     let mut text = format!("{letter}{first}..{last}\n");
     let before = text.len();
     for number in first..=last.min(count(Controller::Turbo) - 1) {
@@ -173,8 +179,10 @@ fn row(letter: char, first: u32, last: u32, controller: Option<Controller>) -> O
                     None => pmac().or_else(turbo),
                 };
                 if let Some((row, member)) = found {
-                    let (meaning, takes) = (of_member(row, Some(member)), takes(row, Some(member)));
-                    let _ = writeln!(text, "  I{number}: {meaning} ({takes})");
+                    let member = Some(member);
+                    let (meaning, values) =
+                        (meaning_of_member(row, member), accepted_values(row, member));
+                    let _ = writeln!(text, "  I{number}: {meaning} ({values})");
                 }
             }
             'M' => {
@@ -229,8 +237,9 @@ fn system_family(rest: &str) -> Option<String> {
     ))
 }
 
-/// A row's meaning, with the motor's number where a member of the family is told of.
-pub(super) fn of_member(row: &IVariable, member: Option<usize>) -> String {
+/// The meaning of an I-variable. Of a member of a family, counted from 0, it has the motor's number
+/// (or that of the coordinate system, the encoder, …) in place of the letter.
+pub(super) fn meaning_of_member(row: &IVariable, member: Option<usize>) -> String {
     let mut text = row.meaning.to_string();
     let Some(member) = member else { return text };
     for family in ["motor x", "coordinate system x", "coordinate system s", "encoder n", "source n"]
@@ -244,8 +253,8 @@ pub(super) fn of_member(row: &IVariable, member: Option<usize>) -> String {
     text
 }
 
-/// What a row's variable takes, and what it starts with.
-pub(super) fn takes(row: &IVariable, member: Option<usize>) -> String {
+/// The values that an I-variable accepts, and its default.
+pub(super) fn accepted_values(row: &IVariable, member: Option<usize>) -> String {
     let hex = row.unit.contains("address");
     let show = |value: f64| match hex && value != 0.0 {
         true => format!("${:X}", value as u32),
@@ -261,12 +270,14 @@ pub(super) fn takes(row: &IVariable, member: Option<usize>) -> String {
     format!("{}, default {default}", row.values)
 }
 
+/// What `plcc explain` prints of an I-variable or a family of them.
 fn page(name: &str, row: &IVariable, member: Option<usize>, source: &str) -> String {
     let mut text = name.to_string();
     if row.name != name {
         let _ = write!(text, " (one of {})", row.name);
     }
-    let _ = write!(text, "\n  {}\n  {}", of_member(row, member), takes(row, member));
+    let _ =
+        write!(text, "\n  {}\n  {}", meaning_of_member(row, member), accepted_values(row, member));
     if row.unit != "none" {
         let _ = write!(text, "\n  unit: {}", row.unit);
     }

@@ -1,4 +1,4 @@
-//! The notes of listings: what the guide's appendices say of the variables that a program names.
+//! The comments of listings: what the guide's appendices say of the variables that a program names.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -6,14 +6,14 @@ use std::sync::OnceLock;
 
 use plcc_abi::pmac::{Definition, Field, Format, Kind, Layout, PmacTables, Run, View};
 
-use super::describe::{of_member, takes};
+use super::describe::{accepted_values, meaning_of_member};
 use super::tables::{MVariable, i_variable, m_variables};
 use crate::common::Controller;
 
-/// A line for each I-variable of appendix B that the program names, and for each M-variable that
-/// is defined after load as one of appendices E and F, whatever its number. Turbo PMAC's memory is
-/// another, so there M-variables have none.
-pub fn notes(tables: &PmacTables) -> Vec<String> {
+/// A line for each I-variable of appendix B that the program names, and for each M-variable whose
+/// definition after load is that of an M-variable of appendices E and F, whatever its number. The
+/// memory of Turbo PMAC has other addresses, so its M-variables have no comments.
+pub fn listing_comments(tables: &PmacTables) -> Vec<String> {
     let controller = tables.controller;
     let layout = Layout::new(controller);
     let mut image = vec![0; layout.size as usize];
@@ -23,27 +23,31 @@ pub fn notes(tables: &PmacTables) -> Vec<String> {
         Kind::I => {
             let (row, member) = i_variable(controller, number)?;
             let member = Some(member);
-            let mut note = format!("I{number}: {} ({}", of_member(row, member), takes(row, member));
+            let mut comment = format!(
+                "I{number}: {} ({}",
+                meaning_of_member(row, member),
+                accepted_values(row, member)
+            );
             if row.unit != "none" {
-                let _ = write!(note, "; unit: {}", row.unit);
+                let _ = write!(comment, "; unit: {}", row.unit);
             }
-            Some(note + ")")
+            Some(comment + ")")
         }
         Kind::M if controller == Controller::Pmac => {
             let definition = text(view.definition(number))?;
             let row = suggested(&definition)?;
-            let mut note = format!("M{number}->{definition}: {}", row.meaning);
+            let mut comment = format!("M{number}->{definition}: {}", row.meaning);
             if row.number != number {
-                let _ = write!(note, " (the guide's M{})", row.number);
+                let _ = write!(comment, " (the guide's M{})", row.number);
             }
-            Some(note)
+            Some(comment)
         }
         _ => None,
     };
     tables.named.iter().filter_map(|name| of(name.kind, name.number)).collect()
 }
 
-/// The suggested M-variable of a definition.
+/// The M-variable that the guide suggests with a definition.
 fn suggested(definition: &str) -> Option<&'static MVariable> {
     static ROWS: OnceLock<HashMap<&'static str, &'static MVariable>> = OnceLock::new();
     let rows = ROWS.get_or_init(|| m_variables().iter().map(|row| (row.definition, row)).collect());
@@ -88,11 +92,11 @@ mod tests {
         else {
             panic!("not PMAC");
         };
-        notes(&tables)
+        listing_comments(&tables)
     }
 
     #[test]
-    fn variables_that_a_program_names_have_notes() {
+    fn variables_that_a_program_names_have_comments() {
         let text = "M7->Y:$0814,10,1 M20->Y:$FFC0,8 M11->Y:$FFC2,5 M101->X:$C001,24,S\n\
                     M145->Y:$0814,10,1 M102->*\nI5=2\nOPEN PLC 1 CLEAR\n\
                     IF (M20=1 AND M11=1) M7=M101+M102+M9 I122=P1 I46=1 ENDIF CLOSE\n";
@@ -109,9 +113,9 @@ mod tests {
             ]
         );
         let text = "M145->Y:$0814,10,1\nI5=2\nOPEN PLC 1 CLEAR\nM145=1 I5111=5 CLOSE\n";
-        let notes = of(text, Controller::Turbo);
-        assert_eq!(notes.len(), 2, "{notes:?}");
-        assert!(notes[1].starts_with("I5111: coordinate system 1: PLC timer 1"), "{notes:?}");
+        let comments = of(text, Controller::Turbo);
+        assert_eq!(comments.len(), 2, "{comments:?}");
+        assert!(comments[1].starts_with("I5111: coordinate system 1: PLC timer 1"), "{comments:?}");
     }
 
     #[test]
@@ -122,10 +126,10 @@ mod tests {
             let _ = writeln!(definitions, "M{}->{}", row.number, row.definition);
             let _ = writeln!(text, "P1=M{}", row.number);
         }
-        let notes = of(&format!("{definitions}{text}CLOSE\n"), Controller::Pmac);
-        assert_eq!(notes.len(), m_variables().len());
-        for (note, row) in notes.iter().zip(m_variables()) {
-            assert_eq!(*note, format!("M{}->{}: {}", row.number, row.definition, row.meaning));
+        let comments = of(&format!("{definitions}{text}CLOSE\n"), Controller::Pmac);
+        assert_eq!(comments.len(), m_variables().len());
+        for (comment, row) in comments.iter().zip(m_variables()) {
+            assert_eq!(*comment, format!("M{}->{}: {}", row.number, row.definition, row.meaning));
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Words of PMAC's memory for `plcc explain X:$0700`: what the guide's memory map says of them, and
-//! which suggested M-variables stand for their bits. Turbo PMAC's memory is another.
+//! which of the guide's M-variables stand for their bits. Turbo PMAC's memory is laid out otherwise
+//! and is not described.
 
 use std::fmt::Write;
 
@@ -7,8 +8,8 @@ use super::tables::m_variables;
 use crate::common::Controller;
 use crate::language::Topic;
 
-/// A stretch of addresses: the first and the last, what the X words hold, what the Y words hold.
-type Stretch = (u32, u32, &'static str, &'static str);
+/// A range of addresses: the first and the last, what the X words hold, what the Y words hold.
+type AddressRange = (u32, u32, &'static str, &'static str);
 
 const CALCULATION: &str = "registers that the control calculates with";
 const BUFFERS: &str = "programs and tables of the user";
@@ -18,8 +19,9 @@ const P_VARIABLES: &str = "P-variables: P0 is L:$1000";
 const Q_VARIABLES: &str = "Q-variables: Q0 of coordinate system 1 is L:$1400";
 const TIMER: &str = "a timer: one less every servo cycle, 24 bits with a sign";
 
-/// The guide's memory map, and before it the words with a meaning of their own in it.
-const MAP: &[Stretch] = &[
+/// The guide's memory map. Words with a meaning of their own stand in front, since the first range
+/// that holds an address counts.
+const MAP: &[AddressRange] = &[
     (0x0000, 0x0000, "the servo counter: one more every servo cycle, 24 bits", CALCULATION),
     (0x0700, 0x0701, TIMER, TIMER),
     (0x0000, 0x0FFF, CALCULATION, CALCULATION),
@@ -33,7 +35,7 @@ const MAP: &[Stretch] = &[
     (0xF000, 0xFFFF, "nothing", "inputs and outputs"),
 ];
 
-/// A word, or for D and L the two words of an address: the letter and the address.
+/// The letter and the address of a word such as `X:$700`; D and L name both words of an address.
 fn word(name: &str) -> Option<(char, u32)> {
     let (letter, address) = name.split_once(':')?;
     let letter = match letter.trim() {
@@ -54,8 +56,8 @@ fn word(name: &str) -> Option<(char, u32)> {
 /// What `plcc explain Y:$FFC2` prints; nothing for what is no address, and for Turbo PMAC.
 pub(crate) fn explain(name: &str, controller: Option<Controller>) -> Option<String> {
     let (letter, address) = word(name).filter(|_| controller != Some(Controller::Turbo))?;
-    let stretch = MAP.iter().find(|(first, last, ..)| (*first..=*last).contains(&address))?;
-    let (_, _, x, y) = stretch;
+    let range = MAP.iter().find(|(first, last, ..)| (*first..=*last).contains(&address))?;
+    let (_, _, x, y) = range;
     let mut page = format!("{letter}:${address:04X}\n");
     if letter != 'Y' {
         let _ = writeln!(page, "  X: {x}");
@@ -74,7 +76,7 @@ pub(crate) fn explain(name: &str, controller: Option<Controller>) -> Option<Stri
     Some(page)
 }
 
-/// The stretches of the map as topics of `plcc explain`.
+/// The ranges of the map as topics of `plcc explain`.
 pub(crate) fn topics() -> impl Iterator<Item = Topic> {
     let topic = |letter: char, first: u32, meaning: &str| Topic {
         name: format!("{letter}:${first:04X}"),
@@ -88,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_have_their_variables_and_their_stretch() {
+    fn words_have_their_variables_and_their_range() {
         let page = explain("y:65474", None).unwrap();
         assert!(page.starts_with("Y:$FFC2\n  Y: inputs and outputs\n"), "{page}");
         assert!(page.contains("M1->Y:$FFC2,8,1: machine output 1"), "{page}");

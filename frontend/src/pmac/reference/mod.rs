@@ -11,10 +11,10 @@ pub mod listing_comments;
 pub(crate) mod memory;
 pub mod tables;
 
-/// What the manual's keywords are called in messages.
+/// How `plcc explain` names the manual that the keywords are from; a section follows.
 pub(crate) const MANUAL: &str = "PMAC guide,";
 
-/// The keywords and signs of the language.
+/// The words and signs of the language, from `keywords.tsv`.
 pub(crate) static KEYWORDS: LazyLock<Vec<Keyword>> = LazyLock::new(|| {
     let file = "frontend/src/pmac/reference/keywords.tsv";
     tsv::built_in(keywords::load(file, include_str!("keywords.tsv")))

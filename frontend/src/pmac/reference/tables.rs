@@ -1,5 +1,5 @@
 //! The I-variables of the guide's appendix B and the suggested M-variables of its appendices E
-//! and F, as data: for `plcc explain`, for defaults and ranges, and for notes in listings.
+//! and F, as data: for `plcc explain`, for defaults and ranges, and for comments in listings.
 //!
 //! `ivars.tsv` has a row for a variable or a family of them. Its names are `I5`, `I22..44`,
 //! `I8x` (motor x in the last digit), `Ix11` (motor x in the hundreds), `I900+5` (every fifth,
@@ -27,19 +27,19 @@ pub struct IVariable {
     /// The name of the variable or its family.
     pub name: &'static str,
     family: Family,
-    /// What it takes; `None` for any real number.
+    /// The range of its values; `None` for any real number.
     pub range: Option<Range>,
-    /// What it is meant to take, in words.
+    /// The values that it is meant to have, in words.
     pub values: String,
-    /// Its default, or one for each member of the family.
+    /// One default for all members of the family, or one for each.
     pub defaults: Vec<f64>,
     /// Its unit, or `none`.
     pub unit: &'static str,
     /// What it means.
     pub meaning: &'static str,
-    /// PMAC has it.
+    /// Whether PMAC has it.
     pub pmac: bool,
-    /// Turbo PMAC has it, with the same range, default and meaning.
+    /// Whether Turbo PMAC has it, with the same range, default and meaning.
     pub turbo: bool,
 }
 
@@ -82,7 +82,7 @@ enum Family {
 }
 
 impl Family {
-    /// A family by its name; none where it is no name of one.
+    /// The family of a name, such as `Ix11`; `None` if it is no such name.
     fn of(name: &str) -> Option<Self> {
         let name = name.strip_prefix('I')?;
         let number = |digits: &str| digits.parse().ok();
@@ -157,7 +157,7 @@ impl IVariable {
         if has { self.family.members(controller) } else { Vec::new() }
     }
 
-    /// The default of a member of the family, from 0.
+    /// The default of a member of the family; members are counted from 0.
     pub fn default_of(&self, member: usize) -> f64 {
         self.defaults.get(member).or(self.defaults.last()).copied().unwrap_or(0.0)
     }
@@ -170,6 +170,7 @@ fn number(text: &str) -> Option<f64> {
     }
 }
 
+/// The range of a row; `Some(None)` for any real number, `None` for a text that is no range.
 fn parse_range(text: &str) -> Option<Option<Range>> {
     if ["real", "real >0", "real >=0"].contains(&text) {
         return Some(None);
@@ -182,7 +183,7 @@ fn parse_range(text: &str) -> Option<Option<Range>> {
     Some(Some(Range::Integer(number(low)? as i64, number(high)? as i64)))
 }
 
-/// A range as the table has it, for people.
+/// A range of the table in words.
 fn in_words(text: &str, range: Option<Range>) -> String {
     match range {
         Some(Range::Integer(low, high)) if text.contains('$') => {
@@ -203,6 +204,7 @@ struct Index {
     turbo: Vec<Option<(u16, u16)>>,
 }
 
+/// The I-variables, which are read from the table at the first call.
 fn index() -> &'static Index {
     static INDEX: OnceLock<Index> = OnceLock::new();
     INDEX.get_or_init(|| {
@@ -225,7 +227,8 @@ fn index() -> &'static Index {
     })
 }
 
-/// The row of an I-variable and its place in the family, from 0.
+/// The row of an I-variable and its place in the family, counted from 0. `None` for a number that
+/// appendix B does not describe for the controller.
 pub fn i_variable(controller: Controller, number: u32) -> Option<(&'static IVariable, usize)> {
     let index = index();
     let numbers = match controller {
@@ -236,8 +239,9 @@ pub fn i_variable(controller: Controller, number: u32) -> Option<(&'static IVari
     Some((index.rows.get(usize::from(row))?, usize::from(member)))
 }
 
-/// An I-variable's value before anything is assigned, which `I5=*` brings back: appendix B's, on
-/// Turbo PMAC too. From I900 on Turbo PMAC has motors, and no encoders and no ring.
+/// An I-variable's default: its value before anything is assigned, which `I5=*` restores. It is
+/// appendix B's, below I900 on Turbo PMAC too; from there on Turbo PMAC has motors where PMAC has
+/// encoders and the MACRO ring. Variables that are not described have the default 0.
 pub fn i_default(controller: Controller, number: u32) -> f64 {
     let guide = || i_variable(Controller::Pmac, number).filter(|_| number < 900);
     let row = i_variable(controller, number).or_else(guide);
@@ -263,10 +267,6 @@ pub fn i_variables() -> &'static [IVariable] {
 
 /// All suggested M-variables, by rising number.
 pub fn m_variables() -> &'static [MVariable] {
-    m_table()
-}
-
-fn m_table() -> &'static [MVariable] {
     static ROWS: OnceLock<Vec<MVariable>> = OnceLock::new();
     ROWS.get_or_init(|| {
         tsv::built_in(tsv::load("mvars.tsv", M_TABLE, M_COLUMNS, natural_cmp, |row| {
@@ -284,7 +284,7 @@ fn m_table() -> &'static [MVariable] {
 
 /// The suggested M-variable of a number.
 pub fn m_variable(number: u32) -> Option<&'static MVariable> {
-    let rows = m_table();
+    let rows = m_variables();
     let at = rows.binary_search_by_key(&number, |row| row.number).ok()?;
     rows.get(at)
 }
@@ -321,7 +321,7 @@ mod tests {
 
     #[test]
     fn the_suggested_definitions_are_sorted_and_well_formed() {
-        let rows = m_table();
+        let rows = m_variables();
         assert_eq!(rows.len(), M_TABLE.lines().count() - 1);
         assert!(rows.windows(2).all(|pair| pair[0].number < pair[1].number));
         for row in rows {
@@ -348,7 +348,7 @@ mod tests {
         };
         let field = |row: &MVariable| row.definition.split_once(',').map(|(_, field)| field);
         let axes = [0x81F, 0x820, 0x821, 0x819, 0x81A, 0x81B, 0x81C, 0x81D];
-        for first in m_table().iter().filter(|row| row.number / 100 == 1) {
+        for first in m_variables().iter().filter(|row| row.number / 100 == 1) {
             for motor in 0..8 {
                 let row = m_variable(first.number + 100 * motor).unwrap();
                 let start = address(first);

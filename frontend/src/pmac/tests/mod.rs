@@ -23,7 +23,7 @@ fn codes(text: &str) -> Vec<(&'static str, u32)> {
     codes_for(text, Controller::Pmac).into_iter().map(|(code, line, _)| (code, line)).collect()
 }
 
-/// The same text in a PLC, on line 2.
+/// The diagnostics, with their lines, of statements in a PLC, which begin on line 2.
 fn plc(body: &str) -> Vec<(&'static str, u32)> {
     codes(&format!("I5=2\nOPEN PLC 1 CLEAR {body}\nCLOSE\n"))
 }
