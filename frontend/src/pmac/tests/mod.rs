@@ -315,7 +315,6 @@ fn misspelt_words_get_a_suggestion() {
     assert_eq!(plc("IF(P1=1)P2=1ENDIF WHILE(P1=2)P1=3ENDWHILEP3=1"), []);
 }
 
-/// Found by noise: the first of these was read again and again.
 #[test]
 fn misspelt_names_get_a_defined_name_as_suggestion() {
     for (line, help) in [
@@ -334,6 +333,7 @@ fn misspelt_names_get_a_defined_name_as_suggestion() {
     }
 }
 
+/// Fuzzing found that the first of these texts was read without end.
 #[test]
 fn a_line_with_only_a_decimal_point_is_one_error() {
     assert_eq!(codes("\n."), [("PMAC-3", 2)]);
