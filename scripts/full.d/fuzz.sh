@@ -1,4 +1,4 @@
-# Feeds damaged sources and artifacts to the compiler and the loader, which must refuse them or cope.
+# Feeds damaged sources and artifacts to compiler and loader: they must report errors, never panic.
 #
 # With cargo-fuzz, where it is installed, a unit lasts FULL_FUZZ_SECONDS (900 unless it is set).
 # Without it the unit is a test that makes FULL_MUTATIONS (50000) changes to the inputs in
