@@ -99,7 +99,7 @@ mod tests {
     use super::{JitMemory, guard};
     use crate::{CodegenError, Target};
 
-    /// Where the system says what a page may be used for.
+    /// The permissions of the page at an address, as Linux shows them: `r-xp`.
     #[cfg(target_os = "linux")]
     fn permissions(address: usize) -> Option<String> {
         let maps = std::fs::read_to_string("/proc/self/maps").ok()?;

@@ -1,4 +1,4 @@
-//! What is emitted says what it should, and what is linked runs.
+//! Listings and objects: what they contain, and that an object runs in a C program.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod support;
@@ -37,7 +37,7 @@ fn listings_contain_the_source_lines() {
 
 /// The code of a cold block stands behind that of the other blocks, whichever side of a branch it is.
 #[test]
-fn cold_blocks_are_out_of_the_way() {
+fn cold_blocks_stand_behind_the_others() {
     let positions = |marks: [&str; 2]| {
         let text = format!(
             "image 8\nregion data at 0 size 8\ntask \"scan\" L0\nfn \"chunk0\" {{\n\

@@ -1,5 +1,4 @@
-//! The lowering by itself, without the verifier before it: it makes no code of IR that lacks
-//! something.
+//! The lowering by itself, without the verifier before it: invalid IR gives an error, not code.
 #![allow(clippy::unwrap_used)]
 
 use cranelift_codegen::ir::Function;

@@ -18,7 +18,8 @@ pub(crate) fn regions() -> Vec<Region> {
     ]
 }
 
-/// Adds one, suspends, multiplies by ten, copies: in functions of one statement each.
+/// A program whose first scan adds 1 to a variable and is suspended, and whose second multiplies it
+/// by ten and copies it. Each statement is a function of its own.
 pub(crate) fn counter() -> (Program, Module) {
     let mut b = ChunkBuilder::new(IMAGE, regions()).with_limit(1);
     let file = b.add_file("count.pmi", SOURCE);

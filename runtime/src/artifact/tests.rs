@@ -54,7 +54,7 @@ fn code() -> CodeParts {
     }
 }
 
-/// What `encode` itself would refuse, written all the same.
+/// An artifact without the checks that `encode` makes, to test those of the reader.
 fn forged(program: &Program, code: &CodeParts) -> Vec<u8> {
     let payload = super::payload::encode(program, code).unwrap();
     let header = Header {
@@ -112,7 +112,7 @@ fn every_changed_bit_is_refused() {
     assert!(matches!(Artifact::parse(&longer), Err(ArtifactError::Corrupt { .. })));
 }
 
-/// With the checksums made right again a change may mean something, but nothing panics.
+/// Where the checksums are right, each byte is decoded whatever it is.
 #[test]
 fn changed_bytes_with_right_checksums_never_panic() {
     let bytes = write(&program(), &code()).unwrap();
@@ -129,7 +129,7 @@ fn changed_bytes_with_right_checksums_never_panic() {
 }
 
 #[test]
-fn others_versions_and_machines_are_refused() {
+fn artifacts_of_other_versions_and_machines_are_refused() {
     let bytes = write(&program(), &code()).unwrap();
     let with = |at: usize, value: &[u8]| {
         let mut copy = bytes.clone();
@@ -152,7 +152,7 @@ fn others_versions_and_machines_are_refused() {
 }
 
 #[test]
-fn lengths_that_were_forged_allocate_nothing() {
+fn wrong_lengths_of_parts_are_refused() {
     let bytes = write(&program(), &code()).unwrap();
     for at in [24, 28, 32, 36, 180] {
         for value in [0_u32, 1, 0x1000_0000, u32::MAX] {
@@ -169,7 +169,8 @@ fn lengths_that_were_forged_allocate_nothing() {
     }
 }
 
-/// Refused by the compiler's side and by the loader's.
+/// Makes a change after which program and code must be refused both when they are written and when
+/// they are read.
 fn inconsistent(change: impl Fn(&mut Program, &mut CodeParts)) {
     let (mut program, mut code) = (program(), code());
     change(&mut program, &mut code);
@@ -222,7 +223,7 @@ fn tables_that_point_outside_are_refused() {
 }
 
 #[test]
-fn a_file_is_read_or_its_name_is_told() {
+fn an_error_of_a_file_names_it() {
     let path = std::env::temp_dir().join(format!("plcc-artifact-{}.plcx", std::process::id()));
     std::fs::write(&path, write(&program(), &code()).unwrap()).unwrap();
     assert_eq!(Artifact::open(&path).unwrap().program, program());
