@@ -21,6 +21,38 @@ pub mod context {
     pub const SIZE: u32 = 144;
 }
 
+/// The names of the regions that the executive finds, beside the [`FlagLocation`](super::FlagLocation)s
+/// in the tables.
+pub mod region {
+    /// The running module's registers, laid out as [`context`](super::context) says.
+    pub const CONTEXT: &str = "context";
+    /// The input image of the running module: bytes that are kept as bytes, and those that are kept
+    /// as eight bytes of 0 or 1.
+    pub const INPUT: [&str; 2] = ["input_bytes", "input_bits"];
+    /// That module's image before, in the same two parts.
+    pub const PREVIOUS: [&str; 2] = ["previous_bytes", "previous_bits"];
+    /// The output image, in two parts.
+    pub const OUTPUT: [&str; 2] = ["output_bytes", "output_bits"];
+    /// The local variables, in two parts.
+    pub const FLAG: [&str; 2] = ["flag_bytes", "flag_bits"];
+    /// The physical input lines of the boards, 8 in each byte.
+    pub const LINES_IN: &str = "lines_in";
+    /// The physical output lines.
+    pub const LINES_OUT: &str = "lines_out";
+    /// Registers RH, 16 bits each, as all that follow.
+    pub const RH: &str = "rh";
+    /// Counters Q.
+    pub const Q: &str = "q";
+    /// 20 ms timers T.
+    pub const T: &str = "t";
+    /// Second timers H.
+    pub const H: &str = "h";
+    /// Minute timers M.
+    pub const M: &str = "m";
+    /// PLC constants RP; RP001 is at index 1.
+    pub const RP: &str = "rp";
+}
+
 /// Bytes of an input or output image (`Ipq` is byte pq).
 pub const IMAGE_BYTES: usize = 100;
 /// Modules that run at most: :000, :001 and :002.

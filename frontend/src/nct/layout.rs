@@ -8,7 +8,7 @@ use plcc_abi::{
     Region,
     nct::{
         FLAG_BYTES, FlagLocation, H_COUNT, IMAGE_BYTES, LINE_BYTES, M_COUNT, Q_COUNT, RH_COUNT,
-        RP_COUNT, T_COUNT, context,
+        RP_COUNT, T_COUNT, context, layout::region,
     },
 };
 
@@ -17,15 +17,11 @@ use crate::nct::{
     status_flags::{HIGH_WORD, NOT_BCD, STATUS_BYTES},
 };
 
-/// The region that the executive and the running module exchange: OP, return addresses, fuel.
-pub(crate) const CONTEXT: &str = "context";
 /// The region of the values of OP that brackets keep. Behind them stands the number of the indirect
 /// call that is being done.
 pub(crate) const SCRATCH: &str = "scratch";
 /// The region of the results that wait for their gate when the code of a long condition is cut.
 pub(crate) const WAITING: &str = "waiting";
-/// The region of the bytes of F; see [`FlagLocation`].
-pub(crate) const FLAG_BYTES_REGION: &str = "flag_bytes";
 /// How many results of a condition can wait at once: one for each of 256 nested parentheses and one
 /// more, rounded up to a multiple of 8.
 const WAITING_BITS: u32 = 264;
@@ -226,13 +222,14 @@ impl Regions {
         offset
     }
 
-    /// Adds the two regions of I, Y or F, `NAME_bytes` and `NAME_bits`, and gives where each byte
+    /// Adds the two regions of I, Y or F, for bytes and for single bits, and gives where each byte
     /// lies. Behind the bytes stands one more that is always 0, so that a word can be read at the
     /// last one.
-    fn locations(&mut self, name: &str, unpacked: &[bool]) -> Vec<FlagLocation> {
-        let bytes = self.add(&format!("{name}_bytes"), unpacked.len() as u32 + 1, false);
+    fn locations(&mut self, names: [&str; 2], unpacked: &[bool]) -> Vec<FlagLocation> {
+        let [bytes, bits] = names;
+        let bytes = self.add(bytes, unpacked.len() as u32 + 1, false);
         let count = unpacked.iter().filter(|u| **u).count() as u32;
-        let mut next = self.add(&format!("{name}_bits"), count * 8, true);
+        let mut next = self.add(bits, count * 8, true);
         let mut location = |(byte, &unpacked): (usize, &bool)| {
             if !unpacked {
                 return FlagLocation { offset: bytes + byte as u32, unpacked };
@@ -250,19 +247,19 @@ impl Layout {
         let uses = Uses::of(program);
         let mut regions = Regions::default();
         let words = |count: u16| u32::from(count) * 2;
-        let context = regions.add(CONTEXT, context::SIZE, false);
-        let inputs = regions.locations("input", &uses.inputs.unpacked());
-        let previous = regions.locations("previous", &uses.inputs.unpacked());
-        let outputs = regions.locations("output", &uses.outputs.unpacked());
-        let flags = regions.locations("flag", &uses.flags.unpacked());
-        let lines_in = regions.add("lines_in", LINE_BYTES as u32 + 1, false);
-        let lines_out = regions.add("lines_out", LINE_BYTES as u32 + 1, false);
-        let rh = regions.add("rh", words(RH_COUNT), false);
-        let q = regions.add("q", words(Q_COUNT), false);
-        let t = regions.add("t", words(T_COUNT), false);
-        let h = regions.add("h", words(H_COUNT), false);
-        let m = regions.add("m", words(M_COUNT), false);
-        let rp = regions.add("rp", words(RP_COUNT), false);
+        let context = regions.add(region::CONTEXT, context::SIZE, false);
+        let inputs = regions.locations(region::INPUT, &uses.inputs.unpacked());
+        let previous = regions.locations(region::PREVIOUS, &uses.inputs.unpacked());
+        let outputs = regions.locations(region::OUTPUT, &uses.outputs.unpacked());
+        let flags = regions.locations(region::FLAG, &uses.flags.unpacked());
+        let lines_in = regions.add(region::LINES_IN, LINE_BYTES as u32 + 1, false);
+        let lines_out = regions.add(region::LINES_OUT, LINE_BYTES as u32 + 1, false);
+        let rh = regions.add(region::RH, words(RH_COUNT), false);
+        let q = regions.add(region::Q, words(Q_COUNT), false);
+        let t = regions.add(region::T, words(T_COUNT), false);
+        let h = regions.add(region::H, words(H_COUNT), false);
+        let m = regions.add(region::M, words(M_COUNT), false);
+        let rp = regions.add(region::RP, words(RP_COUNT), false);
         // The number of the indirect call that is being done lies behind them, aligned.
         let slots = (u32::from(program.slots) * 2).next_multiple_of(4);
         let scratch = regions.add(SCRATCH, slots + 4, false);

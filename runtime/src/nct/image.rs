@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use plcc_abi::Program;
 use plcc_abi::image::{read_u16, write_u8, write_u16, write_u32};
-use plcc_abi::nct::{FlagLocation, LINE_BYTES, NctTables, context};
+use plcc_abi::nct::{FlagLocation, LINE_BYTES, NctTables, context, layout::region};
 
 use super::state::{Modules, SavedInputs};
 
@@ -40,27 +40,28 @@ impl Places {
         let range = |name: &str| {
             find(name, 0).map(|r| r.offset as usize..r.offset as usize + r.size as usize)
         };
+        let ranges = |[bytes, bits]: [&str; 2]| Ok::<_, String>([range(bytes)?, range(bits)?]);
         let (rh, q, t, h) = {
             use plcc_abi::nct::{H_COUNT, Q_COUNT, RH_COUNT, T_COUNT};
             (
-                words("rh", RH_COUNT)?,
-                words("q", Q_COUNT)?,
-                words("t", T_COUNT)?,
-                words("h", H_COUNT)?,
+                words(region::RH, RH_COUNT)?,
+                words(region::Q, Q_COUNT)?,
+                words(region::T, T_COUNT)?,
+                words(region::H, H_COUNT)?,
             )
         };
         let places = Self {
-            context: offset("context", context::SIZE)?,
-            lines_in: offset("lines_in", LINE_BYTES as u32)?,
-            lines_out: offset("lines_out", LINE_BYTES as u32)?,
+            context: offset(region::CONTEXT, context::SIZE)?,
+            lines_in: offset(region::LINES_IN, LINE_BYTES as u32)?,
+            lines_out: offset(region::LINES_OUT, LINE_BYTES as u32)?,
             rh,
             q,
             t,
             h,
-            m: words("m", plcc_abi::nct::M_COUNT)?,
-            rp: words("rp", plcc_abi::nct::RP_COUNT)?,
-            input: [range("input_bytes")?, range("input_bits")?],
-            previous: [range("previous_bytes")?, range("previous_bits")?],
+            m: words(region::M, plcc_abi::nct::M_COUNT)?,
+            rp: words(region::RP, plcc_abi::nct::RP_COUNT)?,
+            input: ranges(region::INPUT)?,
+            previous: ranges(region::PREVIOUS)?,
         };
         let same = places.input.iter().zip(&places.previous).all(|(a, b)| a.len() == b.len());
         if same { Ok(places) } else { Err("the regions of I and V differ in size".into()) }

@@ -5,7 +5,7 @@ use std::hash::{Hash, Hasher};
 
 use plcc_abi::{
     image::{read_f64, read_u64, write_f64},
-    pmac::{Controller, Memory, PmacTables, Run, math::finite},
+    pmac::{Controller, Memory, PmacTables, Run, layout::DOUBLE_SIZE, math::finite},
 };
 use serde::{Deserialize, Serialize};
 
@@ -50,7 +50,7 @@ impl PmacExecutive {
         let layout = self.control.layout;
         let mut kept = vec![0; layout.reference_definitions as usize];
         Run::unpack(&saved.runs, &mut kept);
-        for offset in (layout.p..layout.mdef).step_by(8) {
+        for offset in (layout.p..layout.mdef).step_by(DOUBLE_SIZE as usize) {
             write_f64(&mut self.image, offset, finite(read_f64(&kept, offset)));
         }
         let mut memory = Memory {

@@ -12,7 +12,7 @@ mod flow;
 mod liveness;
 mod place;
 
-use plcc_abi::nct::context;
+use plcc_abi::nct::{context, layout::region};
 use plcc_ir::chunk::DEFAULT_LIMIT;
 use plcc_ir::{
     Address, BinaryOp, ChunkBuilder, IntCond, Module, Place, Region, Statement, Type, UnaryOp,
@@ -22,7 +22,7 @@ use plcc_ir::{
 use crate::common::{InternalError, OrMissing};
 use crate::nct::{
     ast::{Op, Program, Stmt, Word},
-    layout::{CONTEXT, FLAG_BYTES_REGION, Layout, SCRATCH, WAITING},
+    layout::{Layout, SCRATCH, WAITING},
     lower::liveness::{LiveSet, liveness},
 };
 
@@ -40,12 +40,13 @@ pub(super) fn lower(program: &Program, layout: &Layout) -> Result<Module> {
 /// tests.
 pub(super) fn lower_with(program: &Program, layout: &Layout, limit: usize) -> Result<Module> {
     let builder = ChunkBuilder::new(layout.size, layout.regions.clone()).with_limit(limit);
-    let region = |name: &str| builder.region(name).or_missing(|| format!("region `{name}`"));
+    let find = |name: &str| builder.region(name).or_missing(|| format!("region `{name}`"));
+    let [flag_bytes, _] = region::FLAG;
     let regions = Regions {
-        context: region(CONTEXT)?,
-        scratch: region(SCRATCH)?,
-        waiting: region(WAITING)?,
-        flag_bytes: region(FLAG_BYTES_REGION)?,
+        context: find(region::CONTEXT)?,
+        scratch: find(SCRATCH)?,
+        waiting: find(WAITING)?,
+        flag_bytes: find(flag_bytes)?,
     };
     let mut lowerer = Lowerer {
         program,
