@@ -1,8 +1,8 @@
 //! General access to a PMAC's memory: any variable through any definition.
 //!
-//! Memory is one (rulings, Values): P, Q and the definitions of the M-variables are doubles and
-//! codes of their own in the image, and are turned into 24-bit words only when somebody looks at
-//! them as such.
+//! All of it is one memory of 24-bit words (rulings, Values). P and Q are kept as doubles in the
+//! image, and the definitions of the M-variables as codes; they are converted to and from words only
+//! where a program accesses them as words.
 
 use super::assumption::Definitions;
 use super::definition::{Definition, Field};
@@ -12,14 +12,14 @@ use super::math::finite;
 use super::sparse_memory::SparseMemory;
 use crate::image::{read_f64, read_u8, read_u32, read_u64, write_f64, write_u32};
 
-/// A PMAC's memory, to look at.
+/// A PMAC's memory, for reading.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
     /// The process image.
     pub image: &'a [u8],
     /// Its layout.
     pub layout: &'a Layout,
-    /// What is not in it.
+    /// The words that are not in the image.
     pub sparse: &'a SparseMemory,
 }
 
@@ -141,7 +141,7 @@ pub struct Memory<'a> {
     pub image: &'a mut [u8],
     /// Its layout.
     pub layout: &'a Layout,
-    /// What is not in it.
+    /// The words that are not in the image.
     pub sparse: &'a mut SparseMemory,
 }
 

@@ -1,4 +1,4 @@
-//! What program code may ask of a PMAC while it runs.
+//! What program code may call while it runs.
 
 use plcc_abi::{
     Host, HostFn,
@@ -11,7 +11,7 @@ use plcc_abi::{
 
 use crate::{DisplayedText, Event, EventBody};
 
-use super::state::{QUEUE, Queued, State};
+use super::state::{MAX_QUEUED, Queued, State};
 
 /// A [`Text`], prepared so that its statement need not allocate.
 pub(super) enum PreparedText {
@@ -49,7 +49,7 @@ impl PreparedText {
     }
 }
 
-/// A PMAC but for its image.
+/// A PMAC without its image: the tables, the state, and what a tick produces.
 pub(super) struct Control {
     pub(super) tables: PmacTables,
     /// The texts of the tables, in their order.
@@ -58,7 +58,7 @@ pub(super) struct Control {
     pub(super) state: State,
     /// The context of what is running; set before each scan.
     pub(super) running: u32,
-    /// What was said in this tick.
+    /// The events of this tick so far.
     pub(super) events: Vec<Event>,
 }
 
@@ -116,7 +116,7 @@ impl Control {
         }
     }
 
-    /// ENABLE to RESUME.
+    /// Enables, disables, pauses or resumes the PLCs from `first` to `last`.
     fn command_plcs(&mut self, op: PlcOp, compiled: bool, first: u32, last: u32) {
         let plcs = if compiled { &mut self.state.plccs } else { &mut self.state.plcs };
         for number in first..=last.min(31) {
@@ -125,7 +125,7 @@ impl Control {
     }
 
     /// SEND, DISPLAY, COMMAND, or a write to the MACRO ring.
-    fn tell(&mut self, image: &[u8], index: u32, value: f64) {
+    fn emit_event(&mut self, image: &[u8], index: u32, value: f64) {
         let Some(text) = self.texts.get(index as usize) else {
             return;
         };
@@ -136,7 +136,7 @@ impl Control {
                 position: Some(i64::from(*position)),
             },
             PreparedText::Queue { body, task } => {
-                if self.state.queue.len() < QUEUE {
+                if self.state.queue.len() < MAX_QUEUED {
                     let q_base = read_u32(image, self.layout.q_base_at(self.running));
                     self.state.queue.push_back(Queued { task: *task, q_base });
                 }
@@ -191,7 +191,7 @@ impl Host for Control {
                 0
             }
             HostFn::PmacEvent => {
-                self.tell(image, a as u32, f64::from_bits(b));
+                self.emit_event(image, a as u32, f64::from_bits(b));
                 0
             }
             HostFn::PmacDefine => {

@@ -35,7 +35,7 @@ pub(super) struct Saved {
     pub(super) exists: bool,
 }
 
-/// What becomes of a PLC when its turn comes.
+/// Whether a PLC runs when its turn comes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Status {
     /// There is none, or it is empty.
@@ -77,11 +77,12 @@ pub(super) struct Queued {
     pub(super) q_base: u32,
 }
 
-/// Commands that wait at most, for runs without background steps: more of them are lost.
-pub(super) const QUEUE: usize = 1 << 16;
+/// How many commands wait at most. In runs without background steps none is ever done; further ones
+/// are lost then.
+pub(super) const MAX_QUEUED: usize = 1 << 16;
 
 impl Plcs {
-    /// The first that runs, from a number on.
+    /// The enabled PLC of the lowest number from `from` on.
     pub(super) fn next(&self, from: u32) -> Option<u32> {
         let bits = self.enabled.checked_shr(from)?;
         (bits != 0).then(|| from + bits.trailing_zeros())
@@ -100,17 +101,17 @@ impl Plcs {
     fn put(&mut self, number: u32, plc: Plc) {
         if let Some(slot) = self.plcs.get_mut(number as usize) {
             *slot = plc;
-            self.note_enabled(number);
+            self.update_enabled_bit(number);
         }
     }
 
-    fn note_enabled(&mut self, number: u32) {
+    fn update_enabled_bit(&mut self, number: u32) {
         let runs = self.plcs.get(number as usize).is_some_and(|p| p.status == Status::Enabled);
         let bit = 1_u32.checked_shl(number).unwrap_or(0);
         self.enabled = if runs { self.enabled | bit } else { self.enabled & !bit };
     }
 
-    /// ENABLE to RESUME of one.
+    /// Enables, disables, pauses or resumes the PLC of a number.
     pub(super) fn apply(&mut self, op: PlcOp, number: u32) {
         let Some(plc) = self.plcs.get_mut(number as usize) else {
             return;
@@ -126,7 +127,7 @@ impl Plcs {
             (PlcOp::Resume, Status::Paused) => plc.status = Status::Enabled,
             (PlcOp::Pause | PlcOp::Resume, _) => {}
         }
-        self.note_enabled(number);
+        self.update_enabled_bit(number);
     }
 
     /// Whether the same PLCs exist as in another state, with the same tasks.
@@ -175,10 +176,10 @@ impl State {
             && self.plccs.fits(&own.plccs)
             && self.saved.image.len() == own.saved.image.len()
             && self.last_plc < 32
-            && self.queue.len() <= QUEUE;
+            && self.queue.len() <= MAX_QUEUED;
         for number in 0..32 {
-            self.plcs.note_enabled(number);
-            self.plccs.note_enabled(number);
+            self.plcs.update_enabled_bit(number);
+            self.plccs.update_enabled_bit(number);
         }
         // As much room as at power-up, so that scans need not allocate.
         self.queue.reserve(64);
