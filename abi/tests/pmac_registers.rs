@@ -3,8 +3,8 @@
 
 use plcc_abi::pmac::{
     Controller, Definition, Field, Format, Layout, Memory, Space, SparseMemory,
+    arithmetic::{finite, round},
     fixed::{bits, from_float48, read_field, to_float48},
-    math::{finite, round},
 };
 use plcc_random::Rng;
 

@@ -1,7 +1,7 @@
 //! Programs for benchmarks, and what the benchmarks have in common. Each program is generated from a
 //! seed, in a control's language and in C that does the same, so that the two can be compared:
-//! [`equations`] for PMI, [`conditions`] for NCT, [`pmac`] for PMAC. The benchmarks are in
-//! `benches/benches/`.
+//! [`equations`] for PMI, [`conditions`] for NCT, [`pmac`] for PMAC. [`compiled`] compiles source text
+//! to engines. The benchmarks are in `benches/benches/`.
 //!
 //! ```
 //! use plcc_benches::equations::Equations;

@@ -1,6 +1,6 @@
 //! The command line of plcc.
 //!
-//! [`compile`] goes from source text to engines, for any language; the commands are in `commands`, a
+//! [`compile`] makes an engine of source text, for any language; the commands are in `commands`, a
 //! file each. A command that can't do its work returns a `Failure`, which decides the exit status.
 //!
 //! ```

@@ -2,7 +2,8 @@
 //!
 //! A front end reports what it finds in a program as [`Diagnostic`]s: errors, warnings and notes,
 //! each with a code (`PMI-31`) and the place that it is about. This crate holds what all languages
-//! need for that. Of the languages themselves it has only the pages of their codes:
+//! need for that. The only part that belongs to single languages is the explanation of
+//! each code, called its page, which `plcc explain` prints:
 //!
 //! - [`SourceMap`] holds the files of one compilation as decoded text, and finds the line and
 //!   column of a byte offset. It is given the bytes of the files and does not read any itself.

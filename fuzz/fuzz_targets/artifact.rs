@@ -1,4 +1,4 @@
-//! Fuzzes the reader of artifacts; `plcc_tests::oracle` says what must hold.
+//! Fuzzes the reader of artifacts; `plcc_tests::promises` says what must hold.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| plcc_tests::oracle::artifact(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| plcc_tests::promises::artifact(bytes));

@@ -1,4 +1,4 @@
-//! Fuzzes the reader of IR in its text form; `plcc_tests::oracle` says what must hold.
+//! Fuzzes the reader of IR in its text form; `plcc_tests::promises` says what must hold.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| plcc_tests::oracle::ir_text(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| plcc_tests::promises::ir_text(bytes));

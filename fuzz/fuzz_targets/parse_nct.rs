@@ -1,4 +1,4 @@
-//! Fuzzes the compiler with NCT programs; `plcc_tests::oracle` says what must hold.
+//! Fuzzes the compiler with NCT programs; `plcc_tests::promises` says what must hold.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| plcc_tests::oracle::parse_nct(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| plcc_tests::promises::parse_nct(bytes));

@@ -1,10 +1,11 @@
 //! Loads compiled programs and runs them, as the original control did.
 //!
 //! The crate knows programs as tables and engines only: no source language, no IR and no code
-//! generation, so that the loader `plcrt` holds no compiler. Its main types:
+//! generation, so that `plcrt`, which runs artifacts, holds no compiler. Its main types:
 //!
 //! - [`Artifact`]: a program that `plcc build` has compiled, read from a file and checked.
-//! - [`NativeEngine`]: its machine code, an [`Engine`](plcc_abi::Engine) that runs scans.
+//! - [`NativeEngine`]: runs machine code, of an artifact or of the JIT, as an
+//!   [`Engine`](plcc_abi::Engine).
 //! - [`Executive`]: what a control does around its program: scans, time slices or servo cycles,
 //!   latching of inputs, timers, events, retained memory. One for each language, in [`pmi`], [`nct`]
 //!   and [`pmac`].

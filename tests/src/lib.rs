@@ -1,8 +1,8 @@
 //! What the end-to-end tests have in common: [`compile`] makes every engine of a source file,
 //! [`drive`] runs a control with a stimulus tick by tick, the modules `gen_…` and [`arithmetic`]
 //! make random programs, [`shrink`] reduces a failing program to the lines that matter, and
-//! [`oracle`] checks what the compiler promises for any input. The tests are in `tests/tests/`, a
-//! folder for each language.
+//! [`promises`] checks what the compiler promises for any input. The tests are in `tests/tests/`;
+//! `tests/README.md` says what each folder there holds.
 //!
 //! ```
 //! use std::path::Path;
@@ -28,5 +28,5 @@ pub mod gen_pmac;
 pub mod gen_pmi;
 pub mod mutate;
 pub mod no_fault;
-pub mod oracle;
+pub mod promises;
 pub mod shrink;

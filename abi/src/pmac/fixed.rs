@@ -1,7 +1,7 @@
 //! Fixed-point registers: rounding, widths, formats, and the 48-bit float (rulings, Values).
 
+use super::arithmetic::{finite, round};
 use super::definition::{Field, Format};
-use super::math::{finite, round};
 
 /// A value rounded to an integer, as 64 bits of two's complement: exact in its low bits however
 /// large it is (1e300 has low bits 0).

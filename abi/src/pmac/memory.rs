@@ -4,11 +4,11 @@
 //! image, and the definitions of the M-variables as codes; they are converted to and from words only
 //! where a program accesses them as words.
 
+use super::arithmetic::finite;
 use super::assumption::Definitions;
 use super::definition::{Definition, Field};
 use super::fixed;
 use super::layout::{Layout, Place, Space};
-use super::math::finite;
 use super::sparse_memory::SparseMemory;
 use crate::image::{read_f64, read_u8, read_u32, read_u64, write_f64, write_u32};
 

@@ -1,5 +1,6 @@
-//! What PMAC's executive knows of a program, and what all engines share: [where](layout) memory
-//! stands in the image, how [general access](memory) to it goes, its [formats](fixed) and its
+//! What the compiler, the engines and the executive of PMAC share: the [tables] of a program, the
+//! [layout] of memory in the image, how [memory] is accessed by definitions that are known only at
+//! run time, the [formats](fixed) of its words, the [names](name) of variables, the language's
 //! [arithmetic], and what compiled code [assumes](assumption).
 
 pub mod arithmetic;
@@ -16,8 +17,6 @@ pub mod sparse_memory;
 mod symbols;
 pub mod tables;
 
-/// The arithmetic by its former name.
-pub use arithmetic as math;
 pub use assumption::{Assumption, Definitions, Direct};
 pub use controller::Controller;
 pub use definition::{Definition, Field, Format};

@@ -1,6 +1,6 @@
 //! The host functions that depend on nothing but their arguments.
 
-use super::{fixed, math, range};
+use super::{arithmetic, fixed, range};
 use crate::HostFn;
 
 /// The result of a pure function of PMAC's, `None` for any other: for hosts, and for compilers
@@ -9,20 +9,20 @@ pub fn call(function: HostFn, args: [u64; 4]) -> Option<u64> {
     let [a, b, c, _] = args.map(f64::from_bits);
     let rad = args[1] as u32 != 0;
     let value = match function {
-        HostFn::PmacMod => math::modulo(a, b),
-        HostFn::PmacAnd => math::and(a, b),
-        HostFn::PmacOr => math::or(a, b),
-        HostFn::PmacXor => math::xor(a, b),
-        HostFn::PmacSin => math::sin(a, rad),
-        HostFn::PmacCos => math::cos(a, rad),
-        HostFn::PmacTan => math::tan(a, rad),
-        HostFn::PmacAsin => math::asin(a, rad),
-        HostFn::PmacAcos => math::acos(a, rad),
-        HostFn::PmacAtan => math::atan(a, rad),
-        HostFn::PmacAtan2 => math::atan2(a, b, args[2] as u32 != 0),
-        HostFn::PmacSqrt => math::sqrt(a),
-        HostFn::PmacLn => math::ln(a),
-        HostFn::PmacExp => math::exp(a),
+        HostFn::PmacMod => arithmetic::modulo(a, b),
+        HostFn::PmacAnd => arithmetic::and(a, b),
+        HostFn::PmacOr => arithmetic::or(a, b),
+        HostFn::PmacXor => arithmetic::xor(a, b),
+        HostFn::PmacSin => arithmetic::sin(a, rad),
+        HostFn::PmacCos => arithmetic::cos(a, rad),
+        HostFn::PmacTan => arithmetic::tan(a, rad),
+        HostFn::PmacAsin => arithmetic::asin(a, rad),
+        HostFn::PmacAcos => arithmetic::acos(a, rad),
+        HostFn::PmacAtan => arithmetic::atan(a, rad),
+        HostFn::PmacAtan2 => arithmetic::atan2(a, b, args[2] as u32 != 0),
+        HostFn::PmacSqrt => arithmetic::sqrt(a),
+        HostFn::PmacLn => arithmetic::ln(a),
+        HostFn::PmacExp => arithmetic::exp(a),
         HostFn::PmacRange => range::integer(a, b, c),
         HostFn::PmacBits => return Some(fixed::bits(a)),
         HostFn::PmacBcd => return Some(u64::from(fixed::to_bcd(a))),

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::math::{finite, round};
+use super::arithmetic::{finite, round};
 
 /// What an I-variable can hold (guide, appendix B).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,5 +1,5 @@
-//! What a PMI program and its executive agree on: the [tables] that the compiler fills and the
-//! executive works by, and how variables stand in the image; and the language's [arithmetic].
+//! What the compiler and the executive of PMI share: the [tables], the sizes and counts of the
+//! [layout], the [names](name) of variables, and the language's [arithmetic].
 
 pub mod arithmetic;
 pub mod layout;

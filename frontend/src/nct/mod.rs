@@ -1,7 +1,8 @@
 //! NCT's PLC language (NCT 3 to 5).
 //!
-//! `read` makes statements of the text, `analyse` a checked program of the statements. Of that come
-//! the layout of the process image, the IR (`lower`) and the statement interpreter (`oracle`).
+//! `read` makes statements of the text, `analyse` a checked program of the statements. The
+//! layout of the process image, the IR (`lower`) and the statement interpreter (`oracle`) are made
+//! from the checked program.
 //! Where the manual is silent or contradicts itself, the rulings in the project's `docs/nct.md`
 //! decide.
 

@@ -17,7 +17,7 @@
 use std::collections::BTreeMap;
 
 use plcc_abi::image::read_f64;
-use plcc_abi::pmac::{Definition, Kind, Layout, Place, Space, SparseMemory, View, math};
+use plcc_abi::pmac::{Definition, Kind, Layout, Place, Space, SparseMemory, View, arithmetic};
 use plcc_diag::{Diagnostic, SourceMap, Span};
 
 use super::Program;
@@ -152,7 +152,8 @@ impl Evaluate for Postfix {
             if kind == Kind::M { view.read_m(number) } else { view.read(defined) }
         };
         let radians = read(Kind::I, 15) != 0.0;
-        let value = math::finite(eval::expression(&self.ops, &mut Vec::new(), radians, &mut read));
+        let value =
+            arithmetic::finite(eval::expression(&self.ops, &mut Vec::new(), radians, &mut read));
         match outside {
             Some(name) => Err(EvaluationError::OutsideImage { name }),
             None if self.condition => Ok(Value::Logical(value != 0.0)),

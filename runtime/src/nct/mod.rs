@@ -1,5 +1,6 @@
 //! The executive of NCT: the 20 ms slice with its modules (NCT 1.2, 1.3), the registers and
-//! timers, the messages, and the statements that reach beyond the program.
+//! timers, the messages, and the statements that call the runtime: HF, PF, MR, MW, ADD, SUB, MUL, DIV
+//! and CMP.
 
 mod arithmetic_area;
 mod events;

@@ -1,6 +1,6 @@
 //! How DISPLAY writes a value.
 
-use plcc_abi::pmac::math::finite;
+use plcc_abi::pmac::arithmetic::finite;
 
 /// A value with so many decimals, right-aligned in a field; one that is too long keeps its
 /// digits. Rounded half away from zero, never `-0`.

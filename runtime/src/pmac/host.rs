@@ -4,7 +4,7 @@ use plcc_abi::{
     Host, HostFn,
     image::{read_u32, write_f64},
     pmac::{
-        Definition, Layout, Memory, PlcOp, PmacTables, Space, Text, View, math::finite,
+        Definition, Layout, Memory, PlcOp, PmacTables, Space, Text, View, arithmetic::finite,
         pure_functions,
     },
 };

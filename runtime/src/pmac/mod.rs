@@ -1,6 +1,6 @@
-//! The executive of PMAC: servo cycle, timers, real-time interrupt, background rotation, ENABLE
-//! to RESUME, the COMMAND queue, and general access to memory (guide, PMAC Tasks and PLC
-//! Programs; rulings, Time).
+//! The executive of PMAC: servo cycle, timers, real-time interrupt, background rotation, the
+//! commands ENABLE, DISABLE, PAUSE and RESUME, the COMMAND queue, and access to memory through
+//! definitions that are known only at run time (guide, PMAC Tasks and PLC Programs; rulings, Time).
 //!
 //! A base tick is one servo cycle. `tick` says in which order things happen in it, `host` what
 //! program code may ask for meanwhile, `variables` what users call things.
@@ -25,7 +25,8 @@ use plcc_abi::{
     Engine, Program, Tables,
     image::{read_f64, write_f64},
     pmac::{
-        Definitions, Kind, Layout, Memory, PmacName, Run, Variable as Named, View, math::finite,
+        Definitions, Kind, Layout, Memory, PmacName, Run, Variable as Named, View,
+        arithmetic::finite,
     },
 };
 

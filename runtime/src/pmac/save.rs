@@ -5,7 +5,7 @@ use std::hash::{Hash, Hasher};
 
 use plcc_abi::{
     image::{read_f64, read_u64, write_f64},
-    pmac::{Controller, Memory, PmacTables, Run, layout::DOUBLE_SIZE, math::finite},
+    pmac::{Controller, Memory, PmacTables, Run, arithmetic::finite, layout::DOUBLE_SIZE},
 };
 use serde::{Deserialize, Serialize};
 

@@ -2,7 +2,7 @@
 
 use plcc_abi::image::{read_f64, write_f64};
 use plcc_abi::pmac::{
-    Definition, Field, Format, Kind, Layout, Memory, Range, Space, SparseMemory, fixed, math,
+    Definition, Field, Format, Kind, Layout, Memory, Range, Space, SparseMemory, arithmetic, fixed,
 };
 
 use super::{Bin, Cmp, Condition, Expr, Statement, Statements};
@@ -93,7 +93,7 @@ impl Machine<'_> {
     }
 
     fn write(&mut self, kind: Kind, number: u32, value: f64, all: &Statements) {
-        let value = math::finite(value);
+        let value = arithmetic::finite(value);
         let number = number & (self.layout.count - 1);
         match kind {
             Kind::P => write_f64(self.image, self.layout.p_offset(number), value),
@@ -126,18 +126,18 @@ impl Machine<'_> {
                 let radians = read_f64(self.image, self.layout.i_offset(15)) != 0.0;
                 let cosine = read_f64(self.image, self.layout.q_offset(0));
                 match *name {
-                    "SIN" => math::sin(x, radians),
-                    "COS" => math::cos(x, radians),
-                    "TAN" => math::tan(x, radians),
-                    "ASIN" => math::asin(x, radians),
-                    "ACOS" => math::acos(x, radians),
-                    "ATAN" => math::atan(x, radians),
-                    "ATAN2" => math::atan2(x, cosine, radians),
-                    "SQRT" => math::sqrt(x),
-                    "LN" => math::ln(x),
-                    "EXP" => math::exp(x),
-                    "ABS" => math::abs(x),
-                    _ => math::int(x),
+                    "SIN" => arithmetic::sin(x, radians),
+                    "COS" => arithmetic::cos(x, radians),
+                    "TAN" => arithmetic::tan(x, radians),
+                    "ASIN" => arithmetic::asin(x, radians),
+                    "ACOS" => arithmetic::acos(x, radians),
+                    "ATAN" => arithmetic::atan(x, radians),
+                    "ATAN2" => arithmetic::atan2(x, cosine, radians),
+                    "SQRT" => arithmetic::sqrt(x),
+                    "LN" => arithmetic::ln(x),
+                    "EXP" => arithmetic::exp(x),
+                    "ABS" => arithmetic::abs(x),
+                    _ => arithmetic::int(x),
                 }
             }
         }
@@ -165,15 +165,17 @@ impl Machine<'_> {
     fn integer(&mut self, expr: &Expr, all: &Statements) -> i32 {
         match expr {
             Expr::Number(text) => number(text) as i32,
-            Expr::Var(_, number) => math::wrap24(self.long(*number, all).into()),
+            Expr::Var(_, number) => arithmetic::wrap24(self.long(*number, all).into()),
             Expr::Indirect(..) => 0,
-            Expr::Neg(value) => math::wrap24(-i64::from(self.integer(value, all))),
-            Expr::Call("ABS", value) => math::wrap24(i64::from(self.integer(value, all)).abs()),
+            Expr::Neg(value) => arithmetic::wrap24(-i64::from(self.integer(value, all))),
+            Expr::Call("ABS", value) => {
+                arithmetic::wrap24(i64::from(self.integer(value, all)).abs())
+            }
             Expr::Call(_, value) => self.integer(value, all),
             Expr::Bin(bin, left, right) => {
                 let a = i64::from(self.integer(left, all));
                 let b = i64::from(self.integer(right, all));
-                math::wrap24(match bin {
+                arithmetic::wrap24(match bin {
                     Bin::Add => a + b,
                     Bin::Sub => a - b,
                     Bin::Mul => a * b,
@@ -217,11 +219,11 @@ fn binary(bin: Bin, a: f64, b: f64) -> f64 {
         Bin::Add => a + b,
         Bin::Sub => a - b,
         Bin::Mul => a * b,
-        Bin::Div => math::div(a, b),
-        Bin::Mod => math::modulo(a, b),
-        Bin::And => math::and(a, b),
-        Bin::Or => math::or(a, b),
-        Bin::Xor => math::xor(a, b),
+        Bin::Div => arithmetic::div(a, b),
+        Bin::Mod => arithmetic::modulo(a, b),
+        Bin::And => arithmetic::and(a, b),
+        Bin::Or => arithmetic::or(a, b),
+        Bin::Xor => arithmetic::xor(a, b),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Runs the checks of the fuzz targets (`plcc_tests::oracle`) without a fuzzer: on the inputs saved in
+//! Runs the checks of the fuzz targets (`plcc_tests::promise`) without a fuzzer: on the inputs saved in
 //! `fuzz/corpus`, on programs of the other tests, and on random changes (mutations) of both.
 //!
 //! `PLCC_MUTATIONS` is the number of mutations of each target, `PLCC_MUTATION_SEED` the seed of the
@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use plcc_abi::ABI_VERSION;
 use plcc_runtime::Artifact;
 use plcc_tests::mutate::mutate;
-use plcc_tests::oracle::{ORACLES, Oracle, artifacts};
+use plcc_tests::promises::{PROMISES, Promise, artifacts};
 
 /// An input that takes longer than this, twice, is reported. Even a debug build on a busy machine
 /// needs far less unless the compiler hangs or its time grows faster than the input.
@@ -42,13 +42,13 @@ fn files(folder: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
 
 /// Runs the check of a target on an input. If it panics or takes too long, the input is written to
 /// a file of the temporary folder, and the test fails. `what` names the input.
-fn run(name: &str, oracle: Oracle, bytes: &[u8], what: &str) {
+fn run(name: &str, promise: Promise, bytes: &[u8], what: &str) {
     let start = Instant::now();
-    let result = catch_unwind(AssertUnwindSafe(|| oracle(bytes)));
+    let result = catch_unwind(AssertUnwindSafe(|| promise(bytes)));
     // The time may have gone to other processes, so a slow input has to be slow a second time.
     let slow = start.elapsed() > PATIENCE && {
         let again = Instant::now();
-        let _ = catch_unwind(AssertUnwindSafe(|| oracle(bytes)));
+        let _ = catch_unwind(AssertUnwindSafe(|| promise(bytes)));
         again.elapsed() > PATIENCE
     };
     if result.is_err() || slow {
@@ -68,7 +68,7 @@ fn replay(name: &str, folders: &[&str], endings: &[&str], mutations: u64) {
 /// Does what [`replay`] does. `more` are further inputs to be mutated.
 fn replay_with(name: &str, folders: &[&str], endings: &[&str], more: Vec<Vec<u8>>, mutations: u64) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let (_, oracle) = ORACLES.into_iter().find(|(known, _)| *known == name).unwrap();
+    let (_, promise) = PROMISES.into_iter().find(|(known, _)| *known == name).unwrap();
     let mut paths = vec![];
     files(&root.join("fuzz/corpus").join(name), &[], &mut paths);
     assert!(!paths.is_empty(), "{name} has no corpus");
@@ -77,14 +77,14 @@ fn replay_with(name: &str, folders: &[&str], endings: &[&str], more: Vec<Vec<u8>
     }
     let inputs: Vec<Vec<u8>> = paths.iter().map(|path| std::fs::read(path).unwrap()).collect();
     for (path, bytes) in paths.iter().zip(&inputs) {
-        run(name, oracle, bytes, &path.file_name().unwrap().to_string_lossy());
+        run(name, promise, bytes, &path.file_name().unwrap().to_string_lossy());
     }
     // Mutations of long inputs would take most of the time.
     let short = inputs.into_iter().filter(|bytes| bytes.len() < 6000);
     let short: Vec<Vec<u8>> = short.chain(more).collect();
     let first = number("PLCC_MUTATION_SEED").unwrap_or(1);
     for seed in first..first + number("PLCC_MUTATIONS").unwrap_or(mutations) {
-        run(name, oracle, &mutate(&short, seed), &format!("mutation-{seed}"));
+        run(name, promise, &mutate(&short, seed), &format!("mutation-{seed}"));
     }
 }
 

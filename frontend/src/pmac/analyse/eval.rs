@@ -2,7 +2,7 @@
 //! for expressions outside of programs. The statement interpreter has its own evaluation, since it
 //! has to tell when others are wrong.
 
-use plcc_abi::pmac::{Kind, math};
+use plcc_abi::pmac::{Kind, arithmetic};
 
 use crate::pmac::ast::{Bin, Cmp, Func};
 
@@ -14,17 +14,19 @@ pub(crate) fn binary(op: Bin, a: f64, b: f64) -> f64 {
         Bin::Add => a + b,
         Bin::Sub => a - b,
         Bin::Mul => a * b,
-        Bin::Div => math::div(a, b),
-        Bin::Mod | Bin::And | Bin::Or | Bin::Xor => match (math::whole(a), math::whole(b)) {
-            (Some(i), Some(j)) => f64::from(match op {
-                Bin::And => i & j,
-                Bin::Or => i | j,
-                Bin::Xor => i ^ j,
-                _ if j > 0 => i.rem_euclid(j),
-                _ => return by_fixed_point(op, a, b),
-            }),
-            _ => by_fixed_point(op, a, b),
-        },
+        Bin::Div => arithmetic::div(a, b),
+        Bin::Mod | Bin::And | Bin::Or | Bin::Xor => {
+            match (arithmetic::whole(a), arithmetic::whole(b)) {
+                (Some(i), Some(j)) => f64::from(match op {
+                    Bin::And => i & j,
+                    Bin::Or => i | j,
+                    Bin::Xor => i ^ j,
+                    _ if j > 0 => i.rem_euclid(j),
+                    _ => return by_fixed_point(op, a, b),
+                }),
+                _ => by_fixed_point(op, a, b),
+            }
+        }
     }
 }
 
@@ -32,10 +34,10 @@ pub(crate) fn binary(op: Bin, a: f64, b: f64) -> f64 {
 #[cold]
 fn by_fixed_point(op: Bin, a: f64, b: f64) -> f64 {
     match op {
-        Bin::And => math::and(a, b),
-        Bin::Or => math::or(a, b),
-        Bin::Xor => math::xor(a, b),
-        _ => math::modulo(a, b),
+        Bin::And => arithmetic::and(a, b),
+        Bin::Or => arithmetic::or(a, b),
+        Bin::Xor => arithmetic::xor(a, b),
+        _ => arithmetic::modulo(a, b),
     }
 }
 
@@ -43,18 +45,18 @@ fn by_fixed_point(op: Bin, a: f64, b: f64) -> f64 {
 /// I15 is not 0, else in degrees.
 pub(crate) fn function(func: Func, x: f64, cosine: f64, radians: bool) -> f64 {
     match func {
-        Func::Sin => math::sin(x, radians),
-        Func::Cos => math::cos(x, radians),
-        Func::Tan => math::tan(x, radians),
-        Func::Asin => math::asin(x, radians),
-        Func::Acos => math::acos(x, radians),
-        Func::Atan => math::atan(x, radians),
-        Func::Atan2 => math::atan2(x, cosine, radians),
-        Func::Sqrt => math::sqrt(x),
-        Func::Ln => math::ln(x),
-        Func::Exp => math::exp(x),
-        Func::Abs => math::abs(x),
-        Func::Int => math::int(x),
+        Func::Sin => arithmetic::sin(x, radians),
+        Func::Cos => arithmetic::cos(x, radians),
+        Func::Tan => arithmetic::tan(x, radians),
+        Func::Asin => arithmetic::asin(x, radians),
+        Func::Acos => arithmetic::acos(x, radians),
+        Func::Atan => arithmetic::atan(x, radians),
+        Func::Atan2 => arithmetic::atan2(x, cosine, radians),
+        Func::Sqrt => arithmetic::sqrt(x),
+        Func::Ln => arithmetic::ln(x),
+        Func::Exp => arithmetic::exp(x),
+        Func::Abs => arithmetic::abs(x),
+        Func::Int => arithmetic::int(x),
     }
 }
 
@@ -68,8 +70,8 @@ pub(crate) fn compare(cmp: Cmp, a: f64, b: f64) -> bool {
         Cmp::NotGt => !matches!(a.partial_cmp(&b), Some(std::cmp::Ordering::Greater)),
         Cmp::Lt => a < b,
         Cmp::NotLt => !matches!(a.partial_cmp(&b), Some(std::cmp::Ordering::Less)),
-        Cmp::Near => math::near(a, b),
-        Cmp::NotNear => !math::near(a, b),
+        Cmp::Near => arithmetic::near(a, b),
+        Cmp::NotNear => !arithmetic::near(a, b),
     }
 }
 

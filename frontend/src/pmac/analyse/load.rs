@@ -3,8 +3,8 @@
 
 use plcc_abi::image::{read_f64, write_f64, write_u32};
 use plcc_abi::pmac::{
-    Assumption, Kind, Layout, Memory, PlcOp, Range, Space, SparseMemory, Variable, fixed,
-    layout::CONTEXTS, math,
+    Assumption, Kind, Layout, Memory, PlcOp, Range, Space, SparseMemory, Variable, arithmetic,
+    fixed, layout::CONTEXTS,
 };
 
 use super::eval;
@@ -128,7 +128,7 @@ impl OnlineExecutor {
             Action::System(system) => self.system = u32::from(system),
             Action::Write(kind, address, ref values) => {
                 for (k, &value) in (0..).zip(values) {
-                    let value = math::finite(self.value(download.ops(value)));
+                    let value = arithmetic::finite(self.value(download.ops(value)));
                     self.write_memory(kind, address.wrapping_add(k), value);
                 }
             }
@@ -162,7 +162,7 @@ impl OnlineExecutor {
         let ops = download.ops(expr);
         self.record_target(download, target);
         self.record_operands(ops);
-        let value = math::finite(self.value(ops));
+        let value = arithmetic::finite(self.value(ops));
         match target {
             Target::Var(kind, number) => self.write(kind, u32::from(number), value),
             Target::Indirect(kind, index) => {

@@ -91,7 +91,7 @@ impl Operand {
     pub(crate) fn store(self, b: &mut FuncBuilder, at: Address) {
         let value = match self {
             Self::Const(value) => {
-                let value = plcc_abi::pmac::math::finite(value);
+                let value = plcc_abi::pmac::arithmetic::finite(value);
                 b.iconst(Type::I64, value.to_bits() as i64)
             }
             Self::Stored(from) => b.load(Type::I64, from),
@@ -118,7 +118,7 @@ impl Operand {
     pub(crate) fn stored(self, b: &mut FuncBuilder) -> Value {
         let (most, nan, minus_zero) = self.bounds().real();
         let value = match self {
-            Self::Const(value) => return b.fconst(plcc_abi::pmac::math::finite(value)),
+            Self::Const(value) => return b.fconst(plcc_abi::pmac::arithmetic::finite(value)),
             other => other.float(b),
         };
         let may_be_infinite = most > f64::MAX;

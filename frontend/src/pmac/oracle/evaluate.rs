@@ -4,7 +4,7 @@
 //! evaluator have their own in [`analyse`](crate::pmac::analyse). All of them take what is not
 //! plain IEEE arithmetic from one library in `plcc-abi`, which the rulings pin.
 
-use plcc_abi::pmac::math;
+use plcc_abi::pmac::arithmetic;
 
 use crate::pmac::ast::{Bin, Cmp, Func};
 
@@ -17,7 +17,7 @@ pub(super) fn binary(op: Bin, left: f64, right: f64) -> f64 {
         Bin::Sub => left - right,
         Bin::Mul => left * right,
         Bin::Div if right != 0.0 => left / right,
-        Bin::Div => math::div(left, right),
+        Bin::Div => arithmetic::div(left, right),
         Bin::Mod | Bin::And | Bin::Or | Bin::Xor => {
             // Converting to integers and back shows whether both are such: most are, and integers
             // are faster than the fixed-point form.
@@ -30,7 +30,7 @@ pub(super) fn binary(op: Bin, left: f64, right: f64) -> f64 {
                 Bin::Or => f64::from(i | j),
                 Bin::Xor => f64::from(i ^ j),
                 _ if j > 0 => f64::from(i.rem_euclid(j)),
-                _ => math::modulo(left, right),
+                _ => arithmetic::modulo(left, right),
             }
         }
     }
@@ -40,10 +40,10 @@ pub(super) fn binary(op: Bin, left: f64, right: f64) -> f64 {
 #[cold]
 fn fractional(op: Bin, left: f64, right: f64) -> f64 {
     match op {
-        Bin::And => math::and(left, right),
-        Bin::Or => math::or(left, right),
-        Bin::Xor => math::xor(left, right),
-        Bin::Add | Bin::Sub | Bin::Mul | Bin::Div | Bin::Mod => math::modulo(left, right),
+        Bin::And => arithmetic::and(left, right),
+        Bin::Or => arithmetic::or(left, right),
+        Bin::Xor => arithmetic::xor(left, right),
+        Bin::Add | Bin::Sub | Bin::Mul | Bin::Div | Bin::Mod => arithmetic::modulo(left, right),
     }
 }
 
@@ -51,18 +51,18 @@ fn fractional(op: Bin, left: f64, right: f64) -> f64 {
 /// reads; angles are in `radians` where I15 is not 0, else in degrees.
 pub(super) fn function(func: Func, x: f64, cosine: f64, radians: bool) -> f64 {
     match func {
-        Func::Sin => math::sin(x, radians),
-        Func::Cos => math::cos(x, radians),
-        Func::Tan => math::tan(x, radians),
-        Func::Asin => math::asin(x, radians),
-        Func::Acos => math::acos(x, radians),
-        Func::Atan => math::atan(x, radians),
-        Func::Atan2 => math::atan2(x, cosine, radians),
-        Func::Sqrt => math::sqrt(x),
-        Func::Ln => math::ln(x),
-        Func::Exp => math::exp(x),
-        Func::Abs => math::abs(x),
-        Func::Int => math::int(x),
+        Func::Sin => arithmetic::sin(x, radians),
+        Func::Cos => arithmetic::cos(x, radians),
+        Func::Tan => arithmetic::tan(x, radians),
+        Func::Asin => arithmetic::asin(x, radians),
+        Func::Acos => arithmetic::acos(x, radians),
+        Func::Atan => arithmetic::atan(x, radians),
+        Func::Atan2 => arithmetic::atan2(x, cosine, radians),
+        Func::Sqrt => arithmetic::sqrt(x),
+        Func::Ln => arithmetic::ln(x),
+        Func::Exp => arithmetic::exp(x),
+        Func::Abs => arithmetic::abs(x),
+        Func::Int => arithmetic::int(x),
     }
 }
 
@@ -100,8 +100,8 @@ pub(super) fn integer_binary(op: Bin, left: i32, right: i32) -> i32 {
         Bin::Add => wrap(left.wrapping_add(right)),
         Bin::Sub => wrap(left.wrapping_sub(right)),
         Bin::Mul => wrap(left.wrapping_mul(right)),
-        Bin::Div => math::int_div(left, right),
-        Bin::Mod => math::int_modulo(left, right),
+        Bin::Div => arithmetic::int_div(left, right),
+        Bin::Mod => arithmetic::int_modulo(left, right),
         Bin::And => left & right,
         Bin::Or => left | right,
         Bin::Xor => left ^ right,

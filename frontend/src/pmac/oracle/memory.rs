@@ -9,7 +9,7 @@
 
 use plcc_abi::image::{read_f64, read_u32, read_u64, write_f64, write_u32};
 use plcc_abi::pmac::{
-    Controller, Definition, Field, Format, Kind, Layout, Place, Range, Space, fixed, math,
+    Controller, Definition, Field, Format, Kind, Layout, Place, Range, Space, arithmetic, fixed,
 };
 use plcc_abi::{HostFn, Scan};
 
@@ -178,7 +178,7 @@ impl Memory<'_, '_> {
 
     /// Puts a value into a variable.
     pub(super) fn write(&mut self, kind: Kind, number: u32, value: f64) {
-        let value = math::finite(value);
+        let value = arithmetic::finite(value);
         let offset = match kind {
             Kind::P => self.p_offset(number),
             Kind::Q => self.system_q_offset(number),
@@ -291,7 +291,7 @@ impl Memory<'_, '_> {
             }
             Definition::Tw { .. } => {
                 let offset = self.layout.thumbwheels + 8 * self.map.number(number);
-                math::finite(read_f64(self.scan.image, offset))
+                arithmetic::finite(read_f64(self.scan.image, offset))
             }
             Definition::X { address, field } => {
                 f64::from(fixed::read_field(self.word(Space::X, address), field))
@@ -305,7 +305,7 @@ impl Memory<'_, '_> {
             }
             Definition::Dp { address } => f64::from(self.halves(address) as i32),
             Definition::L { address } => match self.double_of(address) {
-                Some(offset) => math::finite(read_f64(self.scan.image, offset)),
+                Some(offset) => arithmetic::finite(read_f64(self.scan.image, offset)),
                 None => {
                     let (x, y) = self.pair(address);
                     fixed::from_float48(x, y)

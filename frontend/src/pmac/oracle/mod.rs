@@ -10,7 +10,7 @@ mod resolve;
 mod resolved;
 
 use plcc_abi::image::write_f64;
-use plcc_abi::pmac::{Kind, Layout, Range, fixed, math};
+use plcc_abi::pmac::{Kind, Layout, Range, arithmetic, fixed};
 use plcc_abi::{Engine, HostFn, Outcome, ResumePoint, Scan, TrapCode};
 
 use self::evaluate::{integer_binary, integer_compare, truth, wrap};
@@ -199,7 +199,7 @@ impl Machine<'_, '_> {
     fn assign(&mut self, to: Destination, expression: TableRange, waiting: &mut Vec<f64>) {
         match to {
             Destination::Variable(Kind::L, index) => {
-                let value = math::finite(self.value(expression, waiting));
+                let value = arithmetic::finite(self.value(expression, waiting));
                 self.memory.write_long(index, value);
             }
             Destination::Variable(kind, number) => {
@@ -220,7 +220,7 @@ impl Machine<'_, '_> {
                 }
             }
             Destination::Longs(longs) => {
-                let value = math::finite(self.value(expression, waiting));
+                let value = arithmetic::finite(self.value(expression, waiting));
                 for &index in longs.of(&self.tables.long_ranges) {
                     self.memory.write_long(index, value);
                 }
@@ -253,7 +253,7 @@ impl Engine for Interpreter {
             match *statement {
                 Statement::AssignDouble(offset, expression) => {
                     let value = machine.value(expression, waiting);
-                    write_f64(machine.memory.scan.image, offset, math::finite(value));
+                    write_f64(machine.memory.scan.image, offset, arithmetic::finite(value));
                 }
                 Statement::AssignField(number, offset, field, expression) => {
                     let value = machine.value(expression, waiting);
@@ -320,7 +320,7 @@ impl Engine for Interpreter {
                 }
                 Statement::Text(index, shown) => {
                     let value = shown.map_or(0.0, |expression| machine.value(expression, waiting));
-                    let value = math::finite(value).to_bits();
+                    let value = arithmetic::finite(value).to_bits();
                     machine.memory.host(HostFn::PmacEvent, [index.into(), value, 0, 0]);
                 }
                 Statement::Define(index) => {

@@ -18,10 +18,10 @@ use plcc_runtime::{Artifact, artifact, session};
 use crate::no_fault::faults;
 
 /// Checks the promises for one input; panics if one is broken.
-pub type Oracle = fn(&[u8]);
+pub type Promise = fn(&[u8]);
 
-/// Every oracle with the name of its fuzz target.
-pub const ORACLES: [(&str, Oracle); 5] = [
+/// The promises for each kind of input, with the name of its fuzz target.
+pub const PROMISES: [(&str, Promise); 5] = [
     ("parse_pmi", parse_pmi),
     ("parse_nct", parse_nct),
     ("parse_pmac", parse_pmac),
