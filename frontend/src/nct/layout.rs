@@ -287,6 +287,7 @@ impl Layout {
 
     /// Where a byte lies; for V where that byte of the inputs does. `None` for a byte that does not
     /// exist.
+    #[inline]
     pub(crate) fn location(&self, space: Space, byte: u16) -> Option<FlagLocation> {
         let byte = byte as usize;
         match space {
@@ -302,6 +303,7 @@ impl Layout {
     }
 
     /// The offset of a register, counter, timer or constant; `None` for other words.
+    #[inline]
     pub(crate) fn register(&self, word: Word) -> Option<u32> {
         let (base, n) = match word {
             Word::Rh(n) => (self.rh, n),

