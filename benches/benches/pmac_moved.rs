@@ -71,7 +71,7 @@ fn measure(size: usize) -> Result<Times, Box<dyn Error>> {
     let program = program.ok_or("the kernel has errors")?;
     let mut lowered = program.lower()?;
     plcc_ir::passes::optimize(&mut lowered.module, OptLevel::Speed);
-    let number = program.assumed().first().ok_or("the kernel names no M-variable")?.number;
+    let number = program.assumptions().first().ok_or("the kernel names no M-variable")?.number;
     let scans = (5_000_000 / size).max(64);
     let [mut before, mut moved, mut recompiled, mut left, mut compile_ms] =
         [(); 5].map(|()| vec![]);
@@ -158,7 +158,7 @@ impl Machine {
         settings: Settings,
     ) -> Result<Self, Box<dyn Error>> {
         let (native, _) = jit(lowered)?;
-        let assumed: &[Assumption] = program.assumed();
+        let assumed: &[Assumption] = program.assumptions();
         let compiler = Box::new(PmacRecompiler::new(Box::new(program.clone()), OptLevel::Speed));
         let engine = Recompiling::new(native, assumed, Controller::Pmac, compiler, settings);
         let executive = PmacExecutive::new(&lowered.program, PmacOptions::default());

@@ -11,7 +11,7 @@
 //! program that is stopped returns its trap code. IR that breaks a rule of the
 //! [verifier](plcc_ir::verify) is an [`InternalError`], never code.
 //!
-//! In this example `plcc_abi::Region` is a region of the image, and `plcc_ir::Region` is the number of
+//! In this example `plcc_abi::Region` is a region of the image, and `plcc_ir::RegionId` is the number of
 //! one in a module:
 //!
 //! ```
@@ -24,7 +24,7 @@
 //! builder.bind(start);
 //! builder.task("scan", start);
 //! let seven = builder.ins().iconst(Type::I32, 7);
-//! builder.ins().store(Address::fixed(plcc_ir::Region(0), 4), seven);
+//! builder.ins().store(Address::fixed(plcc_ir::RegionId(0), 4), seven);
 //! builder.ret();
 //! let code = compile(&builder.finish(), &Target::host()?)?;
 //! assert_eq!(code.functions.len(), 1);

@@ -21,7 +21,7 @@ fn builder(limit: usize) -> ChunkBuilder {
 }
 
 fn at(offset: u32) -> Address {
-    Address::fixed(plcc_ir::Region(0), offset)
+    Address::fixed(plcc_ir::RegionId(0), offset)
 }
 
 fn program(module: &Module) -> Program {

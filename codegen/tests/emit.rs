@@ -65,7 +65,7 @@ fn every_statement_keeps_its_source_line() {
     use plcc_ir::{Address, ChunkBuilder, Statement, Type};
     let mut b = ChunkBuilder::new(support::IMAGE, support::regions());
     let file = b.add_file("x.nct", "A\nB\nC\nD\nE\nF\n");
-    let at = Address::fixed(plcc_ir::Region(0), 0);
+    let at = Address::fixed(plcc_ir::RegionId(0), 0);
     let places: Vec<_> = (0..6).map(|_| b.place()).collect();
     for (i, &place) in places.iter().enumerate() {
         b.bind(place);

@@ -97,8 +97,8 @@ fn regions() -> Vec<Region> {
 /// Where a value of a type lies: its address in the IR, and its offset in the image.
 fn place(ty: Type, offset: u32) -> (Address, u32) {
     match ty {
-        Type::I1 => (Address::fixed(plcc_ir::Region(1), offset), BITS + offset),
-        _ => (Address::fixed(plcc_ir::Region(0), offset), offset),
+        Type::I1 => (Address::fixed(plcc_ir::RegionId(1), offset), BITS + offset),
+        _ => (Address::fixed(plcc_ir::RegionId(0), offset), offset),
     }
 }
 
@@ -355,7 +355,7 @@ fn selections_give_what_eval_gives() {
 fn an_index_outside_its_count_is_taken_as_zero() {
     for (scale, count) in [(1_u32, 1_u32), (1, 8), (2, 3), (3, 5), (4, 4), (16, 1)] {
         let make = |b: &mut FuncBuilder, x: Value, _| {
-            let at = Address::indexed(plcc_ir::Region(0), A, x, scale, count);
+            let at = Address::indexed(plcc_ir::RegionId(0), A, x, scale, count);
             b.load(Type::I8, at)
         };
         let expected = |x: i64, y: i64| {
@@ -371,7 +371,7 @@ fn an_index_outside_its_count_is_taken_as_zero() {
             let make = |b: &mut FuncBuilder, x: Value, _| {
                 let cut = b.convert(ConvertOp::Trunc, narrow, x);
                 let wide = b.convert(extend, Type::I32, cut);
-                let at = Address::indexed(plcc_ir::Region(0), A, wide, scale, count);
+                let at = Address::indexed(plcc_ir::RegionId(0), A, wide, scale, count);
                 b.load(Type::I8, at)
             };
             let expected = |x: i64, y: i64| {

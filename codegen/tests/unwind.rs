@@ -19,7 +19,7 @@ use plcc_ir::{Address, BinaryOp, ChunkBuilder, Module, Type};
 /// A program whose function calls the host and needs registers and a frame.
 fn caller() -> (Program, Module) {
     let mut b = ChunkBuilder::new(support::IMAGE, support::regions());
-    let at = |offset| Address::fixed(plcc_ir::Region(0), offset);
+    let at = |offset| Address::fixed(plcc_ir::RegionId(0), offset);
     let start = b.place();
     b.bind(start);
     b.task("scan", start);

@@ -24,10 +24,10 @@
 
 use std::collections::HashMap;
 
-use plcc_abi::{Region as RegionData, Task, TrapCode};
+use plcc_abi::{Region, Task, TrapCode};
 
 use crate::{
-    Block, BlockCall, FuncBuilder, FuncData, Label, Module, Region, SourceFile, SourceLoc,
+    Block, BlockCall, FuncBuilder, FuncData, Label, Module, RegionId, SourceFile, SourceLoc,
     Statement, Terminator, Value,
 };
 
@@ -67,7 +67,7 @@ pub struct ChunkBuilder {
 
 impl ChunkBuilder {
     /// An empty module over a process image of `image_size` bytes, cut at [`DEFAULT_LIMIT`].
-    pub fn new(image_size: u32, regions: Vec<RegionData>) -> Self {
+    pub fn new(image_size: u32, regions: Vec<Region>) -> Self {
         Self {
             module: Module { image_size, regions, ..Module::default() },
             limit: DEFAULT_LIMIT,
@@ -85,9 +85,9 @@ impl ChunkBuilder {
     }
 
     /// The region with a name; `None` if there is none.
-    pub fn region(&self, name: &str) -> Option<Region> {
+    pub fn region(&self, name: &str) -> Option<RegionId> {
         let index = self.module.regions.iter().position(|region| region.name == name)?;
-        Some(Region(index as u32))
+        Some(RegionId(index as u32))
     }
 
     /// Adds a source file and gives its number, by which statements refer to it.
@@ -288,8 +288,8 @@ mod tests {
     use super::*;
     use crate::{Address, Type};
 
-    fn regions() -> Vec<RegionData> {
-        vec![RegionData { name: "vars".into(), offset: 0, size: 8, bits: false }]
+    fn regions() -> Vec<Region> {
+        vec![Region { name: "vars".into(), offset: 0, size: 8, bits: false }]
     }
 
     #[test]

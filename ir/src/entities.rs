@@ -10,7 +10,7 @@
 //! | [`Inst`] | instructions of a function | only in messages |
 //! | [`Block`] | blocks of a function | `block3` |
 //! | [`Func`] | functions of a module | only in messages |
-//! | [`Region`] | regions of a module | its name |
+//! | [`RegionId`] | regions of a module | its name |
 //! | [`Label`] | labels of a module | `L3` |
 //! | [`SourceLoc`] | statements of a module | `@3` |
 
@@ -55,7 +55,7 @@ entities! {
     /// A function of a module.
     Func "fn";
     /// A region of the process image.
-    Region "region";
+    RegionId "region";
     /// A number that stands at a block, through which control can pass to the block from any
     /// function of the module.
     Label "L";

@@ -21,7 +21,7 @@ use std::ops::Range;
 
 use plcc_abi::HostFn;
 
-use crate::{Region, Type, Value};
+use crate::{RegionId, Type, Value};
 
 /// Makes an enumeration whose variants each have a word in the text form.
 macro_rules! words {
@@ -304,7 +304,7 @@ pub struct Index {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Address {
     /// The region of the process image.
-    pub region: Region,
+    pub region: RegionId,
     /// Bytes from the region's start, of element 0 where there is an index.
     pub offset: u32,
     /// The element, where the address is one in an array.
@@ -316,12 +316,12 @@ pub struct Address {
 
 impl Address {
     /// The address of a fixed place.
-    pub fn fixed(region: Region, offset: u32) -> Self {
+    pub fn fixed(region: RegionId, offset: u32) -> Self {
         Self { region, offset, index: None, volatile: false }
     }
 
     /// The address of element `value` of an array of `count` elements that are `scale` bytes apart.
-    pub fn indexed(region: Region, offset: u32, value: Value, scale: u32, count: u32) -> Self {
+    pub fn indexed(region: RegionId, offset: u32, value: Value, scale: u32, count: u32) -> Self {
         Self { region, offset, index: Some(Index { value, scale, count }), volatile: false }
     }
 

@@ -73,7 +73,7 @@ pub mod verify;
 
 pub use builder::FuncBuilder;
 pub use chunk::{ChunkBuilder, Place};
-pub use entities::{Block, Func, Inst, Label, Region, SourceLoc, Value};
+pub use entities::{Block, Func, Inst, Label, RegionId, SourceLoc, Value};
 pub use func::{BlockCall, BlockData, FuncData, Terminator, ValueDef};
 pub use inst::{Address, Args, BinaryOp, ConvertOp, FloatCond, Index, InstData, IntCond, UnaryOp};
 pub use interp::Interpreter;

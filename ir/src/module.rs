@@ -7,7 +7,7 @@
 
 use plcc_abi::Task;
 
-use crate::{Block, Func, FuncData, Label, Region};
+use crate::{Block, Func, FuncData, Label, RegionId};
 
 /// A source file, kept for the comments of listings and for line tables.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -72,7 +72,7 @@ impl Module {
     }
 
     /// The name, offset and size of a region; `None` if there is no such region.
-    pub fn region(&self, region: Region) -> Option<&plcc_abi::Region> {
+    pub fn region(&self, region: RegionId) -> Option<&plcc_abi::Region> {
         self.regions.get(region.index())
     }
 

@@ -1,9 +1,9 @@
 //! Generates random valid IR with every operation, every kind of access and terminator, loops that a
 //! counter in the image bounds, and values that are passed to blocks.
 
-use plcc_abi::{Engine, Host, HostFn, Outcome, Region as RegionData, Scan, TrapCode};
+use plcc_abi::{Engine, Host, HostFn, Outcome, Region, Scan, TrapCode};
 use plcc_ir::{
-    Address, BinaryOp, ChunkBuilder, ConvertOp, FloatCond, IntCond, Module, Place, Region,
+    Address, BinaryOp, ChunkBuilder, ConvertOp, FloatCond, IntCond, Module, Place, RegionId,
     SourceFile, Statement, Type, UnaryOp, Value,
 };
 
@@ -18,8 +18,8 @@ const FUEL: u32 = 160;
 /// The bytes that hold truth values.
 const BITS: [std::ops::Range<usize>; 2] = [0..24, 144..160];
 
-fn region(name: &str, offset: u32, size: u32, bits: bool) -> RegionData {
-    RegionData { name: name.into(), offset, size, bits }
+fn region(name: &str, offset: u32, size: u32, bits: bool) -> Region {
+    Region { name: name.into(), offset, size, bits }
 }
 
 /// Runs some scans. Gives the image and the outcome after each, and a hash of the calls of the host.
@@ -182,7 +182,7 @@ impl Gen {
             }
             _ => {
                 // Jumps back until the counter is used up.
-                let at_fuel = Address::fixed(Region(4), 0);
+                let at_fuel = Address::fixed(RegionId(4), 0);
                 let fuel = self.b.ins().load(Type::I32, at_fuel);
                 let less = self.b.ins().binary_imm(BinaryOp::Sub, fuel, 1);
                 self.b.ins().store(at_fuel, less);
@@ -273,10 +273,10 @@ impl Gen {
     fn address(&mut self, ty: Type) -> Address {
         let line = self.rng.chance(15);
         let (region, size) = match (ty, line) {
-            (Type::I1, false) => (Region(0), 24),
-            (Type::I1, true) => (Region(3), 16),
-            (_, false) => (Region(1), 104),
-            (_, true) => (Region(2), 16),
+            (Type::I1, false) => (RegionId(0), 24),
+            (Type::I1, true) => (RegionId(3), 16),
+            (_, false) => (RegionId(1), 104),
+            (_, true) => (RegionId(2), 16),
         };
         // There are few addresses, so that accesses often overlap.
         let span = (size - ty.bytes()).min(12) + 1;

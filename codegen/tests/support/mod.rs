@@ -23,7 +23,7 @@ pub(crate) fn regions() -> Vec<Region> {
 pub(crate) fn counter() -> (Program, Module) {
     let mut b = ChunkBuilder::new(IMAGE, regions()).with_limit(1);
     let file = b.add_file("count.pmi", SOURCE);
-    let at = |offset| Address::fixed(plcc_ir::Region(0), offset);
+    let at = |offset| Address::fixed(plcc_ir::RegionId(0), offset);
     let (start, middle) = (b.place(), b.place());
     let statement = |line: u32| {
         let start: usize = SOURCE.split_inclusive('\n').take(line as usize - 1).map(str::len).sum();

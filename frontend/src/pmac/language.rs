@@ -121,7 +121,7 @@ impl CheckedProgram for Program {
 
 impl Recompilable for Program {
     fn assumptions(&self) -> &[Assumption] {
-        self.assumed()
+        self.assumptions()
     }
 
     fn lower_for(&self, assumptions: &[Assumption]) -> Result<Lowered, InternalError> {

@@ -96,7 +96,7 @@ impl Program {
     /// The M-variables that PLCs name, by rising number, with the definitions that the code of
     /// [`lower`](Self::lower) assumes: those after load. Variables whose definitions the program
     /// changes itself are listed without one.
-    pub fn assumed(&self) -> &[Assumption] {
+    pub fn assumptions(&self) -> &[Assumption] {
         &self.loaded.assumed
     }
 

@@ -1,7 +1,7 @@
 //! The grammar of the text form, over the [tokens](super::lex) of a whole text.
 //!
 //! What it gives is the text's structure. Names are not looked up yet: where a [`Value`],
-//! [`Block`], [`Label`] or [`Region`] is mentioned, its number here is the *index of the token*
+//! [`Block`], [`Label`] or [`RegionId`] is mentioned, its number here is the *index of the token*
 //! that names it, so that [`resolve`](super::resolve) finds both the name and its place.
 //!
 //! The grammar is not recursive, so no text can overflow the stack. In almost every place one token
@@ -16,7 +16,7 @@ use plcc_abi::{HostFn, TrapCode};
 use super::lex::{Token, unescaped};
 use crate::{
     Address, Args, BinaryOp, Block, BlockCall, ConvertOp, FloatCond, InstData, IntCond, Label,
-    Region, SourceFile, SourceLoc, Statement, Terminator, Type, UnaryOp, Value,
+    RegionId, SourceFile, SourceLoc, Statement, Terminator, Type, UnaryOp, Value,
 };
 
 /// What stands at the top of the text.
@@ -315,7 +315,7 @@ fn host_call<'t>() -> impl Grammar<'t, InstData> {
 
 fn address<'t>() -> impl Grammar<'t, Address> {
     let region =
-        word("a region's name", Some).map_with(|_, place| Region(token_index(place.span())));
+        word("a region's name", Some).map_with(|_, place| RegionId(token_index(place.span())));
     let element = value()
         .then_ignore(sign('*'))
         .then(number("a distance in bytes"))

@@ -3,7 +3,7 @@
 use std::fmt::{self, Write};
 
 use crate::{
-    Address, Block, BlockCall, FuncData, InstData, Module, Region, SourceLoc, Terminator, Value,
+    Address, Block, BlockCall, FuncData, InstData, Module, RegionId, SourceLoc, Terminator, Value,
 };
 
 /// The column in which a comment begins. Behind a longer line it follows at once.
@@ -210,7 +210,7 @@ impl<'a> Printer<'a> {
         }
     }
 
-    fn region(&self, region: Region) -> String {
+    fn region(&self, region: RegionId) -> String {
         self.module.region(region).map_or_else(|| region.to_string(), |data| data.name.clone())
     }
 

@@ -13,8 +13,8 @@ use super::grammar::{BlockText, Func, Item, Line, Param, number_in_name};
 use super::lex::{Token, Tokens};
 use crate::func::ValueData;
 use crate::{
-    Block, BlockData, FuncData, Inst, InstData, Label, Module, Region, SourceLoc, Terminator, Type,
-    Value, ValueDef,
+    Block, BlockData, FuncData, Inst, InstData, Label, Module, RegionId, SourceLoc, Terminator,
+    Type, Value, ValueDef,
 };
 
 /// Makes a module of the structure of a text.
@@ -209,13 +209,13 @@ impl FuncResolver<'_> {
     }
 
     /// The region whose name the token with an index holds.
-    fn resolve_region(&self, token: Region) -> Result<Region, ParseError> {
+    fn resolve_region(&self, token: RegionId) -> Result<RegionId, ParseError> {
         let name = match self.tokens.tokens.get(token.index()) {
             Some(Token::Word(word)) => *word,
             _ => "",
         };
         match self.module.regions.iter().position(|region| region.name == name) {
-            Some(index) => Ok(Region(index as u32)),
+            Some(index) => Ok(RegionId(index as u32)),
             None => {
                 let message = format!("`{name}` is no region; they stand above the functions");
                 Err(self.tokens.error(token.index(), message))

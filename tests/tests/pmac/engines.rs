@@ -62,7 +62,7 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
         let (engine, _) = plcc::compile::jit(&lowered).unwrap();
         let program = Box::new(checked.clone());
         let compiler = Box::new(PmacRecompiler::new(program, OptLevel::Speed));
-        Box::new(Recompiling::new(engine, checked.assumed(), controller, compiler, settings))
+        Box::new(Recompiling::new(engine, checked.assumptions(), controller, compiler, settings))
     };
     let every_time = Settings {
         settled_after: 0,

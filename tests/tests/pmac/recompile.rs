@@ -105,7 +105,7 @@ impl Pair {
         let tables = program.lower().unwrap().program;
         let executive = || PmacExecutive::new(&tables, PmacOptions::default()).unwrap();
         let engine =
-            Recompiling::new(native, program.assumed(), Controller::Pmac, compiler, settings);
+            Recompiling::new(native, program.assumptions(), Controller::Pmac, compiler, settings);
         Self {
             interpreter: program.interpreter(),
             oracle: executive(),
@@ -396,7 +396,7 @@ fn resume_points_do_not_depend_on_what_code_assumes() {
         resumes.dedup();
         (resumes, lowered.module.tasks, lowered.program)
     };
-    let first = resumes(program.assumed());
+    let first = resumes(program.assumptions());
     assert_eq!(first.0.len(), 4);
     for other in [
         vec![],

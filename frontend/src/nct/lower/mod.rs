@@ -15,7 +15,7 @@ mod place;
 use plcc_abi::nct::{context, layout::region};
 use plcc_ir::chunk::DEFAULT_LIMIT;
 use plcc_ir::{
-    Address, BinaryOp, ChunkBuilder, IntCond, Module, Place, Region, Statement, Type, UnaryOp,
+    Address, BinaryOp, ChunkBuilder, IntCond, Module, Place, RegionId, Statement, Type, UnaryOp,
     Value,
 };
 
@@ -71,10 +71,10 @@ pub(super) fn lower_with(program: &Program, layout: &Layout, limit: usize) -> Re
 
 /// The regions that are addressed by themselves rather than through a [`Layout`]'s offsets.
 struct Regions {
-    context: Region,
-    scratch: Region,
-    waiting: Region,
-    flag_bytes: Region,
+    context: RegionId,
+    scratch: RegionId,
+    waiting: RegionId,
+    flag_bytes: RegionId,
 }
 
 /// Lowers one program.

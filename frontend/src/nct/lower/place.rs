@@ -1,7 +1,7 @@
 //! Lowers the reading and writing of bits and words.
 
 use plcc_abi::nct::{FLAG_BYTES, FlagLocation, IMAGE_BYTES, LINE_BYTES};
-use plcc_ir::{Address, BinaryOp, IntCond, Region, Type, Value};
+use plcc_ir::{Address, BinaryOp, IntCond, RegionId, Type, Value};
 
 use super::{Lowerer, Result};
 use crate::common::OrMissing;
@@ -34,7 +34,7 @@ impl Lowerer<'_> {
         let index = regions.partition_point(|region| region.offset <= offset).checked_sub(1);
         let found = index.and_then(|index| Some((index, regions.get(index)?)));
         let (index, region) = found.or_missing(|| format!("a region at offset {offset}"))?;
-        Ok(Address::fixed(Region(index as u32), offset - region.offset))
+        Ok(Address::fixed(RegionId(index as u32), offset - region.offset))
     }
 
     /// Where a byte of flags lies.

@@ -7,7 +7,7 @@ use plcc_abi::pmac::layout::{DEFINITION_SIZE, DOUBLE_SIZE, exec};
 use plcc_abi::pmac::{
     Controller, Definition, Direct, Field, Format, Kind, Layout, Place, Range, Space,
 };
-use plcc_ir::{Address, BinaryOp, ConvertOp, IntCond, Region, Type, Value};
+use plcc_ir::{Address, BinaryOp, ConvertOp, IntCond, RegionId, Type, Value};
 
 use super::Lowerer;
 use super::emit::{self, Operand};
@@ -20,12 +20,12 @@ use crate::pmac::ast::Target;
 /// Regions of the image, as IR refers to them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Regions {
-    pub(crate) p: Region,
-    pub(crate) q: Region,
-    pub(crate) i: Region,
-    pub(crate) mdef: Region,
-    pub(crate) words: Region,
-    pub(crate) exec: Region,
+    pub(crate) p: RegionId,
+    pub(crate) q: RegionId,
+    pub(crate) i: RegionId,
+    pub(crate) mdef: RegionId,
+    pub(crate) words: RegionId,
+    pub(crate) exec: RegionId,
 }
 
 /// The bounds of a variable's value while the assumed definitions hold. `places` has for each
@@ -68,7 +68,7 @@ fn computed_number_of_l() -> InternalError {
 
 impl Lowerer<'_> {
     /// The address of the variable with a number in a region of doubles.
-    fn variable_address(&self, region: Region, number: u32) -> Address {
+    fn variable_address(&self, region: RegionId, number: u32) -> Address {
         Address::fixed(region, DOUBLE_SIZE * (number & (self.layout.count - 1)))
     }
 
@@ -90,7 +90,7 @@ impl Lowerer<'_> {
     }
 
     /// The address of the variable whose number is computed, in a region of doubles.
-    fn computed_address(&self, region: Region, index: Value) -> Address {
+    fn computed_address(&self, region: RegionId, index: Value) -> Address {
         Address::indexed(region, 0, index, 8, self.layout.count)
     }
 

@@ -9,7 +9,7 @@ use plcc_abi::{
 };
 use plcc_diag::{FileId, SourceMap};
 use plcc_ir::{
-    Address, BinaryOp, ChunkBuilder, ConvertOp, IntCond, Module, Place, Region, Statement, Type,
+    Address, BinaryOp, ChunkBuilder, ConvertOp, IntCond, Module, Place, RegionId, Statement, Type,
     UnaryOp, Value,
 };
 
@@ -53,9 +53,9 @@ struct Lowerer<'a> {
     layout: &'a Layout,
     builder: ChunkBuilder,
     /// The regions of LOGICALs, INTEGERs and LONGs.
-    regions: [Region; 3],
+    regions: [RegionId; 3],
     /// Where the evaluation stack is kept when an expression is cut, if the program has long ones.
-    scratch: Option<Region>,
+    scratch: Option<RegionId>,
     /// The evaluation stack of the expression that is being lowered.
     stack: Vec<Operand>,
 }
@@ -140,7 +140,7 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    fn region(&self, ty: PmiType) -> Region {
+    fn region(&self, ty: PmiType) -> RegionId {
         let [logical, integer, long] = self.regions;
         match ty {
             PmiType::Logical => logical,
