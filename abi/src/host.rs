@@ -116,6 +116,11 @@ host_fns! {
     PmacDefine = 107, "pmac_define", effect, (I32);
     /// PMAC: the command SAVE.
     PmacSave = 108, "pmac_save", effect, ();
+    /// PMAC: assigns one value to a range of variables: the [number of their
+    /// kind](crate::pmac::Kind::number), the number of the first (of a Q among those of all
+    /// coordinate systems), how many there are in the low 16 bits and the difference between the
+    /// numbers of two neighbours in the high 16 bits, and the value.
+    PmacRangeWrite = 109, "pmac_range_write", effect, (I32, I32, I32, F64);
     /// PMAC: the operator `%`.
     PmacMod = 110, "pmac_mod", pure, (F64, F64) -> F64;
     /// PMAC: the operator `&`.

@@ -188,3 +188,16 @@ fn several_files_are_one_pmac_download_and_an_error_elsewhere() {
         folder.plcc(&format!("{command} {files}")).exits(2);
     }
 }
+
+#[test]
+fn a_range_of_variables_costs_no_more_code_than_one() {
+    let line = "P0..1023=P1\n";
+    let plc = |body: &str| format!("I5=2\nOPEN PLC 1 CLEAR\n{body}CLOSE\n");
+    let folder = Folder::with(&[("ranges.pmc", &plc(&line.repeat(400)))]);
+    folder.plcc("build ranges.pmc").exits(0);
+    let length = fs::metadata(folder.path().join("ranges.plcx")).unwrap().len();
+    assert!(length <= 100_000, "{length} bytes");
+    // Turbo PMAC has no ranges in buffers.
+    let turbo = folder.plcc("check --controller turbo --message-format json ranges.pmc").exits(1);
+    assert_eq!(turbo.json().len(), 400);
+}

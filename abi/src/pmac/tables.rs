@@ -119,6 +119,25 @@ pub enum Kind {
     Q,
 }
 
+impl Kind {
+    /// The number by which compiled code names the kind to the host.
+    pub const fn number(self) -> u32 {
+        self as u32
+    }
+
+    /// The kind with a [number](Self::number); `None` if there is none.
+    pub const fn from_number(number: u32) -> Option<Self> {
+        match number {
+            0 => Some(Self::I),
+            1 => Some(Self::L),
+            2 => Some(Self::M),
+            3 => Some(Self::P),
+            4 => Some(Self::Q),
+            _ => None,
+        }
+    }
+}
+
 /// A variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Variable {

@@ -4,7 +4,7 @@ use plcc_abi::{
     Host, HostFn,
     image::{read_u32, write_f64},
     pmac::{
-        Definition, Layout, Memory, PlcOp, PmacTables, Space, Text, View, arithmetic::finite,
+        Definition, Kind, Layout, Memory, PlcOp, PmacTables, Space, Text, View, arithmetic::finite,
         pure_functions,
     },
 };
@@ -47,6 +47,15 @@ impl PreparedText {
             Text::Macro { text } => EventBody::Macro { text: text.as_str().into() },
         })
     }
+}
+
+/// Variables of one kind: `count` of them from number `first` on, `step` apart.
+struct VariableRange {
+    kind: Kind,
+    first: u32,
+    /// At most 65 535, as `step`.
+    count: u32,
+    step: u32,
 }
 
 /// A PMAC without its image: the tables, the state, and what a tick produces.
@@ -146,6 +155,26 @@ impl Control {
         self.events.push(Event { tick: self.state.tick, body });
     }
 
+    /// Assigns a value to `count` variables of a kind, in the order of their numbers from `first`
+    /// on, `step` apart. A Q's number is that among the variables of all coordinate systems.
+    fn write_range(&mut self, image: &mut [u8], range: VariableRange, value: f64) {
+        let VariableRange { kind, first, count, step } = range;
+        let value = finite(value);
+        for k in 0..count {
+            let number = first.wrapping_add(k * step);
+            match kind {
+                Kind::P => write_f64(image, self.layout.p_offset(number), value),
+                Kind::Q => write_f64(image, self.layout.q_offset(number), value),
+                Kind::I => self.write_i(image, number, value),
+                Kind::M => self.memory(image).write_m(number, value),
+                Kind::L => {
+                    let definition = self.l_definition(number);
+                    self.memory(image).write(definition, value);
+                }
+            }
+        }
+    }
+
     fn define(&mut self, image: &mut [u8], index: u32) {
         let Some(define) = self.tables.defines.get(index as usize).copied() else {
             return;
@@ -200,6 +229,14 @@ impl Host for Control {
             }
             HostFn::PmacSave => {
                 self.save(image);
+                0
+            }
+            HostFn::PmacRangeWrite => {
+                if let Some(kind) = Kind::from_number(a as u32) {
+                    let (count, step) = (c as u32 & 0xFFFF, c as u32 >> 16);
+                    let range = VariableRange { kind, first: b as u32, count, step };
+                    self.write_range(image, range, f64::from_bits(d));
+                }
                 0
             }
             _ => pure_functions::call(function, args).unwrap_or(0),

@@ -214,11 +214,11 @@ impl Generator {
 
     fn range_assignment(&mut self) -> String {
         match self.rng.below(7) {
-            0 => format!("P{}..{}={}", 4, 4 + self.rng.below(4), self.expression(1)),
+            0 => format!("P{}..{}={}", 4, 4 + self.rng.below(14), self.expression(1)),
             1 => format!("P3,4,2={}", self.expression(1)),
             2 => format!("M1..{}={}", 2 + self.rng.below(30), self.expression(1)),
-            3 => format!("Q0..{}={}", self.rng.below(4), self.expression(1)),
-            4 => format!("I60..{}={}", 60 + self.rng.below(4), self.expression(1)),
+            3 => format!("Q0..{}={}", self.rng.below(14), self.expression(1)),
+            4 => format!("I60..{}={}", 60 + self.rng.below(14), self.expression(1)),
             5 => format!("M4,3,5={}", self.expression(1)),
             // Moves M34 before and after it is written.
             _ => format!("M33..35={}+INT(ABS(P{})%8)", self.p_address(), self.rng.below(12)),

@@ -7,10 +7,11 @@
 //! doubles.
 
 use plcc_abi::pmac::{Format, Kind};
-use plcc_ir::{BinaryOp, FuncBuilder, IntCond, Type, UnaryOp, Value};
+use plcc_ir::{BinaryOp, ConvertOp, FuncBuilder, IntCond, Type, UnaryOp, Value};
 
 use super::Lowerer;
 use super::emit;
+use super::variables::MAX_SEPARATE_STORES;
 use crate::common::InternalError;
 use crate::pmac::ast::{Bin, Expr, Func, Op, Target};
 
@@ -39,6 +40,14 @@ impl Lowerer<'_> {
             other => return Err(InternalError::new(format!("integers are assigned to {other:?}"))),
         };
         let value = self.integer(expr)?;
+        if count > MAX_SEPARATE_STORES {
+            // The host takes doubles, which hold every integer of 24 bits exactly.
+            let b = self.builder.ins();
+            let value = sign_extended(b, value);
+            let value = b.convert(ConvertOp::IntToFloat, Type::F64, value);
+            self.write_range(Kind::L, (first, count, step), value);
+            return Ok(());
+        }
         for k in 0..u32::from(count) {
             self.write_integer(u32::from(first) + k * u32::from(step), value)?;
         }

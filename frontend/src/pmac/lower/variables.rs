@@ -17,6 +17,11 @@ use crate::common::InternalError;
 use crate::pmac::analyse::assumptions::for_each_named_m;
 use crate::pmac::ast::Target;
 
+/// Up to so many variables of a range (`P1..4=0`) are written by stores of their own, as separate
+/// assignments are. More are written by one call of the host, so that the code stays short however
+/// long the range is.
+pub(super) const MAX_SEPARATE_STORES: u16 = 8;
+
 /// Regions of the image, as IR refers to them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Regions {
@@ -207,6 +212,11 @@ impl Lowerer<'_> {
             Target::Indirect(kind, _) => {
                 self.write_indirect(kind, index.ok_or_else(super::lacks_operand)?, value)
             }
+            Target::Range { kind, first, count, step } if count > MAX_SEPARATE_STORES => {
+                let value = value.stored(self.builder.ins());
+                self.write_range(kind, (first, count, step), value);
+                Ok(())
+            }
             Target::Range { kind, first, count, step } => {
                 // The value is read once, since a write may change the variable that it comes from.
                 let value = match value {
@@ -225,6 +235,27 @@ impl Lowerer<'_> {
                 Ok(())
             }
         }
+    }
+
+    /// Assigns a double to `count` variables from `first` on, `step` apart, through the host, in a
+    /// single call.
+    pub(crate) fn write_range(
+        &mut self,
+        kind: Kind,
+        (first, count, step): (u16, u16, u16),
+        value: Value,
+    ) {
+        let first = self.builder.ins().iconst(Type::I32, i64::from(first));
+        let first = match kind {
+            Kind::Q if self.has_address_statements => self.q_number(first),
+            _ => first,
+        };
+        let b = self.builder.ins();
+        let kind_number = b.iconst(Type::I32, i64::from(kind.number()));
+        let count_and_step = b.iconst(Type::I32, i64::from(count) | i64::from(step) << 16);
+        b.host_call(HostFn::PmacRangeWrite, &[kind_number, first, count_and_step, value]);
+        // Definitions of M-variables lie in memory, which M- and L-variables can reach.
+        self.may_change_definitions |= matches!(kind, Kind::M | Kind::L);
     }
 
     fn write(&mut self, kind: Kind, number: u32, value: Operand) -> Result<(), InternalError> {

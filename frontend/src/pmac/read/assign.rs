@@ -235,11 +235,11 @@ impl Reader<'_> {
     fn curly_quoted(&mut self) -> Option<String> {
         const CURLY: [char; 2] = ['\u{201C}', '\u{201D}'];
         let tail = self.cur.rest().strip_prefix(CURLY)?;
-        let line = tail.find('\n').map_or(tail, |end| tail.get(..end).unwrap_or(""));
-        let (text, rest) = line.split_once(|c| CURLY.contains(&c) || c == '"')?;
-        let text = text.to_owned();
-        self.cur.pos += self.cur.rest().len() - tail.len() + line.len() - rest.len();
-        Some(text)
+        let opening = self.cur.rest().len() - tail.len();
+        let length = tail.find(|c| CURLY.contains(&c) || matches!(c, '"' | '\n'))?;
+        let closing = tail.get(length..)?.chars().next().filter(|&c| c != '\n')?;
+        self.cur.pos += opening + length + closing.len_utf8();
+        Some(tail.get(..length)?.to_owned())
     }
 
     /// A text in quotes on one line, or `^` and a letter.
@@ -260,14 +260,16 @@ impl Reader<'_> {
         if self.cur.byte() != b'"' {
             return self.cur.expected("a text in quotes or `^` and a letter");
         }
+        // Only what belongs to the text is searched: a line may hold very many texts.
         let tail = self.cur.rest().get(1..).unwrap_or("");
-        let line = tail.find('\n').map_or(tail, |end| tail.get(..end).unwrap_or(""));
-        let Some(length) = line.find('"') else {
+        let length = tail.find(['"', '\n']);
+        let Some(length) = length.filter(|&length| tail.as_bytes().get(length) == Some(&b'"'))
+        else {
             self.cur.skip_line();
             let at = self.cur.since(start);
             return syntax_help(at, "this text does not end", "close it with a quote");
         };
         self.cur.pos += length + 2;
-        Ok(line.get(..length).unwrap_or("").to_owned())
+        Ok(tail.get(..length).unwrap_or("").to_owned())
     }
 }
