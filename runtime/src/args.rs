@@ -82,6 +82,11 @@ pub struct RunArgs {
     #[arg(long, value_name = "OUT.jsonl")]
     pub events: Option<PathBuf>,
 
+    /// Appends what happens around the program, such as overruns and files that can't be written, a
+    /// JSON object a line (- is standard output)
+    #[arg(long, value_name = "OUT.jsonl")]
+    pub log: Option<PathBuf>,
+
     /// Writes all variables after the last tick as JSON (- is standard output)
     #[arg(long, value_name = "OUT.json")]
     pub dump: Option<PathBuf>,

@@ -10,6 +10,7 @@
 //!   latching of inputs, timers, events, retained memory. One for each language, in [`pmi`], [`nct`]
 //!   and [`pmac`].
 //! - [`run::Run`]: plays a stimulus to an executive and writes trace and events.
+//! - [`journal::Journal`]: tells what happens around a program, in the log and on standard error.
 //! - `session`, behind the feature `args`: all of that from the options of a command line to its
 //!   exit status, the same for `plcc run` and `plcrt`.
 //!
@@ -41,12 +42,15 @@ pub mod event;
 pub mod executive;
 pub mod files;
 mod fingerprint;
+pub mod journal;
 pub mod native;
 pub mod nct;
 pub mod panic_barrier;
+mod patient_writer;
 pub mod perf;
 pub mod pmac;
 pub mod pmi;
+mod progress;
 pub mod retain;
 pub mod run;
 #[cfg(feature = "args")]

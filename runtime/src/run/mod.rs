@@ -5,6 +5,7 @@
 //! the place of a file.
 
 mod dump;
+mod hook;
 mod pace;
 mod stimulus;
 mod trace;
@@ -21,16 +22,15 @@ use plcc_abi::Engine;
 use thiserror::Error;
 
 use crate::files::why_not_written;
+use crate::journal::ScanJournal;
 use crate::{Event, EventBody, Executive, Stop};
 
 pub use dump::dump;
+pub use hook::{AfterTick, BeforeTick, Hook};
 pub use pace::{Clock, Pacer, Punctuality, SystemClock};
 pub use stimulus::{LineError, Player, Stimulus, StimulusError};
 pub use trace::{Trace, TraceFormat};
 pub use watch::Watch;
-
-/// A function that is called after each tick, with the number of ticks so far and the executive.
-pub type After<'a> = dyn FnMut(u64, &dyn Executive) + 'a;
 
 /// Everything that a run needs.
 pub struct Run<'a> {
@@ -55,8 +55,31 @@ pub struct Run<'a> {
     pub clock: Option<&'a dyn Clock>,
     /// A flag that, once set, ends the run before its next tick.
     pub interrupt: Option<&'a AtomicBool>,
-    /// Called after each tick.
-    pub after: Option<&'a mut After<'a>>,
+    /// What else is done before and after each tick, in this order.
+    pub hooks: Vec<&'a mut dyn Hook>,
+    /// Where this thread tells of overruns and the like.
+    pub journal: ScanJournal,
+}
+
+impl<'a> Run<'a> {
+    /// A run of a program that nothing acts on, that writes nothing and goes on until it stops: the
+    /// base for runs with some fields of their own.
+    pub fn new(executive: &'a mut dyn Executive, engine: &'a mut dyn Engine) -> Self {
+        Self {
+            executive,
+            engine,
+            player: Player::new(Stimulus::default(), false),
+            watch: Watch::default(),
+            trace: None,
+            trace_format: TraceFormat::default(),
+            events: None,
+            ticks: None,
+            clock: None,
+            interrupt: None,
+            hooks: vec![],
+            journal: ScanJournal::discarding(),
+        }
+    }
 }
 
 /// How a run ended, and how far it came.
@@ -124,6 +147,15 @@ impl Run<'_> {
             let tick = end.ticks;
             let tick_ns = self.executive.tick_ns();
             end.ticks += 1;
+            self.journal.begin_tick(tick);
+            for hook in &mut self.hooks {
+                hook.before_tick(&mut BeforeTick {
+                    tick,
+                    executive: self.executive,
+                    engine: self.engine,
+                    journal: &mut self.journal,
+                });
+            }
             self.player.apply(tick, self.executive);
             let result = self.executive.tick(self.engine, &mut events_of_tick);
             if let Err(stop) = result {
@@ -133,8 +165,14 @@ impl Run<'_> {
             }
             self.write(tick, time_ns, &mut events_of_tick, &mut trace)?;
             time_ns = time_ns.saturating_add(tick_ns);
-            if let Some(after) = &mut self.after {
-                after(end.ticks, self.executive);
+            for hook in &mut self.hooks {
+                hook.after_tick(&mut AfterTick {
+                    ticks: end.ticks,
+                    executive: self.executive,
+                    engine: self.engine,
+                    stop: end.stop.as_ref(),
+                    journal: &mut self.journal,
+                });
             }
             if end.stop.is_some() {
                 break;

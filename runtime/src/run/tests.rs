@@ -136,17 +136,13 @@ fn run_with(
     let watch = Watch::parse(watch, control).unwrap();
     let (mut trace, mut events, mut text) = (vec![], vec![], vec![]);
     let end = Run {
-        executive: control,
-        engine: &mut Idle,
         player: Player::new(stimulus, repeat),
         watch: watch.clone(),
         trace: Some(&mut trace),
         trace_format: format,
         events: Some(&mut events),
         ticks: Some(ticks),
-        clock: None,
-        interrupt: None,
-        after: None,
+        ..Run::new(control, &mut Idle)
     }
     .go();
     dump(&mut text, Dialect::Nct, control, &watch, &end).unwrap();
@@ -308,20 +304,9 @@ impl Write for Full {
 fn a_full_disk_ends_the_run() {
     let mut control = Control::default();
     let watch = Watch::parse(&["A"], &mut control).unwrap();
-    let end = Run {
-        executive: &mut control,
-        engine: &mut Idle,
-        player: Player::new(Stimulus::default(), false),
-        watch,
-        trace: Some(&mut Full),
-        trace_format: TraceFormat::default(),
-        events: None,
-        ticks: Some(5),
-        clock: None,
-        interrupt: None,
-        after: None,
-    }
-    .go();
+    let end =
+        Run { watch, trace: Some(&mut Full), ticks: Some(5), ..Run::new(&mut control, &mut Idle) }
+            .go();
     assert!(matches!(end.failure, Some(RunError::Trace(_))));
 }
 
@@ -330,19 +315,47 @@ fn the_interrupt_flag_ends_the_run() {
     let mut control = Control::default();
     let flag = AtomicBool::new(true);
     let end = Run {
-        executive: &mut control,
-        engine: &mut Idle,
-        player: Player::new(Stimulus::default(), false),
-        watch: Watch::default(),
-        trace: None,
-        trace_format: TraceFormat::default(),
-        events: None,
-        ticks: None,
         clock: Some(&SystemClock),
         interrupt: Some(&flag),
-        after: None,
+        ..Run::new(&mut control, &mut Idle)
     }
     .go();
     assert!(end.interrupted);
     assert_eq!(end.ticks, 0);
+}
+
+/// Sets `P10` to the tick's number before each tick, and keeps what `A` is after it.
+#[derive(Default)]
+struct Follower {
+    seen: Vec<(u64, Value, bool)>,
+}
+
+impl Hook for Follower {
+    fn before_tick(&mut self, now: &mut BeforeTick<'_>) {
+        now.executive.set(Variable(1), Setting::Int(now.tick as i64));
+    }
+
+    fn after_tick(&mut self, now: &mut AfterTick<'_>) {
+        self.seen.push((now.ticks, now.executive.get(Variable(0)), now.stop.is_some()));
+    }
+}
+
+#[test]
+fn hooks_are_called_before_the_stimulus_and_after_each_tick() {
+    let mut control = Control { stops: Some(2), ..Control::default() };
+    let table = b"tick,name,value\n1,A,5\n1,P10,9\n";
+    let stimulus = Stimulus::parse(table, &mut control).unwrap();
+    let watch = Watch::parse(&["P10"], &mut control).unwrap();
+    let (mut hook, mut trace) = (Follower::default(), vec![]);
+    Run {
+        player: Player::new(stimulus, false),
+        watch,
+        trace: Some(&mut trace),
+        hooks: vec![&mut hook],
+        ..Run::new(&mut control, &mut Idle)
+    }
+    .go();
+    assert_eq!(trace, b"tick,name,value\n0,P10,0\n1,P10,9\n2,P10,2\n");
+    let five = Value::Int(5);
+    assert_eq!(hook.seen, [(1, Value::Int(0), false), (2, five.clone(), false), (3, five, true)]);
 }

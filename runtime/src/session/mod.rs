@@ -4,13 +4,12 @@
 
 mod executive;
 mod output;
-mod progress;
 mod realtime_priority;
 mod retained_writer;
 
 use std::fmt::Display;
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -22,13 +21,14 @@ use thiserror::Error;
 
 use crate::args::RunArgs;
 use crate::files::why_not_read;
-use crate::run::{Clock, End, Player, Run, Stimulus, SystemClock, TraceFormat, Watch, dump};
+use crate::journal::{Destinations, EntryKind, Journal, JournalOwner, ScanJournal};
+use crate::progress::Progress;
+use crate::run::{Clock, End, Hook, Player, Run, Stimulus, SystemClock, TraceFormat, Watch, dump};
 use crate::{Executive, PanicBarrier, retain};
 
 pub use executive::{executive, takes_machine_file};
 pub use output::write_whole;
-use output::{Output, check_paths, check_writable};
-use progress::Progress;
+use output::{Output, check_paths, check_writable, open};
 use retained_writer::RetainedWriter;
 
 /// Exit status: done.
@@ -83,6 +83,7 @@ fn message(kind: &str, text: impl Display) {
     let _ = writeln!(std::io::stderr(), "{kind}: {text}");
 }
 
+/// Checks what can be checked without the program's control, and runs the program with a journal.
 fn session(
     program: &Program,
     engine: &mut dyn Engine,
@@ -99,116 +100,151 @@ fn session(
     for path in args.dump.iter().chain(&args.retain) {
         check_writable(path)?;
     }
-    let mut executive = executive(program, &args.control, args.realtime, machine)?;
-    let executive = executive.as_mut();
-    if let Some(path) = &args.retain {
-        restore(path, program.dialect(), executive)?;
+    let log = args.log.as_deref().map(|path| open(path, true, args.realtime)).transpose()?;
+    let mut to = Destinations::standard(log);
+    if args.realtime && io::stderr().is_terminal() {
+        to.progress = Some(args.ticks);
     }
-    let stimulus = match &args.stimulus {
-        Some(path) => stimulus(path, executive)?,
-        None => Stimulus::default(),
-    };
-    warn_of_idle_options(args);
-    let watch = Watch::parse(&args.watch, executive).map_err(|errors| {
-        let errors: Vec<String> = errors.iter().map(|e| format!("--watch: {e}")).collect();
-        SessionError(errors.join("\nerror: "))
-    })?;
-    let ticks = match args.duration {
-        Some(time) => Some(ticks_in(time, executive.tick_ns())),
-        None => args.ticks,
-    };
-    let interrupt = Arc::new(AtomicBool::new(false));
-    listen(&interrupt)?;
+    let (owner, scan) = JournalOwner::start(to, args.realtime)
+        .map_err(|error| SessionError(format!("no thread can be started: {error}")))?;
+    let journal = owner.journal();
+    let job = Job { program, args, machine, clock, journal: &journal };
+    let status = job.run(engine, scan).unwrap_or_else(|error| {
+        journal.error(error.0);
+        USAGE
+    });
+    match (owner.finish(), &args.log) {
+        (Err(why), Some(log)) => {
+            Err(SessionError(format!("{} can't be written: {why}", log.display())))
+        }
+        _ => Ok(status),
+    }
+}
 
-    let trace_path = args.trace_path();
-    let mut trace = trace_path.map(Output::create).transpose()?;
-    let mut events = args.events.as_deref().map(Output::create).transpose()?;
-    let mut progress = Progress::new(ticks, args.realtime);
-    let mut retained_writer = match &args.retain {
-        Some(path) if args.realtime => Some(RetainedWriter::new(path, program.dialect())?),
-        _ => None,
-    };
-    if args.realtime
-        && let Err(why) = realtime_priority::request()
-    {
-        message("note", why);
-    }
-    let mut after = |ticks: u64, executive: &dyn Executive| {
-        progress.show(ticks);
+/// What a run is made from.
+struct Job<'a> {
+    program: &'a Program,
+    args: &'a RunArgs,
+    machine: Option<&'a Machine>,
+    clock: &'a dyn Clock,
+    journal: &'a Journal,
+}
+
+impl Job<'_> {
+    /// Runs the program and gives the exit status.
+    fn run(&self, engine: &mut dyn Engine, scan: ScanJournal) -> Result<u8, SessionError> {
+        let Self { program, args, machine, clock, journal } = *self;
+        let mut executive = executive(program, &args.control, args.realtime, machine)?;
+        let executive = executive.as_mut();
+        if let Some(path) = &args.retain {
+            restore(path, program.dialect(), executive, journal)?;
+        }
+        let stimulus = match &args.stimulus {
+            Some(path) => stimulus(path, executive)?,
+            None => Stimulus::default(),
+        };
+        warn_of_idle_options(args, journal);
+        let watch = Watch::parse(&args.watch, executive).map_err(|errors| {
+            let errors: Vec<String> = errors.iter().map(|e| format!("--watch: {e}")).collect();
+            SessionError(errors.join("\nerror: "))
+        })?;
+        let ticks = match args.duration {
+            Some(time) => Some(ticks_in(time, executive.tick_ns())),
+            None => args.ticks,
+        };
+        let interrupt = Arc::new(AtomicBool::new(false));
+        listen(&interrupt)?;
+
+        let trace_path = args.trace_path();
+        let mut trace = trace_path.map(Output::create).transpose()?;
+        let mut events = args.events.as_deref().map(Output::create).transpose()?;
+        let mut progress = Progress::new(ticks);
+        let mut retained_writer = match &args.retain {
+            Some(path) if args.realtime => Some(RetainedWriter::new(path, program.dialect())?),
+            _ => None,
+        };
+        if args.realtime
+            && let Err(why) = realtime_priority::request()
+        {
+            journal.note(why);
+        }
+        let mut hooks: Vec<&mut dyn Hook> = vec![];
+        if !args.realtime {
+            hooks.push(&mut progress);
+        }
         if let Some(retained_writer) = &mut retained_writer {
-            retained_writer.write_if_changed(executive);
+            hooks.push(retained_writer);
         }
-    };
-    let mut engine = PanicBarrier::new(engine);
-    let end = Run {
-        executive,
-        engine: &mut engine,
-        player: Player::new(stimulus, args.repeat),
-        watch: watch.clone(),
-        trace: trace.as_mut().map(|out| out as &mut dyn Write),
-        trace_format: trace_path
-            .map_or_else(TraceFormat::default, |path| TraceFormat::of(path, args.time)),
-        events: events.as_mut().map(|out| out as &mut dyn Write),
-        ticks,
-        clock: args.realtime.then_some(clock),
-        interrupt: Some(&interrupt),
-        after: Some(&mut after),
-    }
-    .go();
-    progress.clear();
+        let mut engine = PanicBarrier::new(engine);
+        let end = Run {
+            executive,
+            engine: &mut engine,
+            player: Player::new(stimulus, args.repeat),
+            watch: watch.clone(),
+            trace: trace.as_mut().map(|out| out as &mut dyn Write),
+            trace_format: trace_path
+                .map_or_else(TraceFormat::default, |path| TraceFormat::of(path, args.time)),
+            events: events.as_mut().map(|out| out as &mut dyn Write),
+            ticks,
+            clock: args.realtime.then_some(clock),
+            interrupt: Some(&interrupt),
+            hooks,
+            journal: scan,
+        }
+        .go();
+        progress.clear();
 
-    let mut status = status(&end);
-    let mut check = |result: Result<(), SessionError>| {
-        if let Err(error) = result {
-            message("error", error);
-            status = USAGE;
+        let mut status = status(&end, journal);
+        let mut check = |result: Result<(), SessionError>| {
+            if let Err(error) = result {
+                journal.error(error.0);
+                status = USAGE;
+            }
+        };
+        if let Some(path) = &args.dump {
+            check(write_dump(path, program.dialect(), executive, &watch, &end));
         }
-    };
-    if let Some(path) = &args.dump {
-        check(write_dump(path, program.dialect(), executive, &watch, &end));
+        if let Some(retained_writer) = retained_writer {
+            check(retained_writer.finish());
+        }
+        if let Some(path) = &args.retain {
+            check(keep(path, program.dialect(), executive));
+        }
+        Ok(status)
     }
-    if let Some(retained_writer) = retained_writer {
-        check(retained_writer.finish());
-    }
-    if let Some(path) = &args.retain {
-        check(keep(path, program.dialect(), executive));
-    }
-    Ok(status)
 }
 
 /// Warns of options that do nothing without another one.
-fn warn_of_idle_options(args: &RunArgs) {
+fn warn_of_idle_options(args: &RunArgs, journal: &Journal) {
     if args.trace.is_some() && args.watch.is_empty() {
-        message("warning", "the trace will be empty: --watch NAME,NAME… says what it shows");
+        journal.warn("the trace will be empty: --watch NAME,NAME… says what it shows");
     } else if args.time && args.trace_path().is_none() {
-        message("warning", "--time changes nothing: no trace is written");
+        journal.warn("--time changes nothing: no trace is written");
     }
     if args.repeat && args.stimulus.is_none() {
-        message("warning", "--repeat changes nothing: there is no --stimulus");
+        journal.warn("--repeat changes nothing: there is no --stimulus");
     }
 }
 
 /// Reports to people how a run ended, and gives its exit status.
-fn status(end: &End) -> u8 {
+fn status(end: &End, journal: &Journal) -> u8 {
     if end.punctuality.overruns > 0 {
         let late = end.punctuality.latest.as_secs_f64() * 1000.0;
         let (overruns, ticks) = (end.punctuality.overruns, end.ticks);
-        message(
-            "warning",
-            format!(
-                "{overruns} of {ticks} ticks began only when the next one was already due; the \
-                 latest began {late:.1} ms late"
-            ),
-        );
+        journal.warn(format!(
+            "{overruns} of {ticks} ticks began only when the next one was already due; the latest \
+             began {late:.1} ms late"
+        ));
     }
     if let Some(stop) = &end.stop {
         let tick = end.ticks.saturating_sub(1);
-        message("stopped", format!("{} in tick {tick}: {}", stop.code, stop.message));
+        let (code, message) = (stop.code.clone(), stop.message.clone());
+        journal.write(EntryKind::Stopped { at: tick, code, message });
     }
     if let Some(failure) = &end.failure
         && !failure.is_closed_pipe()
     {
-        message("error", failure);
+        journal.error(failure.to_string());
         return USAGE;
     }
     match (&end.stop, end.interrupted) {
@@ -273,17 +309,15 @@ fn restore(
     path: &Path,
     dialect: Dialect,
     executive: &mut dyn Executive,
+    journal: &Journal,
 ) -> Result<(), SessionError> {
     let found = retain::load(path, dialect).map_err(|e| SessionError(e.to_string()))?;
     let Some(retained) = found else { return Ok(()) };
     if let Some(why) = retained.damaged {
         let shown = path.display();
-        message(
-            "warning",
-            format!(
-                "the copy of the retained file {shown} is used, since the file itself can't be: {why}"
-            ),
-        );
+        journal.warn(format!(
+            "the copy of the retained file {shown} is used, since the file itself can't be: {why}"
+        ));
     }
     executive.restore(&retained.payload).map_err(|why| {
         let shown = path.display();

@@ -67,6 +67,46 @@ impl Write for Sink {
     }
 }
 
+/// Opens a file that grows: at its end, or (`append` is false) emptied. In real time a FIFO is opened
+/// without waiting for its reader, who may also come and go later.
+///
+/// # Errors
+/// When it can't be written; the message names it.
+pub(super) fn open(path: &Path, append: bool, realtime: bool) -> Result<File, SessionError> {
+    if is_stdout(path) {
+        return standard_output().map_err(|error| not_written(path, &error));
+    }
+    let mut options = File::options();
+    // On Linux a FIFO that is opened for reading too has a reader, and nobody is waited for.
+    let fifo = realtime && fs::metadata(path).is_ok_and(|about| is_fifo(&about));
+    options.create(true).read(fifo).write(true).append(append).truncate(!append);
+    options.open(path).map_err(|error| not_written(path, &error))
+}
+
+/// Standard output as a file, without the lock and the buffer that [`io::stdout`] has: a thread that is
+/// stuck in writing must not hold up the end of the process.
+#[cfg(unix)]
+fn standard_output() -> io::Result<File> {
+    use std::os::fd::AsFd;
+    Ok(File::from(io::stdout().as_fd().try_clone_to_owned()?))
+}
+
+#[cfg(not(unix))]
+fn standard_output() -> io::Result<File> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
+#[cfg(unix)]
+fn is_fifo(about: &fs::Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    about.file_type().is_fifo()
+}
+
+#[cfg(not(unix))]
+fn is_fifo(_: &fs::Metadata) -> bool {
+    false
+}
+
 /// Says that a file can't be written, and why.
 fn not_written(path: &Path, error: &io::Error) -> SessionError {
     SessionError(format!("{} can't be written: {}", path.display(), why_not_written(error)))
@@ -116,6 +156,7 @@ pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), Sessi
         args.trace_path().map(|path| ("--trace", path.to_owned())),
         option("--events", &args.events),
         option("--dump", &args.dump),
+        option("--log", &args.log),
         option("--retain", &args.retain),
         args.retain.as_deref().map(|path| ("--retain's copy", copy_of(path))),
     ];

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use plcc_abi::Dialect;
 
+use crate::run::{AfterTick, Hook};
 use crate::{Executive, retain};
 
 use super::SessionError;
@@ -45,7 +46,7 @@ impl RetainedWriter {
     /// Hands the retained data to the thread that writes, if it has changed and the last write is long
     /// enough ago. While that thread is busy nothing happens; the call after the next interval tries
     /// again.
-    pub(super) fn write_if_changed(&mut self, executive: &dyn Executive) {
+    fn write_if_changed(&mut self, executive: &dyn Executive) {
         let now = Instant::now();
         if now < self.next {
             return;
@@ -66,5 +67,11 @@ impl RetainedWriter {
         drop(self.to_disk);
         let died = |_| Err(SessionError("the retained file could not be written".into()));
         self.writer.join().unwrap_or_else(died)
+    }
+}
+
+impl Hook for RetainedWriter {
+    fn after_tick(&mut self, now: &mut AfterTick<'_>) {
+        self.write_if_changed(now.executive);
     }
 }

@@ -84,17 +84,12 @@ fn run(compiled: &Compiled, way: Way, dialect: Dialect, args: &Args, case: &Path
     let watch = watch.unwrap_or_else(|e| panic!("{case:?}: {e:?}"));
     let (mut trace, mut events, mut state) = (vec![], vec![], vec![]);
     let end = Run {
-        trace_format: TraceFormat::default(),
-        executive,
-        engine: &mut engine,
         player: Player::new(stimulus, args.run.repeat),
         watch: watch.clone(),
         trace: Some(&mut trace),
         events: Some(&mut events),
         ticks: args.run.ticks,
-        clock: None,
-        interrupt: None,
-        after: None,
+        ..Run::new(executive, &mut engine)
     }
     .go();
     assert!(end.failure.is_none(), "{:?}", end.failure);

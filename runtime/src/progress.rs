@@ -1,42 +1,43 @@
-//! Shows the progress of long runs, as a line on a terminal that is overwritten again and again.
+//! Shows the progress of long runs, as a line on a terminal that is overwritten again and again. In
+//! simulated time [`Progress`] writes it; in real time a thread of the journal does, since a terminal
+//! may be stopped (Ctrl-S).
 
+#[cfg(feature = "args")]
 use std::io::{self, IsTerminal, Write};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+#[cfg(feature = "args")]
+use std::time::Instant;
+
+#[cfg(feature = "args")]
+use crate::run::{AfterTick, Hook};
 
 /// How long a run has lasted before its progress is shown.
-const FIRST_SHOWN_AFTER: Duration = Duration::from_secs(1);
+pub(crate) const FIRST_SHOWN_AFTER: Duration = Duration::from_secs(1);
 /// Time between two updates of the line.
-const UPDATE_INTERVAL: Duration = Duration::from_millis(200);
-/// In simulated time the clock is read once in so many ticks, since reading it takes longer than a
+pub(crate) const UPDATE_INTERVAL: Duration = Duration::from_millis(200);
+/// The clock is read once in so many ticks, since reading it takes longer than a
 /// short tick.
+#[cfg(feature = "args")]
 const TICKS_PER_CLOCK_READ: u64 = 256;
 
-/// The line that shows the progress.
+/// The line that shows the progress of a run in simulated time.
+#[cfg(feature = "args")]
 #[derive(Debug)]
-pub(super) struct Progress {
+pub(crate) struct Progress {
     ticks: Option<u64>,
     start: Instant,
     next: Instant,
     terminal: bool,
-    stride: u64,
     visible: bool,
 }
 
+#[cfg(feature = "args")]
 impl Progress {
-    pub(super) fn new(ticks: Option<u64>, realtime: bool) -> Self {
+    /// For a run of this many ticks, where that is known.
+    pub(crate) fn new(ticks: Option<u64>) -> Self {
         let start = Instant::now();
         let terminal = io::stderr().is_terminal();
-        let stride = if realtime { 1 } else { TICKS_PER_CLOCK_READ };
-        Self { ticks, start, next: start + FIRST_SHOWN_AFTER, terminal, stride, visible: false }
-    }
-
-    /// Updates the line, if standard error is a terminal and the last update is long enough ago.
-    /// `ticks` is the number of ticks so far.
-    #[inline]
-    pub(super) fn show(&mut self, ticks: u64) {
-        if self.terminal && ticks.is_multiple_of(self.stride) {
-            self.update(ticks, Instant::now());
-        }
+        Self { ticks, start, next: start + FIRST_SHOWN_AFTER, terminal, visible: false }
     }
 
     fn update(&mut self, ticks: u64, now: Instant) {
@@ -51,15 +52,26 @@ impl Progress {
     }
 
     /// Removes the line.
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         if self.visible {
             let _ = write!(io::stderr(), "\r\x1b[K");
         }
     }
 }
 
+#[cfg(feature = "args")]
+impl Hook for Progress {
+    /// Updates the line, if standard error is a terminal and the last update is long enough ago.
+    #[inline]
+    fn after_tick(&mut self, now: &mut AfterTick<'_>) {
+        if self.terminal && now.ticks.is_multiple_of(TICKS_PER_CLOCK_READ) {
+            self.update(now.ticks, Instant::now());
+        }
+    }
+}
+
 /// The line's text, such as `42 %, 4200000 of 10000000 ticks, 3 s left`.
-fn line(ticks: u64, all: Option<u64>, elapsed: Duration) -> String {
+pub(crate) fn line(ticks: u64, all: Option<u64>, elapsed: Duration) -> String {
     let rate = ticks as f64 / elapsed.as_secs_f64().max(1e-9);
     match all {
         Some(all) => {

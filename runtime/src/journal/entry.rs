@@ -1,0 +1,194 @@
+//! What a journal's entries say.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::time::{Duration, SystemTime};
+
+use serde::{Serialize, Serializer};
+
+/// Something that happened around a program.
+#[derive(Clone, Debug, Serialize)]
+pub struct Entry {
+    /// When it happened, by the computer's clock; written as `2026-11-22T10:49:37.123456Z`.
+    #[serde(serialize_with = "rfc3339")]
+    pub time: SystemTime,
+    /// The tick in which it happened, or before which, where it belongs to one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tick: Option<u64>,
+    /// What happened.
+    #[serde(flatten)]
+    pub kind: EntryKind,
+}
+
+/// What happened. The variants' names, in lower case and with `_` between words, are the key
+/// `kind` of a line in the log; the fields are further keys. Times are in milliseconds.
+///
+/// The thread that runs the ticks may make only entries that hold no allocated memory.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum EntryKind {
+    /// A message that has no kind of its own.
+    Note {
+        /// A sentence.
+        text: Cow<'static, str>,
+    },
+    /// A message about something that the user will want to change.
+    Warning {
+        /// A sentence.
+        text: Cow<'static, str>,
+    },
+    /// A message about something that went wrong.
+    Error {
+        /// A sentence.
+        text: Cow<'static, str>,
+    },
+    /// The control stopped the program.
+    Stopped {
+        /// In which tick.
+        #[serde(skip)]
+        at: u64,
+        /// The stop's code, as in the events.
+        code: String,
+        /// What happened, as in the dump.
+        message: String,
+    },
+    /// A tick began only when a later one was already due.
+    Overrun {
+        /// How late it began.
+        #[serde(rename = "late_ms", serialize_with = "milliseconds")]
+        late: Duration,
+        /// How many ticks were skipped for it.
+        skipped: u64,
+    },
+    /// An output could not take lines or rows as fast as they came, or not at all, so that some are
+    /// missing.
+    Lost {
+        /// The output: `trace`, `events`, `log`, `standard error`.
+        output: &'static str,
+        /// How many are missing since the last entry of this kind about this output.
+        count: u64,
+    },
+    /// An output can't be written at present. The attempt is repeated.
+    OutputFailed {
+        /// The output.
+        output: &'static str,
+        /// Why.
+        error: String,
+    },
+    /// An output that could not be written can be written again.
+    OutputRecovered {
+        /// The output.
+        output: &'static str,
+    },
+    /// Nobody reads an output any more. Nothing more is written to it.
+    OutputClosed {
+        /// The output.
+        output: &'static str,
+    },
+    /// An output did not take what it was given within the time that the end of a run waits for it.
+    OutputStuck {
+        /// The output.
+        output: &'static str,
+    },
+}
+
+/// How important an entry is for people.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Severity {
+    /// Worth knowing.
+    Note,
+    /// The user will want to change something.
+    Warning,
+    /// Something went wrong.
+    Error,
+    /// The program was stopped.
+    Stopped,
+}
+
+impl Severity {
+    /// The word that begins a message on standard error.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Note => "note",
+            Self::Warning => "warning",
+            Self::Error => "error",
+            Self::Stopped => "stopped",
+        }
+    }
+}
+
+impl EntryKind {
+    /// Whether the sentence for people names the tick.
+    pub(super) fn names_tick(&self) -> bool {
+        matches!(self, Self::Overrun { .. })
+    }
+
+    /// How important it is.
+    pub fn severity(&self) -> Severity {
+        match self {
+            Self::Note { .. } | Self::OutputRecovered { .. } => Severity::Note,
+            Self::Warning { .. }
+            | Self::Overrun { .. }
+            | Self::Lost { .. }
+            | Self::OutputFailed { .. }
+            | Self::OutputClosed { .. }
+            | Self::OutputStuck { .. } => Severity::Warning,
+            Self::Error { .. } => Severity::Error,
+            Self::Stopped { .. } => Severity::Stopped,
+        }
+    }
+}
+
+impl fmt::Display for EntryKind {
+    /// The sentence for people, without a full stop.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Note { text } | Self::Warning { text } | Self::Error { text } => {
+                f.write_str(text)
+            }
+            Self::Stopped { at, code, message } => write!(f, "{code} in tick {at}: {message}"),
+            Self::Overrun { late, skipped } => {
+                let late = late.as_secs_f64() * 1000.0;
+                write!(f, "an overrun: the tick began {late:.1} ms late")?;
+                match skipped {
+                    0 => Ok(()),
+                    1 => f.write_str(", and 1 tick was skipped"),
+                    _ => write!(f, ", and {skipped} ticks were skipped"),
+                }
+            }
+            Self::Lost { output, count } => {
+                let what = match *output {
+                    "trace" => "rows of the trace",
+                    "events" => "events",
+                    "log" => "entries of the log",
+                    _ => "messages on standard error",
+                };
+                write!(f, "{count} {what} are lost: they could not be written in time")
+            }
+            Self::OutputFailed { output, error } => {
+                write!(f, "{} can't be written, the attempt is repeated: {error}", the(output))
+            }
+            Self::OutputRecovered { output } => write!(f, "{} can be written again", the(output)),
+            Self::OutputClosed { output } => {
+                write!(f, "nobody reads {} any more; no more of it is written", the(output))
+            }
+            Self::OutputStuck { output } => {
+                write!(f, "the end of {} is missing, since nobody took it in time", the(output))
+            }
+        }
+    }
+}
+
+/// An output with its article.
+fn the(output: &str) -> String {
+    if output.starts_with("standard") { output.to_owned() } else { format!("the {output}") }
+}
+
+fn rfc3339<S: Serializer>(time: &SystemTime, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&humantime::format_rfc3339_micros(*time))
+}
+
+/// A time in milliseconds, exact to a microsecond.
+fn milliseconds<S: Serializer>(time: &Duration, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_f64(time.as_micros() as f64 / 1000.0)
+}

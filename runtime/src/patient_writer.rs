@@ -1,0 +1,172 @@
+//! Writes to a file that may fail or be full for a while, and never loses its place.
+//!
+//! In real time no trouble with an output may end the run, so what writes an output has to go on
+//! after an error. [`PatientWriter`] keeps the bytes that could not be written and continues at the
+//! very byte at which the file stopped taking them, so that no line is torn when a full disk has
+//! room again.
+
+use std::io::{self, ErrorKind, Write};
+use std::time::{Duration, Instant};
+
+/// Time after an error until the next attempt.
+const FIRST_RETRY: Duration = Duration::from_millis(50);
+/// The longest time between two attempts; it doubles from one to the next up to this.
+const LONGEST_RETRY: Duration = Duration::from_secs(1);
+
+/// What became of an attempt to write.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Progress {
+    /// Everything is written.
+    Done,
+    /// Everything is written, for the first time after an error.
+    Recovered,
+    /// The file took nothing or only a part; the rest is kept for a later attempt.
+    Waiting,
+    /// As `Waiting`, and this error is the first one since the file last took something.
+    Failed(ErrorKind, String),
+    /// Nobody will ever read it again (a pipe whose reader has left). All bytes are thrown away,
+    /// now and from now on.
+    Closed,
+}
+
+/// Bytes for a file, and how far they are written.
+#[derive(Debug)]
+pub(crate) struct PatientWriter<W> {
+    to: W,
+    pending: Vec<u8>,
+    written: usize,
+    retry: Option<(Instant, Duration)>,
+    closed: bool,
+}
+
+impl<W: Write> PatientWriter<W> {
+    /// Nothing is written yet.
+    pub(crate) fn new(to: W) -> Self {
+        Self { to, pending: Vec::new(), written: 0, retry: None, closed: false }
+    }
+
+    /// Whether all bytes are written.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.pending.is_empty()
+    }
+
+    /// Whether the reader has left.
+    pub(crate) fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    /// Where bytes are added, behind those that wait.
+    pub(crate) fn buffer(&mut self) -> &mut Vec<u8> {
+        &mut self.pending
+    }
+
+    /// Tries to write everything that waits. After an error nothing is tried until its retry time
+    /// has come; `now` is the present time.
+    pub(crate) fn write(&mut self, now: Instant) -> Progress {
+        if self.closed {
+            self.pending.clear();
+            return Progress::Closed;
+        }
+        if self.retry.is_some_and(|(at, _)| now < at) {
+            return Progress::Waiting;
+        }
+        while let Some(rest) = self.pending.get(self.written..).filter(|rest| !rest.is_empty()) {
+            let error = match self.to.write(rest) {
+                Ok(0) => ErrorKind::WriteZero.into(),
+                Ok(count) => {
+                    self.written += count;
+                    continue;
+                }
+                Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+                Err(error) => error,
+            };
+            return self.failed(&error, now);
+        }
+        self.pending.clear();
+        self.written = 0;
+        match self.retry.take() {
+            Some(_) => Progress::Recovered,
+            None => Progress::Done,
+        }
+    }
+
+    fn failed(&mut self, error: &io::Error, now: Instant) -> Progress {
+        if error.kind() == ErrorKind::BrokenPipe {
+            self.closed = true;
+            self.pending.clear();
+            return Progress::Closed;
+        }
+        let wait = match self.retry {
+            Some((_, last)) => (last * 2).min(LONGEST_RETRY),
+            None => FIRST_RETRY,
+        };
+        let first = self.retry.is_none();
+        // A file that was opened by somebody else as one that never blocks is merely full.
+        if error.kind() == ErrorKind::WouldBlock {
+            std::thread::sleep(Duration::from_millis(1));
+            return Progress::Waiting;
+        }
+        self.retry = Some((now + wait, wait));
+        if first {
+            Progress::Failed(error.kind(), crate::files::why_not_written(error))
+        } else {
+            Progress::Waiting
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Takes five bytes, then is full until `room` is made.
+    struct Disk {
+        taken: Vec<u8>,
+        room: usize,
+    }
+
+    impl Write for &mut Disk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let count = bytes.len().min(self.room);
+            if count == 0 {
+                return Err(ErrorKind::StorageFull.into());
+            }
+            self.room -= count;
+            self.taken.extend(&bytes[..count]);
+            Ok(count)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_full_disk_tears_no_line() {
+        let mut disk = Disk { taken: vec![], room: 5 };
+        let now = Instant::now();
+        let mut writer = PatientWriter::new(&mut disk);
+        writer.buffer().extend(b"first line\n");
+        assert!(matches!(writer.write(now), Progress::Failed(ErrorKind::StorageFull, _)));
+        writer.buffer().extend(b"second line\n");
+        assert_eq!(writer.write(now), Progress::Waiting, "the retry time has not come");
+        let later = now + FIRST_RETRY;
+        assert_eq!(writer.write(later), Progress::Waiting, "an error is told once");
+        writer.to.room = 1000;
+        assert_eq!(writer.write(later + FIRST_RETRY * 2), Progress::Recovered);
+        assert!(writer.is_empty());
+        writer.buffer().extend(b"third line\n");
+        assert_eq!(writer.write(later + FIRST_RETRY * 2), Progress::Done);
+        assert_eq!(disk.taken, b"first line\nsecond line\nthird line\n");
+    }
+
+    #[test]
+    fn a_reader_that_has_left_is_written_to_no_more() {
+        let (reader, to) = io::pipe().unwrap();
+        drop(reader);
+        let mut writer = PatientWriter::new(to);
+        writer.buffer().extend(b"line\n");
+        assert_eq!(writer.write(Instant::now()), Progress::Closed);
+        assert!(writer.is_closed() && writer.is_empty());
+    }
+}
