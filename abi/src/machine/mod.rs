@@ -23,7 +23,7 @@ use serde::Deserialize;
 use crate::nct::NctSettings;
 use nct::NctFile;
 
-/// What the machine file says.
+/// What a machine file says.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Machine {
     /// PMI's executive variables, in the order of their names.
@@ -35,13 +35,13 @@ pub struct Machine {
 /// An executive variable that the machine file adds or changes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MachineVariable {
-    /// In capitals, with its `@`.
+    /// Its name in capitals, with the `@`.
     pub name: String,
-    /// LOGICAL where neither the file nor the built-in table says.
+    /// Its type; without one, that of the built-in table, or LOGICAL for a variable that is new.
     pub ty: Option<VariableType>,
-    /// Read and write where neither says.
+    /// What a program may do with it; without one, what the built-in table says, or read and write.
     pub class: Option<VariableClass>,
-    /// Elements of an array, 0 for a variable that is none.
+    /// How many elements it has as an array; 0 for a variable that is no array.
     pub size: Option<u32>,
     /// One line of meaning for `plcc explain`.
     pub meaning: Option<String>,
@@ -123,7 +123,7 @@ impl Machine {
         let table: toml::Table = text.parse().map_err(|e| Self::refusal(&e))?;
         let known = |key: &&String| *key == "variables" || NctFile::KEYS.contains(&key.as_str());
         if let Some(key) = table.keys().find(|key| !known(key)) {
-            return Err(MachineError(format!("`{key}` is nothing that a machine has")));
+            return Err(MachineError(format!("`{key}` is not a key of a machine file")));
         }
         let file: File = toml::from_str(text).map_err(|e| Self::refusal(&e))?;
         let nct = file.nct.settings().map_err(MachineError)?;

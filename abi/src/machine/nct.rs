@@ -22,11 +22,11 @@ use toml::{Table, Value};
 
 use crate::nct::{NctControl, NctSettings, ToolPot};
 
-/// The largest number of a parameter or macro variable.
+/// The largest number that a parameter or a macro variable can have.
 const MAX_NUMBER: u16 = 9999;
-/// The pot table ends at F999 at the latest.
+/// The largest number of a tool pot: the table of pots, two bytes each, ends at F999 at the latest.
 const MAX_POT: u16 = 249;
-/// Tool numbers have 14 bits beside the width's code.
+/// The largest tool number: in a pot's word 14 bits are the tool, the other two a code of its width.
 const MAX_TOOL: u16 = 0x3FFF;
 
 /// The keys, as they stand in the file.
@@ -100,7 +100,8 @@ fn integer(what: &str, name: &str, value: &Value) -> Result<i64, String> {
     value.as_integer().ok_or_else(|| format!("{what} {name}: not an integer"))
 }
 
-/// The pots: a table by pot number, or a list of tables that say `pot`, or of lists.
+/// The pots. They stand in the file as a table by pot number, as a list of tables each with a key
+/// `pot`, or as a list of lists `[pot, tool, width]`.
 fn pots(value: &Value) -> Result<Vec<ToolPot>, String> {
     match value {
         Value::Array(rows) => rows.iter().map(|row| pot(None, row)).collect(),

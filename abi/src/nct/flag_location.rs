@@ -1,20 +1,22 @@
-//! Where a byte of flags lies.
+//! Where a byte of flags lies in the image: eight bits in one byte, or unpacked, a byte for each bit.
+//! The compiler unpacks the bytes whose bits a program uses singly, since a byte of 0 or 1 is read and
+//! written by one instruction.
 
 use serde::{Deserialize, Serialize};
 
 use crate::image;
 
-/// The place of one byte of flags: itself, or its eight bits as bytes of 0 or 1.
+/// The place in the image of one byte of flags.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct FlagLocation {
-    /// Offset of the byte, or of bit 0 with the others behind it.
+    /// The offset in the image of the byte; if it is unpacked, of bit 0, which bits 1 to 7 follow.
     pub offset: u32,
-    /// Whether it is kept as eight bytes.
+    /// Whether it is kept as eight bytes of 0 or 1, one for each bit.
     pub unpacked: bool,
 }
 
 impl FlagLocation {
-    /// The byte.
+    /// Reads the byte.
     #[inline]
     pub fn read(self, image: &[u8]) -> u8 {
         if !self.unpacked {
@@ -37,7 +39,7 @@ impl FlagLocation {
         image::write_u64(image, self.offset, bits & 0x0101_0101_0101_0101);
     }
 
-    /// One bit of it, 0 to 7; others are false.
+    /// Reads bit 0 to 7; a bit of any other number is false.
     #[inline]
     pub fn bit(self, image: &[u8], bit: u8) -> bool {
         if bit > 7 {
@@ -49,7 +51,7 @@ impl FlagLocation {
         }
     }
 
-    /// Writes one bit of it, 0 to 7; others do nothing.
+    /// Writes bit 0 to 7; a bit of any other number is not written.
     #[inline]
     pub fn set_bit(self, image: &mut [u8], bit: u8, value: bool) {
         if bit > 7 {

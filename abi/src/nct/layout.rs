@@ -4,10 +4,10 @@
 pub mod context {
     /// Register OP, 16 bits.
     pub const OP: u32 = 0;
-    /// Number of return addresses in use, 16 bits.
+    /// How many calls are open: the number of return addresses in use, 16 bits.
     pub const DEPTH: u32 = 2;
-    /// Safepoints left, 32 bits. Each passed one takes one off; at 0 the module is suspended or
-    /// stopped, as [`ON_EMPTY`] says.
+    /// How many safepoints may still be passed, 32 bits. Each safepoint that is passed takes one off;
+    /// at 0 the module is suspended or stopped, as [`ON_EMPTY`] says.
     pub const FUEL: u32 = 4;
     /// What happens when the fuel is used up, 8 bits: 0 suspends, 1 traps with
     /// [`TrapCode::Timeout`](crate::TrapCode::Timeout).
@@ -15,9 +15,10 @@ pub mod context {
     /// Return addresses, 32 bits each, in all engines alike: the number of the calling statement
     /// (`C…` or `CF…`), counted from 0 over all of them in the source's order.
     pub const SITES: u32 = 12;
-    /// How deep calls nest at most.
+    /// The most calls that may be open at once; one more traps with
+    /// [`TrapCode::CallDepth`](crate::TrapCode::CallDepth).
     pub const MAX_DEPTH: u16 = 32;
-    /// Length of the region.
+    /// The length of the region in bytes.
     pub const SIZE: u32 = 144;
 }
 
@@ -29,7 +30,7 @@ pub mod region {
     /// The input image of the running module: bytes that are kept as bytes, and those that are kept
     /// as eight bytes of 0 or 1.
     pub const INPUT: [&str; 2] = ["input_bytes", "input_bits"];
-    /// That module's image before, in the same two parts.
+    /// The input image of that module's run before, in the same two parts; V compares the two.
     pub const PREVIOUS: [&str; 2] = ["previous_bytes", "previous_bits"];
     /// The output image, in two parts.
     pub const OUTPUT: [&str; 2] = ["output_bytes", "output_bits"];
@@ -53,9 +54,9 @@ pub mod region {
     pub const RP: &str = "rp";
 }
 
-/// Bytes of an input or output image (`Ipq` is byte pq).
+/// Bytes of an input or output image (`Ipqr` is bit r of byte pq).
 pub const IMAGE_BYTES: usize = 100;
-/// Modules that run at most: :000, :001 and :002.
+/// The most modules that a program has: :000, :001 and :002.
 pub const MODULES: usize = 3;
 /// Bytes of the physical lines: four boards of ten.
 pub const LINE_BYTES: usize = 40;
@@ -73,5 +74,5 @@ pub const T_COUNT: u16 = 50;
 pub const H_COUNT: u16 = 100;
 /// Minute timers M0 to M9.
 pub const M_COUNT: u16 = 10;
-/// Words in the region `rp`: RP001 to RP040 behind an unused one.
+/// Words in the region `rp`: an unused one at index 0, then RP001 to RP040.
 pub const RP_COUNT: u16 = 41;

@@ -1,4 +1,4 @@
-//! The names of an NCT program's variables.
+//! The names by which users write an NCT program's variables: `I002`, `Y40`, `RH060`.
 
 use alloc::{
     format,
@@ -12,35 +12,35 @@ use serde::{Deserialize, Serialize};
 /// to 999), `bit` is 0 to 7, or `None` for the word of that byte and the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum NctName {
-    /// Input image.
+    /// The input image, as the running module sees it.
     I {
         /// The byte.
         byte: u8,
         /// The bit, or the word.
         bit: Option<u8>,
     },
-    /// Output image.
+    /// The output image, as the program writes it.
     Y {
         /// The byte.
         byte: u8,
         /// The bit, or the word.
         bit: Option<u8>,
     },
-    /// Physical input lines.
+    /// The physical input lines of the interface boards.
     P {
         /// The byte.
         byte: u8,
         /// The bit, or the word.
         bit: Option<u8>,
     },
-    /// Physical output lines.
+    /// The physical output lines of the interface boards.
     O {
         /// The byte.
         byte: u8,
         /// The bit, or the word.
         bit: Option<u8>,
     },
-    /// Local variables.
+    /// The local variables, which other controls call flags.
     F {
         /// The byte.
         byte: u16,
@@ -59,14 +59,14 @@ pub enum NctName {
     M(u8),
     /// PLC constant, 1 to 40.
     Rp(u8),
-    /// A module's register, 0 to 2.
+    /// Register OP of module :000, :001 or :002, by the module's number 0 to 2.
     Op(u8),
 }
 
 /// Why a text is no variable's name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NctNameError {
-    /// What is wrong, to follow the name: `has a bit above 7`.
+    /// What is wrong, as the rest of a sentence that begins with the name: `has a bit above 7`.
     pub reason: String,
 }
 
@@ -164,7 +164,8 @@ fn error(reason: &str) -> NctNameError {
     NctNameError { reason: reason.to_string() }
 }
 
-/// A byte or bit of digits: `wide` digits are a byte's word, one more a bit of it.
+/// The byte that digits name, and the bit. `wide` digits name a word, by its lower byte; one digit more
+/// names a bit of the byte. There are `bytes` bytes.
 fn address(digits: &str, wide: usize, bytes: u16) -> Result<(u16, Option<u8>), NctNameError> {
     let number: u16 = digits.parse().map_err(|_| error("has no number behind its letter"))?;
     let (byte, bit) = match digits.len() {
@@ -183,7 +184,8 @@ fn address(digits: &str, wide: usize, bytes: u16) -> Result<(u16, Option<u8>), N
     Ok((byte, bit))
 }
 
-/// A register's number of at most as many digits as the canonical name has.
+/// The number of a register, `first` to `count - 1`, written with at most as many digits as the
+/// canonical name has.
 fn register(digits: &str, first: u16, count: u16) -> Result<u16, NctNameError> {
     let number: u16 = digits.parse().map_err(|_| error("has no number behind its letters"))?;
     let width = if count > 100 || first > 0 { 3 } else { 2 };

@@ -10,13 +10,13 @@ use super::{FlagLocation, NctName, NctSettings};
 /// this order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NctTables {
-    /// Where the bytes of the running module's input image are, [`IMAGE_BYTES`](super::IMAGE_BYTES) of them.
+    /// Where the bytes of the running module's input image lie, [`IMAGE_BYTES`](super::IMAGE_BYTES) of them.
     pub inputs: Vec<FlagLocation>,
-    /// Where the bytes of its image before are.
+    /// Where the bytes of the input image of its run before lie.
     pub previous: Vec<FlagLocation>,
-    /// Where the bytes of the output image are.
+    /// Where the bytes of the output image lie.
     pub outputs: Vec<FlagLocation>,
-    /// Where the local variables are, [`FLAG_BYTES`](super::FLAG_BYTES) of them.
+    /// Where the bytes of the local variables F lie, [`FLAG_BYTES`](super::FLAG_BYTES) of them.
     pub flags: Vec<FlagLocation>,
     /// Captions of softkeys, module :197; Y500 is the first's lamp.
     pub texts197: Vec<String>,
@@ -26,7 +26,7 @@ pub struct NctTables {
     pub texts199: Vec<String>,
     /// What the program says of itself, module :200.
     pub info: String,
-    /// What the program names, in natural order and each once: a dump's variables.
+    /// The variables that the program names, each once, in natural sort order. A dump shows these.
     pub named: Vec<NctName>,
     /// What the machine file said when the program was compiled.
     pub settings: NctSettings,

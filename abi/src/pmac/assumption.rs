@@ -21,7 +21,7 @@ pub enum Direct {
     P(u32),
     /// A Q-variable, counted from &1Q0.
     Q(u32),
-    /// The 21 bits of an undefined one.
+    /// The 21 bits that an undefined M-variable keeps in place of an address.
     Star,
 }
 
@@ -77,7 +77,7 @@ pub struct Definitions<'a> {
 }
 
 impl<'a> Definitions<'a> {
-    /// Those of an image.
+    /// The definitions in an image of this layout.
     pub fn new(image: &'a mut [u8], layout: &'a Layout) -> Self {
         Self { image, layout }
     }

@@ -1,4 +1,4 @@
-//! What an M- or L-variable is defined as.
+//! Definitions: which register, or which of its bits, an M- or L-variable stands for.
 
 use serde::{Deserialize, Serialize};
 
@@ -112,7 +112,7 @@ impl Definition {
         }
     }
 
-    /// How it stands in the image's `mdef`: the address (of `*`: the value) in the low 32 bits,
+    /// The definition as the region `mdef` of the image holds it: the address (of `*`: the value) in the low 32 bits,
     /// above it a byte each of kind, lowest bit, width and format.
     pub fn encode(self) -> u64 {
         let (kind, field) = match self {
@@ -133,7 +133,8 @@ impl Definition {
         u64::from_le_bytes([a0, a1, a2, a3, kind, offset, width, format])
     }
 
-    /// Reads what [`encode`](Self::encode) made; of anything else it makes something.
+    /// The definition that [`encode`](Self::encode) has made a code of. A code that it never makes gives
+    /// some valid definition.
     pub fn decode(code: u64) -> Self {
         let [a0, a1, a2, a3, kind, offset, width, format] = code.to_le_bytes();
         let address = u32::from_le_bytes([a0, a1, a2, a3]);

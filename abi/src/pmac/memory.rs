@@ -135,7 +135,7 @@ impl View<'_> {
     }
 }
 
-/// A PMAC's memory.
+/// A PMAC's memory, for reading and writing.
 pub struct Memory<'a> {
     /// The process image.
     pub image: &'a mut [u8],
@@ -146,7 +146,7 @@ pub struct Memory<'a> {
 }
 
 impl Memory<'_> {
-    /// The same, to look at.
+    /// The same memory, for reading only.
     pub fn view(&self) -> View<'_> {
         View { image: self.image, layout: self.layout, sparse: self.sparse }
     }
@@ -231,7 +231,7 @@ impl Memory<'_> {
         self.definitions().set_code(number, code);
     }
 
-    /// The definitions in it.
+    /// The definitions of its M-variables.
     pub fn definitions(&mut self) -> Definitions<'_> {
         Definitions::new(self.image, self.layout)
     }

@@ -21,7 +21,8 @@ pub struct SparseMemory {
     halves: BTreeMap<u32, (u64, (u32, u32))>,
 }
 
-/// What of it is written: address, X and Y; offset, bits, X and Y.
+/// How it is serialised: for each word outside the image its address, X and Y; for each P or Q with
+/// saved halves its offset, the bits of its double, X and Y.
 type Saved = (Vec<(u32, u32, u32)>, Vec<(u32, u64, u32, u32)>);
 
 impl SparseMemory {

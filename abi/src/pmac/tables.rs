@@ -1,4 +1,4 @@
-//! The tables of a PMAC download.
+//! What the executive of a PMAC knows of a download.
 
 use alloc::{string::String, vec::Vec};
 
@@ -9,22 +9,22 @@ use super::{
     sparse_memory::SparseMemory,
 };
 
-/// What happens to PLCs (ENABLE to RESUME); the numbers are the host function's argument.
+/// What a statement does to PLCs. The numbers are the argument of the host function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[repr(u32)]
 pub enum PlcOp {
-    /// ENABLE: from the top.
+    /// ENABLE: the PLC runs from its top.
     Enable = 0,
-    /// DISABLE.
+    /// DISABLE: the PLC no longer runs.
     Disable = 1,
-    /// PAUSE: enabled ones only.
+    /// PAUSE: a PLC that is enabled stops where it is.
     Pause = 2,
-    /// RESUME: paused ones only, where they were.
+    /// RESUME: a PLC that is paused goes on where it was.
     Resume = 3,
 }
 
 impl PlcOp {
-    /// The operation of a number.
+    /// The operation with a number; `None` if there is none.
     pub fn from_number(number: u32) -> Option<Self> {
         match number {
             0 => Some(Self::Enable),
@@ -36,22 +36,22 @@ impl PlcOp {
     }
 }
 
-/// A PLC or PLCC with statements; empty ones are left out.
+/// A PLC or PLCC. Those without statements are not in the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Program {
     /// Its number, 0 to 31.
     pub number: u32,
-    /// A PLCC.
+    /// Whether it is a PLCC rather than a PLC.
     pub compiled: bool,
-    /// Its index among the tasks.
+    /// The index of its task among those of the program.
     pub task: u32,
     /// Whether it is enabled after load.
     pub enabled: bool,
-    /// Whether it is paused after load, so that RESUME starts it.
+    /// Whether it is paused after load: only RESUME starts it then.
     pub paused: bool,
 }
 
-/// Something that a statement says to the outside.
+/// Something that a statement sends to the world outside: a text, a value or a command.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Text {
     /// SEND; the port is `S` or `P` for SENDS and SENDP.
