@@ -42,6 +42,8 @@ pub mod event;
 pub mod executive;
 pub mod files;
 mod fingerprint;
+#[cfg(all(feature = "args", target_os = "linux"))]
+pub mod image_file;
 pub mod journal;
 pub mod native;
 pub mod nct;

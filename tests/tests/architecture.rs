@@ -46,6 +46,7 @@ const UNSAFE: &[&str] = &[
     "codegen/src/compile.rs",
     "codegen/src/jit_memory.rs",
     "runtime/src/artifact/mod.rs",
+    "runtime/src/image_file/shared_memory.rs",
     "runtime/src/native.rs",
 ];
 

@@ -1,0 +1,101 @@
+//! What an image file holds when it is made.
+
+use std::ops::Range;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use plcc_abi::{Dialect, Program};
+use serde_json::json;
+
+use super::layout::{self, HEADER_SIZE, SAFE_OUTPUT_SIZE};
+
+/// The safe value of the lines in one byte of the process image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SafeByte {
+    /// Offset of the byte in the process image.
+    pub offset: u32,
+    /// The bits that have a safe value; the others hold what they are.
+    pub mask: u8,
+    /// The values of those bits.
+    pub value: u8,
+}
+
+/// What a new file is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Content<'a> {
+    /// The program.
+    pub program: &'a Program,
+    /// What tells it from others.
+    pub fingerprint: u64,
+    /// The process image.
+    pub image: &'a [u8],
+    /// The parts of the image that the program is known to use; they are copied after each tick.
+    /// Images of at most 64 KiB are copied as a whole.
+    pub used: &'a [Range<u32>],
+    /// The length of a tick in nanoseconds.
+    pub tick_ns: u64,
+    /// How often the program has been replaced by an online change.
+    pub generation: u64,
+    /// What a supervisor writes when the process has died.
+    pub safe_outputs: &'a [SafeByte],
+}
+
+/// The table of variables: a JSON object a line for each variable and each region.
+fn variables(program: &Program) -> Vec<u8> {
+    let regions = program.regions.iter().map(
+        |region| json!({"region": region.name, "offset": region.offset, "bytes": region.size}),
+    );
+    let variables = program.tables.symbols().into_iter().map(|symbol| {
+        json!({
+            "name": symbol.name, "type": symbol.ty.name(), "offset": symbol.offset,
+            "elements": symbol.elements,
+        })
+    });
+    regions.chain(variables).flat_map(|line| format!("{line}\n").into_bytes()).collect()
+}
+
+/// Lengthens some bytes to whole words.
+fn pad(bytes: &mut Vec<u8>) {
+    bytes.resize(bytes.len().next_multiple_of(8), 0);
+}
+
+impl Content<'_> {
+    /// The bytes of the file.
+    pub(super) fn encode(&self) -> Vec<u8> {
+        let mut bytes = vec![0; HEADER_SIZE];
+        bytes.extend(self.image);
+        pad(&mut bytes);
+        let variables_at = bytes.len();
+        let variables = variables(self.program);
+        bytes.extend(&variables);
+        pad(&mut bytes);
+        let safe_at = bytes.len();
+        for &SafeByte { offset, mask, value } in self.safe_outputs {
+            bytes.extend(offset.to_le_bytes());
+            bytes.extend([mask, value, 0, 0]);
+        }
+        debug_assert_eq!(bytes.len(), safe_at + self.safe_outputs.len() * SAFE_OUTPUT_SIZE);
+        let mut put = |at: usize, value: &[u8]| {
+            if let Some(place) = bytes.get_mut(at..at + value.len()) {
+                place.copy_from_slice(value);
+            }
+        };
+        let dialect = Dialect::ALL.iter().position(|&d| d == self.program.dialect());
+        let created = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        put(layout::AT_MAGIC, &layout::MAGIC);
+        put(layout::AT_VERSION, &layout::VERSION.to_le_bytes());
+        put(layout::AT_HEADER_SIZE, &(HEADER_SIZE as u32).to_le_bytes());
+        put(layout::AT_FINGERPRINT, &self.fingerprint.to_le_bytes());
+        put(layout::AT_DIALECT, &(dialect.unwrap_or(0) as u32).to_le_bytes());
+        put(layout::AT_IMAGE_SIZE, &(self.image.len() as u32).to_le_bytes());
+        put(layout::AT_IMAGE, &(HEADER_SIZE as u64).to_le_bytes());
+        put(layout::AT_VARIABLES, &(variables_at as u64).to_le_bytes());
+        put(layout::AT_VARIABLES_SIZE, &(variables.len() as u64).to_le_bytes());
+        put(layout::AT_SAFE_OUTPUTS, &(safe_at as u64).to_le_bytes());
+        put(layout::AT_SAFE_OUTPUTS_COUNT, &(self.safe_outputs.len() as u64).to_le_bytes());
+        put(layout::AT_TICK_NS, &self.tick_ns.to_le_bytes());
+        put(layout::AT_PROCESS, &u64::from(std::process::id()).to_le_bytes());
+        put(layout::AT_CREATED, &(created.as_nanos() as u64).to_le_bytes());
+        put(layout::AT_GENERATION, &self.generation.to_le_bytes());
+        bytes
+    }
+}

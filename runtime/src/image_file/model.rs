@@ -1,0 +1,82 @@
+//! The model check of the sequence counter: `sequence.rs` runs on loom's atomics, and loom tries all
+//! orders of loads and stores that the memory model allows.
+
+/// What `sequence.rs` works on here.
+mod atomics {
+    pub(crate) use loom::sync::atomic::{AtomicU64, Ordering, fence};
+}
+
+#[path = "sequence.rs"]
+mod sequence;
+
+use std::sync::Arc;
+
+use atomics::AtomicU64;
+use sequence::{begin_read, begin_write, end_read, end_write, read_word, write_word};
+
+/// Two writes of two words beside one reader: what the reader accepts belongs to one write.
+#[test]
+fn a_reader_accepts_whole_ticks_only() {
+    // What the reader accepted over all orders: without each of the three, nothing is tested.
+    let accepted = Arc::new([(); 3].map(|()| std::sync::atomic::AtomicU64::new(0)));
+    let seen = Arc::clone(&accepted);
+    loom::model(move || {
+        let shared = loom::sync::Arc::new([0, 0, 0].map(AtomicU64::new));
+        let writer = {
+            let shared = shared.clone();
+            loom::thread::spawn(move || {
+                let [counter, a, b] = &*shared;
+                let mut number = 0;
+                for tick in 1..=2 {
+                    number = begin_write(counter, number);
+                    write_word(a, tick);
+                    write_word(b, tick);
+                    end_write(counter, number);
+                }
+            })
+        };
+        let [counter, a, b] = &*shared;
+        if let Some(number) = begin_read(counter) {
+            let (a, b) = (read_word(a), read_word(b));
+            if end_read(counter, number) {
+                assert_eq!(a, b, "words of two ticks");
+                assert_eq!(number, 2 * a, "the words of another tick than the counter's");
+                seen[a as usize].fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            }
+        }
+        writer.join().unwrap();
+    });
+    for (tick, count) in accepted.iter().enumerate() {
+        assert!(count.load(std::sync::atomic::Ordering::Relaxed) > 0, "tick {tick}");
+    }
+}
+
+/// The same without the fence behind the counter's first store: loom finds the order in which a
+/// reader accepts words of two ticks, so that the test above can fail.
+#[test]
+fn without_its_fence_the_counter_protects_nothing() {
+    let failed = std::panic::catch_unwind(|| {
+        loom::model(|| {
+            let shared = loom::sync::Arc::new([0, 0, 0].map(AtomicU64::new));
+            let writer = {
+                let shared = shared.clone();
+                loom::thread::spawn(move || {
+                    let [counter, a, b] = &*shared;
+                    counter.store(1, atomics::Ordering::Relaxed);
+                    write_word(a, 1);
+                    write_word(b, 1);
+                    end_write(counter, 2);
+                })
+            };
+            let [counter, a, b] = &*shared;
+            if let Some(number) = begin_read(counter) {
+                let (a, b) = (read_word(a), read_word(b));
+                if end_read(counter, number) {
+                    assert_eq!(a, b, "words of two ticks");
+                }
+            }
+            writer.join().unwrap();
+        });
+    });
+    assert!(failed.is_err());
+}

@@ -1,0 +1,211 @@
+//! The writing side of an image file.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use super::content::Content;
+use super::layout::{self, HEADER_SIZE, State};
+use super::pages::{PAGE, Pages};
+use super::sequence::{begin_write, end_write, read_word, write_word};
+use super::shared_memory::{Access, SharedMemory};
+use crate::files::why_not_written;
+
+/// Why an image file can't be made.
+#[derive(Debug, Error)]
+pub enum ImageFileError {
+    /// A file of that name is something else, which is not overwritten.
+    #[error("{0} is not written as the image file, since it is something else")]
+    Other(PathBuf),
+    /// Another process writes it.
+    #[error("the image file {0} is in use by process {1}")]
+    InUse(PathBuf, u64),
+    /// It can't be written or mapped.
+    #[error("the image file {0} can't be written: {why}", why = why_not_written(.1))]
+    Io(PathBuf, io::Error),
+}
+
+/// Writes an image file. Making it and dropping it are for other threads than the scan's.
+#[derive(Debug)]
+pub struct Publisher {
+    memory: SharedMemory,
+    pages: Pages,
+    image_size: usize,
+    /// What the sequence counter holds.
+    sequence: u64,
+    /// Where the file is now.
+    at: PathBuf,
+    /// Holds the lock by which other processes know that the file is in use.
+    _file: File,
+}
+
+/// Whether a new file may take the place of the one at a path.
+///
+/// # Errors
+/// When there is something else, or another process writes it.
+fn check_replaceable(path: &Path) -> Result<(), ImageFileError> {
+    let failed = |error| ImageFileError::Io(path.to_owned(), error);
+    let about = match fs::metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        about => about.map_err(failed)?,
+    };
+    if !about.is_file() {
+        return Err(ImageFileError::Other(path.to_owned()));
+    }
+    let mut file = File::open(path).map_err(failed)?;
+    let mut head = Vec::new();
+    Read::take(&mut file, HEADER_SIZE as u64).read_to_end(&mut head).map_err(failed)?;
+    if !head.is_empty() && !head.starts_with(&layout::MAGIC) {
+        return Err(ImageFileError::Other(path.to_owned()));
+    }
+    match file.try_lock() {
+        Ok(()) => Ok(()),
+        Err(TryLockError::WouldBlock) => {
+            let process = head.get(layout::AT_PROCESS..).and_then(|tail| tail.first_chunk());
+            let process = process.map_or(0, |bytes| u64::from_le_bytes(*bytes));
+            Err(ImageFileError::InUse(path.to_owned(), process))
+        }
+        Err(TryLockError::Error(error)) => Err(failed(error)),
+    }
+}
+
+impl Publisher {
+    /// Makes the image file of a control. An image file of a process that has ended is replaced; a
+    /// process that still has it open keeps what it held.
+    ///
+    /// # Errors
+    /// When a file of that name is something else or in use, or can't be written.
+    pub fn create(path: &Path, content: &Content<'_>) -> Result<Self, ImageFileError> {
+        check_replaceable(path)?;
+        let mut publisher = Self::prepare(path, content)?;
+        publisher.put_in_place(path)?;
+        Ok(publisher)
+    }
+
+    /// Makes a file beside `path`, for a program that is about to take the place of another one:
+    /// [`put_in_place`](Self::put_in_place) makes it the file that readers find.
+    ///
+    /// # Errors
+    /// When it can't be written.
+    pub fn prepare(path: &Path, content: &Content<'_>) -> Result<Self, ImageFileError> {
+        let mut name = path.as_os_str().to_owned();
+        name.push(format!(".{}.tmp", std::process::id()));
+        let beside = PathBuf::from(name);
+        let made = Self::make(&beside, content);
+        made.map_err(|error| {
+            // A temporary file that can't be removed does no harm.
+            let _ = fs::remove_file(&beside);
+            ImageFileError::Io(path.to_owned(), error)
+        })
+    }
+
+    fn make(path: &Path, content: &Content<'_>) -> io::Result<Self> {
+        match fs::remove_file(path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        let mut options = OpenOptions::new();
+        let mut file = options.read(true).write(true).create_new(true).mode(0o644).open(path)?;
+        let bytes = content.encode();
+        // Blocks that the file system could not provide later would end the process by SIGBUS.
+        let allocated = rustix::fs::fallocate(
+            &file,
+            rustix::fs::FallocateFlags::empty(),
+            0,
+            bytes.len().next_multiple_of(PAGE) as u64,
+        );
+        match allocated {
+            Ok(()) | Err(rustix::io::Errno::OPNOTSUPP) => {}
+            Err(error) => return Err(error.into()),
+        }
+        file.write_all(&bytes)?;
+        file.lock()?;
+        Ok(Self {
+            memory: SharedMemory::map(&file, Access::Write)?,
+            pages: Pages::new(content.image.len(), content.used),
+            image_size: content.image.len(),
+            sequence: 0,
+            at: path.to_owned(),
+            _file: file,
+        })
+    }
+
+    /// Renames the file to the name by which readers know it.
+    ///
+    /// # Errors
+    /// When the system refuses it.
+    pub fn put_in_place(&mut self, path: &Path) -> Result<(), ImageFileError> {
+        fs::rename(&self.at, path).map_err(|error| ImageFileError::Io(path.to_owned(), error))?;
+        self.at = path.to_owned();
+        Ok(())
+    }
+
+    /// Whether the file lies in memory (tmpfs), where writing to it never waits for a disk.
+    pub fn is_in_memory(&self) -> bool {
+        const TMPFS: i64 = 0x0102_1994;
+        rustix::fs::fstatfs(&self._file).is_ok_and(|about| i64::from(about.f_type) == TMPFS)
+    }
+
+    /// Writes what the control has reached: the process image after `ticks` ticks, and how many
+    /// forces are in effect. `time` is now, in nanoseconds of `CLOCK_MONOTONIC`. An image of another
+    /// length than the file was made for is not written.
+    pub fn publish(&mut self, image: &[u8], ticks: u64, time: u64, state: State, forces: u64) {
+        let words = self.memory.words();
+        let (Some(counter), Some(shared)) =
+            (words.get(layout::AT_SEQUENCE / 8), words.get(HEADER_SIZE / 8..))
+        else {
+            return;
+        };
+        if image.len() != self.image_size {
+            return;
+        }
+        self.sequence = begin_write(counter, self.sequence);
+        let header = [
+            (layout::AT_TICKS, ticks),
+            (layout::AT_TIME, time),
+            (layout::AT_STATE, state.number()),
+            (layout::AT_FORCES, forces),
+        ];
+        for (at, value) in header {
+            if let Some(word) = words.get(at / 8) {
+                write_word(word, value.to_le());
+            }
+        }
+        let page_of = |page: usize| {
+            let bytes = image.get(page * PAGE..).unwrap_or_default();
+            let bytes = bytes.get(..PAGE).unwrap_or(bytes);
+            bytes.chunks(8).zip(shared.get(page * PAGE / 8..).unwrap_or_default())
+        };
+        let copy = |page| page_of(page).for_each(|(bytes, word)| write_word(word, number(bytes)));
+        let differs = |page| page_of(page).any(|(bytes, word)| read_word(word) != number(bytes));
+        self.pages.visit(copy, differs);
+        end_write(counter, self.sequence);
+    }
+
+    /// Writes that nothing will be written any more, and why. The image stays as it was last.
+    pub fn end(&mut self, state: State) {
+        let words = self.memory.words();
+        if let (Some(counter), Some(word)) =
+            (words.get(layout::AT_SEQUENCE / 8), words.get(layout::AT_STATE / 8))
+        {
+            self.sequence = begin_write(counter, self.sequence);
+            write_word(word, state.number().to_le());
+            end_write(counter, self.sequence);
+        }
+    }
+}
+
+/// Up to eight bytes as the word that holds them in this order, the missing ones 0.
+fn number(bytes: &[u8]) -> u64 {
+    match bytes.first_chunk() {
+        Some(bytes) => u64::from_ne_bytes(*bytes),
+        None => {
+            let mut whole = [0; 8];
+            whole.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
+            u64::from_ne_bytes(whole)
+        }
+    }
+}

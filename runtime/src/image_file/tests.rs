@@ -1,0 +1,208 @@
+//! Tests of the image file.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use plcc_abi::pmi::{PmiTables, Role, Symbol, Type};
+use plcc_abi::{Program, Region, Tables, Task};
+
+use super::layout::{AT_SEQUENCE, State};
+use super::*;
+
+/// A folder that goes away with the test.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("plcc-image-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn program(size: u32) -> Program {
+    let symbol = Symbol {
+        name: "PUMP".into(),
+        ty: Type::Logical,
+        offset: 3,
+        elements: None,
+        role: Role::Variable,
+        dumped: true,
+        retained: false,
+    };
+    Program {
+        files: vec![],
+        image_size: size,
+        regions: vec![Region { name: "all".into(), offset: 0, size, bits: false }],
+        tasks: vec![Task { name: "scan".into(), entry: 0, resume_points: vec![] }],
+        tables: Tables::Pmi(PmiTables { symbols: vec![symbol], ..PmiTables::default() }),
+    }
+}
+
+fn content<'a>(program: &'a Program, image: &'a [u8], safe: &'a [SafeByte]) -> Content<'a> {
+    Content {
+        program,
+        fingerprint: 0x1234,
+        image,
+        used: &[],
+        tick_ns: 20_000_000,
+        generation: 7,
+        safe_outputs: safe,
+    }
+}
+
+#[test]
+fn what_is_published_is_read() {
+    let folder = Folder::new("published");
+    let path = folder.0.join("image");
+    let program = program(13);
+    let mut publisher = Publisher::create(&path, &content(&program, &[9; 13], &[])).unwrap();
+    let reader = ImageReader::open(&path).unwrap();
+    let first = reader.read().unwrap();
+    assert_eq!((first.state, first.ticks), (Some(State::Prepared), 0));
+    assert_eq!(first.image, [9; 13]);
+    assert_eq!((reader.fingerprint(), reader.generation()), (0x1234, 7));
+    assert_eq!(reader.process(), u64::from(std::process::id()));
+    let table = String::from_utf8(reader.variables()).unwrap();
+    assert_eq!(
+        table,
+        "{\"bytes\":13,\"offset\":0,\"region\":\"all\"}\n\
+         {\"elements\":1,\"name\":\"PUMP\",\"offset\":3,\"type\":\"logical\"}\n"
+    );
+    let image: Vec<u8> = (0..13).collect();
+    publisher.publish(&image, 5, 99, State::Running, 2);
+    let second = reader.read().unwrap();
+    assert_eq!(
+        second,
+        Snapshot { ticks: 5, time: 99, state: Some(State::Running), forces: 2, image }
+    );
+    publisher.publish(&[1; 12], 6, 99, State::Running, 2);
+    assert_eq!(reader.read().unwrap(), second, "an image of another length is not written");
+    publisher.end(State::Ended);
+    assert_eq!(reader.read().unwrap().state, Some(State::Ended));
+}
+
+/// A thread writes ticks whose bytes are all the same; a reader never sees two kinds of bytes.
+#[test]
+fn readers_see_whole_ticks() {
+    let folder = Folder::new("whole");
+    let path = folder.0.join("image");
+    let program = program(20_000);
+    let mut publisher = Publisher::create(&path, &content(&program, &[0; 20_000], &[])).unwrap();
+    let reader = ImageReader::open(&path).unwrap();
+    let done = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let mut seen = 0;
+            while !done.load(Ordering::Relaxed) || seen == 0 {
+                let Some(snapshot) = reader.read() else { continue };
+                let expected = snapshot.ticks as u8;
+                assert!(snapshot.image.iter().all(|&byte| byte == expected));
+                assert!(snapshot.ticks >= seen);
+                seen = snapshot.ticks;
+            }
+        });
+        for tick in 1..20_000_u64 {
+            publisher.publish(&[tick as u8; 20_000], tick, 0, State::Running, 0);
+        }
+        done.store(true, Ordering::Relaxed);
+    });
+}
+
+#[test]
+fn of_large_images_changed_pages_are_found_and_stay_current() {
+    let folder = Folder::new("large");
+    let path = folder.0.join("image");
+    let size = 1 << 20;
+    let program = program(size as u32);
+    let mut image = vec![0; size];
+    let mut publisher = Publisher::create(&path, &content(&program, &image, &[])).unwrap();
+    let reader = ImageReader::open(&path).unwrap();
+    image[size - 1] = 1;
+    let mut ticks = 0;
+    while reader.read().unwrap().image != image {
+        ticks += 1;
+        assert!(ticks <= size as u64 / 4096 / 8, "the page is not found");
+        publisher.publish(&image, ticks, 0, State::Running, 0);
+    }
+    image[size - 1] = 2;
+    publisher.publish(&image, ticks + 1, 0, State::Running, 0);
+    assert_eq!(reader.read().unwrap().image, image, "a page in use is current");
+}
+
+#[test]
+fn a_supervisor_writes_safe_outputs_for_a_process_that_died_while_it_wrote() {
+    let folder = Folder::new("safe");
+    let path = folder.0.join("image");
+    let program = program(16);
+    let safe = [
+        SafeByte { offset: 1, mask: 0x0F, value: 0x05 },
+        SafeByte { offset: 9, mask: 0xFF, value: 0 },
+        SafeByte { offset: 16, mask: 0xFF, value: 0xEE },
+    ];
+    let mut publisher = Publisher::create(&path, &content(&program, &[0; 16], &safe)).unwrap();
+    publisher.publish(&[0xFF; 16], 1, 0, State::Running, 0);
+    drop(publisher);
+    // The writer dies: the counter stays odd.
+    let mut bytes = std::fs::read(&path).unwrap();
+    bytes[AT_SEQUENCE] |= 1;
+    std::fs::write(&path, &bytes).unwrap();
+    let reader = ImageReader::open(&path).unwrap();
+    assert_eq!(reader.read(), None);
+    drive_safe_outputs(&path).unwrap();
+    let snapshot = reader.read().unwrap();
+    assert_eq!(snapshot.state, Some(State::Dead));
+    let mut expected = [0xFF; 16];
+    (expected[1], expected[9]) = (0xF5, 0);
+    assert_eq!(snapshot.image, expected);
+}
+
+#[test]
+fn files_that_are_something_else_or_in_use_are_not_replaced() {
+    let folder = Folder::new("others");
+    let path = folder.0.join("image");
+    let program = program(8);
+    let content = content(&program, &[0; 8], &[]);
+    std::fs::write(&path, "tick,name,value\n").unwrap();
+    let refused = Publisher::create(&path, &content).unwrap_err();
+    assert!(matches!(refused, ImageFileError::Other(_)), "{refused}");
+    assert!(matches!(Publisher::create(&folder.0, &content), Err(ImageFileError::Other(_))));
+    assert!(ImageReader::open(&path).is_err());
+    std::fs::write(&path, "").unwrap();
+    let first = Publisher::create(&path, &content).unwrap();
+    let me = u64::from(std::process::id());
+    match Publisher::create(&path, &content) {
+        Err(ImageFileError::InUse(_, process)) => assert_eq!(process, me),
+        other => panic!("{other:?}"),
+    }
+    drop(first);
+    Publisher::create(&path, &content).unwrap();
+    assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 1, "nothing is left over");
+}
+
+/// The table of `docs/image.md` has every offset of `layout.rs`.
+#[test]
+fn the_documentation_has_the_offsets_of_the_header() {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
+    let document = std::fs::read_to_string(root.join("docs/image.md")).unwrap();
+    let source = include_str!("layout.rs");
+    let mut offsets = 0;
+    for line in source.lines() {
+        let Some(rest) = line.strip_prefix("pub const AT_") else { continue };
+        let (_, value) = rest.split_once("= ").unwrap();
+        let value = value.trim_end_matches(';');
+        assert!(document.contains(&format!("| `{value}` |")), "{value} is missing");
+        offsets += 1;
+    }
+    assert!(offsets >= 18);
+    for state in State::ALL {
+        let row = format!("| {} | {} |", state.number(), state.name());
+        assert!(document.contains(&row), "{row} is missing");
+    }
+}
