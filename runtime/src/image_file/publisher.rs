@@ -146,7 +146,7 @@ impl Publisher {
     /// Whether the file lies in memory (tmpfs), where writing to it never waits for a disk.
     pub fn is_in_memory(&self) -> bool {
         const TMPFS: i64 = 0x0102_1994;
-        rustix::fs::fstatfs(&self._file).is_ok_and(|about| i64::from(about.f_type) == TMPFS)
+        rustix::fs::fstatfs(&self._file).is_ok_and(|about| about.f_type == TMPFS)
     }
 
     /// Writes what the control has reached: the process image after `ticks` ticks, and how many
