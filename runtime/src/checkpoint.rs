@@ -86,6 +86,11 @@ impl ProgramIdentity {
         }
     }
 
+    /// A number that tells the program from others.
+    pub(crate) fn fingerprint(&self) -> u64 {
+        self.fingerprint
+    }
+
     /// Whether a task can go on at `from`: `None` is its beginning, else it must have that resume point.
     pub(crate) fn can_resume(&self, task: usize, from: Option<ResumePoint>) -> bool {
         let count = self.resume_points.get(task).copied().unwrap_or(0);

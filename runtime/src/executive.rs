@@ -1,13 +1,36 @@
 //! The interface between a run and a control: [`Executive`], its variables, and why it stops.
 
+use std::any::Any;
+use std::ops::Range;
+
+use plcc_abi::nct::NctName;
+use plcc_abi::pmac::PmacName;
 use plcc_abi::{Engine, TrapCode};
 use thiserror::Error;
 
+use crate::pmi::PmiVariable;
 use crate::{CheckpointError, Event, Value};
 
 /// A variable that an executive has found by its name; valid for that executive alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Variable(pub u32);
+
+/// A single variable, or an element of an array, by what it is rather than by a number in one
+/// executive's list. It means the same to all executives of a program, so that one thread can look a
+/// name up in an executive of its own and another thread can use the key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct VariableKey(pub(crate) KeyOf);
+
+/// The variable of a [`VariableKey`] in its language.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum KeyOf {
+    Pmi(PmiVariable),
+    Nct(NctName),
+    Pmac(PmacName),
+}
+
+/// How many forces can be in effect at once.
+pub const MAX_FORCES: usize = 256;
 
 /// What a variable is looked up for, which decides what variables are allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +48,16 @@ pub enum Setting {
     Int(i64),
     /// A double.
     Float(f64),
+}
+
+impl Setting {
+    /// The value as an integer, cut off towards zero.
+    pub(crate) fn integer(self) -> i64 {
+        match self {
+            Self::Int(number) => number,
+            Self::Float(number) => number as i64,
+        }
+    }
 }
 
 /// Why a name can't be watched or set.
@@ -161,4 +194,44 @@ pub trait Executive {
     /// When the bytes are no checkpoint, are damaged, or belong to another program or version;
     /// nothing is changed then.
     fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError>;
+
+    /// The keys of a variable: of an array one for each element, in their order.
+    fn keys(&self, _variable: Variable) -> Vec<VariableKey> {
+        vec![]
+    }
+
+    /// Reads a variable by its key. It neither allocates memory nor waits.
+    fn read(&self, _key: VariableKey) -> Value {
+        Value::Int(0)
+    }
+
+    /// Sets a variable by its key, as [`set`](Self::set) does. It neither allocates memory nor waits.
+    fn write(&mut self, _key: VariableKey, _value: Setting) {}
+
+    /// Forces an input or a physical output: until the force ends, the program sees this value of the
+    /// input whatever is latched, or the output's lines have this value whatever the program assigns.
+    /// A stop of the program gives outputs their safe values whether they are forced or not. `None` ends
+    /// the force. At most [`MAX_FORCES`] can be in effect. It neither allocates memory nor waits.
+    ///
+    /// # Errors
+    /// When the variable can't be forced; the reason follows its name.
+    fn force(&mut self, _key: VariableKey, _value: Option<Setting>) -> Result<(), &'static str> {
+        Err("can't be forced")
+    }
+
+    /// A number that tells the program from others, and is the same in every process.
+    fn fingerprint(&self) -> u64 {
+        0
+    }
+
+    /// The parts of the process image that the program is known to use, where that is not all of it.
+    fn used_ranges(&self) -> Vec<Range<u32>> {
+        vec![]
+    }
+
+    /// The executive as a value of its own type, for an online change, which takes the state of one
+    /// executive over into another one of the same control.
+    fn as_any_mut(&mut self) -> Option<&mut dyn Any> {
+        None
+    }
 }

@@ -62,7 +62,9 @@ pub mod value;
 pub use artifact::{Artifact, ArtifactError};
 pub use checkpoint::CheckpointError;
 pub use event::{DisplayedText, Event, EventBody};
-pub use executive::{Executive, NameError, Purpose, Setting, Stop, ValueError, Variable};
+pub use executive::{
+    Executive, NameError, Purpose, Setting, Stop, ValueError, Variable, VariableKey,
+};
 pub use native::NativeEngine;
 pub use panic_barrier::PanicBarrier;
 pub use value::Value;

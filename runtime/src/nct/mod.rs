@@ -4,6 +4,7 @@
 
 mod arithmetic_area;
 mod events;
+mod forces;
 mod host;
 mod image;
 mod memory;

@@ -1,5 +1,6 @@
 //! The 20 ms slice (NCT 1.2, 1.3).
 
+use std::any::Any;
 use std::time::{Duration, Instant};
 
 use plcc_abi::image::{read_u8, write_u8, write_u16};
@@ -8,9 +9,13 @@ use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TrapCode};
 use thiserror::Error;
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity};
-use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
+use crate::executive::KeyOf;
+use crate::{
+    Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable, VariableKey,
+};
 
 use super::events::Messages;
+use super::forces::Forces;
 use super::host::NctHost;
 use super::image::{Image, Module};
 use super::memory::NcMemory;
@@ -67,6 +72,7 @@ pub struct NctExecutive {
     messages: Messages,
     names: Names,
     state: State,
+    forces: Forces,
     identity: ProgramIdentity,
     has_level2: bool,
     period_ms: u64,
@@ -100,6 +106,7 @@ impl NctExecutive {
         let messages = Messages::new(tables);
         Ok(Self {
             state: State::new(memory, image.input_lengths(), messages.count()),
+            forces: Forces::default(),
             identity: ProgramIdentity::new(program),
             image,
             messages,
@@ -143,6 +150,7 @@ impl NctExecutive {
             } else {
                 self.state.nc_flags.get(byte).copied().unwrap_or(0)
             };
+            let value = self.forces.input(byte, value);
             if let Some(last) = self.state.latched.get_mut(byte).filter(|last| **last != value) {
                 *last = value;
                 self.image.set_input(byte, value);
@@ -158,6 +166,7 @@ impl NctExecutive {
             let value = location.read(&self.image.bytes);
             write_u8(&mut self.image.bytes, self.image.places.lines_out + byte as u32, value);
         }
+        self.forces.apply_to_outputs(&mut self.image.bytes, self.image.places.lines_out);
     }
 
     /// Calls a module once.
@@ -173,6 +182,8 @@ impl NctExecutive {
             *slot = outcome.resume_point();
         }
         self.image.leave(modules, module);
+        // A program may also store into the lines themselves.
+        self.forces.apply_to_outputs(&mut self.image.bytes, self.image.places.lines_out);
         outcome
     }
 
@@ -274,6 +285,17 @@ impl NctExecutive {
         Ok(())
     }
 
+    /// Sets a variable as an assignment would: to the low 16 bits, or the lowest one.
+    fn set_name(&mut self, name: NctName, value: Setting) {
+        variables::Target {
+            image: &mut self.image,
+            tables: &self.tables,
+            modules: &mut self.state.modules,
+            nc_flags: &mut self.state.nc_flags,
+        }
+        .set(name, value.integer() as u16);
+    }
+
     pub(super) fn view(&self) -> variables::View<'_> {
         variables::View { image: &self.image, modules: &self.state.modules, tables: &self.tables }
     }
@@ -307,24 +329,47 @@ impl Executive for NctExecutive {
     }
 
     fn set(&mut self, variable: Variable, value: Setting) {
-        let Some(name) = self.names.get(variable) else { return };
-        // As an assignment would: the low 16 bits, or the lowest one.
-        let word = match value {
-            Setting::Int(value) => value as u16,
-            Setting::Float(value) => value as i64 as u16,
-        };
-        variables::Target {
-            image: &mut self.image,
-            tables: &self.tables,
-            modules: &mut self.state.modules,
-            nc_flags: &mut self.state.nc_flags,
+        if let Some(name) = self.names.get(variable) {
+            self.set_name(name, value);
         }
-        .set(name, word);
     }
 
     fn get(&self, variable: Variable) -> Value {
         let value = self.names.get(variable).map_or(0, |name| self.view().get(name));
         Value::Int(value.into())
+    }
+
+    fn keys(&self, variable: Variable) -> Vec<VariableKey> {
+        let name = self.names.get(variable);
+        name.map(|name| VariableKey(KeyOf::Nct(name))).into_iter().collect()
+    }
+
+    fn read(&self, key: VariableKey) -> Value {
+        match key.0 {
+            KeyOf::Nct(name) => Value::Int(self.view().get(name).into()),
+            _ => Value::Int(0),
+        }
+    }
+
+    fn write(&mut self, key: VariableKey, value: Setting) {
+        if let KeyOf::Nct(name) = key.0 {
+            self.set_name(name, value);
+        }
+    }
+
+    fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
+        match key.0 {
+            KeyOf::Nct(name) => self.forces.set(name, value.map(|value| value.integer() as u16)),
+            _ => Err("can't be forced"),
+        }
+    }
+
+    fn fingerprint(&self) -> u64 {
+        self.identity.fingerprint()
+    }
+
+    fn as_any_mut(&mut self) -> Option<&mut dyn Any> {
+        Some(self)
     }
 
     fn is_logical(&self, variable: Variable) -> bool {

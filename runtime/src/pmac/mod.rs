@@ -6,6 +6,7 @@
 //! program code may ask for meanwhile, `variables` what users call things.
 
 pub(crate) mod display;
+mod forces;
 mod host;
 #[cfg(feature = "args")]
 mod options;
@@ -19,19 +20,25 @@ mod validate;
 mod variables;
 mod watchdog;
 
+use std::any::Any;
 use std::collections::HashMap;
+use std::ops::Range;
 
 use plcc_abi::{
     Engine, Program, Tables,
     image::{read_f64, write_f64},
     pmac::{
-        Definitions, Kind, Layout, Memory, PmacName, Run, Variable as Named, View,
-        arithmetic::finite,
+        Definition, Definitions, Direct, Kind, Layout, Memory, PmacName, Run, Variable as Named,
+        View, arithmetic::finite, layout,
     },
 };
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity};
-use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
+use crate::executive::KeyOf;
+use crate::{
+    Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable, VariableKey,
+};
+use forces::Forces;
 use host::Control;
 #[cfg(feature = "args")]
 pub use options::PmacArgs;
@@ -61,6 +68,7 @@ pub struct PmacExecutive {
     control: Control,
     options: PmacOptions,
     watchdog: Option<Watchdog>,
+    forces: Forces,
     identity: ProgramIdentity,
     clocks: Clocks,
     /// What has been found by name, by the index of its [`Variable`].
@@ -83,6 +91,7 @@ impl PmacExecutive {
             control: Control::new(tables.clone(), layout),
             watchdog: options.realtime.then(Watchdog::default),
             options,
+            forces: Forces::default(),
             identity: ProgramIdentity::new(program),
             clocks: Clocks::new(&layout),
             found: Vec::new(),
@@ -112,43 +121,12 @@ impl PmacExecutive {
         self.found.get(variable.0 as usize).copied().unwrap_or_default()
     }
 
-    fn remember(&mut self, name: PmacName) -> Variable {
-        let found = &mut self.found;
-        Variable(*self.index.entry(name).or_insert_with(|| {
-            found.push(name);
-            found.len() as u32 - 1
-        }))
-    }
-}
-
-impl Executive for PmacExecutive {
-    fn tick_ns(&self) -> u64 {
-        (self.cycle_seconds() * 1e9).round().max(1.0) as u64
-    }
-
-    fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
-        engine.begin_tick(&mut self.image);
-        let result = self.servo_cycle(engine);
-        events.append(&mut self.control.events);
-        self.control.state.tick += 1;
-        result
-    }
-
-    fn find(&mut self, name: &str, _purpose: Purpose) -> Result<Variable, NameError> {
-        let found = variables::find(name, &self.control.layout, &self.control.tables)?;
-        Ok(self.remember(found))
-    }
-
-    fn parse(&self, _variable: Variable, text: &str) -> Result<Setting, ValueError> {
-        variables::number(text).map(Setting::Float)
-    }
-
-    fn set(&mut self, variable: Variable, value: Setting) {
+    fn set_name(&mut self, name: PmacName, value: Setting) {
         let value = match value {
             Setting::Int(value) => value as f64,
             Setting::Float(value) => value,
         };
-        match self.name(variable) {
+        match name {
             PmacName::Memory(definition) => self.memory().write(definition, value),
             PmacName::Variable(Named { kind, number, system }) => {
                 let layout = self.control.layout;
@@ -171,9 +149,9 @@ impl Executive for PmacExecutive {
         }
     }
 
-    fn get(&self, variable: Variable) -> Value {
+    fn value(&self, name: PmacName) -> Value {
         let layout = self.control.layout;
-        Value::Float(match self.name(variable) {
+        Value::Float(match name {
             PmacName::Memory(definition) => self.view().read(definition),
             PmacName::Variable(Named { kind, number, system }) => match kind {
                 Kind::I => read_f64(&self.image, layout.i_offset(number)),
@@ -185,6 +163,118 @@ impl Executive for PmacExecutive {
                 Kind::L => self.view().read(self.control.l_definition(number)),
             },
         })
+    }
+
+    /// Where in memory a variable is now; `None` for one that is a value of its own.
+    fn field(&self, name: PmacName) -> Option<Definition> {
+        match name {
+            PmacName::Memory(definition) => Some(definition),
+            PmacName::Variable(Named { kind: Kind::M, number, .. }) => {
+                Some(self.view().definition(number))
+            }
+            PmacName::Variable(Named { kind: Kind::L, number, .. }) => {
+                Some(self.control.l_definition(number))
+            }
+            PmacName::Variable(_) => None,
+        }
+    }
+
+    fn apply_forces(&mut self) {
+        let Control { layout, state, .. } = &mut self.control;
+        let image = &mut self.image;
+        self.forces.apply(&mut Memory { image, layout, sparse: &mut state.sparse });
+    }
+
+    fn remember(&mut self, name: PmacName) -> Variable {
+        let found = &mut self.found;
+        Variable(*self.index.entry(name).or_insert_with(|| {
+            found.push(name);
+            found.len() as u32 - 1
+        }))
+    }
+}
+
+impl Executive for PmacExecutive {
+    fn tick_ns(&self) -> u64 {
+        (self.cycle_seconds() * 1e9).round().max(1.0) as u64
+    }
+
+    fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
+        engine.begin_tick(&mut self.image);
+        self.apply_forces();
+        let result = self.servo_cycle(engine);
+        self.apply_forces();
+        events.append(&mut self.control.events);
+        self.control.state.tick += 1;
+        result
+    }
+
+    fn find(&mut self, name: &str, _purpose: Purpose) -> Result<Variable, NameError> {
+        let found = variables::find(name, &self.control.layout, &self.control.tables)?;
+        Ok(self.remember(found))
+    }
+
+    fn parse(&self, _variable: Variable, text: &str) -> Result<Setting, ValueError> {
+        variables::number(text).map(Setting::Float)
+    }
+
+    fn set(&mut self, variable: Variable, value: Setting) {
+        self.set_name(self.name(variable), value);
+    }
+
+    fn get(&self, variable: Variable) -> Value {
+        self.value(self.name(variable))
+    }
+
+    fn keys(&self, variable: Variable) -> Vec<VariableKey> {
+        vec![VariableKey(KeyOf::Pmac(self.name(variable)))]
+    }
+
+    fn read(&self, key: VariableKey) -> Value {
+        match key.0 {
+            KeyOf::Pmac(name) => self.value(name),
+            _ => Value::Int(0),
+        }
+    }
+
+    fn write(&mut self, key: VariableKey, value: Setting) {
+        if let KeyOf::Pmac(name) = key.0 {
+            self.set_name(name, value);
+        }
+    }
+
+    fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
+        let KeyOf::Pmac(name) = key.0 else { return Err("can't be forced") };
+        match value {
+            Some(Setting::Int(value)) => self.forces.set(name, self.field(name), value as f64),
+            Some(Setting::Float(value)) => self.forces.set(name, self.field(name), value),
+            None => {
+                self.forces.remove(name);
+                Ok(())
+            }
+        }
+    }
+
+    fn fingerprint(&self) -> u64 {
+        self.identity.fingerprint()
+    }
+
+    fn used_ranges(&self) -> Vec<Range<u32>> {
+        let layout = &self.control.layout;
+        let words = |number| match Direct::of(layout, self.view().definition(number)) {
+            Some(Direct::Word(offset, ..)) => {
+                let from = layout.words + offset;
+                Some(from..from + layout::WORD_SIZE)
+            }
+            _ => None,
+        };
+        let symbols = Tables::Pmac(self.control.tables.clone()).symbols();
+        let variables = symbols.iter().map(|s| s.offset..s.offset + s.elements * s.ty.size());
+        variables.chain((0..layout.count).filter_map(words)).chain(self.clocks.ranges()).collect()
+    }
+
+    fn as_any_mut(&mut self) -> Option<&mut dyn Any> {
+        Some(self)
     }
 
     fn declared(&mut self) -> Vec<(String, Variable)> {

@@ -466,3 +466,55 @@ fn a_trap_stops_the_control() {
     let stop = executive.tick(&mut script, &mut Vec::new()).unwrap_err();
     assert_eq!(stop.code, "INTERNAL ERROR");
 }
+
+#[test]
+fn forced_fields_are_held_for_the_program_and_behind_it() {
+    let mut download = Download::new(Controller::Pmac);
+    let field = Field { offset: 8, width: 1, format: pmac::Format::U };
+    download.memory().define(7, Definition::Y { address: 0xFFC2, field });
+    let seen = std::rc::Rc::new(std::cell::RefCell::new(vec![]));
+    let log = std::rc::Rc::clone(&seen);
+    download.plc("PLC1", move |scan| {
+        log.borrow_mut().push(f64::from_bits(call(scan, HostFn::PmacMRead, [7, 0, 0, 0])));
+        call(scan, HostFn::PmacMWrite, [7, 0_f64.to_bits(), 0, 0]);
+    });
+    let (mut executive, mut script) = download.start();
+    let key = |executive: &mut PmacExecutive, name: &str| {
+        let variable = executive.find(name, Purpose::Watch).unwrap();
+        executive.keys(variable)[0]
+    };
+    let m7 = key(&mut executive, "M7");
+    executive.force(m7, Some(Setting::Float(1.0))).unwrap();
+    run(&mut executive, &mut script, 2);
+    assert_eq!(*seen.borrow(), [1.0, 1.0], "an input");
+    assert_eq!(get(&mut executive, "Y:$FFC2"), 256.0, "an output");
+    executive.force(m7, None).unwrap();
+    run(&mut executive, &mut script, 2);
+    assert_eq!(*seen.borrow(), [1.0, 1.0, 1.0, 0.0]);
+    assert_eq!(get(&mut executive, "Y:$FFC2"), 0.0);
+    let word = key(&mut executive, "X:$0100");
+    executive.force(word, Some(Setting::Float(5.0))).unwrap();
+    run(&mut executive, &mut script, 1);
+    assert_eq!(get(&mut executive, "X:$100"), 5.0);
+    for name in ["P1", "I5", "Q3", "M8"] {
+        let key = key(&mut executive, name);
+        assert!(executive.force(key, Some(Setting::Float(1.0))).is_err(), "{name}");
+    }
+}
+
+#[test]
+fn the_used_parts_of_an_image_are_those_of_its_variables() {
+    let mut download = Download::new(Controller::Turbo);
+    let field = Field { offset: 0, width: 24, format: pmac::Format::U };
+    download.memory().define(7, Definition::Y { address: 0x7_8000, field });
+    download.tables.named = vec![Named { kind: Kind::P, number: 9, system: 1 }];
+    let layout = download.layout;
+    let (executive, _) = download.start();
+    let used = executive.used_ranges();
+    let holds = |offset: u32| used.iter().any(|range| range.contains(&offset));
+    assert!(holds(layout.p_offset(9)) && !holds(layout.p_offset(10)));
+    let pmac::Place::Word(word) = layout.place(Space::Y, 0x7_8000) else { panic!("no word") };
+    assert!(holds(word) && !holds(word + 8));
+    let pmac::Place::Word(timer) = layout.place(Space::X, 0x700) else { panic!("no word") };
+    assert!(holds(timer));
+}

@@ -1,9 +1,14 @@
 //! What happens in a servo cycle, and in which order (guide, PMAC Tasks; rulings, Time).
 
+use std::ops::Range;
+
 use plcc_abi::{
     Engine, Outcome, ResumePoint, Scan,
     image::{read_f64, read_u32, write_f64, write_u32},
-    pmac::{COMMAND_CONTEXT, Controller, Layout, Place, Space, context, fixed::sign_extend},
+    pmac::{
+        COMMAND_CONTEXT, Controller, Layout, Place, Space, context, fixed::sign_extend,
+        layout::WORD_SIZE,
+    },
 };
 
 use super::{PmacExecutive, state::Status};
@@ -59,6 +64,14 @@ impl Clocks {
                 Controller::Turbo => word(Space::X, 6),
             },
         }
+    }
+}
+
+impl Clocks {
+    /// The parts of the image that the executive itself changes.
+    pub(super) fn ranges(&self) -> impl Iterator<Item = Range<u32>> {
+        let words = [self.cycles, self.watchdog, self.status].into_iter().chain(self.timers);
+        words.filter(|offset| *offset != u32::MAX).map(|offset| offset..offset + WORD_SIZE)
     }
 }
 

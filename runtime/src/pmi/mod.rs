@@ -2,6 +2,7 @@
 //! messages, and what survives power-off (PMI 3.1; rulings, Scan).
 
 mod events;
+mod forces;
 mod macros;
 #[cfg(feature = "args")]
 mod options;
@@ -21,6 +22,7 @@ use crate::control::Control;
 #[cfg(feature = "args")]
 pub use options::PmiArgs;
 pub use tick::{PmiExecutive, PmiLoadError, PmiOptions};
+pub(crate) use variables::PmiVariable;
 
 impl Control for plcc_abi::pmi::PmiTables {
     fn validate(&self, program: &plcc_abi::Program) -> Result<(), String> {

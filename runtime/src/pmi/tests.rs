@@ -433,3 +433,77 @@ fn tables_that_do_not_fit_are_refused() {
     let refused = PmiExecutive::new(&other, PmiOptions::default());
     assert_eq!(refused.unwrap_err(), PmiLoadError::OtherDialect);
 }
+
+impl Control {
+    /// Forces a variable, or ends its force.
+    fn force(&mut self, name: &str, value: Option<i64>) -> Result<(), &'static str> {
+        let variable = self.executive.find(name, Purpose::Watch).unwrap();
+        let keys = self.executive.keys(variable);
+        self.executive.force(keys[0], value.map(Setting::Int))
+    }
+}
+
+#[test]
+fn a_forced_input_is_seen_and_its_line_stays() {
+    let mut control = Control::new();
+    control.set("BUTTON", 0);
+    control.force("BUTTON", Some(7)).unwrap();
+    control.force("TOOL", Some(42)).unwrap();
+    control
+        .scan(|image| {
+            assert_eq!((read_u8(image, BUTTON), read_i16(image, TOOL)), (1, 42));
+            Outcome::End
+        })
+        .unwrap();
+    assert_eq!((control.get("PORT0.3"), control.get("BUTTON")), (0, 1));
+    control.set("BUTTON", 1);
+    control.force("BUTTON", Some(0)).unwrap();
+    control.idle();
+    assert_eq!((control.get("PORT0.3"), control.get("BUTTON")), (1, 0));
+    control.force("BUTTON", None).unwrap();
+    control.idle();
+    assert_eq!(control.get("BUTTON"), 1);
+}
+
+#[test]
+fn a_forced_output_has_its_value_on_the_lines_alone() {
+    let mut control = Control::new();
+    control.force("LAMP", Some(1)).unwrap();
+    control.force("SPEED", Some(-3)).unwrap();
+    control.idle();
+    assert_eq!((control.get("LAMP"), control.get("PORT1.0")), (0, 1));
+    assert_eq!((control.get("SPEED"), control.get("PORT1.7")), (0, 1));
+    control.force("SPEED", None).unwrap();
+    control.idle();
+    assert_eq!((control.get("PORT1.7"), control.get("PORT1.0")), (0, 1));
+    let stop = control.scan(|_| Outcome::Trap(TrapCode::ArrayBounds));
+    assert!(stop.is_err());
+    assert_eq!(control.get("PORT1.0"), 0, "a stop clears forced lines too");
+}
+
+#[test]
+fn only_inputs_and_outputs_can_be_forced_to_what_their_lines_carry() {
+    let mut control = Control::new();
+    for name in ["TOTAL", "LIST", "TC#COUNT", "PORT1.0", "@ESTOP"] {
+        assert!(control.force(name, Some(1)).is_err(), "{name}");
+    }
+    assert!(control.force("TOOL", Some(100)).is_err());
+    assert!(control.force("TOOL", Some(99)).is_ok());
+}
+
+#[test]
+fn a_key_means_the_same_to_every_executive_of_a_program() {
+    let mut control = Control::new();
+    let mut other = Control::new();
+    // The other one has looked up other names before.
+    other.get("TOTAL");
+    for name in ["LIST", "LAMP", "TC#COUNT", "PORT1.0", "@NVLNG[1]"] {
+        let variable = control.executive.find(name, Purpose::Watch).unwrap();
+        for (element, key) in control.executive.keys(variable).into_iter().enumerate() {
+            let value = 1 - element as i64 % 2;
+            other.executive.write(key, Setting::Int(value));
+            assert_eq!(other.executive.read(key), Value::Int(value), "{name}");
+        }
+    }
+    assert_eq!((other.get("LIST[0]"), other.get("LIST[1]"), other.get("LIST[2]")), (1, 0, 1));
+}

@@ -1,5 +1,7 @@
 //! The scan (rulings, Scan): time, inputs, program, outputs, faults and messages.
 
+use std::any::Any;
+
 use plcc_abi::engine::NoHost;
 use plcc_abi::image::{read_u8, write_i16, write_i32, write_u8};
 use plcc_abi::pmi::{FlipFlop, Lines, PORTS, Role, Special, Timer, Type};
@@ -8,11 +10,15 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity};
-use crate::{Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable};
+use crate::executive::KeyOf;
+use crate::{
+    Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable, VariableKey,
+};
 
 use super::events::{Announcements, value};
+use super::forces::Forces;
 use super::state::State;
-use super::variables::{Name, Names};
+use super::variables::{Names, PmiVariable};
 use super::{macros, port_lines, validate};
 
 /// The unit of timers in nanoseconds.
@@ -56,6 +62,7 @@ pub struct PmiExecutive {
     ports: u32,
     period_ns: u64,
     state: State,
+    forces: Forces,
     identity: ProgramIdentity,
 }
 
@@ -102,6 +109,7 @@ impl PmiExecutive {
             image,
             period_ns: options.period_ns.max(1),
             state: State { announced, ..State::default() },
+            forces: Forces::default(),
             identity: ProgramIdentity::new(program),
         })
     }
@@ -135,6 +143,10 @@ impl PmiExecutive {
             let ty = lines_type(lines);
             write(&mut self.image, ty, offset, value.into());
         }
+        let image = &mut self.image;
+        self.forces.apply_to_inputs(|lines, offset, value| {
+            write(image, lines_type(lines), offset, value.into());
+        });
     }
 
     fn drive(&mut self) {
@@ -142,6 +154,7 @@ impl PmiExecutive {
             let value = value(&self.image, lines_type(lines), offset) as i16;
             port_lines::drive(&mut self.image, self.ports, lines, value);
         }
+        self.forces.apply_to_outputs(&mut self.image, self.ports);
     }
 
     /// E-stop: all lines of the output ports are off, also those that no output declares;
@@ -179,6 +192,48 @@ impl PmiExecutive {
                 }
             }
             Role::Variable | Role::Input(_) | Role::Output(_) | Role::Constant => {}
+        }
+    }
+
+    fn set_variable(&mut self, variable: PmiVariable, value: Setting) {
+        let number = value.integer();
+        match variable {
+            PmiVariable::Symbol(index) => self.assign(index, 0, number),
+            PmiVariable::Element(index, element) => self.assign(index, element, number),
+            PmiVariable::Counter(timer) => {
+                if let Some(timer) = self.timers.get(timer as usize) {
+                    write_i32(&mut self.image, timer.counter, number as i32);
+                }
+            }
+            PmiVariable::Line(port, bit) => {
+                let at = self.ports + u32::from(port);
+                let others = read_u8(&self.image, at) & !(1 << bit);
+                write_u8(&mut self.image, at, others | u8::from(number != 0) << bit);
+            }
+        }
+    }
+
+    fn value(&self, variable: PmiVariable) -> Value {
+        match variable {
+            PmiVariable::Symbol(index) => {
+                match self.names.symbol(index).and_then(|symbol| symbol.elements) {
+                    Some(count) => {
+                        Value::Array((0..count).map(|i| self.element(index, i)).collect())
+                    }
+                    None => self.element(index, 0),
+                }
+            }
+            PmiVariable::Element(index, element) => self.element(index, element),
+            PmiVariable::Counter(timer) => {
+                let timer = self.timers.get(timer as usize);
+                let count = timer.map_or(0, |t| value(&self.image, Type::Long, t.counter));
+                Value::Int(count.into())
+            }
+            PmiVariable::Line(port, bit) if u32::from(port) < PORTS => {
+                let port = read_u8(&self.image, self.ports + u32::from(port));
+                Value::Int((port >> bit & 1).into())
+            }
+            PmiVariable::Line(..) => Value::Int(0),
         }
     }
 
@@ -265,7 +320,7 @@ impl Executive for PmiExecutive {
             return Err(unfit("is no integer: an optional sign and decimal digits are expected"));
         }
         let number: i64 = trimmed.parse().map_err(|_| unfit("is beyond any variable's range"))?;
-        if let Some(Name::Symbol(index)) = self.names.get(variable)
+        if let Some(PmiVariable::Symbol(index)) = self.names.get(variable)
             && let Some(Role::Input(lines)) = self.names.symbol(index).map(|symbol| symbol.role)
             && !port_lines::fits(lines, number)
         {
@@ -277,57 +332,72 @@ impl Executive for PmiExecutive {
 
     fn set(&mut self, variable: Variable, value: Setting) {
         self.begin();
-        let number = match value {
-            Setting::Int(number) => number,
-            Setting::Float(number) => number as i64,
-        };
-        match self.names.get(variable) {
-            Some(Name::Symbol(index)) => self.assign(index, 0, number),
-            Some(Name::Element(index, element)) => self.assign(index, element, number),
-            Some(Name::Counter(timer)) => {
-                if let Some(timer) = self.timers.get(timer as usize) {
-                    write_i32(&mut self.image, timer.counter, number as i32);
-                }
-            }
-            Some(Name::Line(port, bit)) => {
-                let at = self.ports + u32::from(port);
-                let others = read_u8(&self.image, at) & !(1 << bit);
-                write_u8(&mut self.image, at, others | u8::from(number != 0) << bit);
-            }
-            None => {}
+        if let Some(found) = self.names.get(variable) {
+            self.set_variable(found, value);
         }
     }
 
     fn get(&self, variable: Variable) -> Value {
+        self.names.get(variable).map_or(Value::Int(0), |found| self.value(found))
+    }
+
+    fn keys(&self, variable: Variable) -> Vec<VariableKey> {
+        let key = |variable| VariableKey(KeyOf::Pmi(variable));
         match self.names.get(variable) {
-            Some(Name::Symbol(index)) => {
+            Some(PmiVariable::Symbol(index)) => {
                 match self.names.symbol(index).and_then(|symbol| symbol.elements) {
                     Some(count) => {
-                        Value::Array((0..count).map(|i| self.element(index, i)).collect())
+                        (0..count).map(|i| key(PmiVariable::Element(index, i))).collect()
                     }
-                    None => self.element(index, 0),
+                    None => vec![key(PmiVariable::Symbol(index))],
                 }
             }
-            Some(Name::Element(index, element)) => self.element(index, element),
-            Some(Name::Counter(timer)) => {
-                let timer = self.timers.get(timer as usize);
-                let count = timer.map_or(0, |t| value(&self.image, Type::Long, t.counter));
-                Value::Int(count.into())
-            }
-            Some(Name::Line(port, bit)) if u32::from(port) < PORTS => {
-                let port = read_u8(&self.image, self.ports + u32::from(port));
-                Value::Int((port >> bit & 1).into())
-            }
-            Some(Name::Line(..)) | None => Value::Int(0),
+            Some(other) => vec![key(other)],
+            None => vec![],
         }
+    }
+
+    fn read(&self, key: VariableKey) -> Value {
+        match key.0 {
+            KeyOf::Pmi(variable) => self.value(variable),
+            _ => Value::Int(0),
+        }
+    }
+
+    fn write(&mut self, key: VariableKey, value: Setting) {
+        if let KeyOf::Pmi(variable) = key.0 {
+            self.begin();
+            self.set_variable(variable, value);
+        }
+    }
+
+    fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
+        let KeyOf::Pmi(PmiVariable::Symbol(index)) = key.0 else {
+            return Err("is neither an input nor an output, and can't be forced");
+        };
+        match (value, self.names.symbol(index)) {
+            (Some(value), Some(symbol)) => self.forces.set(index, symbol, value.integer()),
+            _ => {
+                self.forces.remove(index);
+                Ok(())
+            }
+        }
+    }
+
+    fn fingerprint(&self) -> u64 {
+        self.identity.fingerprint()
+    }
+
+    fn as_any_mut(&mut self) -> Option<&mut dyn Any> {
+        Some(self)
     }
 
     fn is_logical(&self, variable: Variable) -> bool {
         let logical = |index| self.names.symbol(index).is_some_and(|s| s.ty == Type::Logical);
         match self.names.get(variable) {
-            Some(Name::Symbol(index) | Name::Element(index, _)) => logical(index),
-            Some(Name::Line(..)) => true,
-            Some(Name::Counter(_)) | None => false,
+            Some(PmiVariable::Symbol(index) | PmiVariable::Element(index, _)) => logical(index),
+            Some(PmiVariable::Line(..)) => true,
+            Some(PmiVariable::Counter(_)) | None => false,
         }
     }
 
@@ -335,7 +405,7 @@ impl Executive for PmiExecutive {
         let dumped = self.names.symbols.iter().zip(0..).filter(|(symbol, _)| symbol.dumped);
         let named: Vec<(String, u32)> = dumped.map(|(s, i)| (s.name.clone(), i)).collect();
         let found = named.into_iter();
-        found.map(|(name, index)| (name, self.names.remember(Name::Symbol(index)))).collect()
+        found.map(|(name, index)| (name, self.names.remember(PmiVariable::Symbol(index)))).collect()
     }
 
     fn canonical(&self, variable: Variable) -> String {

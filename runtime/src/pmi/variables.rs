@@ -9,7 +9,7 @@ use crate::{NameError, Purpose, Variable};
 
 /// What a name stands for in a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Name {
+pub(crate) enum PmiVariable {
     /// The symbol of an index, whole.
     Symbol(u32),
     /// An element of the symbol of an index.
@@ -26,8 +26,8 @@ pub(super) struct Names {
     pub(super) symbols: Vec<Symbol>,
     timers: Vec<Timer>,
     by_name: HashMap<String, u32>,
-    found: Vec<Name>,
-    numbers: HashMap<Name, u32>,
+    found: Vec<PmiVariable>,
+    numbers: HashMap<PmiVariable, u32>,
 }
 
 impl Names {
@@ -42,7 +42,7 @@ impl Names {
         }
     }
 
-    pub(super) fn get(&self, variable: Variable) -> Option<Name> {
+    pub(super) fn get(&self, variable: Variable) -> Option<PmiVariable> {
         self.found.get(variable.0 as usize).copied()
     }
 
@@ -50,7 +50,7 @@ impl Names {
         self.symbols.get(index as usize)
     }
 
-    pub(super) fn remember(&mut self, name: Name) -> Variable {
+    pub(super) fn remember(&mut self, name: PmiVariable) -> Variable {
         let next = self.found.len() as u32;
         let number = *self.numbers.entry(name).or_insert(next);
         if number == next {
@@ -63,7 +63,7 @@ impl Names {
     pub(super) fn find(&mut self, text: &str, purpose: Purpose) -> Result<Variable, NameError> {
         let unfit = |reason: String| NameError::Unfit { name: text.into(), reason };
         let name = match text.parse() {
-            Ok(PmiName::Line(port, bit)) => return Ok(self.remember(Name::Line(port, bit))),
+            Ok(PmiName::Line(port, bit)) => return Ok(self.remember(PmiVariable::Line(port, bit))),
             Err(PmiNameError::Line) => {
                 let reason = "is no line: ports are 0 to 2047, bits 0 to 7, as in PORT1.0";
                 return Err(unfit(reason.into()));
@@ -83,18 +83,20 @@ impl Names {
             return Err(unfit("is a constant, which nothing changes".into()));
         }
         let found = match (&name, symbol.elements) {
-            (Ok(PmiName::Variable(_)), None) => Name::Symbol(index),
-            (Ok(PmiName::Variable(_)), Some(_)) if purpose == Purpose::Watch => Name::Symbol(index),
+            (Ok(PmiName::Variable(_)), None) => PmiVariable::Symbol(index),
+            (Ok(PmiName::Variable(_)), Some(_)) if purpose == Purpose::Watch => {
+                PmiVariable::Symbol(index)
+            }
             (Ok(PmiName::Variable(_)), Some(_)) => {
                 return Err(unfit(format!("is an array; name an element, as in {base}[0]")));
             }
             (Ok(PmiName::Counter(_)), _) => match symbol.role {
-                Role::TimerControl(timer) => Name::Counter(timer),
+                Role::TimerControl(timer) => PmiVariable::Counter(timer),
                 _ => return Err(unfit(format!("has no counter: {base} controls no timer"))),
             },
             (_, None) => return Err(unfit(format!("is wrong: {base} is no array"))),
             (Ok(PmiName::Element(_, element)), Some(elements)) if *element < elements => {
-                Name::Element(index, *element)
+                PmiVariable::Element(index, *element)
             }
             (_, Some(elements)) => {
                 let last = elements.saturating_sub(1);
@@ -111,13 +113,13 @@ impl Names {
     }
 
     /// The one spelling of a name.
-    pub(super) fn canonical(&self, name: Name) -> String {
+    pub(super) fn canonical(&self, name: PmiVariable) -> String {
         let variable =
             |index: u32| self.symbol(index).map_or_else(String::new, |symbol| symbol.name.clone());
         let name = match name {
-            Name::Symbol(index) => PmiName::Variable(variable(index)),
-            Name::Element(index, element) => PmiName::Element(variable(index), element),
-            Name::Counter(timer) => {
+            PmiVariable::Symbol(index) => PmiName::Variable(variable(index)),
+            PmiVariable::Element(index, element) => PmiName::Element(variable(index), element),
+            PmiVariable::Counter(timer) => {
                 let control = self.timers.get(timer as usize).map(|timer| timer.control);
                 let is_control = |symbol: &&Symbol| {
                     Some(symbol.offset) == control && symbol.role == Role::TimerControl(timer)
@@ -125,7 +127,7 @@ impl Names {
                 let symbol = self.symbols.iter().find(is_control);
                 PmiName::Counter(symbol.map_or_else(String::new, |symbol| symbol.name.clone()))
             }
-            Name::Line(port, bit) => PmiName::Line(port, bit),
+            PmiVariable::Line(port, bit) => PmiName::Line(port, bit),
         };
         name.to_string()
     }

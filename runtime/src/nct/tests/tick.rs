@@ -266,3 +266,62 @@ fn physical_lines_and_words_have_names() {
     assert!(executive.parse(variable, "1.5").is_err());
     assert_eq!(executive.parse(variable, "-3"), Ok(Setting::Int(-3)));
 }
+
+/// Forces a variable, or ends its force.
+fn force(executive: &mut NctExecutive, name: &str, value: Option<i64>) -> Result<(), &'static str> {
+    let variable = executive.find(name, Purpose::Watch).unwrap();
+    let key = executive.keys(variable)[0];
+    executive.force(key, value.map(Setting::Int))
+}
+
+#[test]
+fn forced_inputs_are_seen_and_forced_lines_are_held() {
+    let mut executive = executive(NctTables::default(), 3);
+    let tables = tables_of(&executive);
+    let (input, output) = (tables.inputs[1], tables.outputs[1]);
+    let level2_enable = tables.outputs[54];
+    let lines = executive.image.places.lines_out;
+    let mut engine = Script(move |module, scan: &mut plcc_abi::Scan<'_>| {
+        if module == 1 {
+            let seen = input.read(scan.image);
+            output.write(scan.image, seen);
+            level2_enable.set_bit(scan.image, 6, true);
+        }
+        if module == 2 {
+            // Stores into the lines themselves, as UO does.
+            plcc_abi::image::write_u8(scan.image, lines + 30, 0xF0);
+        }
+        Outcome::End
+    });
+    force(&mut executive, "I012", Some(1)).unwrap();
+    force(&mut executive, "Y017", Some(1)).unwrap();
+    force(&mut executive, "O300", Some(1)).unwrap();
+    let mut tick = |executive: &mut NctExecutive| executive.tick(&mut engine, &mut vec![]).unwrap();
+    tick(&mut executive);
+    assert_eq!(get(&mut executive, "I012"), 1);
+    assert_eq!((get(&mut executive, "P012"), get(&mut executive, "Y01")), (0, 4));
+    assert_eq!(get(&mut executive, "O01"), 0x84);
+    assert_eq!(get(&mut executive, "O30") & 0xFF, 0xF1);
+    force(&mut executive, "I01", Some(0xFFFF)).unwrap();
+    force(&mut executive, "Y017", None).unwrap();
+    tick(&mut executive);
+    assert_eq!((get(&mut executive, "I02"), get(&mut executive, "O01")), (0xFF, 0xFF));
+    force(&mut executive, "I01", None).unwrap();
+    tick(&mut executive);
+    assert_eq!((get(&mut executive, "I01"), get(&mut executive, "O01")), (0, 0));
+    for name in ["F0103", "RH060", "Y541"] {
+        assert!(force(&mut executive, name, Some(1)).is_err(), "{name}");
+    }
+}
+
+#[test]
+fn a_stop_clears_forced_lines_too() {
+    let mut executive = executive(NctTables::default(), 2);
+    force(&mut executive, "Y010", Some(1)).unwrap();
+    let mut engine = Script(|_, _: &mut plcc_abi::Scan<'_>| Outcome::End);
+    executive.tick(&mut engine, &mut vec![]).unwrap();
+    assert_eq!(get(&mut executive, "O010"), 1);
+    let mut engine = Script(|_, _: &mut plcc_abi::Scan<'_>| Outcome::Trap(TrapCode::Timeout));
+    assert!(executive.tick(&mut engine, &mut vec![]).is_err());
+    assert_eq!(get(&mut executive, "O010"), 0);
+}

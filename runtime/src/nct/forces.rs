@@ -1,0 +1,88 @@
+//! Forces: input bits that are held as the program sees them, and physical output lines that are
+//! held, whatever the program stores (`plcctl force`).
+
+use plcc_abi::image::{read_u8, write_u8};
+use plcc_abi::nct::{IMAGE_BYTES, LINE_BYTES, NctName};
+
+/// Some bits of a byte and their values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct ForcedBits {
+    mask: u8,
+    value: u8,
+}
+
+impl ForcedBits {
+    fn on(self, byte: u8) -> u8 {
+        byte & !self.mask | self.value & self.mask
+    }
+}
+
+/// The forces in effect. They take the same memory whether there are any or not.
+#[derive(Clone, Debug)]
+pub(super) struct Forces {
+    inputs: [ForcedBits; IMAGE_BYTES],
+    outputs: [ForcedBits; LINE_BYTES],
+    any_output: bool,
+}
+
+impl Default for Forces {
+    fn default() -> Self {
+        Self {
+            inputs: [ForcedBits::default(); IMAGE_BYTES],
+            outputs: [ForcedBits::default(); LINE_BYTES],
+            any_output: false,
+        }
+    }
+}
+
+impl Forces {
+    /// Forces a bit or a word to a value (`Some`), or ends its force (`None`).
+    ///
+    /// # Errors
+    /// When it is neither an input nor a physical output.
+    pub(super) fn set(&mut self, name: NctName, word: Option<u16>) -> Result<(), &'static str> {
+        let (bits, byte, bit): (&mut [ForcedBits], _, _) = match name {
+            NctName::I { byte, bit } | NctName::P { byte, bit } => (&mut self.inputs, byte, bit),
+            NctName::Y { byte, bit } | NctName::O { byte, bit } => (&mut self.outputs, byte, bit),
+            _ => return Err("is neither an input nor an output, and can't be forced"),
+        };
+        let byte = usize::from(byte);
+        if byte >= bits.len() {
+            return Err("has no physical line; only outputs of the boards 0 to 3 can be forced");
+        }
+        let parts = match bit {
+            Some(bit) => {
+                [(1 << bit, word.map(|word| if word & 1 != 0 { 0xFF } else { 0 })), (0, None)]
+            }
+            None => {
+                let [low, high] = word.unwrap_or(0).to_le_bytes();
+                [(0xFF, word.map(|_| low)), (0xFF, word.map(|_| high))]
+            }
+        };
+        for (forced, (mask, value)) in bits.iter_mut().skip(byte).zip(parts) {
+            forced.mask = if value.is_some() { forced.mask | mask } else { forced.mask & !mask };
+            let value = value.unwrap_or(0);
+            forced.value = forced.value & !mask | value & mask;
+        }
+        self.any_output = self.outputs.iter().any(|forced| forced.mask != 0);
+        Ok(())
+    }
+
+    /// A byte of the inputs as the program sees it, where the lines or the NC say `value`.
+    pub(super) fn input(&self, byte: usize, value: u8) -> u8 {
+        self.inputs.get(byte).map_or(value, |forced| forced.on(value))
+    }
+
+    /// Puts forced outputs on their lines, which begin at `lines` in the image.
+    pub(super) fn apply_to_outputs(&self, image: &mut [u8], lines: u32) {
+        if !self.any_output {
+            return;
+        }
+        for (forced, offset) in self.outputs.iter().zip(lines..) {
+            if forced.mask != 0 {
+                let value = forced.on(read_u8(image, offset));
+                write_u8(image, offset, value);
+            }
+        }
+    }
+}

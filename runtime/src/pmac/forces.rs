@@ -1,0 +1,71 @@
+//! Forces: words and fields of memory that are held at a value (`plcctl force`).
+//!
+//! A PMAC latches nothing: its inputs and outputs are memory that the hardware writes or reads, and
+//! programs reach it through the definitions of M-variables. A force writes its field before each
+//! servo cycle, for inputs, and after it, for outputs.
+
+use plcc_abi::pmac::{Definition, Memory, PmacName};
+
+use crate::executive::MAX_FORCES;
+
+/// A force on one field of memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Force {
+    name: PmacName,
+    /// Where the variable was when it was forced.
+    field: Definition,
+    value: f64,
+}
+
+/// The forces in effect.
+#[derive(Clone, Debug)]
+pub(super) struct Forces {
+    list: Vec<Force>,
+}
+
+impl Default for Forces {
+    /// None, with room for all, so that forcing allocates nothing.
+    fn default() -> Self {
+        Self { list: Vec::with_capacity(MAX_FORCES) }
+    }
+}
+
+impl Forces {
+    /// Forces the variable of a name, which now is at `field`.
+    ///
+    /// # Errors
+    /// When it is not in a word of memory, or there are too many forces.
+    pub(super) fn set(
+        &mut self,
+        name: PmacName,
+        field: Option<Definition>,
+        value: f64,
+    ) -> Result<(), &'static str> {
+        let Some(field @ (Definition::X { .. } | Definition::Y { .. })) = field else {
+            return Err("is no field of an X or Y word of memory, and can't be forced");
+        };
+        let force = Force { name, field, value };
+        let known = self.list.iter_mut().find(|force| force.name == name);
+        if let Some(old) = known {
+            *old = force;
+            return Ok(());
+        }
+        if self.list.len() == MAX_FORCES {
+            return Err("is one force too many");
+        }
+        self.list.push(force);
+        Ok(())
+    }
+
+    /// Ends the force on the variable of a name.
+    pub(super) fn remove(&mut self, name: PmacName) {
+        self.list.retain(|force| force.name != name);
+    }
+
+    /// Writes all forced fields.
+    pub(super) fn apply(&self, memory: &mut Memory<'_>) {
+        for force in &self.list {
+            memory.write(force.field, force.value);
+        }
+    }
+}

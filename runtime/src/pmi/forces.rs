@@ -1,0 +1,93 @@
+//! Forces: inputs whose latched value, and outputs whose physical lines, are held at a value that
+//! somebody outside has chosen (`plcctl force`; PMI 5.3, I/O Display).
+//!
+//! A forced input has the value as the program sees it; its lines stay what they are. A forced output
+//! has the value on its lines; the variable stays what the program assigns.
+
+use plcc_abi::pmi::{Format, Lines, Role, Symbol};
+
+use super::port_lines;
+use crate::executive::MAX_FORCES;
+
+/// A force on one input or output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Force {
+    symbol: u32,
+    lines: Lines,
+    /// Where the input's variable is; `None` for an output.
+    input: Option<u32>,
+    value: i16,
+}
+
+/// The forces in effect.
+#[derive(Clone, Debug)]
+pub(super) struct Forces {
+    list: Vec<Force>,
+}
+
+/// The value as an assignment to the variable of these lines would convert it.
+fn as_assigned(lines: Lines, value: i64) -> i16 {
+    if lines.format == Format::Bit { i16::from(value != 0) } else { value as i16 }
+}
+
+impl Default for Forces {
+    /// None, with room for all, so that forcing allocates nothing.
+    fn default() -> Self {
+        Self { list: Vec::with_capacity(MAX_FORCES) }
+    }
+}
+
+impl Forces {
+    /// Forces the symbol of an index.
+    ///
+    /// # Errors
+    /// When it is neither an input nor an output, can't have the value, or there are too many
+    /// forces.
+    pub(super) fn set(
+        &mut self,
+        index: u32,
+        symbol: &Symbol,
+        value: i64,
+    ) -> Result<(), &'static str> {
+        let (lines, input) = match symbol.role {
+            Role::Input(lines) => (lines, Some(symbol.offset)),
+            Role::Output(lines) => (lines, None),
+            _ => return Err("is neither an input nor an output, and can't be forced"),
+        };
+        if !port_lines::fits(lines, value) {
+            return Err("has lines that can't carry this value in BCD");
+        }
+        let force = Force { symbol: index, lines, input, value: as_assigned(lines, value) };
+        let known = self.list.iter_mut().find(|force| force.symbol == index);
+        if let Some(old) = known {
+            *old = force;
+            return Ok(());
+        }
+        if self.list.len() == MAX_FORCES {
+            return Err("is one force too many");
+        }
+        self.list.push(force);
+        Ok(())
+    }
+
+    /// Ends the force on the symbol of an index.
+    pub(super) fn remove(&mut self, index: u32) {
+        self.list.retain(|force| force.symbol != index);
+    }
+
+    /// Puts forced inputs' values in the place of those that were latched.
+    pub(super) fn apply_to_inputs(&self, mut write: impl FnMut(Lines, u32, i16)) {
+        for force in &self.list {
+            if let Some(offset) = force.input {
+                write(force.lines, offset, force.value);
+            }
+        }
+    }
+
+    /// Puts forced outputs' values on their lines.
+    pub(super) fn apply_to_outputs(&self, image: &mut [u8], ports: u32) {
+        for force in self.list.iter().filter(|force| force.input.is_none()) {
+            port_lines::drive(image, ports, force.lines, force.value);
+        }
+    }
+}
