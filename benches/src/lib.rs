@@ -1,7 +1,7 @@
 //! Programs for benchmarks, and what the benchmarks have in common. Each program is generated from a
 //! seed, in a control's language and in C that does the same, so that the two can be compared:
 //! [`equations`] for PMI, [`conditions`] for NCT, [`pmac`] for PMAC. [`compiled`] compiles source text
-//! to engines. The benchmarks are in `benches/benches/`.
+//! to engines. [`hostile_inputs`] are sources that are made to cost the compiler as much as possible. The benchmarks are in `benches/benches/`.
 //!
 //! ```
 //! use plcc_benches::equations::Equations;
@@ -15,6 +15,7 @@
 pub mod compiled;
 pub mod conditions;
 pub mod equations;
+pub mod hostile_inputs;
 pub mod pmac;
 
 /// The least of several times. Whatever else the machine does only adds to a time, so the least one

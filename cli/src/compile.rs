@@ -2,9 +2,12 @@
 
 use plcc_abi::{Code, Dialect, Engine, Program};
 use plcc_codegen::{CodegenError, JitMemory, OptLevel, Target};
-use plcc_diag::{Diagnostic, FileId, SourceMap};
-use plcc_frontend::common::{CrossReference, FileLoader, InternalError, Lowered, Options};
+use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
+use plcc_frontend::common::{
+    CrossReference, FileLoader, InternalError, LowerError, Lowered, Options,
+};
 use plcc_frontend::{CheckedProgram, Recompilable, language};
+use plcc_ir::Statement;
 use plcc_runtime::NativeEngine;
 use plcc_runtime::artifact::{self, Artifact, ArtifactError};
 use plcc_runtime::native::NativeError;
@@ -39,9 +42,21 @@ impl Checked {
     /// Tables for the executive, and IR as the front end makes it.
     ///
     /// # Errors
-    /// When the front end notices a mistake of its own.
-    pub fn lower(&self) -> Result<Lowered, InternalError> {
-        self.0.lower()
+    /// When the program is too long, or the front end notices a mistake of its own.
+    pub fn lower(&self) -> Result<Lowered, CompileError> {
+        self.0.lower().map_err(|error| match error {
+            LowerError::Internal(error) => error.into(),
+            LowerError::TooLong(statement) => {
+                let code = match self.0.dialect() {
+                    Dialect::Pmi => "PMI-X4",
+                    Dialect::Nct => "NCT-X2",
+                    Dialect::Pmac => "PMAC-X7",
+                };
+                let what = "the program is too long: with this statement it has more than \
+                            1 048 576 instructions";
+                CompileError::TooLong(Box::new(too_long(code, statement, what)))
+            }
+        })
     }
 
     /// What each statement is computed in, integers or floating point; for languages where the
@@ -64,8 +79,8 @@ impl Checked {
     /// The same as [`lower`](Self::lower) after the passes.
     ///
     /// # Errors
-    /// When the front end notices a mistake of its own.
-    pub fn optimized(&self, opt: OptLevel) -> Result<Lowered, InternalError> {
+    /// When the program is too long, or the front end notices a mistake of its own.
+    pub fn optimized(&self, opt: OptLevel) -> Result<Lowered, CompileError> {
         let mut lowered = self.lower()?;
         plcc_ir::passes::optimize(&mut lowered.module, opt);
         Ok(lowered)
@@ -78,6 +93,9 @@ pub enum CompileError {
     /// No IR could be made.
     #[error(transparent)]
     Lower(#[from] InternalError),
+    /// The program is longer than the compiler takes. The diagnostic says where it becomes so.
+    #[error("{}", .0.message)]
+    TooLong(Box<Diagnostic>),
     /// No machine code could be made.
     #[error(transparent)]
     Codegen(#[from] CodegenError),
@@ -95,8 +113,11 @@ impl CompileError {
     pub fn is_internal(&self) -> bool {
         match self {
             Self::Codegen(
-                CodegenError::Target { .. } | CodegenError::Memory { .. } | CodegenError::TooLong,
+                CodegenError::Target { .. }
+                | CodegenError::Memory { .. }
+                | CodegenError::TooLong(_),
             ) => false,
+            Self::TooLong(_) => false,
             Self::Native(NativeError::Map(_) | NativeError::Machine(_)) => false,
             Self::Artifact(ArtifactError::TooLarge { .. }) => false,
             Self::Lower(_) | Self::Codegen(_) | Self::Native(_) | Self::Artifact(_) => true,
@@ -104,12 +125,35 @@ impl CompileError {
     }
 }
 
+/// The diagnostic for a program that is too long, at the statement with which it becomes so.
+fn too_long(code: &'static str, statement: Statement, what: &str) -> Diagnostic {
+    let Statement { file, start, end, .. } = statement;
+    Diagnostic::error(code, Span { file: FileId(file), start, end }, what).help("split the program")
+}
+
+/// Compiles a lowered program. Code that is too long becomes a diagnostic.
+fn generate(lowered: &Lowered, target: &Target) -> Result<Code, CompileError> {
+    plcc_codegen::compile(&lowered.module, target).map_err(|error| match error {
+        CodegenError::TooLong(Some(statement)) => {
+            let code = match lowered.program.dialect() {
+                Dialect::Pmi => "PMI-X5",
+                Dialect::Nct => "NCT-X3",
+                Dialect::Pmac => "PMAC-X8",
+            };
+            let what = "the program is too long: with the code of this statement and those behind \
+                        it, its machine code has more than 32 MiB";
+            CompileError::TooLong(Box::new(too_long(code, statement, what)))
+        }
+        other => other.into(),
+    })
+}
+
 /// Code for this very machine, in memory of cranelift-jit, and its size in bytes.
 ///
 /// # Errors
 /// When the code can't be made or mapped.
 pub fn jit(lowered: &Lowered) -> Result<(NativeEngine, usize), CompileError> {
-    let code = plcc_codegen::compile(&lowered.module, &Target::host()?)?;
+    let code = generate(lowered, &Target::host()?)?;
     let memory = Box::new(JitMemory::new(&code)?);
     Ok((NativeEngine::with_memory(&code, &lowered.program, memory)?, code.bytes.len()))
 }
@@ -119,7 +163,7 @@ pub fn jit(lowered: &Lowered) -> Result<(NativeEngine, usize), CompileError> {
 /// # Errors
 /// When it can't be made.
 pub fn code(lowered: &Lowered, target: &Target) -> Result<Code, CompileError> {
-    Ok(plcc_codegen::compile(&lowered.module, target)?)
+    generate(lowered, target)
 }
 
 /// An artifact's bytes.

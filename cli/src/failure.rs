@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn what_the_user_can_mend_is_status_2() {
-        let failure = Failure::from(CompileError::from(CodegenError::TooLong));
+        let failure = Failure::from(CompileError::from(CodegenError::TooLong(None)));
         assert_eq!(failure.status(), 2);
         assert!(!failure.text("plcc build big.pmi").contains("report"));
     }

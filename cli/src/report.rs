@@ -6,7 +6,8 @@ use clap::ColorChoice;
 use plcc_diag::{Diagnostic, Severity, SourceMap, json, render};
 
 use crate::args::FormatArg;
-use crate::failure::Failure;
+use crate::compile::CompileError;
+use crate::failure::{ERRORS, Failure};
 use crate::output::unless_closed;
 
 /// At most this many diagnostics are drawn; the rest are counted.
@@ -99,6 +100,26 @@ impl Report {
         to: Destination,
     ) -> Result<Count, Failure> {
         self.show_all(&[(sources, diagnostics)], to)
+    }
+
+    /// Shows why a checked program is not compiled, if that is for its length, and gives the exit
+    /// status.
+    ///
+    /// # Errors
+    /// Every other reason.
+    pub(crate) fn not_compiled(
+        &self,
+        error: CompileError,
+        sources: &SourceMap,
+        to: Destination,
+    ) -> Result<u8, Failure> {
+        match error {
+            CompileError::TooLong(diagnostic) => {
+                self.show(sources, &[*diagnostic], to)?;
+                Ok(ERRORS)
+            }
+            other => Err(other.into()),
+        }
     }
 
     /// Shows the diagnostics of several programs and counts them. As JSON all are written; for people

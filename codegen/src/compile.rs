@@ -18,6 +18,9 @@ use crate::{CodegenError, InternalError, Target, lower, unwind};
 /// Functions begin at multiples of this, in bytes.
 const ALIGNMENT: usize = 16;
 
+/// The longest code of a program, in bytes. Programs of 20 000 lines have some 2 MiB.
+pub const MAX_CODE: usize = 32 << 20;
+
 /// For each so many IR instructions a further thread is started; with fewer it costs more time than
 /// it saves.
 const INSTS_PER_THREAD: usize = 4000;
@@ -35,8 +38,13 @@ struct Compiled {
 ///
 /// # Errors
 /// [`CodegenError::Internal`] when the module breaks a rule of the [verifier](plcc_ir::verify) or
-/// Cranelift refuses a function, [`CodegenError::TooLong`] when the code exceeds 2 GiB.
+/// Cranelift refuses a function, [`CodegenError::TooLong`] when the code exceeds [`MAX_CODE`].
 pub fn compile(module: &Module, target: &Target) -> Result<Code, CodegenError> {
+    compile_within(module, target, MAX_CODE)
+}
+
+/// The same with another limit of the code's length in bytes.
+fn compile_within(module: &Module, target: &Target, max_code: usize) -> Result<Code, CodegenError> {
     // What is checked here and in `compile_function` is what makes the code safe to run.
     if let Some(error) = verify::module(module).first() {
         return Err(CodegenError::internal(format!("the IR is not valid: {error}")));
@@ -79,7 +87,7 @@ pub fn compile(module: &Module, target: &Target) -> Result<Code, CodegenError> {
     if compiled.len() != count {
         return Err(CodegenError::internal("a thread of the compiler was lost"));
     }
-    let mut parts = assemble(module, &compiled)?;
+    let mut parts = assemble(module, &compiled, max_code)?;
     let pieces = parts.functions.iter().zip(&compiled);
     let infos = pieces.map(|(function, piece)| (function.offset, &piece.unwind));
     parts.eh_frame = unwind::section(&*target.isa, parts.bytes.len(), infos)?;
@@ -159,11 +167,22 @@ pub fn compile_function(
 }
 
 /// Joins the functions' code to one blob, with the tables of functions, labels and lines.
-fn assemble(module: &Module, compiled: &[Compiled]) -> Result<CodeParts, CodegenError> {
-    let offset_of = |n: usize| u32::try_from(n).map_err(|_| CodegenError::TooLong);
+fn assemble(
+    module: &Module,
+    compiled: &[Compiled],
+    max_code: usize,
+) -> Result<CodeParts, CodegenError> {
+    let too_long = |piece: &Compiled| {
+        let first = piece.locs.first().map(|&(_, loc)| loc as usize);
+        CodegenError::TooLong(first.and_then(|loc| module.statements.get(loc).copied()))
+    };
     let mut code = CodeParts { image_size: module.image_size, ..CodeParts::default() };
     for ((_, func), piece) in module.funcs().zip(compiled) {
         code.bytes.resize(code.bytes.len().next_multiple_of(ALIGNMENT), 0);
+        if piece.bytes.len() > max_code.saturating_sub(code.bytes.len()) {
+            return Err(too_long(piece));
+        }
+        let offset_of = |n: usize| u32::try_from(n).map_err(|_| too_long(piece));
         let offset = offset_of(code.bytes.len())?;
         code.bytes.extend(&piece.bytes);
         let len = offset_of(piece.bytes.len())?;
@@ -178,9 +197,6 @@ fn assemble(module: &Module, compiled: &[Compiled]) -> Result<CodeParts, Codegen
             code.lines.push(CodeLine { offset: offset + start, file, line });
         }
     }
-    if code.bytes.len() > i32::MAX as usize {
-        return Err(CodegenError::TooLong);
-    }
     let targets = module.label_targets();
     let labels = targets.iter().enumerate().map(|(label, target)| {
         let function = target.and_then(|(func, _)| code.functions.get(func.index()));
@@ -189,4 +205,37 @@ fn assemble(module: &Module, compiled: &[Compiled]) -> Result<CodeParts, Codegen
     });
     code.labels = labels.collect::<Result<_, _>>()?;
     Ok(code)
+}
+
+#[cfg(test)]
+mod tests {
+    use plcc_abi::Region;
+    use plcc_ir::{Address, BinaryOp, ChunkBuilder, Statement, Type};
+
+    use super::*;
+
+    #[test]
+    fn code_that_is_too_long_names_the_statement_where_it_becomes_so() {
+        let region = Region { name: "words".into(), offset: 0, size: 8, bits: false };
+        let mut builder = ChunkBuilder::new(8, vec![region]).with_limit(50);
+        let region = builder.region("words").unwrap();
+        let start = builder.place();
+        builder.bind(start);
+        builder.task("scan", start);
+        for line in 1..=400 {
+            builder.statement(Statement { file: 0, line, start: 0, end: 0 });
+            let at = Address::fixed(region, 0);
+            let value = builder.ins().load(Type::I32, at);
+            let value = builder.ins().binary_imm(BinaryOp::Mul, value, i64::from(line));
+            builder.ins().store(at, value);
+        }
+        builder.ret();
+        let module = builder.finish();
+        let target = Target::host().unwrap();
+        let length = compile_within(&module, &target, MAX_CODE).unwrap().bytes.len();
+        assert!(compile_within(&module, &target, length).is_ok());
+        let error = compile_within(&module, &target, length - 1).unwrap_err();
+        let CodegenError::TooLong(Some(statement)) = error else { panic!("{error}") };
+        assert!(statement.line > 350, "{statement:?}");
+    }
 }

@@ -27,9 +27,10 @@ pub enum CodegenError {
         /// Why not.
         reason: String,
     },
-    /// The code is longer than the 2 GiB that offsets in it can reach.
-    #[error("the program's code is over 2 GiB long; split the program")]
-    TooLong,
+    /// The code is longer than [`MAX_CODE`](crate::MAX_CODE). Holds the first statement of the
+    /// function with which it became too long.
+    #[error("the program's code is over {} MiB long; split the program", crate::MAX_CODE >> 20)]
+    TooLong(Option<plcc_ir::Statement>),
 }
 
 impl CodegenError {

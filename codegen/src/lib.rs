@@ -43,7 +43,7 @@ mod lower;
 mod target;
 mod unwind;
 
-pub use compile::{compile, compile_function};
+pub use compile::{MAX_CODE, compile, compile_function};
 pub use error::{CodegenError, InternalError};
 pub use jit_memory::JitMemory;
 pub use plcc_ir::passes::OptLevel;

@@ -10,7 +10,7 @@ use plcc_abi::{Dialect, Engine, Tables};
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
 use crate::common::{
-    Controller, CrossReference, Expression, FileLoader, InternalError, Lowered, Options,
+    Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, Options,
 };
 use crate::{nct, pmac, pmi};
 
@@ -103,11 +103,14 @@ pub struct Topic {
 
 /// A program without errors, or one in which the PLCs that have errors are empty.
 pub trait CheckedProgram: fmt::Debug + Send + Sync {
+    /// The language that the program is written in.
+    fn dialect(&self) -> Dialect;
+
     /// The tables for the executive, and the IR as the front end makes it, before any pass.
     ///
     /// # Errors
-    /// When the compiler finds its own data inconsistent.
-    fn lower(&self) -> Result<Lowered, InternalError>;
+    /// When the program is too long, or the compiler finds its own data inconsistent.
+    fn lower(&self) -> Result<Lowered, LowerError>;
 
     /// The statement interpreter, as an engine like the others.
     fn interpreter(&self) -> Box<dyn Engine>;
@@ -146,8 +149,8 @@ pub trait Recompilable: Send {
     /// that a task that was suspended in the old code goes on in the new.
     ///
     /// # Errors
-    /// When the compiler finds its own data inconsistent.
-    fn lower_for(&self, assumptions: &[Assumption]) -> Result<Lowered, InternalError>;
+    /// When the program is too long, or the compiler finds its own data inconsistent.
+    fn lower_for(&self, assumptions: &[Assumption]) -> Result<Lowered, LowerError>;
 }
 
 #[cfg(test)]

@@ -35,6 +35,10 @@ use crate::{
 /// instructions or blocks.
 pub const DEFAULT_LIMIT: usize = 2000;
 
+/// How many instructions a program may have before any pass. Programs of 20 000 lines have some
+/// 300 000. More would take the compiler seconds and hundreds of mebibytes.
+pub const MAX_INSTRUCTIONS: usize = 1 << 20;
+
 /// A branch target, which may not be bound yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Place(u32);
@@ -63,6 +67,8 @@ pub struct ChunkBuilder {
     branches: Vec<(usize, Block, Branch)>,
     /// The functions that are complete but for their branches.
     finished: Vec<FuncBuilder>,
+    /// How many instructions the finished functions have.
+    finished_instructions: usize,
 }
 
 impl ChunkBuilder {
@@ -75,6 +81,7 @@ impl ChunkBuilder {
             places: vec![],
             branches: vec![],
             finished: vec![],
+            finished_instructions: 0,
         }
     }
 
@@ -140,6 +147,16 @@ impl ChunkBuilder {
         loc
     }
 
+    /// The statement that was begun last, if there are more than [`MAX_INSTRUCTIONS`]. A front end
+    /// asks between statements and gives up then.
+    pub fn statement_over_budget(&self) -> Option<Statement> {
+        let count = self.finished_instructions + self.current.func().inst_count();
+        if count <= MAX_INSTRUCTIONS {
+            return None;
+        }
+        self.module.statements.get(self.current.loc().0 as usize).copied()
+    }
+
     /// Whether the current function has reached the limit.
     fn is_full(&self) -> bool {
         self.current.func().inst_count() >= self.limit
@@ -155,6 +172,7 @@ impl ChunkBuilder {
         if self.is_full() {
             let loc = self.current.loc();
             let name = format!("chunk{}", self.finished.len() + 1);
+            self.finished_instructions += self.current.func().inst_count();
             self.finished.push(std::mem::replace(&mut self.current, FuncBuilder::new(name)));
             self.current.set_loc(loc);
         } else {

@@ -72,10 +72,12 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
         return Ok(ERRORS);
     };
     let opt: OptLevel = args.opt.into();
+    let lowered = match checked.optimized(opt) {
+        Ok(lowered) => lowered,
+        Err(error) => return report.not_compiled(error, &program.sources, Destination::default()),
+    };
     let jit_ms = compile_ms(args, &settings.options, |lowered| compile::jit(lowered).map(drop))?;
     let aot_ms = compile_ms(args, &settings.options, |lowered| compile::aot(lowered).map(drop))?;
-
-    let lowered = checked.optimized(opt).map_err(CompileError::from)?;
     let (jit, jit_bytes) = compile::jit(&lowered)?;
     let (aot, aot_bytes) = compile::aot(&lowered)?;
     let jit = recompiling(&checked, &lowered.program, jit, opt, Settings::default());
@@ -129,7 +131,7 @@ fn compile_ms(
         let start = Instant::now();
         let program = input.check(options);
         if let Some(checked) = &program.checked {
-            make(&checked.optimized(opt).map_err(CompileError::from)?)?;
+            make(&checked.optimized(opt)?)?;
         }
         least = least.min(start.elapsed());
     }

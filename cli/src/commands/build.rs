@@ -50,8 +50,14 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         report.message(&format!("{count}: nothing is built"));
         return Ok(ERRORS);
     };
-    let lowered = checked.optimized(opt).map_err(CompileError::from)?;
-    let mut bytes = make(&lowered, &target, args.emit)?;
+    let made = checked.optimized(opt).and_then(|lowered| {
+        let bytes = make(&lowered, &target, args.emit)?;
+        Ok((lowered, bytes))
+    });
+    let (lowered, mut bytes) = match made {
+        Ok(made) => made,
+        Err(error) => return report.not_compiled(error, &program.sources, to),
+    };
     if is_text {
         let mut listing = listing_comments(&lowered.program);
         listing.append(&mut bytes);

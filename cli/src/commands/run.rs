@@ -46,7 +46,10 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     };
     report.show(&program.sources, &shown, to)?;
     warn_of_idle_recompiling(&checked, args, report);
-    let (tables, mut engine) = engine(&checked, args)?;
+    let (tables, mut engine) = match engine(&checked, args) {
+        Ok(engine) => engine,
+        Err(error) => return report.not_compiled(error, &program.sources, to),
+    };
     let reads = settings.machine.iter().cloned().collect();
     let run = RunArgs { reads, ..args.run.clone() };
     Ok(session::run(&tables, engine.as_mut(), &run, settings.machine_file()))
@@ -66,15 +69,18 @@ fn warn_of_idle_recompiling(checked: &Checked, args: &RunCommand, report: &Repor
 }
 
 /// The engine that the options name, with the tables of the program.
-fn engine(checked: &Checked, args: &RunCommand) -> Result<(Program, Box<dyn Engine>), Failure> {
+fn engine(
+    checked: &Checked,
+    args: &RunCommand,
+) -> Result<(Program, Box<dyn Engine>), CompileError> {
     let opt = args.opt.unwrap_or_default().into();
     Ok(match args.engine.unwrap_or_default() {
         EngineArg::Interp => {
-            let program = checked.lower().map_err(CompileError::from)?.program;
+            let program = checked.lower()?.program;
             (program, checked.interpreter())
         }
         EngineArg::Jit => {
-            let lowered = checked.optimized(opt).map_err(CompileError::from)?;
+            let lowered = checked.optimized(opt)?;
             let (native, _) = compile::jit(&lowered)?;
             let standard = Settings { in_thread: args.run.realtime, ..Settings::default() };
             let engine: Box<dyn Engine> = match args.recompile_after {
@@ -88,7 +94,7 @@ fn engine(checked: &Checked, args: &RunCommand) -> Result<(Program, Box<dyn Engi
             (lowered.program, engine)
         }
         EngineArg::Aot => {
-            let lowered = checked.optimized(opt).map_err(CompileError::from)?;
+            let lowered = checked.optimized(opt)?;
             let (engine, _) = compile::aot(&lowered)?;
             (lowered.program, Box::new(engine))
         }

@@ -477,6 +477,18 @@ pub static CODES: &[CodeInfo] = &[
         "wrong: 300 conditions inside one another\nright: a subroutine for the inner ones",
     ),
     page(
+        "NCT-X2",
+        "program too long to compile",
+        "The compiler takes programs of up to 1 048 576 instructions, before it makes them better; a statement has 2 to 50. The place is the statement with which they are too many.",
+        "Put what is alike into subroutines.",
+    ),
+    page(
+        "NCT-X3",
+        "machine code too long",
+        "The machine code of a program may have 32 MiB. The place is the first statement of the part with which it is longer.",
+        "Put what is alike into subroutines.",
+    ),
+    page(
         "NCT-W1",
         "text longer than the control shows",
         "The control shows 9 characters of a caption and 20 of a message.",

@@ -46,8 +46,8 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-6",
         "no room (ERR006)",
-        "The text that definitions and includes produce is longer than the compiler takes.",
-        "Wrong:\n  #define A B B\n  #define B C C     ; and so on, each twice the one before\nRight:\n  use a few definitions that do not name each other over and over",
+        "Definitions name definitions more than 256 deep.",
+        "Wrong:\n  #define A B\n  #define B C     ; and so on\nRight:\n  #define A P1",
     ),
     code(
         "PMAC-7",
@@ -132,6 +132,36 @@ pub static CODES: &[CodeInfo] = &[
         "template without a value",
         "The text holds a template $(NAME), and nothing says what it stands for.",
         "  plcc check --define NAME=VALUE FILE",
+    ),
+    code(
+        "PMAC-X4",
+        "ranges name too many variables",
+        "The ranges of a download, such as P0..1023=0, may name 2 097 152 variables in all. Each of them is looked at when the download is read, so this bounds the time for that.",
+        "Assign to each variable once. All variables of one kind of a Turbo PMAC are 8192.",
+    ),
+    code(
+        "PMAC-X5",
+        "included files are too long",
+        "The files that a download includes may have 4 MiB in all, a file that is included several times counting each time, and each as 1 KiB at least. This bounds the time and memory that a small file can take.",
+        "Include each file once:\n  #ifndef IO_H\n  #define IO_H\n  …\n  #endif",
+    ),
+    code(
+        "PMAC-X6",
+        "replacements are too long",
+        "What replaces defined names and templates may have 2 MiB in all. A few definitions that name each other twice can double a text again and again.",
+        "Wrong:\n  #define A P1=P1+1\n  #define B A A\n  #define C B B\n  … and so on\nRight: a WHILE that repeats the statement",
+    ),
+    code(
+        "PMAC-X7",
+        "program too long to compile",
+        "The compiler takes programs of up to 1 048 576 instructions, before it makes them better; a statement has 5 to 50. The place is the statement with which they are too many.",
+        "Divide the download among several, or put what is alike into a WHILE.",
+    ),
+    code(
+        "PMAC-X8",
+        "machine code too long",
+        "The machine code of a program may have 32 MiB. The place is the first statement of the part with which it is longer.",
+        "Divide the download among several, or put what is alike into a WHILE.",
     ),
     code(
         "PMAC-W1",

@@ -281,6 +281,24 @@ pub static CODES: &[CodeInfo] = &[
         mend: "Give each output a line of its own.",
     },
     CodeInfo {
+        code: "PMI-X3",
+        title: "included files are too long",
+        meaning: "The files that a program includes may have 4 MiB in all, a file that is included several times counting each time, and each as 1 KiB at least.",
+        mend: "Include each file once.",
+    },
+    CodeInfo {
+        code: "PMI-X4",
+        title: "program too long to compile",
+        meaning: "The compiler takes programs of up to 1 048 576 instructions, before it makes them better; a statement has 3 to 30. The place is the statement with which they are too many.",
+        mend: "Divide the program, or keep what is alike in arrays.",
+    },
+    CodeInfo {
+        code: "PMI-X5",
+        title: "machine code too long",
+        meaning: "The machine code of a program may have 32 MiB. The place is the first statement of the part with which it is longer.",
+        mend: "Divide the program, or keep what is alike in arrays.",
+    },
+    CodeInfo {
         code: "PMI-W1",
         title: "line longer than 71 characters",
         meaning: "The original editor and control hold 71 characters in a line (PMI 2.2.5). The program compiles; `--limits none` silences this.",

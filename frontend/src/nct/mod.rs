@@ -23,7 +23,7 @@ use std::sync::Arc;
 use plcc_abi::Engine;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{CrossReference, FileLoader, InternalError, Limits, Lowered, Options};
+use crate::common::{CrossReference, FileLoader, Limits, LowerError, Lowered, Options};
 
 pub use language::Nct;
 pub use oracle::Interpreter;
@@ -70,8 +70,8 @@ impl Program {
     /// The program as IR, with the executive's tables.
     ///
     /// # Errors
-    /// When the compiler finds its own data inconsistent.
-    pub fn lower(&self) -> Result<Lowered, InternalError> {
+    /// When the program is too long, or the compiler finds its own data inconsistent.
+    pub fn lower(&self) -> Result<Lowered, LowerError> {
         let module = lower::lower(&self.checked, &self.layout)?;
         Ok(self.with_tables(module))
     }
@@ -80,8 +80,8 @@ impl Program {
     /// of small functions.
     ///
     /// # Errors
-    /// When the compiler finds its own data inconsistent.
-    pub fn lower_with_limit(&self, limit: usize) -> Result<Lowered, InternalError> {
+    /// When the program is too long, or the compiler finds its own data inconsistent.
+    pub fn lower_with_limit(&self, limit: usize) -> Result<Lowered, LowerError> {
         let module = lower::lower_with(&self.checked, &self.layout, limit)?;
         Ok(self.with_tables(module))
     }

@@ -65,7 +65,8 @@ pub fn parse_expression(text: &str, context: Context<'_>) -> Result<Expression, 
         })]
     })?;
     let mut definitions = BTreeMap::new();
-    for (number, at) in reader.l_used.iter().flatten().copied() {
+    let used = reader.l_used.iter().flatten();
+    for (number, at) in used.flat_map(|used| used.numbers().map(|number| (number, used.at))) {
         let Some(definition) = download.l_defs.get(&number) else {
             return Err(vec![preprocessed.origins.diagnose(at, |span| {
                 Diagnostic::error("PMAC-3", span, format!("L{number} is not defined"))

@@ -9,7 +9,7 @@ use super::expression::{Context, parse_expression};
 use super::reference::{KEYWORDS, MANUAL, describe, memory};
 use crate::common::keywords;
 use crate::common::{
-    Controller, CrossReference, Expression, FileLoader, InternalError, Lowered, Options,
+    Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, Options,
 };
 use crate::language::{CheckedProgram, Language, Recompilable, Topic};
 
@@ -91,7 +91,11 @@ impl Language for Pmac {
 }
 
 impl CheckedProgram for Program {
-    fn lower(&self) -> Result<Lowered, InternalError> {
+    fn dialect(&self) -> Dialect {
+        Dialect::Pmac
+    }
+
+    fn lower(&self) -> Result<Lowered, LowerError> {
         self.lower()
     }
 
@@ -124,7 +128,7 @@ impl Recompilable for Program {
         self.assumptions()
     }
 
-    fn lower_for(&self, assumptions: &[Assumption]) -> Result<Lowered, InternalError> {
+    fn lower_for(&self, assumptions: &[Assumption]) -> Result<Lowered, LowerError> {
         self.lower_for(assumptions)
     }
 }

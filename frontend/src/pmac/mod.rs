@@ -31,7 +31,7 @@ use plcc_abi::Engine;
 use plcc_abi::pmac::Assumption;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{CrossReference, FileLoader, InternalError, Lowered, Options};
+use crate::common::{CrossReference, FileLoader, LowerError, Lowered, Options};
 
 pub use language::Pmac;
 pub use oracle::Interpreter;
@@ -88,8 +88,8 @@ impl Program {
     /// The program as IR, with the executive's tables.
     ///
     /// # Errors
-    /// The compiler has a defect.
-    pub fn lower(&self) -> Result<Lowered, InternalError> {
+    /// The program is too long, or the compiler has a defect.
+    pub fn lower(&self) -> Result<Lowered, LowerError> {
         self.lower_for(&self.loaded.assumed)
     }
 
@@ -106,8 +106,8 @@ impl Program {
     /// go on in another.
     ///
     /// # Errors
-    /// The compiler has a defect.
-    pub fn lower_for(&self, assumed: &[Assumption]) -> Result<Lowered, InternalError> {
+    /// The program is too long, or the compiler has a defect.
+    pub fn lower_for(&self, assumed: &[Assumption]) -> Result<Lowered, LowerError> {
         let module = lower::lower(&self.download, &self.loaded, &self.sources, assumed)?;
         let names = self.files().map(str::to_owned).collect();
         let tasks = module.tasks.clone();

@@ -7,7 +7,7 @@ use super::Program;
 use super::reference::{KEYWORDS, MANUAL};
 use crate::common::keywords;
 use crate::common::{
-    Controller, CrossReference, Expression, FileLoader, InternalError, Lowered, Options,
+    Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, Options,
 };
 use crate::language::{CheckedProgram, Language, Topic};
 
@@ -72,7 +72,11 @@ impl Language for Pmi {
 }
 
 impl CheckedProgram for Program {
-    fn lower(&self) -> Result<Lowered, InternalError> {
+    fn dialect(&self) -> Dialect {
+        Dialect::Pmi
+    }
+
+    fn lower(&self) -> Result<Lowered, LowerError> {
         self.lower()
     }
 

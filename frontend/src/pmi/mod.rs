@@ -24,7 +24,7 @@ mod tables;
 use plcc_abi::Engine;
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{CrossReference, FileLoader, InternalError, Limits, Lowered, Options};
+use crate::common::{CrossReference, FileLoader, Limits, LowerError, Lowered, Options};
 
 pub use language::Pmi;
 pub use oracle::Interpreter;
@@ -63,8 +63,8 @@ impl Program {
     /// The program as IR, with the executive's tables.
     ///
     /// # Errors
-    /// When the compiler finds its own data inconsistent.
-    pub fn lower(&self) -> Result<Lowered, InternalError> {
+    /// When the program is too long, or the compiler finds its own data inconsistent.
+    pub fn lower(&self) -> Result<Lowered, LowerError> {
         let module = lower::lower(&self.checked, &self.layout, &self.sources)?;
         let ids = (0..self.sources.len() as u32).map(FileId);
         let names = ids.map(|id| self.sources.path(id).to_owned()).collect();

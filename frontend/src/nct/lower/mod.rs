@@ -19,7 +19,7 @@ use plcc_ir::{
     Value,
 };
 
-use crate::common::{InternalError, OrMissing};
+use crate::common::{InternalError, LowerError, OrMissing};
 use crate::nct::{
     ast::{Op, Program, Stmt, Word},
     layout::{Layout, SCRATCH, WAITING},
@@ -31,14 +31,18 @@ type Result<T = ()> = std::result::Result<T, InternalError>;
 /// Lowers a program. Its tasks are the modules that it has, in their order.
 ///
 /// # Errors
-/// If the checked program or its layout is inconsistent.
-pub(super) fn lower(program: &Program, layout: &Layout) -> Result<Module> {
+/// If the program is too long, or it or its layout is inconsistent.
+pub(super) fn lower(program: &Program, layout: &Layout) -> std::result::Result<Module, LowerError> {
     lower_with(program, layout, DEFAULT_LIMIT)
 }
 
 /// Lowers a program; a function gets at most about `limit` instructions or blocks. This is for
 /// tests.
-pub(super) fn lower_with(program: &Program, layout: &Layout, limit: usize) -> Result<Module> {
+pub(super) fn lower_with(
+    program: &Program,
+    layout: &Layout,
+    limit: usize,
+) -> std::result::Result<Module, LowerError> {
     let builder = ChunkBuilder::new(layout.size, layout.regions.clone()).with_limit(limit);
     let find = |name: &str| builder.region(name).or_missing(|| format!("region `{name}`"));
     let [flag_bytes, _] = region::FLAG;
@@ -66,7 +70,10 @@ pub(super) fn lower_with(program: &Program, layout: &Layout, limit: usize) -> Re
         builder,
     };
     lowerer.program()?;
-    Ok(lowerer.builder.finish())
+    match lowerer.builder.statement_over_budget() {
+        Some(statement) => Err(LowerError::TooLong(statement)),
+        None => Ok(lowerer.builder.finish()),
+    }
 }
 
 /// The regions that are addressed by themselves rather than through a [`Layout`]'s offsets.
@@ -115,6 +122,9 @@ impl Lowerer<'_> {
         self.entries();
         let mut at = 0;
         while at < self.program.stmts.len() {
+            if self.builder.statement_over_budget().is_some() {
+                return Ok(());
+            }
             at = self.lower_statement(at).map_err(|error| {
                 let line = self.program.lines.get(at).copied().unwrap_or(1);
                 error.or_at(&self.program.name, line)

@@ -32,7 +32,7 @@ use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type};
 
 use self::analysis::Name;
 use self::emit::Operand;
-use crate::common::InternalError;
+use crate::common::{InternalError, LowerError};
 use crate::pmac::analyse::assumptions;
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Download, Expr, PlcSet, Stmt, StmtKind, Target};
@@ -62,14 +62,14 @@ fn has_address_statements(kind: TaskKind, code: &[Stmt]) -> bool {
 /// assumed, so a task may be suspended in one module and go on in another of the same download.
 ///
 /// # Errors
-/// If the download breaks a rule that the parser and the analyses promise to keep. That is a defect
-/// of plcc, not of the program.
+/// If the download is too long, or breaks a rule that the parser and the analyses promise to keep.
+/// The latter is a defect of plcc, not of the program.
 pub(crate) fn lower(
     download: &Download,
     loaded: &Loaded,
     sources: &SourceMap,
     assumed: &[Assumption],
-) -> Result<Module, InternalError> {
+) -> Result<Module, LowerError> {
     let layout = loaded.layout;
     let builder = ChunkBuilder::new(layout.size, layout.regions()).with_limit(CHUNK);
     let find = |name: &str| {
@@ -108,6 +108,9 @@ pub(crate) fn lower(
     }
     for (kind, code) in tasks(download, loaded) {
         lowerer.task(kind, code)?;
+        if let Some(statement) = lowerer.builder.statement_over_budget() {
+            return Err(LowerError::TooLong(statement));
+        }
     }
     Ok(lowerer.builder.finish())
 }
@@ -241,6 +244,9 @@ impl Lowerer<'_> {
             let bind = index == 0 || entered || targets.get(index).copied().unwrap_or(false);
             if bind {
                 self.builder.bind(version.place(index)?);
+            }
+            if self.builder.statement_over_budget().is_some() {
+                return Ok(());
             }
             self.begin_statement(stmt);
             self.may_change_definitions = false;

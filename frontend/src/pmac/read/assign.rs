@@ -3,7 +3,7 @@
 
 use plcc_abi::pmac::{Kind, PlcOp};
 
-use super::cursor::{Parsed, syntax, syntax_help};
+use super::cursor::{ParseError, Parsed, syntax, syntax_help};
 use super::expr::Reader;
 use crate::pmac::ast::{Bin, Expr, Op, PlcSet, Target};
 use crate::pmac::origin::TextRange;
@@ -100,9 +100,7 @@ impl Reader<'_> {
             return Ok(VariableCommand::Defaults(first, count, step));
         }
         if kind == Kind::L {
-            for k in 0..count {
-                self.uses(kind, first.wrapping_add(k.wrapping_mul(step)), at)?;
-            }
+            self.uses_range(kind, (first, count, step), at)?;
         }
         self.expression()?;
         if self.ops.get(from..).is_some_and(|_| compound.is_some())
@@ -130,7 +128,9 @@ impl Reader<'_> {
                     format!("the end of the range {first}..{last} is below its beginning"),
                 );
             }
-            return Ok(Target::Range { kind, first, count: last - first + 1, step: 1 });
+            let at = self.cur.since(from);
+            let count = self.range_length(last - first + 1, at)?;
+            return Ok(Target::Range { kind, first, count, step: 1 });
         }
         let mut ahead = self.cur;
         if !ahead.eat(b',') {
@@ -151,7 +151,18 @@ impl Reader<'_> {
         if last > u64::from(self.last_variable()) {
             return Err(self.beyond_controller(at, format!("the range ends at {last}")));
         }
-        Ok(Target::Range { kind, first, count: count as u16, step: step as u16 })
+        let count = self.range_length(count as u16, at)?;
+        Ok(Target::Range { kind, first, count, step: step as u16 })
+    }
+
+    /// How many of a range's `count` variables are read.
+    fn range_length(&mut self, count: u16, at: TextRange) -> Parsed<u16> {
+        self.range_budget.take(count).ok_or_else(|| ParseError {
+            code: "PMAC-X4",
+            at,
+            message: "with this range, ranges name more than 2 097 152 variables in all".into(),
+            help: Some("assign to each variable once".into()),
+        })
     }
 
     /// `PLC` or `PLCC` and which: numbers and ranges with commas between.

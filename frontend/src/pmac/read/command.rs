@@ -3,13 +3,14 @@
 use plcc_abi::pmac::{Define, Kind, Space, Text};
 use plcc_diag::{Diagnostic, SourceMap};
 
-use super::cursor::{Cursor, Parsed, syntax};
+use super::cursor::{Cursor, ParseError, Parsed, syntax};
 use super::download::DownloadReader;
 use super::expr::Reader;
 use super::online::{OnlineEffect, control_character};
 use super::preprocess::{is_word, replace_names};
 use super::words::{self, Keyword, PLC};
 use crate::pmac::ast::{Action, Stmt, StmtKind, Target, WriteKind};
+use crate::pmac::reference::tables::i_default;
 
 impl DownloadReader<'_> {
     /// COMMAND, whose word is taken and begins at the offset `start`. Its text is read here, and
@@ -39,6 +40,8 @@ impl DownloadReader<'_> {
                 }
                 (None, self.command_code(actions, at))
             }
+            // A limit of the compiler's own, of which the controller knows nothing.
+            Err(error) if error.code == "PMAC-X4" => return Err(ParseError { at, ..error }),
             Err(error) => {
                 let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
                     Diagnostic::warning("PMAC-W4", span, "this command will be refused (ERR003)")
@@ -62,7 +65,9 @@ impl DownloadReader<'_> {
         let ops = std::mem::take(&mut self.reader.ops);
         let mut inner = Reader::new(text, self.reader.controller);
         inner.ops = ops;
+        inner.range_budget = self.reader.range_budget;
         let actions = read_command(&mut inner);
+        self.reader.range_budget = inner.range_budget;
         self.reader.ops = std::mem::take(&mut inner.ops);
         actions
     }
@@ -85,6 +90,21 @@ impl DownloadReader<'_> {
         whole.then(|| preprocessed.text.trim_end().to_owned())
     }
 
+    /// Divides `count` I-variables from `first` on, `step` apart, into runs with the same default.
+    /// Gives for each the number of its first variable, how many it has, and the default.
+    fn equal_defaults(&self, first: u16, count: u16, step: u16) -> Vec<(u16, u16, f64)> {
+        let mut runs: Vec<(u16, u16, f64)> = Vec::new();
+        for k in 0..count {
+            let number = first + k * step;
+            let value = i_default(self.download.controller, u32::from(number));
+            match runs.last_mut() {
+                Some((_, length, same)) if same.to_bits() == value.to_bits() => *length += 1,
+                _ => runs.push((number, 1, value)),
+            }
+        }
+        runs
+    }
+
     /// Stores the statements that execute a COMMAND, and gives their index in
     /// [`Download::commands`](crate::pmac::ast::Download::commands). `None` for a command that
     /// concerns motion alone.
@@ -98,13 +118,13 @@ impl DownloadReader<'_> {
             match action {
                 Action::Assign(target, expr) => code.push(StmtKind::Assign(target, expr)),
                 Action::Defaults(first, count, step) => {
-                    for k in 0..count {
-                        let number = first + k * step;
-                        let expr = self.reader.constant(crate::pmac::reference::tables::i_default(
-                            self.download.controller,
-                            u32::from(number),
-                        ));
-                        code.push(StmtKind::Assign(Target::Var(Kind::I, number), expr));
+                    for (first, count, value) in self.equal_defaults(first, count, step) {
+                        let expr = self.reader.constant(value);
+                        let target = match count {
+                            1 => Target::Var(Kind::I, first),
+                            _ => Target::Range { kind: Kind::I, first, count, step },
+                        };
+                        code.push(StmtKind::Assign(target, expr));
                     }
                 }
                 Action::Define(first, count, definition) => {

@@ -9,7 +9,7 @@ use super::comments::strip_comment;
 use super::macros::Macro;
 use super::preprocess::{Conditional, MAX_NESTING, OpenFile, Preprocessor, word_at};
 use super::template::{ExpandedLine, Template};
-use crate::common::find_include;
+use crate::common::{Inclusion, find_include};
 
 impl Preprocessor<'_> {
     /// Executes a directive; false if `word`, in small letters, is no directive. The `#` stands at
@@ -103,6 +103,10 @@ impl Preprocessor<'_> {
         if self.files.len() >= MAX_NESTING {
             return self.error(at, "PMAC-X2", "includes nest too deep: 256 levels at most");
         }
+        if self.include_budget.is_exceeded() {
+            self.preprocessed.incomplete = true;
+            return;
+        }
         let includer = Path::new(self.sources.path(at.file)).to_owned();
         match find_include(self.loader, &includer, name, &self.options.include_dirs) {
             Some(found) => {
@@ -110,7 +114,7 @@ impl Preprocessor<'_> {
                 if self.files.iter().any(|f| Path::new(self.sources.path(f.file)) == found.path) {
                     return self.error(at, "PMAC-X2", format!("`{name}` includes itself"));
                 }
-                if !self.spend(found.bytes.len(), at) {
+                if !self.may_include(found.bytes.len(), at) {
                     return;
                 }
                 let file = self.sources.add_included(path, &found.bytes, at);
@@ -118,12 +122,31 @@ impl Preprocessor<'_> {
             }
             None => {
                 self.preprocessed.incomplete = true;
+                if !self.may_include(0, at) {
+                    return;
+                }
                 self.diagnostics.push(
                     Diagnostic::error("PMAC-X2", at, format!("the file `{name}` is not found"))
                         .help("it is looked for beside this file, by its trailing parts, and in -I folders"),
                 );
             }
         }
+    }
+}
+
+impl Preprocessor<'_> {
+    /// Whether a file of `length` bytes may be included. The first one that may not is reported.
+    fn may_include(&mut self, length: usize, at: Span) -> bool {
+        let inclusion = self.include_budget.include(length);
+        if inclusion == Inclusion::Exceeds {
+            self.diagnostics.push(
+                Diagnostic::error("PMAC-X5", at, "with this file the download includes too much")
+                    .note("a download may include 4 MiB; a file counts as 1 KiB at least")
+                    .help("include each file once"),
+            );
+        }
+        self.preprocessed.incomplete |= inclusion != Inclusion::Allowed;
+        inclusion == Inclusion::Allowed
     }
 }
 

@@ -4,7 +4,7 @@ use plcc_abi::pmac::Kind;
 use plcc_diag::Diagnostic;
 
 use super::cursor::ParseError;
-use super::expr::Reader;
+use super::expr::{Reader, UsedL};
 use super::online::OnlineEffect;
 use super::preprocess::Preprocessed;
 use super::structure::{Frame, FrameKind};
@@ -39,8 +39,8 @@ pub(crate) struct DownloadReader<'a> {
     pub(crate) diagnostics: Vec<Diagnostic>,
     /// Whether entries of a compensation table may follow.
     table: bool,
-    /// The L-variables that PLCCs use: the statement's number, the variable's number, its place.
-    l_uses: Vec<(u32, u16, TextRange)>,
+    /// The L-variables that PLCCs use, each use with the statement's number.
+    l_uses: Vec<(u32, UsedL)>,
     /// How many statements were read.
     statements: u32,
     /// Whether something assigns to I5, without which no PLC runs.
@@ -298,21 +298,23 @@ impl DownloadReader<'_> {
         self.reader.constants_with_point.clear();
         self.statements += 1;
         if let Some(used) = &mut self.reader.l_used {
-            for (number, at) in used.drain(..) {
-                self.l_uses.push((self.statements, number, at));
-            }
+            self.l_uses.extend(used.drain(..).map(|used| (self.statements, used)));
         }
     }
 
     /// Reports the L-variables that no definition in the text defines, one for each statement.
     fn report_undefined_l(&mut self) {
         let mut last = 0;
-        for (statement, number, at) in std::mem::take(&mut self.l_uses) {
-            if statement != last && !self.download.l_defs.contains_key(&number) {
+        for (statement, used) in std::mem::take(&mut self.l_uses) {
+            let undefined =
+                || used.numbers().find(|number| !self.download.l_defs.contains_key(number));
+            if statement != last
+                && let Some(number) = undefined()
+            {
                 last = statement;
                 self.report(ParseError {
                     code: "PMAC-3",
-                    at,
+                    at: used.at,
                     message: format!("L{number} is not defined"),
                     help: Some(format!("define it: L{number}->Y:$FFC2,8,1")),
                 });

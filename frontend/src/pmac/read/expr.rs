@@ -20,15 +20,73 @@ pub(crate) struct Reader<'a> {
     /// The operations of all expressions that were read.
     pub(crate) ops: Vec<Op>,
     pub(crate) controller: Controller,
-    /// In a PLCC the numbers and places of the L-variables that are used; elsewhere `None`, and
-    /// L-variables are errors.
-    pub(crate) l_used: Option<Vec<(u16, TextRange)>>,
+    /// In a PLCC the L-variables that are used; elsewhere `None`, and L-variables are errors.
+    pub(crate) l_used: Option<Vec<UsedL>>,
+    /// How many variables ranges may still name.
+    pub(crate) range_budget: RangeBudget,
     /// Where the statement that was read last has `==`, which is taken as `=`.
     pub(crate) double_equals: Option<TextRange>,
     /// In a PLCC the operations of the statement that are constants written with a decimal point.
     pub(crate) constants_with_point: Vec<usize>,
     /// Whether comparators, AND and OR may stand outside of parentheses.
     bare_conditions: bool,
+}
+
+/// A use of L-variables: `count` of them from number `first` on, `step` apart.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct UsedL {
+    pub(crate) first: u16,
+    pub(crate) count: u16,
+    pub(crate) step: u16,
+    /// Where they are named.
+    pub(crate) at: TextRange,
+}
+
+impl UsedL {
+    /// The numbers of the variables.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = u16> {
+        let Self { first, count, step, .. } = *self;
+        (0..count).map(move |k| first.wrapping_add(k.wrapping_mul(step)))
+    }
+}
+
+/// How many variables the ranges of a download may name in all: 256 times all of one kind of a Turbo
+/// PMAC. Each is looked at when the download is read or loaded, so that without this limit a
+/// mebibyte of `P0..8191=0` would take minutes.
+const MAX_IN_RANGES: u32 = 2 << 20;
+
+/// How many variables ranges may still name.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RangeBudget {
+    left: u32,
+    is_exceeded: bool,
+}
+
+impl Default for RangeBudget {
+    fn default() -> Self {
+        Self { left: MAX_IN_RANGES, is_exceeded: false }
+    }
+}
+
+impl RangeBudget {
+    /// Takes `count` variables. Gives how many of them are to be read; `None` for the range that
+    /// exceeds the budget. Of the ranges behind it only one variable is read: the download is
+    /// refused anyway.
+    pub(crate) fn take(&mut self, count: u16) -> Option<u16> {
+        if self.is_exceeded {
+            return Some(count.min(1));
+        }
+        match self.left.checked_sub(u32::from(count)) {
+            Some(left) => {
+                self.left = left;
+                Some(count)
+            }
+            None => {
+                self.is_exceeded = true;
+                None
+            }
+        }
+    }
 }
 
 /// An operator whose right operand is not read yet, or an open parenthesis.
@@ -75,6 +133,7 @@ impl<'a> Reader<'a> {
             ops: Vec::new(),
             controller,
             l_used: None,
+            range_budget: RangeBudget::default(),
             double_equals: None,
             constants_with_point: Vec::new(),
             bare_conditions: false,
@@ -143,9 +202,20 @@ impl<'a> Reader<'a> {
 
     /// Records the use of a variable if it is an L-variable. Outside of PLCCs that is an error.
     pub(crate) fn uses(&mut self, kind: Kind, number: u16, at: TextRange) -> Parsed<()> {
+        self.uses_range(kind, (number, 1, 1), at)
+    }
+
+    /// Records the use of `count` variables from `first` on, `step` apart, if they are L-variables.
+    /// Outside of PLCCs that is an error.
+    pub(crate) fn uses_range(
+        &mut self,
+        kind: Kind,
+        (first, count, step): (u16, u16, u16),
+        at: TextRange,
+    ) -> Parsed<()> {
         if kind == Kind::L {
             match &mut self.l_used {
-                Some(used) => used.push((number, at)),
+                Some(used) => used.push(UsedL { first, count, step, at }),
                 None => {
                     let help = "use an M-variable, or make the program a PLCC";
                     return syntax_help(at, "L-variables are for PLCCs only", help);

@@ -14,14 +14,14 @@ use super::comments::{ends_inside_comment, strip_comment};
 use super::directives::template_definition;
 use super::macros::Macro;
 use super::template::{ExpandedLine, TemplateValues};
-use crate::common::{FileLoader, MemoryLoader, Options};
+use crate::common::{FileLoader, IncludeBudget, MemoryLoader, Options};
 use crate::pmac::origin::{Origins, TextRange};
 
 /// Deepest nesting of includes, conditionals and replacements.
 pub(super) const MAX_NESTING: usize = 256;
 
-/// Bytes that replacements and includes may produce besides the sources' own.
-const MAX_PRODUCED: usize = 16 << 20;
+/// Bytes that the replacements of names and templates may produce.
+const MAX_PRODUCED: usize = 2 << 20;
 
 /// The same limit for a text that is not part of the program, such as the condition of a
 /// breakpoint.
@@ -83,8 +83,10 @@ pub(super) struct Preprocessor<'a> {
     pub(super) conditionals: Vec<Conditional>,
     pub(super) preprocessed: Preprocessed,
     pub(super) diagnostics: Vec<Diagnostic>,
-    /// How many bytes replacements and includes may still add to the text.
+    /// How many bytes replacements may still add to the text.
     pub(super) budget: usize,
+    /// What may still be included.
+    pub(super) include_budget: IncludeBudget,
     /// A file in whose rest no `*/` stands, so that it need not be searched again.
     pub(super) file_without_comment_end: Option<FileId>,
     /// Whether the next line begins inside a block comment.
@@ -200,6 +202,7 @@ impl<'a> Preprocessor<'a> {
             preprocessed: Preprocessed::default(),
             diagnostics: Vec::new(),
             budget: MAX_PRODUCED,
+            include_budget: IncludeBudget::default(),
             file_without_comment_end: None,
             in_block_comment: false,
             templates: HashMap::new(),
@@ -318,8 +321,8 @@ impl<'a> Preprocessor<'a> {
         self.budget = self.budget.saturating_sub(bytes.max(1));
         if self.budget == 0 {
             self.diagnostics.push(
-                Diagnostic::error("PMAC-6", at, "the text grows beyond all bounds here")
-                    .note("replacements and includes may produce 16 MiB")
+                Diagnostic::error("PMAC-X6", at, "with this name the replacements are too long")
+                    .note("what replaces defined names and templates may have 2 MiB in all")
                     .help("look for definitions that name each other many times over"),
             );
             return false;
@@ -517,7 +520,24 @@ mod tests {
             text.push_str(&format!("#define A{i} A{} A{}\n", i - 1, i - 1));
         }
         text.push_str("A59\nA59\n");
-        assert_eq!(run(&text, &Options::default()).1, ["PMAC-6"]);
+        assert_eq!(run(&text, &Options::default()).1, ["PMAC-X6"]);
+    }
+
+    #[test]
+    fn files_that_include_each_other_many_times_over_are_one_error() {
+        let mut map = SourceMap::new();
+        let file = map.add("m.pmc", b"#include \"f0\"\nP1=1\n");
+        let mut loader = MemoryLoader::new();
+        for n in 0..40 {
+            let next = format!("#include \"f{}\"\n", n + 1);
+            loader = loader.with(format!("f{n}"), next.repeat(2));
+        }
+        let loader = loader.with("f40", "P2=2\n".repeat(100));
+        let (preprocessed, diagnostics) =
+            preprocess(&mut map, &[file], &loader, &Options::default());
+        assert_eq!(diagnostics.iter().map(|d| d.code).collect::<Vec<_>>(), ["PMAC-X5"]);
+        assert!(preprocessed.text.len() < 5 << 20);
+        assert!(preprocessed.text.trim_end().ends_with("P1=1"));
     }
 
     #[test]

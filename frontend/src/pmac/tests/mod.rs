@@ -6,7 +6,7 @@ use plcc_abi::HostFn;
 use plcc_diag::SourceMap;
 
 use super::check;
-use crate::common::{Controller, MemoryLoader, Options};
+use crate::common::{Controller, LowerError, MemoryLoader, Options};
 
 fn codes_for(text: &str, controller: Controller) -> Vec<(&'static str, u32, String)> {
     let mut map = SourceMap::new();
@@ -471,6 +471,7 @@ fn the_lowering_reports_its_own_defects_with_their_place() {
         let mut broken = program.clone();
         change(&mut broken);
         let error = broken.lower().expect_err("it is broken");
+        let LowerError::Internal(error) = error else { panic!("{error}") };
         (error.message, error.place.map_or(0, |(_, line)| line))
     };
     use super::ast::{Op, StmtKind};

@@ -13,7 +13,7 @@ use plcc_ir::{
     UnaryOp, Value,
 };
 
-use crate::common::{InternalError, OrMissing};
+use crate::common::{InternalError, LowerError, OrMissing};
 use crate::pmi::{
     ast::{
         Action, Binary, Checked, FlipFlopDef, Meaning, Op, Ops, Step, Symbol, SymbolId, Target,
@@ -27,8 +27,12 @@ type Result<T = ()> = std::result::Result<T, InternalError>;
 /// Lowers a program to a module with one task, its scan. `sources` holds the program's texts.
 ///
 /// # Errors
-/// If the checked program or its layout is inconsistent.
-pub(crate) fn lower(checked: &Checked, layout: &Layout, sources: &SourceMap) -> Result<Module> {
+/// If the program is too long, or it or its layout is inconsistent.
+pub(crate) fn lower(
+    checked: &Checked,
+    layout: &Layout,
+    sources: &SourceMap,
+) -> std::result::Result<Module, LowerError> {
     let builder = ChunkBuilder::new(layout.size, layout.regions.clone());
     let region = |ty| {
         let name = region_name(ty);
@@ -38,7 +42,10 @@ pub(crate) fn lower(checked: &Checked, layout: &Layout, sources: &SourceMap) -> 
     let scratch = builder.region(SCRATCH);
     let mut lowerer = Lowerer { checked, layout, builder, regions, scratch, stack: vec![] };
     lowerer.program(sources)?;
-    Ok(lowerer.builder.finish())
+    match lowerer.builder.statement_over_budget() {
+        Some(statement) => Err(LowerError::TooLong(statement)),
+        None => Ok(lowerer.builder.finish()),
+    }
 }
 
 /// A value on the evaluation stack.
@@ -101,6 +108,9 @@ impl Lowerer<'_> {
             }
             self.step(step, &places)
                 .map_err(|error| error.or_at(sources.path(step.span.file), step.line))?;
+            if self.builder.statement_over_budget().is_some() {
+                break;
+            }
         }
         if let Some(place) = places.last().copied().flatten() {
             self.builder.bind(place);

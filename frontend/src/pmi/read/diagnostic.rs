@@ -22,6 +22,8 @@ codes!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 28 29 3
 pub(crate) const OUT_OF_ARRAY: &str = "PMI-X1";
 /// Two outputs that share a line.
 pub(crate) const SHARED_OUTPUT: &str = "PMI-X2";
+/// Included files that are too long in all.
+pub(crate) const TOO_MUCH_INCLUDED: &str = "PMI-X3";
 /// A line of more than 71 characters.
 pub(crate) const LONG_LINE: &str = "PMI-W1";
 /// Curly quotes or dashes.

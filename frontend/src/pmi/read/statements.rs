@@ -4,7 +4,7 @@ use std::path::Path;
 
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
-use crate::common::{FileLoader, Limits, Options, find_include};
+use crate::common::{FileLoader, IncludeBudget, Inclusion, Limits, Options, find_include};
 use crate::pmi::read::{
     diagnostic::{self, error},
     lexer::plain,
@@ -39,7 +39,8 @@ pub(crate) fn read(
     options: &Options,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Text {
-    let mut reader = Reader { sources, loader, options, diagnostics, statements: vec![] };
+    let budget = IncludeBudget::default();
+    let mut reader = Reader { sources, loader, options, diagnostics, budget, statements: vec![] };
     let last = reader.file(file);
     Text { statements: reader.statements, last }
 }
@@ -49,6 +50,8 @@ struct Reader<'a> {
     loader: &'a dyn FileLoader,
     options: &'a Options,
     diagnostics: &'a mut Vec<Diagnostic>,
+    /// What may still be included.
+    budget: IncludeBudget,
     statements: Vec<Statement>,
 }
 
@@ -219,6 +222,8 @@ impl Reader<'_> {
         } else if written.contains(['"', '<', '>', '|', '*']) {
             error(7, name, format!("`{written}` is no file name"))
                 .help("a file name has no quotes and none of < > | *")
+        } else if self.budget.is_exceeded() {
+            return;
         } else {
             let home = self.sources.path(file).to_owned();
             let dirs = &self.options.include_dirs;
@@ -227,14 +232,22 @@ impl Reader<'_> {
                     error(6, all, "a file includes itself").help("include another file")
                 }
                 Some(found) => {
+                    match self.budget.include(found.bytes.len()) {
+                        Inclusion::Allowed => {}
+                        Inclusion::Exceeds => return self.diagnostics.push(too_much(all)),
+                        Inclusion::Refused => return,
+                    }
                     let path = found.path.to_string_lossy().into_owned();
                     let at = Span { file, start, end: line.end as u32 };
                     let inner = self.sources.add_included(path, &found.bytes, at);
                     self.file(inner);
                     return;
                 }
-                None => error(8, name, format!("the file `{written}` cannot be read"))
-                    .help("it is looked for beside this file and in the folders given with -I"),
+                None => match self.budget.include(0) {
+                    Inclusion::Exceeds => too_much(all),
+                    _ => error(8, name, format!("the file `{written}` cannot be read"))
+                        .help("it is looked for beside this file and in the folders given with -I"),
+                },
             }
         };
         self.diagnostics.push(problem);
@@ -254,6 +267,13 @@ fn include_name<'a>(text: &'a str, line: &Line, to: usize) -> Option<&'a str> {
 fn file_name(rest: &str) -> &str {
     let end = rest.find(['?', '#']).unwrap_or(rest.len());
     rest.get(..end).unwrap_or("").trim()
+}
+
+fn too_much(span: Span) -> Diagnostic {
+    let what = "with this file the program includes more than 4 MiB";
+    Diagnostic::error(diagnostic::TOO_MUCH_INCLUDED, span, what)
+        .note("a file counts as 1 KiB at least")
+        .help("include each file once")
 }
 
 fn no_name(span: Span) -> Diagnostic {

@@ -1,0 +1,39 @@
+//! Why a checked program has no IR.
+
+use std::fmt;
+
+use plcc_ir::Statement;
+use plcc_ir::chunk::MAX_INSTRUCTIONS;
+
+use super::InternalError;
+
+/// Why no IR was made of a checked program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum LowerError {
+    /// The compiler has a defect.
+    Internal(InternalError),
+    /// The program has more than [`MAX_INSTRUCTIONS`] instructions. Holds the statement with which
+    /// they became too many.
+    TooLong(Statement),
+}
+
+impl fmt::Display for LowerError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Internal(error) => error.fmt(f),
+            Self::TooLong(statement) => write!(
+                f,
+                "the program has more than {MAX_INSTRUCTIONS} instructions (line {})",
+                statement.line
+            ),
+        }
+    }
+}
+
+impl std::error::Error for LowerError {}
+
+impl From<InternalError> for LowerError {
+    fn from(error: InternalError) -> Self {
+        Self::Internal(error)
+    }
+}
