@@ -1,9 +1,28 @@
-//! Replaces files so that they are never half written, and says in plain words why a file can't be
-//! read or written.
+//! Reads and writes files so that nothing outside can hang the program: only regular files are read,
+//! and no more of them than a limit; files are replaced as a whole, never half written; a FIFO is
+//! opened without waiting for the other side. Also says in plain words why a file can't be read or
+//! written.
+//!
+//! ```
+//! use std::path::Path;
+//! use plcc_runtime::files::{read_regular, why_not_read};
+//!
+//! let error = read_regular(Path::new("/dev/zero"), 1 << 20).unwrap_err();
+//! assert!(why_not_read(&error).starts_with("it is a device"));
+//! ```
 
-use std::fs::{self, File, Permissions};
-use std::io::{self, ErrorKind, Write};
+use std::fs::{self, File, FileType, Metadata, OpenOptions, Permissions};
+use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Duration;
+
+use crate::file_lock::{LockError, open_locked};
+
+/// The longest table of values over time that is read (`--stimulus`), in bytes.
+pub const MAX_STIMULUS: u64 = 256 << 20;
+/// The longest file of settings that is read (a machine file, a configuration), in bytes.
+pub const MAX_SETTINGS: u64 = 16 << 20;
 
 /// Why a file can't be read, as the end of a sentence about it.
 pub fn why_not_read(error: &io::Error) -> String {
@@ -22,25 +41,173 @@ pub fn why_not_written(error: &io::Error) -> String {
         ErrorKind::PermissionDenied => "permission is denied".into(),
         ErrorKind::IsADirectory => "it is a folder".into(),
         ErrorKind::StorageFull => "the disk is full".into(),
+        ErrorKind::ReadOnlyFilesystem => "its file system can only be read".into(),
+        ErrorKind::FileTooLarge => "it would be larger than files may be here".into(),
         _ => error.to_string(),
     }
 }
 
-/// Whether the contents of a file must be on the disk when it has been written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Durable {
-    /// They are, so that they survive a power cut from then on.
-    Yes,
-    /// The operating system writes them when it likes.
-    No,
+/// All bytes of a regular file. Anything else is refused without being opened, since a device may
+/// have no end, reading a FIFO waits for its other side, and opening some devices alone does
+/// something (`/dev/watchdog`).
+///
+/// # Errors
+/// When it can't be read, is no regular file, or has more than `limit` bytes.
+pub fn read_regular(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    read_at_most(open_regular(path)?, limit)
 }
 
+/// All that a stream holds: an open file, or standard input.
+///
+/// # Errors
+/// When it can't be read, or holds more than `limit` bytes.
+pub fn read_at_most(stream: impl Read, limit: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    // One byte more than allowed tells a stream that is too long, also one that never ends.
+    stream.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit {
+        let message = format!("it has more than {} MiB", limit >> 20);
+        return Err(io::Error::new(ErrorKind::FileTooLarge, message));
+    }
+    Ok(bytes)
+}
+
+/// Opens a regular file for reading.
+///
+/// # Errors
+/// When it can't be opened or is no regular file.
+pub fn open_regular(path: &Path) -> io::Result<File> {
+    regular(&fs::metadata(path)?)?;
+    let mut options = OpenOptions::new();
+    let file = without_waiting(options.read(true)).open(path)?;
+    // The name may mean another file now.
+    regular(&file.metadata()?)?;
+    Ok(file)
+}
+
+/// Refuses what is no regular file.
+fn regular(about: &Metadata) -> io::Result<()> {
+    let kind = about.file_type();
+    if kind.is_file() {
+        return Ok(());
+    }
+    if kind.is_dir() {
+        return Err(io::Error::new(ErrorKind::IsADirectory, "it is a folder"));
+    }
+    let message = format!("it is {}; only regular files are read", special(kind));
+    Err(io::Error::new(ErrorKind::InvalidInput, message))
+}
+
+/// What a file is that is neither a regular file nor a folder.
+#[cfg(unix)]
+fn special(kind: FileType) -> &'static str {
+    use std::os::unix::fs::FileTypeExt;
+    match kind {
+        _ if kind.is_fifo() => "a pipe (FIFO)",
+        _ if kind.is_socket() => "a socket",
+        _ => "a device",
+    }
+}
+
+/// Other systems do not tell them apart.
+#[cfg(not(unix))]
+fn special(_: FileType) -> &'static str {
+    "a device"
+}
+
+/// Has a file opened without waiting for the other side of a FIFO, and without making a terminal
+/// the one of this process.
+#[cfg(target_os = "linux")]
+fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
+    use rustix::fs::OFlags;
+    use std::os::unix::fs::OpenOptionsExt;
+    options.custom_flags((OFlags::NONBLOCK | OFlags::NOCTTY).bits() as i32)
+}
+
+/// Other systems open as they do.
+#[cfg(not(target_os = "linux"))]
+fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
+    options
+}
+
+/// Opens a file for writing from its beginning: a regular file, which is created or emptied, a
+/// device, or a FIFO that somebody reads.
+///
+/// # Errors
+/// When it can't be opened, or is a FIFO that nobody reads (opening it would wait for a reader).
+pub fn create_output(path: &Path) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    let options = options.write(true).create(true).truncate(true);
+    match without_waiting(options).open(path) {
+        Ok(file) => {
+            waiting_from_now_on(&file)?;
+            Ok(file)
+        }
+        // The error number of a FIFO that is not open for reading, and of a socket.
+        Err(error) if is_fifo(path) => {
+            let message = format!("it is a pipe (FIFO) that nobody reads ({error})");
+            Err(io::Error::new(ErrorKind::InvalidInput, message))
+        }
+        Err(error) => Err(error),
+    }
+}
+
+#[cfg(unix)]
+fn is_fifo(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    fs::metadata(path).is_ok_and(|about| about.file_type().is_fifo())
+}
+
+#[cfg(not(unix))]
+fn is_fifo(_: &Path) -> bool {
+    false
+}
+
+/// Has writes to an open file wait until they are done, which [`without_waiting`] prevents for FIFOs
+/// and terminals.
+#[cfg(target_os = "linux")]
+fn waiting_from_now_on(file: &File) -> io::Result<()> {
+    use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+    let flags = fcntl_getfl(file)?;
+    Ok(fcntl_setfl(file, flags - OFlags::NONBLOCK)?)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn waiting_from_now_on(_: &File) -> io::Result<()> {
+    Ok(())
+}
+
+/// The file that a path means in the end: links are followed, also to a file that does not exist
+/// yet, and the path does not depend on the current folder.
+pub(crate) fn resolve_links(path: &Path) -> PathBuf {
+    let mut path = path.to_owned();
+    // As many links as Linux follows.
+    for _ in 0..40 {
+        if let Ok(whole) = fs::canonicalize(&path) {
+            return whole;
+        }
+        let Ok(target) = fs::read_link(&path) else { break };
+        path = path.parent().unwrap_or(Path::new("")).join(target);
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    match (fs::canonicalize(folder.unwrap_or(Path::new("."))), path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => path,
+    }
+}
+
+/// How often, and after which pause, a file is tried to be replaced that another process replaces at
+/// this moment.
+const REPLACE_ATTEMPTS: u32 = 200;
+const REPLACE_PAUSE: Duration = Duration::from_millis(5);
+
 /// The file that is to be replaced (where `path` is a link, the file that it points to), and the
-/// temporary file beside it that is written first.
+/// temporary file beside it that is written first. Its name is always the same, so that killed
+/// processes do not leave more and more of them.
 fn target_and_temporary(path: &Path) -> (PathBuf, PathBuf) {
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let target = resolve_links(path);
     let mut name = target.as_os_str().to_owned();
-    name.push(format!(".{}.tmp", std::process::id()));
+    name.push(".tmp");
     (target, name.into())
 }
 
@@ -49,14 +216,34 @@ fn target_and_temporary(path: &Path) -> (PathBuf, PathBuf) {
 ///
 /// # Errors
 /// When it can't be written or is write-protected; it then has its old contents.
-pub fn replace(path: &Path, bytes: &[u8], durable: Durable) -> io::Result<()> {
+pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let (target, temporary) = target_and_temporary(path);
-    let result = write_and_rename(&temporary, &target, bytes, durable);
+    let permissions = permissions(&target)?;
+    let mut file = open_temporary(&temporary)?;
+    let result = permissions
+        .map_or(Ok(()), |permissions| file.set_permissions(permissions))
+        .and_then(|()| file.write_all(bytes))
+        .and_then(|()| fs::rename(&temporary, &target));
     if result.is_err() {
         // A temporary file that can't be removed does no harm.
         let _ = fs::remove_file(&temporary);
     }
     result
+}
+
+/// Opens the temporary file, empty, for this process alone.
+fn open_temporary(path: &Path) -> io::Result<File> {
+    for _ in 0..REPLACE_ATTEMPTS {
+        match open_locked(path) {
+            Ok(file) => {
+                file.set_len(0)?;
+                return Ok(file);
+            }
+            Err(LockError::Held(_)) => thread::sleep(REPLACE_PAUSE),
+            Err(LockError::Io(error)) => return Err(error),
+        }
+    }
+    Err(io::Error::new(ErrorKind::ResourceBusy, "another process writes it"))
 }
 
 /// Checks, as far as that can be known before, that [`replace`] will be able to write a file.
@@ -69,7 +256,8 @@ pub fn can_replace(path: &Path) -> io::Result<()> {
         return Err(ErrorKind::IsADirectory.into());
     }
     permissions(&target)?;
-    File::create(&temporary)?;
+    // Closed only after it is removed, so that no other process has it meanwhile.
+    let _file = open_temporary(&temporary)?;
     fs::remove_file(&temporary)
 }
 
@@ -77,40 +265,33 @@ pub fn can_replace(path: &Path) -> io::Result<()> {
 ///
 /// # Errors
 /// When the file is write-protected.
-fn permissions(place: &Path) -> io::Result<Option<Permissions>> {
-    match fs::metadata(place).map(|about| about.permissions()) {
+pub(crate) fn permissions(path: &Path) -> io::Result<Option<Permissions>> {
+    match fs::metadata(path).map(|about| about.permissions()) {
         Ok(permissions) if permissions.readonly() => Err(ErrorKind::PermissionDenied.into()),
         Ok(permissions) => Ok(Some(permissions)),
         Err(_) => Ok(None),
     }
 }
 
-fn write_and_rename(
-    temporary: &Path,
-    place: &Path,
-    bytes: &[u8],
-    durable: Durable,
-) -> io::Result<()> {
-    let permissions = permissions(place)?;
-    let mut file = File::create(temporary)?;
-    if let Some(permissions) = permissions {
-        file.set_permissions(permissions)?;
+/// Waits until the names in the folder of a file are on the medium. Where the system does not let a
+/// folder be opened or synchronised, that is left to it.
+///
+/// # Errors
+/// When the names could not be written.
+pub(crate) fn sync_folder_of(path: &Path) -> io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let synced = File::open(folder.unwrap_or(Path::new("."))).and_then(|folder| folder.sync_all());
+    match synced {
+        Err(error)
+            if matches!(
+                error.kind(),
+                ErrorKind::PermissionDenied | ErrorKind::InvalidInput | ErrorKind::Unsupported
+            ) =>
+        {
+            Ok(())
+        }
+        result => result,
     }
-    file.write_all(bytes)?;
-    if durable == Durable::Yes {
-        file.sync_all()?;
-    }
-    drop(file);
-    fs::rename(temporary, place)?;
-    let folder = place.parent().filter(|folder| !folder.as_os_str().is_empty());
-    // The folder is written to the disk too, since the new name stands there. Not every system lets a
-    // folder be opened for that.
-    if durable == Durable::Yes
-        && let Ok(folder) = File::open(folder.unwrap_or(Path::new(".")))
-    {
-        folder.sync_all()?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -143,7 +324,7 @@ mod tests {
         let (target, link) = (folder.join("target"), folder.join("link"));
         fs::write(&target, "old").unwrap();
         std::os::unix::fs::symlink(&target, &link).unwrap();
-        replace(&link, b"new", Durable::No).unwrap();
+        replace(&link, b"new").unwrap();
         assert!(link.is_symlink());
         assert_eq!(fs::read(&target).unwrap(), b"new");
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 2);
@@ -160,10 +341,10 @@ mod tests {
         fs::write(&file, "old").unwrap();
         let mode = |mode| fs::set_permissions(&file, Permissions::from_mode(mode)).unwrap();
         mode(0o600);
-        replace(&file, b"new", Durable::No).unwrap();
+        replace(&file, b"new").unwrap();
         assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
         mode(0o444);
-        let refused = [can_replace(&file), replace(&file, b"newer", Durable::No)];
+        let refused = [can_replace(&file), replace(&file, b"newer")];
         for result in refused {
             assert_eq!(result.unwrap_err().kind(), ErrorKind::PermissionDenied);
         }

@@ -40,6 +40,7 @@ mod control;
 pub mod cpu;
 pub mod event;
 pub mod executive;
+mod file_lock;
 pub mod files;
 mod fingerprint;
 #[cfg(all(feature = "args", target_os = "linux"))]

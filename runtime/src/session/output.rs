@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use plcc_abi::Program;
 
 use crate::args::RunArgs;
-use crate::files::{Durable, can_replace, replace, why_not_written};
-use crate::retain::copy_of;
+use crate::files::{can_replace, create_output, replace, why_not_written};
+use crate::retain;
 
 use super::SessionError;
 
@@ -35,7 +35,7 @@ impl Output {
         let sink = if is_stdout(path) {
             Sink::Stdout(io::stdout())
         } else {
-            Sink::File(File::create(path).map_err(|error| not_written(path, &error))?)
+            Sink::File(create_output(path).map_err(|error| not_written(path, &error))?)
         };
         Ok(Self { to: BufWriter::with_capacity(1 << 16, sink) })
     }
@@ -127,12 +127,10 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
         return stdout.write_all(bytes).and_then(|()| stdout.flush());
     }
     match fs::metadata(path) {
-        Ok(about) if !about.is_file() => File::options()
-            .write(true)
-            .open(path)
-            .and_then(|mut f| f.write_all(bytes))
-            .map_err(name),
-        _ => replace(path, bytes, Durable::No).map_err(name),
+        Ok(about) if !about.is_file() => {
+            create_output(path).and_then(|mut file| file.write_all(bytes)).map_err(name)
+        }
+        _ => replace(path, bytes).map_err(name),
     }
 }
 
