@@ -96,6 +96,10 @@ pub struct RunArgs {
     #[arg(long, value_name = "FILE")]
     pub retain: Option<PathBuf>,
 
+    /// Runs nothing (exit 2) if neither the retained file nor its copy exists
+    #[arg(long, requires = "retain")]
+    pub retain_must_exist: bool,
+
     /// Files that are read besides the sources and the stimulus: an artifact, a machine file. No
     /// output may overwrite them.
     #[arg(skip)]

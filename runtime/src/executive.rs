@@ -170,8 +170,15 @@ pub trait Executive {
     /// The canonical spelling of a watched name, as a dump has it.
     fn canonical(&self, variable: Variable) -> String;
 
-    /// The data that survives power-off, to be put into a file; `None` where there is nothing to keep.
-    fn retained(&self) -> Option<Vec<u8>>;
+    /// Appends the data that survives power-off, to be put into a file, and says whether there is
+    /// any. It allocates nothing but more room for `out`.
+    fn retained_into(&self, out: &mut Vec<u8>) -> bool;
+
+    /// The data that survives power-off; `None` where there is nothing to keep.
+    fn retained(&self) -> Option<Vec<u8>> {
+        let mut out = vec![];
+        self.retained_into(&mut out).then_some(out)
+    }
 
     /// Takes back what [`retained`](Self::retained) gave, before the first tick.
     ///

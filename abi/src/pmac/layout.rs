@@ -5,7 +5,7 @@
 //! `u32`. Turbo's 24-bit address space is not all in the image: a few windows are, the rest is
 //! kept by [`SparseMemory`](super::sparse_memory::SparseMemory).
 
-use alloc::{string::ToString, vec, vec::Vec};
+use alloc::{string::ToString, vec::Vec};
 
 use super::controller::Controller;
 use crate::Region;
@@ -373,23 +373,28 @@ pub struct Run {
 impl Run {
     /// All that is not 0 in an image, in stretches.
     pub fn pack(image: &[u8]) -> Vec<Self> {
+        let stretches = Self::stretches(image);
+        stretches.map(|(offset, bytes)| Self { offset, bytes: bytes.to_vec() }).collect()
+    }
+
+    /// The same without copying: the offset and the bytes of each stretch. A stretch begins and ends
+    /// with a byte that is not 0, and has less than 16 zeros in a row.
+    pub fn stretches(image: &[u8]) -> impl Iterator<Item = (u32, &[u8])> {
         const GAP: usize = 16;
-        let mut runs: Vec<Self> = vec![];
-        let mut zeros = GAP;
-        for (offset, &byte) in image.iter().enumerate() {
-            match runs.last_mut() {
-                Some(run) if zeros < GAP => run.bytes.push(byte),
-                _ if byte != 0 => runs.push(Self { offset: offset as u32, bytes: vec![byte] }),
-                _ => continue,
+        let mut at = 0;
+        core::iter::from_fn(move || {
+            let start = at + image.get(at..)?.iter().position(|&byte| byte != 0)?;
+            let mut last = start;
+            let behind = image.iter().enumerate().skip(start + 1);
+            for (index, _) in behind.filter(|(_, byte)| **byte != 0) {
+                if index - last > GAP {
+                    break;
+                }
+                last = index;
             }
-            zeros = if byte == 0 { zeros + 1 } else { 0 };
-        }
-        for run in &mut runs {
-            while run.bytes.last() == Some(&0) {
-                run.bytes.pop();
-            }
-        }
-        runs
+            at = last + 1;
+            Some((start as u32, image.get(start..at)?))
+        })
     }
 
     /// Puts stretches back into an image; what would fall outside is dropped.
@@ -404,6 +409,8 @@ impl Run {
 
 #[cfg(test)]
 mod tests {
+    use alloc::vec;
+
     use super::*;
 
     #[test]

@@ -85,6 +85,29 @@ pub enum EntryKind {
         /// The output.
         output: &'static str,
     },
+    /// The retained file can't be written at present. The newest state is kept, and the attempt is
+    /// repeated.
+    RetainedFileFailed {
+        /// Its path.
+        file: String,
+        /// Why.
+        error: String,
+    },
+    /// The retained file, which could not be written, was written with the newest state.
+    RetainedFileRecovered {
+        /// Its path.
+        file: String,
+        /// How many attempts have failed.
+        attempts: u64,
+        /// For how long it could not be written.
+        #[serde(rename = "failed_ms", serialize_with = "milliseconds")]
+        failed: Duration,
+    },
+    /// At the start of the run something was wrong with one of the two copies of the retained data.
+    RetainedFileDamaged {
+        /// A sentence.
+        text: String,
+    },
     /// An output did not take what it was given within the time that the end of a run waits for it.
     OutputStuck {
         /// The output.
@@ -126,13 +149,17 @@ impl EntryKind {
     /// How important it is.
     pub fn severity(&self) -> Severity {
         match self {
-            Self::Note { .. } | Self::OutputRecovered { .. } => Severity::Note,
+            Self::Note { .. }
+            | Self::OutputRecovered { .. }
+            | Self::RetainedFileRecovered { .. } => Severity::Note,
             Self::Warning { .. }
             | Self::Overrun { .. }
             | Self::Lost { .. }
             | Self::OutputFailed { .. }
             | Self::OutputClosed { .. }
-            | Self::OutputStuck { .. } => Severity::Warning,
+            | Self::OutputStuck { .. }
+            | Self::RetainedFileFailed { .. }
+            | Self::RetainedFileDamaged { .. } => Severity::Warning,
             Self::Error { .. } => Severity::Error,
             Self::Stopped { .. } => Severity::Stopped,
         }
@@ -172,6 +199,19 @@ impl fmt::Display for EntryKind {
             Self::OutputClosed { output } => {
                 write!(f, "nobody reads {} any more; no more of it is written", the(output))
             }
+            Self::RetainedFileFailed { error, .. } => {
+                write!(f, "{error}; the newest state is kept, and the attempt is repeated")
+            }
+            Self::RetainedFileRecovered { file, attempts, failed } => {
+                let times = if *attempts == 1 { "attempt" } else { "attempts" };
+                let seconds = failed.as_secs_f64();
+                write!(
+                    f,
+                    "the retained file {file} is written again, after {attempts} {times} in "
+                )?;
+                write!(f, "{seconds:.1} s had failed")
+            }
+            Self::RetainedFileDamaged { text } => f.write_str(text),
             Self::OutputStuck { output } => {
                 write!(f, "the end of {} is missing, since nobody took it in time", the(output))
             }

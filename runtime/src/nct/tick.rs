@@ -385,9 +385,10 @@ impl Executive for NctExecutive {
         self.names.get(variable).map_or_else(String::new, |name| name.to_string())
     }
 
-    fn retained(&self) -> Option<Vec<u8>> {
+    fn retained_into(&self, out: &mut Vec<u8>) -> bool {
         let locations = self.tables.flags.iter().skip(nct::RETAINED_FROM);
-        Some(locations.map(|location| location.read(&self.image.bytes)).collect())
+        out.extend(locations.map(|location| location.read(&self.image.bytes)));
+        true
     }
 
     fn restore(&mut self, retained: &[u8]) -> Result<(), String> {

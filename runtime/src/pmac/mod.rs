@@ -294,8 +294,8 @@ impl Executive for PmacExecutive {
         self.name(variable).to_string()
     }
 
-    fn retained(&self) -> Option<Vec<u8>> {
-        self.control.saved().map(|kept| save::pack(kept, &self.control.tables))
+    fn retained_into(&self, out: &mut Vec<u8>) -> bool {
+        self.control.saved().is_some_and(|kept| save::pack(kept, &self.control.tables, out))
     }
 
     fn restore(&mut self, retained: &[u8]) -> Result<(), String> {

@@ -7,13 +7,15 @@ use plcc_abi::{
     image::{read_f64, read_u64, write_f64},
     pmac::{Controller, Memory, PmacTables, Run, arithmetic::finite, layout::DOUBLE_SIZE},
 };
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
+use serde::ser::{Serialize, SerializeSeq, Serializer};
 
 use super::PmacExecutive;
 use crate::fingerprint::Fnv;
+use crate::retain::append_postcard;
 
 /// What a retained file holds.
-#[derive(Serialize, Deserialize)]
+#[derive(Deserialize)]
 struct Saved {
     /// Of the download that it belongs to.
     fingerprint: u64,
@@ -32,11 +34,22 @@ fn fingerprint(tables: &PmacTables) -> u64 {
     hasher.finish()
 }
 
-/// What SAVE kept, as it is put into a file.
-pub(super) fn pack(kept: &[u8], tables: &PmacTables) -> Vec<u8> {
-    let saved = Saved { fingerprint: fingerprint(tables), runs: Run::pack(kept) };
-    // Writing to memory does not fail; an empty file is refused when it is read.
-    postcard::to_allocvec(&saved).unwrap_or_default()
+/// The stretches of an image that are not 0, to be written as a row of [`Run`].
+struct Stretches<'a>(&'a [u8]);
+
+impl Serialize for Stretches<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut row = serializer.serialize_seq(Some(Run::stretches(self.0).count()))?;
+        for stretch in Run::stretches(self.0) {
+            row.serialize_element(&stretch)?;
+        }
+        row.end()
+    }
+}
+
+/// Appends what SAVE kept, as it is put into a file.
+pub(super) fn pack(kept: &[u8], tables: &PmacTables, out: &mut Vec<u8>) -> bool {
+    append_postcard(out, &(fingerprint(tables), Stretches(kept)))
 }
 
 impl PmacExecutive {

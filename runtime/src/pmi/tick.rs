@@ -6,7 +6,8 @@ use plcc_abi::engine::NoHost;
 use plcc_abi::image::{read_u8, write_i16, write_i32, write_u8};
 use plcc_abi::pmi::{FlipFlop, Lines, PORTS, Role, Special, Timer, Type};
 use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TrapCode};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
+use serde::ser::{Serialize, SerializeSeq, Serializer};
 use thiserror::Error;
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity};
@@ -66,12 +67,41 @@ pub struct PmiExecutive {
     identity: ProgramIdentity,
 }
 
-/// A retained variable's values.
-#[derive(Serialize, Deserialize)]
+/// A retained variable's values, as they are read.
+#[derive(Deserialize)]
 struct Kept {
     name: String,
     ty: Type,
     values: Vec<i32>,
+}
+
+/// The retained variables of a control, to be written as a row of [`Kept`].
+struct RetainedVariables<'a>(&'a PmiExecutive);
+
+impl Serialize for RetainedVariables<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let retained = || self.0.names.symbols.iter().filter(|symbol| symbol.retained);
+        let mut row = serializer.serialize_seq(Some(retained().count()))?;
+        for symbol in retained() {
+            row.serialize_element(&(&symbol.name, symbol.ty, Values(self.0, symbol)))?;
+        }
+        row.end()
+    }
+}
+
+/// The values of a variable, one or those of an array's elements.
+struct Values<'a>(&'a PmiExecutive, &'a plcc_abi::pmi::Symbol);
+
+impl Serialize for Values<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self(control, symbol) = self;
+        let count = symbol.elements.unwrap_or(1);
+        let mut row = serializer.serialize_seq(Some(count as usize))?;
+        for at in (0..count).map(|index| symbol.offset + index * symbol.ty.size()) {
+            row.serialize_element(&value(&control.image, symbol.ty, at))?;
+        }
+        row.end()
+    }
 }
 
 impl PmiExecutive {
@@ -412,20 +442,8 @@ impl Executive for PmiExecutive {
         self.names.get(variable).map_or_else(String::new, |name| self.names.canonical(name))
     }
 
-    fn retained(&self) -> Option<Vec<u8>> {
-        let kept: Vec<Kept> = self
-            .names
-            .symbols
-            .iter()
-            .filter(|symbol| symbol.retained)
-            .map(|symbol| {
-                let places = (0..symbol.elements.unwrap_or(1)).map(|i| i * symbol.ty.size());
-                let values = places.map(|at| value(&self.image, symbol.ty, symbol.offset + at));
-                Kept { name: symbol.name.clone(), ty: symbol.ty, values: values.collect() }
-            })
-            .collect();
-        // Writing to memory does not fail.
-        postcard::to_allocvec(&kept).ok()
+    fn retained_into(&self, out: &mut Vec<u8>) -> bool {
+        crate::retain::append_postcard(out, &RetainedVariables(self))
     }
 
     fn restore(&mut self, retained: &[u8]) -> Result<(), String> {

@@ -41,6 +41,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use plcc_abi::Dialect;
+use serde::Serialize;
 use thiserror::Error;
 
 use crate::file_lock::LockError;
@@ -304,6 +305,15 @@ impl<S: Storage> Copies<S> {
         }
         uninterrupted(|| storage.sync_folder_of(path))
     }
+}
+
+/// Appends a value to a buffer, by postcard, and says whether that was possible; the buffer is empty
+/// otherwise.
+pub(crate) fn append_postcard(out: &mut Vec<u8>, value: &impl Serialize) -> bool {
+    let written = postcard::to_extend(value, std::mem::take(out));
+    let possible = written.is_ok();
+    *out = written.unwrap_or_default();
+    possible
 }
 
 /// Writes all bytes, however many are taken at a time.

@@ -93,8 +93,8 @@ impl Executive for Control {
         NAMES.get(variable.0 as usize).map_or_else(String::new, |name| (*name).into())
     }
 
-    fn retained(&self) -> Option<Vec<u8>> {
-        None
+    fn retained_into(&self, _: &mut Vec<u8>) -> bool {
+        false
     }
 
     fn restore(&mut self, _: &[u8]) -> Result<(), String> {

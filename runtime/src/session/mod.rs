@@ -5,10 +5,11 @@
 mod executive;
 mod output;
 mod realtime_priority;
+mod retained_data;
 mod retained_writer;
+mod signals;
 
 use std::fmt::Display;
-use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::sync::Arc;
@@ -20,16 +21,17 @@ use plcc_abi::{Dialect, Engine, Program};
 use thiserror::Error;
 
 use crate::args::RunArgs;
-use crate::files::why_not_read;
+use crate::files::{MAX_STIMULUS, read_regular, why_not_read};
 use crate::journal::{Destinations, EntryKind, Journal, JournalOwner, ScanJournal};
 use crate::progress::Progress;
 use crate::run::{Clock, End, Hook, Player, Run, Stimulus, SystemClock, TraceFormat, Watch, dump};
-use crate::{Executive, PanicBarrier, retain};
+use crate::{Executive, PanicBarrier};
 
 pub use executive::{executive, takes_machine_file};
 pub use output::write_whole;
-use output::{Output, check_paths, check_writable, open};
-use retained_writer::RetainedWriter;
+use output::{Output, check_paths, check_retained, check_writable, open};
+use retained_data::RetainedData;
+use signals::EndSignals;
 
 /// Exit status: done.
 pub const DONE: u8 = 0;
@@ -97,9 +99,8 @@ fn session(
         return Err(SessionError(text.into()));
     }
     check_paths(program, args)?;
-    for path in args.dump.iter().chain(&args.retain) {
-        check_writable(path)?;
-    }
+    let _open_until_the_dump_is_written = args.dump.as_deref().map(check_writable).transpose()?;
+    args.retain.as_deref().map_or(Ok(()), check_retained)?;
     let log = args.log.as_deref().map(|path| open(path, true, args.realtime)).transpose()?;
     let mut to = Destinations::standard(log);
     if args.realtime && io::stderr().is_terminal() {
@@ -136,9 +137,7 @@ impl Job<'_> {
         let Self { program, args, machine, clock, journal } = *self;
         let mut executive = executive(program, &args.control, args.realtime, machine)?;
         let executive = executive.as_mut();
-        if let Some(path) = &args.retain {
-            restore(path, program.dialect(), executive, journal)?;
-        }
+        let mut retained = RetainedData::start(args, program.dialect(), executive, journal)?;
         let stimulus = match &args.stimulus {
             Some(path) => stimulus(path, executive)?,
             None => Stimulus::default(),
@@ -153,16 +152,12 @@ impl Job<'_> {
             None => args.ticks,
         };
         let interrupt = Arc::new(AtomicBool::new(false));
-        listen(&interrupt)?;
+        let _signals = EndSignals::set(&interrupt)?;
 
         let trace_path = args.trace_path();
         let mut trace = trace_path.map(Output::create).transpose()?;
         let mut events = args.events.as_deref().map(Output::create).transpose()?;
         let mut progress = Progress::new(ticks);
-        let mut retained_writer = match &args.retain {
-            Some(path) if args.realtime => Some(RetainedWriter::new(path, program.dialect())?),
-            _ => None,
-        };
         if args.realtime
             && let Err(why) = realtime_priority::request()
         {
@@ -172,8 +167,8 @@ impl Job<'_> {
         if !args.realtime {
             hooks.push(&mut progress);
         }
-        if let Some(retained_writer) = &mut retained_writer {
-            hooks.push(retained_writer);
+        if let RetainedData::Continually(writer) = &mut retained {
+            hooks.push(writer);
         }
         let mut engine = PanicBarrier::new(engine);
         let end = Run {
@@ -201,14 +196,10 @@ impl Job<'_> {
                 status = USAGE;
             }
         };
+        // What survives power-off is saved first, in case that the power fails now.
+        check(retained.finish(executive));
         if let Some(path) = &args.dump {
             check(write_dump(path, program.dialect(), executive, &watch, &end));
-        }
-        if let Some(retained_writer) = retained_writer {
-            check(retained_writer.finish());
-        }
-        if let Some(path) = &args.retain {
-            check(keep(path, program.dialect(), executive));
         }
         Ok(status)
     }
@@ -260,39 +251,13 @@ fn ticks_in(time: Duration, tick_ns: u64) -> u64 {
     u64::try_from(ticks).unwrap_or(u64::MAX)
 }
 
-/// Has Ctrl-C (SIGINT), SIGTERM and a terminal that is closed (SIGHUP) set the flag. A second SIGINT
-/// or SIGTERM ends the process at once; a second SIGHUP does not, since closing one terminal may
-/// send two.
-fn listen(flag: &Arc<AtomicBool>) -> Result<(), SessionError> {
-    use signal_hook::{consts, flag};
-    let failed = |error| SessionError(format!("Ctrl-C can't be listened for: {error}"));
-    for signal in [consts::SIGINT, consts::SIGTERM] {
-        flag::register_conditional_shutdown(signal, INTERRUPTED.into(), Arc::clone(flag))
-            .and_then(|_| flag::register(signal, Arc::clone(flag)))
-            .map_err(failed)?;
-    }
-    if !ignores_hangup() {
-        flag::register(consts::SIGHUP, Arc::clone(flag)).map_err(failed)?;
-    }
-    Ok(())
-}
-
-/// Whether the process was started to survive its terminal (`nohup plcc run …`). Where the system
-/// does not say, it is taken to be so.
-fn ignores_hangup() -> bool {
-    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
-    mask.is_none_or(|mask| mask & 1 != 0)
-}
-
 /// Reads a stimulus file for a control.
 ///
 /// # Errors
 /// When it can't be read, or with the first lines that are wrong and the number of the others.
 pub fn stimulus(path: &Path, executive: &mut dyn Executive) -> Result<Stimulus, SessionError> {
     let shown = path.display();
-    let bytes = fs::read(path).map_err(|error| {
+    let bytes = read_regular(path, MAX_STIMULUS).map_err(|error| {
         SessionError(format!("{shown} can't be read: {}", why_not_read(&error)))
     })?;
     Stimulus::parse(&bytes, executive).map_err(|errors| {
@@ -303,35 +268,6 @@ pub fn stimulus(path: &Path, executive: &mut dyn Executive) -> Result<Stimulus, 
         }
         SessionError(lines.join("\nerror: "))
     })
-}
-
-fn restore(
-    path: &Path,
-    dialect: Dialect,
-    executive: &mut dyn Executive,
-    journal: &Journal,
-) -> Result<(), SessionError> {
-    let found = retain::load(path, dialect).map_err(|e| SessionError(e.to_string()))?;
-    let Some(retained) = found else { return Ok(()) };
-    if let Some(why) = retained.damaged {
-        let shown = path.display();
-        journal.warn(format!(
-            "the copy of the retained file {shown} is used, since the file itself can't be: {why}"
-        ));
-    }
-    executive.restore(&retained.payload).map_err(|why| {
-        let shown = path.display();
-        SessionError(format!("the retained file {shown} can't be used: {why}; name another one"))
-    })
-}
-
-fn keep(path: &Path, dialect: Dialect, executive: &dyn Executive) -> Result<(), SessionError> {
-    match executive.retained() {
-        Some(payload) => {
-            retain::store(path, dialect, payload).map_err(|e| SessionError(e.to_string()))
-        }
-        None => Ok(()),
-    }
 }
 
 fn write_dump(

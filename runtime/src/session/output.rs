@@ -134,13 +134,23 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     }
 }
 
-/// Checks before the first tick that a file that is written after the last one can be written.
-pub(super) fn check_writable(path: &Path) -> Result<(), SessionError> {
+/// Checks before the first tick that a file that is written after the last one can be written. A FIFO
+/// is opened, so that its reader waits until the file that is returned is closed.
+pub(super) fn check_writable(path: &Path) -> Result<Option<File>, SessionError> {
     let is_device = fs::metadata(path).is_ok_and(|about| !about.is_file() && !about.is_dir());
-    if is_stdout(path) || is_device {
-        return Ok(());
-    }
-    can_replace(path).map_err(|error| not_written(path, &error))
+    let checked = if is_stdout(path) {
+        Ok(None)
+    } else if is_device {
+        create_output(path).map(Some)
+    } else {
+        can_replace(path).map(|()| None)
+    };
+    checked.map_err(|error| not_written(path, &error))
+}
+
+/// Checks before the first tick that the retained file can be written.
+pub(super) fn check_retained(path: &Path) -> Result<(), SessionError> {
+    retain::can_be_written(path).map_err(|error| not_written(path, &error))
 }
 
 /// Checks that no output is a file that is read, and that no two outputs are the same file or both
@@ -150,21 +160,22 @@ pub(super) fn check_writable(path: &Path) -> Result<(), SessionError> {
 /// The first two that are the same.
 pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), SessionError> {
     let option = |name: &'static str, path: &Option<PathBuf>| Some((name, path.clone()?));
+    let beside = args.retain.as_deref().map(retain::files_beside);
     let outputs = [
         args.trace_path().map(|path| ("--trace", path.to_owned())),
         option("--events", &args.events),
         option("--dump", &args.dump),
         option("--log", &args.log),
         option("--retain", &args.retain),
-        args.retain.as_deref().map(|path| ("--retain's copy", copy_of(path))),
     ];
+    let outputs = outputs.into_iter().flatten().chain(beside.into_iter().flatten());
     let read = args.reads.iter().map(|path| ("the machine file or the artifact", path.clone()));
     // A source that was read from standard input is no file.
     let source = program.files.iter().map(PathBuf::from).filter(|file| !is_stdout(file));
     let source = source.map(|file| ("the program", file));
     let mut seen: Vec<(&str, PathBuf)> =
         option("--stimulus", &args.stimulus).into_iter().chain(source).chain(read).collect();
-    for (name, path) in outputs.into_iter().flatten() {
+    for (name, path) in outputs {
         if let Some((other, _)) = seen.iter().find(|(_, other)| same(other, &path)) {
             return Err(SessionError(if is_stdout(&path) {
                 format!(

@@ -1,77 +1,268 @@
 //! Writes the retained file while a control runs in real time, since the power may fail at any time.
-//! A thread of its own writes, so that no tick waits for the disk.
+//!
+//! A thread of its own writes, so that no tick waits for the disk. The thread that runs the ticks
+//! fills a buffer and puts it into a queue; neither of the two operations waits or calls the
+//! operating system. Where the file can't be written, the writing thread tells it at once, keeps the
+//! newest state, and tries again after a pause that doubles each time, until it succeeds.
 
-use std::path::Path;
-use std::sync::mpsc::{SyncSender, sync_channel};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use plcc_abi::Dialect;
+use rtrb::{Consumer, Producer, RingBuffer};
 
+use crate::Executive;
+use crate::journal::{EntryKind, Journal};
+use crate::retain::RetainedFile;
 use crate::run::{AfterTick, Hook};
-use crate::{Executive, retain};
 
 use super::SessionError;
 
 /// Time from one write to the next, at least.
 const WRITE_INTERVAL: Duration = Duration::from_secs(1);
+/// How often the writing thread looks whether there is a new state. It is not woken, since waking it
+/// is a system call.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
+/// Time from an attempt that failed to the next one; it doubles up to the longest.
+const FIRST_RETRY: Duration = Duration::from_millis(100);
+const LONGEST_RETRY: Duration = Duration::from_secs(2);
+/// How long the end of a run waits until the last state is written.
+const END_WAIT: Duration = Duration::from_secs(5);
+/// Buffers that go back and forth between the threads: one is filled, one is to be written, and one
+/// holds what was written last.
+const BUFFERS: usize = 3;
 
-/// Keeps the retained file up to date while a control runs.
+/// The side of the thread that runs the ticks.
 pub(super) struct RetainedWriter {
+    path: PathBuf,
     next: Instant,
-    last: Vec<u8>,
-    to_disk: SyncSender<Vec<u8>>,
-    writer: JoinHandle<Result<(), SessionError>>,
+    /// Buffers that may be filled.
+    free: Consumer<Vec<u8>>,
+    /// A buffer that was taken and not needed.
+    spare: Option<Vec<u8>>,
+    to_write: Producer<Vec<u8>>,
+    ending: Arc<AtomicBool>,
+    result: Receiver<Result<(), SessionError>>,
+    thread: JoinHandle<()>,
 }
 
 impl RetainedWriter {
-    /// Starts the thread that writes.
-    pub(super) fn new(path: &Path, dialect: Dialect) -> Result<Self, SessionError> {
-        let path = path.to_owned();
-        let (to_disk, payloads) = sync_channel::<Vec<u8>>(1);
-        let write = move || {
-            for payload in payloads {
-                let stored = retain::store(&path, dialect, payload);
-                stored.map_err(|error| SessionError(error.to_string()))?;
-            }
-            Ok(())
+    /// Starts the thread that writes. `size` is how many bytes a state is expected to have.
+    ///
+    /// # Errors
+    /// When no thread can be started.
+    pub(super) fn new(
+        path: PathBuf,
+        file: RetainedFile,
+        size: usize,
+        journal: Journal,
+    ) -> Result<Self, SessionError> {
+        // There is room for the last state too, which needs no buffer of these.
+        let (to_write, states) = RingBuffer::new(BUFFERS + 1);
+        let (mut used, free) = RingBuffer::new(BUFFERS + 1);
+        for _ in 0..BUFFERS {
+            // There is room for all of them.
+            let _ = used.push(Vec::with_capacity(size.saturating_mul(2).max(4096)));
+        }
+        let ending = Arc::new(AtomicBool::new(false));
+        let (tell, result) = sync_channel(1);
+        let shown = path.display().to_string();
+        let mut writer = Writer {
+            file,
+            shown,
+            journal,
+            states,
+            used,
+            newest: None,
+            written: None,
+            trouble: None,
         };
-        let writer = thread::Builder::new().name("retain".into()).spawn(write);
-        let writer = writer.map_err(|error| {
+        let flag = Arc::clone(&ending);
+        let thread = thread::Builder::new().name("retain".into()).spawn(move || {
+            let result = writer.run(&flag);
+            // The lock is given back before the end of the run is told.
+            drop(writer);
+            let _ = tell.send(result);
+        });
+        let thread = thread.map_err(|error| {
             SessionError(format!("no thread for the retained file can be started: {error}"))
         })?;
-        Ok(Self { next: Instant::now() + WRITE_INTERVAL, last: vec![], to_disk, writer })
+        let next = Instant::now() + WRITE_INTERVAL;
+        Ok(Self { path, next, free, spare: None, to_write, ending, result, thread })
     }
 
-    /// Hands the retained data to the thread that writes, if it has changed and the last write is long
-    /// enough ago. While that thread is busy nothing happens; the call after the next interval tries
-    /// again.
-    fn write_if_changed(&mut self, executive: &dyn Executive) {
+    /// Hands the retained data to the thread that writes, if the last time is long enough ago. While
+    /// that thread has not given a buffer back nothing happens; the call after the next interval
+    /// tries again.
+    fn hand_over(&mut self, executive: &dyn Executive) {
         let now = Instant::now();
         if now < self.next {
             return;
         }
         self.next = now + WRITE_INTERVAL;
-        if let Some(payload) = executive.retained().filter(|payload| *payload != self.last)
-            && self.to_disk.try_send(payload.clone()).is_ok()
-        {
-            self.last = payload;
+        let Some(mut state) = self.spare.take().or_else(|| self.free.pop().ok()) else { return };
+        state.clear();
+        if executive.retained_into(&mut state) {
+            // There is room for every buffer.
+            let _ = self.to_write.push(state);
+        } else {
+            self.spare = Some(state);
         }
     }
 
-    /// Waits until everything that was handed over is written.
+    /// Has the last state written, and waits for that at most five seconds.
     ///
     /// # Errors
     /// When it could not be written.
-    pub(super) fn finish(self) -> Result<(), SessionError> {
-        drop(self.to_disk);
-        let died = |_| Err(SessionError("the retained file could not be written".into()));
-        self.writer.join().unwrap_or_else(died)
+    pub(super) fn finish(mut self, executive: &dyn Executive) -> Result<(), SessionError> {
+        if let Some(state) = executive.retained() {
+            // There is room for one more than the buffers.
+            let _ = self.to_write.push(state);
+        }
+        self.ending.store(true, Ordering::Release);
+        self.thread.thread().unpark();
+        // A thread that is stuck in writing is left behind. Its own attempts end a little earlier.
+        let wait = END_WAIT + Duration::from_millis(500);
+        self.result.recv_timeout(wait).unwrap_or_else(|_| {
+            let (shown, seconds) = (self.path.display(), END_WAIT.as_secs());
+            Err(SessionError(format!(
+                "the retained file {shown} could not be written within {seconds} s"
+            )))
+        })
     }
 }
 
 impl Hook for RetainedWriter {
     fn after_tick(&mut self, now: &mut AfterTick<'_>) {
-        self.write_if_changed(now.executive);
+        self.hand_over(now.executive);
+    }
+}
+
+/// The side of the thread that writes.
+struct Writer {
+    file: RetainedFile,
+    /// The file's path, for people.
+    shown: String,
+    journal: Journal,
+    states: Consumer<Vec<u8>>,
+    /// Where buffers go back.
+    used: Producer<Vec<u8>>,
+    /// The newest state, where it is not written yet.
+    newest: Option<Vec<u8>>,
+    /// The state that was written last.
+    written: Option<Vec<u8>>,
+    trouble: Option<Trouble>,
+}
+
+/// That the file can't be written.
+struct Trouble {
+    since: Instant,
+    attempts: u64,
+    /// Why the last attempt failed.
+    error: String,
+    next: Instant,
+    pause: Duration,
+}
+
+impl Writer {
+    /// Writes until the run ends and the last state is written, or five seconds after that.
+    fn run(&mut self, ending: &AtomicBool) -> Result<(), SessionError> {
+        let mut deadline: Option<Instant> = None;
+        loop {
+            // The flag is read first: what was put into the queue before it was set is found then.
+            let ends = ending.load(Ordering::Acquire);
+            while let Ok(state) = self.states.pop() {
+                if let Some(older) = self.newest.replace(state) {
+                    self.give_back(older);
+                }
+            }
+            let now = Instant::now();
+            if ends && deadline.is_none() {
+                deadline = Some(now + END_WAIT);
+                // The pause between attempts begins anew, so that there are some until then.
+                if let Some(trouble) = &mut self.trouble {
+                    (trouble.next, trouble.pause) = (now, FIRST_RETRY);
+                }
+            }
+            if self.trouble.as_ref().is_none_or(|trouble| now >= trouble.next) {
+                self.write(now);
+            }
+            match &self.trouble {
+                None if ends => return Ok(()),
+                Some(trouble) if deadline.is_some_and(|deadline| now >= deadline) => {
+                    return Err(SessionError(trouble.error.clone()));
+                }
+                _ => thread::park_timeout(POLL_INTERVAL),
+            }
+        }
+    }
+
+    fn give_back(&mut self, buffer: Vec<u8>) {
+        // The last state has a buffer more than there is room for; it is freed.
+        let _ = self.used.push(buffer);
+    }
+
+    /// Writes the newest state, if it is another than the last one that was written.
+    fn write(&mut self, now: Instant) {
+        let Some(state) = self.newest.take() else { return };
+        if self.written.as_ref() == Some(&state) {
+            self.give_back(state);
+            return;
+        }
+        // A mistake in plcc must not end this thread.
+        let stored = catch_unwind(AssertUnwindSafe(|| self.file.store(&state)));
+        let failure = match stored {
+            Ok(Ok(())) => None,
+            Ok(Err(error)) => Some(error.to_string()),
+            Err(_) => Some(format!(
+                "the retained file {} can't be written: an internal error of plcc",
+                self.shown
+            )),
+        };
+        match failure {
+            None => {
+                self.recovered(now);
+                if let Some(former) = self.written.replace(state) {
+                    self.give_back(former);
+                }
+            }
+            Some(error) => {
+                self.failed(now, error);
+                self.newest = Some(state);
+            }
+        }
+    }
+
+    fn failed(&mut self, now: Instant, error: String) {
+        let known = self.trouble.as_ref().is_some_and(|trouble| trouble.error == error);
+        if !known {
+            let file = self.shown.clone();
+            self.journal.write(EntryKind::RetainedFileFailed { file, error: error.clone() });
+        }
+        let trouble = self.trouble.get_or_insert_with(|| Trouble {
+            since: now,
+            attempts: 0,
+            error: String::new(),
+            next: now,
+            pause: FIRST_RETRY,
+        });
+        trouble.attempts += 1;
+        trouble.error = error;
+        trouble.next = now + trouble.pause;
+        trouble.pause = (trouble.pause * 2).min(LONGEST_RETRY);
+    }
+
+    fn recovered(&mut self, now: Instant) {
+        if let Some(trouble) = self.trouble.take() {
+            self.journal.write(EntryKind::RetainedFileRecovered {
+                file: self.shown.clone(),
+                attempts: trouble.attempts,
+                failed: now.saturating_duration_since(trouble.since),
+            });
+        }
     }
 }

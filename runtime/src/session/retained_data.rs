@@ -1,0 +1,94 @@
+//! The retained data of a run: taken back at its start, written at its end.
+
+use std::path::Path;
+
+use plcc_abi::Dialect;
+
+use crate::Executive;
+use crate::args::RunArgs;
+use crate::journal::{EntryKind, Journal};
+use crate::retain::{RetainError, RetainedFile};
+
+use super::SessionError;
+use super::retained_writer::RetainedWriter;
+
+impl From<RetainError> for SessionError {
+    fn from(error: RetainError) -> Self {
+        Self(error.to_string())
+    }
+}
+
+/// How a run keeps its retained data.
+pub(super) enum RetainedData {
+    /// It has no retained file.
+    None,
+    /// The file is written at the end.
+    AtEnd(RetainedFile),
+    /// A thread writes the file while the run lasts, and at its end.
+    Continually(RetainedWriter),
+}
+
+impl RetainedData {
+    /// Locks the retained file that the options name, if they do, and gives the control what it holds.
+    /// In real time a thread is started that writes it.
+    ///
+    /// # Errors
+    /// When the file can't be used, or does not exist though the options say that it must.
+    pub(super) fn start(
+        args: &RunArgs,
+        dialect: Dialect,
+        executive: &mut dyn Executive,
+        journal: &Journal,
+    ) -> Result<Self, SessionError> {
+        let Some(path) = &args.retain else { return Ok(Self::None) };
+        let mut file = RetainedFile::open(path, dialect)?;
+        restore(path, &mut file, args.retain_must_exist, executive, journal)?;
+        if !args.realtime {
+            return Ok(Self::AtEnd(file));
+        }
+        let size = executive.retained().map_or(0, |state| state.len());
+        let writer = RetainedWriter::new(path.clone(), file, size, journal.clone())?;
+        Ok(Self::Continually(writer))
+    }
+
+    /// Writes the data at the end of the run.
+    ///
+    /// # Errors
+    /// When it can't be written.
+    pub(super) fn finish(self, executive: &dyn Executive) -> Result<(), SessionError> {
+        match self {
+            Self::None => Ok(()),
+            Self::AtEnd(mut file) => match executive.retained() {
+                Some(state) => Ok(file.store(&state)?),
+                None => Ok(()),
+            },
+            Self::Continually(writer) => writer.finish(executive),
+        }
+    }
+}
+
+/// Gives a control what the retained file holds.
+fn restore(
+    path: &Path,
+    file: &mut RetainedFile,
+    must_exist: bool,
+    executive: &mut dyn Executive,
+    journal: &Journal,
+) -> Result<(), SessionError> {
+    let shown = path.display();
+    let Some(retained) = file.load()? else {
+        let missing = format!("neither the retained file {shown} nor its copy exists");
+        if must_exist {
+            let text = format!("{missing}, and --retain-must-exist is given");
+            return Err(SessionError(text));
+        }
+        journal.note(format!("{missing}; the program begins with nothing retained"));
+        return Ok(());
+    };
+    for text in retained.warnings {
+        journal.write(EntryKind::RetainedFileDamaged { text });
+    }
+    executive.restore(&retained.payload).map_err(|why| {
+        SessionError(format!("the retained file {shown} can't be used: {why}; name another one"))
+    })
+}
