@@ -87,7 +87,7 @@ Examples:
 
 Exit status: 0 done; 1 the source has errors; 2 wrong usage, or a file that can't be read or written \
 or is not valid; 3 the program was stopped by a run-time fault; 130 Ctrl-C or SIGTERM.")]
-    Run(RunCommand),
+    Run(Box<RunCommand>),
 
     /// Times a scan in each engine, side by side
     #[command(after_help = "\

@@ -8,6 +8,7 @@ use clap::Args;
 pub use crate::nct::NctArgs;
 pub use crate::pmac::PmacArgs;
 pub use crate::pmi::PmiArgs;
+use crate::safe_outputs::SafeOutput;
 
 /// The settings of the control; part of [`RunArgs`], and of other commands that execute programs.
 /// Each language has its own options.
@@ -99,6 +100,11 @@ pub struct RunArgs {
     /// Runs nothing (exit 2) if neither the retained file nor its copy exists
     #[arg(long, requires = "retain")]
     pub retain_must_exist: bool,
+
+    /// What a physical output becomes when the program is stopped or a signal ends the run; without
+    /// this option it is switched off. May be given several times
+    #[arg(long, value_name = "NAME=off|hold|VALUE")]
+    pub safe: Vec<SafeOutput>,
 
     /// Files that are read besides the sources and the stimulus: an artifact, a machine file. No
     /// output may overwrite them.

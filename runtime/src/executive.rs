@@ -9,6 +9,7 @@ use plcc_abi::{Engine, TrapCode};
 use thiserror::Error;
 
 use crate::pmi::PmiVariable;
+use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::{CheckpointError, Event, Value};
 
 /// A variable that an executive has found by its name; valid for that executive alone.
@@ -188,6 +189,25 @@ pub trait Executive {
 
     /// The process image.
     fn image(&self) -> &[u8];
+
+    /// The physical outputs, by the names under which [`set_safe_outputs`](Self::set_safe_outputs)
+    /// takes them, in natural order.
+    fn outputs(&mut self) -> Vec<(String, Variable)>;
+
+    /// Says what the physical outputs become at a stop. Those that are not named are switched off.
+    ///
+    /// # Errors
+    /// Every entry whose name is that of no physical output, or whose value does not fit. Nothing is
+    /// changed then.
+    fn set_safe_outputs(&mut self, outputs: &SafeOutputs) -> Result<(), Vec<NameError>>;
+
+    /// Where the physical outputs are in the process image, and what they become at a stop.
+    fn safe_lines(&self) -> &SafeLines;
+
+    /// Gives the physical outputs their safe values. [`tick`](Self::tick) does it itself when it stops
+    /// the program, within that tick; this is for the caller that ends a run for another reason.
+    /// Nothing is allocated. All variables that are not themselves physical outputs keep their values.
+    fn drive_safe_outputs(&mut self);
 
     /// The whole state between two ticks, as bytes: the image and the state outside it. Events are not
     /// part of it, since they do not outlive a tick; neither are watchdogs of real time.

@@ -56,6 +56,7 @@ pub mod pmi;
 mod progress;
 pub mod retain;
 pub mod run;
+pub mod safe_outputs;
 #[cfg(feature = "args")]
 pub mod session;
 pub mod value;

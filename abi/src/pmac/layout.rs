@@ -224,6 +224,20 @@ impl Layout {
         }
     }
 
+    /// Whether a word is one of the I/O, not of memory: for PMAC the gate arrays at $C000-$C03F and
+    /// the I/O registers at Y:$F000-$FFFF (guide, Memory Map). For Turbo PMAC, whose map the guide does
+    /// not have, the words from $78000 on.
+    pub const fn is_io(&self, space: Space, address: u32) -> bool {
+        let address = address & self.address_mask();
+        match self.controller {
+            Controller::Pmac => {
+                let gates = address >= 0xC000 && address < 0xC040;
+                gates || address >= 0xF000 && matches!(space, Space::Y)
+            }
+            Controller::Turbo => address >= 0x7_8000 && address < 0x8_0000,
+        }
+    }
+
     /// The address of P0.
     pub const fn p_address(&self) -> u32 {
         match self.controller {

@@ -149,6 +149,16 @@ pub struct Variable {
     pub system: u32,
 }
 
+/// A physical output: a place in I/O memory that the download writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Output {
+    /// The M- or L-variable by which it is written; `None` where it is written by its address, or is
+    /// one of the outputs that the guide names.
+    pub variable: Option<Variable>,
+    /// Where it is: bits of a single word, or the variable's thumbwheel line.
+    pub definition: Definition,
+}
+
 /// The tables of a PMAC download.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PmacTables {
@@ -172,4 +182,6 @@ pub struct PmacTables {
     pub sparse: SparseMemory,
     /// Whether the text itself says SAVE.
     pub save: bool,
+    /// The physical outputs.
+    pub outputs: Vec<Output>,
 }

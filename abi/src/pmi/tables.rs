@@ -72,6 +72,18 @@ pub enum Role {
     FlipFlopPin(u32),
 }
 
+impl Role {
+    /// The lines of an input; `None` for all other symbols.
+    pub fn input(self) -> Option<Lines> {
+        if let Self::Input(lines) = self { Some(lines) } else { None }
+    }
+
+    /// The lines of an output; `None` for all other symbols.
+    pub fn output(self) -> Option<Lines> {
+        if let Self::Output(lines) = self { Some(lines) } else { None }
+    }
+}
+
 /// A named variable.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Symbol {

@@ -20,6 +20,7 @@ mod language;
 mod lower;
 mod oracle;
 mod origin;
+mod outputs;
 mod read;
 pub mod reference;
 mod tables;

@@ -5,6 +5,7 @@ use plcc_abi::{Program, Tables, Task};
 
 use super::analyse::load::Loaded;
 use super::ast::{Download, Expr, Op, Stmt, StmtKind, Target};
+use super::outputs;
 use super::tasks::{TaskKind, tasks};
 
 /// The program for the executive. `files` are the paths of its sources, `module_tasks` the tasks of
@@ -48,6 +49,7 @@ pub(crate) fn program(
         initial: Run::pack(&loaded.image),
         sparse: loaded.sparse.clone(),
         save: loaded.save,
+        outputs: outputs::outputs(download, loaded, tasks.iter().map(|(_, code)| *code)),
     };
     Program {
         files,

@@ -11,6 +11,7 @@ mod memory;
 mod operand;
 #[cfg(feature = "args")]
 mod options;
+mod outputs;
 mod search;
 mod state;
 mod tick;

@@ -10,6 +10,7 @@ use thiserror::Error;
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity};
 use crate::executive::KeyOf;
+use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::{
     Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable, VariableKey,
 };
@@ -19,6 +20,7 @@ use super::forces::Forces;
 use super::host::NctHost;
 use super::image::{Image, Module};
 use super::memory::NcMemory;
+use super::outputs;
 use super::state::State;
 use super::validate;
 use super::variables::{self, Names};
@@ -70,13 +72,14 @@ pub struct NctExecutive {
     pub(super) image: Image,
     tables: NctTables,
     messages: Messages,
-    names: Names,
+    pub(super) names: Names,
     state: State,
     forces: Forces,
     identity: ProgramIdentity,
     has_level2: bool,
     period_ms: u64,
-    boards: usize,
+    pub(super) boards: usize,
+    safe_lines: SafeLines,
     level0_safepoints: u32,
     realtime: bool,
 }
@@ -108,6 +111,7 @@ impl NctExecutive {
             state: State::new(memory, image.input_lengths(), messages.count()),
             forces: Forces::default(),
             identity: ProgramIdentity::new(program),
+            safe_lines: outputs::all_off(image.places.lines_out),
             image,
             messages,
             names: Names::default(),
@@ -310,8 +314,7 @@ impl Executive for NctExecutive {
         let result = self.modules(engine);
         if result.is_err() {
             self.image.show(&mut self.state.modules, false);
-            let lines = self.image.places.lines_out;
-            (0..LINE_BYTES as u32).for_each(|i| write_u8(&mut self.image.bytes, lines + i, 0));
+            self.drive_safe_outputs();
         }
         let State { messages, tick, .. } = &mut self.state;
         let rh = self.image.places.rh;
@@ -408,6 +411,23 @@ impl Executive for NctExecutive {
 
     fn image(&self) -> &[u8] {
         &self.image.bytes
+    }
+
+    fn outputs(&mut self) -> Vec<(String, Variable)> {
+        self.output_lines()
+    }
+
+    fn set_safe_outputs(&mut self, outputs: &SafeOutputs) -> Result<(), Vec<NameError>> {
+        self.safe_lines = self.safe_lines_of(outputs)?;
+        Ok(())
+    }
+
+    fn safe_lines(&self) -> &SafeLines {
+        &self.safe_lines
+    }
+
+    fn drive_safe_outputs(&mut self) {
+        self.safe_lines.drive(&mut self.image.bytes);
     }
 
     fn checkpoint(&self) -> Vec<u8> {

@@ -10,6 +10,7 @@ mod forces;
 mod host;
 #[cfg(feature = "args")]
 mod options;
+mod outputs;
 mod recompile;
 mod save;
 mod state;
@@ -35,6 +36,7 @@ use plcc_abi::{
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity};
 use crate::executive::KeyOf;
+use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::{
     Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable, VariableKey,
 };
@@ -71,6 +73,7 @@ pub struct PmacExecutive {
     forces: Forces,
     identity: ProgramIdentity,
     clocks: Clocks,
+    safe_lines: SafeLines,
     /// What has been found by name, by the index of its [`Variable`].
     found: Vec<PmacName>,
     /// The index of each.
@@ -88,6 +91,7 @@ impl PmacExecutive {
         Run::unpack(&tables.initial, &mut image);
         Some(Self {
             image,
+            safe_lines: outputs::all_off(&tables.outputs, &layout),
             control: Control::new(tables.clone(), layout),
             watchdog: options.realtime.then(Watchdog::default),
             options,
@@ -204,6 +208,9 @@ impl Executive for PmacExecutive {
         self.apply_forces();
         let result = self.servo_cycle(engine);
         self.apply_forces();
+        if result.is_err() {
+            self.drive_safe_outputs();
+        }
         events.append(&mut self.control.events);
         self.control.state.tick += 1;
         result
@@ -304,6 +311,23 @@ impl Executive for PmacExecutive {
 
     fn image(&self) -> &[u8] {
         &self.image
+    }
+
+    fn outputs(&mut self) -> Vec<(String, Variable)> {
+        self.output_names()
+    }
+
+    fn set_safe_outputs(&mut self, outputs: &SafeOutputs) -> Result<(), Vec<NameError>> {
+        self.safe_lines = self.safe_lines_of(outputs)?;
+        Ok(())
+    }
+
+    fn safe_lines(&self) -> &SafeLines {
+        &self.safe_lines
+    }
+
+    fn drive_safe_outputs(&mut self) {
+        self.safe_lines.drive(&mut self.image);
     }
 
     fn checkpoint(&self) -> Vec<u8> {

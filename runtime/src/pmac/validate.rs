@@ -1,6 +1,6 @@
 //! Whether the tables of a PMAC program fit its image.
 
-use plcc_abi::pmac::{Definition, Field, Kind, Layout, PmacTables, Run, Text};
+use plcc_abi::pmac::{Definition, Field, Kind, Layout, Output, PmacTables, Run, Text};
 
 use crate::artifact::validate::{Check, Image, ensure};
 #[cfg(feature = "args")]
@@ -35,6 +35,7 @@ fn tables(tables: &PmacTables, image: Image) -> Check {
         initial,
         sparse: _,
         save: _,
+        outputs,
     } = tables;
     let layout = Layout::new(*controller);
     ensure(u64::from(layout.size) <= image.size, || "its image is too short".into())?;
@@ -63,6 +64,10 @@ fn tables(tables: &PmacTables, image: Image) -> Check {
             "it names a variable that does not exist".into()
         })?;
     }
+    let numbered = |output: &Output| output.variable.is_none_or(|v| v.number < layout.count);
+    ensure(outputs.iter().all(|output| numbered(output) && sound(output.definition)), || {
+        "it has a physical output that does not exist".into()
+    })?;
     for Run { offset, bytes } in initial {
         let length = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
         image.check(*offset, length, "its initial state")?;

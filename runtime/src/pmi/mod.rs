@@ -6,6 +6,7 @@ mod forces;
 mod macros;
 #[cfg(feature = "args")]
 mod options;
+mod outputs;
 mod port_lines;
 mod state;
 mod tick;

@@ -51,10 +51,15 @@ pub(super) fn fits(lines: Lines, value: i64) -> bool {
 /// Puts a value on its lines, and leaves the port's others.
 pub(super) fn drive(image: &mut [u8], ports: u32, lines: Lines, value: i16) {
     let at = ports + u32::from(lines.port);
-    let mask = mask(lines);
-    let bits = encode(lines, value) << (lines.low & 7);
+    let (mask, bits) = bits(lines, value);
     let others = read_u8(image, at) & !mask;
-    write_u8(image, at, others | bits & mask);
+    write_u8(image, at, others | bits);
+}
+
+/// The bits that lines have in their port, and those of them that are 1 for a value.
+pub(super) fn bits(lines: Lines, value: i16) -> (u8, u8) {
+    let mask = mask(lines);
+    (mask, (encode(lines, value) << (lines.low & 7)) & mask)
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use thiserror::Error;
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity};
 use crate::executive::KeyOf;
+use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::{
     Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable, VariableKey,
 };
@@ -20,7 +21,7 @@ use super::events::{Announcements, value};
 use super::forces::Forces;
 use super::state::State;
 use super::variables::{Names, PmiVariable};
-use super::{macros, port_lines, validate};
+use super::{macros, outputs, port_lines, validate};
 
 /// The unit of timers in nanoseconds.
 const TIMER_UNIT: u64 = 20_000_000;
@@ -52,15 +53,16 @@ pub enum PmiLoadError {
 /// The executive of a PMI program.
 #[derive(Clone, Debug)]
 pub struct PmiExecutive {
-    image: Vec<u8>,
-    names: Names,
+    pub(super) image: Vec<u8>,
+    pub(super) names: Names,
     timers: Vec<Timer>,
     flipflops: Vec<FlipFlop>,
     inputs: Vec<(Lines, u32)>,
-    outputs: Vec<(Lines, u32)>,
+    pub(super) outputs: Vec<(Lines, u32)>,
+    safe_lines: SafeLines,
     announcements: Announcements,
-    special: Special,
-    ports: u32,
+    pub(super) special: Special,
+    pub(super) ports: u32,
     period_ns: u64,
     state: State,
     forces: Forces,
@@ -116,20 +118,16 @@ impl PmiExecutive {
         for &(offset, ty, value) in &tables.initial {
             write(&mut image, ty, offset, value.into());
         }
-        let lines = |output: bool| {
-            let of_symbol = move |role: Role| match role {
-                Role::Input(lines) if !output => Some(lines),
-                Role::Output(lines) if output => Some(lines),
-                _ => None,
-            };
-            let symbols = tables.symbols.iter();
-            symbols.filter_map(|s| Some((of_symbol(s.role)?, s.offset))).collect()
-        };
+        let symbols = || tables.symbols.iter();
+        let inputs = symbols().filter_map(|s| Some((s.role.input()?, s.offset))).collect();
+        let outputs: Vec<_> =
+            symbols().filter_map(|s| Some((s.role.output()?, s.offset))).collect();
         let announcements = Announcements::new(&tables.faults, &tables.messages);
         let announced = vec![false; announcements.count()];
         Ok(Self {
-            inputs: lines(false),
-            outputs: lines(true),
+            inputs,
+            safe_lines: outputs::all_off(&outputs, tables.ports),
+            outputs,
             names: Names::new(tables),
             timers: tables.timers.clone(),
             flipflops: tables.flipflops.clone(),
@@ -185,15 +183,6 @@ impl PmiExecutive {
             port_lines::drive(&mut self.image, self.ports, lines, value);
         }
         self.forces.apply_to_outputs(&mut self.image, self.ports);
-    }
-
-    /// E-stop: all lines of the output ports are off, also those that no output declares;
-    /// variables keep their values.
-    fn emergency_stop(&mut self) {
-        write_u8(&mut self.image, self.special.estop, 1);
-        for &(lines, _) in &self.outputs {
-            write_u8(&mut self.image, self.ports + u32::from(lines.port), 0);
-        }
     }
 
     /// Assigns from outside, with what an assignment sets off.
@@ -474,6 +463,23 @@ impl Executive for PmiExecutive {
 
     fn image(&self) -> &[u8] {
         &self.image
+    }
+
+    fn outputs(&mut self) -> Vec<(String, Variable)> {
+        self.declared_outputs()
+    }
+
+    fn set_safe_outputs(&mut self, outputs: &SafeOutputs) -> Result<(), Vec<NameError>> {
+        self.safe_lines = self.safe_lines_of(outputs)?;
+        Ok(())
+    }
+
+    fn safe_lines(&self) -> &SafeLines {
+        &self.safe_lines
+    }
+
+    fn drive_safe_outputs(&mut self) {
+        self.safe_lines.drive(&mut self.image);
     }
 
     fn checkpoint(&self) -> Vec<u8> {

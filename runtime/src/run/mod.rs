@@ -53,7 +53,8 @@ pub struct Run<'a> {
     /// The clock that says when each tick begins; without one the ticks follow each other as fast
     /// as they can.
     pub clock: Option<&'a dyn Clock>,
-    /// A flag that, once set, ends the run before its next tick.
+    /// A flag that, once set, ends the run before its next tick. The physical outputs then take their
+    /// safe values, as they do where an output of the run fails.
     pub interrupt: Option<&'a AtomicBool>,
     /// What else is done before and after each tick, in this order.
     pub hooks: Vec<&'a mut dyn Hook>,
@@ -123,6 +124,10 @@ impl Run<'_> {
     pub fn go(mut self) -> End {
         let mut end = End::default();
         end.failure = self.ticks(&mut end).and_then(|()| self.flush()).err();
+        // A program that was stopped has had its outputs made safe by the executive.
+        if end.interrupted || end.failure.is_some() {
+            self.executive.drive_safe_outputs();
+        }
         end
     }
 

@@ -8,6 +8,7 @@ use plcc_abi::engine::NoHost;
 use plcc_abi::{Dialect, Engine, Outcome, ResumePoint, Scan};
 
 use super::*;
+use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::{NameError, Purpose, Setting, Value, ValueError, Variable};
 
 struct Idle;
@@ -25,6 +26,9 @@ struct Control {
     log: Rc<RefCell<Vec<(u64, i64)>>>,
     tick: u64,
     stops: Option<u64>,
+    /// How often the outputs were made safe.
+    made_safe: u32,
+    lines: SafeLines,
 }
 
 const NAMES: [&str; 3] = ["A", "P10", "ARR"];
@@ -103,6 +107,22 @@ impl Executive for Control {
 
     fn image(&self) -> &[u8] {
         &[]
+    }
+
+    fn outputs(&mut self) -> Vec<(String, Variable)> {
+        vec![]
+    }
+
+    fn set_safe_outputs(&mut self, _: &SafeOutputs) -> Result<(), Vec<NameError>> {
+        Ok(())
+    }
+
+    fn safe_lines(&self) -> &SafeLines {
+        &self.lines
+    }
+
+    fn drive_safe_outputs(&mut self) {
+        self.made_safe += 1;
     }
 }
 
@@ -321,6 +341,7 @@ fn the_interrupt_flag_ends_the_run() {
     }
     .go();
     assert!(end.interrupted);
+    assert_eq!(control.made_safe, 1);
     assert_eq!(end.ticks, 0);
 }
 

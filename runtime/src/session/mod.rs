@@ -137,6 +137,10 @@ impl Job<'_> {
         let Self { program, args, machine, clock, journal } = *self;
         let mut executive = executive(program, &args.control, args.realtime, machine)?;
         let executive = executive.as_mut();
+        executive.set_safe_outputs(&args.safe).map_err(|errors| {
+            let errors: Vec<String> = errors.iter().map(|e| format!("--safe: {e}")).collect();
+            SessionError(errors.join("\nerror: "))
+        })?;
         let mut retained = RetainedData::start(args, program.dialect(), executive, journal)?;
         let stimulus = match &args.stimulus {
             Some(path) => stimulus(path, executive)?,

@@ -17,7 +17,7 @@ use clap::Parser;
 use plcc_abi::Dialect;
 use plcc_frontend::common::{Controller, Limits, Machine, Options};
 use plcc_runtime::args::RunArgs;
-use plcc_runtime::run::{Player, Run, Stimulus, TraceFormat, Watch, dump};
+use plcc_runtime::run::{Player, Run, Stimulus, Watch, dump};
 use plcc_runtime::session::executive;
 use plcc_tests::compile::{Compiled, Way, compile};
 

@@ -185,6 +185,28 @@ fn ctrl_c_ends_a_run_with_its_outputs_complete() {
     }
 }
 
+/// SIGTERM switches the physical outputs off, or to their safe values; the variables stay.
+#[test]
+fn a_signal_makes_the_outputs_safe() {
+    let shop = Shop::new("safe");
+    fs::write(shop.path("s.csv"), "tick,name,value\n0,PORT2.0,1\n0,PORT2.1,1\n").unwrap();
+    let args = "lathe.plcx --realtime --stimulus s.csv --repeat --watch PORT2.0,PORT2.1,PORT2.7 \
+                --safe PORT2.7=1 --safe BEEPER=hold --trace t.csv --dump d.json";
+    let child = shop.spawn(&args.split_whitespace().collect::<Vec<&str>>());
+    let start = Instant::now();
+    while fs::read_to_string(shop.path("t.csv")).unwrap_or_default().lines().count() < 4 {
+        assert!(start.elapsed() < Duration::from_secs(300), "it writes no trace");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let id = child.id().to_string();
+    assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{output:?}");
+    let dump = fs::read_to_string(shop.path("d.json")).unwrap();
+    assert!(dump.contains("\"PORT2.7\":1"), "{dump}");
+    assert!(dump.contains("\"PORT2.0\":0"), "{dump}");
+}
+
 #[test]
 fn a_closed_pipe_ends_the_run_without_a_message() {
     let shop = Shop::new("pipe");

@@ -8,4 +8,5 @@ mod engine_change;
 mod fuzz_replay;
 mod loader;
 mod no_fault;
+mod safe_outputs;
 mod session;

@@ -1,0 +1,85 @@
+//! The physical output lines of an NCT control, and what they become at a stop (rulings, NCT: the
+//! physical outputs go to 0).
+
+use plcc_abi::nct::{LINE_BYTES, NctName};
+
+use crate::safe_outputs::{SafeLines, SafeOutput, SafeOutputs, SafeValue, does_not_fit};
+use crate::{Executive, NameError, Purpose, Setting, Variable};
+
+use super::tick::NctExecutive;
+
+/// Bytes of output lines of an interface board.
+const BOARD_BYTES: u8 = 10;
+
+/// Without an option every line is off. `lines` is the offset of the first byte of lines.
+pub(super) fn all_off(lines: u32) -> SafeLines {
+    let mut safe = SafeLines::default();
+    for byte in 0..LINE_BYTES as u32 {
+        safe.set(lines + byte, 0xFF, 0);
+    }
+    safe
+}
+
+impl NctExecutive {
+    /// The lines of the interface boards that the machine has: `O000`, `O001` and on.
+    pub(super) fn output_lines(&mut self) -> Vec<(String, Variable)> {
+        let bytes = 0..(self.boards as u8).saturating_mul(BOARD_BYTES);
+        let lines = bytes.flat_map(|byte| (0..8).map(move |bit| (byte, bit)));
+        let named = lines.map(|(byte, bit)| NctName::O { byte, bit: Some(bit) });
+        named.map(|name| (name.to_string(), self.names.add(name))).collect()
+    }
+
+    /// What the lines become when `outputs` says so.
+    pub(super) fn safe_lines_of(
+        &mut self,
+        outputs: &SafeOutputs,
+    ) -> Result<SafeLines, Vec<NameError>> {
+        let mut lines = all_off(self.image.places.lines_out);
+        let mut errors = vec![];
+        for output in outputs {
+            if let Err(error) = self.add_safe_output(&mut lines, output) {
+                errors.push(error);
+            }
+        }
+        if errors.is_empty() { Ok(lines) } else { Err(errors) }
+    }
+
+    /// Adds an entry: a line `O012` or two bytes of lines `O02`, or the same as `Y012` and `Y02`, by
+    /// the flags that drive them.
+    fn add_safe_output(
+        &mut self,
+        safe: &mut SafeLines,
+        SafeOutput { name, value }: &SafeOutput,
+    ) -> Result<(), NameError> {
+        let unfit = |reason: &str| NameError::Unfit { name: name.clone(), reason: reason.into() };
+        let variable = self.find(name, Purpose::Watch)?;
+        let (byte, bit) = match self.names.get(variable) {
+            Some(NctName::O { byte, bit } | NctName::Y { byte, bit }) => (byte, bit),
+            _ => return Err(unfit("is no physical output: those are O000 and on")),
+        };
+        if usize::from(byte) >= self.boards * usize::from(BOARD_BYTES) {
+            return Err(unfit("drives no line of an interface board that the machine has"));
+        }
+        let number = match value {
+            SafeValue::Value(text) => match self.parse(variable, text) {
+                Ok(Setting::Int(number)) => u16::try_from(number).ok(),
+                _ => None,
+            }
+            .filter(|&number| bit.is_none() || number <= 1)
+            .ok_or_else(|| does_not_fit(name, text))?,
+            SafeValue::Off | SafeValue::Hold => 0,
+        };
+        let at = self.image.places.lines_out + u32::from(byte);
+        match bit {
+            Some(bit) => safe.apply(value, at, 1 << bit, (number as u8) << bit),
+            None => {
+                let [low, high] = number.to_le_bytes();
+                safe.apply(value, at, 0xFF, low);
+                if usize::from(byte) + 1 < LINE_BYTES {
+                    safe.apply(value, at + 1, 0xFF, high);
+                }
+            }
+        }
+        Ok(())
+    }
+}
