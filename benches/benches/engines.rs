@@ -12,7 +12,7 @@ use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use plcc::compile::{self, Checked};
 use plcc::disk::Disk;
 use plcc_abi::{Dialect, Engine, Program};
-use plcc_benches::equations::Equations;
+use plcc_benches::kernels::{Language, families};
 use plcc_codegen::OptLevel;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Limits, Machine, Options};
@@ -54,7 +54,7 @@ fn equations(count: usize) -> Subject {
     Subject {
         name: format!("{count} equations"),
         path: "equations.pmi".into(),
-        text: Equations::new(count, 1).pmi().into_bytes(),
+        text: families::relay_logic(Language::Pmi, count, 1).source().into_bytes(),
         dialect: Dialect::Pmi,
         stimulus: None,
         options: Options { limits: Limits::None, ..Options::default() },

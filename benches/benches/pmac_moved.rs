@@ -18,7 +18,7 @@ use plcc_abi::pmac::{
     Assumption, Controller, Definition, Definitions, Field, Format, Layout, Place, Space,
 };
 use plcc_abi::{Engine, Scan};
-use plcc_benches::pmac::{BITS, Form, INPUT_WORDS, Kernel, patterns};
+use plcc_benches::pmac::{BITS, INPUT_WORDS, download, patterns};
 use plcc_codegen::OptLevel;
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Lowered, MemoryLoader, Options};
@@ -63,9 +63,9 @@ struct Times {
 }
 
 fn measure(size: usize) -> Result<Times, Box<dyn Error>> {
-    let kernel = Kernel::new(Form::Memory, size, 11);
+    let text = download(size, 11);
     let mut sources = SourceMap::new();
-    let file = sources.add("moved.pmc", kernel.pmac.as_bytes());
+    let file = sources.add("moved.pmc", text.as_bytes());
     let (program, _) =
         pmac::check(&mut sources, &[file], &MemoryLoader::new(), &Options::default());
     let program = program.ok_or("the kernel has errors")?;

@@ -1,0 +1,275 @@
+//! A kernel compiled by plcc, with its process image, as the benchmark runs it.
+
+use std::ops::Range;
+use std::time::Instant;
+
+use plcc_abi::engine::NoHost;
+use plcc_abi::image::{read_f64, read_i16, read_u16, read_u32, write_f64, write_i16, write_u32};
+use plcc_abi::pmac::{Controller, Layout, Place, Space};
+use plcc_abi::{Engine, Scan, Tables};
+use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
+
+use super::plc::{
+    NCT_FIRST_FLAG, NCT_FIRST_WORD, PMAC_BITS, PMAC_FIRST_ELEMENT, PMAC_FIRST_P, PMAC_WORD_BITS,
+    PMAC_WORDS,
+};
+use super::{Inputs, Kernel, Language, PATTERNS, patterns};
+use crate::compiled::{self, Compiled};
+
+/// Where a bit or word stands in the image.
+#[derive(Clone, Copy, Debug)]
+enum Spot {
+    /// A byte that is 0 or 1.
+    Byte(u32),
+    /// A bit of a byte.
+    BitOfByte(u32, u8),
+    /// A bit of a word of 32 bits.
+    BitOfWord(u32, usize),
+    /// A signed number of 16 bits.
+    Signed16(u32),
+    /// An unsigned number of 16 bits.
+    Unsigned16(u32),
+    /// A signed number of 24 bits in a word of 32.
+    Signed24(u32),
+    /// A double.
+    Double(u32),
+}
+
+impl Spot {
+    fn read(self, image: &[u8]) -> f64 {
+        match self {
+            Self::Byte(at) => f64::from(image[at as usize]),
+            Self::BitOfByte(at, bit) => f64::from(image[at as usize] >> bit & 1),
+            Self::BitOfWord(at, bit) => f64::from(read_u32(image, at) >> bit & 1),
+            Self::Signed16(at) => f64::from(read_i16(image, at)),
+            Self::Unsigned16(at) => f64::from(read_u16(image, at)),
+            Self::Signed24(at) => f64::from((read_u32(image, at) << 8) as i32 >> 8),
+            Self::Double(at) => read_f64(image, at),
+        }
+    }
+
+    fn write(self, image: &mut [u8], value: i16) {
+        match self {
+            Self::Byte(at) => image[at as usize] = value as u8,
+            Self::BitOfByte(at, bit) => {
+                let byte = &mut image[at as usize];
+                *byte = *byte & !(1 << bit) | (value as u8 & 1) << bit;
+            }
+            Self::BitOfWord(at, bit) => {
+                let old = read_u32(image, at) & !(1 << bit);
+                write_u32(image, at, old | u32::from(value != 0) << bit);
+            }
+            Self::Signed16(at) | Self::Unsigned16(at) => write_i16(image, at, value),
+            Self::Signed24(at) => write_u32(image, at, value as u32 & 0xFF_FFFF),
+            Self::Double(at) => write_f64(image, at, f64::from(value)),
+        }
+    }
+
+    /// The bytes of the image that it is in.
+    fn bytes(self) -> Range<usize> {
+        let (at, size) = match self {
+            Self::Byte(at) | Self::BitOfByte(at, _) => (at, 1),
+            Self::Signed16(at) | Self::Unsigned16(at) => (at, 2),
+            Self::BitOfWord(at, _) | Self::Signed24(at) => (at, 4),
+            Self::Double(at) => (at, 8),
+        };
+        at as usize..at as usize + size
+    }
+}
+
+/// A compiled kernel.
+pub struct Subject {
+    /// What the compiler has made.
+    pub compiled: Compiled,
+    /// For a PMAC its executive, which holds image and host; else the image.
+    executive: Option<Box<PmacExecutive>>,
+    image: Vec<u8>,
+    task: usize,
+    /// Bits, words and elements, in this order.
+    spots: Vec<Spot>,
+    /// The parts of the image that hold inputs, and for each kind of inputs and each pattern the
+    /// bytes of all these parts.
+    input_ranges: Vec<Range<usize>>,
+    input_bytes: [Vec<Vec<u8>>; 3],
+    start: Vec<u8>,
+}
+
+impl Subject {
+    /// Compiles a kernel. The patterns of the inputs are made from the seed.
+    ///
+    /// # Errors
+    /// When the program has errors.
+    pub fn new(kernel: &Kernel, seed: u64) -> Result<Self, String> {
+        let source = kernel.source();
+        let compiled = match kernel.language {
+            Language::Pmi => compiled::pmi(&source),
+            Language::Nct => compiled::nct(&source),
+            _ => compiled::pmac(&source),
+        }?;
+        let spots = spots(kernel, &compiled)?;
+        let mut executive = None;
+        let mut image = vec![0; compiled.program.image_size as usize];
+        if kernel.language.is_pmac() {
+            let made = PmacExecutive::new(&compiled.program, PmacOptions::default());
+            let mut made = made.ok_or("no PMAC")?;
+            image = made.parts().0.to_vec();
+            executive = Some(Box::new(made));
+        }
+        let task = usize::from(kernel.language == Language::Nct);
+        let inputs: Vec<Spot> = spots[..kernel.inputs]
+            .iter()
+            .chain(&spots[kernel.bits..kernel.bits + kernel.input_words])
+            .copied()
+            .collect();
+        let input_ranges = ranges(&inputs);
+        let input_bytes = Inputs::ALL.map(|kind| {
+            let bytes = |pattern: &super::Pattern| {
+                let mut image = image.clone();
+                let bits = pattern.bits.iter().map(|&bit| i16::from(bit));
+                for (spot, value) in inputs.iter().zip(bits.chain(pattern.words.iter().copied())) {
+                    spot.write(&mut image, value);
+                }
+                input_ranges.iter().flat_map(|range| image[range.clone()].to_vec()).collect()
+            };
+            patterns(kernel, kind, seed).iter().map(bytes).collect()
+        });
+        let start = image.clone();
+        Ok(Self { compiled, executive, image, task, spots, input_ranges, input_bytes, start })
+    }
+
+    /// Runs scans of native code, or of the statement interpreter; gives nanoseconds a scan.
+    pub fn run(&mut self, inputs: Inputs, scans: usize, native: bool) -> f64 {
+        let engine: &mut dyn Engine =
+            if native { &mut self.compiled.native } else { &mut *self.compiled.interpreter };
+        let mut no_host = NoHost;
+        let (image, host): (&mut [u8], &mut dyn plcc_abi::Host) = match &mut self.executive {
+            Some(executive) => executive.parts(),
+            None => (&mut self.image, &mut no_host),
+        };
+        let patterns = &self.input_bytes[inputs as usize];
+        let start = Instant::now();
+        for n in 0..scans {
+            let mut bytes = patterns[n % PATTERNS].as_slice();
+            for range in &self.input_ranges {
+                let (part, rest) = bytes.split_at(range.len());
+                image[range.clone()].copy_from_slice(part);
+                bytes = rest;
+            }
+            engine.call(self.task, None, &mut Scan { image, host });
+        }
+        start.elapsed().as_secs_f64() * 1e9 / scans as f64
+    }
+
+    /// Runs scans with cold caches; gives nanoseconds a scan.
+    pub fn run_cold(&mut self, inputs: Inputs, scans: usize) -> f64 {
+        let mut evict = vec![0u8; 16 << 20];
+        let mut sum = 0.0;
+        for _ in 0..scans {
+            for byte in evict.iter_mut().step_by(64) {
+                *byte = std::hint::black_box(byte.wrapping_add(1));
+            }
+            sum += self.run(inputs, 1, true);
+        }
+        sum / scans as f64
+    }
+
+    /// Makes all variables 0, runs scans, and gives bits, words and elements.
+    pub fn state_after(&mut self, inputs: Inputs, scans: usize, native: bool) -> Vec<f64> {
+        match &mut self.executive {
+            Some(executive) => executive.parts().0.copy_from_slice(&self.start),
+            None => self.image.copy_from_slice(&self.start),
+        }
+        self.run(inputs, scans, native);
+        let image = match &mut self.executive {
+            Some(executive) => executive.parts().0,
+            None => &mut self.image,
+        };
+        self.spots.iter().map(|spot| spot.read(image)).collect()
+    }
+}
+
+/// The adjacent bytes that spots are in, joined to as few ranges as possible.
+fn ranges(spots: &[Spot]) -> Vec<Range<usize>> {
+    let mut all: Vec<Range<usize>> = spots.iter().map(|spot| spot.bytes()).collect();
+    all.sort_by_key(|range| range.start);
+    let mut joined: Vec<Range<usize>> = vec![];
+    for range in all {
+        match joined.last_mut() {
+            // Words of a PMAC's Y memory have words of X between them, which no kernel uses.
+            Some(last) if range.start <= last.end + 4 => last.end = last.end.max(range.end),
+            _ => joined.push(range),
+        }
+    }
+    joined
+}
+
+/// Where the kernel's bits, words and elements stand.
+fn spots(kernel: &Kernel, compiled: &Compiled) -> Result<Vec<Spot>, String> {
+    let mut all = vec![];
+    match &compiled.program.tables {
+        Tables::Pmi(_) => {
+            let symbols = compiled.program.tables.symbols();
+            let find = |name: String| {
+                let symbol = symbols.iter().find(|symbol| symbol.name == name);
+                symbol.map(|symbol| symbol.offset).ok_or(format!("no {name}"))
+            };
+            for bit in 0..kernel.bits {
+                let name = match bit.checked_sub(kernel.inputs) {
+                    None => format!("I{bit}"),
+                    Some(relay) => format!("R{relay}"),
+                };
+                all.push(Spot::Byte(find(name)?));
+            }
+            for word in 0..kernel.words {
+                all.push(Spot::Signed16(find(format!("W{word}"))?));
+            }
+            for element in 0..kernel.elements {
+                all.push(Spot::Signed16(find("A".into())? + 2 * element as u32));
+            }
+        }
+        Tables::Nct(tables) => {
+            for bit in 0..kernel.bits {
+                let (location, number) = match bit.checked_sub(kernel.inputs) {
+                    None => (tables.inputs[bit / 8], bit % 8),
+                    Some(relay) => (tables.flags[NCT_FIRST_FLAG + relay / 8], relay % 8),
+                };
+                all.push(match location.unpacked {
+                    true => Spot::Byte(location.offset + number as u32),
+                    false => Spot::BitOfByte(location.offset, number as u8),
+                });
+            }
+            for word in 0..kernel.words {
+                all.push(Spot::Unsigned16(tables.flags[NCT_FIRST_WORD + 2 * word].offset));
+            }
+        }
+        Tables::Pmac(_) => {
+            let layout = Layout::new(Controller::Pmac);
+            let word = |space, address| match layout.place(space, address) {
+                Place::Word(offset) => Ok(offset),
+                other => Err(format!("{address:X} is {other:?}")),
+            };
+            for bit in 0..kernel.bits {
+                let relay = bit.checked_sub(kernel.inputs);
+                all.push(match relay.filter(|r| r % 2 == 1) {
+                    Some(relay) if kernel.language == Language::PmacMixed => {
+                        Spot::Double(layout.p_offset(relay as u32 / 2))
+                    }
+                    _ => {
+                        let address = PMAC_BITS + (bit / PMAC_WORD_BITS) as u32;
+                        Spot::BitOfWord(word(Space::Y, address)?, bit % PMAC_WORD_BITS)
+                    }
+                });
+            }
+            for number in 0..kernel.words as u32 {
+                all.push(match kernel.language {
+                    Language::Plcc => Spot::Signed24(word(Space::X, PMAC_WORDS + number)?),
+                    _ => Spot::Double(layout.p_offset(PMAC_FIRST_P as u32 + number)),
+                });
+            }
+            for element in 0..kernel.elements {
+                all.push(Spot::Double(layout.p_offset((PMAC_FIRST_ELEMENT + element) as u32)));
+            }
+        }
+    }
+    Ok(all)
+}
