@@ -45,6 +45,7 @@ pub mod nct;
 pub mod outcome;
 pub mod pmac;
 pub mod pmi;
+mod printable;
 pub mod program;
 pub mod resume;
 #[cfg(feature = "suggest")]
@@ -58,6 +59,7 @@ pub use engine::{Engine, Host, ResumePoint, Scan};
 pub use host::{HostFn, HostType};
 pub use natural_order::natural_cmp;
 pub use outcome::{Outcome, TrapCode};
+pub use printable::printable;
 pub use program::{Dialect, Program, Region, Tables, Task};
 pub use resume::ResumeLabels;
 #[cfg(feature = "suggest")]

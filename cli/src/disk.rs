@@ -1,26 +1,22 @@
 //! Files from the disk.
 
-use std::fs::{self, File};
-use std::io::{self, Read};
+use std::fs;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use plcc_frontend::common::FileLoader;
+use plcc_runtime::files::read_regular;
 
-/// The longest source that is read, in bytes. No control ever held a program of this size, and a
-/// device such as `/dev/zero` has no end.
-const MAX_SOURCE: u64 = 256 << 20;
+/// The longest source that is read, in bytes. No control ever held a program of this size.
+pub(crate) const MAX_SOURCE: u64 = 256 << 20;
 
-/// Reads files from the disk for front ends, which do no input or output themselves.
+/// Reads regular files from the disk for front ends, which do no input or output themselves.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Disk;
 
 impl FileLoader for Disk {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        let file = File::open(existing_path(path))?;
-        if file.metadata()?.is_dir() {
-            return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
-        }
-        read_all(file)
+        read_regular(&existing_path(path), MAX_SOURCE)
     }
 
     fn list(&self, dir: &Path) -> Vec<String> {
@@ -28,18 +24,39 @@ impl FileLoader for Disk {
     }
 }
 
-/// All bytes of a source.
-///
-/// # Errors
-/// When they can't be read, or there are more of them than any source has.
-pub(crate) fn read_all(source: impl Read) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    source.take(MAX_SOURCE + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MAX_SOURCE {
-        let message = format!("it has more than {} MiB", MAX_SOURCE >> 20);
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+/// Reads the files below some folders alone, so that a source from elsewhere can't have other files
+/// of the computer shown in its diagnostics. Links that lead out of the folders are not followed,
+/// since they may have come with the source.
+#[derive(Clone, Debug)]
+pub(crate) struct Below {
+    /// The folders, without links.
+    folders: Vec<PathBuf>,
+}
+
+impl Below {
+    /// The files below these folders and below the current one, unless that is the root of the file
+    /// system.
+    pub(crate) fn new<'a>(folders: impl Iterator<Item = &'a PathBuf>) -> Self {
+        let current = fs::canonicalize(".").ok().filter(|folder| folder.parent().is_some());
+        let folders = folders.filter_map(|folder| fs::canonicalize(existing_path(folder)).ok());
+        Self { folders: folders.chain(current).collect() }
     }
-    Ok(bytes)
+
+    fn holds(&self, path: &Path) -> bool {
+        let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+        let place = fs::canonicalize(existing_path(path));
+        place.is_ok_and(|place| self.folders.iter().any(|folder| place.starts_with(folder)))
+    }
+}
+
+impl FileLoader for Below {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        if self.holds(path) { Disk.read(path) } else { Err(ErrorKind::PermissionDenied.into()) }
+    }
+
+    fn list(&self, dir: &Path) -> Vec<String> {
+        if self.holds(dir) { Disk.list(dir) } else { vec![] }
+    }
 }
 
 /// A file's name as text, with U+FFFD for what is none.

@@ -1,18 +1,18 @@
 //! Reads the sources and the machine file that the command line names, and finds out their language.
 
+use std::io;
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use plcc_abi::Dialect;
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 use plcc_frontend::common::{FileLoader, Machine, Options};
 use plcc_frontend::{LANGUAGES, detect, language};
 use plcc_runtime::Artifact;
-use plcc_runtime::files::why_not_read;
+use plcc_runtime::files::{MAX_SETTINGS, read_at_most, read_regular, why_not_read};
 
 use crate::args::SourceArgs;
 use crate::compile::{self, Checked};
-use crate::disk::{self, Disk, existing_path};
+use crate::disk::{self, Below, Disk, existing_path};
 use crate::failure::Failure;
 use crate::report::Report;
 
@@ -74,6 +74,11 @@ fn machine_beside(source: &Path) -> Option<PathBuf> {
     Some(source.with_file_name(name)).filter(|path| path.is_file())
 }
 
+/// The folder of a file, as it is named; of standard input the current one.
+fn folder_of(file: &Path) -> PathBuf {
+    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")).into()
+}
+
 /// Whether a path means standard input.
 pub(crate) fn is_standard_input(path: &Path) -> bool {
     path.as_os_str() == "-"
@@ -84,7 +89,8 @@ pub(crate) fn is_standard_input(path: &Path) -> bool {
 /// # Errors
 /// When it can't be read or is not valid.
 pub(crate) fn machine(path: &Path) -> Result<Machine, Failure> {
-    let bytes = fs::read(path).map_err(|error| Failure::file(path, why_not_read(&error)))?;
+    let bytes = read_regular(path, MAX_SETTINGS);
+    let bytes = bytes.map_err(|error| Failure::file(path, why_not_read(&error)))?;
     let text = String::from_utf8_lossy(&bytes);
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     Machine::parse(text).map_err(|error| {
@@ -106,7 +112,7 @@ impl SourceFile {
     /// When it can't be read or is an artifact.
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
         let bytes = match is_standard_input(path) {
-            true => disk::read_all(io::stdin().lock()),
+            true => read_at_most(io::stdin().lock(), disk::MAX_SOURCE),
             false => Disk.read(path),
         };
         let bytes = bytes.map_err(|error| Failure::file(path, why_not_read(&error)))?;
@@ -122,6 +128,8 @@ pub(crate) struct Input {
     pub(crate) sources: SourceMap,
     pub(crate) files: Vec<FileId>,
     pub(crate) dialect: Dialect,
+    /// The folder that was named, if the files were found in it.
+    pub(crate) folder: Option<PathBuf>,
 }
 
 /// A program's sources, checked.
@@ -169,7 +177,7 @@ impl Input {
             );
             return Err(Failure::usage(message));
         }
-        Ok(Self { sources, files, dialect })
+        Ok(Self { sources, files, dialect, folder: None })
     }
 
     /// The path of the first file.
@@ -181,9 +189,12 @@ impl Input {
 
     /// Checks the program. Its diagnostics are in the order in which the text is read.
     pub(crate) fn check(self, options: &Options) -> Program {
-        let Self { mut sources, files, dialect } = self;
+        let Self { mut sources, files, dialect, folder } = self;
+        let named = files.iter().map(|&file| PathBuf::from(sources.path(file)));
+        let named: Vec<PathBuf> = named.map(|path| folder_of(&existing_path(&path))).collect();
+        let loader = Below::new(named.iter().chain(&folder).chain(&options.include_dirs));
         let (checked, mut diagnostics) =
-            compile::check(&mut sources, &files, dialect, &Disk, options);
+            compile::check(&mut sources, &files, dialect, &loader, options);
         diagnostics.sort_by_cached_key(|diagnostic| reading_position(&sources, diagnostic.span));
         Program { sources, named_files: files.len(), dialect, checked, diagnostics }
     }

@@ -3,6 +3,7 @@
 use std::io::{self, IsTerminal, Write};
 
 use clap::ColorChoice;
+use plcc_abi::printable;
 use plcc_diag::{Diagnostic, Severity, SourceMap, json, render};
 
 use crate::args::FormatArg;
@@ -66,23 +67,29 @@ impl Report {
     /// Writes why a command failed, and gives its exit status.
     pub(crate) fn failure(&self, failure: &Failure) -> u8 {
         let message = failure.text(&command_line());
-        self.message(&format!("{}: {message}", self.paint("error", "31;1")));
+        self.line("error", "31;1", &message);
         failure.status()
     }
 
     /// Writes a line for people to standard error. That it can't be written changes nothing.
     pub(crate) fn message(&self, line: &str) {
-        let _ = writeln!(io::stderr(), "{line}");
+        let _ = writeln!(io::stderr(), "{}", printable(line));
+    }
+
+    /// Writes a line that begins with a word in colour, in the style of an escape sequence.
+    fn line(&self, word: &str, style: &str, message: &str) {
+        let word = self.paint(word, style);
+        let _ = writeln!(io::stderr(), "{word}: {}", printable(message));
     }
 
     /// A note of the command's own.
     pub(crate) fn note(&self, message: &str) {
-        self.message(&format!("{}: {message}", self.paint("note", "36;1")));
+        self.line("note", "36;1", message);
     }
 
     /// A warning of the command's own.
     pub(crate) fn warn(&self, message: &str) {
-        self.message(&format!("{}: {message}", self.paint("warning", "33;1")));
+        self.line("warning", "33;1", message);
     }
 
     fn paint(&self, word: &str, style: &str) -> String {

@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use ariadne::{CharSet, Color, Config, IndexType, Label, Report, ReportKind, Source};
+use plcc_abi::printable;
 
 use crate::{Diagnostic, FileId, Severity, SourceMap, Span};
 
@@ -39,7 +40,7 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
     let mut report = Report::build(kind, main.clone())
         .with_config(config)
         .with_code(diagnostic.code)
-        .with_message(&diagnostic.message)
+        .with_message(printable(&diagnostic.message))
         .with_label(
             Label::new(main)
                 .with_message("here")
@@ -50,23 +51,26 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
         let span = drawable(map, label.span);
         let place = excerpts.place(span.file, span.range());
         let order = label_order(map, diagnostic, span);
-        report = report.with_label(Label::new(place).with_message(&label.text).with_order(order));
+        report = report
+            .with_label(Label::new(place).with_message(printable(&label.text)).with_order(order));
     }
     for label in as_notes {
         let (line, column) = map.line_col(label.span.file, label.span.start);
-        report = report.with_note(format!("line {line}, column {column}: {}", label.text));
+        let text = printable(&label.text);
+        report = report.with_note(format!("line {line}, column {column}: {text}"));
     }
     let mut file = diagnostic.span.file;
     while let Some(at) = map.included_from(file) {
         let line = map.line_col(at.file, at.start).0;
-        report = report.with_note(format!("included from {}:{line}", map.path(at.file)));
+        let path = printable(map.path(at.file));
+        report = report.with_note(format!("included from {path}:{line}"));
         file = at.file;
     }
     for note in &diagnostic.notes {
-        report = report.with_note(note);
+        report = report.with_note(printable(note));
     }
     if let Some(help) = &diagnostic.help {
-        report = report.with_help(help);
+        report = report.with_help(printable(help));
     }
     let mut out = Vec::new();
     // Writing to memory does not fail.
@@ -174,12 +178,12 @@ impl Excerpts {
             let start = cut_before(text, start.min(text.len()));
             let end = cut_behind(text, end.clamp(start, text.len()));
             let (line, column) = map.line_col(id, start as u32);
-            let piece = text.get(start..end).unwrap_or("").replace('\t', " ");
+            let piece = printable(text.get(start..end).unwrap_or("")).replace('\t', " ");
             let lines = (line as usize).saturating_sub(1);
             let empty_lines = if lines <= MAX_EMPTY_LINES { lines } else { 0 };
             let source = Source::from("\n".repeat(empty_lines) + &piece)
                 .with_display_line_offset(lines - empty_lines);
-            let mut name = map.path(id).to_owned();
+            let mut name = printable(map.path(id)).into_owned();
             if column > 1 {
                 name.push_str(&format!(" (from column {column})"));
             }
@@ -246,6 +250,19 @@ mod tests {
         for part in ["[PMI-31]", "nothing is named C", "m.pmi:2:5", " 2 │ B = C", "declare it"] {
             assert!(drawn.contains(part), "{part} is missing in\n{drawn}");
         }
+    }
+
+    #[test]
+    fn what_a_terminal_would_obey_is_not_written() {
+        let mut map = SourceMap::new();
+        let id = map.add("m\u{1b}[2J.pmi", "A = 1\nB\u{1b}]0;x\u{7} = \u{9b}C\n".as_bytes());
+        let diagnostic = Diagnostic::error("PMI-5", Span::new(id, 6, 13), "`B\u{1b}` is no name")
+            .label(Span::new(id, 7, 8), "\u{1b}")
+            .help("remove \u{202e}");
+        let drawn = super::draw(&map, &diagnostic, false);
+        assert!(!drawn.chars().any(|c| c.is_control() && c != '\n'), "{drawn:?}");
+        assert!(!drawn.contains('\u{202e}'), "{drawn:?}");
+        assert!(drawn.contains("B?]0;x? = ·C") && drawn.contains("`B?` is no name"), "{drawn}");
     }
 
     #[test]

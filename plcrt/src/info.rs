@@ -1,6 +1,6 @@
 //! `plcrt --info`: what an artifact holds.
 
-use plcc_abi::ABI_VERSION;
+use plcc_abi::{ABI_VERSION, printable};
 use plcc_runtime::artifact::Inspection;
 
 /// A line `key: value` for each thing that is known of an artifact.
@@ -26,5 +26,7 @@ pub(crate) fn info(artifact: &Inspection) -> String {
         ("process image", format!("{} bytes", program.image_size)),
         ("machine code", format!("{} bytes", code.bytes.len())),
     ];
-    lines.iter().map(|(key, value)| format!("{key}: {value}\n")).collect()
+    // A line of its own for each, whatever the artifact's texts hold.
+    let shown = |value: &str| printable(value).replace(['\n', '\t'], " ");
+    lines.iter().map(|(key, value)| format!("{key}: {}\n", shown(value))).collect()
 }

@@ -4,17 +4,16 @@
 mod info;
 
 use std::fmt::Display;
-use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
-use plcc_abi::Program;
 use plcc_abi::machine::Machine;
+use plcc_abi::{Program, printable};
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::artifact::Inspection;
-use plcc_runtime::files::{why_not_read, why_not_written};
+use plcc_runtime::files::{MAX_SETTINGS, read_regular, why_not_read, why_not_written};
 use plcc_runtime::{Artifact, ArtifactError, NativeEngine, session};
 
 /// Runs a compiled PLC program.
@@ -61,7 +60,7 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     ExitCode::from(run(&cli).unwrap_or_else(|message| {
         // Where standard error can't be written either, the exit status still says it.
-        let _ = writeln!(io::stderr(), "error: {message}");
+        let _ = writeln!(io::stderr(), "error: {}", printable(&message));
         session::USAGE
     }))
 }
@@ -116,8 +115,9 @@ fn print(bytes: &[u8]) -> Result<u8, String> {
 /// program was compiled), or when the program's control uses no machine file while it runs.
 fn machine(path: &Path, program: &Program) -> Result<Machine, String> {
     let named = |error: &dyn Display| format!("{}: {error}", path.display());
-    let text = fs::read_to_string(path).map_err(|error| named(&why_not_read(&error)))?;
-    let machine = Machine::parse(&text)
+    let bytes = read_regular(path, MAX_SETTINGS).map_err(|error| named(&why_not_read(&error)))?;
+    let text = String::from_utf8_lossy(&bytes);
+    let machine = Machine::parse(text.strip_prefix('\u{feff}').unwrap_or(&text))
         .map_err(|error| named(&format!("it is not a valid machine file: {error}")))?;
     if !machine.variables.is_empty() || !session::takes_machine_file(program) {
         let fixed = "what it says was fixed when the program was compiled; when an artifact is run, \

@@ -305,6 +305,36 @@ mod tests {
         assert_eq!(why_not_written(&missing), "its folder does not exist");
     }
 
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn devices_and_pipes_are_refused_at_once() {
+        let folder = std::env::temp_dir().join(format!("plcc-special-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let fifo = folder.join("fifo");
+        let mode = rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR;
+        let at = rustix::fs::CWD;
+        rustix::fs::mknodat(at, &fifo, rustix::fs::FileType::Fifo, mode, 0).unwrap();
+        for (path, word) in [
+            (Path::new("/dev/zero"), "a device"),
+            (Path::new("/dev/null"), "a device"),
+            (&fifo, "a pipe"),
+            (&folder, "a folder"),
+        ] {
+            let error = read_regular(path, 1 << 20).unwrap_err();
+            assert!(why_not_read(&error).contains(word), "{}: {error}", path.display());
+        }
+        let error = create_output(&fifo).unwrap_err();
+        assert!(why_not_written(&error).contains("nobody reads"), "{error}");
+        let reader = OpenOptions::new().read(true).write(true).open(&fifo).unwrap();
+        create_output(&fifo).unwrap().write_all(b"read").unwrap();
+        drop(reader);
+        let file = folder.join("file");
+        fs::write(&file, [0; 100]).unwrap();
+        assert_eq!(read_regular(&file, 100).unwrap().len(), 100);
+        assert_eq!(read_regular(&file, 99).unwrap_err().kind(), ErrorKind::FileTooLarge);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
     #[test]
     fn what_cannot_be_written_is_known_before() {
         let folder = std::env::temp_dir().join(format!("plcc-files-{}", std::process::id()));

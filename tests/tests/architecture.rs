@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// `plcc` and `plcrt` are made.
 const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("plcc-abi", &[]),
-    ("plcc-diag", &[]),
+    ("plcc-diag", &["plcc-abi"]),
     ("plcc-ir", &["plcc-abi"]),
     ("plcc-frontend", &["plcc-abi", "plcc-diag", "plcc-ir"]),
     ("plcc-codegen", &["plcc-abi", "plcc-ir"]),

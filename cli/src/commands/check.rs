@@ -55,7 +55,7 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
             let what = format!("it holds no {} file", input::list(&endings, "or"));
             results.failures.push(Failure::file(&path, what));
         }
-        check_folder(&found, args, report, &mut results);
+        check_folder(&path, &found, args, report, &mut results);
     }
     let findings: Vec<_> =
         results.programs.iter().map(|p| (&p.sources, p.diagnostics.as_slice())).collect();
@@ -152,14 +152,21 @@ fn check_named(paths: &[PathBuf], args: &CheckArgs, report: &Report, results: &m
     }
 }
 
-/// Checks a folder's files, but not on their own those that others of them include. A file that
+/// Checks the files that were found in a folder, but not on their own those that others of them include. A file that
 /// can't be read, or whose language is not known, is reported.
-fn check_folder(paths: &[PathBuf], args: &CheckArgs, report: &Report, results: &mut Results) {
+fn check_folder(
+    folder: &Path,
+    paths: &[PathBuf],
+    args: &CheckArgs,
+    report: &Report,
+    results: &mut Results,
+) {
     let mut included = HashSet::new();
     let mut checked = Vec::new();
     for path in paths {
-        let result = Input::read(std::slice::from_ref(path), &args.source);
-        let result = result.and_then(|input| check_program(input, args, report));
+        let input = Input::read(std::slice::from_ref(path), &args.source);
+        let input = input.map(|input| Input { folder: Some(folder.to_owned()), ..input });
+        let result = input.and_then(|input| check_program(input, args, report));
         let place = fs::canonicalize(path).unwrap_or_else(|_| path.clone());
         let reached: Vec<PathBuf> = match &result {
             Ok(program) => inner_files(program).filter(|inner| *inner != place).collect(),

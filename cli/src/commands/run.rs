@@ -1,11 +1,11 @@
 //! `plcc run`: makes an engine of a source or of an artifact, and runs it.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use plcc_abi::{Engine, Program};
 use plcc_runtime::args::RunArgs;
+use plcc_runtime::files::open_regular;
 use plcc_runtime::pmac::Settings;
 use plcc_runtime::{Artifact, NativeEngine, session};
 
@@ -126,7 +126,7 @@ fn artifact_among(files: &[PathBuf]) -> Result<Option<&Path>, Failure> {
 /// read, since it can't be read a second time.
 fn begins_as_artifact(path: &Path) -> bool {
     let mut start = Vec::new();
-    let mut read = || File::open(path).and_then(|file| file.take(64).read_to_end(&mut start));
+    let mut read = || open_regular(path).and_then(|file| file.take(64).read_to_end(&mut start));
     path.is_file() && read().is_ok() && Artifact::is_artifact(&start)
 }
 

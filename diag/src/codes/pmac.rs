@@ -124,7 +124,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-X2",
         "included file not found",
-        "The file that #include names is not there, or includes itself. It is looked for beside the including file: first with its path as written, then without the first folder of the path, without the first two, and so on. Upper and lower case make no difference. Then it is looked for in the same way in each folder given with -I.",
+        "The file that #include names is not there, or includes itself. It is looked for beside the including file: first with its path as written, then without the first folder of the path, without the first two, and so on. Upper and lower case make no difference. Then it is looked for in the same way in each folder given with -I. Files that lie neither below the program's folder, nor below the current folder, nor below one given with -I, are not read.",
         "  plcc check -I lib FILE",
     ),
     code(

@@ -49,7 +49,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-8",
         title: "include file cannot be read",
-        meaning: "The file is looked for beside the including file: first with its path as written, then without the first folder of the path, without the first two, and so on. Upper and lower case make no difference. Then it is looked for in the same way in each folder given with -I.",
+        meaning: "The file is looked for beside the including file: first with its path as written, then without the first folder of the path, without the first two, and so on. Upper and lower case make no difference. Then it is looked for in the same way in each folder given with -I. Files that lie neither below the program's folder, nor below the current folder, nor below one given with -I, are not read.",
         mend: "Put the file beside the program, or name its folder: plcc check -I oem main.pmi",
     },
     CodeInfo {

@@ -15,9 +15,10 @@ pub struct Included {
 
 /// Finds the file that a source at `includer` names as `written`.
 ///
-/// A path that begins with `/` is tried as it is. Then the path, without a drive letter, is tried
-/// in the includer's folder, each time with one more folder left out at its front: for
-/// `c:\oem\f.pmi` these are `oem/f.pmi` and `f.pmi`. Then the same is done in each of `dirs`.
+/// The path, without a drive letter and without a `/` at its front, is tried in the includer's folder,
+/// each time with one more folder left out at its front: for `c:\oem\f.pmi` these are `oem/f.pmi` and
+/// `f.pmi`. Then the same is done in each of `dirs`. A path from the root of the file system is never
+/// tried as it is, so that a source can't name any file of the computer.
 /// Capital and small letters are the same unless the exact spelling exists; `\` separates folders
 /// as `/` does.
 ///
@@ -29,7 +30,6 @@ pub fn find_include(
     dirs: &[PathBuf],
 ) -> Option<Included> {
     let slashed = written.trim().replace('\\', "/");
-    let absolute = slashed.starts_with('/');
     let without_drive = match slashed.as_bytes() {
         [drive, b':', ..] if drive.is_ascii_alphabetic() => slashed.get(2..).unwrap_or(""),
         _ => &slashed,
@@ -37,9 +37,6 @@ pub fn find_include(
     let parts: Vec<&str> =
         without_drive.split('/').filter(|p| !p.is_empty() && *p != ".").collect();
     let home = includer.parent().unwrap_or(Path::new(""));
-    if absolute && let Some(found) = resolve(loader, Path::new("/"), &parts) {
-        return Some(found);
-    }
     std::iter::once(home)
         .chain(dirs.iter().map(PathBuf::as_path))
         .find_map(|dir| (0..parts.len()).find_map(|skip| resolve(loader, dir, parts.get(skip..)?)))

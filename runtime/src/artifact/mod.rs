@@ -29,12 +29,12 @@ mod payload;
 mod tests;
 pub(crate) mod validate;
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use plcc_abi::{ABI_VERSION, Code, CodeParts, Program};
 
+use crate::files::open_regular;
 pub use error::ArtifactError;
 use error::inconsistent;
 use header::Header;
@@ -101,7 +101,7 @@ impl Artifact {
     /// The bytes of a file, one more than allowed where it is longer than any artifact may be.
     fn bytes(path: &Path) -> Result<Vec<u8>, ArtifactError> {
         let fail = |source| ArtifactError::Read { path: path.to_owned(), source };
-        let file = File::open(path).map_err(fail)?;
+        let file = open_regular(path).map_err(fail)?;
         let mut bytes = Vec::new();
         // One byte more than allowed tells a file that is too long, also one that never ends.
         file.take(MAX_FILE + 1).read_to_end(&mut bytes).map_err(fail)?;

@@ -155,9 +155,11 @@ fn line(entry: &Entry) -> String {
 /// An entry as a line for people, with its line feed.
 fn sentence(entry: &Entry) -> String {
     let word = entry.kind.severity().word();
+    let text = entry.kind.to_string();
+    let text = plcc_abi::printable(&text);
     match entry.tick {
-        Some(tick) if entry.kind.names_tick() => format!("{word}: tick {tick}: {}\n", entry.kind),
-        _ => format!("{word}: {}\n", entry.kind),
+        Some(tick) if entry.kind.names_tick() => format!("{word}: tick {tick}: {text}\n"),
+        _ => format!("{word}: {text}\n"),
     }
 }
 

@@ -82,7 +82,8 @@ pub fn run_with_clock(
 /// Writes a message for people to standard error; that fails silently, since there is nowhere else to
 /// say so.
 fn message(kind: &str, text: impl Display) {
-    let _ = writeln!(std::io::stderr(), "{kind}: {text}");
+    let text = text.to_string();
+    let _ = writeln!(std::io::stderr(), "{kind}: {}", plcc_abi::printable(&text));
 }
 
 /// Checks what can be checked without the program's control, and runs the program with a journal.
