@@ -10,6 +10,7 @@ use thiserror::Error;
 
 use crate::pmi::PmiVariable;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
+use crate::retain::Restored;
 use crate::{CheckpointError, Event, Value};
 
 /// A variable that an executive has found by its name; valid for that executive alone.
@@ -181,11 +182,13 @@ pub trait Executive {
         self.retained_into(&mut out).then_some(out)
     }
 
-    /// Takes back what [`retained`](Self::retained) gave, before the first tick.
+    /// Takes back what [`retained`](Self::retained) gave, before the first tick, and says what became
+    /// of it. Of what another program of the same language has left, it takes what has the same name
+    /// and type in this one.
     ///
     /// # Errors
-    /// When it belongs to another program or has another form; nothing is changed then.
-    fn restore(&mut self, retained: &[u8]) -> Result<(), String>;
+    /// When it has another form; nothing is changed then.
+    fn restore(&mut self, retained: &[u8]) -> Result<Restored, String>;
 
     /// The process image.
     fn image(&self) -> &[u8];

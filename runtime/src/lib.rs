@@ -69,4 +69,5 @@ pub use executive::{
 };
 pub use native::NativeEngine;
 pub use panic_barrier::PanicBarrier;
+pub use retain::Restored;
 pub use value::Value;

@@ -108,6 +108,11 @@ pub enum EntryKind {
         /// A sentence.
         text: String,
     },
+    /// The retained data came from another program; what fits was taken.
+    RetainedDataCarriedOver {
+        /// A sentence with the names of what was not taken and of what is new.
+        text: String,
+    },
     /// An output did not take what it was given within the time that the end of a run waits for it.
     OutputStuck {
         /// The output.
@@ -159,7 +164,8 @@ impl EntryKind {
             | Self::OutputClosed { .. }
             | Self::OutputStuck { .. }
             | Self::RetainedFileFailed { .. }
-            | Self::RetainedFileDamaged { .. } => Severity::Warning,
+            | Self::RetainedFileDamaged { .. }
+            | Self::RetainedDataCarriedOver { .. } => Severity::Warning,
             Self::Error { .. } => Severity::Error,
             Self::Stopped { .. } => Severity::Stopped,
         }
@@ -211,7 +217,9 @@ impl fmt::Display for EntryKind {
                 )?;
                 write!(f, "{seconds:.1} s had failed")
             }
-            Self::RetainedFileDamaged { text } => f.write_str(text),
+            Self::RetainedFileDamaged { text } | Self::RetainedDataCarriedOver { text } => {
+                f.write_str(text)
+            }
             Self::OutputStuck { output } => {
                 write!(f, "the end of {} is missing, since nobody took it in time", the(output))
             }

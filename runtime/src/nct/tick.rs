@@ -12,7 +12,8 @@ use crate::checkpoint::{CheckpointError, ProgramIdentity};
 use crate::executive::KeyOf;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::{
-    Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable, VariableKey,
+    Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value, ValueError, Variable,
+    VariableKey,
 };
 
 use super::events::Messages;
@@ -394,7 +395,7 @@ impl Executive for NctExecutive {
         true
     }
 
-    fn restore(&mut self, retained: &[u8]) -> Result<(), String> {
+    fn restore(&mut self, retained: &[u8]) -> Result<Restored, String> {
         let locations = self.tables.flags.get(nct::RETAINED_FROM..).unwrap_or_default();
         if retained.len() != locations.len() {
             return Err(format!(
@@ -406,7 +407,8 @@ impl Executive for NctExecutive {
         for (location, &byte) in locations.iter().zip(retained) {
             location.write(&mut self.image.bytes, byte);
         }
-        Ok(())
+        // All programs have the same flags, so that there is nothing to tell.
+        Ok(Restored { kept: retained.len(), ..Restored::default() })
     }
 
     fn image(&self) -> &[u8] {

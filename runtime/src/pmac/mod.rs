@@ -5,6 +5,7 @@
 //! A base tick is one servo cycle. `tick` says in which order things happen in it, `host` what
 //! program code may ask for meanwhile, `variables` what users call things.
 
+mod carry_over;
 pub(crate) mod display;
 mod forces;
 mod host;
@@ -38,7 +39,8 @@ use crate::checkpoint::{CheckpointError, ProgramIdentity};
 use crate::executive::KeyOf;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::{
-    Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable, VariableKey,
+    Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value, ValueError, Variable,
+    VariableKey,
 };
 use forces::Forces;
 use host::Control;
@@ -305,7 +307,7 @@ impl Executive for PmacExecutive {
         self.control.saved().is_some_and(|kept| save::pack(kept, &self.control.tables, out))
     }
 
-    fn restore(&mut self, retained: &[u8]) -> Result<(), String> {
+    fn restore(&mut self, retained: &[u8]) -> Result<Restored, String> {
         self.take_back(retained)
     }
 

@@ -1,18 +1,25 @@
 //! SAVE: what is copied to non-volatile memory (guide, I-Variables and M-Variables): I, P and Q
-//! with their values, and the definitions of M.
+//! with their values, and the definitions of M. `carry_over` takes over what another download has
+//! saved.
 
 use std::hash::{Hash, Hasher};
 
 use plcc_abi::{
     image::{read_f64, read_u64, write_f64},
-    pmac::{Controller, Memory, PmacTables, Run, arithmetic::finite, layout::DOUBLE_SIZE},
+    pmac::{Controller, Layout, Memory, PmacTables, Run, arithmetic::finite, layout::DOUBLE_SIZE},
 };
 use serde::Deserialize;
 use serde::ser::{Serialize, SerializeSeq, Serializer};
 
 use super::PmacExecutive;
+use super::carry_over::{self, Variables};
+use crate::Restored;
 use crate::fingerprint::Fnv;
 use crate::retain::append_postcard;
+
+/// The first bytes of what is saved. What earlier versions saved begins with a fingerprint, and none
+/// is this word.
+const MARK: [u8; 8] = *b"PMACSAV2";
 
 /// What a retained file holds.
 #[derive(Deserialize)]
@@ -21,6 +28,11 @@ struct Saved {
     fingerprint: u64,
     /// The image's regions `p q i mdef`.
     runs: Vec<Run>,
+    /// Of files that have it, the image after the load of that download.
+    #[serde(skip)]
+    after_load: Option<Vec<Run>>,
+    #[serde(skip)]
+    controller: Option<Controller>,
 }
 
 /// What tells one download from another: the controller and the state after load.
@@ -49,22 +61,68 @@ impl Serialize for Stretches<'_> {
 
 /// Appends what SAVE kept, as it is put into a file.
 pub(super) fn pack(kept: &[u8], tables: &PmacTables, out: &mut Vec<u8>) -> bool {
-    append_postcard(out, &(fingerprint(tables), Stretches(kept)))
+    let saved = (fingerprint(tables), Stretches(kept));
+    append_postcard(out, &(MARK, saved, &tables.initial, tables.controller))
+}
+
+/// What bytes of a retained file hold, of this version or of an earlier one.
+fn unpack(bytes: &[u8]) -> Option<Saved> {
+    if !bytes.starts_with(&MARK) {
+        return postcard::from_bytes(bytes).ok();
+    }
+    type Content = ([u8; 8], Saved, Vec<Run>, Controller);
+    let ((_, saved, after_load, controller), rest) =
+        postcard::take_from_bytes::<Content>(bytes).ok()?;
+    let complete = Saved { after_load: Some(after_load), controller: Some(controller), ..saved };
+    rest.is_empty().then_some(complete)
+}
+
+/// The regions `p q i mdef` of an image that has these stretches.
+fn image_of(runs: &[Run], layout: &Layout) -> Vec<u8> {
+    let mut image = vec![0; layout.reference_definitions as usize];
+    Run::unpack(runs, &mut image);
+    image
+}
+
+impl Saved {
+    /// The controller on which this was saved. Earlier versions did not write it down; a Turbo PMAC's
+    /// I-variables, some of which are never 0, lie behind everything that a PMAC saves.
+    fn controller(&self) -> Controller {
+        let end = Layout::new(Controller::Pmac).reference_definitions;
+        self.controller.unwrap_or(match self.runs.last() {
+            Some(run) if run.offset >= end => Controller::Turbo,
+            _ => Controller::Pmac,
+        })
+    }
 }
 
 impl PmacExecutive {
     /// Takes back what SAVE kept.
-    pub(super) fn take_back(&mut self, retained: &[u8]) -> Result<(), String> {
-        let saved: Saved = postcard::from_bytes(retained)
-            .map_err(|_| "it does not hold what SAVE writes".to_string())?;
-        if saved.fingerprint != fingerprint(&self.control.tables) {
-            return Err("it belongs to another download".into());
-        }
+    pub(super) fn take_back(&mut self, retained: &[u8]) -> Result<Restored, String> {
+        let saved = unpack(retained).ok_or("it does not hold what SAVE writes")?;
         let layout = self.control.layout;
-        let mut kept = vec![0; layout.reference_definitions as usize];
-        Run::unpack(&saved.runs, &mut kept);
-        for offset in (layout.p..layout.mdef).step_by(DOUBLE_SIZE as usize) {
-            write_f64(&mut self.image, offset, finite(read_f64(&kept, offset)));
+        let (kept, restored) = if saved.fingerprint == fingerprint(&self.control.tables) {
+            let kept = image_of(&saved.runs, &layout);
+            let values = (0..layout.reference_definitions).step_by(DOUBLE_SIZE as usize);
+            let count = values.filter(|&offset| read_u64(&kept, offset) != 0).count();
+            (kept, Restored { kept: count, ..Restored::default() })
+        } else {
+            let old_layout = Layout::new(saved.controller());
+            let variables = Variables {
+                saved: &image_of(&saved.runs, &old_layout),
+                saved_after_load: saved.after_load.map(|runs| image_of(&runs, &old_layout)),
+                saved_layout: &old_layout,
+                after_load: &image_of(&self.control.tables.initial, &layout),
+                layout: &layout,
+            };
+            carry_over::carry_over(&variables)
+        };
+        for number in 0..layout.count {
+            for offset in [layout.p_offset(number), layout.q_offset(number)] {
+                write_f64(&mut self.image, offset, finite(read_f64(&kept, offset)));
+            }
+            let value = read_f64(&kept, layout.i_offset(number));
+            self.control.write_i(&mut self.image, number, value);
         }
         let mut memory = Memory {
             image: &mut self.image,
@@ -75,6 +133,6 @@ impl PmacExecutive {
             memory.define_code(number, read_u64(&kept, layout.definition_offset(number)));
         }
         self.control.save(&kept);
-        Ok(())
+        Ok(restored)
     }
 }

@@ -442,8 +442,15 @@ fn save_keeps_the_values_of_its_moment() {
     for wrong in [&[][..], &saved[..saved.len() - 1], &[1, 2, 3]] {
         assert!(executive.restore(wrong).is_err());
     }
+    // Another download has other definitions after load; what was saved goes over to it.
     let (mut other, _) = Download::new(Controller::Pmac).start();
-    assert!(other.restore(&saved).is_err_and(|error| error.contains("another")));
+    let restored = other.restore(&saved).unwrap();
+    assert!(restored.other_program, "{restored:?}");
+    assert_eq!((get(&mut other, "P5"), get(&mut other, "M3")), (0.1, -4.0));
+    let (mut own, _) = make();
+    assert!(!own.restore(&other.retained().unwrap()).unwrap().is_complete());
+    let (mut again, _) = Download::new(Controller::Pmac).start();
+    assert!(!again.restore(&other.retained().unwrap()).unwrap().other_program);
 }
 
 #[test]

@@ -1,10 +1,11 @@
 //! The scan (rulings, Scan): time, inputs, program, outputs, faults and messages.
 
 use std::any::Any;
+use std::ops::Range;
 
 use plcc_abi::engine::NoHost;
 use plcc_abi::image::{read_u8, write_i16, write_i32, write_u8};
-use plcc_abi::pmi::{FlipFlop, Lines, PORTS, Role, Special, Timer, Type};
+use plcc_abi::pmi::{FlipFlop, Lines, PORTS, Role, Special, Symbol, Timer, Type};
 use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TrapCode};
 use serde::Deserialize;
 use serde::ser::{Serialize, SerializeSeq, Serializer};
@@ -14,7 +15,8 @@ use crate::checkpoint::{CheckpointError, ProgramIdentity};
 use crate::executive::KeyOf;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::{
-    Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError, Variable, VariableKey,
+    Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value, ValueError, Variable,
+    VariableKey,
 };
 
 use super::events::{Announcements, value};
@@ -92,7 +94,7 @@ impl Serialize for RetainedVariables<'_> {
 }
 
 /// The values of a variable, one or those of an array's elements.
-struct Values<'a>(&'a PmiExecutive, &'a plcc_abi::pmi::Symbol);
+struct Values<'a>(&'a PmiExecutive, &'a Symbol);
 
 impl Serialize for Values<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -435,30 +437,43 @@ impl Executive for PmiExecutive {
         crate::retain::append_postcard(out, &RetainedVariables(self))
     }
 
-    fn restore(&mut self, retained: &[u8]) -> Result<(), String> {
+    fn restore(&mut self, retained: &[u8]) -> Result<Restored, String> {
         let (kept, rest): (Vec<Kept>, _) = postcard::take_from_bytes(retained)
             .map_err(|_| "it does not hold non-volatile variables".to_owned())?;
         if !rest.is_empty() {
             return Err("it does not hold non-volatile variables".to_owned());
         }
-        let find = |kept: &Kept| {
-            let same = |symbol: &&plcc_abi::pmi::Symbol| {
-                symbol.retained
-                    && symbol.name == kept.name
-                    && symbol.ty == kept.ty
-                    && symbol.elements.unwrap_or(1) as usize == kept.values.len()
+        let mut restored = Restored::default();
+        let mut found = Vec::new();
+        for kept in &kept {
+            let same = |symbol: &&Symbol| {
+                symbol.retained && symbol.name == kept.name && symbol.ty == kept.ty
             };
-            let other = || format!("its {} is another than the program's", kept.name);
-            self.names.symbols.iter().find(same).map(|s| s.offset).ok_or_else(other)
-        };
-        let places = kept.iter().map(find).collect::<Result<Vec<u32>, String>>()?;
-        for (kept, mut offset) in kept.iter().zip(places) {
-            for &value in &kept.values {
+            let Some(symbol) = self.names.symbols.iter().find(same) else {
+                restored.gone.push(kept.name.clone());
+                continue;
+            };
+            found.push(symbol.name.clone());
+            let mut offset = symbol.offset;
+            let count = symbol.elements.unwrap_or(1) as usize;
+            for &value in kept.values.iter().take(count) {
                 write(&mut self.image, kept.ty, offset, value.into());
                 offset += kept.ty.size();
             }
+            let held = kept.values.len();
+            restored.kept += held.min(count);
+            let elements = |range: Range<usize>| {
+                let last = range.end.saturating_sub(1);
+                (!range.is_empty()).then(|| format!("{}[{}] to [{last}]", kept.name, range.start))
+            };
+            restored.gone.extend(elements(count..held));
+            restored.new.extend(elements(held..count));
         }
-        Ok(())
+        let retained = self.names.symbols.iter().filter(|symbol| symbol.retained);
+        let new = retained.filter(|symbol| !found.contains(&symbol.name));
+        restored.new.extend(new.map(|symbol| symbol.name.clone()));
+        restored.other_program = !restored.is_complete();
+        Ok(restored)
     }
 
     fn image(&self) -> &[u8] {

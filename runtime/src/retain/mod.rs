@@ -29,6 +29,7 @@
 
 mod format;
 mod lock;
+mod restored;
 mod storage;
 
 #[cfg(test)]
@@ -48,6 +49,7 @@ use crate::file_lock::LockError;
 use crate::files::{resolve_links, why_not_read, why_not_written};
 use format::{SavedState, decode, encode};
 use lock::{Lock, process_named_in};
+pub use restored::Restored;
 use storage::{Disk, Storage};
 
 /// How often an operation is tried that a signal interrupts.
@@ -343,6 +345,7 @@ fn uninterrupted<T>(mut operation: impl FnMut() -> io::Result<T>) -> io::Result<
 ///
 /// # Errors
 /// When it is a folder or a device, or is write-protected.
+#[cfg(feature = "args")]
 pub(crate) fn can_be_written(path: &Path) -> io::Result<()> {
     match fs::metadata(path) {
         Ok(about) if about.is_dir() => Err(ErrorKind::IsADirectory.into()),

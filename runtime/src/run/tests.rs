@@ -101,8 +101,8 @@ impl Executive for Control {
         false
     }
 
-    fn restore(&mut self, _: &[u8]) -> Result<(), String> {
-        Ok(())
+    fn restore(&mut self, _: &[u8]) -> Result<crate::Restored, String> {
+        Ok(crate::Restored::default())
     }
 
     fn image(&self) -> &[u8] {

@@ -88,7 +88,18 @@ fn restore(
     for text in retained.warnings {
         journal.write(EntryKind::RetainedFileDamaged { text });
     }
-    executive.restore(&retained.payload).map_err(|why| {
+    let restored = executive.restore(&retained.payload).map_err(|why| {
         SessionError(format!("the retained file {shown} can't be used: {why}; name another one"))
-    })
+    })?;
+    if restored.other_program {
+        // What this program has no place for is gone from the file with the next save.
+        let old = file.keep_old()?;
+        let (summary, old) = (restored.summary(), old.display());
+        let text = format!(
+            "the retained file {shown} was left by another program, or before this one was \
+             changed: {summary}; it is kept as {old}"
+        );
+        journal.write(EntryKind::RetainedDataCarriedOver { text });
+    }
+    Ok(())
 }
