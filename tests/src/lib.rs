@@ -1,6 +1,7 @@
 //! What the end-to-end tests have in common: [`compile`] makes every engine of a source file,
 //! [`drive`] runs a control with a stimulus tick by tick, the modules `gen_…` and [`arithmetic`]
-//! make random programs, [`shrink`] reduces a failing program to the lines that matter, and
+//! make random programs, [`shrink`] reduces a failing program to the lines that matter, [`loader`]
+//! runs `plcrt` as a process, and
 //! [`promises`] checks what the compiler promises for any input. The tests are in `tests/tests/`;
 //! `tests/README.md` says what each folder there holds.
 //!
@@ -26,6 +27,7 @@ pub mod gen_ir;
 pub mod gen_nct;
 pub mod gen_pmac;
 pub mod gen_pmi;
+pub mod loader;
 pub mod mutate;
 pub mod no_fault;
 pub mod promises;

@@ -1,0 +1,236 @@
+//! The retained file of `plcrt` processes: disks that fail, signals, second processes, sudden death.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::fs;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use plcc_abi::Dialect;
+use plcc_random::Rng;
+use plcc_tests::loader::{Folder, Running, wait_until};
+
+/// Counts slices of 20 ms in F500, which survives power-off.
+const COUNT: &str = ":001\nLF500 +1 SF500\nJ1\n:000\nJ0\n";
+
+const REALTIME: [&str; 4] = ["count.plcx", "--realtime", "--retain", "kept"];
+
+fn folder(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    folder.artifact("count.plcx", Dialect::Nct, COUNT);
+    folder
+}
+
+/// What the retained file holds in F500; it must be whole.
+fn saved_count(folder: &Folder, file: &str) -> u64 {
+    let args = ["count.plcx", "--ticks", "0", "--retain", file, "--watch", "F500", "--dump", "-"];
+    let output = folder.run(&args);
+    let (text, errors) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    let value = text.split("\"F500\":").nth(1).unwrap_or_else(|| panic!("{text}"));
+    value.split(|c: char| !c.is_ascii_digit()).next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn a_folder_that_vanishes_and_comes_back_ends_no_saving() {
+    let folder = folder("vanishes");
+    fs::create_dir(folder.path("disk")).unwrap();
+    let args = ["count.plcx", "--realtime", "--retain", "disk/kept", "--log", "log"];
+    let mut running = folder.start(&args);
+    wait_until("the first save", || folder.path("disk/kept.bak").exists());
+    fs::rename(folder.path("disk"), folder.path("away")).unwrap();
+    running.says("the retained file");
+    wait_until("an entry of the log", || folder.read("log").contains("retained_file_failed"));
+    thread::sleep(Duration::from_millis(1500));
+    fs::rename(folder.path("away"), folder.path("disk")).unwrap();
+    let before = saved_count_without_lock(&folder);
+    running.says("is written again");
+    // Nothing can be saved at the end.
+    running.signal("KILL", 1);
+    running.end();
+    assert!(saved_count(&folder, "disk/kept") > before);
+    assert!(folder.read("log").contains("\"retained_file_recovered\""));
+}
+
+/// What a file holds that a running process has locked.
+fn saved_count_without_lock(folder: &Folder) -> u64 {
+    fs::copy(folder.path("disk/kept"), folder.path("seen")).unwrap();
+    saved_count(folder, "seen")
+}
+
+/// A limit on the size of files stands for a full disk. Its signal (SIGXFSZ) must not end the process.
+#[test]
+fn a_limit_on_the_size_of_files_ends_no_saving() {
+    let limit = |id: &str, bytes: &str| {
+        let words = ["--pid", id, &format!("--fsize={bytes}:")];
+        Command::new("prlimit")
+            .args(words)
+            .stderr(Stdio::null())
+            .status()
+            .is_ok_and(|s| s.success())
+    };
+    if !limit(&std::process::id().to_string(), "unlimited") {
+        eprintln!("skipped: there is no prlimit here");
+        return;
+    }
+    let folder = folder("limit");
+    let mut running = folder.start(&REALTIME);
+    wait_until("the first save", || folder.path("kept.bak").exists());
+    assert!(limit(&running.id(), "0"));
+    running.says("the newest state is kept");
+    assert!(limit(&running.id(), "unlimited"));
+    running.says("is written again");
+    running.signal("TERM", 1);
+    assert_eq!(running.end().code(), Some(130));
+    assert!(saved_count(&folder, "kept") > 50);
+}
+
+#[test]
+fn signals_that_come_together_are_one_and_all_is_saved() {
+    let folder = folder("signals");
+    for (round, (signal, times)) in
+        [("TERM", 2), ("INT", 3), ("QUIT", 1), ("PWR", 2), ("HUP", 2)].into_iter().enumerate()
+    {
+        let dump = format!("dump{round}");
+        let mut running = folder.start(&[&REALTIME[..], &["--dump", &dump]].concat());
+        wait_until("its lock", || folder.path("kept.lock").exists());
+        // It runs.
+        thread::sleep(Duration::from_millis(300));
+        let before = if round == 0 { 0 } else { saved_count_of_copy(&folder) };
+        running.signal(signal, times);
+        assert_eq!(running.end().code(), Some(130), "{signal}");
+        assert!(folder.read(&dump).ends_with("}}\n"), "{signal}");
+        assert!(saved_count(&folder, "kept") > before, "{signal}");
+    }
+}
+
+fn saved_count_of_copy(folder: &Folder) -> u64 {
+    fs::copy(folder.path("kept"), folder.path("seen")).unwrap();
+    saved_count(folder, "seen")
+}
+
+#[test]
+fn nohup_keeps_a_run_from_ending_with_its_terminal() {
+    let folder = folder("nohup");
+    let plcrt = folder.command(&[]).get_program().to_owned();
+    let mut nohup = Command::new("nohup");
+    nohup.arg(plcrt).args(REALTIME).current_dir(folder.path(""));
+    let mut running = Running::start(&mut nohup);
+    wait_until("the first save", || folder.path("kept.bak").exists());
+    running.signal("HUP", 2);
+    thread::sleep(Duration::from_millis(300));
+    running.signal("TERM", 1);
+    assert_eq!(running.end().code(), Some(130), "SIGHUP has ended it");
+}
+
+#[test]
+fn a_second_process_is_refused_and_told_which_is_the_first() {
+    let folder = folder("second");
+    let mut running = folder.start(&REALTIME);
+    wait_until("its lock", || folder.path("kept.lock").exists());
+    wait_until("the number in its lock", || folder.read("kept.lock").contains('\n'));
+    let second = folder.run(&["count.plcx", "--ticks", "1", "--retain", "kept"]);
+    let message = String::from_utf8(second.stderr).unwrap();
+    assert_eq!(second.status.code(), Some(2), "{message}");
+    assert!(message.contains(&format!("process {}", running.id())), "{message}");
+    running.signal("TERM", 1);
+    running.end();
+    let third = folder.run(&["count.plcx", "--ticks", "1", "--retain", "kept"]);
+    assert_eq!(third.status.code(), Some(0));
+}
+
+#[test]
+fn a_retained_file_that_is_missing_is_told_or_refused() {
+    let folder = folder("missing");
+    let run = |more: &[&str]| {
+        let output =
+            folder.run(&[&["count.plcx", "--ticks", "1", "--retain", "kept"], more].concat());
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (status, message) = run(&["--retain-must-exist"]);
+    assert_eq!(status, Some(2));
+    assert!(message.contains("neither the retained file kept nor its copy exists"), "{message}");
+    let (status, message) = run(&[]);
+    assert_eq!(status, Some(0));
+    assert!(message.contains("begins with nothing retained"), "{message}");
+    assert_eq!(run(&["--retain-must-exist"]), (Some(0), String::new()));
+    fs::write(folder.path("kept.bak"), "damaged").unwrap();
+    let (status, message) = run(&[]);
+    assert_eq!(status, Some(0));
+    assert!(message.contains("the copy kept.bak of the retained file can't be used"), "{message}");
+}
+
+/// SIGKILL at random moments. `PLCC_KILLS` gives another number of them than 8.
+#[test]
+fn a_process_that_is_killed_leaves_a_whole_file_and_no_rubbish() {
+    let folder = folder("killed");
+    let kills = std::env::var("PLCC_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(8);
+    let mut rng = Rng::new(11);
+    let mut last = 0;
+    for _ in 0..kills {
+        let mut running = folder.start(&REALTIME);
+        wait_until("its lock", || folder.path("kept.lock").exists());
+        thread::sleep(Duration::from_millis(rng.below(1500) as u64));
+        running.signal("KILL", 1);
+        running.end();
+        let count = saved_count(&folder, "kept");
+        assert!(count >= last, "{count} after {last}");
+        last = count;
+        assert_eq!(folder.names(), ["count.plcx", "kept", "kept.bak"]);
+    }
+}
+
+/// The order of system calls that survives a power failure: each copy is written and synchronised
+/// before it takes its name, and its folder is synchronised before the other copy is begun. The dump
+/// comes last.
+#[test]
+fn system_calls_have_the_order_that_survives_a_power_failure() {
+    let folder = folder("strace");
+    let plcrt = folder.command(&[]).get_program().to_owned();
+    let mut strace = Command::new("strace");
+    let calls = "trace=openat,write,fsync,rename,renameat,renameat2,unlink,unlinkat";
+    strace.args(["-f", "-y", "-s", "8", "-o", "calls", "-e", calls]).arg(plcrt);
+    strace.args(["count.plcx", "--ticks", "3", "--retain", "kept", "--dump", "dump"]);
+    let done = strace.current_dir(folder.path("")).stdout(Stdio::null()).status();
+    if !done.is_ok_and(|status| status.success()) {
+        eprintln!("skipped: strace is missing here, or may not trace");
+        return;
+    }
+    let place = fs::canonicalize(folder.path("")).unwrap().display().to_string();
+    let calls: Vec<String> = folder
+        .read("calls")
+        .lines()
+        .filter(|line| !line.contains("ENOENT"))
+        .filter_map(|line| {
+            let call = line.split_once(' ')?.1.trim_start();
+            let (name, arguments) = call.split_once('(')?;
+            let name = name.trim_end_matches(|c: char| c == '2').trim_end_matches("at");
+            let has = |file: &str| arguments.contains(&format!("{place}/{file}"));
+            Some(match name {
+                "write" if has("kept.new>") => "write".to_owned(),
+                "fsync" if has("kept.new>") => "fsync file".to_owned(),
+                "fsync" if arguments.contains(&format!("{place}>")) => "fsync folder".to_owned(),
+                "rename" if has("kept.new\"") && has("kept\"") => "rename to kept".to_owned(),
+                "rename" if has("kept.new\"") && has("kept.bak\"") => {
+                    "rename to kept.bak".to_owned()
+                }
+                "rename" if has("dump\"") => "rename to dump".to_owned(),
+                _ => return None,
+            })
+        })
+        .collect();
+    let expected = [
+        "write",
+        "fsync file",
+        "rename to kept",
+        "fsync folder",
+        "write",
+        "fsync file",
+        "rename to kept.bak",
+        "fsync folder",
+        "rename to dump",
+    ];
+    assert_eq!(calls, expected, "{}", folder.read("calls"));
+}
