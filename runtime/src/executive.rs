@@ -9,8 +9,8 @@ use plcc_abi::{Engine, TrapCode};
 use thiserror::Error;
 
 use crate::pmi::PmiVariable;
-use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::retain::Restored;
+use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::{CheckpointError, Event, Value};
 
 /// A variable that an executive has found by its name; valid for that executive alone.

@@ -159,7 +159,7 @@ fn a_retained_file_that_is_missing_is_told_or_refused() {
     fs::write(folder.path("kept.bak"), "damaged").unwrap();
     let (status, message) = run(&[]);
     assert_eq!(status, Some(0));
-    assert!(message.contains("the copy kept.bak of the retained file can't be used"), "{message}");
+    assert!(message.contains("kept.bak of the retained file can't be used"), "{message}");
 }
 
 /// SIGKILL at random moments. `PLCC_KILLS` gives another number of them than 8.

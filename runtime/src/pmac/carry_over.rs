@@ -18,7 +18,7 @@
 //! something else.
 
 use plcc_abi::{
-    image::{read_f64, read_u64, write_f64, write_u64},
+    image::{read_u64, write_f64, write_u64},
     pmac::{Definition, Kind, Layout, PmacName, Variable},
 };
 
@@ -141,6 +141,7 @@ fn places(kind: Kind, number: u32, from: &Layout, to: &Layout) -> (String, u32, 
 
 #[cfg(test)]
 mod tests {
+    use plcc_abi::image::read_f64;
     use plcc_abi::pmac::{Controller, Space};
 
     use super::*;
