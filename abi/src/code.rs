@@ -15,6 +15,7 @@ use core::ops::Deref;
 
 use serde::{Deserialize, Serialize};
 
+use crate::function_marker;
 use crate::unwind::{self, UnwindEntry};
 
 /// A compiled program's code and its tables: one position-independent blob without relocations.
@@ -93,8 +94,9 @@ impl CodeParts {
     }
 
     /// Whether the tables fit the bytes and each other: functions lie in the code one behind the
-    /// other and are not empty, every label's offset is that of a function, lines are sorted and
-    /// lie in the code, and unwind information is about functions.
+    /// other and are not empty, each has its [marker](function_marker) in front of it, every label's
+    /// offset is that of a function, lines are sorted and lie in the code, and unwind information is
+    /// about functions.
     ///
     /// # Errors
     /// The first thing that does not fit.
@@ -115,6 +117,9 @@ impl CodeParts {
             let found = self.functions.binary_search_by_key(label, |function| function.offset);
             ensure(found.is_ok(), &|| "a label is at no function".into())?;
         }
+        ensure(function_marker::are_right(self), &|| {
+            "the code does not belong to its tables".into()
+        })?;
         let mut last = 0;
         for &CodeLine { offset, file: _, line } in &self.lines {
             let fits = offset >= last && u64::from(offset) < length && line > 0;
@@ -193,41 +198,51 @@ mod tests {
     }
 
     fn parts() -> CodeParts {
-        CodeParts {
-            bytes: vec![0; 24],
-            labels: vec![16, 0],
-            functions: vec![function(0, 10), function(16, 8)],
-            lines: vec![line(2, 1), line(5, 2), line(18, 3)],
+        let mut parts = CodeParts {
+            bytes: vec![0; 72],
+            labels: vec![64, 16, 64],
+            functions: vec![function(16, 10), function(64, 8)],
+            lines: vec![line(18, 1), line(21, 2), line(66, 3)],
             architecture: "pdp11".into(),
+            image_size: 8,
             ..CodeParts::default()
-        }
+        };
+        function_marker::write(&mut parts);
+        parts
     }
 
     #[test]
     fn lines_and_functions_are_found_only_for_offsets_inside_code() {
         let code = parts();
-        let cases = [(0, None), (2, Some(1)), (4, Some(1)), (9, Some(2)), (10, None), (16, None)];
-        for (offset, expected) in cases.into_iter().chain([(23, Some(3)), (24, None)]) {
+        let cases =
+            [(16, None), (18, Some(1)), (20, Some(1)), (25, Some(2)), (26, None), (64, None)];
+        for (offset, expected) in cases.into_iter().chain([(71, Some(3)), (72, None)]) {
             assert_eq!(code.line_at(offset).map(|line| line.line), expected, "{offset}");
         }
-        assert_eq!(code.function_at(23).map(|function| function.offset), Some(16));
-        assert!(code.function_at(15).is_none());
+        assert_eq!(code.function_at(71).map(|function| function.offset), Some(64));
+        assert!(code.function_at(63).is_none());
     }
 
     #[test]
     fn tables_that_do_not_fit_the_code_are_refused() {
         assert_eq!(parts().check(), Ok(()));
-        let changes: [fn(&mut CodeParts); 13] = [
+        let changes: [fn(&mut CodeParts); 19] = [
             |parts| parts.architecture.clear(),
-            |parts| parts.bytes.truncate(23),
+            |parts| parts.bytes.truncate(71),
             |parts| parts.labels[0] = 1,
-            |parts| parts.labels[0] = 24,
+            |parts| parts.labels[0] = 72,
+            |parts| parts.labels[0] = 16,
+            |parts| parts.labels.swap(0, 1),
+            |parts| parts.labels.truncate(2),
+            |parts| parts.image_size = 4,
             |parts| parts.functions.clear(),
             |parts| parts.functions.swap(0, 1),
-            |parts| parts.functions[0].len = 17,
+            |parts| parts.functions[0].len = 9,
+            |parts| parts.functions[0].len = 49,
             |parts| parts.functions[1].len = 0,
             |parts| parts.functions[1].len = u32::MAX,
-            |parts| parts.lines[2].offset = 24,
+            |parts| parts.functions[0].offset = 0,
+            |parts| parts.lines[2].offset = 72,
             |parts| parts.lines[1].line = 0,
             |parts| parts.lines.swap(0, 1),
             |parts| parts.eh_frame = vec![0; 8],

@@ -36,6 +36,7 @@ extern crate alloc;
 pub mod code;
 pub mod context;
 pub mod engine;
+pub mod function_marker;
 pub mod host;
 pub mod image;
 #[cfg(feature = "machine")]

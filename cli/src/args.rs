@@ -77,6 +77,20 @@ Examples:
   plcc build mill.pmc --target aarch64-unknown-linux-gnu")]
     Build(BuildArgs),
 
+    /// Makes keys with which artifacts are signed
+    #[command(after_help = "\
+The private key signs artifacts and stays where they are built. The public key goes to the controllers, \
+which then take signed artifacts only.
+
+Examples:
+  plcc key new shop              writes shop (the private key, for you alone) and shop.pub
+  plcc build lathe.pmi --sign shop
+  plcrt lathe.plcx --key shop.pub --realtime")]
+    Key {
+        #[command(subcommand)]
+        command: KeyCommand,
+    },
+
     /// Runs a program: a source or an artifact
     #[command(after_help = "\
 Examples:
@@ -295,6 +309,17 @@ pub(crate) enum Emit {
     Asm,
 }
 
+#[derive(Subcommand)]
+pub(crate) enum KeyCommand {
+    /// Writes a new private key, which only its owner may read, and its public key beside it
+    New {
+        /// The file of the private key; the public key gets the same name with .pub behind it.
+        /// Neither may exist
+        #[arg(value_name = "PATH")]
+        path: PathBuf,
+    },
+}
+
 #[derive(Args)]
 pub(crate) struct BuildArgs {
     /// The source, - is standard input; several files are one PMAC download, in their order
@@ -314,6 +339,10 @@ pub(crate) struct BuildArgs {
     /// The machine that runs the code, as in aarch64-unknown-linux-gnu [default: this architecture]
     #[arg(long, value_name = "TRIPLE")]
     pub(crate) target: Option<String>,
+
+    /// Signs the artifact with this private key, which `plcc key new` makes
+    #[arg(long, value_name = "KEY")]
+    pub(crate) sign: Option<PathBuf>,
 
     /// How much the compiler optimises
     #[arg(long, value_name = "LEVEL", default_value = "speed")]

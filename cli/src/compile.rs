@@ -181,6 +181,6 @@ pub fn artifact(program: &Program, code: &Code) -> Result<Vec<u8>, CompileError>
 /// When any step fails.
 pub fn aot(lowered: &Lowered) -> Result<(NativeEngine, usize), CompileError> {
     let code = code(lowered, &Target::host_baseline()?)?;
-    let loaded = Artifact::parse(&artifact(&lowered.program, &code)?)?;
+    let loaded = Artifact::parse(&artifact(&lowered.program, &code)?, None)?;
     Ok((NativeEngine::new(&loaded.code, &loaded.program)?, loaded.code.bytes.len()))
 }

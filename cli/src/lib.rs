@@ -30,6 +30,7 @@ mod input;
 mod output;
 pub mod recompile;
 mod report;
+mod signing;
 
 use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
@@ -55,6 +56,7 @@ fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
     match command {
         args::Command::Check(args) => commands::check::check(&args, report),
         args::Command::Build(args) => commands::build::build(&args, report),
+        args::Command::Key { command } => commands::key::key(&command),
         args::Command::Run(args) => commands::run::run(&args, report),
         args::Command::Bench(args) => commands::bench::bench(&args, report),
         args::Command::Explain(args) => commands::explain::explain(&args),

@@ -9,14 +9,14 @@ use cranelift_codegen::control::ControlPlane;
 use cranelift_codegen::isa::unwind::systemv::UnwindInfo;
 use cranelift_codegen::isa::unwind::{UnwindInfo as AnyUnwindInfo, UnwindInfoKind};
 use cranelift_frontend::FunctionBuilderContext;
-use plcc_abi::{Code, CodeLine, CodeParts, FunctionRange};
+use plcc_abi::{Code, CodeLine, CodeParts, FunctionRange, function_marker};
 use plcc_ir::{FuncData, Module, verify};
 
 use crate::error::panic_text;
 use crate::{CodegenError, InternalError, Target, lower, unwind};
 
-/// Functions begin at multiples of this, in bytes.
-const ALIGNMENT: usize = 16;
+/// Functions begin at multiples of this, in bytes, with their markers in front of them.
+const ALIGNMENT: usize = function_marker::LENGTH;
 
 /// The longest code of a program, in bytes. Programs of 20 000 lines have some 2 MiB.
 pub const MAX_CODE: usize = 32 << 20;
@@ -178,7 +178,8 @@ fn assemble(
     };
     let mut code = CodeParts { image_size: module.image_size, ..CodeParts::default() };
     for ((_, func), piece) in module.funcs().zip(compiled) {
-        code.bytes.resize(code.bytes.len().next_multiple_of(ALIGNMENT), 0);
+        let marker = code.bytes.len().next_multiple_of(ALIGNMENT);
+        code.bytes.resize(marker + function_marker::LENGTH, 0);
         if piece.bytes.len() > max_code.saturating_sub(code.bytes.len()) {
             return Err(too_long(piece));
         }
@@ -204,6 +205,7 @@ fn assemble(
         offset.ok_or_else(|| CodegenError::internal(format!("label L{label} stands nowhere")))
     });
     code.labels = labels.collect::<Result<_, _>>()?;
+    function_marker::write(&mut code);
     Ok(code)
 }
 

@@ -3,9 +3,16 @@
 use plcc_abi::{ABI_VERSION, printable};
 use plcc_runtime::artifact::Inspection;
 
-/// A line `key: value` for each thing that is known of an artifact.
-pub(crate) fn info(artifact: &Inspection) -> String {
-    let Inspection { program, code, machine } = artifact;
+/// A line `key: value` for each thing that is known of an artifact. `verified` says that its signature
+/// was checked.
+pub(crate) fn info(artifact: &Inspection, verified: bool) -> String {
+    let Inspection { program, code, machine, digest, signed_by } = artifact;
+    let digest: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    let signature = match signed_by {
+        None => "none".to_owned(),
+        Some(key) if verified => format!("right, with the key {key}"),
+        Some(key) => format!("says it is by the key {key}; --key PUBKEY checks it"),
+    };
     let tasks: Vec<&str> = program.tasks.iter().map(|task| task.name.as_str()).collect();
     let features = match code.features.as_slice() {
         [] => "none beyond the architecture's".to_owned(),
@@ -22,6 +29,8 @@ pub(crate) fn info(artifact: &Inspection) -> String {
         ("architecture", code.architecture.clone()),
         ("processor features", features),
         ("runs on this machine", runs),
+        ("digest", digest),
+        ("signature", signature),
         ("entry points", tasks.join(", ")),
         ("process image", format!("{} bytes", program.image_size)),
         ("machine code", format!("{} bytes", code.bytes.len())),

@@ -84,10 +84,12 @@ fn run(cli: &Cli) -> Result<u8, String> {
         ArtifactError::Read { .. } => error.to_string(),
         _ => named(&error),
     };
+    let key = cli.run.public_key()?;
     if cli.info {
-        return print(info::info(&Inspection::open(path).map_err(read)?).as_bytes());
+        let artifact = Inspection::open(path, key.as_ref()).map_err(read)?;
+        return print(info::info(&artifact, key.is_some()).as_bytes());
     }
-    let artifact = Artifact::open(path).map_err(read)?;
+    let artifact = Artifact::open(path, key.as_ref()).map_err(read)?;
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let mut engine = engine.map_err(|error| named(&error))?;
     let machine =

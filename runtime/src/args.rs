@@ -1,10 +1,13 @@
 //! The options that `plcc run` and `plcrt` share, with their help texts.
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
 
+use crate::artifact::signature::PublicKey;
+use crate::files::why_not_read;
 pub use crate::nct::NctArgs;
 pub use crate::pmac::PmacArgs;
 pub use crate::pmi::PmiArgs;
@@ -106,6 +109,11 @@ pub struct RunArgs {
     #[arg(long, value_name = "NAME=off|hold|VALUE")]
     pub safe: Vec<SafeOutput>,
 
+    /// Runs the artifact only if it is signed with the private key of this public key, which
+    /// `plcc key new` makes
+    #[arg(long, value_name = "PUBKEY")]
+    pub key: Option<PathBuf>,
+
     /// Files that are read besides the sources and the stimulus: an artifact, a machine file. No
     /// output may overwrite them.
     #[arg(skip)]
@@ -117,6 +125,21 @@ pub struct RunArgs {
 }
 
 impl RunArgs {
+    /// The key of `--key`, if it is given.
+    ///
+    /// # Errors
+    /// Why the file can't be used, with its name.
+    pub fn public_key(&self) -> Result<Option<PublicKey>, String> {
+        let open = |path: &PathBuf| {
+            let named = |error: io::Error| match error.kind() {
+                io::ErrorKind::InvalidData => format!("{}: {error}", path.display()),
+                _ => format!("{} can't be read: {}", path.display(), why_not_read(&error)),
+            };
+            PublicKey::open(path).map_err(named)
+        };
+        self.key.as_ref().map(open).transpose()
+    }
+
     /// Where the trace goes: to the file that is named, else, where variables are watched and
     /// nothing else is printed, to standard output (`-`).
     pub fn trace_path(&self) -> Option<&Path> {

@@ -19,7 +19,7 @@
 //! use plcc_runtime::{Artifact, Executive, NativeEngine, Purpose};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let artifact = Artifact::open("lathe.plcx".as_ref())?;
+//! let artifact = Artifact::open("lathe.plcx".as_ref(), None)?;
 //! let mut engine = NativeEngine::new(&artifact.code, &artifact.program)?;
 //! let mut executive = PmiExecutive::new(&artifact.program, PmiOptions::default())?;
 //! let lamp = executive.find("LS27", Purpose::Watch)?;

@@ -116,7 +116,7 @@ impl Compiled {
         let target = Target::host_baseline().map_err(text)?;
         let code = code(&self.best, &target).map_err(text)?;
         let bytes = artifact(&self.best.program, &code).map_err(text)?;
-        let Artifact { program, code } = Artifact::parse(&bytes).map_err(text)?;
+        let Artifact { program, code } = Artifact::parse(&bytes, None).map_err(text)?;
         let engine = NativeEngine::new(&code, &program).map_err(text)?;
         Ok((program, Box::new(engine)))
     }

@@ -15,6 +15,7 @@ use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{Input, SourceSettings, is_standard_input};
 use crate::output;
 use crate::report::{Destination, Report};
+use crate::signing;
 
 pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
@@ -43,6 +44,9 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         let what = "machine code is not written to a terminal; name a file with -o";
         return Err(Failure::usage(what));
     }
+    if args.sign.is_some() && !matches!(args.emit, Emit::Artifact) {
+        return Err(Failure::usage("--sign is for artifacts"));
+    }
     let program = Input::read(&args.files, &args.source)?.check(&settings.options);
     let to = Destination { format: args.message_format, stdout_taken };
     let count = report.show(&program.sources, &program.diagnostics, to)?;
@@ -58,6 +62,9 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         Ok(made) => made,
         Err(error) => return report.not_compiled(error, &program.sources, to),
     };
+    if let Some(key) = &args.sign {
+        bytes = signing::sign(bytes, key)?;
+    }
     if is_text {
         let mut listing = listing_comments(&lowered.program);
         listing.append(&mut bytes);
@@ -65,6 +72,7 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
     }
     let mut read = args.files.clone();
     read.extend(settings.machine);
+    read.extend(args.sign.clone());
     output::write(&path, &bytes, &program.sources, &read)?;
     Ok(DONE)
 }

@@ -21,6 +21,9 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     if let Some(path) = artifact_among(&args.files)? {
         return run_artifact(path, args, report);
     }
+    if args.run.key.is_some() {
+        return Err(Failure::usage("--key is for artifacts; a source has no signature"));
+    }
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
     let program = Input::read(&args.files, &args.source)?.check(&settings.options);
     let outputs = [args.run.trace_path(), args.run.events.as_deref(), args.run.dump.as_deref()];
@@ -155,7 +158,9 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
         let path = path.display();
         report.warn(&format!("{option} changes nothing: {path} is an artifact, compiled already"));
     }
-    let artifact = Artifact::open(path).map_err(|error| Failure::file(path, error))?;
+    let key = args.run.public_key().map_err(Failure::Usage)?;
+    let artifact =
+        Artifact::open(path, key.as_ref()).map_err(|error| Failure::file(path, error))?;
     let dialect = artifact.program.dialect();
     if source.dialect.is_some_and(|named| named != dialect) {
         return Err(Failure::file(

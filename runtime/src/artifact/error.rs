@@ -80,6 +80,15 @@ pub enum ArtifactError {
         /// The largest allowed.
         limit: u64,
     },
+    /// A key was given, and the artifact is not signed.
+    #[error("the artifact is not signed, and only signed ones are taken (--key)")]
+    NotSigned,
+    /// A key was given, and the artifact is signed with another one.
+    #[error("the artifact is signed with another key than the one that --key names")]
+    OtherKey,
+    /// The signature is not that of these bytes.
+    #[error("the artifact's signature is wrong: its bytes are not those that were signed")]
+    WrongSignature,
     /// Its tables contradict each other.
     #[error("the artifact is inconsistent: {what}; build it again")]
     Inconsistent {

@@ -4,14 +4,15 @@
 //! | --- | --- | --- |
 //! | 0 | 8 | [`MAGIC`] |
 //! | 8 | 4 | [`ABI_VERSION`] |
-//! | 12 | 4 | CRC-32 of everything behind the header |
+//! | 12 | 4 | 0 |
 //! | 16 | 8 | length of the whole file |
 //! | 24 | 4 | length of the tables |
 //! | 28 | 4 | number of labels |
 //! | 32 | 4 | number of lines |
 //! | 36 | 4 | length of the code |
 //! | 40 | 24 | the architecture's name, padded with zeros |
-//! | 64 | 116 | the features that the processor must have, separated by commas, padded with zeros |
+//! | 64 | 84 | the features that the processor must have, separated by commas, padded with zeros |
+//! | 148 | 32 | the digest: SHA-256 of the whole file, with zeros in place of these 32 bytes and of the CRC-32 |
 //! | 180 | 4 | length of the unwind information |
 //! | 184 | 4 | bytes of the process image that the code was made for |
 //! | 188 | 4 | CRC-32 of the bytes before |
@@ -20,6 +21,7 @@
 //! later versions, so that every loader can tell a later artifact from a damaged one.
 
 use plcc_abi::ABI_VERSION;
+use sha2::{Digest, Sha256};
 
 use super::error::{ArtifactError, inconsistent};
 
@@ -30,11 +32,11 @@ pub const MAGIC: [u8; 8] = *b"\x8FPLCX\r\n\x1A";
 pub const LENGTH: usize = 192;
 
 const VERSION: usize = 8;
-const PAYLOAD_CRC: usize = 12;
 const FILE_LENGTH: usize = 16;
 const PARTS: usize = 24;
 const ARCHITECTURE: std::ops::Range<usize> = 40..64;
-const FEATURES: std::ops::Range<usize> = 64..EH_FRAME;
+const FEATURES: std::ops::Range<usize> = 64..DIGEST;
+const DIGEST: usize = 148;
 const EH_FRAME: usize = 180;
 const IMAGE_SIZE: usize = 184;
 const CRC: usize = 188;
@@ -54,13 +56,11 @@ pub struct Parts {
     pub eh_frame: u32,
 }
 
-/// The fields of the header, without the magic bytes and its own checksum.
+/// The fields of the header, without the magic bytes, the digest and the checksum.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Header {
     /// The version of the format.
     pub version: u32,
-    /// The checksum of everything behind the header.
-    pub checksum: u32,
     /// Length of the whole file.
     pub length: u64,
     /// The parts' lengths.
@@ -73,38 +73,50 @@ pub struct Header {
     pub image_size: u32,
 }
 
-/// The checksum that artifacts use, CRC-32.
-pub fn checksum(bytes: &[u8]) -> u32 {
-    crc32fast::hash(bytes)
+/// The digest of an artifact: it names the artifact, since no two have the same.
+pub type ArtifactDigest = [u8; 32];
+
+/// The digest of an artifact with this header, whatever digest and checksum stand in that, and with
+/// this behind it.
+fn digest(head: &[u8], payload: &[u8]) -> ArtifactDigest {
+    let part = |range: std::ops::Range<usize>| head.get(range).unwrap_or_default();
+    let mut hasher = Sha256::new();
+    hasher.update(part(0..DIGEST));
+    hasher.update([0; 32]);
+    hasher.update(part(EH_FRAME..CRC));
+    hasher.update([0; 4]);
+    hasher.update(payload);
+    hasher.finalize().into()
 }
 
-/// Makes checksums and length of an artifact right again after bytes of it were changed, for tests
-/// of the checks behind them. Does nothing to fewer bytes than a header has.
-pub fn update_checksums(bytes: &mut [u8]) {
+/// Makes digest, checksum and length of an artifact right again after bytes of it were changed, for
+/// tests of the checks behind them. Does nothing to fewer bytes than a header has.
+pub fn reseal(bytes: &mut [u8]) {
     let length = bytes.len() as u64;
     if let Some((head, payload)) = bytes.split_at_mut_checked(LENGTH) {
-        put(head, PAYLOAD_CRC, &checksum(payload).to_le_bytes());
         put(head, FILE_LENGTH, &length.to_le_bytes());
-        let crc = checksum(head.get(..CRC).unwrap_or_default());
-        put(head, CRC, &crc.to_le_bytes());
+        seal(head, payload);
     }
 }
 
+/// Puts digest and checksum into a header.
+fn seal(head: &mut [u8], payload: &[u8]) {
+    let digest = digest(head, payload);
+    put(head, DIGEST, &digest);
+    let crc = crc32fast::hash(head.get(..CRC).unwrap_or_default());
+    put(head, CRC, &crc.to_le_bytes());
+}
+
 impl Header {
-    /// The header's bytes.
+    /// The header's bytes, with `payload` behind it.
     ///
     /// # Errors
     /// When a name is too long.
-    pub fn encode(&self) -> Result<[u8; LENGTH], ArtifactError> {
+    pub fn encode(&self, payload: &[u8]) -> Result<[u8; LENGTH], ArtifactError> {
         let mut bytes = [0; LENGTH];
         put(&mut bytes, 0, &MAGIC);
         let Parts { tables, labels, lines, code, eh_frame } = self.parts;
-        let words = [
-            (VERSION, self.version),
-            (PAYLOAD_CRC, self.checksum),
-            (EH_FRAME, eh_frame),
-            (IMAGE_SIZE, self.image_size),
-        ];
+        let words = [(VERSION, self.version), (EH_FRAME, eh_frame), (IMAGE_SIZE, self.image_size)];
         let parts = [tables, labels, lines, code];
         let parts = parts.into_iter().enumerate().map(|(i, part)| (PARTS + 4 * i, part));
         for (at, word) in words.into_iter().chain(parts) {
@@ -118,16 +130,16 @@ impl Header {
             }
             put(&mut bytes, range.start, text.as_bytes());
         }
-        let crc = checksum(bytes.get(..CRC).unwrap_or_default());
-        put(&mut bytes, CRC, &crc.to_le_bytes());
+        seal(&mut bytes, payload);
         Ok(bytes)
     }
 
-    /// Divides a file's bytes into its header and the rest, after checking lengths and checksums.
+    /// Divides a file's bytes into its header and the rest, after checking lengths, checksum and
+    /// digest. Gives the digest too.
     ///
     /// # Errors
     /// When it is not an artifact, truncated, corrupt, or of another version.
-    pub fn decode(bytes: &[u8]) -> Result<(Self, &[u8]), ArtifactError> {
+    pub fn decode(bytes: &[u8]) -> Result<(Self, ArtifactDigest, &[u8]), ArtifactError> {
         if !bytes.starts_with(&MAGIC) {
             return Err(match MAGIC.starts_with(bytes) && !bytes.is_empty() {
                 true => truncated(bytes, LENGTH as u64),
@@ -137,7 +149,7 @@ impl Header {
         let Some((head, payload)) = bytes.split_first_chunk::<LENGTH>() else {
             return Err(truncated(bytes, LENGTH as u64));
         };
-        if word(head, CRC) != checksum(&head[..CRC]) {
+        if word(head, CRC) != crc32fast::hash(&head[..CRC]) {
             return Err(ArtifactError::Corrupt { what: "the checksum of its header is wrong" });
         }
         let version = word(head, VERSION);
@@ -151,7 +163,6 @@ impl Header {
         let features = text(&head[FEATURES])?;
         let header = Self {
             version,
-            checksum: word(head, PAYLOAD_CRC),
             length: long | u64::from(word(head, FILE_LENGTH)),
             parts: Parts {
                 tables: word(head, PARTS),
@@ -171,10 +182,11 @@ impl Header {
             }
             std::cmp::Ordering::Equal => {}
         }
-        if header.checksum != checksum(payload) {
-            return Err(ArtifactError::Corrupt { what: "its checksum is wrong" });
+        let digest = digest(head, payload);
+        if head[DIGEST..EH_FRAME] != digest {
+            return Err(ArtifactError::Corrupt { what: "its digest is wrong" });
         }
-        Ok((header, payload))
+        Ok((header, digest, payload))
     }
 
     /// Whether this machine can run the code.

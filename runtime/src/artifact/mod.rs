@@ -11,9 +11,11 @@
 //! | code | position-independent machine code without relocations |
 //! | unwind information | an `.eh_frame` section, see [`plcc_abi::unwind`] |
 //!
-//! The header also has a checksum of all that follows it, so no byte of a file can be wrong
-//! unnoticed. A checksum is against accidents; whoever can write artifacts can run code, as with
-//! any executable.
+//! The header also has a digest of the whole file, so no byte can be wrong unnoticed. Behind an
+//! artifact a [`signature`] may stand. A digest is against accidents: whoever can write artifacts can
+//! run code, as with any executable, unless the loader is told to take signed ones only. Tables from
+//! one artifact beside code from another are found by the code's [markers](plcc_abi::function_marker)
+//! even where somebody has made the digest right.
 //!
 //! The file is read, not mapped: what has been checked must be what is executed, whatever happens
 //! to the file meanwhile. Its code is copied into memory of its own that is executable and no
@@ -25,6 +27,7 @@
 mod error;
 pub mod header;
 mod payload;
+pub mod signature;
 #[cfg(test)]
 mod tests;
 pub(crate) mod validate;
@@ -37,7 +40,8 @@ use plcc_abi::{ABI_VERSION, Code, CodeParts, Program};
 use crate::files::open_regular;
 pub use error::ArtifactError;
 use error::inconsistent;
-use header::Header;
+use header::{ArtifactDigest, Header};
+use signature::PublicKey;
 
 /// The longest artifact that is read, in bytes.
 pub const MAX_FILE: u64 = 512 << 20;
@@ -70,7 +74,6 @@ fn write(program: &Program, code: &CodeParts) -> Result<Vec<u8>, ArtifactError> 
     let payload = payload::encode(program, code)?;
     let header = Header {
         version: ABI_VERSION,
-        checksum: header::checksum(&payload.bytes),
         length: (header::LENGTH + payload.bytes.len()) as u64,
         parts: payload.parts,
         architecture: code.architecture.clone(),
@@ -84,18 +87,18 @@ fn write(program: &Program, code: &CodeParts) -> Result<Vec<u8>, ArtifactError> 
             limit: MAX_FILE,
         });
     }
-    let mut bytes = header.encode()?.to_vec();
+    let mut bytes = header.encode(&payload.bytes)?.to_vec();
     bytes.extend(payload.bytes);
     Ok(bytes)
 }
 
 impl Artifact {
-    /// Reads and checks a file.
+    /// Reads and checks a file. With a key, the file must be signed with its private key.
     ///
     /// # Errors
     /// When it can't be read or is refused.
-    pub fn open(path: &Path) -> Result<Self, ArtifactError> {
-        Self::parse(&Self::bytes(path)?)
+    pub fn open(path: &Path, key: Option<&PublicKey>) -> Result<Self, ArtifactError> {
+        Self::parse(&Self::bytes(path)?, key)
     }
 
     /// The bytes of a file, one more than allowed where it is longer than any artifact may be.
@@ -108,17 +111,19 @@ impl Artifact {
         Ok(bytes)
     }
 
-    /// Checks an artifact's bytes.
+    /// Checks an artifact's bytes. With a key, its signature is checked before anything else of them
+    /// is looked at.
     ///
     /// # Errors
     /// When any check fails; [`ArtifactError`] lists them.
-    pub fn parse(bytes: &[u8]) -> Result<Self, ArtifactError> {
-        let Inspection { program, code: parts, machine } = read(bytes)?;
+    pub fn parse(bytes: &[u8], key: Option<&PublicKey>) -> Result<Self, ArtifactError> {
+        let Inspection { program, code: parts, machine, .. } = read(bytes, key)?;
         machine?;
-        // SAFETY: the checksums say that the bytes are those that were written, and only
-        // `encode` writes artifacts, for code that was sealed. As with any executable, whoever can
-        // forge a file can run code. All that the tables say has been checked, and that the code
-        // is for this machine.
+        // SAFETY: the digest says that the bytes are those that were written, and only `encode`
+        // writes artifacts, for code that was sealed; sealing compares the code's own markers with
+        // the tables. As with any executable, whoever can forge a file can run code, unless a key
+        // was given. All that the tables say has been checked, and that the code is for this
+        // machine.
         let code = unsafe { Code::seal(parts) }.map_err(|error| inconsistent(error.to_string()))?;
         Ok(Self { program, code })
     }
@@ -138,28 +143,40 @@ pub struct Inspection {
     pub code: CodeParts,
     /// Whether this machine can run it, else why not.
     pub machine: Result<(), ArtifactError>,
+    /// The SHA-256 of the artifact, which names it.
+    pub digest: ArtifactDigest,
+    /// The key with which it says that it was signed. Unless a key was given, nobody has checked
+    /// that.
+    pub signed_by: Option<PublicKey>,
 }
 
 impl Inspection {
-    /// Reads a file, which may be for another machine.
+    /// Reads a file, which may be for another machine. With a key, the file must be signed with its
+    /// private key.
     ///
     /// # Errors
     /// When it can't be read or is refused for another reason than the machine.
-    pub fn open(path: &Path) -> Result<Self, ArtifactError> {
-        read(&Artifact::bytes(path)?)
+    pub fn open(path: &Path, key: Option<&PublicKey>) -> Result<Self, ArtifactError> {
+        read(&Artifact::bytes(path)?, key)
     }
 }
 
 /// Decodes a file's bytes and checks everything but the machine, for which it gives the result.
-fn read(bytes: &[u8]) -> Result<Inspection, ArtifactError> {
+fn read(bytes: &[u8], key: Option<&PublicKey>) -> Result<Inspection, ArtifactError> {
     if bytes.len() as u64 > MAX_FILE {
         let size = bytes.len() as u64;
         return Err(ArtifactError::TooLarge { what: "file", size, limit: MAX_FILE });
     }
-    let (header, payload) = Header::decode(bytes)?;
+    let (artifact, signature) = signature::split(bytes);
+    if let Some(key) = key {
+        let signature = signature.as_ref().ok_or(ArtifactError::NotSigned)?;
+        key.verify(artifact, signature)?;
+    }
+    let (header, digest, payload) = Header::decode(artifact)?;
     let machine = header.check_machine();
     let (program, code) = payload::decode(&header, payload)?;
     validate::program(&program)?;
     validate::code(&program, &code)?;
-    Ok(Inspection { program, code, machine })
+    let signed_by = signature.and_then(|signature| signature.key());
+    Ok(Inspection { program, code, machine, digest, signed_by })
 }

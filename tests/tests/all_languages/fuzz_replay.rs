@@ -108,7 +108,7 @@ fn parse_pmac_keeps_its_promises_on_saved_and_changed_inputs() {
 fn artifact_keeps_its_promises_on_saved_and_changed_inputs() {
     // Artifacts that the compiler makes now, beside the saved ones.
     let made = artifacts().into_iter().map(|(name, bytes)| {
-        assert!(Artifact::parse(&bytes).is_ok(), "{name}");
+        assert!(Artifact::parse(&bytes, None).is_ok(), "{name}");
         bytes
     });
     replay_with("artifact", &[], &[], made.collect(), 3000);

@@ -231,3 +231,25 @@ fn a_closed_pipe_ends_the_run_without_a_message() {
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!((output.status.code(), message.as_str()), (Some(0), ""));
 }
+
+#[test]
+fn with_a_key_unsigned_artifacts_are_refused() {
+    let shop = Shop::new("key");
+    // The public key whose private key is 32 bytes of 1.
+    let key = "-----BEGIN PUBLIC KEY-----\n\
+               MCowBQYDK2VwAyEAiojj3XQJ8ZX9UtstPLpdcspnCb8dlBIb83SIAbQPb1w=\n\
+               -----END PUBLIC KEY-----\n";
+    fs::write(shop.path("owner.pub"), key).unwrap();
+    let key = shop.path("owner.pub");
+    let artifact = shop.path("lathe.plcx");
+    for more in [&["--ticks", "1"][..], &["--info"]] {
+        let output = plcrt().arg(&artifact).arg("--key").arg(&key).args(more).output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.contains("is not signed"), "{message}");
+        assert!(output.stdout.is_empty());
+    }
+    let output = plcrt().arg(&artifact).arg("--info").output().unwrap();
+    let info = String::from_utf8_lossy(&output.stdout);
+    assert!(info.contains("\nsignature: none\n") && info.contains("\ndigest: "), "{info}");
+}

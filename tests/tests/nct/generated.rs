@@ -85,7 +85,8 @@ fn engines(lowered: &Lowered) -> Vec<(&'static str, Box<dyn Engine>)> {
     // Written as an artifact, and read back.
     let loaded = |module: &Module| -> Box<dyn Engine> {
         let code = compile(module, &Target::host_baseline().unwrap()).unwrap();
-        let read = Artifact::parse(&artifact::encode(&lowered.program, &code).unwrap()).unwrap();
+        let read =
+            Artifact::parse(&artifact::encode(&lowered.program, &code).unwrap(), None).unwrap();
         assert_eq!(read.program, lowered.program);
         Box::new(NativeEngine::new(&read.code, &read.program).unwrap())
     };

@@ -48,7 +48,7 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
         let mut module = lowered.module.clone();
         plcc_ir::passes::optimize(&mut module, opt);
         let code = compile(&module, &Target::host_baseline().unwrap()).unwrap();
-        let read = Artifact::parse(&artifact::encode(&program, &code).unwrap()).unwrap();
+        let read = Artifact::parse(&artifact::encode(&program, &code).unwrap(), None).unwrap();
         assert_eq!(read.program, program);
         Box::new(NativeEngine::new(&read.code, &read.program).unwrap())
     };

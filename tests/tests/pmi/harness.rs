@@ -71,7 +71,7 @@ fn ahead(module: &Module, program: &Program) -> Box<dyn Engine> {
     let target = Target::host_baseline().expect("this architecture is a target");
     let code = compile(module, &target).expect("native code");
     let bytes = artifact::encode(program, &code).expect("an artifact");
-    let read = Artifact::parse(&bytes).expect("it is read back");
+    let read = Artifact::parse(&bytes, None).expect("it is read back");
     assert_eq!(read.program, *program, "the tables come back");
     Box::new(NativeEngine::new(&read.code, &read.program).expect("an engine"))
 }
