@@ -46,6 +46,23 @@ fn what_is_no_artifact_is_refused() {
     }
 }
 
+/// None of these may hang: nobody writes to the FIFO, and `/dev/zero` has no end.
+#[cfg(target_os = "linux")]
+#[test]
+fn devices_and_pipes_are_no_artifacts() {
+    let fifo = std::env::temp_dir().join(format!("plcrt-fifo-{}", std::process::id()));
+    assert!(Command::new("mkfifo").arg(&fifo).status().unwrap().success());
+    for path in ["/dev/zero", fifo.to_str().unwrap()] {
+        for args in [&[path, "--ticks", "1"][..], &["--info", path]] {
+            let output = plcrt(args);
+            let message = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert_eq!(output.status.code(), Some(2), "{message}");
+            assert!(message.contains("only regular files are read"), "{message}");
+        }
+    }
+    std::fs::remove_file(fifo).unwrap();
+}
+
 #[test]
 fn wrong_usage_gives_exit_status_2() {
     for args in [&[][..], &["x.plcx", "--ticks"], &["x.plcx", "--ticks", "1", "--for", "1s"]] {

@@ -176,6 +176,12 @@ pub trait Executive {
     /// any. It allocates nothing but more room for `out`.
     fn retained_into(&self, out: &mut Vec<u8>) -> bool;
 
+    /// A number that is another one whenever the data may have changed; `None` where the control does
+    /// not notice changes, and the data itself has to be looked at.
+    fn retained_revision(&self) -> Option<u64> {
+        None
+    }
+
     /// The data that survives power-off; `None` where there is nothing to keep.
     fn retained(&self) -> Option<Vec<u8>> {
         let mut out = vec![];

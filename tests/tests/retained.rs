@@ -2,7 +2,7 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use std::fs;
+use std::fs::{self, File};
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
@@ -160,6 +160,62 @@ fn a_retained_file_that_is_missing_is_told_or_refused() {
     let (status, message) = run(&[]);
     assert_eq!(status, Some(0));
     assert!(message.contains("kept.bak of the retained file can't be used"), "{message}");
+}
+
+/// Saving is stuck here in the dump, for which a FIFO stands whose reader takes nothing. A signal more
+/// than a second after the first one ends the process all the same; the retained data is saved.
+#[test]
+fn a_later_signal_waits_for_the_save_at_most_five_seconds() {
+    let folder = Folder::new("stuck");
+    // The dump has more bytes than a FIFO takes.
+    let arrays: Vec<String> = (0..200).map(|number| format!("A{number}[255]")).collect();
+    let text = format!("$INTEGER\n{}\n$END\n@NVINT[1]=7\n", arrays.join("\n"));
+    folder.artifact("many.plcx", Dialect::Pmi, &text);
+    assert!(Command::new("mkfifo").arg(folder.path("fifo")).status().unwrap().success());
+    let reader = File::options().read(true).write(true).open(folder.path("fifo")).unwrap();
+    let args = ["many.plcx", "--realtime", "--retain", "kept", "--dump", "fifo"];
+    let mut running = folder.start(&args);
+    wait_until("the first save", || folder.path("kept.bak").exists());
+    running.signal("TERM", 2);
+    thread::sleep(Duration::from_millis(1500));
+    running.signal("TERM", 1);
+    running.says("not everything could be saved within 5 s");
+    assert_eq!(running.end().code(), Some(130));
+    drop(reader);
+    let args = ["many.plcx", "--ticks", "0", "--retain", "kept", "--watch", "@NVINT[1]"];
+    let output = folder.run(&[&args[..], &["--dump", "-"]].concat());
+    assert!(String::from_utf8(output.stdout).unwrap().contains("\"@NVINT[1]\":7"));
+}
+
+/// A PMAC program that was changed finds what the former one had saved, and a file beside with what it
+/// has no place for.
+#[test]
+fn a_changed_program_takes_over_what_the_former_one_saved() {
+    let folder = Folder::new("changed");
+    let first = "I5=2\nP7=1\nM1->Y:$C000,0,8\nM2->Y:$C001,0,8\n\
+        OPEN PLC 1 CLEAR\nP1=P1+1\nP7=9\nCMD\"M2->Y:$C005,0,8\"\nCMD\"SAVE\"\nCLOSE\n";
+    let second = "I5=2\nP7=2\nP8=5\nM1->Y:$C002,0,8\nM2->Y:$C003,0,8\n\
+        OPEN PLC 1 CLEAR\nP2=P1\nCLOSE\n";
+    folder.artifact("first.plcx", Dialect::Pmac, first);
+    folder.artifact("second.plcx", Dialect::Pmac, second);
+    let run = |program: &str, ticks: &str| {
+        let args = [program, "--ticks", ticks, "--retain", "kept", "--watch", "P1,P7,P8"];
+        let output = folder.run(&[&args[..], &["--dump", "-"]].concat());
+        assert_eq!(output.status.code(), Some(0));
+        (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (dump, _) = run("first.plcx", "20");
+    assert!(dump.contains("\"P7\":9"), "{dump}");
+    let saved = fs::read(folder.path("kept")).unwrap();
+    let (dump, messages) = run("second.plcx", "2");
+    assert!(dump.contains("\"P7\":9") && dump.contains("\"P8\":5"), "{dump}");
+    assert!(!dump.contains("\"P1\":0"), "{dump}");
+    for part in ["1 is gone: M2;", "2 are new: M1, P8;", "kept.old"] {
+        assert!(messages.contains(part), "`{part}` is not in {messages}");
+    }
+    assert_eq!(fs::read(folder.path("kept.old")).unwrap(), saved);
+    // What the second program has saved is its own.
+    assert_eq!(run("second.plcx", "2").1, "");
 }
 
 /// SIGKILL at random moments. `PLCC_KILLS` gives another number of them than 8.

@@ -69,6 +69,8 @@ pub(super) struct Control {
     pub(super) running: u32,
     /// The events of this tick so far.
     pub(super) events: Vec<Event>,
+    /// How often SAVE has kept something in this run.
+    pub(super) saves: u64,
 }
 
 impl Control {
@@ -80,6 +82,7 @@ impl Control {
             layout,
             running: 0,
             events: Vec::with_capacity(64),
+            saves: 0,
         }
     }
 
@@ -122,6 +125,7 @@ impl Control {
         if let Some(now) = image.get(..saved.image.len()) {
             saved.image.copy_from_slice(now);
             saved.exists = true;
+            self.saves += 1;
         }
     }
 

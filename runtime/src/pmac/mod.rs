@@ -307,6 +307,10 @@ impl Executive for PmacExecutive {
         self.control.saved().is_some_and(|kept| save::pack(kept, &self.control.tables, out))
     }
 
+    fn retained_revision(&self) -> Option<u64> {
+        Some(self.control.saves)
+    }
+
     fn restore(&mut self, retained: &[u8]) -> Result<Restored, String> {
         self.take_back(retained)
     }

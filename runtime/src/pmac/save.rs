@@ -53,16 +53,35 @@ impl Serialize for Stretches<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut row = serializer.serialize_seq(Some(Run::stretches(self.0).count()))?;
         for stretch in Run::stretches(self.0) {
-            row.serialize_element(&stretch)?;
+            let (offset, bytes) = stretch;
+            row.serialize_element(&(offset, Bytes(bytes)))?;
         }
         row.end()
+    }
+}
+
+/// Stretches that are packed already.
+struct Packed<'a>(&'a [Run]);
+
+impl Serialize for Packed<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.iter().map(|run| (run.offset, Bytes(&run.bytes))))
+    }
+}
+
+/// Bytes, which are copied as a whole; as a row of numbers they would be copied one by one.
+struct Bytes<'a>(&'a [u8]);
+
+impl Serialize for Bytes<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_bytes(self.0)
     }
 }
 
 /// Appends what SAVE kept, as it is put into a file.
 pub(super) fn pack(kept: &[u8], tables: &PmacTables, out: &mut Vec<u8>) -> bool {
     let saved = (fingerprint(tables), Stretches(kept));
-    append_postcard(out, &(MARK, saved, &tables.initial, tables.controller))
+    append_postcard(out, &(MARK, saved, Packed(&tables.initial), tables.controller))
 }
 
 /// What bytes of a retained file hold, of this version or of an earlier one.

@@ -44,6 +44,8 @@ pub(super) struct RetainedWriter {
     free: Consumer<Vec<u8>>,
     /// A buffer that was taken and not needed.
     spare: Option<Vec<u8>>,
+    /// The revision of the data that was handed over last, where the control has one.
+    revision: Option<u64>,
     to_write: Producer<Vec<u8>>,
     ending: Arc<AtomicBool>,
     result: Receiver<Result<(), SessionError>>,
@@ -92,7 +94,7 @@ impl RetainedWriter {
             SessionError(format!("no thread for the retained file can be started: {error}"))
         })?;
         let next = Instant::now() + WRITE_INTERVAL;
-        Ok(Self { path, next, free, spare: None, to_write, ending, result, thread })
+        Ok(Self { path, next, free, spare: None, revision: None, to_write, ending, result, thread })
     }
 
     /// Hands the retained data to the thread that writes, if the last time is long enough ago. While
@@ -104,7 +106,12 @@ impl RetainedWriter {
             return;
         }
         self.next = now + WRITE_INTERVAL;
+        let revision = executive.retained_revision();
+        if revision.is_some() && revision == self.revision {
+            return;
+        }
         let Some(mut state) = self.spare.take().or_else(|| self.free.pop().ok()) else { return };
+        self.revision = revision;
         state.clear();
         if executive.retained_into(&mut state) {
             // There is room for every buffer.
