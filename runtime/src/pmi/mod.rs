@@ -8,6 +8,7 @@ mod macros;
 mod options;
 mod outputs;
 mod port_lines;
+mod retained;
 mod state;
 mod tick;
 mod validate;
