@@ -11,6 +11,7 @@ use thiserror::Error;
 use crate::pmi::PmiVariable;
 use crate::retain::Restored;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
+use crate::swap::Plan;
 use crate::{CheckpointError, Event, Value};
 
 /// A variable that an executive has found by its name; valid for that executive alone.
@@ -263,6 +264,19 @@ pub trait Executive {
     /// The parts of the process image that the program is known to use, where that is not all of it.
     fn used_ranges(&self) -> Vec<Range<u32>> {
         vec![]
+    }
+
+    /// The canonical names of all variables that were looked up so far, in the order of their
+    /// numbers.
+    fn found(&self) -> Vec<String> {
+        vec![]
+    }
+
+    /// Takes over the state of an executive of another program of the same control, as `plan` says,
+    /// between two ticks. It neither allocates memory nor waits. Whether both belong to the control
+    /// that the plan is for; if not, nothing is changed.
+    fn take_over(&mut self, _old: &mut dyn Executive, _plan: &Plan) -> bool {
+        false
     }
 
     /// The executive as a value of its own type, for an online change, which takes the state of one

@@ -59,6 +59,9 @@ pub mod run;
 pub mod safe_outputs;
 #[cfg(feature = "args")]
 pub mod session;
+#[cfg(all(feature = "args", target_os = "linux"))]
+pub mod socket;
+pub mod swap;
 pub mod value;
 
 pub use artifact::{Artifact, ArtifactError};

@@ -6,18 +6,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use plcc_abi::{Dialect, Program};
 use serde_json::json;
 
-use super::layout::{self, HEADER_SIZE, SAFE_OUTPUT_SIZE};
+use crate::safe_outputs::SafeByte;
 
-/// The safe value of the lines in one byte of the process image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SafeByte {
-    /// Offset of the byte in the process image.
-    pub offset: u32,
-    /// The bits that have a safe value; the others hold what they are.
-    pub mask: u8,
-    /// The values of those bits.
-    pub value: u8,
-}
+use super::layout::{self, HEADER_SIZE, SAFE_OUTPUT_SIZE};
 
 /// What a new file is made of.
 #[derive(Clone, Copy, Debug)]
@@ -69,9 +60,9 @@ impl Content<'_> {
         bytes.extend(&variables);
         pad(&mut bytes);
         let safe_at = bytes.len();
-        for &SafeByte { offset, mask, value } in self.safe_outputs {
+        for &SafeByte { offset, keep, set } in self.safe_outputs {
             bytes.extend(offset.to_le_bytes());
-            bytes.extend([mask, value, 0, 0]);
+            bytes.extend([!keep, set, 0, 0]);
         }
         debug_assert_eq!(bytes.len(), safe_at + self.safe_outputs.len() * SAFE_OUTPUT_SIZE);
         let mut put = |at: usize, value: &[u8]| {

@@ -33,7 +33,7 @@ mod atomics {
     pub(crate) use std::sync::atomic::{AtomicU64, Ordering, fence};
 }
 
-pub use content::{Content, SafeByte};
+pub use content::Content;
 pub use layout::State;
 pub use publisher::{ImageFileError, Publisher};
 pub use reader::{ImageReader, Snapshot, drive_safe_outputs};

@@ -8,6 +8,7 @@ use plcc_abi::{Program, Region, Tables, Task};
 
 use super::layout::{AT_SEQUENCE, State};
 use super::*;
+use crate::safe_outputs::SafeByte;
 
 /// A folder that goes away with the test.
 struct Folder(PathBuf);
@@ -142,9 +143,9 @@ fn a_supervisor_writes_safe_outputs_for_a_process_that_died_while_it_wrote() {
     let path = folder.0.join("image");
     let program = program(16);
     let safe = [
-        SafeByte { offset: 1, mask: 0x0F, value: 0x05 },
-        SafeByte { offset: 9, mask: 0xFF, value: 0 },
-        SafeByte { offset: 16, mask: 0xFF, value: 0xEE },
+        SafeByte { offset: 1, keep: 0xF0, set: 0x05 },
+        SafeByte { offset: 9, keep: 0, set: 0 },
+        SafeByte { offset: 16, keep: 0, set: 0xEE },
     ];
     let mut publisher = Publisher::create(&path, &content(&program, &[0; 16], &safe)).unwrap();
     publisher.publish(&[0xFF; 16], 1, 0, State::Running, 0);

@@ -15,6 +15,7 @@ mod outputs;
 mod search;
 mod state;
 mod tick;
+mod transfer;
 mod validate;
 mod variables;
 
@@ -28,6 +29,8 @@ use crate::control::Control;
 #[cfg(feature = "args")]
 pub use options::NctArgs;
 pub use tick::{NctExecutive, NctLoadError, NctOptions};
+pub use transfer::NctTransfer;
+pub(crate) use transfer::compare;
 
 impl Control for plcc_abi::nct::NctTables {
     fn validate(&self, program: &plcc_abi::Program) -> Result<(), String> {

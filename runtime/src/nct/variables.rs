@@ -31,6 +31,11 @@ impl Names {
         self.list.get(variable.0 as usize).copied()
     }
 
+    /// How many were asked for.
+    pub(super) fn count(&self) -> u32 {
+        self.list.len() as u32
+    }
+
     pub(super) fn find(
         &mut self,
         text: &str,

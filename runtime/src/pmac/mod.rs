@@ -18,6 +18,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 mod tick;
+mod transfer;
 mod validate;
 mod variables;
 mod watchdog;
@@ -38,6 +39,7 @@ use plcc_abi::{
 use crate::checkpoint::{CheckpointError, ProgramIdentity};
 use crate::executive::KeyOf;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
+use crate::swap::Plan;
 use crate::{
     Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value, ValueError, Variable,
     VariableKey,
@@ -49,6 +51,8 @@ pub use options::PmacArgs;
 pub use recompile::{Recompiler, Recompiling, Settings};
 use state::State;
 use tick::Clocks;
+pub use transfer::PmacTransfer;
+pub(crate) use transfer::compare;
 use watchdog::Watchdog;
 
 /// What can be chosen for a run.
@@ -280,6 +284,17 @@ impl Executive for PmacExecutive {
         let symbols = Tables::Pmac(self.control.tables.clone()).symbols();
         let variables = symbols.iter().map(|s| s.offset..s.offset + s.elements * s.ty.size());
         variables.chain((0..layout.count).filter_map(words)).chain(self.clocks.ranges()).collect()
+    }
+
+    fn found(&self) -> Vec<String> {
+        self.found.iter().map(ToString::to_string).collect()
+    }
+
+    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
+        let old = old.as_any_mut().and_then(|old| old.downcast_mut::<Self>());
+        let (Some(old), Plan::Pmac(plan)) = (old, plan) else { return false };
+        self.take_over_from(old, plan);
+        true
     }
 
     fn as_any_mut(&mut self) -> Option<&mut dyn Any> {

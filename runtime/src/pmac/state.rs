@@ -105,7 +105,7 @@ impl Plcs {
         }
     }
 
-    fn update_enabled_bit(&mut self, number: u32) {
+    pub(super) fn update_enabled_bit(&mut self, number: u32) {
         let runs = self.plcs.get(number as usize).is_some_and(|p| p.status == Status::Enabled);
         let bit = 1_u32.checked_shl(number).unwrap_or(0);
         self.enabled = if runs { self.enabled | bit } else { self.enabled & !bit };

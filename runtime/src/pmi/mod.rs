@@ -11,6 +11,7 @@ mod port_lines;
 mod retained;
 mod state;
 mod tick;
+mod transfer;
 mod validate;
 mod variables;
 
@@ -24,6 +25,8 @@ use crate::control::Control;
 #[cfg(feature = "args")]
 pub use options::PmiArgs;
 pub use tick::{PmiExecutive, PmiLoadError, PmiOptions};
+pub use transfer::PmiTransfer;
+pub(crate) use transfer::compare;
 pub(crate) use variables::PmiVariable;
 
 impl Control for plcc_abi::pmi::PmiTables {

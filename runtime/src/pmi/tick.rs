@@ -11,6 +11,7 @@ use thiserror::Error;
 use crate::checkpoint::{CheckpointError, ProgramIdentity};
 use crate::executive::KeyOf;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
+use crate::swap::Plan;
 use crate::{
     Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value, ValueError, Variable,
     VariableKey,
@@ -63,7 +64,7 @@ pub struct PmiExecutive {
     pub(super) special: Special,
     pub(super) ports: u32,
     period_ns: u64,
-    state: State,
+    pub(super) state: State,
     forces: Forces,
     identity: ProgramIdentity,
 }
@@ -367,6 +368,17 @@ impl Executive for PmiExecutive {
 
     fn fingerprint(&self) -> u64 {
         self.identity.fingerprint()
+    }
+
+    fn found(&self) -> Vec<String> {
+        (0..self.names.count()).map(|i| self.canonical(Variable(i))).collect()
+    }
+
+    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
+        let old = old.as_any_mut().and_then(|old| old.downcast_mut::<Self>());
+        let (Some(old), Plan::Pmi(plan)) = (old, plan) else { return false };
+        self.take_over_from(old, plan);
+        true
     }
 
     fn as_any_mut(&mut self) -> Option<&mut dyn Any> {

@@ -46,6 +46,11 @@ impl Names {
         self.found.get(variable.0 as usize).copied()
     }
 
+    /// How many were asked for.
+    pub(super) fn count(&self) -> u32 {
+        self.found.len() as u32
+    }
+
     pub(super) fn symbol(&self, index: u32) -> Option<&Symbol> {
         self.symbols.get(index as usize)
     }

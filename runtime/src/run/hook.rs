@@ -27,6 +27,9 @@ pub struct BeforeTick<'a> {
     pub executive: &'a mut dyn Executive,
     /// The engine that executes its program.
     pub engine: &'a mut dyn Engine,
+    /// Set by a hook that has stopped the program for now: the tick is not done, and hooks are asked
+    /// again when the time of the next one has come. Its number stays the same.
+    pub hold: bool,
     /// Where the hook tells what it did.
     pub journal: &'a mut ScanJournal,
 }

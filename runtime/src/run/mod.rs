@@ -151,16 +151,23 @@ impl Run<'_> {
             }
             let tick = end.ticks;
             let tick_ns = self.executive.tick_ns();
-            end.ticks += 1;
             self.journal.begin_tick(tick);
+            let mut hold = false;
             for hook in &mut self.hooks {
-                hook.before_tick(&mut BeforeTick {
+                let mut now = BeforeTick {
                     tick,
                     executive: self.executive,
                     engine: self.engine,
+                    hold: false,
                     journal: &mut self.journal,
-                });
+                };
+                hook.before_tick(&mut now);
+                hold |= now.hold;
             }
+            if hold {
+                continue;
+            }
+            end.ticks += 1;
             self.player.apply(tick, self.executive);
             let result = self.executive.tick(self.engine, &mut events_of_tick);
             if let Err(stop) = result {

@@ -1,0 +1,119 @@
+//! Online change of an NCT program. The state of every NCT program has the same parts, which only lie
+//! elsewhere in the image, so all of it is taken over.
+//!
+//! `:000` goes on where it was suspended only if the code of both programs is the same. Else it begins
+//! at its label in the next slice, with no open calls.
+
+use plcc_abi::image::{read_u8, write_u8};
+use plcc_abi::nct::{FlagLocation, LINE_BYTES, NctName, NctTables, context};
+use plcc_abi::nct::{H_COUNT, M_COUNT, Q_COUNT, RH_COUNT, T_COUNT};
+use plcc_abi::{Program, natural_cmp};
+
+use super::NctExecutive;
+use super::state::State;
+use crate::swap::{Comparison, Plan, Row};
+
+/// How the state of one program becomes that of another one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NctTransfer {
+    /// Whether suspended modules go on where they were.
+    same_code: bool,
+}
+
+/// Compares two NCT programs.
+pub(crate) fn compare(
+    old: &Program,
+    was: &NctTables,
+    new: &Program,
+    is: &NctTables,
+    same_code: bool,
+) -> Comparison {
+    let mut rows = vec![];
+    let mut row = |name: &str, old: Option<String>, new: Option<String>, needs_accept: bool| {
+        rows.extend(
+            Row::of(name, old, new)
+                .map(|row| Row { needs_accept: row.needs_accept || needs_accept, ..row }),
+        );
+    };
+    let tasks = |program: &Program| {
+        let names: Vec<&str> = program.tasks.iter().map(|task| task.name.as_str()).collect();
+        Some(names.join(", "))
+    };
+    row("tasks", tasks(old), tasks(new), true);
+    let control = |tables: &NctTables| Some(format!("{:?}", tables.settings.control));
+    row("control", control(was), control(is), true);
+    let boards = |tables: &NctTables| Some(tables.settings.boards.unwrap_or(4).to_string());
+    row("boards", boards(was), boards(is), true);
+    let shown = |tables: &NctTables, name: NctName| {
+        tables.named.contains(&name).then(|| "variable".to_owned())
+    };
+    let mut names: Vec<NctName> = was.named.iter().chain(&is.named).copied().collect();
+    names.sort_by_cached_key(ToString::to_string);
+    names.dedup();
+    let old_names: std::collections::HashSet<NctName> = was.named.iter().copied().collect();
+    let kept = is.named.iter().filter(|name| old_names.contains(name)).count();
+    for name in names {
+        row(&name.to_string(), shown(was, name), shown(is, name), false);
+    }
+    rows.sort_by(|a, b| natural_cmp(&a.name, &b.name));
+    Comparison { kept, rows, plan: Plan::Nct(NctTransfer { same_code }) }
+}
+
+/// Copies bytes of flags, each from its place in one image to its place in the other.
+fn copy_flags(from: &[u8], old: &[FlagLocation], to: &mut [u8], new: &[FlagLocation]) {
+    for (old, new) in old.iter().zip(new) {
+        new.write(to, old.read(from));
+    }
+}
+
+impl NctExecutive {
+    /// Takes the state of another program's executive over.
+    pub(super) fn take_over_from(&mut self, old: &mut Self, plan: NctTransfer) {
+        // Both modules' input images, which take turns in the process image.
+        for level0 in [true, false] {
+            old.image.show(&mut old.state.modules, level0);
+            self.image.show(&mut self.state.modules, level0);
+            let (was, is) = (&old.tables, &self.tables);
+            let (from, to) = (&old.image.bytes, &mut self.image.bytes);
+            copy_flags(from, &was.inputs, to, &is.inputs);
+            copy_flags(from, &was.previous, to, &is.previous);
+        }
+        let (was, is) = (&old.tables, &self.tables);
+        let (from, to) = (&old.image.bytes, &mut self.image.bytes);
+        copy_flags(from, &was.outputs, to, &is.outputs);
+        copy_flags(from, &was.flags, to, &is.flags);
+        let (places, into) = (&old.image.places, &self.image.places);
+        let words = |count: u16| u32::from(count) * 2;
+        for (was, is, length) in [
+            (places.lines_in, into.lines_in, LINE_BYTES as u32),
+            (places.lines_out, into.lines_out, LINE_BYTES as u32),
+            (places.rh, into.rh, words(RH_COUNT)),
+            (places.q, into.q, words(Q_COUNT)),
+            (places.t, into.t, words(T_COUNT)),
+            (places.h, into.h, words(H_COUNT)),
+            (places.m, into.m, words(M_COUNT)),
+        ] {
+            for byte in 0..length {
+                write_u8(to, is + byte, read_u8(from, was + byte));
+            }
+        }
+        let State { tick, resume, level0_starts, synchronised, nc_flags, latched, .. } = &old.state;
+        self.state.tick = *tick;
+        self.state.synchronised = *synchronised;
+        self.state.nc_flags.copy_from_slice(nc_flags);
+        self.state.latched.copy_from_slice(latched);
+        self.state.resume = if plan.same_code { *resume } else { Default::default() };
+        self.state.level0_starts = *level0_starts || !plan.same_code;
+        for (to, from) in self.state.messages.iter_mut().zip(&old.state.messages) {
+            *to = *from;
+        }
+        let registers = self.state.modules.registers.iter_mut();
+        for (to, from) in registers.zip(&old.state.modules.registers) {
+            to.copy_from_slice(from);
+            if !plan.same_code {
+                plcc_abi::image::write_u16(to, context::DEPTH, 0);
+            }
+        }
+        std::mem::swap(&mut self.state.memory, &mut old.state.memory);
+    }
+}

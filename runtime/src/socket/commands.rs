@@ -1,0 +1,121 @@
+//! What the socket's thread asks of the thread that runs the ticks, and how it is answered.
+//!
+//! Both go through queues of fixed length. All memory is allocated and freed by the socket's thread:
+//! a command comes back with its answer, and whatever a command has replaced comes back in it.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use rtrb::{Consumer, Producer, RingBuffer};
+
+use crate::image_file::State;
+use crate::swap::Replacement;
+use crate::{Setting, Value, VariableKey};
+
+/// How many commands and how many answers wait at most.
+const QUEUE: usize = 64;
+
+/// One variable of a command.
+#[derive(Clone, Debug)]
+pub(crate) struct Item {
+    /// Which.
+    pub(crate) key: VariableKey,
+    /// What it is set or forced to; nothing for reading and for ending a force.
+    pub(crate) setting: Option<Setting>,
+    /// The value that was read.
+    pub(crate) value: Value,
+}
+
+/// Some variables that are read, set or forced. All are done in one tick where they are at most
+/// [`ITEMS_PER_TICK`](super::hook::ITEMS_PER_TICK), else in as many as it takes.
+#[derive(Clone, Debug)]
+pub(crate) struct Batch {
+    pub(crate) items: Vec<Item>,
+    /// How many are done.
+    pub(crate) done: usize,
+    /// How many forces are in effect afterwards, for a batch that forces.
+    pub(crate) forces: u64,
+    /// The tick before which the first was done.
+    pub(crate) first_tick: u64,
+}
+
+impl Batch {
+    pub(crate) fn new(items: Vec<Item>) -> Self {
+        Self { items, done: 0, forces: 0, first_tick: 0 }
+    }
+}
+
+/// What is asked.
+#[derive(Debug)]
+pub(crate) enum Command {
+    /// Read variables.
+    Read(Box<Batch>),
+    /// Set variables.
+    Write(Box<Batch>),
+    /// Force variables, or end their forces.
+    Force(Box<Batch>),
+    /// Do no more ticks, and give outputs their safe values.
+    Stop,
+    /// Go on with ticks.
+    Start,
+    /// Run another program from now on.
+    Replace(Box<Replacement>),
+}
+
+/// A command that was carried out.
+#[derive(Debug)]
+pub(crate) struct Answer {
+    /// The command, with what it read or replaced.
+    pub(crate) command: Command,
+    /// The tick before which it was carried out.
+    pub(crate) tick: u64,
+    /// How long it took.
+    pub(crate) took: Duration,
+}
+
+/// The end of both queues that belongs to the thread that runs the ticks.
+#[derive(Debug)]
+pub(crate) struct ScanEnd {
+    pub(crate) commands: Consumer<Command>,
+    pub(crate) answers: Producer<Answer>,
+}
+
+/// The end of both queues that belongs to the socket's thread.
+#[derive(Debug)]
+pub(crate) struct SocketEnd {
+    pub(crate) commands: Producer<Command>,
+    pub(crate) answers: Consumer<Answer>,
+}
+
+/// Makes both queues.
+pub(crate) fn queues() -> (ScanEnd, SocketEnd) {
+    let (to_scan, commands) = RingBuffer::new(QUEUE);
+    let (answers, from_scan) = RingBuffer::new(QUEUE);
+    (ScanEnd { commands, answers }, SocketEnd { commands: to_scan, answers: from_scan })
+}
+
+/// What the socket's thread may look at while ticks run: each a word of its own, so that the state
+/// may be one of the next tick.
+#[derive(Debug, Default)]
+pub(crate) struct Reached {
+    ticks: AtomicU64,
+    state: AtomicU64,
+}
+
+impl Reached {
+    /// Notes how far the run has come.
+    pub(crate) fn set(&self, ticks: u64, state: State) {
+        self.ticks.store(ticks, Ordering::Relaxed);
+        self.state.store(state.number(), Ordering::Relaxed);
+    }
+
+    /// How many ticks have been done.
+    pub(crate) fn ticks(&self) -> u64 {
+        self.ticks.load(Ordering::Relaxed)
+    }
+
+    /// What the control is doing.
+    pub(crate) fn state(&self) -> State {
+        State::from_number(self.state.load(Ordering::Relaxed)).unwrap_or(State::Prepared)
+    }
+}

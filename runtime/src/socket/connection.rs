@@ -1,0 +1,214 @@
+//! A connection: its bytes in and out, both bounded, and how often it may ask.
+
+use std::io::{ErrorKind, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::time::{Duration, Instant};
+
+use super::peer::Peer;
+use super::protocol::MAX_REQUEST;
+
+/// Requests a second that a client may make in the long run.
+const RATE: f64 = 200.0;
+/// Requests that it may make at once after a rest.
+const BURST: f64 = 100.0;
+/// A client that takes nothing of a reply for so long is disconnected.
+const STALL: Duration = Duration::from_secs(10);
+
+/// Whether a connection goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Goes {
+    On,
+    Away,
+}
+
+/// A client.
+#[derive(Debug)]
+pub(super) struct Connection {
+    pub(super) stream: UnixStream,
+    pub(super) peer: Peer,
+    pub(super) number: u64,
+    /// Whether a request waits for its answer; meanwhile no other one is taken from it.
+    pub(super) waits: bool,
+    /// When it last sent or took something.
+    pub(super) last_active: Instant,
+    /// Whether the connection ends when the reply is sent.
+    pub(super) ends: bool,
+    input: Vec<u8>,
+    output: Vec<u8>,
+    sent: usize,
+    tokens: f64,
+    counted: Instant,
+}
+
+impl Connection {
+    pub(super) fn new(stream: UnixStream, peer: Peer, number: u64, now: Instant) -> Self {
+        Self {
+            stream,
+            peer,
+            number,
+            waits: false,
+            last_active: now,
+            ends: false,
+            input: vec![],
+            output: vec![],
+            sent: 0,
+            tokens: BURST,
+            counted: now,
+        }
+    }
+
+    /// Whether there is something to send.
+    pub(super) fn has_output(&self) -> bool {
+        self.sent < self.output.len()
+    }
+
+    /// Whether bytes are to be read: what came before is answered and taken, and it has not asked too
+    /// often.
+    pub(super) fn wants_input(&mut self, now: Instant) -> bool {
+        self.refill(now);
+        !self.waits && !self.ends && !self.has_output() && self.tokens >= 1.0
+            && self.input.len() <= MAX_REQUEST
+    }
+
+    /// When it may ask again, if it has asked too often.
+    pub(super) fn is_limited(&self) -> bool {
+        self.tokens < 1.0
+    }
+
+    fn refill(&mut self, now: Instant) {
+        let passed = now.saturating_duration_since(self.counted).as_secs_f64();
+        self.counted = now;
+        self.tokens = (self.tokens + passed * RATE).min(BURST);
+    }
+
+    /// Reads what is there.
+    pub(super) fn read(&mut self, now: Instant) -> Goes {
+        let mut bytes = [0; 8192];
+        match self.stream.read(&mut bytes) {
+            Ok(0) => Goes::Away,
+            Ok(count) => {
+                self.last_active = now;
+                self.input.extend(bytes.get(..count).unwrap_or_default());
+                Goes::On
+            }
+            Err(error) if is_passing(error.kind()) => Goes::On,
+            Err(_) => Goes::Away,
+        }
+    }
+
+    /// The next whole line that was read, without its line feed, if a request may be taken now; or
+    /// an error for one that is too long.
+    pub(super) fn next_line(&mut self, now: Instant) -> Option<Result<Vec<u8>, ()>> {
+        self.refill(now);
+        if self.waits || self.ends || self.has_output() || self.tokens < 1.0 {
+            return None;
+        }
+        let end = self.input.iter().position(|&byte| byte == b'\n');
+        match end {
+            Some(end) if end < MAX_REQUEST => {
+                self.tokens -= 1.0;
+                let line = self.input.drain(..=end).take(end).collect();
+                Some(Ok(line))
+            }
+            None if self.input.len() < MAX_REQUEST => None,
+            _ => Some(Err(())),
+        }
+    }
+
+    /// Puts a reply into the output, and sends as much of it as is taken.
+    pub(super) fn send(&mut self, reply: Vec<u8>, now: Instant) -> Goes {
+        self.waits = false;
+        (self.output, self.sent) = (reply, 0);
+        self.last_active = now;
+        self.flush(now)
+    }
+
+    /// Sends as much as is taken.
+    pub(super) fn flush(&mut self, now: Instant) -> Goes {
+        while let Some(rest) = self.output.get(self.sent..).filter(|rest| !rest.is_empty()) {
+            match self.stream.write(rest) {
+                Ok(0) => return Goes::Away,
+                Ok(count) => {
+                    self.sent += count;
+                    self.last_active = now;
+                }
+                Err(error) if is_passing(error.kind()) => return Goes::On,
+                Err(_) => return Goes::Away,
+            }
+        }
+        (self.output, self.sent) = (vec![], 0);
+        if self.ends { Goes::Away } else { Goes::On }
+    }
+
+    /// Whether it has taken nothing of its reply for too long.
+    pub(super) fn has_stalled(&self, now: Instant) -> bool {
+        self.has_output() && now.saturating_duration_since(self.last_active) > STALL
+    }
+}
+
+fn is_passing(kind: ErrorKind) -> bool {
+    matches!(kind, ErrorKind::WouldBlock | ErrorKind::Interrupted)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn connection() -> (Connection, UnixStream, Instant) {
+        let (one, other) = UnixStream::pair().unwrap();
+        one.set_nonblocking(true).unwrap();
+        let now = Instant::now();
+        let peer = Peer::of(&one).unwrap();
+        (Connection::new(one, peer, 0, now), other, now)
+    }
+
+    #[test]
+    fn lines_come_one_at_a_time_as_replies_are_taken() {
+        let (mut connection, mut client, now) = connection();
+        client.write_all(b"one\ntwo\nthr").unwrap();
+        assert_eq!(connection.read(now), Goes::On);
+        assert_eq!(connection.next_line(now), Some(Ok(b"one".to_vec())));
+        connection.waits = true;
+        assert_eq!(connection.next_line(now), None, "the first waits for its answer");
+        assert_eq!(connection.send(b"reply\n".to_vec(), now), Goes::On);
+        assert_eq!(connection.next_line(now), Some(Ok(b"two".to_vec())));
+        assert_eq!(connection.next_line(now), None, "the third is not whole");
+        drop(client);
+        assert_eq!(connection.read(now), Goes::Away);
+    }
+
+    #[test]
+    fn a_flood_is_slowed_down_to_the_rate() {
+        let (mut connection, mut client, now) = connection();
+        client.write_all(&b"x\n".repeat(1000)).unwrap();
+        assert_eq!(connection.read(now), Goes::On);
+        let mut taken = |at: Instant| std::iter::from_fn(|| connection.next_line(at)).count();
+        assert_eq!(taken(now), BURST as usize);
+        assert_eq!(taken(now + Duration::from_millis(100)), (RATE / 10.0) as usize);
+        assert!(!connection.wants_input(now + Duration::from_millis(100)));
+    }
+
+    #[test]
+    fn a_line_that_does_not_end_is_refused() {
+        let (mut connection, mut client, now) = connection();
+        let writer = std::thread::spawn(move || {
+            // The reader stops reading, so that this fails in the end.
+            let _ = client.write_all(&vec![b'x'; 1 << 20]);
+        });
+        while connection.next_line(now).is_none() {
+            assert_eq!(connection.read(now), Goes::On);
+        }
+        assert!(connection.input.len() <= MAX_REQUEST + 8192);
+        drop(connection);
+        writer.join().unwrap();
+    }
+
+    #[test]
+    fn a_client_that_takes_no_reply_is_known() {
+        let (mut connection, _client, now) = connection();
+        assert_eq!(connection.send(vec![b'x'; 4 << 20], now), Goes::On);
+        assert!(connection.has_output() && !connection.wants_input(now));
+        assert!(!connection.has_stalled(now + STALL));
+        assert!(connection.has_stalled(now + STALL + Duration::from_millis(1)));
+    }
+}

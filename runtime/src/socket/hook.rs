@@ -1,0 +1,159 @@
+//! The side of the thread that runs the ticks: before each tick it carries out commands from the
+//! socket, and after each tick it writes the image file.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::commands::{Answer, Batch, Command, Reached, ScanEnd};
+use crate::Executive;
+use crate::image_file::{Publisher, State};
+use crate::run::{AfterTick, BeforeTick, Hook};
+use crate::swap::ReplaceableExecutive;
+
+/// How many commands are carried out before a tick at most.
+const COMMANDS_PER_TICK: usize = 16;
+/// How many variables are read, set and forced before a tick at most.
+pub(crate) const ITEMS_PER_TICK: usize = 256;
+
+/// What acts on a run from outside, and shows it to the outside.
+pub(crate) struct OutsideHook {
+    socket: Option<ScanEnd>,
+    publisher: Option<Publisher>,
+    reached: Arc<Reached>,
+    /// A batch of which a part is done.
+    unfinished: Option<Command>,
+    forces: u64,
+    state: State,
+    held: bool,
+}
+
+impl OutsideHook {
+    pub(crate) fn new(
+        socket: Option<ScanEnd>,
+        publisher: Option<Publisher>,
+        reached: Arc<Reached>,
+    ) -> Self {
+        let state = State::Prepared;
+        Self { socket, publisher, reached, unfinished: None, forces: 0, state, held: false }
+    }
+
+    /// The image file, to be ended when the run has ended.
+    pub(crate) fn end(&mut self) {
+        if let Some(publisher) = &mut self.publisher
+            && self.state != State::Stopped
+        {
+            publisher.end(State::Ended);
+        }
+    }
+
+    /// Carries out a command as far as `left` variables allow; gives it back if it is not done.
+    fn carry_out(
+        &mut self,
+        command: &mut Command,
+        tick: u64,
+        executive: &mut dyn Executive,
+        left: &mut usize,
+    ) -> bool {
+        match command {
+            Command::Read(batch) => {
+                do_items(batch, tick, left, |item| item.value = executive.read(item.key))
+            }
+            Command::Write(batch) => do_items(batch, tick, left, |item| {
+                if let Some(setting) = item.setting {
+                    executive.write(item.key, setting);
+                }
+            }),
+            Command::Force(batch) => {
+                let done = do_items(batch, tick, left, |item| {
+                    // The socket's thread has tried it on an executive of the same program.
+                    let _ = executive.force(item.key, item.setting);
+                });
+                self.forces = batch.forces;
+                done
+            }
+            Command::Stop => {
+                self.held = true;
+                true
+            }
+            Command::Start => {
+                self.held = false;
+                true
+            }
+            Command::Replace(replacement) => {
+                let own = executive.as_any_mut();
+                match own.and_then(|own| own.downcast_mut::<ReplaceableExecutive>()) {
+                    Some(own) => replacement.carry_out(own, &mut self.publisher),
+                    None => replacement.fail("the run has an executive that can't be replaced"),
+                }
+                true
+            }
+        }
+    }
+
+    fn publish(&mut self, ticks: u64, executive: &dyn Executive) {
+        self.reached.set(ticks, self.state);
+        if let Some(publisher) = &mut self.publisher {
+            let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+            let now = now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64;
+            publisher.publish(executive.image(), ticks, now, self.state, self.forces);
+        }
+    }
+}
+
+/// Does as many items of a batch as are left for this tick; whether the batch is done.
+fn do_items(
+    batch: &mut Batch,
+    tick: u64,
+    left: &mut usize,
+    mut act: impl FnMut(&mut super::commands::Item),
+) -> bool {
+    if batch.done == 0 {
+        batch.first_tick = tick;
+    }
+    let items = batch.items.iter_mut().skip(batch.done).take(*left);
+    let mut done = 0;
+    for item in items {
+        act(item);
+        done += 1;
+    }
+    *left -= done;
+    batch.done += done;
+    batch.done == batch.items.len()
+}
+
+impl Hook for OutsideHook {
+    fn before_tick(&mut self, now: &mut BeforeTick<'_>) {
+        let Some(mut socket) = self.socket.take() else { return };
+        let mut left = ITEMS_PER_TICK;
+        for _ in 0..COMMANDS_PER_TICK {
+            // Without room for an answer a command stays where it is.
+            if left == 0 || socket.answers.is_full() {
+                break;
+            }
+            let next = self.unfinished.take().or_else(|| socket.commands.pop().ok());
+            let Some(mut command) = next else { break };
+            let start = Instant::now();
+            if !self.carry_out(&mut command, now.tick, now.executive, &mut left) {
+                self.unfinished = Some(command);
+                break;
+            }
+            let answer = Answer { command, tick: now.tick, took: start.elapsed() };
+            // There is room, as was seen above; nobody else puts answers in.
+            let _ = socket.answers.push(answer);
+        }
+        self.socket = Some(socket);
+        if self.held {
+            now.hold = true;
+            if self.state != State::Stopped {
+                self.state = State::Stopped;
+                now.executive.drive_safe_outputs();
+                self.publish(now.tick, now.executive);
+            }
+        }
+    }
+
+    fn after_tick(&mut self, now: &mut AfterTick<'_>) {
+        self.state = if now.stop.is_some() { State::Stopped } else { State::Running };
+        self.publish(now.ticks, now.executive);
+    }
+}

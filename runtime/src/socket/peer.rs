@@ -1,0 +1,81 @@
+//! Who is at the other end of a connection, as the operating system says it.
+
+use std::fmt;
+use std::fs;
+use std::os::unix::net::UnixStream;
+
+use serde::Serialize;
+
+/// A process that is connected.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Peer {
+    /// The user's name, or the number as text where there is none.
+    pub user: String,
+    /// The user's number.
+    pub uid: u32,
+    /// The number of the process that connected.
+    pub pid: u32,
+    /// The command that it runs.
+    pub command: String,
+}
+
+impl fmt::Display for Peer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "user {} with {} (process {})", self.user, self.command, self.pid)
+    }
+}
+
+impl Peer {
+    /// The process at the other end.
+    ///
+    /// # Errors
+    /// When the system does not say.
+    pub(crate) fn of(stream: &UnixStream) -> std::io::Result<Self> {
+        let credentials = rustix::net::sockopt::socket_peercred(stream)?;
+        let uid = credentials.uid.as_raw();
+        let pid = credentials.pid.as_raw_nonzero().get() as u32;
+        let command = fs::read_to_string(format!("/proc/{pid}/comm")).unwrap_or_default();
+        // A process chooses its name itself.
+        let command: String = command.trim().chars().filter(|c| !c.is_control()).collect();
+        let command = if command.is_empty() { "an unknown command".into() } else { command };
+        Ok(Self { user: user(uid), uid, pid, command })
+    }
+
+    /// Whether the process may use the control of a process of this user.
+    pub(crate) fn is_admitted(&self, own: u32) -> bool {
+        self.uid == own || self.uid == 0
+    }
+}
+
+/// The name of a user.
+fn user(uid: u32) -> String {
+    let users = fs::read_to_string("/etc/passwd").unwrap_or_default();
+    let found = users.lines().find_map(|line| {
+        let mut fields = line.split(':');
+        let name = fields.next()?;
+        (fields.nth(1)?.parse() == Ok(uid)).then(|| name.to_owned())
+    });
+    found.unwrap_or_else(|| uid.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_system_says_who_is_connected() {
+        let (one, _other) = UnixStream::pair().unwrap();
+        let peer = Peer::of(&one).unwrap();
+        assert_eq!(peer.pid, std::process::id());
+        assert_eq!(peer.uid, rustix::process::geteuid().as_raw());
+        assert!(!peer.user.is_empty() && !peer.command.is_empty());
+    }
+
+    #[test]
+    fn the_own_user_and_root_are_admitted() {
+        let peer =
+            |uid| Peer { user: String::new(), uid, pid: 1, command: String::new() };
+        assert!(peer(7).is_admitted(7) && peer(0).is_admitted(7));
+        assert!(!peer(8).is_admitted(7) && !peer(7).is_admitted(0));
+    }
+}

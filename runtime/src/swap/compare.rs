@@ -1,0 +1,69 @@
+//! What an online change keeps, brings, drops and changes.
+
+use serde::Serialize;
+
+use super::Plan;
+
+/// What becomes of a variable or a task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Change {
+    /// The new program has it, the running one has not: it begins as at power-up.
+    New,
+    /// The running program has it, the new one has not: its value is lost, but a rollback finds it.
+    Gone,
+    /// Both have it, and it is something else in the new one.
+    Changed,
+}
+
+/// A variable or a task that is not the same in both programs.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Row {
+    /// Its name.
+    pub name: String,
+    /// What becomes of it.
+    pub change: Change,
+    /// What it is in the running program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub old: Option<String>,
+    /// What it is in the new one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub new: Option<String>,
+    /// Whether the change is refused unless its name is accepted.
+    pub needs_accept: bool,
+}
+
+impl Row {
+    /// A row for something that both programs may have, as they describe it; `None` where they do
+    /// not differ. Changes need to be accepted.
+    pub(crate) fn of(name: &str, old: Option<String>, new: Option<String>) -> Option<Self> {
+        let change = match (&old, &new) {
+            (None, None) => return None,
+            (Some(old), Some(new)) if old == new => return None,
+            (Some(_), Some(_)) => Change::Changed,
+            (None, Some(_)) => Change::New,
+            (Some(_), None) => Change::Gone,
+        };
+        Some(Self { name: name.into(), change, old, new, needs_accept: change == Change::Changed })
+    }
+}
+
+/// Two programs compared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// How many variables keep their values.
+    pub kept: usize,
+    /// What is not the same, in natural order of the names.
+    pub rows: Vec<Row>,
+    pub(crate) plan: Plan,
+}
+
+impl Comparison {
+    /// The changes that neither their own names nor `all` in `accepted` allow.
+    pub fn refused<'a>(&'a self, accepted: &'a [String]) -> impl Iterator<Item = &'a Row> {
+        let accepts = |row: &Row| {
+            accepted.iter().any(|name| name == "all" || name.eq_ignore_ascii_case(&row.name))
+        };
+        self.rows.iter().filter(move |row| row.needs_accept && !accepts(row))
+    }
+}

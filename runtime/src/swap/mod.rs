@@ -1,0 +1,56 @@
+//! Online change: another version of a program takes the place of the one that runs, between two
+//! ticks, and takes its state over.
+//!
+//! The socket's thread prepares it: it reads the new artifact, makes its engine and executive, and
+//! compares the layouts ([`Comparison`]). Variables belong together by their names; a value is kept where
+//! type and number of elements are the same. What changes the meaning of a variable or
+//! the tasks (another type, an input on another line, a task that goes) is refused unless it is named. What is copied
+//! where is decided beforehand, as a `Plan`; the thread that runs the ticks only carries it out
+//! (`Replacement`), without allocating or freeing memory.
+//!
+//! What is particular to a control stands in its folder, in `transfer.rs`.
+
+mod compare;
+mod replaceable;
+#[cfg(all(feature = "args", target_os = "linux"))]
+mod replacement;
+
+use plcc_abi::{Program, Tables};
+
+pub use compare::{Change, Comparison, Row};
+pub use replaceable::ReplaceableExecutive;
+#[cfg(all(feature = "args", target_os = "linux"))]
+pub(crate) use replacement::Replacement;
+
+use crate::nct::NctTransfer;
+use crate::pmac::PmacTransfer;
+use crate::pmi::PmiTransfer;
+
+/// How the state of one executive becomes that of another one.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Plan {
+    /// Of PMI programs.
+    Pmi(PmiTransfer),
+    /// Of NCT programs.
+    Nct(NctTransfer),
+    /// Of PMAC downloads.
+    Pmac(PmacTransfer),
+}
+
+/// Compares two programs.
+///
+/// # Errors
+/// When the new one is for another control, so that nothing could be taken over.
+pub(crate) fn compare(old: &Program, new: &Program, same_code: bool) -> Result<Comparison, String> {
+    match (&old.tables, &new.tables) {
+        (Tables::Pmi(old), Tables::Pmi(new)) => Ok(crate::pmi::compare(old, new)),
+        (Tables::Nct(was), Tables::Nct(is)) => {
+            Ok(crate::nct::compare(old, was, new, is, same_code))
+        }
+        (Tables::Pmac(was), Tables::Pmac(is)) => crate::pmac::compare(old, was, new, is, same_code),
+        _ => {
+            let (was, is) = (old.dialect().name(), new.dialect().name());
+            Err(format!("it is a {is} program, and a {was} program is running"))
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! An executive that another one can replace between two ticks.
+
+use std::any::Any;
+use std::ops::Range;
+
+use plcc_abi::Engine;
+
+use super::Plan;
+use crate::safe_outputs::{SafeLines, SafeOutputs};
+use crate::{
+    CheckpointError, Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError,
+    Variable, VariableKey,
+};
+
+/// The executive of whichever program runs now.
+pub struct ReplaceableExecutive {
+    executive: Box<dyn Executive + Send>,
+    /// The engine of its program; `None` as long as that is the program with which the run began,
+    /// whose engine every tick is given.
+    engine: Option<Box<dyn Engine + Send>>,
+}
+
+impl ReplaceableExecutive {
+    /// Begins with the executive of the program for which ticks are given the engine.
+    pub fn new(executive: Box<dyn Executive + Send>) -> Self {
+        Self { executive, engine: None }
+    }
+
+    /// The executive of the program that runs.
+    pub(super) fn current(&mut self) -> &mut dyn Executive {
+        self.executive.as_mut()
+    }
+
+    /// Exchanges executive and engine with others.
+    pub(super) fn replace(
+        &mut self,
+        executive: &mut Box<dyn Executive + Send>,
+        engine: &mut Option<Box<dyn Engine + Send>>,
+    ) {
+        std::mem::swap(&mut self.executive, executive);
+        std::mem::swap(&mut self.engine, engine);
+    }
+}
+
+/// Everything is done by the executive of the program that runs. No method may be left out, also
+/// none that has a default: a test compares the two lists.
+impl Executive for ReplaceableExecutive {
+    fn tick_ns(&self) -> u64 {
+        self.executive.tick_ns()
+    }
+
+    fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
+        match &mut self.engine {
+            Some(own) => self.executive.tick(own.as_mut(), events),
+            None => self.executive.tick(engine, events),
+        }
+    }
+
+    fn find(&mut self, name: &str, purpose: Purpose) -> Result<Variable, NameError> {
+        self.executive.find(name, purpose)
+    }
+
+    fn parse(&self, variable: Variable, text: &str) -> Result<Setting, ValueError> {
+        self.executive.parse(variable, text)
+    }
+
+    fn set(&mut self, variable: Variable, value: Setting) {
+        self.executive.set(variable, value);
+    }
+
+    fn get(&self, variable: Variable) -> Value {
+        self.executive.get(variable)
+    }
+
+    fn is_logical(&self, variable: Variable) -> bool {
+        self.executive.is_logical(variable)
+    }
+
+    fn declared(&mut self) -> Vec<(String, Variable)> {
+        self.executive.declared()
+    }
+
+    fn canonical(&self, variable: Variable) -> String {
+        self.executive.canonical(variable)
+    }
+
+    fn found(&self) -> Vec<String> {
+        self.executive.found()
+    }
+
+    fn retained_into(&self, out: &mut Vec<u8>) -> bool {
+        self.executive.retained_into(out)
+    }
+
+    fn retained(&self) -> Option<Vec<u8>> {
+        self.executive.retained()
+    }
+
+    fn restore(&mut self, retained: &[u8]) -> Result<(), String> {
+        self.executive.restore(retained)
+    }
+
+    fn image(&self) -> &[u8] {
+        self.executive.image()
+    }
+
+    fn outputs(&mut self) -> Vec<(String, Variable)> {
+        self.executive.outputs()
+    }
+
+    fn set_safe_outputs(&mut self, outputs: &SafeOutputs) -> Result<(), Vec<NameError>> {
+        self.executive.set_safe_outputs(outputs)
+    }
+
+    fn safe_lines(&self) -> &SafeLines {
+        self.executive.safe_lines()
+    }
+
+    fn drive_safe_outputs(&mut self) {
+        self.executive.drive_safe_outputs();
+    }
+
+    fn checkpoint(&self) -> Vec<u8> {
+        self.executive.checkpoint()
+    }
+
+    fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {
+        self.executive.resume(checkpoint)
+    }
+
+    fn keys(&self, variable: Variable) -> Vec<VariableKey> {
+        self.executive.keys(variable)
+    }
+
+    fn read(&self, key: VariableKey) -> Value {
+        self.executive.read(key)
+    }
+
+    fn write(&mut self, key: VariableKey, value: Setting) {
+        self.executive.write(key, value);
+    }
+
+    fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
+        self.executive.force(key, value)
+    }
+
+    fn fingerprint(&self) -> u64 {
+        self.executive.fingerprint()
+    }
+
+    fn used_ranges(&self) -> Vec<Range<u32>> {
+        self.executive.used_ranges()
+    }
+
+    /// This value, not the executive in it: a replacement looks for it.
+    fn as_any_mut(&mut self) -> Option<&mut dyn Any> {
+        Some(self)
+    }
+
+    fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
+        self.executive.take_over(old, plan)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    /// The names of the functions in a part of a source.
+    fn functions(source: &str) -> BTreeSet<&str> {
+        let lines = source.lines().filter_map(|line| line.strip_prefix("    fn "));
+        lines.filter_map(|line| line.split(['(', '<']).next()).collect()
+    }
+
+    #[test]
+    fn every_method_of_an_executive_is_passed_on() {
+        let declared = include_str!("../executive.rs").split("pub trait Executive").nth(1).unwrap();
+        let passed_on = include_str!("replaceable.rs").split("#[cfg(test)]").next().unwrap();
+        let passed_on = passed_on.split("impl Executive for").nth(1).unwrap();
+        assert!(functions(declared).len() > 20);
+        assert_eq!(functions(declared), functions(passed_on));
+    }
+}

@@ -1,0 +1,50 @@
+//! A prepared online change, as the thread that runs the ticks carries it out.
+
+use std::time::Duration;
+
+use plcc_abi::Engine;
+
+use super::{Plan, ReplaceableExecutive};
+use crate::Executive;
+use crate::image_file::Publisher;
+
+/// A program that is to take another one's place. Once it has, it holds the one whose place it took.
+pub(crate) struct Replacement {
+    pub(crate) executive: Box<dyn Executive + Send>,
+    /// The engine of its program; `None` for the engine with which the run began.
+    pub(crate) engine: Option<Box<dyn Engine + Send>>,
+    pub(crate) plan: Plan,
+    /// Its image file.
+    pub(crate) publisher: Option<Publisher>,
+    /// Why it could not be carried out; nothing has changed then.
+    pub(crate) failure: Option<&'static str>,
+    /// The length of a tick of the program that now runs.
+    pub(crate) tick: Duration,
+}
+
+impl std::fmt::Debug for Replacement {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Replacement").field("plan", &self.plan).finish_non_exhaustive()
+    }
+}
+
+impl Replacement {
+    /// Takes the place of what `running` runs, with its state.
+    pub(crate) fn carry_out(
+        &mut self,
+        running: &mut ReplaceableExecutive,
+        publisher: &mut Option<Publisher>,
+    ) {
+        if !self.executive.take_over(running.current(), &self.plan) {
+            return self.fail("the programs are for different controls");
+        }
+        running.replace(&mut self.executive, &mut self.engine);
+        self.tick = Duration::from_nanos(running.current().tick_ns());
+        std::mem::swap(publisher, &mut self.publisher);
+    }
+
+    /// Notes why it could not be carried out.
+    pub(crate) fn fail(&mut self, why: &'static str) {
+        self.failure = Some(why);
+    }
+}
