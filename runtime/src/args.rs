@@ -8,6 +8,8 @@ use clap::Args;
 
 use crate::artifact::signature::PublicKey;
 use crate::files::why_not_read;
+use crate::socket::Permission;
+
 pub use crate::nct::NctArgs;
 pub use crate::pmac::PmacArgs;
 pub use crate::pmi::PmiArgs;
@@ -104,6 +106,21 @@ pub struct RunArgs {
     #[arg(long, requires = "retain")]
     pub retain_must_exist: bool,
 
+    /// A file that always shows the process image after the last whole tick, for other processes to
+    /// map into their memory; best below /dev/shm or /run
+    #[arg(long, value_name = "FILE")]
+    pub image: Option<PathBuf>,
+
+    /// A Unix socket for plcctl, by which the same user and root can look at the running control;
+    /// --allow says what else they may do. Needs --realtime
+    #[arg(long, value_name = "PATH", requires = "realtime")]
+    pub socket: Option<PathBuf>,
+
+    /// What may be done by the socket besides reading: write (variables), force (inputs and outputs),
+    /// swap (the program), stop (it, and start it again)
+    #[arg(long, value_name = "WHAT,WHAT…", value_delimiter = ',', requires = "socket")]
+    pub allow: Vec<Permission>,
+
     /// What a physical output becomes when the program is stopped or a signal ends the run; without
     /// this option it is switched off. May be given several times
     #[arg(long, value_name = "NAME=off|hold|VALUE")]
@@ -113,6 +130,11 @@ pub struct RunArgs {
     /// `plcc key new` makes
     #[arg(long, value_name = "PUBKEY")]
     pub key: Option<PathBuf>,
+
+    /// A number that stands for the machine code that runs, where an artifact is run: by it an online
+    /// change knows whether suspended tasks can go on where they were.
+    #[arg(skip)]
+    pub code: Option<u64>,
 
     /// Files that are read besides the sources and the stimulus: an artifact, a machine file. No
     /// output may overwrite them.

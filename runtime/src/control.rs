@@ -29,7 +29,7 @@ pub(crate) trait Control {
         &self,
         program: &Program,
         choices: &Choices<'_>,
-    ) -> Result<Box<dyn Executive>, String>;
+    ) -> Result<Box<dyn Executive + Send>, String>;
 
     /// Whether a machine file says something that is used when the program runs, rather than when
     /// it is compiled.

@@ -43,13 +43,14 @@ pub mod executive;
 mod file_lock;
 pub mod files;
 mod fingerprint;
-#[cfg(all(feature = "args", target_os = "linux"))]
+#[cfg(feature = "args")]
 pub mod image_file;
 pub mod journal;
 pub mod native;
 pub mod nct;
 pub mod panic_barrier;
 mod patient_writer;
+mod peer;
 pub mod perf;
 pub mod pmac;
 pub mod pmi;
@@ -59,7 +60,7 @@ pub mod run;
 pub mod safe_outputs;
 #[cfg(feature = "args")]
 pub mod session;
-#[cfg(all(feature = "args", target_os = "linux"))]
+#[cfg(feature = "args")]
 pub mod socket;
 pub mod swap;
 pub mod value;
@@ -72,5 +73,6 @@ pub use executive::{
 };
 pub use native::NativeEngine;
 pub use panic_barrier::PanicBarrier;
+pub use peer::Peer;
 pub use retain::Restored;
 pub use value::Value;

@@ -36,8 +36,6 @@ pub struct Publisher {
     image_size: usize,
     /// What the sequence counter holds.
     sequence: u64,
-    /// Where the file is now.
-    at: PathBuf,
     /// Holds the lock by which other processes know that the file is in use.
     _file: File,
 }
@@ -72,6 +70,13 @@ fn check_replaceable(path: &Path) -> Result<(), ImageFileError> {
     }
 }
 
+/// Where a file is made that is to get the name `path`.
+fn beside(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(format!(".{}.tmp", std::process::id()));
+    name.into()
+}
+
 impl Publisher {
     /// Makes the image file of a control. An image file of a process that has ended is replaced; a
     /// process that still has it open keeps what it held.
@@ -80,8 +85,8 @@ impl Publisher {
     /// When a file of that name is something else or in use, or can't be written.
     pub fn create(path: &Path, content: &Content<'_>) -> Result<Self, ImageFileError> {
         check_replaceable(path)?;
-        let mut publisher = Self::prepare(path, content)?;
-        publisher.put_in_place(path)?;
+        let publisher = Self::prepare(path, content)?;
+        Self::put_in_place(path)?;
         Ok(publisher)
     }
 
@@ -91,15 +96,26 @@ impl Publisher {
     /// # Errors
     /// When it can't be written.
     pub fn prepare(path: &Path, content: &Content<'_>) -> Result<Self, ImageFileError> {
-        let mut name = path.as_os_str().to_owned();
-        name.push(format!(".{}.tmp", std::process::id()));
-        let beside = PathBuf::from(name);
-        let made = Self::make(&beside, content);
-        made.map_err(|error| {
-            // A temporary file that can't be removed does no harm.
-            let _ = fs::remove_file(&beside);
+        let beside = beside(path);
+        Self::make(&beside, content).map_err(|error| {
+            Self::discard(path);
             ImageFileError::Io(path.to_owned(), error)
         })
+    }
+
+    /// Renames the file that [`prepare`](Self::prepare) has made for `path` to that name.
+    ///
+    /// # Errors
+    /// When the system refuses it.
+    pub fn put_in_place(path: &Path) -> Result<(), ImageFileError> {
+        let renamed = fs::rename(beside(path), path);
+        renamed.map_err(|error| ImageFileError::Io(path.to_owned(), error))
+    }
+
+    /// Removes the file that [`prepare`](Self::prepare) has made for `path`.
+    pub fn discard(path: &Path) {
+        // A temporary file that can't be removed does no harm.
+        let _ = fs::remove_file(beside(path));
     }
 
     fn make(path: &Path, content: &Content<'_>) -> io::Result<Self> {
@@ -128,19 +144,8 @@ impl Publisher {
             pages: Pages::new(content.image.len(), content.used),
             image_size: content.image.len(),
             sequence: 0,
-            at: path.to_owned(),
             _file: file,
         })
-    }
-
-    /// Renames the file to the name by which readers know it.
-    ///
-    /// # Errors
-    /// When the system refuses it.
-    pub fn put_in_place(&mut self, path: &Path) -> Result<(), ImageFileError> {
-        fs::rename(&self.at, path).map_err(|error| ImageFileError::Io(path.to_owned(), error))?;
-        self.at = path.to_owned();
-        Ok(())
     }
 
     /// Whether the file lies in memory (tmpfs), where writing to it never waits for a disk.

@@ -6,6 +6,8 @@ use std::time::{Duration, SystemTime};
 
 use serde::{Serialize, Serializer};
 
+use crate::Peer;
+
 /// Something that happened around a program.
 #[derive(Clone, Debug, Serialize)]
 pub struct Entry {
@@ -59,6 +61,55 @@ pub enum EntryKind {
         late: Duration,
         /// How many ticks were skipped for it.
         skipped: u64,
+    },
+    /// Somebody set a variable.
+    Write {
+        /// Its name.
+        name: String,
+        /// The value as it was given.
+        value: String,
+        /// Who.
+        #[serde(flatten)]
+        by: Peer,
+    },
+    /// Somebody forced an input or an output, or ended its force.
+    Force {
+        /// Its name.
+        name: String,
+        /// The value as it was given; `None` where the force has ended.
+        value: Option<String>,
+        /// Who.
+        #[serde(flatten)]
+        by: Peer,
+    },
+    /// Somebody stopped the program or had it go on.
+    Control {
+        /// `stop` or `start`.
+        request: &'static str,
+        /// Who.
+        #[serde(flatten)]
+        by: Peer,
+    },
+    /// Another program has taken the place of the one that ran.
+    Swap {
+        /// The artifact that runs now.
+        artifact: String,
+        /// Whether it ran before and was taken back.
+        rollback: bool,
+        /// How long the ticks were held up.
+        #[serde(rename = "took_ms", serialize_with = "milliseconds")]
+        took: Duration,
+        /// Who.
+        #[serde(flatten)]
+        by: Peer,
+    },
+    /// Somebody connected to the socket and was sent away, or asked for what is not allowed.
+    Refused {
+        /// What.
+        what: String,
+        /// Who.
+        #[serde(flatten)]
+        by: Peer,
     },
     /// An output could not take lines or rows as fast as they came, or not at all, so that some are
     /// missing.
@@ -155,10 +206,15 @@ impl EntryKind {
     pub fn severity(&self) -> Severity {
         match self {
             Self::Note { .. }
+            | Self::Write { .. }
+            | Self::Force { .. }
+            | Self::Control { .. }
+            | Self::Swap { .. }
             | Self::OutputRecovered { .. }
             | Self::RetainedFileRecovered { .. } => Severity::Note,
             Self::Warning { .. }
             | Self::Overrun { .. }
+            | Self::Refused { .. }
             | Self::Lost { .. }
             | Self::OutputFailed { .. }
             | Self::OutputClosed { .. }
@@ -189,6 +245,24 @@ impl fmt::Display for EntryKind {
                     _ => write!(f, ", and {skipped} ticks were skipped"),
                 }
             }
+            Self::Write { name, value, by } => write!(f, "{name} was set to {value} by {by}"),
+            Self::Force { name, value: Some(value), by } => {
+                write!(f, "{name} was forced to {value} by {by}")
+            }
+            Self::Force { name, value: None, by } => {
+                write!(f, "the force on {name} was ended by {by}")
+            }
+            Self::Control { request: "stop", by } => write!(f, "the program was stopped by {by}"),
+            Self::Control { by, .. } => write!(f, "the program was started again by {by}"),
+            Self::Swap { artifact, rollback, took, by } => {
+                let how = if *rollback { " again" } else { "" };
+                let took = took.as_secs_f64() * 1000.0;
+                write!(
+                    f,
+                    "{artifact} runs{how} from here on; the change took {took:.3} ms; by {by}"
+                )
+            }
+            Self::Refused { what, by } => write!(f, "{what} was refused to {by}"),
             Self::Lost { output, count } => {
                 let what = match *output {
                     "trace" => "rows of the trace",

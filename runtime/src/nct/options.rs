@@ -55,7 +55,7 @@ pub(super) fn executive(
     tables: &NctTables,
     program: &Program,
     choices: &Choices<'_>,
-) -> Result<Box<dyn Executive>, String> {
+) -> Result<Box<dyn Executive + Send>, String> {
     let args = &choices.args.nct;
     let mut settings = choices.machine.map_or(&tables.settings, |machine| &machine.nct).clone();
     settings.parameters.extend(&args.param);

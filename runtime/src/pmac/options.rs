@@ -26,7 +26,7 @@ impl PmacArgs {
 pub(super) fn executive(
     program: &Program,
     choices: &Choices<'_>,
-) -> Result<Box<dyn Executive>, String> {
+) -> Result<Box<dyn Executive + Send>, String> {
     let standard = PmacOptions::default();
     let background_steps = choices.args.pmac.background_steps;
     let options = PmacOptions {

@@ -29,7 +29,7 @@ impl PmiArgs {
 pub(super) fn executive(
     program: &Program,
     choices: &Choices<'_>,
-) -> Result<Box<dyn Executive>, String> {
+) -> Result<Box<dyn Executive + Send>, String> {
     let standard = PmiOptions::default();
     let period = choices.args.pmi.period.map(|period| period.as_nanos() as u64);
     let options = PmiOptions { period_ns: period.unwrap_or(standard.period_ns) };

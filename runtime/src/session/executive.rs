@@ -19,7 +19,7 @@ pub fn executive(
     args: &ControlArgs,
     realtime: bool,
     machine: Option<&Machine>,
-) -> Result<Box<dyn Executive>, SessionError> {
+) -> Result<Box<dyn Executive + Send>, SessionError> {
     check(args, program.dialect())?;
     let choices = Choices { args, realtime, machine };
     let executive = control(&program.tables).executive(program, &choices);

@@ -3,6 +3,7 @@
 //! shows progress, writes the outputs, and gives the exit status.
 
 mod executive;
+mod outside;
 mod output;
 mod realtime_priority;
 mod retained_data;
@@ -25,10 +26,12 @@ use crate::files::{MAX_STIMULUS, read_regular, why_not_read};
 use crate::journal::{Destinations, EntryKind, Journal, JournalOwner, ScanJournal};
 use crate::progress::Progress;
 use crate::run::{Clock, End, Hook, Player, Run, Stimulus, SystemClock, TraceFormat, Watch, dump};
+use crate::swap::ReplaceableExecutive;
 use crate::{Executive, PanicBarrier};
 
 pub use executive::{executive, takes_machine_file};
 pub use output::write_whole;
+use outside::Outside;
 use output::{Output, check_paths, check_retained, check_writable, open};
 use retained_data::RetainedData;
 use signals::EndSignals;
@@ -136,8 +139,9 @@ impl Job<'_> {
     /// Runs the program and gives the exit status.
     fn run(&self, engine: &mut dyn Engine, scan: ScanJournal) -> Result<u8, SessionError> {
         let Self { program, args, machine, clock, journal } = *self;
-        let mut executive = executive(program, &args.control, args.realtime, machine)?;
-        let executive = executive.as_mut();
+        let executive = executive(program, &args.control, args.realtime, machine)?;
+        let mut executive = ReplaceableExecutive::new(executive);
+        let executive: &mut dyn Executive = &mut executive;
         executive.set_safe_outputs(&args.safe).map_err(|errors| {
             let errors: Vec<String> = errors.iter().map(|e| format!("--safe: {e}")).collect();
             SessionError(errors.join("\nerror: "))
@@ -162,6 +166,9 @@ impl Job<'_> {
         let trace_path = args.trace_path();
         let mut trace = trace_path.map(Output::create).transpose()?;
         let mut events = args.events.as_deref().map(Output::create).transpose()?;
+        let uses_numbers = !watch.is_empty() || args.stimulus.is_some();
+        let mut outside =
+            Outside::start(program, args, machine, executive, uses_numbers, journal)?;
         let mut progress = Progress::new(ticks);
         if args.realtime
             && let Err(why) = realtime_priority::request()
@@ -174,6 +181,9 @@ impl Job<'_> {
         }
         if let RetainedData::Continually(writer) = &mut retained {
             hooks.push(writer);
+        }
+        if let Some(outside) = &mut outside {
+            hooks.push(&mut outside.hook);
         }
         let mut engine = PanicBarrier::new(engine);
         let end = Run {
@@ -193,6 +203,9 @@ impl Job<'_> {
         }
         .go();
         progress.clear();
+        if let Some(outside) = &mut outside {
+            outside.hook.end(end.ticks, executive);
+        }
 
         let mut status = status(&end, journal);
         let mut check = |result: Result<(), SessionError>| {

@@ -27,7 +27,7 @@ pub(crate) struct Item {
 }
 
 /// Some variables that are read, set or forced. All are done in one tick where they are at most
-/// [`ITEMS_PER_TICK`](super::hook::ITEMS_PER_TICK), else in as many as it takes.
+/// `ITEMS_PER_TICK`, else in as many as it takes.
 #[derive(Clone, Debug)]
 pub(crate) struct Batch {
     pub(crate) items: Vec<Item>,

@@ -4,8 +4,8 @@ use std::io::{ErrorKind, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::time::{Duration, Instant};
 
-use super::peer::Peer;
 use super::protocol::MAX_REQUEST;
+use crate::Peer;
 
 /// Requests a second that a client may make in the long run.
 const RATE: f64 = 200.0;
@@ -66,7 +66,10 @@ impl Connection {
     /// often.
     pub(super) fn wants_input(&mut self, now: Instant) -> bool {
         self.refill(now);
-        !self.waits && !self.ends && !self.has_output() && self.tokens >= 1.0
+        !self.waits
+            && !self.ends
+            && !self.has_output()
+            && self.tokens >= 1.0
             && self.input.len() <= MAX_REQUEST
     }
 
@@ -138,6 +141,19 @@ impl Connection {
         }
         (self.output, self.sent) = (vec![], 0);
         if self.ends { Goes::Away } else { Goes::On }
+    }
+
+    /// Whether the client is still there, for a connection that is not to be read now.
+    pub(super) fn check_alive(&self) -> Goes {
+        use rustix::net::RecvFlags;
+        let mut byte = [0_u8];
+        let peeked =
+            rustix::net::recv(&self.stream, &mut byte[..], RecvFlags::PEEK | RecvFlags::DONTWAIT);
+        match peeked {
+            Ok((_, 0)) => Goes::Away,
+            Ok(_) | Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => Goes::On,
+            Err(_) => Goes::Away,
+        }
     }
 
     /// Whether it has taken nothing of its reply for too long.

@@ -37,13 +37,12 @@ impl OutsideHook {
         Self { socket, publisher, reached, unfinished: None, forces: 0, state, held: false }
     }
 
-    /// The image file, to be ended when the run has ended.
-    pub(crate) fn end(&mut self) {
-        if let Some(publisher) = &mut self.publisher
-            && self.state != State::Stopped
-        {
-            publisher.end(State::Ended);
+    /// Writes the image file for the last time, when the run has ended.
+    pub(crate) fn end(&mut self, ticks: u64, executive: &dyn Executive) {
+        if self.state != State::Stopped || self.held {
+            self.state = State::Ended;
         }
+        self.publish(ticks, executive);
     }
 
     /// Carries out a command as far as `left` variables allow; gives it back if it is not done.

@@ -1,6 +1,34 @@
-//! placeholder
-pub(crate) mod commands;
-pub(crate) mod hook;
+//! Control over a Unix socket (`--socket`): other processes of the same user look at a running
+//! control, set and force variables, stop and start the program, and replace it by another version.
+//!
+//! A thread of its own serves the socket. What needs the program it hands to the thread that runs the
+//! ticks, by a queue of fixed length, and that thread carries out a bounded number of commands before
+//! each tick ([`OutsideHook`]): it allocates and frees no memory for them, takes no lock and makes no
+//! system call. So nothing that a client does delays a tick. `docs/socket.md` explains the protocol;
+//! `plcctl` is a client.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `protocol.rs` | requests and replies as text |
+//! | `server.rs`, `connection.rs`, `peer.rs` | the socket, its clients, who they are |
+//! | `requests.rs` | what each request does |
+//! | `program.rs` | the program as the socket's thread knows it |
+//! | `commands.rs` | what goes between the two threads |
+//! | `hook.rs` | the side of the thread that runs the ticks; it also writes the image file |
+
+mod commands;
 mod connection;
+mod hook;
 mod peer;
+mod program;
 mod protocol;
+mod requests;
+mod server;
+
+pub(crate) use commands::{Reached, queues};
+pub(crate) use hook::OutsideHook;
+pub use protocol::{MAX_REQUEST, Permission, VERSION};
+pub(crate) use requests::Requests;
+pub use requests::{Load, Loaded, MakeExecutive, Surroundings, Timing};
+pub(crate) use server::Server;
+pub use server::SocketError;

@@ -1,29 +1,9 @@
 //! Who is at the other end of a connection, as the operating system says it.
 
-use std::fmt;
 use std::fs;
 use std::os::unix::net::UnixStream;
 
-use serde::Serialize;
-
-/// A process that is connected.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Peer {
-    /// The user's name, or the number as text where there is none.
-    pub user: String,
-    /// The user's number.
-    pub uid: u32,
-    /// The number of the process that connected.
-    pub pid: u32,
-    /// The command that it runs.
-    pub command: String,
-}
-
-impl fmt::Display for Peer {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "user {} with {} (process {})", self.user, self.command, self.pid)
-    }
-}
+use crate::Peer;
 
 impl Peer {
     /// The process at the other end.
@@ -73,8 +53,7 @@ mod tests {
 
     #[test]
     fn the_own_user_and_root_are_admitted() {
-        let peer =
-            |uid| Peer { user: String::new(), uid, pid: 1, command: String::new() };
+        let peer = |uid| Peer { user: String::new(), uid, pid: 1, command: String::new() };
         assert!(peer(7).is_admitted(7) && peer(0).is_admitted(7));
         assert!(!peer(8).is_admitted(7) && !peer(7).is_admitted(0));
     }

@@ -53,13 +53,9 @@ pub(crate) enum Request {
         names: Vec<String>,
     },
     /// Set variables, as a stimulus does.
-    Set {
-        values: Vec<Assignment>,
-    },
+    Set { values: Vec<Assignment> },
     /// Force inputs and outputs.
-    Force {
-        values: Vec<Assignment>,
-    },
+    Force { values: Vec<Assignment> },
     /// End forces.
     Unforce {
         #[serde(default)]
@@ -187,8 +183,9 @@ impl Envelope {
             return Self { id: Json::Null, request };
         }
         let request = match map.remove("version").as_ref().and_then(Json::as_u64) {
-            Some(VERSION) => serde_json::from_value(Json::Object(map))
-                .map_err(|error| bad(error.to_string())),
+            Some(VERSION) => {
+                serde_json::from_value(Json::Object(map)).map_err(|error| bad(error.to_string()))
+            }
             Some(other) => Err(Failure::new(
                 "version",
                 format!("version {other} of the protocol is not known; this is version {VERSION}"),

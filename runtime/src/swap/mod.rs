@@ -12,14 +12,14 @@
 
 mod compare;
 mod replaceable;
-#[cfg(all(feature = "args", target_os = "linux"))]
+#[cfg(feature = "args")]
 mod replacement;
 
 use plcc_abi::{Program, Tables};
 
 pub use compare::{Change, Comparison, Row};
 pub use replaceable::ReplaceableExecutive;
-#[cfg(all(feature = "args", target_os = "linux"))]
+#[cfg(feature = "args")]
 pub(crate) use replacement::Replacement;
 
 use crate::nct::NctTransfer;

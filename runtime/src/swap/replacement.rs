@@ -1,7 +1,5 @@
 //! A prepared online change, as the thread that runs the ticks carries it out.
 
-use std::time::Duration;
-
 use plcc_abi::Engine;
 
 use super::{Plan, ReplaceableExecutive};
@@ -18,8 +16,6 @@ pub(crate) struct Replacement {
     pub(crate) publisher: Option<Publisher>,
     /// Why it could not be carried out; nothing has changed then.
     pub(crate) failure: Option<&'static str>,
-    /// The length of a tick of the program that now runs.
-    pub(crate) tick: Duration,
 }
 
 impl std::fmt::Debug for Replacement {
@@ -39,7 +35,6 @@ impl Replacement {
             return self.fail("the programs are for different controls");
         }
         running.replace(&mut self.executive, &mut self.engine);
-        self.tick = Duration::from_nanos(running.current().tick_ns());
         std::mem::swap(publisher, &mut self.publisher);
     }
 

@@ -1,0 +1,117 @@
+//! What acts on a run from outside and shows it to the outside: the image file (`--image`) and the
+//! socket (`--socket`).
+
+use std::path::Path;
+use std::sync::Arc;
+
+use plcc_abi::Program;
+use plcc_abi::machine::Machine;
+use serde_json::json;
+
+use crate::args::RunArgs;
+use crate::image_file::{Content, Publisher};
+use crate::journal::Journal;
+use crate::socket::{Loaded, OutsideHook, Reached, Requests, Server, Surroundings, queues};
+use crate::{Artifact, Executive, NativeEngine};
+
+use super::SessionError;
+use super::executive::executive;
+
+/// The image file and the socket of a run, as far as it has them.
+pub(super) struct Outside {
+    /// What the thread that runs the ticks does for them.
+    pub(super) hook: OutsideHook,
+    /// Ends the socket's thread when it is dropped.
+    _server: Option<Server>,
+}
+
+/// Makes the executive of a program as all options of a run say.
+fn configured(
+    program: &Program,
+    args: &RunArgs,
+    machine: Option<&Machine>,
+) -> Result<Box<dyn Executive + Send>, String> {
+    let made = executive(program, &args.control, args.realtime, machine);
+    let mut executive = made.map_err(|error| error.to_string())?;
+    executive.set_safe_outputs(&args.safe).map_err(|errors| {
+        let errors: Vec<String> = errors.iter().map(|e| format!("--safe: {e}")).collect();
+        errors.join("; ")
+    })?;
+    Ok(executive)
+}
+
+/// Reads an artifact for an online change.
+fn load(path: &Path) -> Result<Loaded, String> {
+    let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+    let artifact = Artifact::open(path).map_err(|error| named(&error))?;
+    let engine = NativeEngine::new(&artifact.code, &artifact.program);
+    let engine = Box::new(engine.map_err(|error| named(&error))?);
+    Ok(Loaded { code: artifact.code_number(), program: artifact.program, engine })
+}
+
+impl Outside {
+    /// Makes what the options ask for; `None` where they ask for neither. `executive` is the one that
+    /// will run, with all variables looked up that trace and stimulus use; `uses_numbers` says
+    /// whether they use any.
+    pub(super) fn start(
+        program: &Program,
+        args: &RunArgs,
+        machine: Option<&Machine>,
+        executive: &dyn Executive,
+        uses_numbers: bool,
+        journal: &Journal,
+    ) -> Result<Option<Self>, SessionError> {
+        if args.image.is_none() && args.socket.is_none() {
+            return Ok(None);
+        }
+        let error = |error: &dyn std::fmt::Display| SessionError(error.to_string());
+        let publisher = match &args.image {
+            None => None,
+            Some(path) => {
+                let content = Content {
+                    program,
+                    fingerprint: executive.fingerprint(),
+                    image: executive.image(),
+                    used: &executive.used_ranges(),
+                    tick_ns: executive.tick_ns(),
+                    generation: 0,
+                    safe_outputs: executive.safe_lines().bytes(),
+                };
+                let publisher = Publisher::create(path, &content).map_err(|e| error(&e))?;
+                if args.realtime && !publisher.is_in_memory() {
+                    let path = path.display();
+                    journal.note(format!(
+                        "the image file {path} is on a disk, for which a tick may have to wait; put \
+                         it below /dev/shm or /run"
+                    ));
+                }
+                Some(publisher)
+            }
+        };
+        let reached = Arc::new(Reached::default());
+        let (mut scan_end, mut server) = (None, None);
+        if let Some(path) = &args.socket {
+            let own = configured(program, args, machine).map_err(SessionError)?;
+            let (for_scan, for_socket) = queues();
+            let (options, machine) = (args.clone(), machine.cloned());
+            let surroundings = Surroundings {
+                program: Arc::new(program.clone()),
+                code: args.code,
+                allow: args.allow.clone(),
+                image: args.image.clone(),
+                found: if uses_numbers { executive.found() } else { vec![] },
+                load: Box::new(load),
+                make_executive: Box::new(move |program| {
+                    configured(program, &options, machine.as_ref())
+                }),
+                timing: Box::new(|| json!({})),
+                journal: journal.clone(),
+            };
+            let requests = Requests::new(own, for_socket, Arc::clone(&reached), surroundings);
+            server = Some(Server::start(path, requests).map_err(|e| error(&e))?);
+            scan_end = Some(for_scan);
+        }
+        let hook = OutsideHook::new(scan_end, publisher, reached);
+        Ok(Some(Self { hook, _server: server }))
+    }
+}

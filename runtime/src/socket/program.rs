@@ -1,0 +1,252 @@
+//! The program as the socket's thread knows it: an executive of its own, which never runs, finds
+//! variables by their names and checks values and forces before the thread that runs the ticks is
+//! asked.
+
+use std::sync::Arc;
+
+use plcc_abi::Program;
+use serde_json::{Value as Json, json};
+
+use super::commands::Item;
+use super::protocol::{Assignment, Failure, MAX_NAMES};
+use crate::{Executive, NameError, Purpose, Setting, Value, Variable, VariableKey};
+
+/// A force in effect.
+#[derive(Clone, Debug)]
+pub(super) struct Force {
+    pub(super) name: String,
+    pub(super) key: VariableKey,
+    pub(super) setting: Setting,
+    /// The value as it was given.
+    pub(super) text: String,
+}
+
+/// A name of a request, and how many items of its batch belong to it.
+#[derive(Clone, Debug)]
+pub(super) struct Named {
+    pub(super) name: String,
+    /// `None` for a single variable, the number of elements for an array.
+    pub(super) elements: Option<usize>,
+}
+
+/// A program with what acts on it.
+pub(super) struct Served {
+    pub(super) program: Arc<Program>,
+    /// A number that stands for its machine code; `None` where that is not known.
+    pub(super) code: Option<u64>,
+    /// The artifact or source, for people.
+    pub(super) title: String,
+    pub(super) executive: Box<dyn Executive + Send>,
+    pub(super) forces: Vec<Force>,
+}
+
+fn unknown(error: &NameError) -> Failure {
+    Failure::new("not_found", error.to_string())
+}
+
+fn too_many() -> Failure {
+    Failure::new("too_large", format!("one request can name {MAX_NAMES} variables at most"))
+}
+
+impl Served {
+    pub(super) fn new(
+        program: Arc<Program>,
+        code: Option<u64>,
+        executive: Box<dyn Executive + Send>,
+    ) -> Self {
+        let title = program.files.first().cloned().unwrap_or_default();
+        Self { program, code, title, executive, forces: vec![] }
+    }
+
+    /// The variables that names and patterns stand for, in this order.
+    fn find_all(&mut self, names: &[String]) -> Result<Vec<(String, Variable)>, Failure> {
+        let mut found: Vec<(String, Variable)> = vec![];
+        for name in names {
+            if name.contains(['*', '?']) {
+                let pattern = wildmatch::WildMatch::new_case_insensitive(name);
+                let declared = self.executive.declared().into_iter();
+                found.extend(declared.filter(|(name, _)| pattern.matches(name)));
+            } else {
+                let variable = self.executive.find(name, Purpose::Watch);
+                found.push((name.clone(), variable.map_err(|error| unknown(&error))?));
+            }
+            if found.len() > MAX_NAMES {
+                return Err(too_many());
+            }
+        }
+        Ok(found)
+    }
+
+    /// What is to be read for some names.
+    pub(super) fn items_to_read(
+        &mut self,
+        names: &[String],
+    ) -> Result<(Vec<Named>, Vec<Item>), Failure> {
+        let (mut named, mut items) = (vec![], vec![]);
+        for (name, variable) in self.find_all(names)? {
+            let keys = self.executive.keys(variable);
+            let is_array = matches!(self.executive.get(variable), Value::Array(_));
+            named.push(Named { name, elements: is_array.then_some(keys.len()) });
+            let item = |key| Item { key, setting: None, value: Value::Int(0) };
+            items.extend(keys.into_iter().map(item));
+            if items.len() > MAX_NAMES {
+                return Err(too_many());
+            }
+        }
+        Ok((named, items))
+    }
+
+    fn setting(&self, variable: Variable, assignment: &Assignment) -> Result<Setting, Failure> {
+        let parsed = self.executive.parse(variable, &assignment.text());
+        parsed.map_err(|error| Failure::new("bad_value", format!("{}: {error}", assignment.name)))
+    }
+
+    /// What is to be written for some assignments.
+    pub(super) fn items_to_write(
+        &mut self,
+        assignments: &[Assignment],
+    ) -> Result<Vec<Item>, Failure> {
+        let mut items = vec![];
+        for assignment in assignments {
+            let variable = self.executive.find(&assignment.name, Purpose::Stimulus);
+            let variable = variable.map_err(|error| unknown(&error))?;
+            let setting = self.setting(variable, assignment)?;
+            let item = |key| Item { key, setting: Some(setting), value: Value::Int(0) };
+            items.extend(self.executive.keys(variable).into_iter().map(item));
+        }
+        Ok(items)
+    }
+
+    /// Forces variables of the own executive; what is to be forced in the one that runs. All of them
+    /// are forced, or none.
+    pub(super) fn force(&mut self, assignments: &[Assignment]) -> Result<Vec<Item>, Failure> {
+        let mut forces: Vec<Force> = vec![];
+        for assignment in assignments {
+            let variable = self.executive.find(&assignment.name, Purpose::Watch);
+            let variable = variable.map_err(|error| unknown(&error))?;
+            let setting = self.setting(variable, assignment)?;
+            let [key] = self.executive.keys(variable)[..] else {
+                let text = format!("{} is an array; name an element", assignment.name);
+                return Err(Failure::new("refused", text));
+            };
+            let name = self.executive.canonical(variable);
+            forces.push(Force { name, key, setting, text: assignment.text() });
+        }
+        for (number, force) in forces.iter().enumerate() {
+            if let Err(why) = self.executive.force(force.key, Some(force.setting)) {
+                for done in forces.iter().take(number) {
+                    let before = self.forces.iter().find(|old| old.key == done.key);
+                    // It was as it is made here before.
+                    let _ = self.executive.force(done.key, before.map(|old| old.setting));
+                }
+                return Err(Failure::new("refused", format!("`{}` {why}", force.name)));
+            }
+        }
+        let item = |force: &Force| Item {
+            key: force.key,
+            setting: Some(force.setting),
+            value: Value::Int(0),
+        };
+        let items = forces.iter().map(item).collect();
+        for force in forces {
+            self.forces.retain(|old| old.key != force.key);
+            self.forces.push(force);
+        }
+        Ok(items)
+    }
+
+    /// Ends forces of the own executive: those of some variables, or all. What is to be done in the
+    /// one that runs, and the names.
+    pub(super) fn unforce(
+        &mut self,
+        names: &[String],
+        all: bool,
+    ) -> Result<(Vec<String>, Vec<Item>), Failure> {
+        let mut ended = vec![];
+        if all {
+            ended = std::mem::take(&mut self.forces);
+        } else {
+            let mut keys = vec![];
+            for name in names {
+                let variable = self.executive.find(name, Purpose::Watch);
+                let variable = variable.map_err(|error| unknown(&error))?;
+                let found = self.executive.keys(variable);
+                if !self.forces.iter().any(|force| found.contains(&force.key)) {
+                    return Err(Failure::new("not_found", format!("`{name}` is not forced")));
+                }
+                keys.extend(found);
+            }
+            self.forces.retain(|force| {
+                let stays = !keys.contains(&force.key);
+                if !stays {
+                    ended.push(force.clone());
+                }
+                stays
+            });
+        }
+        for force in &ended {
+            // Ending a force never fails.
+            let _ = self.executive.force(force.key, None);
+        }
+        let items = ended.iter().map(|f| Item { key: f.key, setting: None, value: Value::Int(0) });
+        Ok((ended.iter().map(|force| force.name.clone()).collect(), items.collect()))
+    }
+
+    /// Forces what is forced in another program in this one too.
+    pub(super) fn take_forces(&mut self, of: &Self) -> Result<(), String> {
+        self.unforce(&[], true).map_err(|failure| failure.message)?;
+        for force in &of.forces {
+            let missing = |why: String| {
+                format!(
+                    "{} is forced, and the new program can't do that ({why}); end its force",
+                    force.name
+                )
+            };
+            let variable = self.executive.find(&force.name, Purpose::Watch);
+            let variable = variable.map_err(|error| missing(error.to_string()))?;
+            let [key] = self.executive.keys(variable)[..] else {
+                return Err(missing("it is an array".into()));
+            };
+            let forced = self.executive.force(key, Some(force.setting));
+            forced.map_err(|why| missing(format!("it {why}")))?;
+            self.forces.push(Force { key, ..force.clone() });
+        }
+        Ok(())
+    }
+
+    /// The forces as a part of a reply.
+    pub(super) fn forces_json(&self) -> Json {
+        let entries = self.forces.iter().map(|f| json!({"name": f.name, "value": f.text}));
+        Json::Array(entries.collect())
+    }
+
+    /// The variables whose names match a pattern, behind the name `after`: at most `count`, and
+    /// whether there are more.
+    pub(super) fn list(
+        &mut self,
+        pattern: Option<&str>,
+        after: Option<&str>,
+        count: usize,
+    ) -> (Vec<Json>, bool) {
+        let pattern = wildmatch::WildMatch::new_case_insensitive(pattern.unwrap_or("*"));
+        let mut declared = self.executive.declared();
+        declared.retain(|(name, _)| pattern.matches(name));
+        let start = after.map_or(0, |after| {
+            declared.iter().position(|(name, _)| name == after).map_or(0, |at| at + 1)
+        });
+        let more = declared.len() > start + count;
+        let shown = declared.into_iter().skip(start).take(count);
+        let entry = |(name, variable): (String, Variable)| {
+            let elements = match self.executive.get(variable) {
+                Value::Array(values) => Some(values.len()),
+                _ => None,
+            };
+            json!({
+                "name": name,
+                "logical": self.executive.is_logical(variable),
+                "elements": elements,
+            })
+        };
+        (shown.map(entry).collect(), more)
+    }
+}

@@ -1,0 +1,437 @@
+//! What each request does: checks it, hands it to the thread that runs the ticks where that is needed,
+//! and makes the reply of the answer.
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use plcc_abi::{Engine, Program};
+use serde_json::{Value as Json, json};
+
+use super::commands::{Answer, Batch, Command, Item, Reached, SocketEnd};
+use super::program::{Named, Served};
+use super::protocol::{Failure, MAX_NAMES, Permission, Request};
+use crate::image_file::{Content, Publisher, State};
+use crate::journal::{EntryKind, Journal};
+use crate::swap::{Comparison, Replacement, compare};
+use crate::{Executive, Peer, Purpose, Value, Variable};
+
+/// An artifact that was read, checked and made ready to run.
+pub struct Loaded {
+    /// Its program.
+    pub program: Program,
+    /// A number that stands for its machine code.
+    pub code: u64,
+    /// Its engine.
+    pub engine: Box<dyn Engine + Send>,
+}
+
+/// Reads artifacts for online changes.
+pub type Load = Box<dyn Fn(&Path) -> Result<Loaded, String> + Send>;
+/// Makes the executive of a program as the options of the run say.
+pub type MakeExecutive = Box<dyn Fn(&Program) -> Result<Box<dyn Executive + Send>, String> + Send>;
+/// Gives the timing of the ticks so far.
+pub type Timing = Box<dyn Fn() -> Json + Send>;
+
+/// What the socket's thread needs of the run.
+pub struct Surroundings {
+    /// The program that runs at the beginning.
+    pub program: Arc<Program>,
+    /// A number that stands for its machine code, if that is known.
+    pub code: Option<u64>,
+    /// What clients may do besides reading.
+    pub allow: Vec<Permission>,
+    /// The image file, which an online change makes anew.
+    pub image: Option<PathBuf>,
+    /// The names that the trace and the stimulus use, by the numbers of their variables.
+    pub found: Vec<String>,
+    /// Reads artifacts.
+    pub load: Load,
+    /// Makes executives.
+    pub make_executive: MakeExecutive,
+    /// Gives the timing.
+    pub timing: Timing,
+    /// Where it is written who did what.
+    pub journal: Journal,
+}
+
+/// What comes of a request.
+pub(super) enum Outcome {
+    /// It is done or refused.
+    Done(Result<Json, Failure>),
+    /// The thread that runs the ticks does it.
+    Waits,
+}
+
+/// What is done when an answer comes.
+enum Then {
+    /// The values are shown.
+    Show(Vec<Named>),
+    /// It is written in the journal who did what.
+    Tell(Vec<EntryKind>),
+    /// The program is another one now.
+    Exchange(Box<Exchange>),
+}
+
+/// An online change that is under way.
+struct Exchange {
+    next: Served,
+    comparison: Comparison,
+    rollback: bool,
+    by: Peer,
+}
+
+/// The program that ran before the last online change, ready to run again.
+struct Previous {
+    served: Served,
+    executive: Box<dyn Executive + Send>,
+    engine: Option<Box<dyn Engine + Send>>,
+}
+
+/// Carries out requests.
+pub(crate) struct Requests {
+    served: Served,
+    previous: Option<Previous>,
+    end: SocketEnd,
+    reached: Arc<Reached>,
+    then: VecDeque<Then>,
+    replacing: bool,
+    generation: u64,
+    surroundings: Surroundings,
+    pub(super) journal: Journal,
+}
+
+fn refused(message: impl Into<String>) -> Failure {
+    Failure::new("refused", message)
+}
+
+impl Requests {
+    /// For a run; `executive` is one of its program, for looking up names only.
+    pub(crate) fn new(
+        executive: Box<dyn Executive + Send>,
+        end: SocketEnd,
+        reached: Arc<Reached>,
+        surroundings: Surroundings,
+    ) -> Self {
+        let served = Served::new(Arc::clone(&surroundings.program), surroundings.code, executive);
+        let journal = surroundings.journal.clone();
+        let then = VecDeque::new();
+        let (previous, replacing, generation) = (None, false, 0);
+        Self { served, previous, end, reached, then, replacing, generation, surroundings, journal }
+    }
+
+    /// Whether an online change is under way, until whose end no request is taken.
+    pub(super) fn is_replacing(&self) -> bool {
+        self.replacing
+    }
+
+    /// Carries out a request, or has it carried out.
+    pub(super) fn handle(&mut self, request: Request, by: &Peer) -> Outcome {
+        if let Some(needed) = request.needs()
+            && !self.surroundings.allow.contains(&needed)
+        {
+            let what = needed.name();
+            let kind =
+                EntryKind::Refused { what: format!("a request that needs {what}"), by: by.clone() };
+            self.journal.write(kind);
+            let text = format!("the control was started without --allow {what}");
+            return Outcome::Done(Err(Failure::new("denied", text)));
+        }
+        self.carry_out(request, by).unwrap_or_else(|failure| Outcome::Done(Err(failure)))
+    }
+
+    fn carry_out(&mut self, request: Request, by: &Peer) -> Result<Outcome, Failure> {
+        match request {
+            Request::Status => Ok(Outcome::Done(Ok(self.status()))),
+            Request::Stat => Ok(Outcome::Done(Ok(self.stat()))),
+            Request::List { pattern, after } => {
+                let (pattern, after) = (pattern.as_deref(), after.as_deref());
+                let (variables, more) = self.served.list(pattern, after, MAX_NAMES);
+                Ok(Outcome::Done(Ok(json!({"variables": variables, "more": more}))))
+            }
+            Request::Get { names } => {
+                let (named, items) = self.served.items_to_read(&names)?;
+                self.ask(Command::Read(Box::new(Batch::new(items))), Then::Show(named))
+            }
+            Request::Set { values } => {
+                let items = self.served.items_to_write(&values)?;
+                let told = values.into_iter().map(|assignment| {
+                    let value = assignment.text();
+                    EntryKind::Write { name: assignment.name, value, by: by.clone() }
+                });
+                let then = Then::Tell(told.collect());
+                self.ask(Command::Write(Box::new(Batch::new(items))), then)
+            }
+            Request::Force { values } => {
+                let items = self.served.force(&values)?;
+                let told = values.into_iter().map(|assignment| {
+                    let value = Some(assignment.text());
+                    EntryKind::Force { name: assignment.name, value, by: by.clone() }
+                });
+                self.ask_to_force(items, told.collect())
+            }
+            Request::Unforce { names, all } => {
+                let (names, items) = self.served.unforce(&names, all)?;
+                let told = names.into_iter();
+                let told = told.map(|name| EntryKind::Force { name, value: None, by: by.clone() });
+                self.ask_to_force(items, told.collect())
+            }
+            Request::Stop => {
+                let told = EntryKind::Control { request: "stop", by: by.clone() };
+                self.ask(Command::Stop, Then::Tell(vec![told]))
+            }
+            Request::Start => {
+                let told = EntryKind::Control { request: "start", by: by.clone() };
+                self.ask(Command::Start, Then::Tell(vec![told]))
+            }
+            Request::Swap { path, accept, dry_run } => self.swap(&path, &accept, dry_run, by),
+            Request::Rollback => self.rollback(by),
+        }
+    }
+
+    fn ask_to_force(&mut self, items: Vec<Item>, told: Vec<EntryKind>) -> Result<Outcome, Failure> {
+        let forces = self.served.forces.len() as u64;
+        let batch = Batch { forces, ..Batch::new(items) };
+        self.ask(Command::Force(Box::new(batch)), Then::Tell(told))
+    }
+
+    /// Hands a command to the thread that runs the ticks.
+    fn ask(&mut self, command: Command, then: Then) -> Result<Outcome, Failure> {
+        let busy = |_| Failure::new("busy", "too many requests wait for the next tick");
+        self.end.commands.push(command).map_err(busy)?;
+        self.then.push_back(then);
+        Ok(Outcome::Waits)
+    }
+
+    fn status(&self) -> Json {
+        let allow: Vec<&str> = self.surroundings.allow.iter().map(|one| one.name()).collect();
+        json!({
+            "state": self.reached.state().name(),
+            "ticks": self.reached.ticks(),
+            "dialect": self.served.program.dialect().name(),
+            "program": self.served.title,
+            "fingerprint": format!("{:016x}", self.served.executive.fingerprint()),
+            "generation": self.generation,
+            "rollback_to": self.previous.as_ref().map(|previous| &previous.served.title),
+            "process": std::process::id(),
+            "forces": self.served.forces_json(),
+            "allow": allow,
+        })
+    }
+
+    fn stat(&self) -> Json {
+        let mut timing = (self.surroundings.timing)();
+        if let Some(map) = timing.as_object_mut() {
+            map.insert("ticks".into(), self.reached.ticks().into());
+            map.insert("forces".into(), self.served.forces_json());
+        }
+        timing
+    }
+
+    /// The reply to the request that has waited longest, if its answer has come.
+    pub(super) fn next_answer(&mut self) -> Option<Result<Json, Failure>> {
+        let Answer { command, tick, took } = self.end.answers.pop().ok()?;
+        let then = self.then.pop_front()?;
+        Some(match (command, then) {
+            (Command::Read(batch), Then::Show(named)) => Ok(values(&named, &batch, tick)),
+            (Command::Replace(replacement), Then::Exchange(exchange)) => {
+                self.replacing = false;
+                self.exchange(*replacement, *exchange, tick, took)
+            }
+            (_, Then::Tell(entries)) => {
+                let count = entries.len();
+                entries.into_iter().for_each(|entry| self.journal.write(entry));
+                Ok(json!({"ticks": tick, "count": count, "forces": self.served.forces_json()}))
+            }
+            // Answers come in the order of the commands.
+            _ => Err(Failure::new("internal", "the answer belongs to another request")),
+        })
+    }
+
+    /// Compares another artifact with the program that runs, and has it take its place.
+    fn swap(
+        &mut self,
+        path: &Path,
+        accept: &[String],
+        dry_run: bool,
+        by: &Peer,
+    ) -> Result<Outcome, Failure> {
+        let Loaded { program, code, engine } = (self.surroundings.load)(path).map_err(refused)?;
+        let same_code = self.served.code == Some(code);
+        let comparison = compare(&self.served.program, &program, same_code).map_err(refused)?;
+        if dry_run {
+            return Ok(Outcome::Done(Ok(comparison_json(&comparison))));
+        }
+        let names: Vec<&str> = comparison.refused(accept).map(|row| row.name.as_str()).collect();
+        if !names.is_empty() {
+            let text = format!(
+                "these changes are refused unless they are accepted by their names: {}",
+                names.join(", ")
+            );
+            let mut failure = refused(text);
+            if let Json::Object(details) = comparison_json(&comparison) {
+                failure.details = details;
+            }
+            return Err(failure);
+        }
+        let make = &self.surroundings.make_executive;
+        let executive = make(&program).map_err(refused)?;
+        let own = make(&program).map_err(refused)?;
+        let mut next = Served::new(Arc::new(program), Some(code), own);
+        next.title = path.display().to_string();
+        let exchange = Exchange { next, comparison, rollback: false, by: by.clone() };
+        self.replace(exchange, executive, Some(engine))
+    }
+
+    /// Has the program run again that the last online change replaced. Nothing of it is refused.
+    fn rollback(&mut self, by: &Peer) -> Result<Outcome, Failure> {
+        let Some(Previous { served: next, mut executive, engine }) = self.previous.take() else {
+            return Err(refused("there was no online change that could be taken back"));
+        };
+        // The forces that were in effect when it was replaced; it gets those of now.
+        for force in &next.forces {
+            // Ending a force never fails.
+            let _ = executive.force(force.key, None);
+        }
+        let same_code = next.code.is_some() && next.code == self.served.code;
+        let comparison =
+            compare(&self.served.program, &next.program, same_code).map_err(refused)?;
+        let exchange = Exchange { next, comparison, rollback: true, by: by.clone() };
+        self.replace(exchange, executive, engine)
+    }
+
+    /// Prepares a program to take the place of the one that runs, and has it do so.
+    fn replace(
+        &mut self,
+        mut exchange: Exchange,
+        mut executive: Box<dyn Executive + Send>,
+        engine: Option<Box<dyn Engine + Send>>,
+    ) -> Result<Outcome, Failure> {
+        let publisher = match self.prepare(&mut exchange.next, executive.as_mut()) {
+            Ok(publisher) => publisher,
+            Err(failure) => {
+                self.keep_previous(exchange, executive, engine);
+                return Err(failure);
+            }
+        };
+        let plan = exchange.comparison.plan.clone();
+        let replacement = Replacement { executive, engine, plan, publisher, failure: None };
+        self.replacing = true;
+        self.ask(Command::Replace(Box::new(replacement)), Then::Exchange(Box::new(exchange)))
+    }
+
+    /// Puts a program that was to run again back to where it waited.
+    fn keep_previous(
+        &mut self,
+        exchange: Exchange,
+        executive: Box<dyn Executive + Send>,
+        engine: Option<Box<dyn Engine + Send>>,
+    ) {
+        if exchange.rollback {
+            self.previous = Some(Previous { served: exchange.next, executive, engine });
+        }
+    }
+
+    /// Makes everything ready that does not depend on the state of the program that runs: forces, the
+    /// numbers of variables, the image file.
+    fn prepare(
+        &mut self,
+        next: &mut Served,
+        executive: &mut (dyn Executive + Send),
+    ) -> Result<Option<Publisher>, Failure> {
+        if self.end.commands.slots() == 0 {
+            return Err(Failure::new("busy", "too many requests wait for the next tick"));
+        }
+        next.take_forces(&self.served).map_err(refused)?;
+        for force in &next.forces {
+            let forced = executive.force(force.key, Some(force.setting));
+            forced.map_err(|why| refused(format!("`{}` {why}", force.name)))?;
+        }
+        for (name, number) in self.surroundings.found.iter().zip(0..) {
+            let found = executive.find(name, Purpose::Watch);
+            if found != Ok(Variable(number)) {
+                return Err(refused(format!(
+                    "the trace or the stimulus of this run uses {name}, which the new program can't \
+                     provide"
+                )));
+            }
+        }
+        let Some(path) = &self.surroundings.image else { return Ok(None) };
+        let content = Content {
+            program: &next.program,
+            fingerprint: executive.fingerprint(),
+            image: executive.image(),
+            used: &executive.used_ranges(),
+            tick_ns: executive.tick_ns(),
+            generation: self.generation + 1,
+            safe_outputs: executive.safe_lines().bytes(),
+        };
+        Publisher::prepare(path, &content).map(Some).map_err(|error| refused(error.to_string()))
+    }
+
+    /// Ends an online change, when the thread that runs the ticks has carried it out.
+    fn exchange(
+        &mut self,
+        replacement: Replacement,
+        exchange: Exchange,
+        tick: u64,
+        took: Duration,
+    ) -> Result<Json, Failure> {
+        let Replacement { executive, engine, publisher, failure, .. } = replacement;
+        if let Some(why) = failure {
+            if let Some(path) = &self.surroundings.image {
+                Publisher::discard(path);
+            }
+            self.keep_previous(exchange, executive, engine);
+            return Err(refused(why));
+        }
+        if let Some(path) = &self.surroundings.image
+            && let Err(error) = Publisher::put_in_place(path)
+        {
+            self.journal.error(error.to_string());
+        }
+        if let Some(mut publisher) = publisher {
+            publisher.end(State::Replaced);
+        }
+        let Exchange { next, comparison, rollback, by } = exchange;
+        let served = std::mem::replace(&mut self.served, next);
+        self.previous = Some(Previous { served, executive, engine });
+        self.generation += 1;
+        let artifact = self.served.title.clone();
+        self.journal.write(EntryKind::Swap { artifact, rollback, took, by });
+        let mut json = comparison_json(&comparison);
+        if let Some(map) = json.as_object_mut() {
+            map.insert("ticks".into(), tick.into());
+            map.insert("took_us".into(), (took.as_nanos() as f64 / 1000.0).into());
+            map.insert("generation".into(), self.generation.into());
+        }
+        Ok(json)
+    }
+}
+
+/// A comparison as a part of a reply.
+fn comparison_json(comparison: &Comparison) -> Json {
+    json!({"kept": comparison.kept, "changes": comparison.rows})
+}
+
+/// The values of a batch as a reply.
+fn values(named: &[Named], batch: &Batch, tick: u64) -> Json {
+    let json = |value: &Value| serde_json::from_str(&value.to_string()).unwrap_or(Json::Null);
+    let mut items = batch.items.iter().map(|item| json(&item.value));
+    let mut values = serde_json::Map::new();
+    for Named { name, elements } in named {
+        let value = match elements {
+            None => items.next().unwrap_or(Json::Null),
+            Some(count) => Json::Array(items.by_ref().take(*count).collect()),
+        };
+        values.insert(name.clone(), value);
+    }
+    let mut reply = json!({"ticks": tick, "values": values});
+    if batch.first_tick != tick
+        && let Some(map) = reply.as_object_mut()
+    {
+        map.insert("first_ticks".into(), batch.first_tick.into());
+    }
+    reply
+}

@@ -1,0 +1,315 @@
+//! The socket's thread: accepts connections, reads requests, has the thread that runs the ticks carry
+//! them out, and replies.
+
+use std::collections::VecDeque;
+use std::fs;
+use std::io;
+use std::os::fd::AsFd;
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use thiserror::Error;
+
+use super::connection::{Connection, Goes};
+use super::protocol::{Envelope, Failure, MAX_REQUEST, reply};
+use super::requests::{Outcome, Requests};
+use crate::Peer;
+use crate::files::why_not_written;
+use crate::journal::EntryKind;
+
+/// How many clients are connected at most.
+const MAX_CLIENTS: usize = 16;
+/// How long the thread sleeps at most when nothing waits for an answer.
+const IDLE: Duration = Duration::from_millis(100);
+/// How often it looks for answers. The thread that runs the ticks can't wake it, since that would be
+/// a system call.
+const ANSWER_WAIT: Duration = Duration::from_millis(1);
+
+/// Why the socket can't be opened.
+#[derive(Debug, Error)]
+pub enum SocketError {
+    /// Another process listens there.
+    #[error("the socket {0} is in use by another process")]
+    InUse(PathBuf),
+    /// There is something else of that name.
+    #[error("{0} is no socket, and is not replaced by one")]
+    Other(PathBuf),
+    /// The system refuses it.
+    #[error("the socket {0} can't be opened: {why}", why = why_not_written(.1))]
+    Io(PathBuf, io::Error),
+}
+
+/// Opens the socket. One that a dead process has left behind is replaced.
+fn open(path: &Path) -> Result<UnixListener, SocketError> {
+    let failed = |error| SocketError::Io(path.to_owned(), error);
+    match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+        Err(error) => return Err(failed(error)),
+        Ok(about) => {
+            use std::os::unix::fs::FileTypeExt;
+            if !about.file_type().is_socket() {
+                return Err(SocketError::Other(path.to_owned()));
+            }
+            // Only a process that listens accepts a connection. One whose queue is full lives too.
+            let refused = |error: &io::Error| error.kind() == io::ErrorKind::ConnectionRefused;
+            if !UnixStream::connect(path).as_ref().is_err_and(refused) {
+                return Err(SocketError::InUse(path.to_owned()));
+            }
+            fs::remove_file(path).map_err(failed)?;
+        }
+    }
+    // Nobody else may connect, not even before the mode is set: the socket gets its name last.
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(format!(".{}.tmp", std::process::id()));
+    let beside = PathBuf::from(beside);
+    let _ = fs::remove_file(&beside);
+    let listener = UnixListener::bind(&beside).map_err(failed)?;
+    let result = fs::set_permissions(&beside, fs::Permissions::from_mode(0o600))
+        .and_then(|()| listener.set_nonblocking(true))
+        .and_then(|()| fs::rename(&beside, path));
+    result.map_err(|error| {
+        let _ = fs::remove_file(&beside);
+        failed(error)
+    })?;
+    Ok(listener)
+}
+
+/// The socket and its thread; dropping it ends both.
+#[derive(Debug)]
+pub(crate) struct Server {
+    path: PathBuf,
+    ends: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Server {
+    /// Opens the socket and starts the thread.
+    ///
+    /// # Errors
+    /// When the socket is in use or can't be opened, or there is no thread.
+    pub(crate) fn start(path: &Path, requests: Requests) -> Result<Self, SocketError> {
+        let listener = open(path)?;
+        let ends = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&ends);
+        let body = move || Loop::new(listener, requests).run(&flag);
+        let thread = thread::Builder::new().name("socket".into()).spawn(body);
+        let thread = thread.map_err(|error| SocketError::Io(path.to_owned(), error))?;
+        Ok(Self { path: path.to_owned(), ends, thread: Some(thread) })
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        self.ends.store(true, Ordering::Relaxed);
+        // A file that can't be removed is replaced by the next process.
+        let _ = fs::remove_file(&self.path);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// A request that waits for its answer.
+struct Waiting {
+    client: u64,
+    id: serde_json::Value,
+}
+
+struct Loop {
+    listener: UnixListener,
+    requests: Requests,
+    connections: Vec<Connection>,
+    next_number: u64,
+    /// In the order in which their answers will come.
+    waiting: VecDeque<Waiting>,
+    own_user: u32,
+}
+
+impl Loop {
+    fn new(listener: UnixListener, requests: Requests) -> Self {
+        let own_user = rustix::process::geteuid().as_raw();
+        let (connections, waiting) = (vec![], VecDeque::new());
+        Self { listener, requests, connections, next_number: 0, waiting, own_user }
+    }
+
+    fn run(&mut self, ends: &AtomicBool) {
+        while !ends.load(Ordering::Relaxed) {
+            let ready = self.wait();
+            let now = Instant::now();
+            if ready.first().is_some_and(|ready| *ready) {
+                self.accept(now);
+            }
+            self.answer(now);
+            self.serve(ready.get(1..).unwrap_or_default(), now);
+        }
+    }
+
+    /// Waits until something can be done: for the listener and each connection, whether it is ready.
+    fn wait(&mut self) -> Vec<bool> {
+        let now = Instant::now();
+        let mut limited = false;
+        let flags: Vec<PollFlags> = self
+            .connections
+            .iter_mut()
+            .map(|connection| {
+                let input = connection.wants_input(now);
+                limited |= connection.is_limited();
+                if connection.has_output() {
+                    PollFlags::OUT
+                } else if input {
+                    PollFlags::IN
+                } else {
+                    // That the client has gone is told in any case.
+                    PollFlags::empty()
+                }
+            })
+            .collect();
+        let mut fds = vec![PollFd::new(&self.listener, PollFlags::IN)];
+        let of = self.connections.iter().zip(flags);
+        fds.extend(
+            of.map(|(connection, flags)| {
+                PollFd::from_borrowed_fd(connection.stream.as_fd(), flags)
+            }),
+        );
+        let time = match (self.waiting.is_empty(), limited) {
+            (false, _) => ANSWER_WAIT,
+            (true, true) => ANSWER_WAIT * 10,
+            (true, false) => IDLE,
+        };
+        let time = Timespec { tv_sec: 0, tv_nsec: i64::from(time.subsec_nanos()) };
+        // A signal may end the wait; nothing is ready then.
+        let _ = poll(&mut fds, Some(&time));
+        fds.iter().map(|fd| !fd.revents().is_empty()).collect()
+    }
+
+    fn accept(&mut self, now: Instant) {
+        let Ok((stream, _)) = self.listener.accept() else { return };
+        if stream.set_nonblocking(true).is_err() {
+            return;
+        }
+        let Ok(peer) = Peer::of(&stream) else { return };
+        let admitted = peer.is_admitted(self.own_user);
+        if self.connections.len() >= MAX_CLIENTS {
+            // The one that has done nothing for the longest time makes room.
+            let idle = self.connections.iter().enumerate().filter(|(_, c)| !c.waits);
+            let oldest = idle.min_by_key(|(_, c)| c.last_active).map(|(at, _)| at);
+            match oldest {
+                Some(at) => drop(self.connections.remove(at)),
+                None => return,
+            }
+        }
+        let mut connection = Connection::new(stream, peer, self.next_number, now);
+        self.next_number += 1;
+        if !admitted {
+            let text = "the socket is for the user who runs the control, and for root";
+            let by = connection.peer.clone();
+            self.requests.journal.write(EntryKind::Refused { what: "the socket".into(), by });
+            connection.ends = true;
+            let failure = Err(Failure::new("denied", text));
+            if connection.send(reply(&serde_json::Value::Null, failure), now) == Goes::Away {
+                return;
+            }
+        }
+        self.connections.push(connection);
+    }
+
+    /// Passes answers on to those who wait for them.
+    fn answer(&mut self, now: Instant) {
+        while let Some(result) = self.requests.next_answer() {
+            let Some(Waiting { client, id }) = self.waiting.pop_front() else { continue };
+            let found = self.connections.iter().position(|c| c.number == client);
+            // Who has left needs no answer.
+            let Some(at) = found else { continue };
+            let bytes = reply(&id, result);
+            if let Some(connection) = self.connections.get_mut(at)
+                && connection.send(bytes, now) == Goes::Away
+            {
+                self.connections.remove(at);
+            }
+        }
+    }
+
+    /// Reads and sends on connections that are ready, and takes requests.
+    fn serve(&mut self, ready: &[bool], now: Instant) {
+        let mut number = 0;
+        let mut ready = ready.iter().copied();
+        let Self { connections, requests, waiting, .. } = self;
+        connections.retain_mut(|connection| {
+            number += 1;
+            let ready = ready.next().unwrap_or(false);
+            if connection.has_stalled(now) {
+                return false;
+            }
+            if ready {
+                let goes = match connection.has_output() {
+                    true => connection.flush(now),
+                    false if connection.wants_input(now) => connection.read(now),
+                    false if connection.is_limited() => Goes::On,
+                    // It waits for an answer, and its client has gone.
+                    false => connection.check_alive(),
+                };
+                if goes == Goes::Away {
+                    return false;
+                }
+            }
+            while !requests.is_replacing()
+                && let Some(line) = connection.next_line(now)
+            {
+                let Ok(line) = line else {
+                    connection.ends = true;
+                    let text = format!("a request has at most {MAX_REQUEST} bytes");
+                    let failure = Err(Failure::new("too_large", text));
+                    return connection.send(reply(&serde_json::Value::Null, failure), now)
+                        == Goes::On;
+                };
+                let Envelope { id, request } = Envelope::parse(&line);
+                let outcome = match request {
+                    Ok(request) => requests.handle(request, &connection.peer),
+                    Err(failure) => Outcome::Done(Err(failure)),
+                };
+                match outcome {
+                    Outcome::Done(result) => {
+                        if connection.send(reply(&id, result), now) == Goes::Away {
+                            return false;
+                        }
+                    }
+                    Outcome::Waits => {
+                        connection.waits = true;
+                        waiting.push_back(Waiting { client: connection.number, id });
+                    }
+                }
+            }
+            true
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dead_process_socket_is_replaced_and_a_living_one_is_not() {
+        let folder = std::env::temp_dir().join(format!("plcc-socket-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("socket");
+        let first = open(&path).unwrap();
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
+        assert!(matches!(open(&path), Err(SocketError::InUse(_))));
+        drop(first);
+        let second = open(&path).unwrap();
+        drop(second);
+        fs::remove_file(&path).unwrap();
+        fs::write(&path, "text").unwrap();
+        assert!(matches!(open(&path), Err(SocketError::Other(_))));
+        assert!(matches!(open(&folder.join("no/socket")), Err(SocketError::Io(..))));
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "nothing is left over");
+        fs::remove_dir_all(&folder).unwrap();
+    }
+}
