@@ -15,6 +15,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("plcc-codegen", &["plcc-abi", "plcc-ir"]),
     ("plcc-runtime", &["plcc-abi"]),
     ("plcrt", &["plcc-abi", "plcc-runtime"]),
+    ("plcctl", &[]),
     (
         "plcc",
         &["plcc-abi", "plcc-codegen", "plcc-diag", "plcc-frontend", "plcc-ir", "plcc-runtime"],

@@ -6,6 +6,7 @@ mod atomics {
     pub(crate) use loom::sync::atomic::{AtomicU64, Ordering, fence};
 }
 
+#[allow(clippy::duplicate_mod, reason = "it runs on other atomics here")]
 #[path = "sequence.rs"]
 mod sequence;
 

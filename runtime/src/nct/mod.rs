@@ -42,7 +42,7 @@ impl Control for plcc_abi::nct::NctTables {
         &self,
         program: &plcc_abi::Program,
         choices: &Choices<'_>,
-    ) -> Result<Box<dyn crate::Executive>, String> {
+    ) -> Result<Box<dyn crate::Executive + Send>, String> {
         options::executive(self, program, choices)
     }
 

@@ -17,7 +17,7 @@ impl Control for PmacTables {
         &self,
         program: &plcc_abi::Program,
         choices: &Choices<'_>,
-    ) -> Result<Box<dyn crate::Executive>, String> {
+    ) -> Result<Box<dyn crate::Executive + Send>, String> {
         super::options::executive(program, choices)
     }
 }

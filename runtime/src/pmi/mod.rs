@@ -39,7 +39,7 @@ impl Control for plcc_abi::pmi::PmiTables {
         &self,
         program: &plcc_abi::Program,
         choices: &Choices<'_>,
-    ) -> Result<Box<dyn crate::Executive>, String> {
+    ) -> Result<Box<dyn crate::Executive + Send>, String> {
         options::executive(program, choices)
     }
 }

@@ -138,17 +138,14 @@ pub(crate) fn compare(old: &PmiTables, new: &PmiTables) -> Comparison {
             plan.cleared_lines.push((new.ports + u32::from(port), cleared));
         }
     }
-    let numbers = |of: &PmiTables, is: &PmiTables| -> Vec<(usize, usize)> {
-        let pairs = |was: &[Announcement], now: &[Announcement], first: (usize, usize)| {
-            let find = |name: &str| was.iter().position(|old| old.name == name);
-            let found = now.iter().enumerate().filter_map(|(i, new)| Some((find(&new.name)?, i)));
-            found.map(|(from, to)| (from + first.0, to + first.1)).collect::<Vec<_>>()
-        };
-        let faults = pairs(&of.faults, &is.faults, (0, 0));
-        let first = (of.faults.len(), is.faults.len());
-        [faults, pairs(&of.messages, &is.messages, first)].concat()
+    let pairs = |was: &[Announcement], now: &[Announcement], first: (usize, usize)| {
+        let find = |name: &str| was.iter().position(|old| old.name == name);
+        let found = now.iter().enumerate().filter_map(|(i, new)| Some((find(&new.name)?, i)));
+        found.map(|(from, to)| (from + first.0, to + first.1)).collect::<Vec<_>>()
     };
-    plan.announced = numbers(old, new);
+    plan.announced = pairs(&old.faults, &new.faults, (0, 0));
+    let behind_faults = (old.faults.len(), new.faults.len());
+    plan.announced.extend(pairs(&old.messages, &new.messages, behind_faults));
     rows.sort_by(|a, b| natural_cmp(&a.name, &b.name));
     debug_assert!(rows.iter().all(|row| row.needs_accept <= (row.change == Change::Changed)));
     Comparison { kept, rows, plan: Plan::Pmi(plan) }

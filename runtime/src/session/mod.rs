@@ -3,8 +3,8 @@
 //! shows progress, writes the outputs, and gives the exit status.
 
 mod executive;
-mod outside;
 mod output;
+mod outside;
 mod realtime_priority;
 mod retained_data;
 mod retained_writer;
@@ -31,8 +31,8 @@ use crate::{Executive, PanicBarrier};
 
 pub use executive::{executive, takes_machine_file};
 pub use output::write_whole;
-use outside::Outside;
 use output::{Output, check_paths, check_retained, check_writable, open};
+use outside::Outside;
 use retained_data::RetainedData;
 use signals::EndSignals;
 
@@ -167,8 +167,7 @@ impl Job<'_> {
         let mut trace = trace_path.map(Output::create).transpose()?;
         let mut events = args.events.as_deref().map(Output::create).transpose()?;
         let uses_numbers = !watch.is_empty() || args.stimulus.is_some();
-        let mut outside =
-            Outside::start(program, args, machine, executive, uses_numbers, journal)?;
+        let mut outside = Outside::start(program, args, machine, executive, uses_numbers, journal)?;
         let mut progress = Progress::new(ticks);
         if args.realtime
             && let Err(why) = realtime_priority::request()

@@ -8,7 +8,7 @@ pub const VERSION: u64 = 1;
 /// The longest request in bytes, with its line feed.
 pub const MAX_REQUEST: usize = 64 << 10;
 /// How many variables one request may name, patterns replaced.
-pub const MAX_NAMES: usize = 10_000;
+pub(super) const MAX_NAMES: usize = 10_000;
 
 /// A variable and the value that it shall have.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

@@ -1,0 +1,181 @@
+//! The command line.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{Parser, Subcommand};
+use serde_json::{Value as Json, json};
+
+/// Looks at a running control and acts on it.
+///
+/// The control is a `plcrt --realtime --socket SOCKET`. Looking is always allowed; for the rest the
+/// control must be started with --allow.
+#[derive(Parser)]
+#[command(
+    name = "plcctl",
+    version,
+    after_help = "Exit status: 0 done; 1 the control refused it; 2 wrong usage, or no control \
+                  answers at the socket.\n\n\
+                  Examples:\n  \
+                  plcctl /run/lathe.sock status\n  \
+                  plcctl /run/lathe.sock get MCHON @FRO 'SP*'\n  \
+                  plcctl /run/lathe.sock set @FRO=80\n  \
+                  plcctl /run/lathe.sock force DOOR=1\n  \
+                  plcctl /run/lathe.sock swap lathe-2.plcx --dry-run\n  \
+                  plcctl /run/lathe.sock rollback"
+)]
+pub(crate) struct Cli {
+    /// The socket of the control
+    pub(crate) socket: Option<PathBuf>,
+
+    /// What to do
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+
+    /// Prints the reply as JSON
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+
+    /// How many seconds to wait for the reply
+    #[arg(long, global = true, value_name = "SECONDS", default_value = "30", value_parser = seconds)]
+    pub(crate) timeout: Duration,
+
+    /// Prints completions for a shell
+    #[arg(long, value_name = "SHELL", exclusive = true)]
+    pub(crate) completions: Option<clap_complete::Shell>,
+
+    /// Prints the manual page
+    #[arg(long, exclusive = true)]
+    pub(crate) man: bool,
+}
+
+/// What to do.
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Shows what the control is doing: its program, its state, the forces in effect
+    Status,
+    /// Shows how long ticks take and how late they begin
+    Stat,
+    /// Lists the program's variables
+    List {
+        /// Only names that match, such as 'SP*'
+        pattern: Option<String>,
+    },
+    /// Shows values
+    Get {
+        /// Variables as in --watch of plcrt; a name with * or ? is a pattern
+        #[arg(required = true)]
+        names: Vec<String>,
+    },
+    /// Sets variables, as a stimulus does
+    Set {
+        /// Variables and their values
+        #[arg(required = true, value_name = "NAME=VALUE", value_parser = assignment)]
+        values: Vec<(String, String)>,
+    },
+    /// Holds inputs at values that the program sees, and the lines of outputs at values
+    Force {
+        /// Inputs and outputs and their values
+        #[arg(required = true, value_name = "NAME=VALUE", value_parser = assignment)]
+        values: Vec<(String, String)>,
+    },
+    /// Ends forces
+    Unforce {
+        /// Forced inputs and outputs
+        #[arg(required_unless_present = "all")]
+        names: Vec<String>,
+        /// Ends all of them
+        #[arg(long, conflicts_with = "names")]
+        all: bool,
+    },
+    /// Replaces the program by another version, between two ticks, and keeps its state
+    Swap {
+        /// The artifact of the new version
+        artifact: PathBuf,
+        /// Accepts a change that is refused otherwise, by its name; `all` accepts every one
+        #[arg(long, value_name = "NAME")]
+        accept: Vec<String>,
+        /// Only shows what would change
+        #[arg(long)]
+        dry_run: bool,
+    },
+    /// Runs the program again that the last swap replaced, with the state of now
+    Rollback,
+    /// Goes on with the ticks of a program that was stopped
+    Start,
+    /// Stops the program, and gives outputs their safe values
+    Stop,
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds: f64 = text.parse().map_err(|_| "a number of seconds is expected, as in 30")?;
+    let duration = Duration::try_from_secs_f64(seconds).ok().filter(|time| !time.is_zero());
+    duration.ok_or_else(|| "a number of seconds above 0 is expected, as in 30".into())
+}
+
+/// `NAME=VALUE`. Names hold no `=`.
+fn assignment(text: &str) -> Result<(String, String), String> {
+    let parts = text.split_once('=').map(|(name, value)| (name.trim(), value.trim()));
+    let parts = parts.filter(|(name, value)| !name.is_empty() && !value.is_empty());
+    let (name, value) = parts.ok_or("NAME=VALUE is expected, as in @FRO=80")?;
+    Ok((name.into(), value.into()))
+}
+
+impl Command {
+    /// The request that asks for it.
+    ///
+    /// # Errors
+    /// When the artifact's path can't be told to the control.
+    pub(crate) fn request(&self) -> Result<Json, String> {
+        let assignments = |values: &[(String, String)]| -> Json {
+            values.iter().map(|(name, value)| json!({"name": name, "value": value})).collect()
+        };
+        Ok(match self {
+            Self::Status => json!({"request": "status"}),
+            Self::Stat => json!({"request": "stat"}),
+            Self::List { pattern } => json!({"request": "list", "pattern": pattern}),
+            Self::Get { names } => json!({"request": "get", "names": names}),
+            Self::Set { values } => json!({"request": "set", "values": assignments(values)}),
+            Self::Force { values } => json!({"request": "force", "values": assignments(values)}),
+            Self::Unforce { names, all } => {
+                json!({"request": "unforce", "names": names, "all": all})
+            }
+            Self::Swap { artifact, accept, dry_run } => {
+                // The control may run in another folder.
+                let path = std::path::absolute(artifact).map_err(|error| error.to_string())?;
+                let path = path.to_str().ok_or("the artifact's name is not UTF-8")?;
+                json!({"request": "swap", "path": path, "accept": accept, "dry_run": dry_run})
+            }
+            Self::Rollback => json!({"request": "rollback"}),
+            Self::Start => json!({"request": "start"}),
+            Self::Stop => json!({"request": "stop"}),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn assignments_have_a_name_and_a_value() {
+        assert_eq!(assignment("A[3] = $FF"), Ok(("A[3]".into(), "$FF".into())));
+        for text in ["", "A", "=1", "A=", " = "] {
+            assert!(assignment(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_control_is_told_the_whole_path_of_an_artifact() {
+        let swap = Command::Swap { artifact: "x.plcx".into(), accept: vec![], dry_run: false };
+        let request = swap.request().unwrap();
+        assert!(request["path"].as_str().unwrap().starts_with('/'));
+    }
+}

@@ -1,0 +1,399 @@
+//! Acts on running controls by the socket: real processes of `plcrt` and `plcctl`, real sockets, the
+//! image file, forces and online changes in every language.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::OnceLock;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use plcc::compile;
+use plcc::disk::Disk;
+use plcc_abi::Dialect;
+use plcc_codegen::{OptLevel, Target};
+use plcc_diag::SourceMap;
+use plcc_frontend::common::Options;
+use plcc_runtime::image_file::{ImageReader, State};
+use serde_json::{Value as Json, json};
+
+/// A program of the workspace, built once from the sources under test.
+fn program(name: &str) -> PathBuf {
+    static BUILT: OnceLock<PathBuf> = OnceLock::new();
+    let folder = BUILT.get_or_init(|| {
+        let test = std::env::current_exe().unwrap();
+        let profile = test.parent().and_then(Path::parent).unwrap();
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["build", "--quiet", "--offline", "--package", "plcrt", "--package", "plcctl"]);
+        cargo.arg("--target-dir").arg(profile.parent().unwrap());
+        if profile.ends_with("release") {
+            cargo.arg("--release");
+        }
+        assert!(cargo.status().unwrap().success());
+        profile.to_owned()
+    });
+    folder.join(name)
+}
+
+/// A folder with artifacts, which goes away with the test.
+struct Shop(PathBuf);
+
+impl Shop {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("plcc-socket-{name}-{}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    /// Compiles a source to the artifact `NAME.plcx`.
+    fn build(&self, name: &str, dialect: Dialect, source: &str) -> PathBuf {
+        let mut sources = SourceMap::new();
+        let file = sources.add(name, source.as_bytes());
+        let options = Options::default();
+        let (checked, diagnostics) =
+            compile::check(&mut sources, &[file], dialect, &Disk::default(), &options);
+        let checked = checked.unwrap_or_else(|| panic!("{diagnostics:?}"));
+        let lowered = checked.optimized(OptLevel::Speed).unwrap();
+        let code = compile::code(&lowered, &Target::host_baseline().unwrap()).unwrap();
+        let path = self.path(&format!("{name}.plcx"));
+        fs::write(&path, compile::artifact(&lowered.program, &code).unwrap()).unwrap();
+        path
+    }
+
+    /// Starts a control with a socket, and waits until it has done a tick.
+    fn start(&self, artifact: &Path, options: &[&str]) -> Control {
+        let socket = self.path("socket");
+        let mut command = Command::new(program("plcrt"));
+        command.arg(artifact).arg("--realtime").arg("--socket").arg(&socket).args(options);
+        command.current_dir(&self.0).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut control = Control { process: command.spawn().unwrap(), socket };
+        let start = Instant::now();
+        loop {
+            if let Some(status) = control.process.try_wait().unwrap() {
+                let mut text = String::new();
+                control.process.stderr.take().unwrap().read_to_string(&mut text).unwrap();
+                panic!("{status}: {text}");
+            }
+            if control.socket.exists() && control.ask(&json!({"request": "status"}))["ticks"] != 0 {
+                return control;
+            }
+            assert!(start.elapsed() < Duration::from_secs(30), "the control does not start");
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+impl Drop for Shop {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A running control; it is killed with the test.
+struct Control {
+    process: Child,
+    socket: PathBuf,
+}
+
+impl Control {
+    fn connect(&self) -> BufReader<UnixStream> {
+        let stream = UnixStream::connect(&self.socket).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
+        BufReader::new(stream)
+    }
+
+    /// The whole reply to a request.
+    fn reply(&self, request: &Json) -> Json {
+        let mut request = request.clone();
+        request["version"] = 1.into();
+        let mut client = self.connect();
+        client.get_mut().write_all(format!("{request}\n").as_bytes()).unwrap();
+        let mut line = String::new();
+        client.read_line(&mut line).unwrap();
+        serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error}: {line}"))
+    }
+
+    /// The result of a request.
+    fn ask(&self, request: &Json) -> Json {
+        let reply = self.reply(request);
+        assert_eq!(reply["ok"], true, "{request}: {reply}");
+        reply["result"].clone()
+    }
+
+    /// The code of the error of a request.
+    fn refused(&self, request: &Json) -> String {
+        let reply = self.reply(request);
+        assert_eq!(reply["ok"], false, "{request}: {reply}");
+        reply["error"]["code"].as_str().unwrap().to_owned()
+    }
+
+    fn get(&self, name: &str) -> Json {
+        self.ask(&json!({"request": "get", "names": [name]}))["values"][name].clone()
+    }
+
+    fn assign(&self, request: &str, name: &str, value: impl Into<Json>) -> Json {
+        let value: Json = value.into();
+        self.ask(&json!({"request": request, "values": [{"name": name, "value": value}]}))
+    }
+
+    /// Waits for the next tick to end.
+    fn tick(&self) {
+        let ticks = || self.ask(&json!({"request": "status"}))["ticks"].as_u64().unwrap();
+        let now = ticks();
+        while ticks() < now + 2 {
+            thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    fn plcctl(&self, args: &[&str]) -> Output {
+        Command::new(program("plcctl")).arg(&self.socket).args(args).output().unwrap()
+    }
+
+    /// Ends the control as a user would, and gives its exit status and standard error.
+    fn end(mut self) -> (Option<i32>, String) {
+        let pid = self.process.id().to_string();
+        assert!(Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
+        let status = self.process.wait().unwrap();
+        let mut text = String::new();
+        self.process.stderr.take().unwrap().read_to_string(&mut text).unwrap();
+        (status.code(), text)
+    }
+}
+
+impl Drop for Control {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+const PUMP: &str = "$INPUT\nDOOR = 0/0\n$OUTPUT\nLAMP = 1/0\n$INTEGER\nCOUNT,LEVEL,A[3]\n$END\n\
+                    COUNT = COUNT + 1\nLAMP = DOOR\nA[1] = LEVEL\n";
+
+#[test]
+fn a_running_control_is_looked_at_and_acted_on() {
+    let shop = Shop::new("acted");
+    let artifact = shop.build("pump", Dialect::Pmi, PUMP);
+    let log = shop.path("log.jsonl");
+    let options =
+        ["--period", "2", "--allow", "write,force,stop", "--log", log.to_str().unwrap()];
+    let control = shop.start(&artifact, &options);
+    let status = control.ask(&json!({"request": "status"}));
+    assert_eq!((&status["state"], &status["dialect"]), (&"running".into(), &"pmi".into()));
+    control.assign("set", "LEVEL", 7);
+    control.tick();
+    let values = control.ask(&json!({"request": "get", "names": ["LEVEL", "A", "A[1]"]}));
+    assert_eq!(values["values"], json!({"LEVEL": 7, "A": [0, 7, 0], "A[1]": 7}));
+    let list = control.ask(&json!({"request": "list", "pattern": "L*"}));
+    let names: Vec<&Json> =
+        list["variables"].as_array().unwrap().iter().map(|variable| &variable["name"]).collect();
+    assert_eq!(names, ["LAMP", "LEVEL"]);
+
+    // Forces: an input as the program sees it, an output on its line.
+    control.assign("force", "DOOR", 1);
+    control.tick();
+    assert_eq!((control.get("LAMP"), control.get("PORT0.0")), (1.into(), 0.into()));
+    control.assign("force", "LAMP", "0");
+    control.tick();
+    assert_eq!((control.get("LAMP"), control.get("PORT1.0")), (1.into(), 0.into()));
+    let forces = json!([{"name": "DOOR", "value": "1"}, {"name": "LAMP", "value": "0"}]);
+    assert_eq!(control.ask(&json!({"request": "status"}))["forces"], forces);
+    control.ask(&json!({"request": "unforce", "names": ["LAMP"]}));
+    control.tick();
+    assert_eq!(control.get("PORT1.0"), 1);
+    let forced = control.ask(&json!({"request": "unforce", "all": true}));
+    assert_eq!(forced["forces"], json!([]));
+
+    // A stop holds the scans and drives the safe outputs; variables stay.
+    control.assign("force", "LAMP", 1);
+    control.ask(&json!({"request": "stop"}));
+    let stopped = control.get("COUNT");
+    thread::sleep(Duration::from_millis(20));
+    assert_eq!(control.get("COUNT"), stopped);
+    assert_eq!(control.get("PORT1.0"), 0, "safe values win over forces");
+    assert_eq!(control.ask(&json!({"request": "status"}))["state"], "stopped");
+    control.ask(&json!({"request": "start"}));
+    control.tick();
+    assert_ne!(control.get("COUNT"), stopped);
+    assert_eq!(control.get("PORT1.0"), 1, "the force is still in effect");
+
+    for request in [
+        json!({"request": "get", "names": ["NOTHING"]}),
+        json!({"request": "set", "values": [{"name": "LEVEL", "value": "x"}]}),
+        json!({"request": "force", "values": [{"name": "LEVEL", "value": 1}]}),
+        json!({"request": "unforce", "names": ["DOOR"]}),
+        json!({"request": "swap", "path": "/x.plcx"}),
+        json!({"request": "rollback"}),
+    ] {
+        let code = control.refused(&request);
+        assert!(["not_found", "bad_value", "refused", "denied"].contains(&&*code), "{code}");
+    }
+    let (exit, text) = control.end();
+    assert_eq!(exit, Some(130), "{text}");
+    assert!(!shop.path("socket").exists());
+    let log = fs::read_to_string(log).unwrap();
+    let entries: Vec<Json> = log.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let write = entries.iter().find(|entry| entry["kind"] == "write").unwrap();
+    assert_eq!((&write["name"], &write["value"]), (&"LEVEL".into(), &"7".into()));
+    assert_eq!(write["pid"], std::process::id());
+    assert!(write["user"].is_string() && write["command"].is_string() && write["time"].is_string());
+    for (kind, count) in [("force", 5), ("control", 2), ("refused", 2)] {
+        assert_eq!(entries.iter().filter(|entry| entry["kind"] == kind).count(), count, "{kind}");
+    }
+}
+
+#[test]
+fn without_permission_a_control_is_only_looked_at() {
+    let shop = Shop::new("denied");
+    let artifact = shop.build("pump", Dialect::Pmi, PUMP);
+    let control = shop.start(&artifact, &["--period", "2"]);
+    for request in [
+        json!({"request": "set", "values": [{"name": "LEVEL", "value": 1}]}),
+        json!({"request": "force", "values": [{"name": "DOOR", "value": 1}]}),
+        json!({"request": "unforce", "all": true}),
+        json!({"request": "swap", "path": "/x.plcx"}),
+        json!({"request": "rollback"}),
+        json!({"request": "stop"}),
+        json!({"request": "start"}),
+    ] {
+        assert_eq!(control.refused(&request), "denied", "{request}");
+    }
+    assert_eq!(control.get("LEVEL"), 0);
+    use std::os::unix::fs::PermissionsExt;
+    let mode = fs::metadata(&control.socket).unwrap().permissions().mode();
+    assert_eq!(mode & 0o777, 0o600);
+}
+
+#[test]
+fn the_socket_of_a_living_control_is_not_taken() {
+    let shop = Shop::new("taken");
+    let artifact = shop.build("pump", Dialect::Pmi, PUMP);
+    let image = shop.path("image");
+    let mut control = shop.start(&artifact, &["--image", image.to_str().unwrap()]);
+    let second = |option: &str, path: &Path| {
+        let mut command = Command::new(program("plcrt"));
+        command.arg(&artifact).args(["--realtime", "--ticks", "1", option]).arg(path);
+        let output = command.output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    for (option, path) in [("--socket", &control.socket), ("--image", &image)] {
+        let (status, text) = second(option, path);
+        assert_eq!(status, Some(2), "{text}");
+        assert!(text.contains("in use"), "{text}");
+    }
+    assert_eq!(control.ask(&json!({"request": "status"}))["state"], "running");
+    // A process that dies leaves both behind; the next one takes their place.
+    control.process.kill().unwrap();
+    control.process.wait().unwrap();
+    assert!(control.socket.exists());
+    for (option, path) in [("--socket", &control.socket), ("--image", &image)] {
+        let (status, text) = second(option, path);
+        assert_eq!(status, Some(0), "{text}");
+    }
+}
+
+#[test]
+fn the_image_file_shows_the_outputs_and_how_the_control_ended() {
+    let shop = Shop::new("image");
+    let artifact = shop.build("pump", Dialect::Pmi, PUMP);
+    let image = shop.path("image");
+    let options = ["--period", "2", "--allow", "force", "--image", image.to_str().unwrap()];
+    let control = shop.start(&artifact, &options);
+    let reader = ImageReader::open(&image).unwrap();
+    let first = reader.read().unwrap();
+    assert_eq!(first.state, Some(State::Running));
+    let table = String::from_utf8(reader.variables()).unwrap();
+    let place = |name: &str| -> usize {
+        let rows = table.lines().map(|line| serde_json::from_str::<Json>(line).unwrap());
+        let row = rows.into_iter().find(|row| row["name"] == name).unwrap();
+        usize::try_from(row["offset"].as_u64().unwrap()).unwrap()
+    };
+    let (lamp, count) = (place("LAMP"), place("COUNT"));
+    control.assign("force", "DOOR", 1);
+    control.tick();
+    let snapshot = reader.read().unwrap();
+    assert_eq!((snapshot.image[lamp], snapshot.forces), (1, 1));
+    // COUNT is the number of ticks, in the same tick.
+    for _ in 0..1000 {
+        let snapshot = reader.read().unwrap();
+        let counted = i16::from_le_bytes([snapshot.image[count], snapshot.image[count + 1]]);
+        assert_eq!(counted, snapshot.ticks as i16);
+    }
+    assert_eq!(control.end().0, Some(130));
+    assert_eq!(reader.read().unwrap().state, Some(State::Ended));
+}
+
+#[test]
+fn plcctl_shows_and_sets() {
+    let shop = Shop::new("plcctl");
+    let artifact = shop.build("pump", Dialect::Pmi, PUMP);
+    let control = shop.start(&artifact, &["--period", "2", "--allow", "write,force"]);
+    let text = |output: &Output| String::from_utf8(output.stdout.clone()).unwrap();
+    let set = control.plcctl(&["set", "LEVEL=5"]);
+    assert_eq!((set.status.code(), text(&set)), (Some(0), String::new()));
+    let get = control.plcctl(&["get", "LEVEL", "DOO?"]);
+    assert_eq!((get.status.code(), text(&get)), (Some(0), "DOOR=0\nLEVEL=5\n".into()));
+    let json = control.plcctl(&["--json", "get", "LEVEL"]);
+    let json: Json = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(json["values"]["LEVEL"], 5);
+    assert_eq!(control.plcctl(&["force", "DOOR=1"]).status.code(), Some(0));
+    let status = text(&control.plcctl(&["status"]));
+    assert!(status.contains("DOOR=1") && status.contains("running"), "{status}");
+    let list = text(&control.plcctl(&["list"]));
+    assert_eq!(list, "A[3]\nCOUNT\nDOOR\nLAMP\nLEVEL\n");
+    let refused = control.plcctl(&["stop"]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8(refused.stderr).unwrap().contains("--allow stop"));
+    assert_eq!(control.plcctl(&["get", "NOTHING"]).status.code(), Some(1));
+    assert_eq!(control.plcctl(&["fly"]).status.code(), Some(2));
+    let nobody = Command::new(program("plcctl")).args(["/nowhere/socket", "status"]).output();
+    assert_eq!(nobody.unwrap().status.code(), Some(2));
+    for args in [&["--completions", "bash"][..], &["--man"]] {
+        let output = Command::new(program("plcctl")).args(args).output().unwrap();
+        assert_eq!(output.status.code(), Some(0));
+        assert!(text(&output).contains("rollback"));
+    }
+}
+
+#[test]
+fn clients_that_flood_stall_or_leave_do_no_harm() {
+    let shop = Shop::new("clients");
+    let artifact = shop.build("pump", Dialect::Pmi, PUMP);
+    let control = shop.start(&artifact, &["--period", "2"]);
+    let send = |bytes: &[u8]| {
+        let mut client = control.connect();
+        let _ = client.get_mut().write_all(bytes);
+        client
+    };
+    // Too long, no JSON, a request that is not whole, one whose client has left.
+    let mut line = String::new();
+    send(&vec![b'x'; 70_000]).read_line(&mut line).unwrap();
+    assert!(line.contains("too_large"), "{line}");
+    line.clear();
+    send(b"nonsense\n").read_line(&mut line).unwrap();
+    assert!(line.contains("bad_request"), "{line}");
+    let get = r#"{"version":1,"request":"get","names":["*"]}"#;
+    let _half = send(get.as_bytes());
+    drop(send(format!("{get}\n").as_bytes()));
+    // A client that asks much and reads nothing, and more clients than there is room for.
+    let many = format!("{get}\n").repeat(2000);
+    let flood = UnixStream::connect(&control.socket).unwrap();
+    flood.set_write_timeout(Some(Duration::from_millis(200))).unwrap();
+    let _ = (&flood).write_all(many.as_bytes());
+    let _crowd: Vec<UnixStream> =
+        (0..40).map(|_| UnixStream::connect(&control.socket).unwrap()).collect();
+    for _ in 0..3 {
+        control.tick();
+    }
+    assert_eq!(control.ask(&json!({"request": "status"}))["state"], "running");
+    let (exit, text) = control.end();
+    assert_eq!(exit, Some(130), "{text}");
+}
