@@ -183,8 +183,7 @@ fn a_running_control_is_looked_at_and_acted_on() {
     let shop = Shop::new("acted");
     let artifact = shop.build("pump", Dialect::Pmi, PUMP);
     let log = shop.path("log.jsonl");
-    let options =
-        ["--period", "2", "--allow", "write,force,stop", "--log", log.to_str().unwrap()];
+    let options = ["--period", "2", "--allow", "write,force,stop", "--log", log.to_str().unwrap()];
     let control = shop.start(&artifact, &options);
     let status = control.ask(&json!({"request": "status"}));
     assert_eq!((&status["state"], &status["dialect"]), (&"running".into(), &"pmi".into()));

@@ -8,8 +8,8 @@ use plcc_abi::Engine;
 use super::Plan;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::{
-    CheckpointError, Event, Executive, NameError, Purpose, Setting, Stop, Value, ValueError,
-    Variable, VariableKey,
+    CheckpointError, Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value,
+    ValueError, Variable, VariableKey,
 };
 
 /// The executive of whichever program runs now.
@@ -96,7 +96,7 @@ impl Executive for ReplaceableExecutive {
         self.executive.retained()
     }
 
-    fn restore(&mut self, retained: &[u8]) -> Result<(), String> {
+    fn restore(&mut self, retained: &[u8]) -> Result<Restored, String> {
         self.executive.restore(retained)
     }
 
