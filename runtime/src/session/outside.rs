@@ -9,6 +9,7 @@ use plcc_abi::machine::Machine;
 use serde_json::json;
 
 use crate::args::RunArgs;
+use crate::artifact::signature::PublicKey;
 use crate::image_file::{Content, Publisher};
 use crate::journal::Journal;
 use crate::socket::{Loaded, OutsideHook, Reached, Requests, Server, Surroundings, queues};
@@ -40,10 +41,10 @@ fn configured(
     Ok(executive)
 }
 
-/// Reads an artifact for an online change.
-fn load(path: &Path) -> Result<Loaded, String> {
+/// Reads an artifact for an online change. With a key it must be signed, as the first one.
+fn load(path: &Path, key: Option<&PublicKey>) -> Result<Loaded, String> {
     let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-    let artifact = Artifact::open(path).map_err(|error| named(&error))?;
+    let artifact = Artifact::open(path, key).map_err(|error| named(&error))?;
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let engine = Box::new(engine.map_err(|error| named(&error))?);
     Ok(Loaded { code: artifact.code_number(), program: artifact.program, engine })
@@ -94,13 +95,14 @@ impl Outside {
             let own = configured(program, args, machine).map_err(SessionError)?;
             let (for_scan, for_socket) = queues();
             let (options, machine) = (args.clone(), machine.cloned());
+            let key = args.public_key().map_err(SessionError)?;
             let surroundings = Surroundings {
                 program: Arc::new(program.clone()),
                 code: args.code,
                 allow: args.allow.clone(),
                 image: args.image.clone(),
                 found: if uses_numbers { executive.found() } else { vec![] },
-                load: Box::new(load),
+                load: Box::new(move |path| load(path, key.as_ref())),
                 make_executive: Box::new(move |program| {
                     configured(program, &options, machine.as_ref())
                 }),
