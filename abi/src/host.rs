@@ -159,7 +159,41 @@ host_fns! {
     PmacRange = 126, "pmac_range", pure, (F64, F64, F64) -> F64;
 }
 
+/// What a pure function on doubles comes to where its operands are integers (also -0, which is taken
+/// as 0). There it gives what is said here, as a double that is not -0 unless something else is
+/// said, so that a compiler may compute with integers instead of calling it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IntegerForm {
+    /// The bits that are 1 in both operands, in two's complement, if both are from -2^39 to
+    /// 2^39 - 1.
+    And,
+    /// The bits that are 1 in at least one operand, for operands as for [`And`](Self::And).
+    Or,
+    /// The bits that differ between the operands, for operands as for [`And`](Self::And).
+    Xor,
+    /// The remainder by the second operand `x`, from 0 to `x - 1` if that is above 0, and from `x`
+    /// to `-x - 1` if it is below 0; for operands from -2^53 to 2^53.
+    Modulo,
+    /// The operand as an `i64`, which is the function's result type.
+    Bits,
+    /// The first operand, if it is from the second to the third.
+    Range,
+}
+
 impl HostFn {
+    /// What the function does to integers; `None` if nothing simple can be said.
+    pub fn integer_form(self) -> Option<IntegerForm> {
+        match self {
+            Self::PmacAnd => Some(IntegerForm::And),
+            Self::PmacOr => Some(IntegerForm::Or),
+            Self::PmacXor => Some(IntegerForm::Xor),
+            Self::PmacMod => Some(IntegerForm::Modulo),
+            Self::PmacBits => Some(IntegerForm::Bits),
+            Self::PmacRange => Some(IntegerForm::Range),
+            _ => None,
+        }
+    }
+
     /// The function with a name of the IR's text form; `None` if there is none.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|function| function.name() == name)

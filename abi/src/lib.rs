@@ -57,7 +57,7 @@ pub mod unwind;
 pub use code::{Code, CodeError, CodeLine, CodeMemory, CodeParts, FunctionRange};
 pub use context::{RawOutcome, ScanContext};
 pub use engine::{Engine, Host, ResumePoint, Scan};
-pub use host::{HostFn, HostType};
+pub use host::{HostFn, HostType, IntegerForm};
 pub use natural_order::natural_cmp;
 pub use outcome::{Outcome, TrapCode};
 pub use printable::printable;

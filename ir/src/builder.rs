@@ -24,6 +24,8 @@ pub struct FuncBuilder {
     loc: SourceLoc,
     /// Whether blocks that become the current one are marked as cold.
     cold: bool,
+    /// Whether blocks that become the current one are to be optimised for size.
+    optimize_for_size: bool,
 }
 
 impl FuncBuilder {
@@ -34,7 +36,8 @@ impl FuncBuilder {
             blocks: vec![BlockData::default()],
             ..FuncData::default()
         };
-        Self { func, block: Block(0), loc: SourceLoc::NONE, cold: false }
+        let loc = SourceLoc::NONE;
+        Self { func, block: Block(0), loc, cold: false, optimize_for_size: false }
     }
 
     /// The finished function. A block without terminator gets [`Terminator::Return`].
@@ -100,8 +103,19 @@ impl FuncBuilder {
         before
     }
 
+    /// Says whether the code from here on is to be
+    /// [optimised for size](BlockData::optimize_for_size). If so, the current block and each block
+    /// that becomes the current one are marked, until this is called with `false`; marks that are
+    /// made stay.
+    pub fn set_optimize_for_size(&mut self, optimize_for_size: bool) {
+        self.optimize_for_size = optimize_for_size;
+        self.mark();
+    }
+
     fn mark(&mut self) {
-        self.func.blocks[self.block.index()].cold |= self.cold;
+        let data = &mut self.func.blocks[self.block.index()];
+        data.cold |= self.cold;
+        data.optimize_for_size |= self.optimize_for_size;
     }
 
     /// Puts a label at a block, which makes it an entry.

@@ -97,6 +97,12 @@ impl ChunkBuilder {
         Some(RegionId(index as u32))
     }
 
+    /// Says that a region holds only doubles that are finite and never -0
+    /// ([`Module::finite_regions`]).
+    pub fn finite_region(&mut self, region: Region) {
+        self.module.finite_regions.push(region);
+    }
+
     /// Adds a source file and gives its number, by which statements refer to it.
     pub fn add_file(&mut self, name: impl Into<String>, text: impl Into<String>) -> u32 {
         self.module.files.push(SourceFile { name: name.into(), text: text.into() });

@@ -36,6 +36,10 @@ pub fn unary(op: UnaryOp, ty: Type, x: i64) -> i64 {
         UnaryOp::Ffloor => bits(float(x).floor()),
         UnaryOp::Fceil => bits(float(x).ceil()),
         UnaryOp::Ftrunc => bits(float(x).trunc()),
+        UnaryOp::Ffinite => match float(x) {
+            number if number.is_nan() => bits(0.0),
+            number => bits(number.clamp(-f64::MAX, f64::MAX)),
+        },
     }
 }
 
@@ -209,5 +213,15 @@ mod tests {
         assert!(!fcmp(FloatCond::OrderedNe, bits(f64::NAN), bits(1.0)));
         assert!(!fcmp(FloatCond::OrderedNe, bits(0.0), bits(-0.0)));
         assert_eq!(unary(UnaryOp::Not, Type::I1, 1), 0);
+        for (x, result) in [
+            (f64::NAN, 0.0),
+            (f64::INFINITY, f64::MAX),
+            (f64::NEG_INFINITY, -f64::MAX),
+            (-0.0, -0.0),
+            (-f64::MAX, -f64::MAX),
+            (2.5, 2.5),
+        ] {
+            assert_eq!(unary(UnaryOp::Ffinite, Type::F64, bits(x)), bits(result), "{x}");
+        }
     }
 }

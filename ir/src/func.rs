@@ -190,6 +190,9 @@ pub struct BlockData {
     /// Whether it seldom runs. Code generation places its code behind that of the other blocks, and
     /// does not keep base registers over its calls. What the block computes is not changed by it.
     pub cold: bool,
+    /// Whether its code should be small rather than fast. It seldom runs, like that of a cold
+    /// block, but there is so much of it that placing it apart does not pay.
+    pub optimize_for_size: bool,
     /// Its end; absent only while the block is being built.
     pub terminator: Option<Terminator>,
 }

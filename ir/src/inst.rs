@@ -70,6 +70,9 @@ words! {
         Fceil = "fceil",
         /// Rounded towards 0.
         Ftrunc = "ftrunc",
+        /// The finite double that is nearest: the largest number of an infinity's sign, and 0 for
+        /// NaN. A finite double stays as it is, also -0.
+        Ffinite = "ffinite",
     }
 }
 

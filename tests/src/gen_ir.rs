@@ -81,6 +81,10 @@ pub struct Mixer(pub u64);
 
 impl Host for Mixer {
     fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64 {
+        // Passes know what some of these functions give.
+        if let Some(result) = plcc_abi::pmac::pure_functions::call(function, args) {
+            return result;
+        }
         let mut sum = args.iter().fold(function as u64, |sum, arg| {
             sum.rotate_left(7).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ arg
         });

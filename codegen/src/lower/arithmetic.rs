@@ -21,7 +21,34 @@ impl Lowering<'_> {
             UnaryOp::Ffloor => self.builder.ins().floor(x),
             UnaryOp::Fceil => self.builder.ins().ceil(x),
             UnaryOp::Ftrunc => self.builder.ins().trunc(x),
+            UnaryOp::Ffinite => self.finite(x),
         })
+    }
+
+    /// The finite double that is nearest. Nearly every double is finite, so what makes one of the
+    /// others stands in a cold block.
+    fn finite(&mut self, x: ClifValue) -> ClifValue {
+        let (other, join) = (self.builder.create_block(), self.builder.create_block());
+        let result = self.builder.append_block_param(join, types::F64);
+        // The difference of an infinity or NaN from itself is NaN, that of any other double is 0.
+        let nothing = self.builder.ins().fsub(x, x);
+        let is_finite = self.builder.ins().fcmp(FloatCC::GreaterThanOrEqual, nothing, nothing);
+        self.builder.ins().brif(is_finite, join, &[x.into()], other, &[]);
+        self.builder.set_cold_block(other);
+        self.builder.switch_to_block(other);
+        let (high, low) =
+            (self.builder.ins().f64const(f64::MAX), self.builder.ins().f64const(-f64::MAX));
+        let zero = self.builder.ins().f64const(0.0);
+        let positive = self.builder.ins().fcmp(FloatCC::GreaterThan, x, zero);
+        let negative = self.builder.ins().fcmp(FloatCC::LessThan, x, zero);
+        let lower = self.builder.ins().select(negative, low, zero);
+        let nearest = self.builder.ins().select(positive, high, lower);
+        self.builder.ins().jump(join, &[nearest.into()]);
+        self.builder.switch_to_block(join);
+        if self.cold {
+            self.builder.set_cold_block(join);
+        }
+        result
     }
 
     pub(super) fn binary(&mut self, op: BinaryOp, args: [Value; 2]) -> LowerResult<ClifValue> {

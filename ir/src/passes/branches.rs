@@ -119,7 +119,7 @@ fn thread_jumps(func: &mut FuncData) {
 /// The block to which an empty block jumps; `None` if the block does anything else.
 fn only_jumps_to(func: &FuncData, block: Block) -> Option<Block> {
     match &func.blocks[block.index()] {
-        BlockData { params, insts, cold: _, terminator: Some(Terminator::Jump(call)) }
+        BlockData { params, insts, terminator: Some(Terminator::Jump(call)), .. }
             if params.is_empty() && insts.is_empty() && call.args.is_empty() =>
         {
             Some(call.block)

@@ -2,6 +2,8 @@
 //!
 //! | pass | what it does |
 //! | --- | --- |
+//! | `integers` | computes with integers where doubles are known to be integers |
+//! | `speculate` | computes with integers behind a check that doubles are integers |
 //! | `branches` | decides branches whose condition is known, skips empty blocks, joins blocks |
 //! | `forward` | replaces a load by the value stored or loaded before (store-to-load forwarding) |
 //! | `fold` | folds constants, applies identities, divides by constants without a division |
@@ -24,7 +26,7 @@
 //!
 //! The files `fold_…` hold the rules of `fold`.
 //! `graph` (the order of the blocks and their edges), `substitution` (which value replaces which),
-//! `value_range` (bits and bounds of integers) and `image_bytes` (accesses as byte addresses) are
+//! `value_range` (bits and bounds of integers), `float_range` (bounds of doubles) and `image_bytes` (accesses as byte addresses) are
 //! data structures that the passes share.
 
 mod branches;
@@ -33,6 +35,7 @@ mod cse;
 mod dce;
 mod dead_stores;
 mod demanded_bits;
+mod float_range;
 mod fold;
 mod fold_binary;
 mod fold_bits;
@@ -43,6 +46,8 @@ mod forward;
 mod graph;
 mod if_convert;
 mod image_bytes;
+mod integers;
+mod speculate;
 mod substitution;
 mod switches;
 mod value_range;
@@ -66,6 +71,10 @@ pub enum OptLevel {
 /// A pass over one function; the head of its file says what it does and what it must not do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
+    /// Integer arithmetic for doubles that are integers.
+    Integers,
+    /// Speculation that doubles are integers.
+    Speculate,
     /// Simplifies control flow.
     Branches,
     /// Store-to-load forwarding.
@@ -90,7 +99,9 @@ pub enum Pass {
 
 impl Pass {
     /// Every pass, in the order of the table at the head of the module.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
+        Self::Integers,
+        Self::Speculate,
         Self::Branches,
         Self::Forward,
         Self::Fold,
@@ -106,6 +117,8 @@ impl Pass {
     /// Its name, as in that table.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Integers => "integers",
+            Self::Speculate => "speculate",
             Self::Branches => "branches",
             Self::Forward => "forward",
             Self::Fold => "fold",
@@ -126,8 +139,16 @@ impl Pass {
 
     /// Runs the pass over a function. Gives whether it changed something, so that it pays to run
     /// other passes again. Passes of which that is never asked always give true.
-    fn run(self, func: &mut FuncData, bytes: &mut ImageBytes, dead: &mut DeadBytes) -> bool {
+    fn run(
+        self,
+        module: &Module,
+        func: &mut FuncData,
+        bytes: &mut ImageBytes,
+        dead: &mut DeadBytes,
+    ) -> bool {
         match self {
+            Self::Integers => integers::run(func, &module.finite_regions),
+            Self::Speculate => return speculate::run(func, &module.finite_regions),
             Self::Branches => branches::run(func),
             Self::Forward => return forward::run(func, bytes),
             Self::Fold => fold::run(func),
@@ -148,7 +169,11 @@ pub fn optimize(module: &mut Module, level: OptLevel) {
     match level {
         OptLevel::None => {}
         OptLevel::Speed => each(module, |stage| {
-            stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold, Pass::Branches]);
+            stage.all(&[Pass::Branches, Pass::Integers]);
+            if stage.pass(Pass::Speculate) {
+                stage.all(&[Pass::Integers, Pass::Branches]);
+            }
+            stage.all(&[Pass::Forward, Pass::Fold, Pass::Branches]);
             let switched = stage.pass(Pass::Switches);
             if stage.pass(Pass::IfConvert) || switched {
                 stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
@@ -182,7 +207,7 @@ impl Stage<'_> {
 
     /// Runs one pass; gives what [`Pass::run`] gives.
     fn pass(&mut self, pass: Pass) -> bool {
-        let changed = pass.run(&mut self.func, self.bytes, self.dead);
+        let changed = pass.run(self.module, &mut self.func, self.bytes, self.dead);
         debug_assert_eq!(
             verify::function(self.module, &self.func).first().map(ToString::to_string),
             None,

@@ -24,7 +24,8 @@ pub(super) enum Item {
     /// `image`: the size in bytes.
     Image(u32),
     /// `region`.
-    Region(plcc_abi::Region),
+    /// A region, and whether it is one of the [finite ones](Module::finite_regions).
+    Region(plcc_abi::Region, bool),
     /// `task`: its name, the label where it starts, and those of its resume points.
     Task(String, Label, Vec<Label>),
     /// `fn`.
@@ -49,6 +50,8 @@ pub(super) struct BlockText {
     pub(super) params: Vec<Param>,
     /// Whether `cold` stands before the colon.
     pub(super) cold: bool,
+    /// Whether `small` stands before the colon.
+    pub(super) small: bool,
     pub(super) lines: Vec<Line>,
     pub(super) terminator: Terminator,
 }
@@ -175,9 +178,11 @@ fn region<'t>() -> impl Grammar<'t, Item> {
     let offset = keyword("at").ignore_then(number("an offset in bytes"));
     let size = keyword("size").ignore_then(number("a size in bytes"));
     let bits = keyword("bits").or_not();
-    keyword("region").ignore_then(name).then(offset).then(size).then(bits).map(
-        |(((name, offset), size), bits)| {
-            Item::Region(plcc_abi::Region { name, offset, size, bits: bits.is_some() })
+    let finite = keyword("finite").or_not();
+    keyword("region").ignore_then(name).then(offset).then(size).then(bits).then(finite).map(
+        |((((name, offset), size), bits), finite)| {
+            let region = plcc_abi::Region { name, offset, size, bits: bits.is_some() };
+            Item::Region(region, finite.is_some())
         },
     )
 }
@@ -227,12 +232,14 @@ fn block_text<'t>() -> impl Grammar<'t, BlockText> {
     let list = param.separated_by(sign(',')).at_least(1).collect::<Vec<_>>();
     let params = list.delimited_by(sign('('), sign(')')).repeated().collect::<Vec<_>>();
     let cold = keyword("cold").or_not().map(|word| word.is_some());
-    let head = block().then(params).then(cold).then_ignore(sign(':')).then_ignore(end_of_line());
+    let small = keyword("small").or_not().map(|word| word.is_some());
+    let marks = cold.then(small);
+    let head = block().then(params).then(marks).then_ignore(sign(':')).then_ignore(end_of_line());
     let lines = line().then_ignore(end_of_line()).repeated().collect();
     head.then(lines).then(terminator().then_ignore(end_of_line())).map(
-        |((((head, params), cold), lines), terminator)| {
+        |((((head, params), (cold, small)), lines), terminator)| {
             let params = params.into_iter().flatten().collect();
-            BlockText { head, params, cold, lines, terminator }
+            BlockText { head, params, cold, small, lines, terminator }
         },
     )
 }

@@ -41,7 +41,9 @@
 //!   they stand. A value may be used above its definition.
 //! - The names of labels in parentheses behind a block's name make it an entry.
 //! - `cold` before the colon of a block's head (`block3(v7: i32) cold:`) says that the block seldom
-//!   runs.
+//!   runs, `small` (behind `cold` if both stand there) that it is to be optimised for size.
+//! - `finite` at the end of a region's line (`region p at 0 size 8 finite`) says that the region
+//!   holds only doubles that are finite and never -0.
 //! - `@N` says that the instructions that follow belong to statement N, `@none` that they belong to
 //!   none. It holds until the next such line, also in the blocks that follow.
 //! - A task that can be suspended lists the labels at which it goes on, in the order of its resume

@@ -19,9 +19,11 @@ pub fn print(module: &Module) -> String {
 
 fn write_module(out: &mut String, module: &Module) -> fmt::Result {
     writeln!(out, "image {}", module.image_size)?;
-    for region in &module.regions {
-        let bits = if region.bits { " bits" } else { "" };
-        writeln!(out, "region {} at {} size {}{bits}", region.name, region.offset, region.size)?;
+    for (region, number) in module.regions.iter().zip(0..) {
+        write!(out, "region {} at {} size {}", region.name, region.offset, region.size)?;
+        let finite = module.finite_regions.contains(&Region(number));
+        out.push_str(if region.bits { " bits" } else { "" });
+        out.push_str(if finite { " finite\n" } else { "\n" });
     }
     for task in &module.tasks {
         write!(out, "task {} L{}", quoted(&task.name), task.entry)?;
@@ -125,7 +127,8 @@ impl<'a> Printer<'a> {
             if !labels.is_empty() {
                 write!(out, " ({})", labels.join(", "))?;
             }
-            out.push_str(if data.cold { " cold:\n" } else { ":\n" });
+            out.push_str(if data.cold { " cold" } else { "" });
+            out.push_str(if data.optimize_for_size { " small:\n" } else { ":\n" });
             for &inst in &data.insts {
                 let next = self.func.loc(inst);
                 if next != loc {

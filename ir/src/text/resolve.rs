@@ -28,7 +28,12 @@ pub(super) fn resolve(tokens: &Tokens<'_>, items: Vec<Item>) -> Result<Module, P
     for item in items {
         match item {
             Item::Image(size) => module.image_size = size,
-            Item::Region(region) => module.regions.push(region),
+            Item::Region(region, finite) => {
+                if finite {
+                    module.finite_regions.push(Region(module.regions.len() as u32));
+                }
+                module.regions.push(region);
+            }
             Item::Task(name, entry, points) => {
                 labels.push(entry);
                 labels.extend(&points);
@@ -97,7 +102,11 @@ impl FuncResolver<'_> {
                 let message = format!("the next block is {block}: they stand in order");
                 return Err(self.tokens.error(text.head.index(), message));
             }
-            let mut data = BlockData { cold: text.cold, ..BlockData::default() };
+            let mut data = BlockData {
+                cold: text.cold,
+                optimize_for_size: text.small,
+                ..BlockData::default()
+            };
             for param in &text.params {
                 match *param {
                     Param::Label(label) => {

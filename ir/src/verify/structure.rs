@@ -18,6 +18,15 @@ pub(super) fn check_module(module: &Module, errors: &mut Errors) {
 }
 
 fn check_regions(module: &Module, errors: &mut Errors) {
+    for &finite in &module.finite_regions {
+        match module.region(finite) {
+            Some(region) if region.bits => {
+                errors.push(format!("region {} holds bits, so it holds no doubles", region.name));
+            }
+            Some(_) => {}
+            None => errors.push(format!("{finite} is to hold doubles, but is not there")),
+        }
+    }
     let mut spans = vec![];
     for region in &module.regions {
         let (start, end) =

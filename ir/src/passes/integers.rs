@@ -1,0 +1,413 @@
+//! Computes with integers where doubles are known to be integers, and drops operations that change
+//! no double which can occur.
+//!
+//! ```text
+//! v1: f64 = itof v0                                (v0 is from 0 to 7)
+//! v2: f64 = fconst 3.0                             v2: i32 = iconst 3
+//! v3: f64 = fadd v1, v2                     ==>    v3: i32 = add v0, v2
+//! v4: f64 = ffinite v3                             v4: f64 = itof v3
+//! store p:0, v4                                    store p:0, v4
+//! ```
+//!
+//! What can occur is found by range analysis ([`float_range`](super::float_range)). An operation is
+//! computed with integers if its operands and its result are integers whose magnitude is at most
+//! 2^53: then both arithmetics give the same, but for the sign of a zero. Where a double may be -0,
+//! its own instruction stays beside that on integers, for uses that stay with doubles.
+
+use plcc_abi::{HostFn, IntegerForm};
+
+use super::float_range::{FloatRange, FloatRanges};
+use super::graph::Graph;
+use super::substitution::Substitution;
+use super::value_range::ValueRanges;
+use crate::{
+    BinaryOp, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond, Region, SourceLoc,
+    Terminator, Type, UnaryOp, Value,
+};
+
+/// A function being changed.
+struct Integers<'a> {
+    func: &'a mut FuncData,
+    integers: ValueRanges,
+    floats: FloatRanges<'a>,
+    /// For each double that an integer value equals, but for the sign of a zero, that value.
+    integer_of: Vec<Option<Value>>,
+    /// The instructions of the current block that have been visited and stay, and new ones.
+    out: Vec<Inst>,
+    /// The statement of the current instruction.
+    loc: SourceLoc,
+}
+
+/// What an instruction becomes.
+enum Change {
+    /// Its result is another value.
+    Value(Value),
+    /// It becomes another instruction.
+    Inst(InstData),
+}
+
+/// Runs the pass. `finite_regions` are those of the module.
+pub(super) fn run(func: &mut FuncData, finite_regions: &[Region]) {
+    if !has_doubles(func) {
+        return;
+    }
+    let graph = Graph::new(func);
+    let mut values = Substitution::new(func);
+    let integers = ValueRanges::new(func);
+    let floats = FloatRanges::new(func, finite_regions);
+    let integer_of = vec![None; func.value_count()];
+    let mut this =
+        Integers { func, integers, floats, integer_of, out: vec![], loc: SourceLoc::NONE };
+    let mut passed = PassedRanges::new(&graph);
+    for &block in &graph.order {
+        for (at, &param) in this.func.blocks[block.index()].params.iter().enumerate() {
+            this.floats.set(param, passed.param(block, at));
+        }
+        let insts = std::mem::take(&mut this.func.blocks[block.index()].insts);
+        this.out.reserve(insts.len());
+        for inst in insts {
+            this.loc = this.func.loc(inst);
+            let mut data = *this.func.inst(inst);
+            values.inst(&mut data);
+            if let Some(result) = this.func.result(inst) {
+                match this.change(&data, result) {
+                    Some(Change::Value(value)) => {
+                        values.replace(result, value);
+                        continue;
+                    }
+                    Some(Change::Inst(changed)) => data = changed,
+                    None => {}
+                }
+                this.note(result, &data);
+            }
+            this.func.insts[inst.index()] = data;
+            this.out.push(inst);
+        }
+        let data = &mut this.func.blocks[block.index()];
+        data.insts = std::mem::take(&mut this.out);
+        if let Some(terminator) = &mut data.terminator {
+            values.terminator(terminator);
+            passed.note(terminator, &this.floats);
+        }
+    }
+}
+
+/// Whether a function computes with doubles at all.
+fn has_doubles(func: &FuncData) -> bool {
+    func.values.iter().any(|value| value.ty == Type::F64)
+}
+
+/// The ranges that branches pass to the parameters of blocks.
+pub(super) struct PassedRanges {
+    /// For each block the number of edges to it that have not been visited, and what those pass that
+    /// have.
+    blocks: Vec<(u32, Vec<FloatRange>)>,
+}
+
+impl PassedRanges {
+    /// Nothing is visited yet.
+    pub(super) fn new(graph: &Graph) -> Self {
+        Self { blocks: graph.edges.iter().map(|&edges| (edges, vec![])).collect() }
+    }
+
+    /// What all branches to a block pass to its parameter with a number. If one of them was not
+    /// visited yet, nothing is known.
+    pub(super) fn param(&self, block: crate::Block, number: usize) -> FloatRange {
+        match self.blocks.get(block.index()) {
+            Some((0, ranges)) => ranges.get(number).copied().unwrap_or(FloatRange::ANY),
+            _ => FloatRange::ANY,
+        }
+    }
+
+    /// Visits a terminator.
+    pub(super) fn note(&mut self, terminator: &Terminator, floats: &FloatRanges<'_>) {
+        terminator.for_each_block(|block, args| {
+            let Some((missing, ranges)) = self.blocks.get_mut(block.index()) else { return };
+            *missing = missing.saturating_sub(1);
+            let passed = args.iter().map(|&arg| floats.get(arg));
+            if ranges.is_empty() {
+                ranges.extend(passed);
+            } else {
+                for (range, passed) in ranges.iter_mut().zip(passed) {
+                    *range = range.join(passed);
+                }
+            }
+        });
+    }
+}
+
+/// The integer type that has room for all numbers between two.
+fn type_for(low: i64, high: i64) -> Type {
+    let fits = i32::try_from(low).is_ok() && i32::try_from(high).is_ok();
+    if fits { Type::I32 } else { Type::I64 }
+}
+
+impl Integers<'_> {
+    /// Enters what is known of a result.
+    fn note(&mut self, result: Value, data: &InstData) {
+        match self.func.ty(result) {
+            Type::F64 => {
+                self.floats.note(self.func, &self.integers, result, data);
+                if let InstData::Convert { op: ConvertOp::IntToFloat, to: _, arg } = *data {
+                    self.set_integer(result, arg);
+                }
+            }
+            _ => self.integers.note(self.func, result, data),
+        }
+    }
+
+    fn set_integer(&mut self, double: Value, integer: Value) {
+        if double.index() >= self.integer_of.len() {
+            self.integer_of.resize(double.index() + 1, None);
+        }
+        self.integer_of[double.index()] = Some(integer);
+    }
+
+    /// Adds an instruction before the current one; gives its result.
+    fn insert(&mut self, data: InstData) -> Option<Value> {
+        let inst = self.func.append(data, self.loc);
+        self.out.push(inst);
+        let value = self.func.result(inst)?;
+        self.note(value, &data);
+        Some(value)
+    }
+
+    fn insert_binary(&mut self, op: BinaryOp, a: Value, b: Value) -> Option<Value> {
+        self.insert(InstData::Binary { op, args: [a, b] })
+    }
+
+    fn insert_const(&mut self, ty: Type, value: i64) -> Option<Value> {
+        self.insert(InstData::Iconst { ty, value: ty.wrap(value) })
+    }
+
+    /// The low bits of a double that is an integer, as an integer of a type; `None` if no integer
+    /// value equals it.
+    fn operand(&mut self, double: Value, ty: Type) -> Option<Value> {
+        if let Some(bits) = self.func.constant(double) {
+            let (value, _) = FloatRange::constant(bits as u64).integers()?;
+            return self.insert_const(ty, value);
+        }
+        let integer = self.integer_of.get(double.index()).copied().flatten()?;
+        let from = self.func.ty(integer);
+        let op = match ty.bits().cmp(&from.bits()) {
+            std::cmp::Ordering::Equal => return Some(integer),
+            std::cmp::Ordering::Less => ConvertOp::Trunc,
+            std::cmp::Ordering::Greater => ConvertOp::Sext,
+        };
+        self.insert(InstData::Convert { op, to: ty, arg: integer })
+    }
+
+    /// Whether an integer value equals the double, so that [`operand`](Self::operand) gives one.
+    fn is_integer(&self, double: Value) -> bool {
+        self.floats.get(double).integers().is_some()
+            && (self.func.constant(double).is_some()
+                || self.integer_of.get(double.index()).copied().flatten().is_some())
+    }
+
+    /// What an instruction becomes; `None` if it stays.
+    fn change(&mut self, data: &InstData, result: Value) -> Option<Change> {
+        match *data {
+            InstData::Unary { op: UnaryOp::Ffinite, arg } if self.floats.get(arg).is_finite() => {
+                Some(Change::Value(arg))
+            }
+            InstData::Unary { op: UnaryOp::Ffloor | UnaryOp::Fceil | UnaryOp::Ftrunc, arg }
+                if self.floats.get(arg).integers().is_some() =>
+            {
+                Some(Change::Value(arg))
+            }
+            InstData::Binary { op: BinaryOp::Fadd, args: [x, zero] }
+                if self.func.constant(zero) == Some(0) =>
+            {
+                let range = self.floats.get(x);
+                if !range.may_be_nan() && !range.may_be_minus_zero() {
+                    return Some(Change::Value(x));
+                }
+                let integer = self.integer_of.get(x.index()).copied().flatten()?;
+                Some(Change::Inst(to_double(integer)))
+            }
+            InstData::HostCall { function, args } => {
+                self.call(function, args.as_slice(), result)
+            }
+            InstData::Fcmp { cond, args } => self.compare(cond, args),
+            InstData::Unary { .. } | InstData::Binary { .. } | InstData::Select { .. }
+                if self.func.ty(result) == Type::F64 =>
+            {
+                let range = self.floats.of(self.func, &self.integers, data);
+                let (low, high) = range.integers()?;
+                let integer = self.arithmetic(data, low, high)?;
+                if range.may_be_minus_zero() {
+                    self.set_integer(result, integer);
+                    return None;
+                }
+                Some(Change::Inst(to_double(integer)))
+            }
+            _ => None,
+        }
+    }
+
+    /// The integer value of an operation on doubles whose result is from `low` to `high`.
+    fn arithmetic(&mut self, data: &InstData, low: i64, high: i64) -> Option<Value> {
+        let ty = type_for(low, high);
+        match *data {
+            InstData::Unary { op: UnaryOp::Fneg, arg } if self.is_integer(arg) => {
+                let arg = self.operand(arg, ty)?;
+                self.insert(InstData::Unary { op: UnaryOp::Neg, arg })
+            }
+            InstData::Unary { op: UnaryOp::Fabs, arg } if self.is_integer(arg) => {
+                let x = self.operand(arg, ty)?;
+                let negative = self.insert(InstData::Unary { op: UnaryOp::Neg, arg: x })?;
+                self.insert_binary(BinaryOp::Smax, x, negative)
+            }
+            InstData::Binary { op, args: [a, b] } if self.is_integer(a) && self.is_integer(b) => {
+                // The low bits of these results depend on the low bits of the operands only.
+                let op = match op {
+                    BinaryOp::Fadd => BinaryOp::Add,
+                    BinaryOp::Fsub => BinaryOp::Sub,
+                    BinaryOp::Fmul => BinaryOp::Mul,
+                    _ => return None,
+                };
+                let (a, b) = (self.operand(a, ty)?, self.operand(b, ty)?);
+                self.insert_binary(op, a, b)
+            }
+            InstData::Select { cond, args: [a, b] } if self.is_integer(a) && self.is_integer(b) => {
+                let args = [self.operand(a, ty)?, self.operand(b, ty)?];
+                self.insert(InstData::Select { cond, args })
+            }
+            _ => None,
+        }
+    }
+
+    /// A call of a pure function whose operands are integers.
+    fn call(&mut self, function: HostFn, args: &[Value], result: Value) -> Option<Change> {
+        let form = function.integer_form()?;
+        match (form, args) {
+            (IntegerForm::Bits, &[x]) if self.is_integer(x) => {
+                self.operand(x, Type::I64).map(Change::Value)
+            }
+            (IntegerForm::Range, &[x, low, high]) => {
+                let (least, most) = self.floats.get(x).integers()?;
+                let (low, _) = self.floats.get(low).integers()?;
+                let (_, high) = self.floats.get(high).integers()?;
+                let stays = low <= least && most <= high;
+                if !stays || !self.is_integer(x) {
+                    return None;
+                }
+                if !self.floats.get(x).may_be_minus_zero() {
+                    return Some(Change::Value(x));
+                }
+                let integer = self.operand(x, type_for(least, most))?;
+                Some(Change::Inst(to_double(integer)))
+            }
+            (_, &[a, b]) if self.is_integer(a) && self.is_integer(b) => {
+                let data = self.call_of(function, args)?;
+                let range = self.floats.of(self.func, &self.integers, &data);
+                let (low, high) = range.integers()?;
+                let ty = type_for(low, high);
+                let integer = match form {
+                    IntegerForm::Modulo => {
+                        let (by, _) = self.floats.get(b).integers()?;
+                        self.modulo(a, by, ty)?
+                    }
+                    _ => {
+                        let (a, b) = (self.operand(a, ty)?, self.operand(b, ty)?);
+                        self.insert_binary(bit_instruction(form)?, a, b)?
+                    }
+                };
+                debug_assert_eq!(self.func.ty(result), Type::F64);
+                Some(Change::Inst(to_double(integer)))
+            }
+            _ => None,
+        }
+    }
+
+    fn call_of(&self, function: HostFn, args: &[Value]) -> Option<InstData> {
+        Some(InstData::HostCall { function, args: crate::Args::new(args)? })
+    }
+
+    /// The remainder of an integer by a constant that is not 0, as `ty`.
+    fn modulo(&mut self, x: Value, by: i64, ty: Type) -> Option<Value> {
+        let (low, high) = self.floats.get(x).integers()?;
+        // By a negative divisor -y the result is from -y to y - 1: it is the remainder by 2y of the
+        // dividend plus y, less y.
+        let (shift, by) = if by > 0 { (0, by) } else { (-by, -2 * by) };
+        let (low, high) = (low.saturating_add(shift), high.saturating_add(shift));
+        let wide = type_for(low.min(by), high.max(by));
+        let mut value = self.operand(x, wide)?;
+        if shift != 0 {
+            let shift = self.insert_const(wide, shift)?;
+            value = self.insert_binary(BinaryOp::Add, value, shift)?;
+        }
+        let by = self.insert_const(wide, by)?;
+        value = self.insert_binary(BinaryOp::Smod, value, by)?;
+        if shift != 0 {
+            let shift = self.insert_const(wide, shift)?;
+            value = self.insert_binary(BinaryOp::Sub, value, shift)?;
+        }
+        if ty == wide {
+            return Some(value);
+        }
+        let op = if ty < wide { ConvertOp::Trunc } else { ConvertOp::Sext };
+        self.insert(InstData::Convert { op, to: ty, arg: value })
+    }
+
+    /// A comparison of two doubles that are integers.
+    fn compare(&mut self, cond: FloatCond, [a, b]: [Value; 2]) -> Option<Change> {
+        if !self.is_integer(a) || !self.is_integer(b) {
+            return None;
+        }
+        // Integers less than 1 apart are equal.
+        if cond == FloatCond::Lt
+            && self.floats.get(b).integers() == Some((1, 1))
+            && let Some(args) = self.operands_of_distance(a)
+        {
+            return Some(Change::Inst(InstData::Icmp { cond: IntCond::Eq, args }));
+        }
+        let cond = match cond {
+            FloatCond::Eq => IntCond::Eq,
+            FloatCond::Ne | FloatCond::OrderedNe => IntCond::Ne,
+            FloatCond::Lt => IntCond::Slt,
+            FloatCond::Le => IntCond::Sle,
+            FloatCond::Gt => IntCond::Sgt,
+            FloatCond::Ge => IntCond::Sge,
+        };
+        self.compare_integers(cond, a, b)
+    }
+
+    /// The integers of which a double is the distance, that is, the magnitude of the difference.
+    fn operands_of_distance(&self, double: Value) -> Option<[Value; 2]> {
+        let integer = self.integer_of.get(double.index()).copied().flatten()?;
+        let operands = |value, wanted| match self.func.def_inst(value) {
+            Some(&InstData::Binary { op, args }) if op == wanted => Some(args),
+            _ => None,
+        };
+        let [mut difference, _] = operands(integer, BinaryOp::Smax)?;
+        if let Some(&InstData::Convert { op: ConvertOp::Sext, to: _, arg }) =
+            self.func.def_inst(difference)
+        {
+            difference = arg;
+        }
+        operands(difference, BinaryOp::Sub)
+    }
+
+    fn compare_integers(&mut self, cond: IntCond, a: Value, b: Value) -> Option<Change> {
+        let (low, high) = self.floats.get(a).integers()?;
+        let (least, most) = self.floats.get(b).integers()?;
+        let ty = type_for(low.min(least), high.max(most));
+        let args = [self.operand(a, ty)?, self.operand(b, ty)?];
+        Some(Change::Inst(InstData::Icmp { cond, args }))
+    }
+}
+
+/// The instruction on integers of a bit operator.
+pub(super) fn bit_instruction(form: IntegerForm) -> Option<BinaryOp> {
+    match form {
+        IntegerForm::And => Some(BinaryOp::And),
+        IntegerForm::Or => Some(BinaryOp::Or),
+        IntegerForm::Xor => Some(BinaryOp::Xor),
+        _ => None,
+    }
+}
+
+fn to_double(integer: Value) -> InstData {
+    InstData::Convert { op: ConvertOp::IntToFloat, to: Type::F64, arg: integer }
+}
