@@ -99,7 +99,7 @@ impl ChunkBuilder {
 
     /// Says that a region holds only doubles that are finite and never -0
     /// ([`Module::finite_regions`]).
-    pub fn finite_region(&mut self, region: Region) {
+    pub fn finite_region(&mut self, region: RegionId) {
         self.module.finite_regions.push(region);
     }
 

@@ -45,7 +45,7 @@ pub struct Module {
     /// The regions that hold doubles which are finite and never -0, at offsets that are multiples
     /// of 8, and nothing else. The executive keeps that up, and so must program code. Passes rely
     /// on it for speed: an image that breaks it gives results that depend on the optimisation.
-    pub finite_regions: Vec<Region>,
+    pub finite_regions: Vec<RegionId>,
     /// The tasks, which can be called from outside, each with the label where it starts.
     pub tasks: Vec<Task>,
     /// How many labels there are. They are numbered from 0, and each stands at one block of one

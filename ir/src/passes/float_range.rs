@@ -17,7 +17,7 @@
 use plcc_abi::{HostFn, IntegerForm};
 
 use super::value_range::ValueRanges;
-use crate::{BinaryOp, ConvertOp, FuncData, InstData, Region, Type, UnaryOp, Value};
+use crate::{BinaryOp, ConvertOp, FuncData, InstData, RegionId, Type, UnaryOp, Value};
 
 /// Every integer of at most this magnitude is a double.
 const EXACT: i64 = 1 << 53;
@@ -259,7 +259,8 @@ impl FloatRange {
 
     /// The range of a host function's result. `args` are the ranges of its operands.
     fn call(function: HostFn, args: &[Self]) -> Self {
-        let finite = |most: f64, minus_zero| Self::Real { low: -most, high: most, nan: false, minus_zero };
+        let finite =
+            |most: f64, minus_zero| Self::Real { low: -most, high: most, nan: false, minus_zero };
         match (function.integer_form(), args) {
             (Some(form @ (IntegerForm::And | IntegerForm::Or | IntegerForm::Xor)), &[a, b]) => {
                 let all = a.integers().zip(b.integers());
@@ -339,9 +340,8 @@ fn bit_operation(form: IntegerForm, a: (i64, i64), b: (i64, i64)) -> Option<(i64
     if [a.0, a.1, b.0, b.1].iter().any(|v| !(-BIT_OPERANDS..BIT_OPERANDS).contains(v)) {
         return None;
     }
-    let bits = |(low, high): (i64, i64)| {
-        64 - (low ^ (low >> 63)).max(high ^ (high >> 63)).leading_zeros()
-    };
+    let bits =
+        |(low, high): (i64, i64)| 64 - (low ^ (low >> 63)).max(high ^ (high >> 63)).leading_zeros();
     let all = (1i64 << bits(a).max(bits(b))) - 1;
     Some(match (form, a.0 >= 0, b.0 >= 0) {
         (IntegerForm::And, true, true) => (0, a.1.min(b.1)),
@@ -355,14 +355,14 @@ fn bit_operation(form: IntegerForm, a: (i64, i64), b: (i64, i64)) -> Option<(i64
 /// The ranges of a function's doubles.
 pub(super) struct FloatRanges<'a> {
     /// The module's regions of finite doubles.
-    finite_regions: &'a [Region],
+    finite_regions: &'a [RegionId],
     /// For each value its range; for values of other types [`FloatRange::ANY`].
     ranges: Vec<FloatRange>,
 }
 
 impl<'a> FloatRanges<'a> {
     /// A table in which nothing is known. `finite_regions` are those of the module.
-    pub(super) fn new(func: &FuncData, finite_regions: &'a [Region]) -> Self {
+    pub(super) fn new(func: &FuncData, finite_regions: &'a [RegionId]) -> Self {
         Self { finite_regions, ranges: vec![FloatRange::ANY; func.value_count()] }
     }
 
@@ -393,7 +393,12 @@ impl<'a> FloatRanges<'a> {
 
     /// What is known of the result of an instruction that gives a double. `integers` has what is
     /// known of integers.
-    pub(super) fn of(&self, func: &FuncData, integers: &ValueRanges, data: &InstData) -> FloatRange {
+    pub(super) fn of(
+        &self,
+        func: &FuncData,
+        integers: &ValueRanges,
+        data: &InstData,
+    ) -> FloatRange {
         self.of_operands(func, integers, data, |value| self.get(value))
     }
 
@@ -415,9 +420,7 @@ impl<'a> FloatRanges<'a> {
             {
                 FloatRange::int(0, 0)
             }
-            InstData::Binary { op, args: [a, b] } => {
-                FloatRange::binary(op, range(a), range(b))
-            }
+            InstData::Binary { op, args: [a, b] } => FloatRange::binary(op, range(a), range(b)),
             InstData::Select { cond: _, args: [a, b] } => range(a).join(range(b)),
             InstData::Convert { op: ConvertOp::IntToFloat, to: _, arg } => {
                 let (low, high) = integers.bounds(arg, func.ty(arg));
@@ -447,6 +450,159 @@ impl<'a> FloatRanges<'a> {
         if func.ty(value) == Type::F64 {
             let range = self.of(func, integers, data);
             self.set(value, range);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use plcc_abi::pmac::pure_functions;
+
+    use super::*;
+    use crate::eval;
+
+    /// Numbers at the edges of ranges and formats.
+    const NUMBERS: [f64; 26] = [
+        0.0,
+        -0.0,
+        0.5,
+        -0.5,
+        1.0,
+        -1.0,
+        2.0,
+        -3.0,
+        7.0,
+        255.0,
+        -256.0,
+        100.25,
+        2_147_483_647.0,
+        -2_147_483_648.0,
+        549_755_813_887.0,
+        549_755_813_888.0,
+        -549_755_813_888.0,
+        4_503_599_627_370_496.0,
+        9_007_199_254_740_991.0,
+        9_007_199_254_740_992.0,
+        -9_007_199_254_740_992.0,
+        1e-300,
+        -1e-300,
+        f64::MAX,
+        -f64::MAX,
+        f64::INFINITY,
+    ];
+
+    fn constant(value: f64) -> FloatRange {
+        FloatRange::constant(value.to_bits())
+    }
+
+    /// Whether a range allows a number.
+    fn allows(range: FloatRange, value: f64) -> bool {
+        if value.is_nan() {
+            return range.may_be_nan();
+        }
+        if value == 0.0 && value.is_sign_negative() && !range.may_be_minus_zero() {
+            return false;
+        }
+        let (low, high) = range.ends();
+        let is_integer = value.fract() == 0.0 && value.abs() <= EXACT as f64;
+        low <= value && value <= high && (is_integer || range.integers().is_none())
+    }
+
+    /// Ranges that contain both numbers.
+    fn ranges(a: f64, b: f64) -> [FloatRange; 2] {
+        let both = constant(a).join(constant(b));
+        [both, both.join(constant(-7.0)).join(constant(9.0))]
+    }
+
+    #[test]
+    fn results_lie_in_the_range_of_results() {
+        let ops = [
+            UnaryOp::Fneg,
+            UnaryOp::Fabs,
+            UnaryOp::Fsqrt,
+            UnaryOp::Ffloor,
+            UnaryOp::Fceil,
+            UnaryOp::Ftrunc,
+            UnaryOp::Ffinite,
+        ];
+        for a in NUMBERS {
+            for b in NUMBERS {
+                for range in ranges(a, b) {
+                    for op in ops {
+                        let found = FloatRange::unary(op, range);
+                        for x in [a, b] {
+                            let bits = eval::unary(op, Type::F64, x.to_bits() as i64);
+                            let result = f64::from_bits(bits as u64);
+                            assert!(allows(found, result), "{op:?} {x}: {result}, {found:?}");
+                        }
+                    }
+                }
+            }
+        }
+        for op in [BinaryOp::Fadd, BinaryOp::Fsub, BinaryOp::Fmul, BinaryOp::Fdiv] {
+            for a in NUMBERS {
+                for b in NUMBERS {
+                    for (left, right) in [(constant(a), constant(b)), (wide(a), wide(b))] {
+                        let found = FloatRange::binary(op, left, right);
+                        let bits = |x: f64| x.to_bits() as i64;
+                        let result = eval::binary(op, Type::F64, bits(a), bits(b));
+                        let result = f64::from_bits(result as u64);
+                        assert!(allows(found, result), "{op:?} {a} {b}: {result}, {found:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// A range around a number.
+    fn wide(value: f64) -> FloatRange {
+        constant(value).join(constant(5.0)).join(constant(-2.0))
+    }
+
+    #[test]
+    fn results_of_host_functions_lie_in_the_range_of_results() {
+        let functions = [
+            HostFn::PmacMod,
+            HostFn::PmacAnd,
+            HostFn::PmacOr,
+            HostFn::PmacXor,
+            HostFn::PmacSin,
+            HostFn::PmacTan,
+            HostFn::PmacAsin,
+            HostFn::PmacAtan2,
+            HostFn::PmacSqrt,
+            HostFn::PmacLn,
+            HostFn::PmacExp,
+            HostFn::PmacRange,
+        ];
+        for function in functions {
+            let count = function.signature().0.len();
+            for a in NUMBERS {
+                for b in NUMBERS {
+                    let args = [a, b, b.abs() + 10.0];
+                    let words = [a.to_bits(), b.to_bits(), args[2].to_bits(), 0];
+                    let result = pure_functions::call(function, words).map(f64::from_bits);
+                    let result = result.expect("it is pure");
+                    for known in [args.map(constant), args.map(wide)] {
+                        let found = FloatRange::call(function, &known[..count.min(3)]);
+                        assert!(allows(found, result), "{function:?} {a} {b}: {result}, {found:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn remainders_stay_within_their_bounds() {
+        for by in [1.0, 2.0, 3.0, 8.0, -1.0, -2.0, -3.0, -8.0] {
+            let x = FloatRange::int(-40, 40);
+            let range = FloatRange::call(HostFn::PmacMod, &[x, constant(by)]);
+            assert!(range.integers().is_some());
+            for x in -40..=40 {
+                let args = [f64::from(x).to_bits(), by.to_bits(), 0, 0];
+                let value = pure_functions::call(HostFn::PmacMod, args).map(f64::from_bits);
+                assert!(allows(range, value.expect("it is pure")), "{x} % {by}: {value:?}");
+            }
         }
     }
 }

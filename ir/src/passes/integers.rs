@@ -21,7 +21,7 @@ use super::graph::Graph;
 use super::substitution::Substitution;
 use super::value_range::ValueRanges;
 use crate::{
-    BinaryOp, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond, Region, SourceLoc,
+    BinaryOp, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond, RegionId, SourceLoc,
     Terminator, Type, UnaryOp, Value,
 };
 
@@ -47,7 +47,7 @@ enum Change {
 }
 
 /// Runs the pass. `finite_regions` are those of the module.
-pub(super) fn run(func: &mut FuncData, finite_regions: &[Region]) {
+pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) {
     if !has_doubles(func) {
         return;
     }
@@ -225,9 +225,7 @@ impl Integers<'_> {
                 let integer = self.integer_of.get(x.index()).copied().flatten()?;
                 Some(Change::Inst(to_double(integer)))
             }
-            InstData::HostCall { function, args } => {
-                self.call(function, args.as_slice(), result)
-            }
+            InstData::HostCall { function, args } => self.call(function, args.as_slice(), result),
             InstData::Fcmp { cond, args } => self.compare(cond, args),
             InstData::Unary { .. } | InstData::Binary { .. } | InstData::Select { .. }
                 if self.func.ty(result) == Type::F64 =>

@@ -37,15 +37,15 @@ use super::graph::Graph;
 use super::integers::PassedRanges;
 use super::value_range::ValueRanges;
 use crate::{
-    BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, Inst, InstData, Region,
-    SourceLoc, Terminator, Type, Value, ValueDef,
+    BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, Inst, InstData,
+    RegionId, SourceLoc, Terminator, Type, Value, ValueDef,
 };
 
 /// A statement speculates on no more loads than this: each costs an integrality check.
 const MAX_CHECKED: usize = 6;
 
 /// Runs the pass; gives whether it changed anything. `finite_regions` are those of the module.
-pub(super) fn run(func: &mut FuncData, finite_regions: &[Region]) -> bool {
+pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     let gains = |inst: &InstData| form(inst).is_some_and(|form| form != IntegerForm::Range);
     if !func.blocks.iter().any(|block| block.insts.iter().any(|&i| gains(func.inst(i)))) {
         return false;
@@ -68,7 +68,7 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[Region]) -> bool {
 fn analyse<'a>(
     func: &FuncData,
     graph: &Graph,
-    finite_regions: &'a [Region],
+    finite_regions: &'a [RegionId],
 ) -> (ValueRanges, FloatRanges<'a>) {
     let mut integers = ValueRanges::new(func);
     let mut floats = FloatRanges::new(func, finite_regions);
@@ -131,7 +131,8 @@ impl Uses {
             for &inst in &data.insts {
                 func.inst(inst).for_each_arg(|value| {
                     uses.counts[value.index()] += 1;
-                    uses.elsewhere[value.index()] |= home[value.index()] != (block.0, func.loc(inst));
+                    uses.elsewhere[value.index()] |=
+                        home[value.index()] != (block.0, func.loc(inst));
                 });
             }
             if let Some(terminator) = &data.terminator {
@@ -341,9 +342,10 @@ impl Speculate<'_> {
             return None;
         }
         // Stores are not written twice: what they store is passed to a common one.
-        let store = insts.iter().skip(last_gain).position(|&inst| {
-            matches!(self.func.inst(inst), InstData::Store { .. })
-        });
+        let store = insts
+            .iter()
+            .skip(last_gain)
+            .position(|&inst| matches!(self.func.inst(inst), InstData::Store { .. }));
         let end = store.map_or(insts.len(), |at| last_gain + at).min(barrier);
         let checked: Vec<Value> = loads.iter().map(|&(value, _, _)| value).collect();
         self.split(insts, end, checked, same)
@@ -376,14 +378,13 @@ impl Speculate<'_> {
             let mut depends = false;
             data.for_each_arg(|value| depends |= dependent.contains(&value));
             is_written |= matches!(data, InstData::Store { .. });
-            let moves = !depends
-                && (twice.is_empty() || !data.has_effect())
-                && !(is_written && matches!(data, InstData::Load { .. }));
-            if is_leaf || moves {
-                before.push(inst);
-            } else {
+            let follows_store = is_written && matches!(data, InstData::Load { .. });
+            let follows_copy = !twice.is_empty() && data.has_effect();
+            if !is_leaf && (depends || follows_store || follows_copy) {
                 twice.push(inst);
                 dependent.extend(result);
+            } else {
+                before.push(inst);
             }
         }
         Some(Plan { checked, same, before, twice, end })
@@ -483,14 +484,13 @@ impl Speculate<'_> {
             }
             used
         };
-        let is_passed = |value: Value| {
-            self.uses.elsewhere.get(value.index()).copied().unwrap_or(false)
-                || used_behind(value)
-                || !ends_block
-                    && self.uses.by_terminator.get(value.index()).copied().unwrap_or(false)
-        };
+        let set = |flags: &[bool], value: Value| flags.get(value.index()).copied().unwrap_or(false);
+        let is_used = |value: Value| set(&self.uses.elsewhere, value) || used_behind(value);
+        // The copies can end the block only if nothing behind it uses what they compute.
+        let ends_block = ends_block && !results.iter().any(|&value| is_used(value));
+        let is_passed =
+            |value: Value| is_used(value) || !ends_block && set(&self.uses.by_terminator, value);
         let passed: Vec<Value> = results.iter().copied().filter(|&v| is_passed(v)).collect();
-        let ends_block = ends_block && passed.is_empty();
         let [hot, cold] = [false, true].map(|cold| self.new_block(cold));
         let join = (!ends_block).then(|| self.new_block(false));
         for (block, mut copies) in [(hot, integers), (cold, vec![])] {

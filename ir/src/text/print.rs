@@ -21,7 +21,7 @@ fn write_module(out: &mut String, module: &Module) -> fmt::Result {
     writeln!(out, "image {}", module.image_size)?;
     for (region, number) in module.regions.iter().zip(0..) {
         write!(out, "region {} at {} size {}", region.name, region.offset, region.size)?;
-        let finite = module.finite_regions.contains(&Region(number));
+        let finite = module.finite_regions.contains(&RegionId(number));
         out.push_str(if region.bits { " bits" } else { "" });
         out.push_str(if finite { " finite\n" } else { "\n" });
     }

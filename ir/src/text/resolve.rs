@@ -30,7 +30,7 @@ pub(super) fn resolve(tokens: &Tokens<'_>, items: Vec<Item>) -> Result<Module, P
             Item::Image(size) => module.image_size = size,
             Item::Region(region, finite) => {
                 if finite {
-                    module.finite_regions.push(Region(module.regions.len() as u32));
+                    module.finite_regions.push(RegionId(module.regions.len() as u32));
                 }
                 module.regions.push(region);
             }

@@ -1,18 +1,15 @@
 //! Lowers a checked download to IR: one task for each PLC and PLCC, and one for the text of each
 //! COMMAND.
 //!
-//! There are two kinds of speculation. For each, the lowering emits specialised code and general
-//! code side by side, and a guard that decides which of the two runs:
+//! PLCs are lowered twice, which is a kind of speculation: specialised code accesses M-variables at
+//! the places that the assumed definitions give, general code accesses them through the host. The
+//! guard that decides which of the two runs is a word of the image that is not 0 once a definition
+//! differs from the assumed one. It is checked at the entry of the task, at every WHILE at which a
+//! suspended scan goes on, and behind every statement that may change a definition. From there
+//! control goes to the code that fits.
 //!
-//! - *On definitions of M-variables*, for a PLC as a whole. Specialised code accesses M-variables
-//!   at the places that the assumed definitions give; general code accesses them through the host.
-//!   The guard is a word of the image that is not 0 once a definition differs from the assumed one.
-//!   It is checked at the entry of the task, at every WHILE at which a suspended scan goes on, and
-//!   behind every statement that may change a definition. From there control goes to the code that
-//!   fits.
-//! - *On variables that hold integers*, for one statement ([`speculation`]). The guard is an
-//!   integrality check of the variables' values. The [`analysis`] finds the statements for which
-//!   this makes code faster.
+//! All arithmetic is lowered as the control's floating point, but for statements of L-variables
+//! ([`integer`]). Passes over IR make integer arithmetic of it where that gives the same.
 
 mod analysis;
 pub(crate) mod emit;
@@ -21,16 +18,14 @@ mod expression;
 mod field;
 mod integer;
 pub(crate) mod range_analysis;
-mod speculation;
 mod variables;
 
 use plcc_abi::HostFn;
 use plcc_abi::pmac::layout::{exec, region};
 use plcc_abi::pmac::{Assumption, Direct, Layout, Range};
 use plcc_diag::{FileId, SourceMap};
-use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type};
+use plcc_ir::{Address, ChunkBuilder, Module, Place, Statement, Type, Value};
 
-use self::analysis::Name;
 use self::emit::Operand;
 use crate::common::{InternalError, LowerError};
 use crate::pmac::analyse::assumptions;
@@ -85,6 +80,10 @@ pub(crate) fn lower(
         words: find(region::WORDS)?,
         exec: find(region::EXEC)?,
     };
+    let mut builder = builder;
+    for region in [regions.p, regions.q, regions.i] {
+        builder.finite_region(region);
+    }
     let mut lowerer = Lowerer {
         download,
         layout,
@@ -98,10 +97,8 @@ pub(crate) fn lower(
         has_address_statements: false,
         specialised: false,
         has_specialised_code: false,
-        has_integer_code: false,
         may_change_definitions: false,
         stack: Vec::new(),
-        guarded: Vec::new(),
     };
     for id in (0..sources.len() as u32).map(FileId) {
         lowerer.builder.add_file(sources.path(id), sources.text(id));
@@ -139,15 +136,10 @@ pub(crate) struct Lowerer<'a> {
     /// Whether the current code is general code of a task that has specialised code too. It seldom
     /// runs, so it is kept short.
     has_specialised_code: bool,
-    /// Whether the current code is the floating-point code of a statement that has integer code
-    /// too. It seldom runs, so it is kept short.
-    has_integer_code: bool,
     /// Whether what has been emitted of the current statement may change a definition.
     pub(crate) may_change_definitions: bool,
     /// The operands of the current expression; kept here so that its memory is used again.
     pub(crate) stack: Vec<Operand>,
-    /// The variables that the current statement's guard has loaded, with their values.
-    pub(crate) guarded: Vec<(Name, Operand)>,
 }
 
 /// The branch targets in one version (specialised or general) of a task: one for each statement and
@@ -280,6 +272,17 @@ impl Lowerer<'_> {
         let (line, _) = self.sources.line_col(span.file, span.start);
         let (start, end) = (span.start, span.end);
         self.builder.statement(Statement { file: span.file.0, line, start, end });
+        self.builder.ins().set_optimize_for_size(self.has_specialised_code);
+    }
+
+    /// The truth value of a condition, an `i1`; `integer` says that it is one of L-variables, which
+    /// is computed in 24 bits.
+    fn condition(&mut self, expr: Expr, integer: bool) -> Result<Value, InternalError> {
+        if integer {
+            return self.condition_integer(expr);
+        }
+        let value = self.value(expr)?;
+        Ok(value.truth(self.builder.ins()))
     }
 
     fn statement(
@@ -295,19 +298,8 @@ impl Lowerer<'_> {
                     Target::Indirect(_, index) => Some(self.value(index)?),
                     _ => None,
                 };
-                match self.assumed_integers(expr) {
-                    Some(assumed) => {
-                        self.speculate(&assumed, |this| {
-                            let value = this.value(expr)?;
-                            this.assign(target, value, index)?;
-                            Ok(None)
-                        })?;
-                    }
-                    None => {
-                        let value = self.value(expr)?;
-                        self.assign(target, value, index)?;
-                    }
-                }
+                let value = self.value(expr)?;
+                self.assign(target, value, index)?;
             }
             StmtKind::If(expr, target) | StmtKind::While(expr, target) => {
                 let truth = self.condition(expr, stmt.integer)?;
@@ -360,28 +352,21 @@ impl Lowerer<'_> {
     /// Addresses the coordinate system whose number a variable holds; one that is none changes
     /// nothing.
     fn address_by(&mut self, system: Expr) -> Result<(), InternalError> {
-        use plcc_ir::{BinaryOp, FloatCond, IntCond};
+        use plcc_ir::{BinaryOp, FloatCond};
         let at = Address::fixed(self.regions.exec, exec::q_base(self.context));
         let block = self.layout.q_base_of(2);
         let systems = self.layout.systems();
         let number = self.value(system)?;
         let b = self.builder.ins();
-        let (known, above) = if number.bounds().is_int() {
-            let number = number.bits(b)?;
-            let above = b.binary_imm(BinaryOp::Sub, number, 1);
-            (b.icmp_imm(IntCond::Ule, above, i64::from(systems) - 1), above)
-        } else {
-            // The low bits of a large number may be those of a coordinate system's.
-            let value = number.float(b);
-            let (first, end) = (b.fconst(0.5), b.fconst(f64::from(systems) + 0.5));
-            let not_below = b.fcmp(FloatCond::Ge, value, first);
-            let not_above = b.fcmp(FloatCond::Lt, value, end);
-            let known = b.binary(BinaryOp::And, not_below, not_above);
-            let number = Operand::Value(value, number.bounds()).bits(b)?;
-            (known, b.binary_imm(BinaryOp::Sub, number, 1))
-        };
+        // The low bits of a large number may be those of a coordinate system's.
+        let value = number.float(b);
+        let (first, end) = (b.fconst(0.5), b.fconst(f64::from(systems) + 0.5));
+        let not_below = b.fcmp(FloatCond::Ge, value, first);
+        let not_above = b.fcmp(FloatCond::Lt, value, end);
+        let known = b.binary(BinaryOp::And, not_below, not_above);
+        let number = Operand::Double(value).bits(b)?;
+        let above = b.binary_imm(BinaryOp::Sub, number, 1);
         let base = b.binary_imm(BinaryOp::Mul, above, i64::from(block));
-        let base = b.sextend_or_trunc(Type::I32, base);
         let old = b.load(Type::I32, at);
         let base = b.select(known, base, old);
         b.store(at, base);

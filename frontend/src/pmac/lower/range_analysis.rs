@@ -60,11 +60,6 @@ impl Bounds {
         }
     }
 
-    /// Whether it is an integer.
-    pub(crate) fn is_int(self) -> bool {
-        matches!(self, Self::Int(..))
-    }
-
     /// The value as a double: the most that its magnitude can be, whether it may be NaN, and
     /// whether it may be -0.
     pub(crate) fn real(self) -> (f64, bool, bool) {

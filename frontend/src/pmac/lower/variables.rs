@@ -7,7 +7,7 @@ use plcc_abi::pmac::layout::{DEFINITION_SIZE, DOUBLE_SIZE, exec};
 use plcc_abi::pmac::{
     Controller, Definition, Direct, Field, Format, Kind, Layout, Place, Range, Space,
 };
-use plcc_ir::{Address, BinaryOp, ConvertOp, IntCond, RegionId, Type, Value};
+use plcc_ir::{Address, BinaryOp, IntCond, RegionId, Type, Value};
 
 use super::Lowerer;
 use super::emit::{self, Operand};
@@ -110,19 +110,14 @@ impl Lowerer<'_> {
 
     /// A variable's value.
     pub(crate) fn read(&mut self, kind: Kind, number: u32) -> Result<Operand, InternalError> {
-        if let Some((_, known)) =
-            self.guarded.iter().find(|(name, _)| *name == (kind, number as u16))
-        {
-            return Ok(*known);
-        }
         let at = match kind {
             Kind::P => self.variable_address(self.regions.p, number),
             Kind::I => self.variable_address(self.regions.i, number),
             Kind::Q => self.q_address(number),
             Kind::M => return self.read_m(number),
             Kind::L => {
-                let (_, _, field) = self.l_field(number)?;
-                return Ok(Operand::Value(self.read_l(number)?, Bounds::field(field)));
+                let value = self.read_l(number)?;
+                return Ok(Operand::integer(self.builder.ins(), value));
             }
         };
         Ok(Operand::Stored(at))
@@ -141,7 +136,7 @@ impl Lowerer<'_> {
         let b = self.builder.ins();
         let number = b.iconst(Type::I32, i64::from(number));
         let value = emit::host_value(b, HostFn::PmacMRead, &[number])?;
-        Ok(Operand::Value(value, Bounds::FINITE))
+        Ok(Operand::Double(value))
     }
 
     fn read_m_direct(&mut self, number: u32, place: Direct) -> Operand {
@@ -149,14 +144,16 @@ impl Lowerer<'_> {
             Direct::Word(offset, address, field) => {
                 let at = self.word_address(offset, address);
                 let b = self.builder.ins();
-                return Operand::Value(field::read_field(b, at, field), Bounds::field(field));
+                let value = field::read_field(b, at, field);
+                return Operand::integer(b, value);
             }
             Direct::Star => {
                 let at = Address::fixed(self.regions.mdef, DEFINITION_SIZE * number);
                 let b = self.builder.ins();
                 let word = b.load(Type::I32, at);
                 let left = b.binary_imm(BinaryOp::Shl, word, 11);
-                return Operand::Value(b.binary_imm(BinaryOp::Ashr, left, 11), Bounds::STAR);
+                let value = b.binary_imm(BinaryOp::Ashr, left, 11);
+                return Operand::integer(b, value);
             }
             Direct::P(number) => self.variable_address(self.regions.p, number),
             Direct::Q(number) => self.variable_address(self.regions.q, number),
@@ -182,7 +179,7 @@ impl Lowerer<'_> {
             Kind::M => {
                 let b = self.builder.ins();
                 let value = emit::host_value(b, HostFn::PmacMRead, &[index])?;
-                return Ok(Operand::Value(value, Bounds::FINITE));
+                return Ok(Operand::Double(value));
             }
             Kind::L => return Err(computed_number_of_l()),
         };
@@ -220,9 +217,7 @@ impl Lowerer<'_> {
             Target::Range { kind, first, count, step } => {
                 // The value is read once, since a write may change the variable that it comes from.
                 let value = match value {
-                    Operand::Stored(_) => {
-                        Operand::Value(value.float(self.builder.ins()), Bounds::FINITE)
-                    }
+                    Operand::Stored(_) => Operand::Double(value.float(self.builder.ins())),
                     other => other,
                 };
                 let specialised = self.specialised;
@@ -262,10 +257,7 @@ impl Lowerer<'_> {
         let at = match kind {
             Kind::P => self.variable_address(self.regions.p, number),
             Kind::Q => self.q_address(number),
-            Kind::I => {
-                self.write_i(number, value);
-                return Ok(());
-            }
+            Kind::I => return self.write_i(number, value),
             Kind::M => return self.write_m(number, value),
             Kind::L => {
                 let bits = match self.l_format(number)? {
@@ -279,28 +271,29 @@ impl Lowerer<'_> {
         Ok(())
     }
 
-    fn write_i(&mut self, number: u32, value: Operand) {
+    fn write_i(&mut self, number: u32, value: Operand) -> Result<(), InternalError> {
         let at = self.variable_address(self.regions.i, number);
         let range = self.ranges.binary_search_by_key(&number, |r| r.0).ok();
         let range = range.and_then(|index| self.ranges.get(index)).map(|r| r.1);
         let b = self.builder.ins();
-        match (range, value.bounds()) {
-            (None, _) => {
-                let value = value.stored(b);
+        match (range, value) {
+            (None, _) => value.store(b, at),
+            (Some(range), Operand::Const(value)) => {
+                Operand::Const(range.convert(value)).store(b, at)
+            }
+            (Some(Range::Integer(low, high)), _) => {
+                let value = value.float(b);
+                let (low, high) = (b.fconst(low as f64), b.fconst(high as f64));
+                let value = emit::host_value(b, HostFn::PmacRange, &[value, low, high])?;
                 b.store(at, value);
             }
-            (Some(Range::Integer(low, high)), Bounds::Int(least, most))
-                if least >= low && most <= high =>
-            {
-                let value = value.stored(b);
-                b.store(at, value);
-            }
-            _ => {
+            (Some(Range::Real(..)), _) => {
                 let value = value.stored(b);
                 let number = b.iconst(Type::I32, i64::from(number));
                 b.host_call(HostFn::PmacIWrite, &[number, value]);
             }
         }
+        Ok(())
     }
 
     fn write_m(&mut self, number: u32, value: Operand) -> Result<(), InternalError> {
@@ -487,6 +480,6 @@ impl Lowerer<'_> {
     /// An integer as a double.
     pub(crate) fn int_to_double(&mut self, value: Value) -> Operand {
         let b = self.builder.ins();
-        Operand::Value(b.convert(ConvertOp::IntToFloat, Type::F64, value), Bounds::FINITE)
+        Operand::integer(b, value)
     }
 }

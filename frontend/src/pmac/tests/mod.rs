@@ -488,15 +488,16 @@ fn the_lowering_reports_its_own_defects_with_their_place() {
     assert_eq!(endless, ("an ENDWHILE has no WHILE".to_owned(), 4));
 }
 
-/// The host functions that a PLC with one statement calls, each with whether the call's block is
-/// cold.
+/// The host functions that a PLC with one statement calls behind the passes, each with whether the
+/// call's block is cold.
 fn calls(statement: &str) -> Vec<(HostFn, bool)> {
     let text = format!("I5=2\nOPEN PLC 1 CLEAR\n{statement}\nCLOSE\n");
     let mut sources = plcc_diag::SourceMap::new();
     let file = sources.add("main.pmc", text.as_bytes());
     let options = Options::default();
     let (program, _) = super::check(&mut sources, &[file], &MemoryLoader::new(), &options);
-    let lowered = program.expect("it has no errors").lower().expect("it can be lowered");
+    let mut lowered = program.expect("it has no errors").lower().expect("it can be lowered");
+    plcc_ir::passes::optimize(&mut lowered.module, plcc_ir::passes::OptLevel::Speed);
     let mut calls = vec![];
     for func in &lowered.module.funcs {
         for (_, block) in func.blocks() {
@@ -512,7 +513,7 @@ fn calls(statement: &str) -> Vec<(HostFn, bool)> {
 
 #[test]
 fn the_slow_sides_of_guards_are_cold() {
-    // The integer guard of a statement, and an integrality check.
+    // Integrality checks of a statement's variables, and of single operands.
     assert_eq!(calls("P1=P2&P3+P4"), [(HostFn::PmacAnd, true)]);
     assert_eq!(calls("P1=SIN(P2)|P3"), [(HostFn::PmacSin, false), (HostFn::PmacOr, true)]);
     assert_eq!(calls("P(P1)=1"), [(HostFn::PmacBits, true)]);
