@@ -283,12 +283,14 @@ impl FloatRange {
             }
             (Some(IntegerForm::Range), &[x, low, high]) => {
                 match (x.integers(), low.integers(), high.integers()) {
-                    (Some((least, most)), Some((low, _)), Some((_, high)))
+                    (Some((least, most)), Some((_, low)), Some((high, _)))
                         if low <= least && most <= high =>
                     {
                         Self::int(least, most)
                     }
-                    (_, Some((low, _)), Some((_, high))) if low <= high => Self::int(low, high),
+                    (_, Some((low, first)), Some((last, high))) if first <= last => {
+                        Self::int(low, high)
+                    }
                     _ => Self::ANY,
                 }
             }

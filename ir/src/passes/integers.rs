@@ -284,8 +284,8 @@ impl Integers<'_> {
             }
             (IntegerForm::Range, &[x, low, high]) => {
                 let (least, most) = self.floats.get(x).integers()?;
-                let (low, _) = self.floats.get(low).integers()?;
-                let (_, high) = self.floats.get(high).integers()?;
+                let (_, low) = self.floats.get(low).integers()?;
+                let (high, _) = self.floats.get(high).integers()?;
                 let stays = low <= least && most <= high;
                 if !stays || !self.is_integer(x) {
                     return None;
