@@ -15,6 +15,7 @@
 
 mod analyse;
 mod ast;
+mod explain_arithmetic;
 pub mod expression;
 mod language;
 mod lower;
@@ -38,7 +39,6 @@ pub use language::Pmac;
 pub use oracle::Interpreter;
 
 use analyse::{assumptions, load, out_of_range};
-use lower::explain;
 use read::{download, preprocess};
 
 /// A checked download, with the state after load.
@@ -125,7 +125,7 @@ impl Program {
     /// each PLC a line for each statement, with `integer`, or with `floating point` and the
     /// variable or operation that makes it necessary.
     pub fn explain_arithmetic(&self) -> String {
-        explain::explain(&self.download, &self.loaded, &self.sources)
+        explain_arithmetic::explain(&self.download, &self.loaded, &self.sources)
     }
 
     /// Where each variable is read, written and tested.

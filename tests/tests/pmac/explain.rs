@@ -1,4 +1,5 @@
-//! Snapshots of the whole output of `plcc check --explain-arithmetic`.
+//! Snapshots of the whole output of `plcc check --explain-arithmetic`, and whether it says what the
+//! compiler does.
 #![allow(clippy::unwrap_used)]
 
 use plcc_diag::SourceMap;
@@ -6,6 +7,8 @@ use plcc_frontend::{
     common::{MemoryLoader, Options},
     pmac,
 };
+use plcc_ir::InstData;
+use plcc_ir::passes::{self, OptLevel};
 
 fn explain(text: &str) -> String {
     let mut sources = SourceMap::new();
@@ -82,4 +85,55 @@ ENDIF
 CLOSE
 ";
     insta::assert_snapshot!(explain(text));
+}
+
+/// Whether the frequent code of a PLC with one statement calls a host function that integers can do
+/// without.
+fn calls_for_arithmetic(statement: &str) -> bool {
+    let text = format!("{DEFINITIONS}OPEN PLC 1 CLEAR\n{statement}\nCLOSE\n");
+    let mut sources = SourceMap::new();
+    let file = sources.add("a.pmc", text.as_bytes());
+    let options = Options::default();
+    let (program, _) = pmac::check(&mut sources, &[file], &MemoryLoader::new(), &options);
+    let mut module = program.unwrap().lower().unwrap().module;
+    passes::optimize(&mut module, OptLevel::Speed);
+    let blocks = module.funcs().flat_map(|(_, func)| func.blocks().map(move |(_, b)| (func, b)));
+    let frequent = blocks.filter(|(_, block)| !block.cold && !block.optimize_for_size);
+    let mut insts = frequent.flat_map(|(func, b)| b.insts.iter().map(|&inst| func.inst(inst)));
+    insts.any(|data| match data {
+        InstData::HostCall { function, .. } => function.integer_form().is_some(),
+        _ => false,
+    })
+}
+
+const DEFINITIONS: &str = "I5=2\nM2->Y:$FFC2,0,8\nM4->X:$700,0,24,S\n";
+
+#[test]
+fn what_is_explained_as_integers_is_compiled_to_integers() {
+    for statement in [
+        "P1=M2&1",
+        "P1=M2*M2+M4",
+        "M2=M4%10",
+        "P1=M4%-7|M2",
+        "P1=P2&$F|P3",
+        "P1=P2%100",
+        "P1=(P2+P3)&$FF",
+        "P1=P2&P3&P4&P5&P6&P7",
+        "P1=ABS(P2&M4)^INT(M2)",
+        "IF (P1&4=4 AND M2~3) P2=M4 ENDIF",
+        "WHILE (Q1|I20!<3) ENDWHILE",
+        "M4=(P1|P2)+1",
+        "I20=P1&1",
+    ] {
+        let explained = explain(&format!("{DEFINITIONS}OPEN PLC 1 CLEAR\n{statement}\nCLOSE\n"));
+        let all = explained.contains("0 in floating point");
+        assert!(all, "{explained}");
+        assert!(!calls_for_arithmetic(statement), "{statement}");
+    }
+    // Where floating point is explained, the control's rules for fractions are needed.
+    for statement in ["P1=M4%P2", "P1=M4%0.5", "P1=P2%P3&1"] {
+        let explained = explain(&format!("{DEFINITIONS}OPEN PLC 1 CLEAR\n{statement}\nCLOSE\n"));
+        assert!(explained.contains("1 in floating point"), "{explained}");
+        assert!(calls_for_arithmetic(statement), "{statement}");
+    }
 }

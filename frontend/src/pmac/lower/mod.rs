@@ -11,13 +11,10 @@
 //! All arithmetic is lowered as the control's floating point, but for statements of L-variables
 //! ([`integer`]). Passes over IR make integer arithmetic of it where that gives the same.
 
-mod analysis;
 pub(crate) mod emit;
-pub(crate) mod explain;
 mod expression;
 mod field;
 mod integer;
-pub(crate) mod range_analysis;
 mod variables;
 
 use plcc_abi::HostFn;

@@ -12,7 +12,6 @@ use plcc_ir::{Address, BinaryOp, IntCond, RegionId, Type, Value};
 use super::Lowerer;
 use super::emit::{self, Operand};
 use super::field;
-use super::range_analysis::Bounds;
 use crate::common::InternalError;
 use crate::pmac::analyse::assumptions::for_each_named_m;
 use crate::pmac::ast::Target;
@@ -31,30 +30,6 @@ pub(crate) struct Regions {
     pub(crate) mdef: RegionId,
     pub(crate) words: RegionId,
     pub(crate) exec: RegionId,
-}
-
-/// The bounds of a variable's value while the assumed definitions hold. `places` has for each
-/// M-variable the place that is assumed.
-pub(crate) fn bounds_of(
-    download: &crate::pmac::ast::Download,
-    places: &[Option<Direct>],
-    kind: Kind,
-    number: u16,
-) -> Bounds {
-    match kind {
-        Kind::M => match places.get(usize::from(number)) {
-            Some(Some(Direct::Word(_, _, field))) => Bounds::field(*field),
-            Some(Some(Direct::Star)) => Bounds::STAR,
-            _ => Bounds::FINITE,
-        },
-        Kind::L => match download.l_defs.get(&number) {
-            Some(Definition::X { field, .. } | Definition::Y { field, .. }) => {
-                Bounds::field(*field)
-            }
-            _ => Bounds::Int(0, 0),
-        },
-        Kind::P | Kind::Q | Kind::I => Bounds::FINITE,
-    }
 }
 
 /// Whether an address is that of a hardware register, not of memory.

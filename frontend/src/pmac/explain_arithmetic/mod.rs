@@ -1,14 +1,21 @@
 //! The text that `--explain-arithmetic` prints: for each statement whether integers or doubles
 //! compute it, and why.
+//!
+//! Which arithmetic computes a statement is decided by passes over IR (`integers` and `speculate`
+//! of `plcc-ir`), which know nothing of the source. To say why in the user's words, this analyses
+//! the statements themselves by the same rules; `tests/tests/pmac/explain.rs` holds the two
+//! together.
+
+mod analysis;
+mod range_analysis;
 
 use std::fmt::Write as _;
 
 use plcc_abi::pmac::Kind;
 use plcc_diag::SourceMap;
 
-use super::analysis::{Name, Reason, analyse};
-use super::range_analysis::Bounds;
-use super::variables::bounds_of;
+use self::analysis::{Name, Reason, analyse, bounds_of};
+use self::range_analysis::Bounds;
 use crate::pmac::analyse::assumptions::places_after_load;
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Bin, Download, Func, Stmt, StmtKind, Target};

@@ -3,16 +3,15 @@
 //!
 //! A statement is computed with integers if the result of each of its operations is an integer by
 //! its [bounds](super::range_analysis). P-, Q- and I-variables hold doubles, so that is not known
-//! of them. Where it pays, the lowering *speculates* that they hold integers of 32 bits: an
-//! integrality check of each such variable guards specialised code with integers, and general code
-//! with doubles runs if a check fails. This makes bit operators and remainders faster, but not
-//! sums, differences and comparisons: doubles compute those exactly for such integers, without
-//! conversions.
+//! of them. Where it pays, the compiler *speculates* that they hold integers of 32 bits: an
+//! integrality check guards code with integers, and general code with doubles runs if a check
+//! fails. This makes bit operators and remainders faster, but not sums, differences and
+//! comparisons: doubles compute those exactly for such integers, without conversions.
 
-use plcc_abi::pmac::Kind;
+use plcc_abi::pmac::{Definition, Direct, Kind};
 
 use super::range_analysis::Bounds;
-use crate::pmac::ast::{Bin, Func, Op};
+use crate::pmac::ast::{Bin, Download, Func, Op};
 
 /// A statement speculates on no more variables than this: each costs an integrality check.
 const MAX_ASSUMED: usize = 6;
@@ -22,6 +21,30 @@ pub(crate) const ASSUMED: Bounds = Bounds::Int(i32::MIN as i64, i32::MAX as i64)
 
 /// A variable: its kind and its number.
 pub(crate) type Name = (Kind, u16);
+
+/// The bounds of a variable's value while the assumed definitions hold. `places` has for each
+/// M-variable the place that is assumed.
+pub(crate) fn bounds_of(
+    download: &Download,
+    places: &[Option<Direct>],
+    kind: Kind,
+    number: u16,
+) -> Bounds {
+    match kind {
+        Kind::M => match places.get(usize::from(number)) {
+            Some(Some(Direct::Word(_, _, field))) => Bounds::field(*field),
+            Some(Some(Direct::Star)) => Bounds::STAR,
+            _ => Bounds::FINITE,
+        },
+        Kind::L => match download.l_defs.get(&number) {
+            Some(Definition::X { field, .. } | Definition::Y { field, .. }) => {
+                Bounds::field(*field)
+            }
+            _ => Bounds::Int(0, 0),
+        },
+        Kind::P | Kind::Q | Kind::I => Bounds::FINITE,
+    }
+}
 
 /// What forces floating point on a statement.
 #[derive(Clone, Copy, Debug, PartialEq)]
