@@ -259,7 +259,7 @@ impl Speculate<'_> {
         // replace behind the last operation that gains.
         let mut first_write = insts.len();
         let (mut gain, mut barrier) = (None, insts.len());
-        let mut satisfied = vec![];
+        let mut replaced = vec![];
         let mut single_checks = 0;
         for (at, &inst) in insts.iter().enumerate() {
             let data = *self.func.inst(inst);
@@ -295,19 +295,22 @@ impl Speculate<'_> {
             if let InstData::HostCall { function: _, args } = data {
                 let integer = |value: Value| self.assumed(value).integers().is_some();
                 let form = form(&data);
-                let is_gain = depends
-                    && form.is_some_and(|form| !matches!(form, IntegerForm::Range))
+                let is_replaced = depends
                     && args.as_slice().iter().all(|&arg| integer(arg))
-                    && (form == Some(IntegerForm::Bits)
-                        || assumed.is_some_and(|range| range.integers().is_some()));
+                    && match form {
+                        Some(IntegerForm::Range) => self.range_keeps(args.as_slice()),
+                        Some(IntegerForm::Bits) => true,
+                        Some(_) => assumed.is_some_and(|range| range.integers().is_some()),
+                        None => false,
+                    };
                 if self.gains(&data) {
                     single_checks += self.operands_to_check(&data).len();
                 }
-                if !is_gain {
+                if !is_replaced {
                     barrier = barrier.min(at);
                 } else if barrier == insts.len() {
-                    satisfied.push(inst);
-                    if form != Some(IntegerForm::Bits) {
+                    replaced.push(inst);
+                    if !matches!(form, Some(IntegerForm::Bits | IntegerForm::Range)) {
                         gain = Some(at);
                     }
                 }
@@ -317,8 +320,8 @@ impl Speculate<'_> {
             }
         }
         let last_gain = gain?;
-        // What the operations that gain are computed from.
-        for &inst in &satisfied {
+        // What the calls that integers replace are computed from.
+        for &inst in &replaced {
             let data = *self.func.inst(inst);
             data.for_each_arg(|value| self.mark_mut(value).needed = true);
         }
@@ -349,6 +352,17 @@ impl Speculate<'_> {
         let end = store.map_or(insts.len(), |at| last_gain + at).min(barrier);
         let checked: Vec<Value> = loads.iter().map(|&(value, _, _)| value).collect();
         self.split(insts, end, checked, same)
+    }
+
+    /// Whether a number is in its range, which are the operands of [`IntegerForm::Range`], if the
+    /// loads that may be checked give integers.
+    fn range_keeps(&self, args: &[Value]) -> bool {
+        let &[x, low, high] = args else { return false };
+        let [x, low, high] = [x, low, high].map(|value| self.assumed(value).integers());
+        match (x, low, high) {
+            (Some((least, most)), Some((_, low)), Some((high, _))) => low <= least && most <= high,
+            _ => false,
+        }
     }
 
     /// What is known of an operation's result if the loads that may be checked give integers.
