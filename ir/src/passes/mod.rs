@@ -24,7 +24,7 @@
 //!   access is done when that comes: someone may read the process image there.
 //! - A pass takes time in proportion to the length of the function.
 //!
-//! The files `fold_…` hold the rules of `fold`.
+//! The files `fold_…` hold the rules of `fold`, `speculation_plan` what `speculate` checks.
 //! `graph` (the order of the blocks and their edges), `substitution` (which value replaces which),
 //! `value_range` (bits and bounds of integers), `float_range` (bounds of doubles) and `image_bytes` (accesses as byte addresses) are
 //! data structures that the passes share.
@@ -48,6 +48,7 @@ mod if_convert;
 mod image_bytes;
 mod integers;
 mod speculate;
+mod speculation_plan;
 mod substitution;
 mod switches;
 mod value_range;
