@@ -396,3 +396,243 @@ fn clients_that_flood_stall_or_leave_do_no_harm() {
     let (exit, text) = control.end();
     assert_eq!(exit, Some(130), "{text}");
 }
+
+/// What an online change said of each name: `new`, `gone` or `changed`.
+fn changes(reply: &Json) -> Vec<(String, String)> {
+    let text = |row: &Json, key: &str| row[key].as_str().unwrap().to_owned();
+    let rows = reply["changes"].as_array().unwrap_or_else(|| panic!("{reply}"));
+    rows.iter().map(|row| (text(row, "name"), text(row, "change"))).collect()
+}
+
+fn pairs(rows: &[(&str, &str)]) -> Vec<(String, String)> {
+    rows.iter().map(|(name, change)| ((*name).to_owned(), (*change).to_owned())).collect()
+}
+
+#[test]
+fn pmi_programs_are_exchanged_and_taken_back() {
+    let shop = Shop::new("swap-pmi");
+    let source = "$INPUT\nDOOR = 0/0\n$OUTPUT\nLAMP = 1/0\nHORN = 1/1\n$INTEGER\nCOUNT,LEVEL,OLD\n\
+                  $TIMER\nE/RUN/DONE = 250\n$FAULT\nBAD = \"BAD\"\n$END\n\
+                  COUNT = COUNT + 1\nLAMP = DOOR\nHORN = T\nRUN = T\nOLD = 5\nBAD = T\n";
+    // COUNT moves behind a new variable; HORN goes, and with it what drives its line.
+    let other = "$INPUT\nDOOR = 0/0\n$OUTPUT\nLAMP = 1/0\n$INTEGER\nAHEAD[20],COUNT,LEVEL,NEWS\n\
+                 $TIMER\nE/RUN/DONE = 250\n$FAULT\nBAD = \"BAD\"\n$END\n\
+                 COUNT = COUNT + 1\nLAMP = /DOOR\nRUN = T\nNEWS = NEWS + 1\nBAD = T\nAHEAD[0] = 1\n";
+    let moved =
+        other.replace("LAMP = 1/0", "LAMP = 1/7").replace("$INTEGER\n", "$LONG\nLEVEL\n$INTEGER\n");
+    let moved = moved.replace("COUNT,LEVEL,NEWS", "COUNT,NEWS");
+    let artifact = shop.build("one", Dialect::Pmi, source);
+    let two = shop.build("two", Dialect::Pmi, other);
+    let three = shop.build("three", Dialect::Pmi, &moved);
+    let (image, events) = (shop.path("image"), shop.path("events.jsonl"));
+    let options = [
+        "--period",
+        "2",
+        "--allow",
+        "write,force,swap",
+        "--image",
+        image.to_str().unwrap(),
+        "--events",
+        events.to_str().unwrap(),
+    ];
+    let control = shop.start(&artifact, &options);
+    control.assign("set", "LEVEL", 33);
+    control.assign("force", "DOOR", 1);
+    control.tick();
+    let first_image = ImageReader::open(&image).unwrap();
+    let swap = |path: &Path, more: Json| {
+        let mut request = json!({"request": "swap", "path": path});
+        for (key, value) in more.as_object().unwrap() {
+            request[key] = value.clone();
+        }
+        request
+    };
+
+    let rows = [("AHEAD", "new"), ("HORN", "gone"), ("NEWS", "new"), ("OLD", "gone")];
+    let dry = control.ask(&swap(&two, json!({"dry_run": true})));
+    assert_eq!(changes(&dry), pairs(&rows));
+    assert!(control.get("HORN") == 1 && control.get("PORT1.1") == 1);
+    let counter = control.get("RUN#COUNT").as_i64().unwrap();
+    let done = control.ask(&swap(&two, json!({})));
+    assert_eq!(changes(&done), pairs(&rows));
+    control.tick();
+    assert_eq!(control.get("LEVEL"), 33, "a value is kept");
+    assert_eq!(control.get("LAMP"), 0, "the new program runs, with the force on DOOR");
+    assert_eq!(control.get("PORT1.1"), 0, "nobody drives this line any more");
+    let now = control.get("RUN#COUNT").as_i64().unwrap();
+    assert!(now > 0 && now <= counter, "the timer goes on: {counter}, then {now}");
+    let status = control.ask(&json!({"request": "status"}));
+    assert_eq!(status["generation"], 1);
+    assert_eq!(status["forces"], json!([{"name": "DOOR", "value": "1"}]));
+    // COUNT is incremented in each scan, so no scan was lost.
+    let values = control.ask(&json!({"request": "get", "names": ["COUNT", "NEWS"]}));
+    assert_eq!(values["values"]["COUNT"], values["ticks"]);
+    assert!(
+        values["values"]["NEWS"].as_i64().unwrap() < values["values"]["COUNT"].as_i64().unwrap()
+    );
+    // The image file of this name is another one now.
+    assert_eq!(first_image.read().unwrap().state, Some(State::Replaced));
+    let image_now = ImageReader::open(&image).unwrap();
+    assert_eq!(image_now.generation(), 1);
+    assert_eq!(image_now.read().unwrap().state, Some(State::Running));
+
+    // A type and a line that change must be accepted.
+    let refused = control.reply(&swap(&three, json!({})));
+    assert_eq!(refused["error"]["code"], "refused");
+    let rows = [("LAMP", "changed"), ("LEVEL", "changed")];
+    assert_eq!(changes(&refused["error"]), pairs(&rows));
+    assert_eq!(control.refused(&swap(&three, json!({"accept": ["LAMP"]}))), "refused");
+    control.ask(&swap(&three, json!({"accept": ["LAMP", "LEVEL"]})));
+    control.ask(&json!({"request": "unforce", "all": true}));
+    control.tick();
+    assert_eq!(control.get("LEVEL"), 0, "a value of another type begins anew");
+    assert_eq!((control.get("PORT1.0"), control.get("PORT1.7")), (0.into(), 1.into()));
+
+    // Back, and back again: what only one program has is still there.
+    control.assign("set", "LEVEL", 70_000);
+    let back = control.ask(&json!({"request": "rollback"}));
+    assert_eq!(changes(&back), pairs(&rows));
+    control.tick();
+    assert_eq!(control.get("LEVEL"), 33);
+    assert_eq!((control.get("PORT1.0"), control.get("PORT1.7")), (1.into(), 0.into()));
+    control.ask(&json!({"request": "rollback"}));
+    assert_eq!(control.get("LEVEL"), 70_000);
+    let (exit, text) = control.end();
+    assert_eq!(exit, Some(130), "{text}");
+    let events = fs::read_to_string(events).unwrap();
+    assert_eq!(events.lines().count(), 1, "a fault that stays is told once: {events}");
+}
+
+#[test]
+fn what_is_no_other_version_of_the_program_is_refused() {
+    let shop = Shop::new("swap-refused");
+    let artifact = shop.build("pump", Dialect::Pmi, PUMP);
+    let nct = shop.build("nct", Dialect::Nct, ":000 J0\n:001 J1\n");
+    let gone = shop.build("gone", Dialect::Pmi, &PUMP.replace("LEVEL", "OTHER"));
+    let damaged = shop.path("damaged.plcx");
+    let mut bytes = fs::read(&artifact).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&damaged, bytes).unwrap();
+    let trace = shop.path("trace.csv");
+    let options = [
+        "--period",
+        "2",
+        "--allow",
+        "force,swap",
+        "--watch",
+        "COUNT,LEVEL",
+        "--trace",
+        trace.to_str().unwrap(),
+    ];
+    let control = shop.start(&artifact, &options);
+    for (path, reason) in [
+        (&nct, "pmi program is running"),
+        (&damaged, "corrupt"),
+        (&shop.path("missing.plcx"), "no such file"),
+        (&gone, "LEVEL"),
+    ] {
+        let reply = control.reply(&json!({"request": "swap", "path": path, "accept": ["all"]}));
+        let message = reply["error"]["message"].as_str().unwrap_or_else(|| panic!("{reply}"));
+        assert!(message.contains(reason), "{message}");
+    }
+    // What is forced must be there.
+    let without = shop.build(
+        "without",
+        Dialect::Pmi,
+        &PUMP.replace("DOOR = 0/0", "GATE = 0/0").replace("= DOOR", "= GATE"),
+    );
+    control.assign("force", "DOOR", 1);
+    let swap = json!({"request": "swap", "path": without, "accept": ["all"]});
+    assert!(control.reply(&swap)["error"]["message"].as_str().unwrap().contains("DOOR is forced"));
+    control.ask(&json!({"request": "unforce", "all": true}));
+    control.ask(&swap);
+    control.tick();
+    assert_eq!(control.get("GATE"), 0);
+    let (exit, text) = control.end();
+    assert_eq!(exit, Some(130), "{text}");
+    // The trace shows the same variables all along.
+    let trace = fs::read_to_string(trace).unwrap();
+    let counts = trace.lines().filter(|row| row.contains(",COUNT,")).count();
+    assert!(counts > 10, "{trace}");
+}
+
+#[test]
+fn nct_programs_are_exchanged() {
+    let shop = Shop::new("swap-nct");
+    // :000 counts F500 in a loop that it never leaves, in both programs.
+    let source = ":001 LRH060 A1 SF510 J1\n:000 LF500 +.1 SF500 :010 LF502 +.1 SF502 G010 J0\n";
+    let source_two =
+        ":001 LRH060 +.1 SF510 J1\n:000 LF500 +.1 SF500 :010 LF502 +.1 SF502 G010 J0\n";
+    let artifact = shop.build("one", Dialect::Nct, source);
+    let same = shop.path("same.plcx");
+    fs::copy(&artifact, &same).unwrap();
+    let two = shop.build("two", Dialect::Nct, source_two);
+    let control = shop.start(&artifact, &["--allow", "write,force,swap"]);
+    control.assign("set", "T05", 30_000);
+    control.assign("set", "F700", 0x1234);
+    control.assign("force", "I012", 1);
+    control.tick();
+    let starts = control.get("F500");
+    control.ask(&json!({"request": "swap", "path": same}));
+    control.tick();
+    assert_eq!(control.get("F500"), starts, "with the same code :000 goes on where it was");
+    let done = control.ask(&json!({"request": "swap", "path": two}));
+    assert_eq!(changes(&done), pairs(&[]));
+    control.tick();
+    assert_eq!(control.get("F500"), starts.as_i64().unwrap() + 1, "else it begins at its label");
+    assert_eq!((control.get("F700"), control.get("I012")), (0x1234.into(), 1.into()));
+    let timer = control.get("T05").as_i64().unwrap();
+    assert!((29_000..30_000).contains(&timer), "{timer}");
+    assert_eq!(control.get("F510"), 1, "the new program runs");
+}
+
+#[test]
+fn pmac_programs_are_exchanged() {
+    let shop = Shop::new("swap-pmac");
+    let source = "I5=2\nM1->Y:$FFC2,8,1\nP5=1\nOPEN PLC 1 CLEAR\nP1=P1+1\nM1=1\nCLOSE\n\
+                  OPEN PLC 2 CLEAR\nP2=P2+1\nWHILE (P9=0)\nP3=P3+1\nENDWHILE\nCLOSE\n\
+                  OPEN PLC 3 CLEAR\nP4=P4+1\nCLOSE\n";
+    let moved = source
+        .replace("$FFC2,8", "$FFC2,9")
+        .replace("P5=1", "P5=2")
+        .replace("P1=P1+1", "P1=P1+0.5");
+    let moved = moved.replace("I5=2", "I5=3").replace("OPEN PLC 3", "OPEN PLC 7");
+    let artifact = shop.build("one", Dialect::Pmac, source);
+    let same = shop.path("same.plcx");
+    fs::copy(&artifact, &same).unwrap();
+    let two = shop.build("two", Dialect::Pmac, &moved);
+    let control = shop.start(&artifact, &["--allow", "write,force,swap"]);
+    control.assign("set", "P100", "2.5");
+    for _ in 0..3 {
+        control.tick();
+    }
+    let entered = control.get("P2");
+    assert_eq!((entered.clone(), control.get("Y:$FFC2")), (1.into(), 256.into()));
+    control.ask(&json!({"request": "swap", "path": same}));
+    for _ in 0..3 {
+        control.tick();
+    }
+    assert_eq!(control.get("P2"), 1, "with the same code a PLC goes on in its WHILE");
+    let refused = control.reply(&json!({"request": "swap", "path": two}));
+    let rows = [("I5", "changed"), ("M1", "changed"), ("PLC3", "gone"), ("PLC7", "new")];
+    assert_eq!(changes(&refused["error"]), pairs(&rows));
+    control.ask(&json!({"request": "swap", "path": two, "accept": ["M1", "PLC3"]}));
+    for _ in 0..6 {
+        control.tick();
+    }
+    assert_eq!(control.get("P2"), 2, "with other code it begins at its top");
+    assert_eq!(control.get("P100"), 2.5);
+    assert_eq!(control.get("P5"), 1, "on-line commands are not executed again");
+    assert_eq!((control.get("I5"), control.get("Y:$FFC2")), (3.into(), 768.into()));
+    let before = control.get("P4").as_f64().unwrap();
+    control.tick();
+    assert!(control.get("P4").as_f64().unwrap() >= before);
+    control.ask(&json!({"request": "rollback"}));
+    for _ in 0..6 {
+        control.tick();
+    }
+    assert_eq!(control.get("I5"), 2);
+    let (exit, text) = control.end();
+    assert_eq!(exit, Some(130), "{text}");
+}
