@@ -9,10 +9,12 @@ use std::path::Path;
 use clap::Parser;
 use plcc_abi::Dialect;
 use plcc_frontend::common::Options;
-use plcc_runtime::Executive;
 use plcc_runtime::args::{ControlArgs, RunArgs};
+use plcc_runtime::image_file::{Content, Publisher, State};
 use plcc_runtime::run::{Player, Stimulus};
 use plcc_runtime::session::{self, executive};
+use plcc_runtime::swap::compare;
+use plcc_runtime::{Executive, Purpose};
 use plcc_tests::compile::{Way, compile};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 
@@ -25,6 +27,60 @@ fn a_running_control_takes_no_memory() {
     ticks_without_events_allocate_nothing();
     ticks_of_a_pmac_that_sends_and_saves_allocate_nothing();
     a_run_of_many_ticks_allocates_no_more_than_one_of_few();
+    acting_from_outside_allocates_nothing();
+}
+
+/// What the thread that runs the ticks does for the image file and the socket: it writes the image,
+/// reads, sets and forces variables, and takes the state of a program over into another one.
+fn acting_from_outside_allocates_nothing() {
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join("examples");
+    let path = std::env::temp_dir().join(format!("plcc-allocations-{}", std::process::id()));
+    for (dialect, source, name) in [
+        (Dialect::Pmi, "pmi/lathe.pmi", "MCRDY"),
+        (Dialect::Nct, "nct/sample.plc", "I012"),
+        (Dialect::Pmac, "pmac/mill.pmc", "X:$0700"),
+    ] {
+        let compiled = compile(&examples.join(source), dialect, &Options::default()).unwrap();
+        let (program, mut engine) = compiled.engine(Way::JitSpeed).unwrap();
+        let control = ControlArgs::default();
+        let make = || executive(&program, &control, false, None).unwrap();
+        let (mut old, mut new) = (make(), make());
+        let mut events = Vec::with_capacity(64);
+        (0..50).for_each(|_| old.tick(&mut engine, &mut events).unwrap());
+        let content = Content {
+            program: &program,
+            fingerprint: old.fingerprint(),
+            image: old.image(),
+            used: &old.used_ranges(),
+            tick_ns: old.tick_ns(),
+            generation: 0,
+            safe_outputs: old.safe_lines().bytes(),
+        };
+        let mut publisher = Publisher::create(&path, &content).unwrap();
+        let variable = old.find(name, Purpose::Watch).unwrap();
+        let key = old.keys(variable)[0];
+        let setting = old.parse(variable, "1").unwrap();
+        let plan = compare(&program, &program, true).unwrap().plan;
+
+        let region = Region::new(ALLOCATOR);
+        publisher.publish(old.image(), 50, 0, State::Running, 0);
+        let before = old.read(key);
+        old.write(key, setting);
+        old.force(key, Some(setting)).unwrap();
+        old.force(key, None).unwrap();
+        assert!(new.take_over(old.as_mut(), &plan));
+        let change = region.change();
+        let taken = change.allocations + change.reallocations + change.deallocations;
+        assert_eq!(taken, 0, "{dialect:?}: {change:?}");
+        drop(before);
+        let values = |executive: &mut dyn Executive| -> Vec<String> {
+            let declared = executive.declared();
+            declared.iter().map(|(n, v)| format!("{n}={}", executive.get(*v))).collect()
+        };
+        let expected = values(old.as_mut());
+        assert!(expected.len() > 5 && values(new.as_mut()) == expected, "{dialect:?}");
+    }
+    std::fs::remove_file(path).unwrap();
 }
 
 fn ticks_without_events_allocate_nothing() {

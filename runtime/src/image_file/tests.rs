@@ -187,6 +187,42 @@ fn files_that_are_something_else_or_in_use_are_not_replaced() {
     assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 1, "nothing is left over");
 }
 
+/// The function in C that `docs/image.md` shows reads what is published.
+#[test]
+fn the_documented_function_in_c_reads_a_tick() {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
+    let document = std::fs::read_to_string(root.join("docs/image.md")).unwrap();
+    let (_, code) = document.split_once("```c\n").unwrap();
+    let (code, _) = code.split_once("```").unwrap();
+    let main = r#"
+#include <fcntl.h>
+#include <stdio.h>
+#include <sys/mman.h>
+int main(int count, char **arguments) {
+    int file = open(arguments[1], O_RDONLY);
+    const void *map = mmap(0, 8192, PROT_READ, MAP_SHARED, file, 0);
+    unsigned char image[13];
+    if (count != 2 || map == MAP_FAILED) return 1;
+    printf("%llu", (unsigned long long)read_tick(map, image));
+    for (int at = 0; at < 13; at++) printf(" %d", image[at]);
+}
+"#;
+    let folder = Folder::new("c");
+    let (source, binary) = (folder.0.join("reader.c"), folder.0.join("reader"));
+    std::fs::write(&source, format!("{code}{main}")).unwrap();
+    let mut compiler = std::process::Command::new("cc");
+    compiler.args(["-Wall", "-Wextra", "-Werror", "-o"]).arg(&binary).arg(&source);
+    assert!(compiler.status().unwrap().success());
+    let path = folder.0.join("image");
+    let program = program(13);
+    let mut publisher = Publisher::create(&path, &content(&program, &[9; 13], &[])).unwrap();
+    let image: Vec<u8> = (0..13).collect();
+    publisher.publish(&image, 5, 0, State::Running, 0);
+    let output = std::process::Command::new(&binary).arg(&path).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(text, "5 0 1 2 3 4 5 6 7 8 9 10 11 12");
+}
+
 /// The table of `docs/image.md` has every offset of `layout.rs`.
 #[test]
 fn the_documentation_has_the_offsets_of_the_header() {

@@ -146,6 +146,8 @@ impl PmacExecutive {
         state.queue.clear();
         std::mem::swap(&mut state.sparse, &mut was.sparse);
         std::mem::swap(&mut state.saved, &mut was.saved);
+        // What SAVE kept belongs to another download now, which the retained file must say.
+        self.control.saves = old.control.saves.wrapping_add(1);
         std::mem::swap(&mut self.watchdog, &mut old.watchdog);
     }
 }

@@ -237,6 +237,48 @@ mod tests {
         assert_eq!((envelope.id, envelope.request), ("x".into(), Ok(Request::Stop)));
     }
 
+    /// Requests whose bytes are changed, cut and put together at random are read or refused, and the
+    /// reply to either is one line.
+    #[test]
+    fn damaged_requests_do_no_harm() {
+        let whole = [
+            r#"{"version":1,"id":"a","request":"get","names":["A","B[3]","X:$0700","SP*"]}"#,
+            r#"{"version":1,"request":"set","values":[{"name":"A","value":-1.5e3}]}"#,
+            r#"{"version":1,"request":"swap","path":"/x\u0000","accept":["all"],"dry_run":true}"#,
+            r#"{"version":1,"id":3,"request":"list","pattern":null,"after":"A"}"#,
+        ];
+        let mut random = 0x2545_F491_4F6C_DD1D_u64;
+        let mut next = |below: usize| {
+            random ^= random << 13;
+            random ^= random >> 7;
+            random ^= random << 17;
+            (random >> 20) as usize % below.max(1)
+        };
+        let mut read = 0;
+        for _ in 0..20_000 {
+            let mut bytes = whole[next(whole.len())].as_bytes().to_vec();
+            for _ in 0..next(4) {
+                if bytes.is_empty() {
+                    break;
+                }
+                let at = next(bytes.len());
+                match next(4) {
+                    0 => bytes[at] = next(256) as u8,
+                    1 => drop(bytes.remove(at)),
+                    2 => bytes.insert(at, b"\"{}[],:0e\\"[next(10)]),
+                    _ => bytes.truncate(at.max(1)),
+                }
+            }
+            let Envelope { id, request } = Envelope::parse(&bytes);
+            read += usize::from(request.is_ok());
+            let result = request.map(|_| Json::Null);
+            let line = reply(&id, result);
+            assert_eq!(line.iter().filter(|&&byte| byte == b'\n').count(), 1);
+            assert!(serde_json::from_slice::<Json>(&line).is_ok());
+        }
+        assert!((1000..19_000).contains(&read), "{read}");
+    }
+
     #[test]
     fn what_is_no_request_is_refused() {
         for line in [

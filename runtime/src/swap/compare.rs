@@ -55,7 +55,9 @@ pub struct Comparison {
     pub kept: usize,
     /// What is not the same, in natural order of the names.
     pub rows: Vec<Row>,
-    pub(crate) plan: Plan,
+    /// How the state of the running program becomes that of the new one, for
+    /// [`Executive::take_over`](crate::Executive::take_over).
+    pub plan: Plan,
 }
 
 impl Comparison {

@@ -37,11 +37,12 @@ pub enum Plan {
     Pmac(PmacTransfer),
 }
 
-/// Compares two programs.
+/// Compares two programs. `same_code` says whether their machine code is the same, so that suspended
+/// tasks can go on where they were.
 ///
 /// # Errors
 /// When the new one is for another control, so that nothing could be taken over.
-pub(crate) fn compare(old: &Program, new: &Program, same_code: bool) -> Result<Comparison, String> {
+pub fn compare(old: &Program, new: &Program, same_code: bool) -> Result<Comparison, String> {
     match (&old.tables, &new.tables) {
         (Tables::Pmi(old), Tables::Pmi(new)) => Ok(crate::pmi::compare(old, new)),
         (Tables::Nct(was), Tables::Nct(is)) => {

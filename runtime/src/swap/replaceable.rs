@@ -92,6 +92,10 @@ impl Executive for ReplaceableExecutive {
         self.executive.retained_into(out)
     }
 
+    fn retained_revision(&self) -> Option<u64> {
+        self.executive.retained_revision()
+    }
+
     fn retained(&self) -> Option<Vec<u8>> {
         self.executive.retained()
     }
