@@ -416,6 +416,37 @@ fn only_non_volatile_variables_are_retained() {
     }
 }
 
+/// Retained variables of another program go over by name and type.
+#[test]
+fn retained_variables_go_over_to_a_program_that_declares_them_otherwise() {
+    let mut control = Control::new();
+    control.set("@NVLNG[0]", 4);
+    control.set("@NVLNG[1]", 5);
+    let kept = control.executive.retained().unwrap();
+    let element = || vec!["@NVLNG[1] to [1]".to_owned()];
+    let further = || vec!["@NVLNG[2] to [5]".to_owned()];
+    let all = || vec!["@NVLNG".to_owned()];
+    for (ty, elements, kept_count, gone, new) in [
+        (Type::Long, Some(2), 2, vec![], vec![]),
+        (Type::Long, Some(1), 1, element(), vec![]),
+        (Type::Long, Some(6), 2, vec![], further()),
+        (Type::Integer, Some(2), 0, all(), all()),
+    ] {
+        let mut other = program(TimerKind::E);
+        let Tables::Pmi(tables) = &mut other.tables else { panic!("PMI's tables") };
+        let symbol = tables.symbols.iter_mut().find(|symbol| symbol.retained).unwrap();
+        (symbol.ty, symbol.elements) = (ty, elements);
+        let mut executive = PmiExecutive::new(&other, PmiOptions { period_ns: 1 }).unwrap();
+        let restored = executive.restore(&kept).unwrap();
+        let other_program = !gone.is_empty() || !new.is_empty();
+        let expected = crate::Restored { other_program, kept: kept_count, gone, new };
+        assert_eq!(restored, expected);
+        let first = executive.find("@NVLNG[0]", Purpose::Watch).unwrap();
+        let value = if ty == Type::Long { 4 } else { 0 };
+        assert_eq!(executive.get(first), Value::Int(value));
+    }
+}
+
 #[test]
 fn tables_that_do_not_fit_are_refused() {
     let mut damaged = program(TimerKind::E);
