@@ -177,8 +177,8 @@ pub trait Executive {
     /// any. It allocates nothing but more room for `out`.
     fn retained_into(&self, out: &mut Vec<u8>) -> bool;
 
-    /// A number that is another one whenever the data may have changed; `None` where the control does
-    /// not notice changes, and the data itself has to be looked at.
+    /// A number that no executive of this process has given before, whenever the data may have changed;
+    /// `None` where the control does not notice changes, and the data itself has to be looked at.
     fn retained_revision(&self) -> Option<u64> {
         None
     }

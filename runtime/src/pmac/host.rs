@@ -1,5 +1,8 @@
 //! What program code may call while it runs.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use plcc_abi::{
     Host, HostFn,
     image::{read_u32, write_f64},
@@ -11,6 +14,7 @@ use plcc_abi::{
 
 use crate::{DisplayedText, Event, EventBody};
 
+use super::save::Origin;
 use super::state::{MAX_QUEUED, Queued, State};
 
 /// A [`Text`], prepared so that its statement need not allocate.
@@ -58,6 +62,12 @@ struct VariableRange {
     step: u32,
 }
 
+/// A number that was not given before in this process.
+pub(super) fn next_revision() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    NEXT.fetch_add(1, Ordering::Relaxed)
+}
+
 /// A PMAC without its image: the tables, the state, and what a tick produces.
 pub(super) struct Control {
     pub(super) tables: PmacTables,
@@ -69,20 +79,28 @@ pub(super) struct Control {
     pub(super) running: u32,
     /// The events of this tick so far.
     pub(super) events: Vec<Event>,
-    /// How often SAVE has kept something in this run.
-    pub(super) saves: u64,
+    /// This download, as what it saves tells it.
+    pub(super) origin: Arc<Origin>,
+    /// The download that has saved what is kept now: this one, or one that ran before an online
+    /// change.
+    pub(super) saved_origin: Arc<Origin>,
+    /// Another number whenever what SAVE keeps may have changed.
+    pub(super) saved_revision: u64,
 }
 
 impl Control {
     pub(super) fn new(tables: PmacTables, layout: Layout) -> Self {
+        let origin = Arc::new(Origin::new(&tables));
         Self {
+            saved_origin: Arc::clone(&origin),
+            origin,
             state: State::new(&tables, &layout),
             texts: tables.texts.iter().map(PreparedText::new).collect(),
             tables,
             layout,
             running: 0,
             events: Vec::with_capacity(64),
-            saves: 0,
+            saved_revision: next_revision(),
         }
     }
 
@@ -125,7 +143,8 @@ impl Control {
         if let Some(now) = image.get(..saved.image.len()) {
             saved.image.copy_from_slice(now);
             saved.exists = true;
-            self.saves += 1;
+            self.saved_origin = Arc::clone(&self.origin);
+            self.saved_revision = next_revision();
         }
     }
 

@@ -26,6 +26,7 @@ mod watchdog;
 use std::any::Any;
 use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use plcc_abi::{
     Engine, Program, Tables,
@@ -319,11 +320,12 @@ impl Executive for PmacExecutive {
     }
 
     fn retained_into(&self, out: &mut Vec<u8>) -> bool {
-        self.control.saved().is_some_and(|kept| save::pack(kept, &self.control.tables, out))
+        let origin = &self.control.saved_origin;
+        self.control.saved().is_some_and(|kept| save::pack(kept, origin, out))
     }
 
     fn retained_revision(&self) -> Option<u64> {
-        Some(self.control.saves)
+        Some(self.control.saved_revision)
     }
 
     fn restore(&mut self, retained: &[u8]) -> Result<Restored, String> {
@@ -366,6 +368,8 @@ impl Executive for PmacExecutive {
         Definitions::new(&mut image, &self.control.layout).keep_assumptions_of(&self.image);
         self.image = image;
         self.control.state = state;
+        self.control.saved_origin = Arc::clone(&self.control.origin);
+        self.control.saved_revision = host::next_revision();
         // The clock has gone on meanwhile; it is watched from now on.
         self.watchdog = self.options.realtime.then(Watchdog::default);
         Ok(())

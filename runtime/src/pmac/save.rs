@@ -35,15 +35,27 @@ struct Saved {
     controller: Option<Controller>,
 }
 
-/// What tells one download from another: the controller and the state after load.
-fn fingerprint(tables: &PmacTables) -> u64 {
-    let mut hasher = Fnv::default();
-    hasher.write(&[u8::from(tables.controller == Controller::Turbo)]);
-    for run in &tables.initial {
-        hasher.write(&run.offset.to_le_bytes());
-        run.bytes.as_slice().hash(&mut hasher);
+/// The download that has saved something.
+pub(super) struct Origin {
+    /// What tells it from others: a hash of the controller and the state after load.
+    fingerprint: u64,
+    controller: Controller,
+    /// The image after load.
+    after_load: Vec<Run>,
+}
+
+impl Origin {
+    /// The download with these tables.
+    pub(super) fn new(tables: &PmacTables) -> Self {
+        let mut hasher = Fnv::default();
+        hasher.write(&[u8::from(tables.controller == Controller::Turbo)]);
+        for run in &tables.initial {
+            hasher.write(&run.offset.to_le_bytes());
+            run.bytes.as_slice().hash(&mut hasher);
+        }
+        let after_load = tables.initial.clone();
+        Self { fingerprint: hasher.finish(), controller: tables.controller, after_load }
     }
-    hasher.finish()
 }
 
 /// The stretches of an image that are not 0, to be written as a row of [`Run`].
@@ -79,9 +91,9 @@ impl Serialize for Bytes<'_> {
 }
 
 /// Appends what SAVE kept, as it is put into a file.
-pub(super) fn pack(kept: &[u8], tables: &PmacTables, out: &mut Vec<u8>) -> bool {
-    let saved = (fingerprint(tables), Stretches(kept));
-    append_postcard(out, &(MARK, saved, Packed(&tables.initial), tables.controller))
+pub(super) fn pack(kept: &[u8], origin: &Origin, out: &mut Vec<u8>) -> bool {
+    let saved = (origin.fingerprint, Stretches(kept));
+    append_postcard(out, &(MARK, saved, Packed(&origin.after_load), origin.controller))
 }
 
 /// What bytes of a retained file hold, of this version or of an earlier one.
@@ -120,7 +132,7 @@ impl PmacExecutive {
     pub(super) fn take_back(&mut self, retained: &[u8]) -> Result<Restored, String> {
         let saved = unpack(retained).ok_or("it does not hold what SAVE writes")?;
         let layout = self.control.layout;
-        let (kept, restored) = if saved.fingerprint == fingerprint(&self.control.tables) {
+        let (kept, restored) = if saved.fingerprint == self.control.origin.fingerprint {
             let kept = image_of(&saved.runs, &layout);
             let values = (0..layout.reference_definitions).step_by(DOUBLE_SIZE as usize);
             let count = values.filter(|&offset| read_u64(&kept, offset) != 0).count();

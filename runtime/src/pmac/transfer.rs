@@ -11,6 +11,7 @@ use plcc_abi::pmac::{Definition, Definitions, Field, Layout, PmacName, PmacTable
 use plcc_abi::{Program, natural_cmp};
 
 use super::PmacExecutive;
+use super::host::next_revision;
 use super::state::{Plcs, Status};
 use crate::swap::{Comparison, Plan, Row};
 
@@ -146,8 +147,10 @@ impl PmacExecutive {
         state.queue.clear();
         std::mem::swap(&mut state.sparse, &mut was.sparse);
         std::mem::swap(&mut state.saved, &mut was.saved);
-        // What SAVE kept belongs to another download now, which the retained file must say.
-        self.control.saves = old.control.saves.wrapping_add(1);
+        // What the former download has saved stays its own until this one saves, so that the next
+        // start carries it over as this one's text asks.
+        std::mem::swap(&mut self.control.saved_origin, &mut old.control.saved_origin);
+        self.control.saved_revision = next_revision();
         std::mem::swap(&mut self.watchdog, &mut old.watchdog);
     }
 }
