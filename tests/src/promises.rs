@@ -5,15 +5,17 @@
 
 #![allow(clippy::panic)]
 
+use std::sync::OnceLock;
+
 use plcc::compile::{Checked, CompileError, check};
-use plcc_abi::Dialect;
+use plcc_abi::{Dialect, Program};
 use plcc_codegen::{OptLevel, Target, emit};
 use plcc_diag::{Diagnostic, SourceMap, render};
 use plcc_frontend::common::{Controller, Limits, MemoryLoader, Options};
 use plcc_ir::{Module, passes, text, verify};
 use plcc_runtime::args::ControlArgs;
 use plcc_runtime::artifact::header;
-use plcc_runtime::{Artifact, artifact, session};
+use plcc_runtime::{Artifact, artifact, retain, session};
 
 use crate::no_fault::faults;
 
@@ -21,12 +23,13 @@ use crate::no_fault::faults;
 pub type Promise = fn(&[u8]);
 
 /// The promises for each kind of input, with the name of its fuzz target.
-pub const PROMISES: [(&str, Promise); 5] = [
+pub const PROMISES: [(&str, Promise); 6] = [
     ("parse_pmi", parse_pmi),
     ("parse_nct", parse_nct),
     ("parse_pmac", parse_pmac),
     ("artifact", artifact),
     ("ir_text", ir_text),
+    ("retained", retained),
 ];
 
 /// Takes the bytes as a PMI program: checks it with the limits of the original control and without
@@ -150,6 +153,53 @@ pub fn artifacts() -> Vec<(&'static str, Vec<u8>)> {
         Some((name, artifact::encode(&lowered.program, &code).ok()?))
     };
     sources.into_iter().filter_map(make).collect()
+}
+
+/// Takes the bytes as a retained file, or, where they are none, as what stands in one: a control of each
+/// language and of each PMAC either refuses it, or takes it, can go on, and saves something that it
+/// takes completely the next time.
+pub fn retained(bytes: &[u8]) {
+    static PROGRAMS: OnceLock<Vec<Program>> = OnceLock::new();
+    let programs = PROGRAMS.get_or_init(|| {
+        let artifacts = artifacts().into_iter();
+        let read = artifacts.filter_map(|(_, bytes)| Artifact::parse(&bytes, None).ok());
+        let mut programs: Vec<Program> = read.map(|artifact| artifact.program).collect();
+        assert_eq!(programs.len(), 3);
+        // A program whose former text gave other values, and one for the other controller.
+        for (controller, value) in [(Controller::Pmac, 7), (Controller::Turbo, 0)] {
+            let mut sources = SourceMap::new();
+            let file =
+                sources.add("other.pmc", format!("P1={value}\nM1->Y:$C000,0,24\n").as_bytes());
+            let options = Options { controller, ..Options::default() };
+            let loader = MemoryLoader::new();
+            let (checked, _) = check(&mut sources, &[file], Dialect::Pmac, &loader, &options);
+            programs.extend(checked.and_then(|it| it.lower().ok()).map(|lowered| lowered.program));
+        }
+        assert_eq!(programs.len(), 5);
+        programs
+    });
+    let state = retain::decode(bytes);
+    if let Ok(state) = &state {
+        let again = retain::encode(state.generation, state.dialect, &state.payload);
+        assert_eq!(retain::decode(&again).as_ref(), Ok(state));
+    }
+    let payload = state.as_ref().map_or(bytes, |state| &state.payload);
+    let start = |program: &Program| {
+        let executive = session::executive(program, &ControlArgs::default(), false, None);
+        executive.unwrap_or_else(|error| panic!("no executive: {error}"))
+    };
+    for program in programs {
+        let mut executive = start(program);
+        let Ok(_) = executive.restore(payload) else { continue };
+        for (_, variable) in executive.declared() {
+            let _ = executive.get(variable);
+        }
+        let Some(saved) = executive.retained() else { continue };
+        let mut next = start(program);
+        let restored = next.restore(&saved);
+        assert!(restored.is_ok_and(|restored| restored.is_complete()), "it does not take its own");
+        assert_eq!(next.retained(), Some(saved), "it saves another state than it took");
+    }
 }
 
 /// Takes the bytes as IR in its text form: it is either refused with a line and column, or read. If

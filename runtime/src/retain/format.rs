@@ -37,17 +37,17 @@ struct ContentToWrite<'a> {
 
 /// A state of the retained data, as one of the two copies holds it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct SavedState {
+pub struct SavedState {
     /// Of two states the one with the larger number is the later one.
-    pub(super) generation: u64,
+    pub generation: u64,
     /// The language whose control saved it.
-    pub(super) dialect: Dialect,
+    pub dialect: Dialect,
     /// What the executive gave.
-    pub(super) payload: Vec<u8>,
+    pub payload: Vec<u8>,
 }
 
 /// The bytes of a retained file.
-pub(super) fn encode(generation: u64, dialect: Dialect, payload: &[u8]) -> Vec<u8> {
+pub fn encode(generation: u64, dialect: Dialect, payload: &[u8]) -> Vec<u8> {
     // Writing to memory does not fail; a file without content is refused when it is read.
     let content = postcard::to_allocvec(&ContentToWrite { dialect, payload }).unwrap_or_default();
     let mut summed = Vec::with_capacity(16 + content.len());
@@ -65,7 +65,7 @@ pub(super) fn encode(generation: u64, dialect: Dialect, payload: &[u8]) -> Vec<u
 ///
 /// # Errors
 /// What is wrong with the bytes, as the end of a sentence about the file.
-pub(super) fn decode(bytes: &[u8]) -> Result<SavedState, String> {
+pub fn decode(bytes: &[u8]) -> Result<SavedState, String> {
     let short = "it is cut short";
     let (magic, rest) = bytes.split_at_checked(MAGIC.len()).ok_or(short)?;
     if !magic.starts_with(MAGIC_OF_ANY_VERSION) {

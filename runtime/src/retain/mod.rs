@@ -47,7 +47,7 @@ use thiserror::Error;
 
 use crate::file_lock::LockError;
 use crate::files::{resolve_links, why_not_read, why_not_written};
-use format::{SavedState, decode, encode};
+pub use format::{SavedState, decode, encode};
 use lock::{Lock, process_named_in};
 pub use restored::Restored;
 use storage::{Disk, Storage};

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use plcc_abi::ABI_VERSION;
-use plcc_runtime::Artifact;
+use plcc_runtime::{Artifact, retain};
 use plcc_tests::mutate::mutate;
 use plcc_tests::promises::{PROMISES, Promise, artifacts};
 
@@ -135,4 +135,17 @@ fn artifact_corpus_has_the_present_format() {
 #[test]
 fn ir_text_keeps_its_promises_on_saved_and_changed_inputs() {
     replay("ir_text", &["tests/filetests"], &["ir"], 5000);
+}
+
+#[test]
+fn retained_keeps_its_promises_on_saved_and_changed_inputs() {
+    // What stands in the saved files, too, since a changed file is refused by its checksum.
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/retained");
+    let mut paths = vec![];
+    files(&folder, &[], &mut paths);
+    let bytes = paths.iter().map(|path| std::fs::read(path).unwrap());
+    let payloads = bytes.filter_map(|bytes| Some(retain::decode(&bytes).ok()?.payload));
+    let payloads: Vec<Vec<u8>> = payloads.collect();
+    assert_eq!(payloads.len(), 4, "one for each language, and one for Turbo PMAC");
+    replay_with("retained", &[], &[], payloads, 300);
 }
