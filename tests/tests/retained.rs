@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::fs::{self, File};
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::UnixStream;
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
@@ -37,21 +39,34 @@ fn saved_count(folder: &Folder, file: &str) -> u64 {
 fn a_folder_that_vanishes_and_comes_back_ends_no_saving() {
     let folder = folder("vanishes");
     fs::create_dir(folder.path("disk")).unwrap();
-    let args = ["count.plcx", "--realtime", "--retain", "disk/kept", "--log", "log"];
+    let args = "count.plcx --realtime --retain disk/kept --log log --socket socket";
+    let args: Vec<&str> = args.split(' ').collect();
     let mut running = folder.start(&args);
     wait_until("the first save", || folder.path("disk/kept.bak").exists());
     fs::rename(folder.path("disk"), folder.path("away")).unwrap();
     running.says("the retained file");
     wait_until("an entry of the log", || folder.read("log").contains("retained_file_failed"));
+    assert!(status(&folder).contains("can't be written"), "{}", status(&folder));
     thread::sleep(Duration::from_millis(1500));
     fs::rename(folder.path("away"), folder.path("disk")).unwrap();
     let before = saved_count_without_lock(&folder);
     running.says("is written again");
+    let retained = r#""retained":{"error":null,"file":"disk/kept"}"#;
+    assert!(status(&folder).contains(retained), "{}", status(&folder));
     // Nothing can be saved at the end.
     running.signal("KILL", 1);
     running.end();
     assert!(saved_count(&folder, "disk/kept") > before);
     assert!(folder.read("log").contains("\"retained_file_recovered\""));
+}
+
+/// The reply of a running process to the request for its status.
+fn status(folder: &Folder) -> String {
+    let mut stream = UnixStream::connect(folder.path("socket")).unwrap();
+    stream.write_all(b"{\"version\":1,\"request\":\"status\"}\n").unwrap();
+    let mut line = String::new();
+    BufReader::new(stream).read_line(&mut line).unwrap();
+    line
 }
 
 /// What a file holds that a running process has locked.

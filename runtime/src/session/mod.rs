@@ -167,7 +167,8 @@ impl Job<'_> {
         let mut trace = trace_path.map(Output::create).transpose()?;
         let mut events = args.events.as_deref().map(Output::create).transpose()?;
         let uses_numbers = !watch.is_empty() || args.stimulus.is_some();
-        let mut outside = Outside::start(program, args, machine, executive, uses_numbers, journal)?;
+        let mut outside =
+            Outside::start(program, args, machine, executive, uses_numbers, &retained, journal)?;
         let mut progress = Progress::new(ticks);
         if args.realtime
             && let Err(why) = realtime_priority::request()

@@ -17,6 +17,7 @@ use crate::{Artifact, Executive, NativeEngine};
 
 use super::SessionError;
 use super::executive::executive;
+use super::retained_data::RetainedData;
 
 /// The image file and the socket of a run, as far as it has them.
 pub(super) struct Outside {
@@ -60,6 +61,7 @@ impl Outside {
         machine: Option<&Machine>,
         executive: &dyn Executive,
         uses_numbers: bool,
+        retained: &RetainedData,
         journal: &Journal,
     ) -> Result<Option<Self>, SessionError> {
         if args.image.is_none() && args.socket.is_none() {
@@ -107,6 +109,7 @@ impl Outside {
                     configured(program, &options, machine.as_ref())
                 }),
                 timing: Box::new(|| json!({})),
+                retained: retained.status(args),
                 journal: journal.clone(),
             };
             let requests = Requests::new(own, for_socket, Arc::clone(&reached), surroundings);

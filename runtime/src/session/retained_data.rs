@@ -3,14 +3,16 @@
 use std::path::Path;
 
 use plcc_abi::Dialect;
+use serde_json::{Value as Json, json};
 
 use crate::Executive;
 use crate::args::RunArgs;
 use crate::journal::{EntryKind, Journal};
 use crate::retain::{RetainError, RetainedFile};
+use crate::socket::RetainedStatus;
 
 use super::SessionError;
-use super::retained_writer::RetainedWriter;
+use super::retained_writer::{RetainedTrouble, RetainedWriter};
 
 impl From<RetainError> for SessionError {
     fn from(error: RetainError) -> Self {
@@ -49,6 +51,20 @@ impl RetainedData {
         let size = executive.retained().map_or(0, |state| state.len());
         let writer = RetainedWriter::new(path.clone(), file, size, journal.clone())?;
         Ok(Self::Continually(writer))
+    }
+
+    /// Says of the retained file, whenever it is asked, how it is: null without one, else its path and
+    /// why it can't be written at present (null if it can).
+    pub(super) fn status(&self, args: &RunArgs) -> RetainedStatus {
+        let file = args.retain.as_ref().map(|path| path.display().to_string());
+        let trouble = match self {
+            Self::Continually(writer) => writer.trouble(),
+            Self::None | Self::AtEnd(_) => RetainedTrouble::default(),
+        };
+        Box::new(move || match &file {
+            Some(file) => json!({"file": file, "error": trouble.get()}),
+            None => Json::Null,
+        })
     }
 
     /// Writes the data at the end of the run.

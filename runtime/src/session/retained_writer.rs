@@ -7,9 +7,9 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -36,6 +36,22 @@ const END_WAIT: Duration = Duration::from_secs(5);
 /// holds what was written last.
 const BUFFERS: usize = 3;
 
+/// Why the retained file can't be written at present, if so; the writing thread says it, and any other
+/// may ask.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RetainedTrouble(Arc<Mutex<Option<String>>>);
+
+impl RetainedTrouble {
+    /// The reason.
+    pub(super) fn get(&self) -> Option<String> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn set(&self, reason: Option<String>) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = reason;
+    }
+}
+
 /// The side of the thread that runs the ticks.
 pub(super) struct RetainedWriter {
     path: PathBuf,
@@ -48,6 +64,7 @@ pub(super) struct RetainedWriter {
     revision: Option<u64>,
     to_write: Producer<Vec<u8>>,
     ending: Arc<AtomicBool>,
+    shown_trouble: RetainedTrouble,
     result: Receiver<Result<(), SessionError>>,
     thread: JoinHandle<()>,
 }
@@ -73,6 +90,7 @@ impl RetainedWriter {
         let ending = Arc::new(AtomicBool::new(false));
         let (tell, result) = sync_channel(1);
         let shown = path.display().to_string();
+        let shown_trouble = RetainedTrouble::default();
         let mut writer = Writer {
             file,
             shown,
@@ -82,6 +100,7 @@ impl RetainedWriter {
             newest: None,
             written: None,
             trouble: None,
+            shown_trouble: shown_trouble.clone(),
         };
         let flag = Arc::clone(&ending);
         let thread = thread::Builder::new().name("retain".into()).spawn(move || {
@@ -94,7 +113,23 @@ impl RetainedWriter {
             SessionError(format!("no thread for the retained file can be started: {error}"))
         })?;
         let next = Instant::now() + WRITE_INTERVAL;
-        Ok(Self { path, next, free, spare: None, revision: None, to_write, ending, result, thread })
+        Ok(Self {
+            path,
+            next,
+            free,
+            spare: None,
+            revision: None,
+            to_write,
+            ending,
+            shown_trouble,
+            result,
+            thread,
+        })
+    }
+
+    /// Where the writing thread says what keeps it from writing.
+    pub(super) fn trouble(&self) -> RetainedTrouble {
+        self.shown_trouble.clone()
     }
 
     /// Hands the retained data to the thread that writes, if the last time is long enough ago. While
@@ -163,6 +198,8 @@ struct Writer {
     /// The state that was written last.
     written: Option<Vec<u8>>,
     trouble: Option<Trouble>,
+    /// Where others see that.
+    shown_trouble: RetainedTrouble,
 }
 
 /// That the file can't be written.
@@ -247,6 +284,7 @@ impl Writer {
     fn failed(&mut self, now: Instant, error: String) {
         let known = self.trouble.as_ref().is_some_and(|trouble| trouble.error == error);
         if !known {
+            self.shown_trouble.set(Some(error.clone()));
             let file = self.shown.clone();
             self.journal.write(EntryKind::RetainedFileFailed { file, error: error.clone() });
         }
@@ -265,6 +303,7 @@ impl Writer {
 
     fn recovered(&mut self, now: Instant) {
         if let Some(trouble) = self.trouble.take() {
+            self.shown_trouble.set(None);
             self.journal.write(EntryKind::RetainedFileRecovered {
                 file: self.shown.clone(),
                 attempts: trouble.attempts,

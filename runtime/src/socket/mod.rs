@@ -29,6 +29,6 @@ pub(crate) use commands::{Reached, queues};
 pub(crate) use hook::OutsideHook;
 pub use protocol::{MAX_REQUEST, Permission, VERSION};
 pub(crate) use requests::Requests;
-pub use requests::{Load, Loaded, MakeExecutive, Surroundings, Timing};
+pub use requests::{Load, Loaded, MakeExecutive, RetainedStatus, Surroundings, Timing};
 pub(crate) use server::Server;
 pub use server::SocketError;

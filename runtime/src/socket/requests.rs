@@ -34,6 +34,9 @@ pub type MakeExecutive = Box<dyn Fn(&Program) -> Result<Box<dyn Executive + Send
 /// Gives the timing of the ticks so far.
 pub type Timing = Box<dyn Fn() -> Json + Send>;
 
+/// Says how the retained file is: null without one, else an object.
+pub type RetainedStatus = Box<dyn Fn() -> Json + Send>;
+
 /// What the socket's thread needs of the run.
 pub struct Surroundings {
     /// The program that runs at the beginning.
@@ -52,6 +55,8 @@ pub struct Surroundings {
     pub make_executive: MakeExecutive,
     /// Gives the timing.
     pub timing: Timing,
+    /// Says how the retained file is.
+    pub retained: RetainedStatus,
     /// Where it is written who did what.
     pub journal: Journal,
 }
@@ -217,6 +222,7 @@ impl Requests {
             "process": std::process::id(),
             "forces": self.served.forces_json(),
             "allow": allow,
+            "retained": (self.surroundings.retained)(),
         })
     }
 
