@@ -3,6 +3,7 @@
 //!
 //! ```text
 //! cargo bench -p plcc-benches --bench kernels -- [--seed N] [--percent N] [--rounds N] [--only TEXT]
+//! cargo bench -p plcc-benches --bench kernels -- --without PASSES [--seed N] …
 //! ```
 //!
 //! The programs take turns in short rounds, so that a machine that gets slower or faster for a while
@@ -12,6 +13,10 @@
 //! ratios with static inputs, with one of a hundred inputs changing in each scan, with random
 //! inputs, and with static inputs and cold caches; native code's time with random inputs over that
 //! with static ones; bytes of code; and the compile time.
+//!
+//! With `--without -gates,-narrow` no C is compiled. Instead each kernel is compiled with all passes and
+//! without those, and the two take turns: the columns are bytes of code and time with static inputs,
+//! each with all passes, without those, and the ratio of the first to the second.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -22,6 +27,7 @@ use plcc_benches::kernels::c::Variant;
 use plcc_benches::kernels::c_process::{CProcess, Compiler};
 use plcc_benches::kernels::subject::Subject;
 use plcc_benches::kernels::{Inputs, Kernel, families};
+use plcc_codegen::PassSet;
 
 /// About how long one measurement takes, in nanoseconds.
 const ROUND_NS: f64 = 1e6;
@@ -36,10 +42,13 @@ struct Options {
     percent: usize,
     rounds: usize,
     only: String,
+    /// Changes of the set of all passes.
+    without: Option<String>,
 }
 
 fn options() -> Result<Options, Box<dyn Error>> {
-    let mut options = Options { seed: 1, percent: 100, rounds: 15, only: String::new() };
+    let mut options =
+        Options { seed: 1, percent: 100, rounds: 15, only: String::new(), without: None };
     // Cargo passes `--bench`.
     let mut args = std::env::args().skip(1).filter(|arg| arg != "--bench");
     while let Some(arg) = args.next() {
@@ -49,6 +58,7 @@ fn options() -> Result<Options, Box<dyn Error>> {
             "--percent" => options.percent = value.parse()?,
             "--rounds" => options.rounds = value.parse()?,
             "--only" => options.only = value,
+            "--without" => options.without = Some(value),
             _ => return Err(format!("there is no option {arg}").into()),
         }
     }
@@ -60,6 +70,9 @@ struct Ratios([f64; 4]);
 
 fn main() -> Result<(), Box<dyn Error>> {
     let options = options()?;
+    if let Some(without) = &options.without {
+        return compare_passes(&options, PassSet::ALL.changed(without)?);
+    }
     let compilers = Compiler::installed(&["gcc", "clang", "clang-19"]);
     if compilers.is_empty() {
         return Err("neither gcc nor clang is installed".into());
@@ -100,6 +113,47 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// Compares native code that all passes have worked on with such that a set of passes has.
+fn compare_passes(options: &Options, without: PassSet) -> Result<(), Box<dyn Error>> {
+    println!(
+        "{:<24} {:>8} {:>8} {:>6} {:>9} {:>9} {:>6}",
+        "kernel", "bytes", "without", "ratio", "ns", "without", "ratio"
+    );
+    for kernel in families::all(options.seed, options.percent) {
+        let name = format!("{} {}", kernel.language.group(), kernel.name);
+        if !name.contains(&options.only) {
+            continue;
+        }
+        let mut subjects = [
+            Subject::new(&kernel, options.seed, PassSet::ALL)?,
+            Subject::new(&kernel, options.seed, without)?,
+        ];
+        let states =
+            subjects.each_mut().map(|s| s.state_after(Inputs::Random, COMPARED_SCANS, true));
+        if states.first() != states.last() {
+            return Err(format!("{name}: the passes change the state").into());
+        }
+        let estimate = subjects.each_mut().map(|s| s.run(Inputs::Static, 100, true));
+        let scans =
+            ((ROUND_NS / estimate.iter().fold(1.0, |a: f64, &b| a.max(b))) as usize).max(50);
+        let mut ns = [f64::INFINITY; 2];
+        for _ in 0..options.rounds {
+            for (subject, least) in subjects.iter_mut().zip(&mut ns) {
+                *least = least.min(subject.run(Inputs::Static, scans, true));
+            }
+        }
+        let [with, without] = subjects.each_ref().map(|subject| subject.compiled.code_bytes);
+        println!(
+            "{name:<24} {with:>8} {without:>8} {:>6.2} {:>9.1} {:>9.1} {:>6.2}",
+            with as f64 / without as f64,
+            ns[0],
+            ns[1],
+            ns[0] / ns[1]
+        );
+    }
+    Ok(())
+}
+
 /// Prints the geometric means of kernels' ratios.
 fn print_means<'a>(group: &str, ratios: impl Iterator<Item = &'a Ratios> + Clone) {
     let mut line = format!("{:<65}", format!("geometric mean, {group}"));
@@ -120,7 +174,7 @@ fn measure(
 ) -> Result<Ratios, Box<dyn Error>> {
     let name = format!("{} {}", kernel.language.group(), kernel.name);
     let fail = |error: String| format!("{name}: {error}");
-    let mut subject = Subject::new(kernel, options.seed).map_err(fail)?;
+    let mut subject = Subject::new(kernel, options.seed, PassSet::ALL).map_err(fail)?;
     let variants = Variant::all(kernel);
     let mut programs = vec![];
     for compiler in compilers {

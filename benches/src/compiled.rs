@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use plcc_abi::{Engine, Program};
-use plcc_codegen::{OptLevel, Target};
+use plcc_codegen::{PassSet, Target};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::{Lowered, MemoryLoader, Options};
 use plcc_frontend::{nct, pmac, pmi};
@@ -50,7 +50,7 @@ pub struct Compiled {
 ///
 /// # Errors
 /// When the program has errors, which the text lists, or no code can be made for it.
-pub fn pmi(source: &str) -> Result<Compiled, String> {
+pub fn pmi(source: &str, passes: impl Into<PassSet>) -> Result<Compiled, String> {
     let mut times = Times::default();
     let start = Instant::now();
     let mut sources = SourceMap::new();
@@ -64,14 +64,14 @@ pub fn pmi(source: &str) -> Result<Compiled, String> {
     let start = Instant::now();
     let lowered = program.lower().map_err(|error| error.to_string())?;
     times.lower = start.elapsed();
-    finish(lowered, program.interpreter(), times)
+    finish(lowered, program.interpreter(), times, passes.into())
 }
 
 /// Compiles a PMAC download for this machine.
 ///
 /// # Errors
 /// When the program has errors, which the text lists, or no code can be made for it.
-pub fn pmac(source: &str) -> Result<Compiled, String> {
+pub fn pmac(source: &str, passes: impl Into<PassSet>) -> Result<Compiled, String> {
     let mut times = Times::default();
     let start = Instant::now();
     let mut sources = SourceMap::new();
@@ -86,14 +86,14 @@ pub fn pmac(source: &str) -> Result<Compiled, String> {
     let start = Instant::now();
     let lowered = program.lower().map_err(|error| error.to_string())?;
     times.lower = start.elapsed();
-    finish(lowered, program.interpreter(), times)
+    finish(lowered, program.interpreter(), times, passes.into())
 }
 
 /// Compiles an NCT program for this machine.
 ///
 /// # Errors
 /// When the program has errors, which the text lists, or no code can be made for it.
-pub fn nct(source: &str) -> Result<Compiled, String> {
+pub fn nct(source: &str, passes: impl Into<PassSet>) -> Result<Compiled, String> {
     let mut times = Times::default();
     let start = Instant::now();
     let mut sources = SourceMap::new();
@@ -107,17 +107,18 @@ pub fn nct(source: &str) -> Result<Compiled, String> {
     let start = Instant::now();
     let lowered = program.lower().map_err(|error| error.to_string())?;
     times.lower = start.elapsed();
-    finish(lowered, program.interpreter(), times)
+    finish(lowered, program.interpreter(), times, passes.into())
 }
 
 fn finish(
     lowered: Lowered,
     interpreter: Box<dyn Engine>,
     mut times: Times,
+    passes: PassSet,
 ) -> Result<Compiled, String> {
     let start = Instant::now();
     let mut module = lowered.module;
-    plcc_ir::passes::optimize(&mut module, OptLevel::Speed);
+    plcc_ir::passes::optimize(&mut module, passes);
     times.optimize = start.elapsed();
     let start = Instant::now();
     let target = Target::host().map_err(|error| error.to_string())?;

@@ -6,6 +6,7 @@ use plcc_benches::kernels::c::Variant;
 use plcc_benches::kernels::c_process::{CProcess, Compiler};
 use plcc_benches::kernels::subject::Subject;
 use plcc_benches::kernels::{Inputs, families};
+use plcc_codegen::PassSet;
 
 const SEED: u64 = 3;
 const SCANS: usize = 100;
@@ -17,7 +18,8 @@ fn kernels_end_in_the_same_state_as_their_c() {
     let compiler = Compiler { command: "cc".into(), level: "-O1" };
     for kernel in families::all(SEED, 6) {
         let name = format!("{} {}", kernel.language.group(), kernel.name);
-        let mut subject = Subject::new(&kernel, SEED).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let mut subject =
+            Subject::new(&kernel, SEED, PassSet::ALL).unwrap_or_else(|e| panic!("{name}: {e}"));
         let mut program = CProcess::start(&kernel, &compiler, &folder, SEED).unwrap();
         for inputs in Inputs::ALL {
             let wanted = subject.state_after(inputs, SCANS, false);

@@ -6,7 +6,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum};
 use plcc_abi::Dialect;
-use plcc_codegen::OptLevel;
+use plcc_codegen::{OptLevel, PassSet};
 use plcc_frontend::LANGUAGES;
 use plcc_frontend::common::{Controller, Limits};
 use plcc_runtime::args::{ControlArgs, RunArgs};
@@ -212,6 +212,29 @@ pub(crate) enum OptArg {
     Speed,
 }
 
+/// Which passes of the optimiser run.
+#[derive(Args, Clone, Debug, Default)]
+pub(crate) struct PassArgs {
+    /// Passes to leave out (-NAME) or put in (+NAME), as in --passes=-gates,-narrow; to find out what
+    /// one brings, or whether it makes a mistake
+    #[arg(long, value_name = "CHANGES", allow_hyphen_values = true, value_parser = pass_changes)]
+    pub(crate) passes: Option<String>,
+}
+
+impl PassArgs {
+    /// The passes that run at a level.
+    pub(crate) fn at(&self, level: OptArg) -> PassSet {
+        let all = PassSet::from(OptLevel::from(level));
+        // The text was checked when the command line was read.
+        all.changed(self.passes.as_deref().unwrap_or_default()).unwrap_or(all)
+    }
+}
+
+/// Checks the text of `--passes`.
+fn pass_changes(text: &str) -> Result<String, String> {
+    PassSet::NONE.changed(text).map(|_| text.to_owned())
+}
+
 impl From<OptArg> for OptLevel {
     fn from(arg: OptArg) -> Self {
         match arg {
@@ -348,6 +371,13 @@ pub(crate) struct BuildArgs {
     #[arg(long, value_name = "LEVEL", default_value = "speed")]
     pub(crate) opt: OptArg,
 
+    #[command(flatten)]
+    pub(crate) passes: PassArgs,
+
+    /// Tell how long each pass of the optimiser took
+    #[arg(long)]
+    pub(crate) time_passes: bool,
+
     /// How diagnostics are written: for people, or as JSON for programs
     #[arg(long, value_name = "FORMAT", default_value = "human")]
     pub(crate) message_format: FormatArg,
@@ -370,6 +400,9 @@ pub(crate) struct RunCommand {
     /// How much the compiler optimises [default: speed]
     #[arg(long, value_name = "LEVEL")]
     pub(crate) opt: Option<OptArg>,
+
+    #[command(flatten)]
+    pub(crate) passes: PassArgs,
 
     /// PMAC, --engine jit: how many ticks the definitions of M-variables must have stayed
     /// unchanged before a program that has moved some is compiled again [default: 100]
@@ -413,6 +446,9 @@ pub(crate) struct BenchArgs {
     /// How much the compiler optimises
     #[arg(long, value_name = "LEVEL", default_value = "speed")]
     pub(crate) opt: OptArg,
+
+    #[command(flatten)]
+    pub(crate) passes: PassArgs,
 
     #[command(flatten)]
     pub(crate) control: ControlArgs,

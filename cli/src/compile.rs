@@ -1,13 +1,14 @@
 //! From source text to engines.
 
 use plcc_abi::{Code, Dialect, Engine, Program};
-use plcc_codegen::{CodegenError, JitMemory, OptLevel, Target};
+use plcc_codegen::{CodegenError, JitMemory, PassSet, Target};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 use plcc_frontend::common::{
     CrossReference, FileLoader, InternalError, LowerError, Lowered, Options,
 };
 use plcc_frontend::{CheckedProgram, Recompilable, language};
 use plcc_ir::Statement;
+use plcc_ir::passes::PassTimes;
 use plcc_runtime::NativeEngine;
 use plcc_runtime::artifact::{self, Artifact, ArtifactError};
 use plcc_runtime::native::NativeError;
@@ -76,14 +77,25 @@ impl Checked {
         self.0.cross_reference()
     }
 
-    /// The same as [`lower`](Self::lower) after the passes.
+    /// The same as [`lower`](Self::lower) after the passes of a level, or of a set.
     ///
     /// # Errors
     /// When the program is too long, or the front end notices a mistake of its own.
-    pub fn optimized(&self, opt: OptLevel) -> Result<Lowered, CompileError> {
+    pub fn optimized(&self, passes: impl Into<PassSet>) -> Result<Lowered, CompileError> {
+        Ok(self.optimized_timed(passes)?.0)
+    }
+
+    /// The same as [`optimized`](Self::optimized), with the time that each pass took.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn optimized_timed(
+        &self,
+        passes: impl Into<PassSet>,
+    ) -> Result<(Lowered, PassTimes), CompileError> {
         let mut lowered = self.lower()?;
-        plcc_ir::passes::optimize(&mut lowered.module, opt);
-        Ok(lowered)
+        let times = plcc_ir::passes::optimize(&mut lowered.module, passes);
+        Ok((lowered, times))
     }
 }
 

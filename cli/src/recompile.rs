@@ -6,7 +6,7 @@
 
 use plcc_abi::pmac::Assumption;
 use plcc_abi::{Engine, Program, Tables};
-use plcc_codegen::OptLevel;
+use plcc_codegen::PassSet;
 use plcc_frontend::Recompilable;
 use plcc_runtime::NativeEngine;
 use plcc_runtime::pmac::{Recompiler, Recompiling, Settings};
@@ -16,13 +16,13 @@ use crate::compile::{Checked, jit};
 /// Compiles a PMAC program again for other definitions of its M-variables.
 pub struct PmacRecompiler {
     program: Box<dyn Recompilable>,
-    opt: OptLevel,
+    passes: PassSet,
 }
 
 impl PmacRecompiler {
-    /// A compiler for one program.
-    pub fn new(program: Box<dyn Recompilable>, opt: OptLevel) -> Self {
-        Self { program, opt }
+    /// A compiler for one program, with the passes of a level or of a set.
+    pub fn new(program: Box<dyn Recompilable>, passes: impl Into<PassSet>) -> Self {
+        Self { program, passes: passes.into() }
     }
 }
 
@@ -30,7 +30,7 @@ impl Recompiler for PmacRecompiler {
     fn recompile(&mut self, assumptions: &[Assumption]) -> Result<NativeEngine, String> {
         let lowered = self.program.lower_for(assumptions);
         let mut lowered = lowered.map_err(|error| error.to_string())?;
-        plcc_ir::passes::optimize(&mut lowered.module, self.opt);
+        plcc_ir::passes::optimize(&mut lowered.module, self.passes);
         let compiled = jit(&lowered);
         compiled.map(|(engine, _)| engine).map_err(|error| error.to_string())
     }
@@ -43,13 +43,13 @@ pub fn recompiling(
     checked: &Checked,
     tables: &Program,
     native: NativeEngine,
-    opt: OptLevel,
+    passes: PassSet,
     settings: Settings,
 ) -> Box<dyn Engine> {
     match (checked.recompilable(), &tables.tables) {
         (Some(program), Tables::Pmac(tables)) => {
             let assumptions = program.assumptions().to_vec();
-            let compiler = Box::new(PmacRecompiler::new(program, opt));
+            let compiler = Box::new(PmacRecompiler::new(program, passes));
             let controller = tables.controller;
             Box::new(Recompiling::new(native, &assumptions, controller, compiler, settings))
         }

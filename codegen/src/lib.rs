@@ -46,5 +46,5 @@ mod unwind;
 pub use compile::{MAX_CODE, compile, compile_function};
 pub use error::{CodegenError, InternalError};
 pub use jit_memory::JitMemory;
-pub use plcc_ir::passes::OptLevel;
+pub use plcc_ir::passes::{OptLevel, PassSet};
 pub use target::Target;

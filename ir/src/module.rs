@@ -7,6 +7,7 @@
 
 use plcc_abi::Task;
 
+use crate::passes::PassSet;
 use crate::{Block, Func, FuncData, Label, RegionId};
 
 /// A source file, kept for the comments of listings and for line tables.
@@ -53,6 +54,9 @@ pub struct Module {
     pub label_count: u32,
     /// The functions.
     pub funcs: Vec<FuncData>,
+    /// The passes that [`optimize`](crate::passes::optimize) could run, and the techniques that code
+    /// generation may use; none before the module is optimised.
+    pub passes: PassSet,
 }
 
 impl Module {

@@ -166,7 +166,7 @@ fn states(language: Language, machines: usize, seed: u64) -> Kernel {
             };
             let next =
                 number(if rng.chance(80) { (state + 1) % STATES } else { rng.below(STATES) });
-            let output = INPUTS + machine * 4 + rng.below(4);
+            let output = INPUTS + machine * 4 + state % 4;
             let lamp = Expr::All(vec![Expr::Bit(rng.below(INPUTS)), Expr::Bit(rng.below(INPUTS))]);
             let work = vec![
                 Stmt::SetBit(output, lamp),

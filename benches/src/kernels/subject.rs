@@ -7,6 +7,7 @@ use plcc_abi::engine::NoHost;
 use plcc_abi::image::{read_f64, read_i16, read_u16, read_u32, write_f64, write_i16, write_u32};
 use plcc_abi::pmac::{Controller, Layout, Place, Space};
 use plcc_abi::{Engine, Scan, Tables};
+use plcc_codegen::PassSet;
 use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
 
 use super::plc::{
@@ -95,16 +96,16 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// Compiles a kernel. The patterns of the inputs are made from the seed.
+    /// Compiles a kernel with some passes. The patterns of the inputs are made from the seed.
     ///
     /// # Errors
     /// When the program has errors.
-    pub fn new(kernel: &Kernel, seed: u64) -> Result<Self, String> {
+    pub fn new(kernel: &Kernel, seed: u64, passes: PassSet) -> Result<Self, String> {
         let source = kernel.source();
         let compiled = match kernel.language {
-            Language::Pmi => compiled::pmi(&source),
-            Language::Nct => compiled::nct(&source),
-            _ => compiled::pmac(&source),
+            Language::Pmi => compiled::pmi(&source, passes),
+            Language::Nct => compiled::nct(&source, passes),
+            _ => compiled::pmac(&source, passes),
         }?;
         let spots = spots(kernel, &compiled)?;
         let mut executive = None;

@@ -6,7 +6,6 @@ mod figures;
 use std::time::{Duration, Instant};
 
 use plcc_abi::{Engine, Program};
-use plcc_codegen::OptLevel;
 use plcc_frontend::common::{Lowered, Options};
 use plcc_runtime::pmac::Settings;
 use plcc_runtime::run::{Player, Stimulus};
@@ -71,7 +70,7 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
         report.message(&format!("{count}: the program is not timed"));
         return Ok(ERRORS);
     };
-    let opt: OptLevel = args.opt.into();
+    let opt = args.passes.at(args.opt);
     let lowered = match checked.optimized(opt) {
         Ok(lowered) => lowered,
         Err(error) => return report.not_compiled(error, &program.sources, Destination::default()),
@@ -124,7 +123,7 @@ fn compile_ms(
     options: &Options,
     make: impl Fn(&Lowered) -> Result<(), CompileError>,
 ) -> Result<f64, Failure> {
-    let opt: OptLevel = args.opt.into();
+    let opt = args.passes.at(args.opt);
     let mut least = Duration::MAX;
     for _ in 0..COMPILES {
         let input = Input::read(&args.files, &args.source)?;

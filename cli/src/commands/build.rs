@@ -5,7 +5,7 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use plcc_abi::Program;
-use plcc_codegen::{OptLevel, Target, emit};
+use plcc_codegen::{Target, emit};
 use plcc_frontend::common::Lowered;
 use plcc_frontend::language;
 
@@ -19,7 +19,7 @@ use crate::signing;
 
 pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
-    let opt: OptLevel = args.opt.into();
+    let passes = args.passes.at(args.opt);
     let target = match &args.target {
         Some(triple) => Target::baseline(triple),
         None => Target::host_baseline(),
@@ -54,7 +54,13 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         report.message(&format!("{count}: nothing is built"));
         return Ok(ERRORS);
     };
-    let made = checked.optimized(opt).and_then(|lowered| {
+    let made = checked.optimized_timed(passes).and_then(|(lowered, times)| {
+        if args.time_passes {
+            for (pass, time) in times {
+                let ms = time.as_secs_f64() * 1e3;
+                report.message(&format!("{:<16} {ms:>9.3} ms", pass.name()));
+            }
+        }
         let bytes = make(&lowered, &target, args.emit)?;
         Ok((lowered, bytes))
     });

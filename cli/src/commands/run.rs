@@ -76,7 +76,7 @@ fn engine(
     checked: &Checked,
     args: &RunCommand,
 ) -> Result<(Program, Box<dyn Engine>), CompileError> {
-    let opt = args.opt.unwrap_or_default().into();
+    let opt = args.passes.at(args.opt.unwrap_or_default());
     Ok(match args.engine.unwrap_or_default() {
         EngineArg::Interp => {
             let program = checked.lower()?.program;
@@ -150,6 +150,7 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
     let without_effect = [
         ("--engine", args.engine.is_some_and(|engine| engine != EngineArg::Aot)),
         ("--opt", args.opt.is_some()),
+        ("--passes", args.passes.passes.is_some()),
         ("--recompile-after", args.recompile_after.is_some()),
         ("--keep-going", args.keep_going),
         ("-I", !source.include.is_empty()),

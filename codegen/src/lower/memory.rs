@@ -33,8 +33,12 @@ impl Lowering<'_> {
     }
 
     pub(super) fn store(&mut self, at: Address, value: Value) -> LowerResult<()> {
-        let (base, offset) = self.address(self.func.ty(value), at)?;
+        let ty = self.func.ty(value);
+        let start = self.image_offset(ty, at)?;
+        let extent = at.extent(ty);
         let value = self.value(value)?;
+        self.load_before(Some(start..start + (extent.end - extent.start) as i64))?;
+        let (base, offset) = self.address(ty, at)?;
         self.builder.ins().store(flags(), value, base, offset);
         Ok(())
     }
@@ -42,7 +46,7 @@ impl Lowering<'_> {
     /// The offset in the image of an address without its index. Code is safe to run only if each
     /// access stays in its region whatever the index is; so this checks it, though the verifier has
     /// done so before.
-    fn image_offset(&self, ty: Type, at: Address) -> LowerResult<i64> {
+    pub(super) fn image_offset(&self, ty: Type, at: Address) -> LowerResult<i64> {
         let region = self.module.region(at.region);
         let region = region.ok_or_else(|| InvalidIr("its region is not there".into()))?;
         let last = at
@@ -57,7 +61,7 @@ impl Lowering<'_> {
     }
 
     /// The base value and the offset from it that a load or store uses for an address.
-    fn address(&mut self, ty: Type, at: Address) -> LowerResult<(ClifValue, i32)> {
+    pub(super) fn address(&mut self, ty: Type, at: Address) -> LowerResult<(ClifValue, i32)> {
         let offset = self.image_offset(ty, at)?;
         let base = match at.index {
             Some(index) => {
@@ -124,6 +128,6 @@ impl Lowering<'_> {
 }
 
 /// How the image is accessed: the memory is always there, and little endian on every machine.
-fn flags() -> MemFlagsData {
+pub(super) fn flags() -> MemFlagsData {
     MemFlagsData::new().with_notrap().with_endianness(Endianness::Little)
 }

@@ -11,6 +11,7 @@ mod integrality_check;
 mod memory;
 #[cfg(test)]
 mod tests;
+mod truth_values;
 
 use std::collections::HashMap;
 
@@ -21,10 +22,11 @@ use cranelift_codegen::ir::{
 use cranelift_codegen::isa::{CallConv, TargetIsa};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext, Variable};
 use plcc_abi::{HostFn, HostType, ScanContext};
-use plcc_ir::{Block, FuncData, Inst, InstData, Module, Type, Value};
+use plcc_ir::{Block, FuncData, Inst, InstData, Module, Type, UnaryOp, Value};
 use target_lexicon::Architecture;
 
 use crate::InternalError;
+use truth_values::TruthValues;
 
 /// Why the IR can't be lowered: a message that says which rule it breaks.
 struct InvalidIr(String);
@@ -78,6 +80,7 @@ pub(crate) fn function(
         truncated: HashMap::new(),
         host_signature: None,
         inst: None,
+        truth_values: TruthValues::new(module, func, is_x86),
     };
     if let Err(InvalidIr(reason)) = lowering.run(label) {
         return Err(InternalError::new(module, func, lowering.inst, reason));
@@ -151,6 +154,8 @@ struct Lowering<'a> {
     host_signature: Option<cranelift_codegen::ir::SigRef>,
     /// The instruction that is being lowered, for error messages.
     inst: Option<Inst>,
+    /// Truth values in 32 bits.
+    truth_values: TruthValues,
 }
 
 /// The CLIF type of a value.
@@ -203,7 +208,7 @@ impl Lowering<'_> {
         }
         for &inst in &data.insts {
             self.inst = Some(inst);
-            self.inst(inst)?;
+            self.inst(inst, block)?;
         }
         let terminator = data.terminator.as_ref();
         self.terminator(terminator.ok_or_else(|| InvalidIr(format!("{block} has no end")))?)
@@ -211,6 +216,9 @@ impl Lowering<'_> {
 
     /// The CLIF value of an IR value.
     fn value(&mut self, value: Value) -> LowerResult<ClifValue> {
+        if let Some(narrow) = self.narrow_truth(value)? {
+            return Ok(narrow);
+        }
         let found = self.values.get(value.index()).copied().flatten();
         found.ok_or_else(|| InvalidIr(format!("{value} is used and not defined before")))
     }
@@ -222,10 +230,21 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    fn inst(&mut self, inst: Inst) -> LowerResult<()> {
+    fn inst(&mut self, inst: Inst, block: Block) -> LowerResult<()> {
         let loc = self.func.loc(inst);
         self.builder.set_srcloc(SourceLoc::new(loc.0));
         let data = *self.func.inst(inst);
+        self.count_instruction();
+        if let Some(result) = self.func.result(inst)
+            && match data {
+                InstData::Load { ty, at } => self.load_truth(result, ty, at, block)?,
+                InstData::Binary { op, args } => self.wide_binary(result, op, args)?,
+                InstData::Unary { op: UnaryOp::Not, arg } => self.wide_not(result, arg)?,
+                _ => false,
+            }
+        {
+            return Ok(());
+        }
         let result = match data {
             InstData::Iconst { ty, value } => Some(self.iconst(ty, value)),
             InstData::Fconst { bits } => Some(self.builder.ins().f64const(f64::from_bits(bits))),
@@ -261,6 +280,7 @@ impl Lowering<'_> {
     }
 
     fn host_call(&mut self, function: HostFn, args: &[Value]) -> LowerResult<Option<ClifValue>> {
+        self.load_before(None)?;
         let pointer = self.builder.func.dfg.value_type(self.context);
         let signature = *self.host_signature.get_or_insert_with(|| {
             let mut signature = Signature::new(CallConv::SystemV);

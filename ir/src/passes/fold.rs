@@ -296,6 +296,9 @@ impl Fold<'_> {
         if !ty.is_int() {
             return None;
         }
+        if let Some(simpler) = self.select_bit_of_word(cond, ty, [a, b]) {
+            return Some(simpler);
+        }
         match known {
             (Some(1), Some(0)) => Some(Simpler::convert(ConvertOp::Zext, ty, cond)),
             (Some(-1), Some(0)) => Some(Simpler::convert(ConvertOp::Sext, ty, cond)),

@@ -13,6 +13,7 @@
 //! ```
 
 use super::fold::{Fold, Simpler};
+use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value};
 
 /// AND, OR, XOR and NOT that are nested in each other are followed to this depth.
@@ -90,6 +91,50 @@ impl Fold<'_> {
             true => Some(Simpler::not(self.insert(bit)?)),
             false => Some(Simpler::Inst(bit)),
         }
+    }
+
+    /// A word in which a bit is set or else cleared by a condition: the condition is put into the
+    /// word as a bit.
+    ///
+    /// ```text
+    /// v3: i32 = and v0, -5
+    /// v4: i32 = or v0, 4                  v3: i32 = and v0, -5
+    /// v5: i32 = select v1, v4, v3   ==>   v6: i32 = zext v1
+    ///                                     v7: i32 = shl v6, 2
+    ///                                     v5: i32 = or v3, v7
+    /// ```
+    pub(super) fn select_bit_of_word(
+        &mut self,
+        cond: Value,
+        ty: Type,
+        [a, b]: [Value; 2],
+    ) -> Option<Simpler> {
+        let set_and_cleared = |this: &Self, set: Value, cleared: Value| {
+            let [word, bit] = this.operands(set, BinaryOp::Or)?;
+            let bit = this.func.constant(bit)? as u64 & mask(ty);
+            let [other, kept] = this.operands(cleared, BinaryOp::And)?;
+            let kept = this.func.constant(kept)? as u64 & mask(ty);
+            // The word may have been masked before the bit was set.
+            let before = match this.operands(word, BinaryOp::And) {
+                Some([inner, by]) if inner == other => this.func.constant(by)? as u64 & mask(ty),
+                _ if word == other => mask(ty),
+                _ => return None,
+            };
+            (bit.is_power_of_two() && before & !bit == kept).then_some(bit.trailing_zeros())
+        };
+        let (cond, number, cleared) = match set_and_cleared(self, a, b) {
+            Some(number) => (cond, number, b),
+            None => {
+                let number = set_and_cleared(self, b, a)?;
+                (self.insert(InstData::Unary { op: UnaryOp::Not, arg: cond })?, number, a)
+            }
+        };
+        let wide = InstData::Convert { op: ConvertOp::Zext, to: ty, arg: cond };
+        let mut bit = self.insert(wide)?;
+        if number > 0 {
+            bit = self.insert_with_const(BinaryOp::Shl, ty, bit, number.into())?;
+        }
+        Some(Simpler::binary(BinaryOp::Or, cleared, bit))
     }
 
     /// `(word & 1) << to`, which programs use to put a computed bit into a word: the bit is

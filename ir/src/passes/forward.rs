@@ -64,6 +64,8 @@ struct State<'a> {
     /// The number of the current statement along the path.
     now: u32,
     loc: SourceLoc,
+    /// Whether truth values are loaded again rather than forwarded.
+    reload_bits: bool,
 }
 
 /// What is known at the end of a block.
@@ -74,7 +76,8 @@ struct End {
 }
 
 /// Runs the pass; gives whether it changed anything.
-pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes) -> bool {
+/// With `reload_bits`, truth values are not forwarded.
+pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes, reload_bits: bool) -> bool {
     let graph = Graph::new(func);
     // Whether each block is the sole predecessor of another. If so, its facts are kept.
     let mut is_sole_predecessor = vec![false; func.block_count()];
@@ -89,8 +92,15 @@ pub(super) fn run(func: &mut FuncData, bytes: &mut ImageBytes) -> bool {
     // A fact for each access, and one for each that is passed on.
     let count = func.inst_count() + graph.order.len() * MAX_PASSED_ON;
     let stamp = bytes.fresh_stamps(count as u32);
-    let mut state =
-        State { bytes, facts: vec![], first_fact: 0, stamp, now: 0, loc: SourceLoc::NONE };
+    let mut state = State {
+        bytes,
+        facts: vec![],
+        first_fact: 0,
+        stamp,
+        now: 0,
+        loc: SourceLoc::NONE,
+        reload_bits,
+    };
     let mut changed = false;
     for &block in &graph.order {
         state.enter_block(
@@ -209,7 +219,7 @@ impl State<'_> {
             self.forget(bytes.start, bytes.end);
             return None;
         }
-        if at.index.is_some() {
+        if at.index.is_some() || self.reload_bits && ty == Type::I1 {
             return None;
         }
         if let Some(number) = self.fact_at(bytes.start)

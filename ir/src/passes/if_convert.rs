@@ -12,18 +12,24 @@
 //! operations are total, so it does no harm to execute them for nothing. A store of the way that is
 //! not taken writes back the value that it finds, which does no harm either.
 //!
+//! Where both ways end with a store to the same place, what they compute is done first; then one
+//! select chooses between the values, and one store writes the chosen one. Two constant doubles are
+//! chosen as integers with the same bits.
+//!
 //! Volatile accesses, host calls, stores through an index, and operations that take long must stay
 //! behind their branch. Stores keep their order.
 
 use super::graph::Graph;
 use crate::{
-    BinaryOp, Block, BlockCall, BlockData, ConvertOp, FuncData, Inst, InstData, Terminator, Type,
-    UnaryOp, Value,
+    Address, BinaryOp, Block, BlockCall, BlockData, ConvertOp, FuncData, Inst, InstData,
+    Terminator, Type, UnaryOp, Value,
 };
 
 /// The instructions of both ways may cost no more than this together, in cycles, roughly. It is
 /// about half of what a wrongly predicted branch costs.
 const MAX_COST: u32 = 8;
+/// The cost of a store, with the load of the value that it writes back if its way is not taken.
+const STORE_COST: u32 = 3;
 
 /// One way of a branch: through a block of its own, or straight to the block where the ways meet.
 struct Arm {
@@ -63,9 +69,16 @@ fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
         (a.to.block == b.to.block && !own.contains(&Some(a.to.block))).then_some((a, b))
     };
     let Some((then, otherwise)) = ways.into_iter().find_map(meets) else { return false };
+    if let (Some(a), Some(b)) = (then.block, otherwise.block) {
+        store_doubles_as_integers(func, a, b);
+    }
     let cost = |arm: &Arm| arm.block.map_or(Some(0), |block| cost(func, block));
     let (Some(a), Some(b)) = (cost(&then), cost(&otherwise)) else { return false };
-    if a + b > MAX_COST {
+    let common = match (then.block, otherwise.block) {
+        (Some(a), Some(b)) => common_store(func, a, b),
+        _ => None,
+    };
+    if a + b > MAX_COST + if common.is_some() { STORE_COST + 2 } else { 0 } {
         return false;
     }
     let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
@@ -75,7 +88,20 @@ fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
         let data = std::mem::replace(&mut func.blocks[block.index()], dropped);
         edges[block.index()] = 0;
         for inst in data.insts {
-            append_arm_inst(func, &mut insts, inst, cond, taken_if);
+            match common {
+                // The stores of both ways follow as one.
+                Some((at, _)) if matches!(func.inst(inst), InstData::Store { at: to, .. } if *to == at) =>
+                    {}
+                _ => append_arm_inst(func, &mut insts, inst, cond, taken_if),
+            }
+        }
+    }
+    if let Some((at, args)) = common {
+        let loc = insts.last().map_or(crate::SourceLoc::NONE, |&inst| func.loc(inst));
+        let select = func.append(InstData::Select { cond, args }, loc);
+        insts.push(select);
+        if let Some(value) = func.result(select) {
+            insts.push(func.append(InstData::Store { at, value }, loc));
         }
     }
     let to = then.to.block;
@@ -120,7 +146,8 @@ fn arm(func: &FuncData, call: &BlockCall, edges: &[u32]) -> Option<Arm> {
     }
 }
 
-/// The cost of a block's instructions; `None` if they must not be executed for nothing.
+/// The cost of a block's instructions; `None` if they must not be executed for nothing, or cost so
+/// much that the branch stays in any case.
 fn cost(func: &FuncData, block: Block) -> Option<u32> {
     let mut sum = 0;
     for &inst in &func.block(block).insts {
@@ -130,6 +157,51 @@ fn cost(func: &FuncData, block: Block) -> Option<u32> {
         }
     }
     Some(sum)
+}
+
+/// The store with which a block ends, if it is the only one and its address is fixed.
+fn last_store(func: &FuncData, block: Block) -> Option<(Inst, Address, Value)> {
+    let insts = &func.block(block).insts;
+    let is_store = |inst: &&Inst| matches!(func.inst(**inst), InstData::Store { .. });
+    let &last = insts.last()?;
+    match *func.inst(last) {
+        InstData::Store { at, value } if at.index.is_none() && !at.volatile => {
+            (insts.iter().filter(is_store).count() == 1).then_some((last, at, value))
+        }
+        _ => None,
+    }
+}
+
+/// The place to which both ways store last, and the values that they store: then what both compute
+/// can be done first, and one store takes the place of two.
+fn common_store(func: &FuncData, a: Block, b: Block) -> Option<(Address, [Value; 2])> {
+    let ((_, at, x), (_, other, y)) = (last_store(func, a)?, last_store(func, b)?);
+    (at == other && func.ty(x) == func.ty(y)).then_some((at, [x, y]))
+}
+
+/// If two ways do nothing but store a constant double each, to the same place, they store integers
+/// with the same bits instead.
+fn store_doubles_as_integers(func: &mut FuncData, a: Block, b: Block) {
+    let is_constant = |func: &FuncData, block: Block| {
+        let plain = |&inst: &Inst| {
+            matches!(func.inst(inst), InstData::Fconst { .. } | InstData::Store { .. })
+        };
+        let (inst, at, value) = last_store(func, block)?;
+        let InstData::Fconst { bits } = *func.def_inst(value)? else { return None };
+        func.block(block).insts.iter().all(plain).then_some((inst, at, bits))
+    };
+    let (Some(x), Some(y)) = (is_constant(func, a), is_constant(func, b)) else { return };
+    if x.1 != y.1 {
+        return;
+    }
+    for (block, (inst, at, bits)) in [(a, x), (b, y)] {
+        let loc = func.loc(inst);
+        let constant = func.append(InstData::Iconst { ty: Type::I64, value: bits as i64 }, loc);
+        if let Some(value) = func.result(constant) {
+            func.insts[inst.index()] = InstData::Store { at, value };
+            func.blocks[block.index()].insts.insert(0, constant);
+        }
+    }
 }
 
 fn inst_cost(func: &FuncData, data: &InstData) -> Option<u32> {
@@ -161,7 +233,7 @@ fn inst_cost(func: &FuncData, data: &InstData) -> Option<u32> {
         InstData::Load { ty: _, at } if !at.volatile => {
             Some(if at.index.is_some() { 3 } else { 1 })
         }
-        InstData::Store { at, value: _ } if !at.volatile && at.index.is_none() => Some(3),
+        InstData::Store { at, value: _ } if !at.volatile && at.index.is_none() => Some(STORE_COST),
         InstData::Load { .. } | InstData::Store { .. } | InstData::HostCall { .. } => None,
     }
 }

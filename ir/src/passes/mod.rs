@@ -7,13 +7,18 @@
 //! | `branches` | decides branches whose condition is known, skips empty blocks, joins blocks |
 //! | `forward` | replaces a load by the value stored or loaded before (store-to-load forwarding) |
 //! | `fold` | folds constants, applies identities, divides by constants without a division |
+//! | `thread-tests` | skips tests whose result is known from where control comes |
 //! | `switches` | makes a switch of a row of comparisons with constants |
 //! | `if-convert` | makes selects of short branches |
+//! | `narrow` | computes with truth values instead of integers of which only one bit matters |
 //! | `demanded-bits` | goes around instructions that change only bits nobody uses |
 //! | `cse` | computes the same thing once (common subexpressions) |
 //! | `dead-stores` | drops stores that are overwritten before anything reads them |
 //! | `dce` | drops instructions whose results are not used (dead code) |
+//! | `gates` | rearranges AND, OR and NOT of truth values so that they take less code |
 //! | `compact` | numbers what is left again without gaps |
+//! | `wide-bits` | no pass over IR: code generation computes with truth values in 32 bits |
+//! | `reload-bits` | no pass: `forward` leaves loads of truth values in long programs |
 //!
 //! # What every pass must keep
 //! - A module that the [verifier](crate::verify) accepts before a pass is accepted behind it. Debug
@@ -43,15 +48,21 @@ mod fold_compare;
 mod fold_convert;
 mod fold_divide;
 mod forward;
+mod gates;
 mod graph;
 mod if_convert;
 mod image_bytes;
 mod integers;
+mod narrow;
 mod speculate;
 mod speculation_plan;
 mod substitution;
 mod switches;
+mod thread_tests;
+pub mod thresholds;
 mod value_range;
+
+use std::time::{Duration, Instant};
 
 use dead_stores::DeadBytes;
 pub(crate) use graph::Graph;
@@ -82,10 +93,14 @@ pub enum Pass {
     Forward,
     /// Constant folding and algebraic simplification.
     Fold,
+    /// Jump threading: skips tests whose result is known.
+    ThreadTests,
     /// Switches made of rows of comparisons.
     Switches,
     /// If-conversion: selects made of short branches.
     IfConvert,
+    /// Truth values instead of integers.
+    Narrow,
     /// Operations on bits that nobody uses.
     DemandedBits,
     /// Common subexpression elimination.
@@ -94,25 +109,38 @@ pub enum Pass {
     DeadStores,
     /// Dead code elimination.
     Dce,
+    /// Rearranging of AND, OR and NOT.
+    Gates,
     /// Renumbering without gaps.
     Compact,
+    /// Truth values in 32 bits: a technique of code generation, for which there is nothing to do
+    /// in IR.
+    WideBits,
+    /// Truth values are loaded again rather than forwarded where a program is long: a way in which
+    /// [`Forward`](Self::Forward) works.
+    ReloadBits,
 }
 
 impl Pass {
     /// Every pass, in the order of the table at the head of the module.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 17] = [
         Self::Integers,
         Self::Speculate,
         Self::Branches,
         Self::Forward,
         Self::Fold,
+        Self::ThreadTests,
         Self::Switches,
         Self::IfConvert,
+        Self::Narrow,
         Self::DemandedBits,
         Self::Cse,
         Self::DeadStores,
         Self::Dce,
+        Self::Gates,
         Self::Compact,
+        Self::WideBits,
+        Self::ReloadBits,
     ];
 
     /// Its name, as in that table.
@@ -123,13 +151,18 @@ impl Pass {
             Self::Branches => "branches",
             Self::Forward => "forward",
             Self::Fold => "fold",
+            Self::ThreadTests => "thread-tests",
             Self::Switches => "switches",
             Self::IfConvert => "if-convert",
+            Self::Narrow => "narrow",
             Self::DemandedBits => "demanded-bits",
             Self::Cse => "cse",
             Self::DeadStores => "dead-stores",
             Self::Dce => "dce",
+            Self::Gates => "gates",
             Self::Compact => "compact",
+            Self::WideBits => "wide-bits",
+            Self::ReloadBits => "reload-bits",
         }
     }
 
@@ -146,54 +179,138 @@ impl Pass {
         func: &mut FuncData,
         bytes: &mut ImageBytes,
         dead: &mut DeadBytes,
+        reload_bits: bool,
     ) -> bool {
         match self {
             Self::Integers => integers::run(func, &module.finite_regions),
             Self::Speculate => return speculate::run(func, &module.finite_regions),
             Self::Branches => branches::run(func),
-            Self::Forward => return forward::run(func, bytes),
+            Self::Forward => return forward::run(func, bytes, reload_bits),
             Self::Fold => fold::run(func),
+            Self::ThreadTests => return thread_tests::run(func, bytes),
             Self::Switches => return switches::run(func),
             Self::IfConvert => return if_convert::run(func),
+            Self::Narrow => return narrow::run(func),
             Self::DemandedBits => demanded_bits::run(func),
             Self::Cse => cse::run(func),
             Self::DeadStores => dead_stores::run(func, bytes, dead),
             Self::Dce => dce::run(func),
+            Self::Gates => gates::run(func),
             Self::Compact => compact::run(func),
+            Self::WideBits | Self::ReloadBits => return false,
         }
         true
     }
 }
 
-/// Optimises a verified module: runs the passes that a level asks for, in a fixed order.
-pub fn optimize(module: &mut Module, level: OptLevel) {
-    match level {
-        OptLevel::None => {}
-        OptLevel::Speed => each(module, |stage| {
-            stage.all(&[Pass::Branches, Pass::Integers]);
-            if stage.pass(Pass::Speculate) {
-                stage.all(&[Pass::Integers, Pass::Branches]);
-            }
-            stage.all(&[Pass::Forward, Pass::Fold, Pass::Branches]);
-            let switched = stage.pass(Pass::Switches);
-            if stage.pass(Pass::IfConvert) || switched {
-                stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
-            }
-            stage.all(&[Pass::DemandedBits, Pass::Cse, Pass::DeadStores, Pass::Dce, Pass::Compact]);
-        }),
+/// A set of passes: those that may run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PassSet(u32);
+
+impl PassSet {
+    /// No pass.
+    pub const NONE: Self = Self(0);
+    /// Every pass.
+    pub const ALL: Self = Self((1 << Pass::ALL.len()) - 1);
+
+    /// Whether a pass is in the set.
+    pub fn contains(self, pass: Pass) -> bool {
+        self.0 >> pass as u32 & 1 == 1
     }
+
+    /// The set without a pass.
+    #[must_use]
+    pub fn without(self, pass: Pass) -> Self {
+        Self(self.0 & !(1 << pass as u32))
+    }
+
+    /// The set with a pass.
+    #[must_use]
+    pub fn with(self, pass: Pass) -> Self {
+        Self(self.0 | 1 << pass as u32)
+    }
+
+    /// The set after the changes that a text asks for: names of passes with commas between, each
+    /// behind a `-` (leave it out) or a `+` (put it in).
+    ///
+    /// # Errors
+    /// The first part of the text that is neither, with the names of all passes.
+    pub fn changed(self, text: &str) -> Result<Self, String> {
+        let mut set = self;
+        for part in text.split(',').map(str::trim).filter(|part| !part.is_empty()) {
+            let change = part.split_at_checked(1).and_then(|(sign, name)| {
+                let pass = Pass::from_name(name)?;
+                match sign {
+                    "-" => Some(set.without(pass)),
+                    "+" => Some(set.with(pass)),
+                    _ => None,
+                }
+            });
+            set = change.ok_or_else(|| {
+                let names: Vec<&str> = Pass::ALL.iter().map(|pass| pass.name()).collect();
+                format!("`{part}` is not `-` or `+` and a pass; these are {}", names.join(", "))
+            })?;
+        }
+        Ok(set)
+    }
+}
+
+impl From<OptLevel> for PassSet {
+    fn from(level: OptLevel) -> Self {
+        match level {
+            OptLevel::None => Self::NONE,
+            OptLevel::Speed => Self::ALL,
+        }
+    }
+}
+
+/// How long each pass took, in the order in which the passes first ran, over all functions.
+pub type PassTimes = Vec<(Pass, Duration)>;
+
+/// Optimises a verified module: runs those passes of a set (or of the one that a level stands for)
+/// in a fixed order. The module then says which ones were in the set, since code generation has
+/// techniques that are switched off in the same way.
+pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
+    let passes = passes.into();
+    module.passes = passes;
+    if passes == PassSet::NONE {
+        return vec![];
+    }
+    each(module, passes, |stage| {
+        stage.all(&[Pass::Branches, Pass::Integers]);
+        if stage.pass(Pass::Speculate) {
+            stage.all(&[Pass::Integers, Pass::Branches]);
+        }
+        stage.all(&[Pass::Forward, Pass::Fold, Pass::Branches]);
+        if stage.pass(Pass::ThreadTests) {
+            stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
+        }
+        let switched = stage.pass(Pass::Switches);
+        if stage.pass(Pass::IfConvert) || switched {
+            stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
+        }
+        if stage.pass(Pass::Narrow) {
+            stage.pass(Pass::Fold);
+        }
+        stage.all(&[Pass::DemandedBits, Pass::Cse, Pass::DeadStores, Pass::Dce, Pass::Gates]);
+        stage.pass(Pass::Compact);
+    })
 }
 
 /// Runs passes in the order given over every function of a verified module. For tests and
 /// experiments; any order keeps the rules.
 pub fn run(module: &mut Module, passes: &[Pass]) {
-    each(module, |stage| stage.all(passes));
+    each(module, PassSet::ALL, |stage| stage.all(passes));
 }
 
 /// A function that is being optimised, with what its passes share with those of other functions.
 struct Stage<'a> {
     module: &'a Module,
     func: FuncData,
+    passes: PassSet,
+    times: &'a mut PassTimes,
+    /// Whether truth values are loaded again rather than forwarded.
+    reload_bits: bool,
     bytes: &'a mut ImageBytes,
     dead: &'a mut DeadBytes,
 }
@@ -206,9 +323,19 @@ impl Stage<'_> {
         }
     }
 
-    /// Runs one pass; gives what [`Pass::run`] gives.
+    /// Runs one pass, if it may run; gives what [`Pass::run`] gives.
     fn pass(&mut self, pass: Pass) -> bool {
-        let changed = pass.run(self.module, &mut self.func, self.bytes, self.dead);
+        if !self.passes.contains(pass) {
+            return false;
+        }
+        let start = Instant::now();
+        let changed =
+            pass.run(self.module, &mut self.func, self.bytes, self.dead, self.reload_bits);
+        let time = start.elapsed();
+        match self.times.iter_mut().find(|(known, _)| *known == pass) {
+            Some((_, sum)) => *sum += time,
+            None => self.times.push((pass, time)),
+        }
         debug_assert_eq!(
             verify::function(self.module, &self.func).first().map(ToString::to_string),
             None,
@@ -222,13 +349,18 @@ impl Stage<'_> {
 
 /// Lets `order` run passes over each function, from the last to the first. Control mostly goes from
 /// a function to a later one, and `dead-stores` needs to know first which bytes are dead there.
-fn each(module: &mut Module, order: impl Fn(&mut Stage<'_>)) {
+fn each(module: &mut Module, passes: PassSet, order: impl Fn(&mut Stage<'_>)) -> PassTimes {
+    let mut times = vec![];
+    let length: usize = module.funcs.iter().map(|func| func.inst_count()).sum();
+    let reload_bits = passes.contains(Pass::ReloadBits) && length > thresholds::RELOAD_BITS_FROM;
     let mut bytes = ImageBytes::new(module);
     let mut dead = DeadBytes::new(module.label_count);
     for index in (0..module.funcs.len()).rev() {
         let func = std::mem::take(&mut module.funcs[index]);
-        let mut stage = Stage { module, func, bytes: &mut bytes, dead: &mut dead };
+        let (bytes, dead, times) = (&mut bytes, &mut dead, &mut times);
+        let mut stage = Stage { module, func, passes, times, reload_bits, bytes, dead };
         order(&mut stage);
         module.funcs[index] = stage.func;
     }
+    times
 }

@@ -159,7 +159,9 @@ fn each_ir_file_runs_and_is_optimised_as_it_says() {
         };
         let mut changed = module.clone();
         match names {
-            "all" => passes::optimize(&mut changed, OptLevel::Speed),
+            "all" => {
+                passes::optimize(&mut changed, OptLevel::Speed);
+            }
             names => {
                 let pass = |name| Pass::from_name(name).unwrap_or_else(|| panic!("{name}"));
                 passes::run(&mut changed, &names.split(' ').map(pass).collect::<Vec<_>>());

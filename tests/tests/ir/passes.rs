@@ -5,7 +5,7 @@
 use plcc_abi::{Outcome, Program, Tables};
 use plcc_codegen::{Target, compile};
 use plcc_ir::interp::Interpreter;
-use plcc_ir::passes::{self, OptLevel, Pass};
+use plcc_ir::passes::{self, OptLevel, Pass, PassSet};
 use plcc_ir::{Module, verify};
 use plcc_random::{Rng, seeds};
 use plcc_runtime::native::NativeEngine;
@@ -40,7 +40,21 @@ fn each_pass_keeps_what_a_program_does() {
         passes::optimize(&mut best, OptLevel::Speed);
         assert_sound(&best, &format!("seed {seed}, optimised"));
         assert_eq!(interpreted(&best, seed), wanted, "seed {seed}, optimised");
+        let some = random_passes(seed);
+        let mut changed = module.clone();
+        passes::optimize(&mut changed, some);
+        assert_eq!(interpreted(&changed, seed), wanted, "seed {seed}, {some:?}");
     }
+}
+
+/// A random set of passes: each is in it or not, or all are but one.
+fn random_passes(seed: u64) -> PassSet {
+    let mut rng = Rng::new(seed ^ 0xA11);
+    if rng.chance(50) {
+        return PassSet::ALL.without(*rng.pick(&Pass::ALL));
+    }
+    let some = Pass::ALL.into_iter().filter(|_| rng.chance(50));
+    some.fold(PassSet::NONE, PassSet::with)
 }
 
 fn program(module: &Module) -> Program {
@@ -60,7 +74,11 @@ fn native_code_does_what_the_interpreter_does() {
         let wanted = interpreted(&module, seed);
         let mut best = module.clone();
         passes::optimize(&mut best, OptLevel::Speed);
-        for (module, level) in [(&module, OptLevel::None), (&best, OptLevel::Speed)] {
+        let some = random_passes(seed);
+        let mut changed = module.clone();
+        passes::optimize(&mut changed, some);
+        let (none, all) = (PassSet::NONE, PassSet::ALL);
+        for (module, level) in [(&module, none), (&best, all), (&changed, some)] {
             let target = Target::host().unwrap();
             let code = compile(module, &target).unwrap();
             let mut native = NativeEngine::new(&code, &program(module)).unwrap();

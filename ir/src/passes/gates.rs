@@ -1,0 +1,350 @@
+//! Rearranges AND, OR and NOT of truth values so that they take fewer bytes of code.
+//!
+//! ```text
+//! v4: i1 = and v0, v1              v7: i1 = or v2, v3
+//! v5: i1 = not v2                  v8: i1 = not v7
+//! v6: i1 = and v4, v5        ==>   v9: i1 = and v8, v0
+//! v8: i1 = not v3                  v10: i1 = and v9, v1
+//! v9: i1 = and v6, v8
+//! ```
+//!
+//! Operations of one kind whose results are used once form a *gate* with many inputs. An input is
+//! the result of another gate, a load, or anything else, each as it is or inverted. For each gate
+//! the pass computes what it costs to have its result, and what it costs to have the opposite:
+//! inputs that are cheaper inverted are joined by the dual gate, whose result is inverted once (De
+//! Morgan's laws). Then the gate is written again, with what takes the most code first and loads
+//! last, since a load can be part of the instruction that combines it with what was computed before.
+//!
+//! Costs are bytes of x86-64 code, roughly. The pass runs last, when nothing else depends on the
+//! order of operands. It must keep the number of loads as it is, and where they stand.
+
+use super::graph::Graph;
+use crate::{BinaryOp, Block, FuncData, Inst, InstData, SourceLoc, Type, UnaryOp, Value};
+
+/// Gates that are nested deeper are rearranged apart from each other.
+const MAX_DEPTH: usize = 32;
+
+/// The cost of an operation on two registers.
+const OPERATION: u32 = 2;
+/// The cost of an operation with a byte of the image.
+const OPERATION_WITH_LOAD: u32 = 3;
+/// The cost of a load.
+const LOAD: u32 = 4;
+/// The cost of a NOT.
+const NOT: u32 = 3;
+
+/// A gate, or an input of gates that is none.
+struct Node {
+    kind: Kind,
+    /// The cost of having the value in a register, and that of having its opposite there.
+    cost: [u32; 2],
+    /// The cost of combining another value with it, or with its opposite.
+    operand: [u32; 2],
+}
+
+enum Kind {
+    /// A value that is computed elsewhere, and whether the input is its opposite.
+    Leaf(Value, bool),
+    /// An AND (or, if `or`, an OR) of inputs, by their numbers in the list of nodes.
+    Gate { or: bool, inputs: Vec<usize> },
+}
+
+/// What the pass knows of the function.
+struct Gates<'a> {
+    func: &'a mut FuncData,
+    /// For each value how often it is used, and the block of its last use.
+    uses: Vec<(u32, Block)>,
+    /// For each instruction the block in which it stands.
+    places: Vec<Block>,
+    /// For each instruction whether it is part of a gate that will be written again.
+    absorbed: Vec<bool>,
+    /// The nodes of the gate at hand, each behind its inputs.
+    nodes: Vec<Node>,
+    block: Block,
+}
+
+/// Runs the pass.
+pub(super) fn run(func: &mut FuncData) {
+    let graph = Graph::new(func);
+    let mut uses = vec![(0, Block(0)); func.value_count()];
+    let mut places = vec![Block(0); func.inst_count()];
+    for &block in &graph.order {
+        let mut note = |value: Value| {
+            let (count, place) = &mut uses[value.index()];
+            *count += 1;
+            *place = block;
+        };
+        let data = &func.blocks[block.index()];
+        for &inst in &data.insts {
+            places[inst.index()] = block;
+            func.insts[inst.index()].for_each_arg(&mut note);
+        }
+        if let Some(terminator) = &data.terminator {
+            terminator.for_each_arg(note);
+        }
+    }
+    let absorbed = vec![false; func.inst_count()];
+    let mut gates = Gates { func, uses, places, absorbed, nodes: vec![], block: Block(0) };
+    for &block in &graph.order {
+        gates.block = block;
+        gates.block();
+    }
+}
+
+impl Gates<'_> {
+    /// Rearranges the gates of a block.
+    fn block(&mut self) {
+        let insts = std::mem::take(&mut self.func.blocks[self.block.index()].insts);
+        // The results of outermost gates, found backwards; each is written where it stood.
+        let mut roots = vec![];
+        for &inst in insts.iter().rev() {
+            if !self.absorbed[inst.index()] && self.gate(inst).is_some() {
+                self.nodes.clear();
+                let root = self.node_of(inst, 0);
+                if self.nodes.len() > 2 {
+                    roots.push((inst, root, std::mem::take(&mut self.nodes)));
+                }
+            }
+        }
+        let mut out = Vec::with_capacity(insts.len());
+        for inst in insts {
+            if let Some((_, root, nodes)) = roots.pop_if(|(root, ..)| *root == inst) {
+                self.nodes = nodes;
+                self.write_root(inst, root, &mut out);
+            } else if !self.absorbed[inst.index()] {
+                out.push(inst);
+            }
+        }
+        self.func.blocks[self.block.index()].insts = out;
+    }
+
+    /// Whether an instruction is an AND (false) or OR (true) of truth values.
+    fn gate(&self, inst: Inst) -> Option<(bool, [Value; 2])> {
+        match *self.func.inst(inst) {
+            InstData::Binary { op, args } if self.func.ty(args[0]) == Type::I1 => match op {
+                BinaryOp::And => Some((false, args)),
+                BinaryOp::Or => Some((true, args)),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// The instruction of this block that defines a value, if the value is used only once, here.
+    fn own(&self, value: Value) -> Option<Inst> {
+        let crate::ValueDef::Result(inst) = self.func.def(value) else { return None };
+        let is_own =
+            self.uses[value.index()] == (1, self.block) && self.places[inst.index()] == self.block;
+        is_own.then_some(inst)
+    }
+
+    fn push(&mut self, kind: Kind, cost: [u32; 2], operand: [u32; 2]) -> usize {
+        self.nodes.push(Node { kind, cost, operand });
+        self.nodes.len() - 1
+    }
+
+    /// The node of a gate's instruction; it and what is part of it is marked as absorbed, but for
+    /// the instruction of the outermost gate.
+    fn node_of(&mut self, inst: Inst, depth: usize) -> usize {
+        let Some((or, args)) = self.gate(inst) else {
+            return self.push(Kind::Leaf(Value(0), false), [0; 2], [0; 2]);
+        };
+        let mut inputs = vec![];
+        // The values that are inputs or parts of this gate, each with whether it is inverted.
+        let mut pending = vec![(args[1], false), (args[0], false)];
+        while let Some((value, inverted)) = pending.pop() {
+            if let Some(inst) = self.own(value) {
+                if let InstData::Unary { op: UnaryOp::Not, arg } = *self.func.inst(inst) {
+                    self.absorbed[inst.index()] = true;
+                    pending.push((arg, !inverted));
+                    continue;
+                }
+                if let Some((inner, args)) = self.gate(inst) {
+                    // By De Morgan an inverted gate of the other kind is of this kind.
+                    if (inner != or) == inverted {
+                        self.absorbed[inst.index()] = true;
+                        pending.extend([(args[1], inverted), (args[0], inverted)]);
+                        continue;
+                    }
+                    if depth < MAX_DEPTH {
+                        self.absorbed[inst.index()] = true;
+                        let mut node = self.node_of(inst, depth + 1);
+                        if inverted {
+                            node = self.inverted(node);
+                        }
+                        inputs.push(node);
+                        continue;
+                    }
+                }
+            }
+            inputs.push(self.leaf(value, inverted));
+        }
+        self.gate_node(or, inputs)
+    }
+
+    fn leaf(&mut self, value: Value, inverted: bool) -> usize {
+        let is_load = self.own(value).is_some_and(|inst| {
+            matches!(self.func.inst(inst), InstData::Load { at, .. } if at.index.is_none() && !at.volatile)
+        });
+        let (mut cost, mut operand) = match is_load {
+            true => ([LOAD, LOAD + NOT], [OPERATION_WITH_LOAD, LOAD + NOT + OPERATION]),
+            false => ([0, NOT], [OPERATION, NOT + OPERATION]),
+        };
+        if inverted {
+            cost.swap(0, 1);
+            operand.swap(0, 1);
+        }
+        self.push(Kind::Leaf(value, inverted), cost, operand)
+    }
+
+    /// The opposite of a gate, as a gate: the dual one of the inverted inputs.
+    fn inverted(&mut self, node: usize) -> usize {
+        let Node { kind: Kind::Gate { or, inputs }, .. } = &self.nodes[node] else { return node };
+        let (or, inputs) = (!or, inputs.clone());
+        let inputs = inputs.into_iter().map(|input| match &self.nodes[input].kind {
+            &Kind::Leaf(value, inverted) => self.leaf(value, !inverted),
+            Kind::Gate { .. } => self.inverted(input),
+        });
+        let inputs = inputs.collect();
+        self.gate_node(or, inputs)
+    }
+
+    fn gate_node(&mut self, or: bool, inputs: Vec<usize>) -> usize {
+        let straight = self.plan(&inputs, 0).cost;
+        let opposite = self.plan(&inputs, 1).cost;
+        let cost = [straight.min(opposite + NOT), opposite.min(straight + NOT)];
+        let operand = cost.map(|cost| cost + OPERATION);
+        self.push(Kind::Gate { or, inputs }, cost, operand)
+    }
+
+    /// How a gate is best computed with its inputs as they are (`sign` 0), or how its dual is with
+    /// the inverted inputs (`sign` 1).
+    fn plan(&self, inputs: &[usize], sign: usize) -> Plan {
+        let cheaper_inverted = |&&input: &&usize| {
+            self.nodes[input].operand[1 - sign] < self.nodes[input].operand[sign]
+        };
+        let apart: Vec<usize> = inputs.iter().filter(cheaper_inverted).copied().collect();
+        let rest: Vec<usize> =
+            inputs.iter().filter(|input| !cheaper_inverted(input)).copied().collect();
+        let all = self.row_cost(inputs, sign);
+        let joined = self.row_cost(&apart, 1 - sign) + NOT;
+        let split = match rest.is_empty() {
+            true => joined,
+            false => {
+                // The joined ones are computed first, and each of the rest is combined with it.
+                joined + rest.iter().map(|&input| self.nodes[input].operand[sign]).sum::<u32>()
+            }
+        };
+        match apart.len() > 1 && split < all {
+            true => Plan { cost: split, apart, rest },
+            false => Plan { cost: all, apart: vec![], rest: inputs.to_vec() },
+        }
+    }
+
+    /// The cost of combining inputs one after the other.
+    fn row_cost(&self, inputs: &[usize], sign: usize) -> u32 {
+        let sum: u32 = inputs.iter().map(|&input| self.nodes[input].operand[sign]).sum();
+        // The first one is not combined with anything.
+        let saved = |&input: &usize| {
+            let node = &self.nodes[input];
+            node.operand[sign].saturating_sub(node.cost[sign])
+        };
+        sum.saturating_sub(inputs.iter().map(saved).max().unwrap_or(0))
+    }
+
+    /// Writes the outermost gate; its instruction keeps its result.
+    fn write_root(&mut self, inst: Inst, root: usize, out: &mut Vec<Inst>) {
+        let loc = self.func.loc(inst);
+        let value = self.write(root, 0, loc, out);
+        // The last instruction that was written computes the result; it becomes the one that stood
+        // here, so that uses need not be changed.
+        match out.pop().filter(|&last| self.func.result(last) == Some(value)) {
+            Some(last) => self.func.insts[inst.index()] = *self.func.inst(last),
+            None => {
+                // A gate has two inputs at least, so that it ends with an operation.
+                let args = [value, value];
+                self.func.insts[inst.index()] = InstData::Binary { op: BinaryOp::And, args };
+            }
+        }
+        out.push(inst);
+    }
+
+    fn insert(&mut self, data: InstData, loc: SourceLoc, out: &mut Vec<Inst>) -> Value {
+        let inst = self.func.append(data, loc);
+        self.absorbed.push(false);
+        self.places.push(self.block);
+        out.push(inst);
+        // Every operation on truth values has a result.
+        self.func.result(inst).unwrap_or(Value(0))
+    }
+
+    /// Writes a node, or its opposite (`sign` 1).
+    fn write(&mut self, node: usize, sign: usize, loc: SourceLoc, out: &mut Vec<Inst>) -> Value {
+        match &self.nodes[node].kind {
+            &Kind::Leaf(value, inverted) => match inverted == (sign == 1) {
+                true => value,
+                false => self.insert(InstData::Unary { op: UnaryOp::Not, arg: value }, loc, out),
+            },
+            Kind::Gate { or, inputs } => {
+                let (or, inputs) = (*or, inputs.clone());
+                let [same, opposite] = [self.plan(&inputs, sign), self.plan(&inputs, 1 - sign)];
+                if opposite.cost + NOT < same.cost {
+                    let arg = self.write_plan(or != (sign == 0), 1 - sign, opposite, loc, out);
+                    return self.insert(InstData::Unary { op: UnaryOp::Not, arg }, loc, out);
+                }
+                self.write_plan(or != (sign == 1), sign, same, loc, out)
+            }
+        }
+    }
+
+    fn write_plan(
+        &mut self,
+        or: bool,
+        sign: usize,
+        plan: Plan,
+        loc: SourceLoc,
+        out: &mut Vec<Inst>,
+    ) -> Value {
+        let mut value = None;
+        if !plan.apart.is_empty() {
+            let arg = self.write_row(!or, 1 - sign, plan.apart, None, loc, out);
+            value = arg.map(|arg| self.insert(InstData::Unary { op: UnaryOp::Not, arg }, loc, out));
+        }
+        self.write_row(or, sign, plan.rest, value, loc, out).unwrap_or(Value(0))
+    }
+
+    /// Combines `first`, if there is one, and inputs by AND or OR, the costly ones first.
+    fn write_row(
+        &mut self,
+        or: bool,
+        sign: usize,
+        mut inputs: Vec<usize>,
+        first: Option<Value>,
+        loc: SourceLoc,
+        out: &mut Vec<Inst>,
+    ) -> Option<Value> {
+        inputs.sort_by_key(|&input| {
+            let cost = self.nodes[input].operand[sign];
+            (cost == OPERATION_WITH_LOAD, std::cmp::Reverse(cost))
+        });
+        let op = if or { BinaryOp::Or } else { BinaryOp::And };
+        let mut row = first;
+        for input in inputs {
+            let value = self.write(input, sign, loc, out);
+            row = Some(match row {
+                None => value,
+                Some(row) => self.insert(InstData::Binary { op, args: [row, value] }, loc, out),
+            });
+        }
+        row
+    }
+}
+
+/// How a gate is computed.
+struct Plan {
+    cost: u32,
+    /// The inputs that are joined by the dual gate and inverted together.
+    apart: Vec<usize>,
+    /// The other inputs.
+    rest: Vec<usize>,
+}

@@ -1,0 +1,165 @@
+//! Computes with truth values instead of integers of which only the lowest bit matters. NCT's
+//! register OP has 16 bits, and most programs keep truth values in it.
+//!
+//! ```text
+//! v2: i16 = zext v0
+//! v3: i16 = zext v1
+//! v4: i16 = and v2, v3      ==>   v6: i1 = and v0, v1
+//! v5: i1 = trunc v4               (v5 is replaced by v6)
+//! ```
+//!
+//! The pass first finds, backwards, of which integers only the lowest bit is demanded. Then it
+//! visits instructions forwards and keeps for integers the truth value that is their lowest bit.
+//! An AND, OR, XOR or NOT gets a truth value of its own if all its operands have one, and if
+//! nothing demands its other bits or these are surely 0. What is not used any more is dropped by
+//! `dce`. An instruction that stays is never computed twice: each truth value takes the place of an
+//! integer.
+
+use super::graph::Graph;
+use super::substitution::Substitution;
+use super::value_range::ValueRanges;
+use crate::{BinaryOp, ConvertOp, FuncData, Inst, InstData, SourceLoc, Type, UnaryOp, Value};
+
+/// Runs the pass; gives whether it changed anything.
+pub(super) fn run(func: &mut FuncData) -> bool {
+    let graph = Graph::new(func);
+    let demanded = demanded_above_lowest(func, &graph);
+    let mut ranges = ValueRanges::new(func);
+    let mut bits: Vec<Option<Value>> = vec![None; func.value_count()];
+    let mut values = Substitution::new(func);
+    let mut changed = false;
+    for &block in &graph.order {
+        let insts = std::mem::take(&mut func.blocks[block.index()].insts);
+        let mut out = Vec::with_capacity(insts.len());
+        for inst in insts {
+            let mut data = *func.inst(inst);
+            values.inst(&mut data);
+            func.insts[inst.index()] = data;
+            let Some(result) = func.result(inst) else {
+                out.push(inst);
+                continue;
+            };
+            ranges.note(func, result, &data);
+            let ty = func.ty(result);
+            if ty == Type::I1 {
+                if let InstData::Convert { op: ConvertOp::Trunc, to: _, arg } = data
+                    && let Some(bit) = bits.get(arg.index()).copied().flatten()
+                {
+                    values.replace(result, bit);
+                    changed = true;
+                    continue;
+                }
+            } else if ty.is_int() {
+                let is_demanded = demanded.get(result.index()).copied().unwrap_or(true);
+                let is_truth = ranges.possible_ones(result) <= 1;
+                let mut maker = Maker { func, out: &mut out, loc: SourceLoc::NONE };
+                maker.loc = maker.func.loc(inst);
+                let bit = maker.lowest_bit(&data, &bits, !is_demanded || is_truth);
+                if let Some(slot) = bits.get_mut(result.index()) {
+                    *slot = bit;
+                }
+                let is_logic = matches!(data, InstData::Binary { .. });
+                if let Some(arg) = bit.filter(|_| is_logic && is_demanded) {
+                    // All other bits are 0.
+                    func.insts[inst.index()] =
+                        InstData::Convert { op: ConvertOp::Zext, to: ty, arg };
+                    changed = true;
+                }
+            }
+            out.push(inst);
+        }
+        let data = &mut func.blocks[block.index()];
+        data.insts = out;
+        if let Some(terminator) = &mut data.terminator {
+            values.terminator(terminator);
+        }
+    }
+    // A use may stand in a block that is visited before the block of the definition.
+    if changed {
+        for data in &mut func.blocks {
+            for &inst in &data.insts {
+                values.inst(&mut func.insts[inst.index()]);
+            }
+            if let Some(terminator) = &mut data.terminator {
+                values.terminator(terminator);
+            }
+        }
+    }
+    changed
+}
+
+/// For each value whether a use demands more than its lowest bit.
+fn demanded_above_lowest(func: &FuncData, graph: &Graph) -> Vec<bool> {
+    let mut demanded = vec![false; func.value_count()];
+    for &block in graph.order.iter().rev() {
+        let data = &func.blocks[block.index()];
+        if let Some(terminator) = &data.terminator {
+            terminator.for_each_arg(|value| demanded[value.index()] = true);
+        }
+        for &inst in data.insts.iter().rev() {
+            let data = func.inst(inst);
+            let passes_on = match data {
+                InstData::Convert { op: ConvertOp::Trunc, to: Type::I1, arg: _ } => false,
+                InstData::Binary { op: BinaryOp::And | BinaryOp::Or | BinaryOp::Xor, .. }
+                | InstData::Unary { op: UnaryOp::Not, arg: _ }
+                | InstData::Convert { op: ConvertOp::Zext | ConvertOp::Trunc, .. } => {
+                    func.result(inst).is_none_or(|result| demanded[result.index()])
+                }
+                _ => true,
+            };
+            if passes_on {
+                data.for_each_arg(|value| demanded[value.index()] = true);
+            }
+        }
+    }
+    demanded
+}
+
+/// Makes the truth value of an instruction's lowest bit.
+struct Maker<'a> {
+    func: &'a mut FuncData,
+    out: &'a mut Vec<Inst>,
+    loc: SourceLoc,
+}
+
+impl Maker<'_> {
+    /// The lowest bit of the result of an instruction, if that is known without new instructions,
+    /// or if `may_compute` and it can be computed from lowest bits.
+    fn lowest_bit(
+        &mut self,
+        data: &InstData,
+        bits: &[Option<Value>],
+        may_compute: bool,
+    ) -> Option<Value> {
+        let known = |value: Value| bits.get(value.index()).copied().flatten();
+        match *data {
+            InstData::Convert { op: ConvertOp::Zext, to: _, arg }
+                if self.func.ty(arg) == Type::I1 =>
+            {
+                Some(arg)
+            }
+            InstData::Convert { op: ConvertOp::Zext | ConvertOp::Trunc, to: _, arg } => known(arg),
+            InstData::Iconst { ty: _, value } => {
+                self.insert(InstData::Iconst { ty: Type::I1, value: value & 1 })
+            }
+            InstData::Binary {
+                op: op @ (BinaryOp::And | BinaryOp::Or | BinaryOp::Xor),
+                args: [a, b],
+            } if may_compute => {
+                let args = [known(a)?, known(b)?];
+                self.insert(InstData::Binary { op, args })
+            }
+            InstData::Unary { op: UnaryOp::Not, arg } if may_compute => {
+                let arg = known(arg)?;
+                self.insert(InstData::Unary { op: UnaryOp::Not, arg })
+            }
+            _ => None,
+        }
+    }
+
+    fn insert(&mut self, data: InstData) -> Option<Value> {
+        let inst = self.func.append(data, self.loc);
+        self.out.push(inst);
+        self.func.result(inst)
+    }
+}

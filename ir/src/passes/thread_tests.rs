@@ -1,0 +1,235 @@
+//! Skips tests whose result is known from the way on which control reaches them (jump threading).
+//!
+//! Programs with the number of their state in a variable have rows of conditions like `IF (S=1) …
+//! ENDIF IF (S=2) … ENDIF`. Behind the statements of the first condition S is 1, or a constant that
+//! they have assigned. So the jump from there goes on to the statements of the condition that then
+//! holds, or behind the row.
+//!
+//! ```text
+//! block1: v1: i16 = load vars:0
+//!         v2: i1 = icmp eq v1, 2
+//!         brif v2, block2, block3
+//! block5: store vars:0, 2                   block5: store vars:0, 2
+//!         jump block1              ==>              jump block2
+//! ```
+//!
+//! When all jumps into a row of tests from the side have gone, each test has the one before as its
+//! sole predecessor, and `switches` can make one switch of the row.
+//!
+//! A test is a block that does nothing but load a variable, compare it for equality with a constant
+//! and branch. What a variable holds at the end of a block is known from the last store to it, or
+//! from a test through which alone control has come. A store through an index, a volatile access and
+//! a host function that is not pure make that unknown.
+
+use super::graph::Graph;
+use super::image_bytes::ImageBytes;
+use crate::{
+    Address, BinaryOp, Block, BlockCall, FloatCond, FuncData, InstData, IntCond, Terminator, Type,
+    Value, eval,
+};
+
+/// How many tests are skipped at once; a longer row takes further runs of the pass.
+const MAX_SKIPPED: usize = 256;
+/// How many blocks backwards a variable's value is looked for.
+const MAX_BLOCKS: usize = 6;
+
+/// A variable as tests read it: its address and type, and how far it is shifted left before it is
+/// compared, as fields of words are.
+type Variable = (Address, Type, u32);
+
+/// A block that tests a variable and does nothing else.
+struct Test {
+    variable: Variable,
+    /// The constant, in the form of [`FuncData::constant`].
+    number: i64,
+    equal: Block,
+    otherwise: Block,
+}
+
+/// Runs the pass; gives whether it changed anything.
+pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
+    let graph = Graph::new(func);
+    let users = only_users(func);
+    let tests: Vec<Option<Test>> =
+        (0..func.block_count()).map(|index| test(func, Block(index as u32), &users)).collect();
+    let mut changed = false;
+    for &block in &graph.order {
+        let Some(mut terminator) = func.block(block).terminator.clone() else { continue };
+        let finder = Finder { func, graph: &graph, tests: &tests, bytes };
+        // The values of variables at the end of this block, as far as they were asked for.
+        let mut known: Vec<(Variable, Option<i64>)> = vec![];
+        let moved = match &mut terminator {
+            Terminator::Jump(call) => finder.thread(block, call, &mut known),
+            Terminator::Brif { cond: _, then, otherwise } => {
+                let first = finder.thread(block, then, &mut known);
+                finder.thread(block, otherwise, &mut known) || first
+            }
+            _ => false,
+        };
+        if moved {
+            func.blocks[block.index()].terminator = Some(terminator);
+            changed = true;
+        }
+    }
+    changed
+}
+
+/// Whether a variable with a value is equal to a constant.
+fn is_equal(ty: Type, value: i64, number: i64) -> bool {
+    match ty {
+        Type::F64 => eval::fcmp(FloatCond::Eq, value, number),
+        ty => eval::icmp(IntCond::Eq, ty, value, number),
+    }
+}
+
+/// The test that a block is. `users` holds for each value the only block that uses it, if there is
+/// only one.
+fn test(func: &FuncData, block: Block, users: &[Option<Block>]) -> Option<Test> {
+    let data = func.block(block);
+    let Some(Terminator::Brif { cond, then, otherwise }) = &data.terminator else { return None };
+    let (args, is_equality) = match *func.def_inst(*cond)? {
+        InstData::Icmp { cond: IntCond::Eq, args } => (args, true),
+        InstData::Icmp { cond: IntCond::Ne, args } => (args, false),
+        InstData::Fcmp { cond: FloatCond::Eq, args } => (args, true),
+        _ => return None,
+    };
+    let number = func.constant(args[1])?;
+    let (loaded, shift) = match *func.def_inst(args[0])? {
+        InstData::Load { .. } => (args[0], 0),
+        InstData::Binary { op: BinaryOp::Shl, args: [x, by] } => {
+            let by = func.constant(by)?;
+            (x, u32::try_from(by).ok().filter(|&by| by < func.ty(x).bits())?)
+        }
+        _ => return None,
+    };
+    let InstData::Load { ty, at } = *func.def_inst(loaded)? else { return None };
+    let is_own = |inst: &crate::Inst| {
+        let used_here = |value: Value| users[value.index()] == Some(block);
+        !func.inst(*inst).has_effect() && func.result(*inst).is_none_or(used_here)
+    };
+    let holds_load = data.insts.iter().any(|&inst| func.result(inst) == Some(loaded));
+    let is_plain = data.params.is_empty() && then.args.is_empty() && otherwise.args.is_empty();
+    if at.index.is_some()
+        || at.volatile
+        || !is_plain
+        || !holds_load
+        || !data.insts.iter().all(is_own)
+    {
+        return None;
+    }
+    let (equal, otherwise) = match is_equality {
+        true => (then.block, otherwise.block),
+        false => (otherwise.block, then.block),
+    };
+    Some(Test { variable: (at, ty, shift), number, equal, otherwise })
+}
+
+/// For each value the block that uses it, if that is only one.
+fn only_users(func: &FuncData) -> Vec<Option<Block>> {
+    let mut users: Vec<(bool, Option<Block>)> = vec![(false, None); func.value_count()];
+    for (block, data) in func.blocks() {
+        let mut note = |value: Value| {
+            let (is_used, user) = &mut users[value.index()];
+            *user = if *is_used && *user != Some(block) { None } else { Some(block) };
+            *is_used = true;
+        };
+        data.insts.iter().for_each(|&inst| func.inst(inst).for_each_arg(&mut note));
+        if let Some(terminator) = &data.terminator {
+            terminator.for_each_arg(note);
+        }
+    }
+    users.into_iter().map(|(_, user)| user).collect()
+}
+
+/// Finds out what variables hold.
+struct Finder<'a> {
+    func: &'a FuncData,
+    graph: &'a Graph,
+    tests: &'a [Option<Test>],
+    bytes: &'a ImageBytes,
+}
+
+impl Finder<'_> {
+    /// Lets an edge that begins at a block skip the tests whose results are known on it; gives
+    /// whether it goes elsewhere now.
+    fn thread(
+        &self,
+        block: Block,
+        call: &mut BlockCall,
+        known: &mut Vec<(Variable, Option<i64>)>,
+    ) -> bool {
+        let first = call.block;
+        if !call.args.is_empty() {
+            return false;
+        }
+        let mut to = first;
+        for _ in 0..MAX_SKIPPED {
+            let Some(test) = self.tests.get(to.index()).and_then(Option::as_ref) else { break };
+            let variable = test.variable;
+            // From a test itself its own variable is known only one way.
+            let value = match self.along_edge(block, first, &variable) {
+                Some(value) => Some(value),
+                None => match known.iter().find(|(asked, _)| *asked == variable) {
+                    Some((_, value)) => *value,
+                    None => {
+                        let value = self.at_end(block, &variable);
+                        known.push((variable, value));
+                        value
+                    }
+                },
+            };
+            let Some(value) = value else { break };
+            let holds = is_equal(variable.1, value, test.number);
+            to = if holds { test.equal } else { test.otherwise };
+            if to == first {
+                // A circle of tests, which control never leaves, stays as it is.
+                return false;
+            }
+        }
+        call.block = to;
+        to != first
+    }
+
+    /// What a variable holds where control goes from one block to another, if the first is a test
+    /// of that variable and the edge is the one on which it is equal.
+    fn along_edge(&self, from: Block, to: Block, variable: &Variable) -> Option<i64> {
+        let test = self.tests.get(from.index())?.as_ref()?;
+        let is_equal_edge = test.equal == to && test.otherwise != to;
+        (is_equal_edge && test.variable == *variable).then_some(test.number)
+    }
+
+    /// What a variable holds at the end of a block; `None` if that is not known.
+    fn at_end(&self, block: Block, variable: &Variable) -> Option<i64> {
+        let (at, ty, shift) = variable;
+        let bytes = self.bytes.bytes(at, *ty);
+        let mut block = block;
+        for _ in 0..MAX_BLOCKS {
+            let insts = self.func.block(block).insts.iter().rev();
+            for data in insts.map(|&inst| self.func.inst(inst)) {
+                match data {
+                    InstData::Store { at: to, value }
+                        if to == at && self.func.ty(*value) == *ty =>
+                    {
+                        let stored = self.func.constant(*value)?;
+                        let by = i64::from(*shift);
+                        return Some(if by == 0 { stored } else { ty.wrap(stored << by) });
+                    }
+                    InstData::Store { at: to, value } => {
+                        let written = self.bytes.bytes(to, self.func.ty(*value));
+                        if written.start < bytes.end && bytes.start < written.end {
+                            return None;
+                        }
+                    }
+                    data if data.has_effect() => return None,
+                    _ => {}
+                }
+            }
+            let before = self.graph.sole_predecessor.get(block.index()).copied().flatten()?;
+            if let Some(number) = self.along_edge(before, block, variable) {
+                return Some(number);
+            }
+            block = before;
+        }
+        None
+    }
+}
