@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use plcc_abi::{Engine, Program};
 use plcc_codegen::{PassSet, Target};
 use plcc_diag::SourceMap;
-use plcc_frontend::common::{Lowered, MemoryLoader, Options};
+use plcc_frontend::common::{Limits, Lowered, MemoryLoader, Options};
 use plcc_frontend::{nct, pmac, pmi};
 use plcc_ir::Module;
 use plcc_runtime::NativeEngine;
@@ -46,6 +46,11 @@ pub struct Compiled {
     pub times: Times,
 }
 
+/// Without the limits of the original compilers: generated programs are long.
+fn unlimited() -> Options {
+    Options { limits: Limits::None, ..Options::default() }
+}
+
 /// Compiles a PMI program for this machine.
 ///
 /// # Errors
@@ -56,7 +61,7 @@ pub fn pmi(source: &str, passes: impl Into<PassSet>) -> Result<Compiled, String>
     let mut sources = SourceMap::new();
     let file = sources.add("bench.pmi", source.as_bytes());
     let loader = MemoryLoader::new();
-    let (program, diagnostics) = pmi::check(&mut sources, file, &loader, &Options::default());
+    let (program, diagnostics) = pmi::check(&mut sources, file, &loader, &unlimited());
     times.check = start.elapsed();
     let Some(program) = program else {
         return Err(diagnostics.first().map_or_else(String::new, |first| first.message.clone()));
@@ -77,7 +82,7 @@ pub fn pmac(source: &str, passes: impl Into<PassSet>) -> Result<Compiled, String
     let mut sources = SourceMap::new();
     let file = sources.add("bench.pmc", source.as_bytes());
     let loader = MemoryLoader::new();
-    let (program, all) = pmac::check(&mut sources, &[file], &loader, &Options::default());
+    let (program, all) = pmac::check(&mut sources, &[file], &loader, &unlimited());
     times.check = start.elapsed();
     if let Some(error) = all.iter().find(|d| d.is_error()) {
         return Err(error.message.clone());
@@ -99,7 +104,7 @@ pub fn nct(source: &str, passes: impl Into<PassSet>) -> Result<Compiled, String>
     let mut sources = SourceMap::new();
     let file = sources.add("bench.nct", source.as_bytes());
     let loader = MemoryLoader::new();
-    let (program, all) = nct::check(&mut sources, file, &loader, &Options::default());
+    let (program, all) = nct::check(&mut sources, file, &loader, &unlimited());
     times.check = start.elapsed();
     let Some(program) = program else {
         return Err(all.first().map_or_else(String::new, |first| first.message.clone()));
