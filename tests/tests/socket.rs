@@ -636,3 +636,109 @@ fn pmac_programs_are_exchanged() {
     let (exit, text) = control.end();
     assert_eq!(exit, Some(130), "{text}");
 }
+
+/// What clients do in [`no_client_delays_a_tick`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Clients {
+    /// There are none.
+    None,
+    /// They ask as fast as they can, and read the replies.
+    Flood,
+    /// They ask for much, and read nothing.
+    Stall,
+    /// They connect, send a part of a request, and leave.
+    Leave,
+}
+
+/// Does what clients do until `end`; how many requests or connections there were.
+fn act(clients: Clients, socket: &Path, end: Instant) -> u64 {
+    let get = b"{\"version\":1,\"request\":\"get\",\"names\":[\"*\"]}\n";
+    let mut count = 0;
+    let mut stalled = vec![];
+    while Instant::now() < end {
+        let Ok(stream) = UnixStream::connect(socket) else { continue };
+        let timeout = Some(Duration::from_millis(20));
+        stream.set_write_timeout(timeout).unwrap();
+        stream.set_read_timeout(timeout).unwrap();
+        match clients {
+            Clients::None => thread::sleep(Duration::from_millis(1)),
+            Clients::Flood => {
+                let mut stream = BufReader::new(stream);
+                let mut line = String::new();
+                while Instant::now() < end && stream.get_mut().write_all(get).is_ok() {
+                    count += 1;
+                    if count % 8 == 0 {
+                        line.clear();
+                        let _ = stream.read_line(&mut line);
+                    }
+                }
+            }
+            Clients::Stall => {
+                let _ = (&stream).write_all(&get.repeat(1000));
+                stalled.push(stream);
+                count += 1;
+                if stalled.len() > 20 {
+                    stalled.remove(0);
+                }
+            }
+            Clients::Leave => {
+                let _ = (&stream).write_all(&get[..20]);
+                count += 1;
+            }
+        }
+    }
+    count
+}
+
+/// Measures when ticks end, with and without clients that misbehave, and prints a table of how much
+/// later than after their period. PLCC_SECONDS says how long each measurement takes.
+#[test]
+fn no_client_delays_a_tick() {
+    let seconds = std::env::var("PLCC_SECONDS").ok().and_then(|text| text.parse().ok());
+    let time = Duration::from_secs_f64(seconds.unwrap_or(0.5));
+    let shop = Shop::new("delays");
+    let artifact = shop.build("pump", Dialect::Pmi, PUMP);
+    let image = PathBuf::from(format!("/dev/shm/plcc-delays-{}", std::process::id()));
+    let options = ["--period", "1", "--image", image.to_str().unwrap()];
+    let control = shop.start(&artifact, &options);
+    let reader = ImageReader::open(&image).unwrap();
+    println!("clients\trequests\tticks seen\tp50 us\tp99 us\tp99.9 us\tmax us");
+    for clients in [Clients::None, Clients::Flood, Clients::Stall, Clients::Leave] {
+        let end = Instant::now() + time;
+        let threads: Vec<_> = (0..if clients == Clients::None { 0 } else { 4 })
+            .map(|_| {
+                let socket = control.socket.clone();
+                thread::spawn(move || act(clients, &socket, end))
+            })
+            .collect();
+        // The time from one tick to the next beyond a period, where both were seen.
+        let mut last = reader.read().unwrap();
+        let mut late = vec![];
+        while Instant::now() < end {
+            thread::sleep(Duration::from_micros(200));
+            let now = reader.read().unwrap();
+            let ticks = now.ticks - last.ticks;
+            if ticks > 0 {
+                late.push((now.time - last.time).saturating_sub(ticks * 1_000_000) / 1000);
+                last = now;
+            }
+        }
+        let requests: u64 = threads.into_iter().map(|thread| thread.join().unwrap()).sum();
+        assert!(!late.is_empty(), "no tick was seen");
+        assert_eq!(requests > 0, clients != Clients::None, "{clients:?}");
+        late.sort_unstable();
+        let quantile = |part: f64| late[((late.len() - 1) as f64 * part) as usize];
+        println!(
+            "{clients:?}\t{requests}\t{}\t{}\t{}\t{}\t{}",
+            late.len(),
+            quantile(0.5),
+            quantile(0.99),
+            quantile(0.999),
+            quantile(1.0)
+        );
+    }
+    assert_eq!(control.ask(&json!({"request": "status"}))["state"], "running");
+    let (exit, text) = control.end();
+    assert_eq!(exit, Some(130), "{text}");
+    fs::remove_file(image).unwrap();
+}
