@@ -15,6 +15,7 @@ use core::ops::Deref;
 
 use serde::{Deserialize, Serialize};
 
+use crate::TrapSite;
 use crate::function_marker;
 use crate::unwind::{self, UnwindEntry};
 
@@ -30,6 +31,8 @@ pub struct CodeParts {
     pub functions: Vec<FunctionRange>,
     /// Which source line the code from an offset on belongs to, by rising offset.
     pub lines: Vec<CodeLine>,
+    /// The places at which the program may be stopped; code returns their numbers.
+    pub trap_sites: Vec<TrapSite>,
     /// The architecture it is for, as `std::env::consts::ARCH` has it.
     pub architecture: String,
     /// The extensions of the instruction set that the processor must have, by the names that Rust's

@@ -7,7 +7,7 @@
 
 use core::ffi::c_void;
 
-use crate::outcome::TrapCode;
+use crate::outcome::{Trap, TrapCode, TrapSite};
 
 /// All that compiled code can reach: what a caller passes to it by address. Compiled code reads it
 /// and never writes it. `struct plcc_context` of `plcc.h` is the same in C.
@@ -36,7 +36,13 @@ pub type HostCall = unsafe extern "C" fn(*const ScanContext, u32, u64, u64, u64,
 /// whose host function and data belong together.
 pub type ChunkFn = unsafe extern "C" fn(*const ScanContext, u32) -> u64;
 
-/// A compiled function's result: a kind in the high 32 bits, a label or trap code in the low.
+/// A compiled function's result:
+///
+/// | bits | hold |
+/// | --- | --- |
+/// | 32 to 39 | the kind: [`GOTO`](Self::GOTO), [`END`](Self::END), [`SUSPEND`](Self::SUSPEND) or [`TRAP`](Self::TRAP) |
+/// | 40 to 63 | of a trap: 0, or 1 more than the number of its [`TrapSite`](crate::TrapSite); otherwise 0 |
+/// | 0 to 31 | the payload: of a goto or a suspension the label; of a trap with a site the index with which an array was accessed; of a trap without one its code |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RawOutcome(pub u64);
 
@@ -47,26 +53,47 @@ impl RawOutcome {
     pub const END: u32 = 1;
     /// Kind: the scan is over; the task's next one starts at the label.
     pub const SUSPEND: u32 = 2;
-    /// Kind: the program is stopped with the trap code.
+    /// Kind: the program is stopped.
     pub const TRAP: u32 = 3;
 
-    /// An outcome of a kind, with the label or trap code that belongs to it.
+    /// The number of trap sites that a program may have at most. This number itself is that of no
+    /// site, and code may return it for one that does not exist.
+    pub const MAX_TRAP_SITES: u32 = (1 << 24) - 2;
+
+    /// An outcome of a kind, with the payload that belongs to it.
     pub const fn new(kind: u32, payload: u32) -> Self {
         Self((kind as u64) << 32 | payload as u64)
     }
 
-    /// The result for a trap.
+    /// The result for a trap for which no statement is to blame.
     pub const fn trap(code: TrapCode) -> Self {
         Self::new(Self::TRAP, code as u32)
+    }
+
+    /// The high 32 bits of the result for a trap at the site with a number, which is at most
+    /// [`MAX_TRAP_SITES`](Self::MAX_TRAP_SITES).
+    pub const fn trap_kind(site: u32) -> u32 {
+        Self::TRAP | site.wrapping_add(1) << 8
+    }
+
+    /// The trap that a result of the kind [`TRAP`](Self::TRAP) stands for, given the program's trap
+    /// sites. A site or code that does not exist is [`TrapCode::BadLabel`].
+    pub fn to_trap(self, sites: &[TrapSite]) -> Trap {
+        let site = (self.0 >> 40) as usize;
+        let trap = match site.checked_sub(1) {
+            Some(site) => sites.get(site).map(|site| site.trap(self.payload())),
+            None => TrapCode::from_number(self.payload()).map(Trap::new),
+        };
+        trap.unwrap_or(Trap::new(TrapCode::BadLabel))
     }
 
     /// The kind: [`GOTO`](Self::GOTO), [`END`](Self::END), [`SUSPEND`](Self::SUSPEND) or
     /// [`TRAP`](Self::TRAP).
     pub const fn kind(self) -> u32 {
-        (self.0 >> 32) as u32
+        (self.0 >> 32) as u32 & 0xFF
     }
 
-    /// The label or trap code.
+    /// The payload.
     pub const fn payload(self) -> u32 {
         self.0 as u32
     }

@@ -59,7 +59,7 @@ pub use context::{RawOutcome, ScanContext};
 pub use engine::{Engine, Host, ResumePoint, Scan};
 pub use host::{HostFn, HostType, IntegerForm};
 pub use natural_order::natural_cmp;
-pub use outcome::{Outcome, TrapCode};
+pub use outcome::{MissingElement, Outcome, SourceLine, Trap, TrapCode, TrapSite};
 pub use printable::printable;
 pub use program::{Dialect, Program, Region, Tables, Task};
 pub use resume::ResumeLabels;
@@ -70,4 +70,4 @@ pub use symbols::{ImageSymbol, ImageType};
 /// The version of everything in this crate. An artifact of another version is refused, so it is
 /// raised with every change after which an older artifact would be misread: of the tables, the
 /// context, outcomes, or the numbers of host functions and trap codes.
-pub const ABI_VERSION: u32 = 3;
+pub const ABI_VERSION: u32 = 4;

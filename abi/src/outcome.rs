@@ -1,4 +1,4 @@
-//! How a scan ends: at its end, suspended, or stopped by a trap with a code.
+//! How a scan ends: at its end, suspended, or stopped by a trap, which says why and where.
 
 use serde::{Deserialize, Serialize};
 
@@ -56,6 +56,65 @@ impl TrapCode {
     }
 }
 
+/// A line of a source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct SourceLine {
+    /// The file, an index into [`Program::files`](crate::Program::files).
+    pub file: u32,
+    /// The line, from 1.
+    pub line: u32,
+}
+
+/// An element that a program accessed and that its array does not have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MissingElement {
+    /// The array, by the offset of its first element in the process image.
+    pub array: u32,
+    /// The index, which is an INTEGER of 16 bits (PMI 2.2.7).
+    pub index: i16,
+}
+
+/// Why a program was stopped, and what in it is to blame. All engines give the same trap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Trap {
+    /// Why.
+    pub code: TrapCode,
+    /// The statement that was executed, by the line at which it begins; `None` where no statement is
+    /// to blame.
+    pub statement: Option<SourceLine>,
+    /// The element that does not exist, for [`TrapCode::ArrayBounds`].
+    pub element: Option<MissingElement>,
+}
+
+impl Trap {
+    /// A trap for which no statement is to blame.
+    pub const fn new(code: TrapCode) -> Self {
+        Self { code, statement: None, element: None }
+    }
+}
+
+/// A place of compiled code at which a program may be stopped. [`CodeParts`](crate::CodeParts) has a
+/// table of them, so that code returns no more than a place's number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct TrapSite {
+    /// Why the program is stopped there.
+    pub code: TrapCode,
+    /// The statement that the code belongs to.
+    pub statement: SourceLine,
+    /// The array that is accessed, as [`MissingElement::array`] says, for
+    /// [`TrapCode::ArrayBounds`].
+    pub array: Option<u32>,
+}
+
+impl TrapSite {
+    /// The trap at this place. The low 16 bits of `index` are the index with which the array was
+    /// accessed; without an array they mean nothing.
+    pub fn trap(&self, index: u32) -> Trap {
+        let element = self.array.map(|array| MissingElement { array, index: index as i16 });
+        Trap { code: self.code, statement: Some(self.statement), element }
+    }
+}
+
 /// How one call of a task ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
@@ -64,10 +123,15 @@ pub enum Outcome {
     /// The scan was interrupted; the task's next one goes on at the resume point.
     Suspended(ResumePoint),
     /// The program is stopped.
-    Trap(TrapCode),
+    Trap(Trap),
 }
 
 impl Outcome {
+    /// A [trap](Trap::new) for which no statement is to blame.
+    pub const fn trap(code: TrapCode) -> Self {
+        Self::Trap(Trap::new(code))
+    }
+
     /// Where the task's next scan begins: at a resume point, or at the top (`None`).
     pub fn resume_point(self) -> Option<ResumePoint> {
         match self {

@@ -74,15 +74,19 @@ fn a_fault_is_status_3_with_everything_up_to_it() {
     let done = folder
         .plcc("run a.pmi --ticks 100 --watch N,A --trace t.csv --events e.jsonl --dump d.json")
         .exits(3)
-        .says(&["NO PMI DATA", "tick 3"]);
+        .says(&["NO PMI DATA", "tick 3", "A[3]", "line 4 of a.pmi"]);
     assert_eq!(done.stdout, "");
     assert!(folder.read("t.csv").ends_with("2,N,3\n2,A,\"[1,1,1]\"\n"), "{}", folder.read("t.csv"));
-    assert_eq!(folder.read("e.jsonl"), "{\"tick\":3,\"kind\":\"stop\",\"code\":\"NO PMI DATA\"}\n");
+    assert_eq!(
+        folder.read("e.jsonl"),
+        "{\"tick\":3,\"kind\":\"stop\",\"code\":\"NO PMI DATA\",\"file\":\"a.pmi\",\"line\":4}\n"
+    );
     let dump: serde_json::Value = serde_json::from_str(&folder.read("d.json")).unwrap();
     assert_eq!(dump["ticks"], 4);
     assert_eq!(dump["state"], "stopped");
     assert_eq!(dump["stop"]["tick"], 3);
     assert_eq!(dump["stop"]["code"], "NO PMI DATA");
+    assert_eq!((&dump["stop"]["file"], &dump["stop"]["line"]), (&"a.pmi".into(), &4.into()));
 }
 
 #[test]

@@ -44,6 +44,13 @@ extern const uint32_t plcc_task_count;
 extern const uint32_t plcc_tasks[];
 extern const char plcc_layout[];
 
+/* The places at which the program may be stopped, four numbers each: why (TrapCode in
+ * abi/src/outcome.rs lists the codes), the source (an index into its files, the first being 0), the
+ * line, and the array that was accessed: the offset of its first element in the image, or
+ * 0xFFFFFFFF for none. */
+extern const uint32_t plcc_trap_site_count;
+extern const uint32_t plcc_trap_sites[];
+
 /* How a scan ended. */
 enum plcc_outcome { PLCC_END = 1, PLCC_SUSPENDED = 2, PLCC_TRAP = 3 };
 
@@ -52,13 +59,34 @@ struct plcc_task {
     uint32_t start; /* the label at which it begins */
     uint32_t next;  /* the label at which its next scan begins */
     uint32_t trap;  /* after PLCC_TRAP, why: TrapCode in abi/src/outcome.rs lists the codes */
+    uint32_t trap_site;  /* after PLCC_TRAP, where: an index into plcc_trap_sites, by fours; as
+                            large as plcc_trap_site_count if no statement is to blame */
+    int16_t trap_index;  /* after PLCC_TRAP, the index with which the site's array was accessed */
 };
 
 /* The task with an index below plcc_task_count, in the order of plcc_layout. */
 static inline struct plcc_task plcc_task_at(uint32_t index)
 {
-    struct plcc_task task = { plcc_tasks[index], plcc_tasks[index], 0 };
+    struct plcc_task task = { plcc_tasks[index], plcc_tasks[index], 0, 0, 0 };
     return task;
+}
+
+/* Enters why and where a program was stopped, of which the outcome of a chunk tells: the site's number
+ * and 1 in the bits from 40 on, or 0 and the trap code below. */
+static inline enum plcc_outcome plcc_trapped(struct plcc_task *task, uint64_t outcome)
+{
+    uint32_t site = (uint32_t)(outcome >> 40);
+    task->trap = (uint32_t)outcome;
+    task->trap_site = plcc_trap_site_count;
+    task->trap_index = 0;
+    if (site > plcc_trap_site_count) {
+        task->trap = 0;
+    } else if (site > 0) {
+        task->trap_site = site - 1;
+        task->trap = plcc_trap_sites[4 * (site - 1)];
+        task->trap_index = (int16_t)(uint16_t)outcome;
+    }
+    return PLCC_TRAP;
 }
 
 /* One scan, from the beginning or from where the last one was suspended. After PLCC_TRAP the
@@ -72,14 +100,13 @@ static inline enum plcc_outcome plcc_scan(struct plcc_task *task,
         uint64_t (*chunk)(const struct plcc_context *, uint32_t);
         uint64_t outcome;
         if (label >= plcc_label_count) {
-            task->trap = 0;
-            return PLCC_TRAP;
+            return plcc_trapped(task, 0);
         }
         chunk = (uint64_t (*)(const struct plcc_context *, uint32_t))(
             (uintptr_t)plcc_code + plcc_labels[label]);
         outcome = chunk(context, label);
         label = (uint32_t)outcome;
-        switch (outcome >> 32) {
+        switch (outcome >> 32 & 0xFF) {
         case 0: /* goes on at the label */
             break;
         case PLCC_END:
@@ -88,8 +115,7 @@ static inline enum plcc_outcome plcc_scan(struct plcc_task *task,
             task->next = label;
             return PLCC_SUSPENDED;
         default:
-            task->trap = label;
-            return PLCC_TRAP;
+            return plcc_trapped(task, outcome);
         }
     }
 }

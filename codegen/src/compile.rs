@@ -9,7 +9,7 @@ use cranelift_codegen::control::ControlPlane;
 use cranelift_codegen::isa::unwind::systemv::UnwindInfo;
 use cranelift_codegen::isa::unwind::{UnwindInfo as AnyUnwindInfo, UnwindInfoKind};
 use cranelift_frontend::FunctionBuilderContext;
-use plcc_abi::{Code, CodeLine, CodeParts, FunctionRange, function_marker};
+use plcc_abi::{Code, CodeLine, CodeParts, FunctionRange, RawOutcome, function_marker};
 use plcc_ir::{FuncData, Module, verify};
 
 use crate::error::panic_text;
@@ -48,6 +48,9 @@ fn compile_within(module: &Module, target: &Target, max_code: usize) -> Result<C
     // What is checked here and in `compile_function` is what makes the code safe to run.
     if let Some(error) = verify::module(module).first() {
         return Err(CodegenError::internal(format!("the IR is not valid: {error}")));
+    }
+    if module.trap_sites.len() > RawOutcome::MAX_TRAP_SITES as usize {
+        return Err(CodegenError::TooLong(None));
     }
     let count = module.funcs().len();
     let size: usize = module.funcs().map(|(_, func)| func.inst_count()).sum();
@@ -91,6 +94,7 @@ fn compile_within(module: &Module, target: &Target, max_code: usize) -> Result<C
     let pieces = parts.functions.iter().zip(&compiled);
     let infos = pieces.map(|(function, piece)| (function.offset, &piece.unwind));
     parts.eh_frame = unwind::section(&*target.isa, parts.bytes.len(), infos)?;
+    parts.trap_sites.clone_from(&module.trap_sites);
     parts.architecture = target.architecture();
     parts.features = target.features().iter().map(ToString::to_string).collect();
     // SAFETY: Cranelift made every function for this target, with the signature of a `ChunkFn` and

@@ -5,8 +5,8 @@
 use plcc_abi::engine::NoHost;
 use plcc_abi::pmi::PmiTables;
 use plcc_abi::{
-    Code, Engine, Host, HostFn, Outcome, Program, Region, ResumePoint, Scan, Tables, TrapCode,
-    image,
+    Code, Engine, Host, HostFn, MissingElement, Outcome, Program, Region, ResumePoint, Scan,
+    SourceLine, Tables, Trap, TrapCode, TrapSite, image,
 };
 use plcc_codegen::{Target, compile};
 use plcc_ir::interp::Interpreter;
@@ -124,7 +124,7 @@ fn a_loop_over_several_chunks_suspends_and_resumes() {
         assert_eq!(words(&image), [3, 6 * 210, 5, 2], "{name}: and whenever it is not resumed");
         for (task, beyond) in [(0, 2), (0, u32::MAX), (1, 2)] {
             let outcome = call(task, Some(beyond), &mut image);
-            assert_eq!(outcome, Outcome::Trap(TrapCode::BadLabel), "{name}");
+            assert_eq!(outcome, Outcome::trap(TrapCode::BadLabel), "{name}");
         }
         assert_eq!(words(&image), [3, 6 * 210, 5, 2], "{name}: nothing was executed");
         assert_eq!(call(7, None, &mut image), Outcome::End, "{name}: no such task");
@@ -172,8 +172,8 @@ fn switch_and_goto_indirect_choose_by_number() {
                     (0..30, _) => {
                         assert_eq!((outcome, result), (Outcome::End, 100 + number), "{name}");
                     }
-                    (_, 0) => assert_eq!(outcome, Outcome::Trap(TrapCode::Timeout), "{name}"),
-                    (_, _) => assert_eq!(outcome, Outcome::Trap(TrapCode::BadLabel), "{name}"),
+                    (_, 0) => assert_eq!(outcome, Outcome::trap(TrapCode::Timeout), "{name}"),
+                    (_, _) => assert_eq!(outcome, Outcome::trap(TrapCode::BadLabel), "{name}"),
                 }
             }
         }
@@ -205,8 +205,57 @@ fn traps_stop_at_once() {
             let outcomes: Vec<_> = (0..3)
                 .map(|_| engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost }))
                 .collect();
-            assert_eq!(outcomes, [Outcome::End, Outcome::End, Outcome::Trap(code)], "{name}");
+            assert_eq!(outcomes, [Outcome::End, Outcome::End, Outcome::trap(code)], "{name}");
             assert_eq!((image[0], image[4]), (3, 2), "{name}");
+        }
+    }
+}
+
+/// A trap at a site gives what the site says and the index that it is given; one at a site that does
+/// not exist is an internal error.
+#[test]
+fn a_trap_site_says_what_is_to_blame() {
+    let make = |b: &mut ChunkBuilder| {
+        let start = b.place();
+        b.bind(start);
+        b.task("computed", start);
+        let site = |line, array| {
+            let statement = SourceLine { file: 0, line };
+            TrapSite { code: TrapCode::ArrayBounds, statement, array }
+        };
+        assert_eq!([7, 8].map(|line| b.trap_site(site(line, Some(line * 8)))), [0, 1]);
+        assert_eq!(b.trap_site(TrapSite { code: TrapCode::Timeout, ..site(9, None) }), 2);
+        let [number, index] = [0, 4].map(|offset| b.ins().load(Type::I32, at(offset)));
+        b.ins().trap_at(number, index);
+        let start = b.place();
+        b.bind(start);
+        b.task("constant", start);
+        let number = b.ins().iconst(Type::I32, 1);
+        let index = b.ins().load(Type::I32, at(4));
+        b.ins().trap_at(number, index);
+    };
+    let trap = |code, line, element: Option<(u32, i16)>| {
+        let statement = Some(SourceLine { file: 0, line });
+        let element = element.map(|(array, index)| MissingElement { array, index });
+        Outcome::Trap(Trap { code, statement, element })
+    };
+    let bounds = |line, index| trap(TrapCode::ArrayBounds, line, Some((line * 8, index)));
+    for (name, mut engine) in engines(make) {
+        for (task, site, index, expected) in [
+            (0, 0i32, 5, bounds(7, 5)),
+            (0, 1, -1, bounds(8, -1)),
+            (0, 0, 0x1_8000, bounds(7, i16::MIN)),
+            (0, 2, 5, trap(TrapCode::Timeout, 9, None)),
+            (0, 3, 5, Outcome::trap(TrapCode::BadLabel)),
+            (0, -1, 5, Outcome::trap(TrapCode::BadLabel)),
+            (1, 0, 300, bounds(8, 300)),
+        ] {
+            let mut image = [0; IMAGE as usize];
+            image::write_i32(&mut image, 0, site);
+            image::write_i32(&mut image, 4, index);
+            let outcome =
+                engine.call(task, None, &mut Scan { image: &mut image, host: &mut NoHost });
+            assert_eq!(outcome, expected, "{name}, task {task}, site {site}, index {index}");
         }
     }
 }
@@ -312,14 +361,14 @@ fn a_panic_of_the_host_traps_and_no_scan_runs_afterwards() {
             let mut image = [0; IMAGE as usize];
             let mut host = Recorder { panics_at: Some(at), ..Recorder::default() };
             let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut host });
-            assert_eq!(outcome, Outcome::Trap(TrapCode::HostPanic), "{name}, call {at}");
+            assert_eq!(outcome, Outcome::trap(TrapCode::HostPanic), "{name}, call {at}");
             assert_eq!(host.calls.len(), at + 1, "{name}, call {at}: called again");
             assert_eq!(image[40], at as u8 + 1, "{name}, call {at}: what the host did stays");
             assert_eq!(image[41], 0, "{name}, call {at}: a store behind the panic stays");
             let before = image;
             host.panics_at = None;
             let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut host });
-            assert_eq!(outcome, Outcome::Trap(TrapCode::HostPanic), "{name}: scans again");
+            assert_eq!(outcome, Outcome::trap(TrapCode::HostPanic), "{name}: scans again");
             assert_eq!((host.calls.len(), image), (at + 1, before), "{name}: scans again");
         }
     }
@@ -375,7 +424,7 @@ fn code_is_not_run_on_an_image_or_program_that_does_not_fit() {
     let mut engine = NativeEngine::new(&code, &program).unwrap();
     let mut image = [0; IMAGE as usize - 1];
     let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
-    assert_eq!(outcome, Outcome::Trap(TrapCode::BadLabel));
+    assert_eq!(outcome, Outcome::trap(TrapCode::BadLabel));
     let refuse = |code: &Code, program: &Program| {
         assert!(NativeEngine::new(code, program).is_err());
     };

@@ -4,7 +4,7 @@
 
 mod support;
 
-use plcc_abi::{Outcome, TrapCode};
+use plcc_abi::{Outcome, SourceLine, TrapCode};
 use support::Control;
 
 /// Assigns each expression to an INTEGER, a LONG and a LOGICAL and expects these three values.
@@ -117,10 +117,13 @@ fn array_elements_are_chosen_by_any_index() {
 
 #[test]
 fn an_index_outside_stops_where_it_stands() {
-    for index in ["I", "-I", "I*I"] {
+    for (index, value) in [("I", 5), ("-I", -5), ("I*I", 25)] {
         let text = format!("$INTEGER\nI,A[5]\n$END\nI=5\nX=T\nA[{index}]=1\nY=T\n");
         let mut control = Control::new(&text);
-        assert_eq!(control.scan(), Outcome::Trap(TrapCode::ArrayBounds), "{index}");
+        let statement = Some(SourceLine { file: 0, line: 6 });
+        let Outcome::Trap(trap) = control.scan() else { panic!("{index}") };
+        assert_eq!((trap.code, trap.statement), (TrapCode::ArrayBounds, statement), "{index}");
+        assert_eq!(trap.element.map(|element| element.index), Some(value), "{index}");
         assert_eq!((control.get("X"), control.get("Y"), control.get("I")), (1, 0, 5));
     }
 }

@@ -272,6 +272,13 @@ impl FuncBuilder {
         self.terminate(Terminator::Trap(code));
     }
 
+    /// Ends the current block with a trap at the [trap site](crate::Module::trap_sites) with the
+    /// number `site`. `index` is the index with which the site's array was accessed; both are
+    /// `i32`s.
+    pub fn trap_at(&mut self, site: Value, index: Value) {
+        self.terminate(Terminator::TrapAt { site, index });
+    }
+
     /// Replaces the terminator of a block.
     pub(crate) fn set_terminator(&mut self, block: Block, terminator: Terminator) {
         self.func.blocks[block.index()].terminator = Some(terminator);

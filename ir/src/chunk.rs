@@ -24,7 +24,7 @@
 
 use std::collections::HashMap;
 
-use plcc_abi::{Region, Task, TrapCode};
+use plcc_abi::{Region, Task, TrapCode, TrapSite};
 
 use crate::{
     Block, BlockCall, FuncBuilder, FuncData, Label, Module, RegionId, SourceFile, SourceLoc,
@@ -235,6 +235,13 @@ impl ChunkBuilder {
     /// Stops the program with a code.
     pub fn trap(&mut self, code: TrapCode) {
         self.current.trap(code);
+    }
+
+    /// Adds a place at which the program may be stopped, for [`FuncBuilder::trap_at`], and gives its
+    /// number. They are numbered from 0 in the order of these calls.
+    pub fn trap_site(&mut self, site: TrapSite) -> u32 {
+        self.module.trap_sites.push(site);
+        self.module.trap_sites.len() as u32 - 1
     }
 
     /// The finished module. Places that were never bound lead to the end of the scan.

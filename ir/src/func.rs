@@ -93,8 +93,17 @@ pub enum Terminator {
     Suspend(Label),
     /// The scan ends; the next scan of the task starts at its entry.
     Return,
-    /// The program is stopped with a code.
+    /// The program is stopped with a code. No statement is to blame.
     Trap(TrapCode),
+    /// The program is stopped as a [trap site](crate::Module::trap_sites) of the module says.
+    TrapAt {
+        /// The number of the site, an `i32`. If there is no such site, the trap is
+        /// [`TrapCode::BadLabel`].
+        site: Value,
+        /// The index with which the site's array was accessed, an `i32` of which the low 16 bits
+        /// count. Sites without an array do not use it.
+        index: Value,
+    },
 }
 
 impl Terminator {
@@ -129,7 +138,8 @@ impl Terminator {
             | Self::GotoIndirect(_)
             | Self::Suspend(_)
             | Self::Return
-            | Self::Trap(_) => {}
+            | Self::Trap(_)
+            | Self::TrapAt { .. } => {}
         }
     }
 
@@ -149,7 +159,8 @@ impl Terminator {
             | Self::GotoIndirect(_)
             | Self::Suspend(_)
             | Self::Return
-            | Self::Trap(_) => {}
+            | Self::Trap(_)
+            | Self::TrapAt { .. } => {}
         }
     }
 
@@ -164,6 +175,10 @@ impl Terminator {
             }
             Self::Switch { arg, targets: _, default: _ } => f(arg),
             Self::GotoIndirect(value) => f(value),
+            Self::TrapAt { site, index } => {
+                f(site);
+                f(index);
+            }
             Self::Goto(_) | Self::Suspend(_) | Self::Return | Self::Trap(_) => {}
         }
     }
@@ -174,6 +189,10 @@ impl Terminator {
             Self::Brif { cond, .. } => f(*cond),
             Self::Switch { arg, .. } => f(*arg),
             Self::GotoIndirect(value) => f(*value),
+            Self::TrapAt { site, index } => {
+                f(*site);
+                f(*index);
+            }
             Self::Jump(_) | Self::Goto(_) | Self::Suspend(_) | Self::Return | Self::Trap(_) => {}
         }
         self.for_each_block(|_, args| args.iter().for_each(|&v| f(v)));

@@ -20,6 +20,9 @@ pub struct Interpreter {
     values: Vec<i64>,
 }
 
+/// The outcome where a label, resume point or trap site does not exist.
+const BAD_LABEL: Outcome = Outcome::trap(TrapCode::BadLabel);
+
 /// How a function is left.
 enum Exit {
     /// Control goes to the label with this number.
@@ -82,11 +85,16 @@ impl Interpreter {
                     let point = self.tasks.get(task).and_then(|task| task.point(label.0));
                     return Exit::Done(match point {
                         Some(point) => Outcome::Suspended(point),
-                        None => Outcome::Trap(TrapCode::BadLabel),
+                        None => BAD_LABEL,
                     });
                 }
                 Some(Terminator::Return) | None => return Exit::Done(Outcome::End),
-                Some(Terminator::Trap(code)) => return Exit::Done(Outcome::Trap(*code)),
+                Some(Terminator::Trap(code)) => return Exit::Done(Outcome::trap(*code)),
+                Some(Terminator::TrapAt { site, index }) => {
+                    let site = self.module.trap_sites.get(self.get(*site) as u32 as usize);
+                    let trap = site.map(|site| site.trap(self.get(*index) as u32));
+                    return Exit::Done(trap.map_or(BAD_LABEL, Outcome::Trap));
+                }
             };
             let args: Vec<i64> = call.args.iter().map(|&arg| self.get(arg)).collect();
             for (&param, arg) in func.block(call.block).params.iter().zip(args) {
@@ -181,13 +189,13 @@ impl Engine for Interpreter {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         let module = Arc::clone(&self.module);
         let Some(labels) = self.tasks.get(task) else { return Outcome::End };
-        let Some(mut label) = labels.label(from) else { return Outcome::Trap(TrapCode::BadLabel) };
+        let Some(mut label) = labels.label(from) else { return BAD_LABEL };
         loop {
             let Some((func, block)) = self.labels.get(label as usize).copied().flatten() else {
-                return Outcome::Trap(TrapCode::BadLabel);
+                return BAD_LABEL;
             };
             let Some(func) = module.funcs.get(func.index()) else {
-                return Outcome::Trap(TrapCode::BadLabel);
+                return BAD_LABEL;
             };
             match self.run_function(func, block, task, scan) {
                 Exit::Goto(next) => label = next,
@@ -237,7 +245,7 @@ mod tests {
         assert_eq!(call(None, &mut image), suspended);
         assert_eq!(image[0], 12);
         for beyond in [1, u32::MAX] {
-            assert_eq!(call(Some(beyond), &mut image), Outcome::Trap(TrapCode::BadLabel));
+            assert_eq!(call(Some(beyond), &mut image), Outcome::trap(TrapCode::BadLabel));
         }
         assert_eq!(image[0], 12);
     }

@@ -5,7 +5,7 @@
 //! that listings and line tables can be made without the front end. Nothing in it refers to the
 //! language that it came from.
 
-use plcc_abi::Task;
+use plcc_abi::{Task, TrapSite};
 
 use crate::passes::PassSet;
 use crate::{Block, Func, FuncData, Label, RegionId};
@@ -39,6 +39,9 @@ pub struct Module {
     pub files: Vec<SourceFile>,
     /// The statements of the sources; a [`SourceLoc`](crate::SourceLoc) is an index into them.
     pub statements: Vec<Statement>,
+    /// The places at which the program may be stopped, which
+    /// [`Terminator::TrapAt`](crate::Terminator::TrapAt) names by their numbers here.
+    pub trap_sites: Vec<TrapSite>,
     /// The size of the process image in bytes.
     pub image_size: u32,
     /// The parts of the process image that functions may access.

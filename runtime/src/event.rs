@@ -80,6 +80,12 @@ pub enum EventBody {
     Stop {
         /// Why.
         code: String,
+        /// The source with the statement that is to blame.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        file: Option<String>,
+        /// Its line, from 1.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        line: Option<u32>,
     },
 }
 

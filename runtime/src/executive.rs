@@ -1,11 +1,12 @@
 //! The interface between a run and a control: [`Executive`], its variables, and why it stops.
 
 use std::any::Any;
+use std::fmt;
 use std::ops::Range;
 
 use plcc_abi::nct::NctName;
 use plcc_abi::pmac::PmacName;
-use plcc_abi::{Engine, TrapCode};
+use plcc_abi::{Engine, SourceLine, TrapCode};
 use thiserror::Error;
 
 use crate::pmi::PmiVariable;
@@ -98,14 +99,39 @@ pub struct ValueError {
     pub reason: String,
 }
 
+/// A line of a source, for people.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The source's name as given when the program was compiled.
+    pub file: String,
+    /// The line, from 1.
+    pub line: u32,
+}
+
+impl Place {
+    /// The place of a statement of a program; `None` if the program has no such source.
+    pub(crate) fn new(files: &[String], statement: SourceLine) -> Option<Self> {
+        let SourceLine { file, line } = statement;
+        Some(Self { file: files.get(file as usize)?.clone(), line })
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "line {} of {}", self.line, self.file)
+    }
+}
+
 /// Why a control stopped its program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stop {
     /// The control's own code: `NO PMI DATA`, `PLC TIMEOUT1`, `CALL DEPTH`, `WATCHDOG`; or
     /// `INTERNAL ERROR` for an error in plcc.
     pub code: String,
-    /// What happened, for people; the same in every engine.
+    /// What happened, for people; the same in every engine. It names the line.
     pub message: String,
+    /// The statement that is to blame, if any is.
+    pub place: Option<Place>,
 }
 
 impl Stop {
@@ -124,6 +150,7 @@ impl Stop {
                 "{what} (an error in plcc; please report it with the program); the outputs were \
                  not written from this scan, and the control does not scan again"
             ),
+            place: None,
         }
     }
 }

@@ -69,7 +69,7 @@ pub use artifact::{Artifact, ArtifactError};
 pub use checkpoint::CheckpointError;
 pub use event::{DisplayedText, Event, EventBody};
 pub use executive::{
-    Executive, NameError, Purpose, Setting, Stop, ValueError, Variable, VariableKey,
+    Executive, NameError, Place, Purpose, Setting, Stop, ValueError, Variable, VariableKey,
 };
 pub use native::NativeEngine;
 pub use panic_barrier::PanicBarrier;

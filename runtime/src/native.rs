@@ -14,7 +14,7 @@ use memmap2::{Mmap, MmapMut};
 use plcc_abi::context::ChunkFn;
 use plcc_abi::{
     Code, CodeMemory, Engine, Host, HostFn, Outcome, Program, RawOutcome, ResumeLabels,
-    ResumePoint, Scan, ScanContext, TrapCode,
+    ResumePoint, Scan, ScanContext, TrapCode, TrapSite,
 };
 use thiserror::Error;
 use wasmtime_internal_jit_icache_coherence as icache;
@@ -45,6 +45,7 @@ pub struct NativeEngine {
     entries: Vec<ChunkFn>,
     /// For each task the labels at which it begins and goes on.
     tasks: Vec<ResumeLabels>,
+    trap_sites: Vec<TrapSite>,
     image_size: usize,
     /// A host function has panicked. No further scan is executed.
     host_panicked: bool,
@@ -142,6 +143,7 @@ impl NativeEngine {
             memory,
             entries,
             tasks,
+            trap_sites: code.trap_sites.clone(),
             image_size: code.image_size as usize,
             host_panicked: false,
         })
@@ -192,12 +194,12 @@ impl Engine for NativeEngine {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         let Some(labels) = self.tasks.get(task) else { return Outcome::End };
         if self.host_panicked {
-            return Outcome::Trap(TrapCode::HostPanic);
+            return Outcome::trap(TrapCode::HostPanic);
         }
         if scan.image.len() < self.image_size {
-            return Outcome::Trap(TrapCode::BadLabel);
+            return Outcome::trap(TrapCode::BadLabel);
         }
-        let Some(mut label) = labels.label(from) else { return Outcome::Trap(TrapCode::BadLabel) };
+        let Some(mut label) = labels.label(from) else { return Outcome::trap(TrapCode::BadLabel) };
         let image = scan.image.as_mut_ptr();
         let image_len = scan.image.len();
         let mut call =
@@ -210,7 +212,7 @@ impl Engine for NativeEngine {
         let context = std::ptr::from_ref(&context);
         loop {
             let Some(entry) = self.entries.get(label as usize) else {
-                return Outcome::Trap(TrapCode::BadLabel);
+                return Outcome::trap(TrapCode::BadLabel);
             };
             // SAFETY: the code was made for images of `image_size`, and this one is as long
             // (checked above); context, host function and data belong together and live until it
@@ -220,19 +222,16 @@ impl Engine for NativeEngine {
                 self.host_panicked = true;
                 // Both have the length of the image that this call was given.
                 scan.image.copy_from_slice(&image);
-                return Outcome::Trap(TrapCode::HostPanic);
+                return Outcome::trap(TrapCode::HostPanic);
             }
             match raw.kind() {
                 RawOutcome::GOTO => label = raw.payload(),
                 RawOutcome::END => return Outcome::End,
                 RawOutcome::SUSPEND => {
                     let point = labels.point(raw.payload());
-                    return point.map_or(Outcome::Trap(TrapCode::BadLabel), Outcome::Suspended);
+                    return point.map_or(Outcome::trap(TrapCode::BadLabel), Outcome::Suspended);
                 }
-                _ => {
-                    let code = TrapCode::from_number(raw.payload());
-                    return Outcome::Trap(code.unwrap_or(TrapCode::BadLabel));
-                }
+                _ => return Outcome::Trap(raw.to_trap(&self.trap_sites)),
             }
         }
     }

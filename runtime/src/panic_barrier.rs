@@ -26,7 +26,7 @@ impl<'a> PanicBarrier<'a> {
 impl Engine for PanicBarrier<'_> {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         if self.panicked {
-            return Outcome::Trap(TrapCode::HostPanic);
+            return Outcome::trap(TrapCode::HostPanic);
         }
         // Engine and host are not used again after a panic, so nobody sees what they left half
         // done; every byte of the image is valid whatever it holds.
@@ -34,7 +34,7 @@ impl Engine for PanicBarrier<'_> {
         let result = catch_unwind(AssertUnwindSafe(|| engine.call(task, from, scan)));
         result.unwrap_or_else(|_| {
             self.panicked = true;
-            Outcome::Trap(TrapCode::HostPanic)
+            Outcome::trap(TrapCode::HostPanic)
         })
     }
 

@@ -1,7 +1,7 @@
 //! Generates random valid IR with every operation, every kind of access and terminator, loops that a
 //! counter in the image bounds, and values that are passed to blocks.
 
-use plcc_abi::{Engine, Host, HostFn, Outcome, Region, Scan, TrapCode};
+use plcc_abi::{Engine, Host, HostFn, Outcome, Region, Scan, SourceLine, TrapCode, TrapSite};
 use plcc_ir::{
     Address, BinaryOp, ChunkBuilder, ConvertOp, FloatCond, IntCond, Module, Place, RegionId,
     SourceFile, Statement, Type, UnaryOp, Value,
@@ -103,6 +103,23 @@ impl Host for Mixer {
 }
 
 impl Gen {
+    /// A trap: without a site, at a new one, or at one whose number is computed and may not exist.
+    fn trap(&mut self) {
+        if self.rng.chance(30) {
+            return self.b.trap(TrapCode::Timeout);
+        }
+        let statement = SourceLine { file: 0, line: 1 + self.rng.below(100) as u32 };
+        let array = self.rng.chance(70).then(|| self.rng.below(1000) as u32);
+        let site = TrapSite { code: TrapCode::ArrayBounds, statement, array };
+        let site = self.b.trap_site(site);
+        let site = match self.rng.chance(50) {
+            true => self.b.ins().iconst(Type::I32, site.into()),
+            false => self.b.ins().load(Type::I32, Address::fixed(RegionId(1), 0)),
+        };
+        let index = self.b.ins().load(Type::I32, Address::fixed(RegionId(1), 4));
+        self.b.ins().trap_at(site, index);
+    }
+
     fn program(&mut self) {
         let count = 4 + self.rng.below(24);
         let places: Vec<Place> = (0..=count).map(|_| self.b.place()).collect();
@@ -176,7 +193,7 @@ impl Gen {
                 let (stop, next) = (self.b.place(), self.b.place());
                 self.b.brif(cond, stop, next);
                 self.b.bind(stop);
-                self.b.trap(TrapCode::ArrayBounds);
+                self.trap();
                 self.b.bind(next);
             }
             9 => {

@@ -9,6 +9,7 @@
 //! | `plcc_image_size` | 32 bits: bytes of the process image, which starts as zeros |
 //! | `plcc_label_count`, `plcc_labels` | for each label the offset in `plcc_code` of its function, 32 bits |
 //! | `plcc_task_count`, `plcc_tasks` | for each task its first label, 32 bits |
+//! | `plcc_trap_site_count`, `plcc_trap_sites` | for each [`TrapSite`](plcc_abi::TrapSite) its code, file, line and array, 32 bits each; no array is 2^32 - 1 |
 //! | `plcc_layout` | the [layout](super::layout()) as a text that ends with a zero |
 //!
 //! `.eh_frame` lets debuggers unwind through the code.
@@ -27,7 +28,7 @@ use object::{
     RelocationFlags, RelocationKind, SectionKind, SymbolFlags, SymbolKind, SymbolScope,
 };
 use plcc_abi::unwind::{self, ALIGNMENT};
-use plcc_abi::{ABI_VERSION, Code, Program};
+use plcc_abi::{ABI_VERSION, Code, Program, SourceLine};
 use target_lexicon::Architecture;
 
 use super::{dwarf, layout};
@@ -112,6 +113,12 @@ fn add_tables(object: &mut Object<'_>, program: &Program, code: &Code) {
     number("plcc_image_size", program.image_size);
     number("plcc_label_count", code.labels.len() as u32);
     number("plcc_task_count", program.tasks.len() as u32);
+    number("plcc_trap_site_count", code.trap_sites.len() as u32);
+    let sites = code.trap_sites.iter().flat_map(|site| {
+        let SourceLine { file, line } = site.statement;
+        [site.code as u32, file, line, site.array.unwrap_or(u32::MAX)]
+    });
+    add("plcc_trap_sites", &words(&mut sites.into_iter()), 4);
     add("plcc_labels", &words(&mut code.labels.iter().copied()), 4);
     add("plcc_tasks", &words(&mut program.tasks.iter().map(|task| task.entry)), 4);
     let text = layout(program).replace('\0', "?") + "\0";

@@ -211,7 +211,10 @@ impl Lowering<'_> {
     }
 
     pub(super) fn icmp(&mut self, cond: IntCond, args: [Value; 2]) -> LowerResult<ClifValue> {
-        let (a, b) = (self.value(args[0])?, self.value(args[1])?);
+        let [a, b] = match self.compared_index(cond, args) {
+            Some(operands) => operands,
+            None => [self.value(args[0])?, self.value(args[1])?],
+        };
         let cond = match cond {
             IntCond::Eq => IntCC::Equal,
             IntCond::Ne => IntCC::NotEqual,
@@ -254,7 +257,10 @@ impl Lowering<'_> {
         Ok(match op {
             // A truth value is held in 8 bits already.
             ConvertOp::Zext if from == Type::I1 && to == Type::I8 => x,
-            ConvertOp::Zext => self.builder.ins().uextend(wide, x),
+            ConvertOp::Zext => match self.zero_extended_index(to, arg) {
+                Some(index) => index,
+                None => self.builder.ins().uextend(wide, x),
+            },
             ConvertOp::Sext if from == Type::I1 => {
                 let narrow = self.builder.ins().ineg(x);
                 match to {

@@ -2,7 +2,7 @@
 //! blocks end.
 
 use cranelift_codegen::ir::{
-    Block as ClifBlock, BlockArg, InstBuilder, JumpTableData, Value as ClifValue, types,
+    Block as ClifBlock, BlockArg, InstBuilder, JumpTableData, SourceLoc, Value as ClifValue, types,
 };
 use plcc_abi::{RawOutcome, TrapCode};
 use plcc_ir::{BinaryOp, BlockCall, ConvertOp, InstData, Label, Terminator, Type, Value};
@@ -130,8 +130,49 @@ impl Lowering<'_> {
             }
             Terminator::Return => self.return_outcome(RawOutcome::new(RawOutcome::END, 0)),
             Terminator::Trap(code) => self.return_outcome(RawOutcome::trap(*code)),
+            Terminator::TrapAt { site, index } => self.trap_at(*site, *index)?,
         }
         Ok(())
+    }
+
+    /// Goes to the function's exit for traps. Only that is shared code, so a trap costs no more
+    /// than putting two numbers into registers and a jump, in a block that seldom runs.
+    fn trap_at(&mut self, site: Value, index: Value) -> LowerResult<()> {
+        let kind = match self.func.constant(site) {
+            Some(site) => {
+                let kind = RawOutcome::trap_kind(site as u32);
+                self.builder.ins().iconst(types::I32, i64::from(kind))
+            }
+            None => {
+                // What `RawOutcome::trap_kind` computes; a number that is too large becomes that of
+                // no site.
+                let site = self.value(site)?;
+                let most = i64::from(RawOutcome::MAX_TRAP_SITES);
+                let most = self.builder.ins().iconst(types::I32, most);
+                let site = self.builder.ins().umin(site, most);
+                let number = self.builder.ins().iadd_imm_s(site, 1);
+                let shifted = self.builder.ins().ishl_imm_u(number, 8);
+                self.builder.ins().bor_imm_u(shifted, i64::from(RawOutcome::TRAP))
+            }
+        };
+        let index = self.value(index)?;
+        let exit = *self.trap_exit.get_or_insert_with(|| self.builder.create_block());
+        self.builder.ins().jump(exit, &[BlockArg::Value(kind), BlockArg::Value(index)]);
+        Ok(())
+    }
+
+    /// Makes the function's exit for traps, if it has any: it returns the high and the low half of
+    /// the outcome that it is given.
+    pub(super) fn trap_exit(&mut self) {
+        let Some(exit) = self.trap_exit else { return };
+        let [kind, index] = [(); 2].map(|()| self.builder.append_block_param(exit, types::I32));
+        self.builder.switch_to_block(exit);
+        self.builder.set_cold_block(exit);
+        self.builder.set_srcloc(SourceLoc::default());
+        let [kind, index] = [kind, index].map(|half| self.builder.ins().uextend(types::I64, half));
+        let high = self.builder.ins().ishl_imm_u(kind, 32);
+        let outcome = self.builder.ins().bor(high, index);
+        self.builder.ins().return_(&[outcome]);
     }
 
     /// A truth value to branch by: 0 for false, anything else for true. A single bit of a word is

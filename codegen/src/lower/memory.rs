@@ -1,10 +1,9 @@
 //! Loads and stores in the process image.
 
-use cranelift_codegen::ir::condcodes::IntCC;
-use cranelift_codegen::ir::{Endianness, InstBuilder, MemFlagsData, Value as ClifValue, types};
+use cranelift_codegen::ir::{Endianness, InstBuilder, MemFlagsData, Value as ClifValue};
 use cranelift_frontend::Variable;
 use plcc_abi::ScanContext;
-use plcc_ir::{Address, BinaryOp, ConvertOp, Index, InstData, Type, Value};
+use plcc_ir::{Address, Type, Value};
 
 use super::{InvalidIr, LowerResult, Lowering, clif_type};
 
@@ -84,46 +83,6 @@ impl Lowering<'_> {
             Ok(offset) => (base, offset),
             Err(_) => (self.builder.ins().iadd_imm_s(base, offset), 0),
         })
-    }
-
-    /// The number of bytes that an index adds to an address. An index that is not below its count
-    /// adds none.
-    fn index(&mut self, index: Index) -> LowerResult<ClifValue> {
-        let mut value = self.value(index.value)?;
-        if !self.is_below(index.value, index.count) {
-            let count = self.builder.ins().iconst(types::I32, i64::from(index.count));
-            let fits = self.builder.ins().icmp(IntCC::UnsignedLessThan, value, count);
-            let zero = self.builder.ins().iconst(types::I32, 0);
-            value = self.builder.ins().select(fits, value, zero);
-        }
-        let wide = self.builder.ins().uextend(types::I64, value);
-        Ok(match index.scale {
-            1 => wide,
-            scale if scale.is_power_of_two() => {
-                self.builder.ins().ishl_imm_u(wide, i64::from(scale.trailing_zeros()))
-            }
-            scale => self.builder.ins().imul_imm_u(wide, i64::from(scale)),
-        })
-    }
-
-    /// Whether the instruction that computes a value shows that it is below the count, so that no
-    /// check is needed.
-    fn is_below(&self, value: Value, count: u32) -> bool {
-        let count = i64::from(count);
-        match self.func.def_inst(value) {
-            Some(&InstData::Iconst { ty: _, value }) => (0..count).contains(&value),
-            Some(&InstData::Convert { op: ConvertOp::Zext, to: _, arg }) => {
-                let bits = self.func.ty(arg).bits();
-                bits < 32 && 1i64 << bits <= count
-            }
-            Some(&InstData::Binary { op: BinaryOp::And, args }) => {
-                args.iter().any(|&arg| self.constant(arg).is_some_and(|n| (0..count).contains(&n)))
-            }
-            Some(&InstData::Binary { op: BinaryOp::Urem | BinaryOp::Umin, args: [_, limit] }) => {
-                self.constant(limit).is_some_and(|n| (1..count).contains(&n))
-            }
-            _ => false,
-        }
     }
 }
 

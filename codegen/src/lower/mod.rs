@@ -7,6 +7,7 @@
 mod arithmetic;
 mod base_registers;
 mod control;
+mod indices;
 mod integrality_check;
 mod memory;
 #[cfg(test)]
@@ -75,9 +76,12 @@ pub(crate) fn function(
         context: context_value,
         image,
         bases,
+        ir_block: Block(0),
+        indices: indices::Indices::new(func),
         cold: false,
         is_x86,
         truncated: HashMap::new(),
+        trap_exit: None,
         host_signature: None,
         inst: None,
         truth_values: TruthValues::new(module, func, is_x86),
@@ -144,12 +148,18 @@ struct Lowering<'a> {
     image: Variable,
     /// The base registers, each with the offset in the image that it points to.
     bases: Vec<(i64, Variable)>,
+    /// The block that is being lowered.
+    ir_block: Block,
+    indices: indices::Indices,
     /// Whether the current block is cold.
     cold: bool,
     is_x86: bool,
     /// The results of truncations of doubles on x86-64, each with the vector whose lowest lane
     /// holds it, from which it is converted back in fewer bytes.
     truncated: HashMap<Value, ClifValue>,
+    /// The block in which all traps with a site leave the function, once there is such a trap. Its
+    /// parameters are the two halves of the outcome.
+    trap_exit: Option<ClifBlock>,
     /// The signature of the host function, once a call has needed it.
     host_signature: Option<cranelift_codegen::ir::SigRef>,
     /// The instruction that is being lowered, for error messages.
@@ -180,6 +190,7 @@ impl Lowering<'_> {
         for block in order(self.func) {
             self.block(block)?;
         }
+        self.trap_exit();
         Ok(())
     }
 
@@ -201,6 +212,7 @@ impl Lowering<'_> {
     fn block(&mut self, block: Block) -> LowerResult<()> {
         let clif = self.clif_block(block)?;
         self.builder.switch_to_block(clif);
+        self.ir_block = block;
         let data = self.func.block(block);
         self.cold = data.cold;
         if self.cold {
@@ -266,7 +278,11 @@ impl Lowering<'_> {
             InstData::HostCall { function, args } => self.host_call(function, args.as_slice())?,
         };
         match (self.func.result(inst), result) {
-            (Some(value), Some(clif)) => self.define(value, clif),
+            (Some(value), Some(clif)) => {
+                self.define(value, clif)?;
+                self.widen_for_index(value, clif);
+                Ok(())
+            }
             (None, None) => Ok(()),
             (Some(_), None) => Err(InvalidIr("it has a result where it gives none".into())),
             (None, Some(_)) => Err(InvalidIr("it has no result where it gives one".into())),

@@ -115,8 +115,9 @@ fn scratch_depth(checked: &Checked) -> u32 {
     expressions
         .filter(|(value, index)| is_long(value) || index.is_some_and(is_long))
         .map(|(value, index)| {
-            let behind = index.map_or(0, |index| depth(checked, index) + 1);
-            depth(checked, value).max(behind)
+            // The index is computed first, and stays on the stack below the value's operands.
+            let (index, below) = index.map_or((0, 0), |index| (depth(checked, index), 1));
+            index.max(below + depth(checked, value))
         })
         .max()
         .unwrap_or(0)

@@ -112,7 +112,8 @@ impl Walk<'_> {
             | Terminator::GotoIndirect(_)
             | Terminator::Suspend(_)
             | Terminator::Return
-            | Terminator::Trap(_) => {}
+            | Terminator::Trap(_)
+            | Terminator::TrapAt { .. } => {}
         }
         for &byte in &self.marked {
             mark(self.bytes, byte, self.stamp);

@@ -11,7 +11,7 @@ use std::str::FromStr;
 
 use chumsky::prelude::*;
 use chumsky::primitive::select;
-use plcc_abi::{HostFn, TrapCode};
+use plcc_abi::{HostFn, SourceLine, TrapCode, TrapSite};
 
 use super::lex::{Token, unescaped};
 use crate::{
@@ -30,6 +30,8 @@ pub(super) enum Item {
     Task(String, Label, Vec<Label>),
     /// `fn`.
     Func(Func),
+    /// `trap_site`.
+    TrapSite(TrapSite),
     /// `statement`.
     Statement(Statement),
     /// `file` with its lines.
@@ -169,7 +171,8 @@ fn one_of_words<'t, T: Copy + 't>(
 /// The whole text.
 pub(super) fn module<'t>() -> impl Grammar<'t, Vec<Item>> {
     let image = keyword("image").ignore_then(number("a size in bytes")).map(Item::Image);
-    let items = choice((image, region(), task(), statement())).then_ignore(end_of_line());
+    let items =
+        choice((image, region(), task(), trap_site(), statement())).then_ignore(end_of_line());
     choice((items, function().map(Item::Func), file())).repeated().collect().then_ignore(end())
 }
 
@@ -193,6 +196,22 @@ fn task<'t>() -> impl Grammar<'t, Item> {
     let points = keyword("resume").ignore_then(labels.delimited_by(sign('['), sign(']'))).or_not();
     let task = keyword("task").ignore_then(name).then(label()).then(points);
     task.map(|((name, entry), points)| Item::Task(name, entry, points.unwrap_or_default()))
+}
+
+fn trap_site<'t>() -> impl Grammar<'t, Item> {
+    let field = |word| keyword(word).ignore_then(number("a number"));
+    keyword("trap_site")
+        .ignore_then(trap_code())
+        .then(field("file"))
+        .then(field("line"))
+        .then(field("array").or_not())
+        .map(|(((code, file), line), array)| {
+            Item::TrapSite(TrapSite { code, statement: SourceLine { file, line }, array })
+        })
+}
+
+fn trap_code<'t>() -> impl Grammar<'t, TrapCode> {
+    one_of_words("a code", TrapCode::ALL, TrapCode::name, TrapCode::from_name)
 }
 
 fn statement<'t>() -> impl Grammar<'t, Item> {
@@ -358,7 +377,10 @@ fn terminator<'t>() -> impl Grammar<'t, Terminator> {
         .then(comma().ignore_then(targets.delimited_by(sign('['), sign(']'))))
         .then(comma().ignore_then(block()))
         .map(|((arg, targets), default)| Terminator::Switch { arg, targets, default });
-    let codes = one_of_words("a code", TrapCode::ALL, TrapCode::name, TrapCode::from_name);
+    let trap_at = keyword("trap_at")
+        .ignore_then(value())
+        .then(comma().ignore_then(value()))
+        .map(|(site, index)| Terminator::TrapAt { site, index });
     choice((
         jump,
         brif,
@@ -367,7 +389,8 @@ fn terminator<'t>() -> impl Grammar<'t, Terminator> {
         switch,
         keyword("goto_indirect").ignore_then(value()).map(Terminator::GotoIndirect),
         keyword("suspend").ignore_then(label()).map(Terminator::Suspend),
-        keyword("trap").ignore_then(codes).map(Terminator::Trap),
+        keyword("trap").ignore_then(trap_code()).map(Terminator::Trap),
+        trap_at,
     ))
     .labelled("a terminator (`jump`, `return` and the like)")
 }

@@ -26,10 +26,14 @@
 //!     v9: i1 = load flags:1
 //!     brif v9, block3, block4
 //! block3 cold:
-//!     trap array_bounds
+//!     v10: i32 = iconst 0
+//!     v11: i32 = iconst 7
+//!     trap_at v10, v11                    ;; at trap site 0, with the index 7
 //! block4:
 //!     return
 //! }
+//!
+//! trap_site array_bounds file 0 line 1 array 0
 //!
 //! statement file 0 line 1 from 0 to 12
 //! file "x.pmi"
@@ -48,6 +52,8 @@
 //!   none. It holds until the next such line, also in the blocks that follow.
 //! - A task that can be suspended lists the labels at which it goes on, in the order of its resume
 //!   points: `task "scan" L0 resume [L1, L2]`.
+//! - Trap sites are numbered from 0 in the order in which they stand. One without an array ends
+//!   behind its line.
 //! - The terminators that the example does not show are `switch V, [BLOCK, …], BLOCK`, `goto L`,
 //!   `goto_indirect V`, `suspend L` and `trap CODE`.
 //! - A double is written as Rust writes it, or as its bits (`0x7ff…`).

@@ -2,6 +2,8 @@
 
 use std::fmt::{self, Write};
 
+use plcc_abi::{SourceLine, TrapSite};
+
 use crate::{
     Address, Block, BlockCall, FuncData, InstData, Module, RegionId, SourceLoc, Terminator, Value,
 };
@@ -36,6 +38,16 @@ fn write_module(out: &mut String, module: &Module) -> fmt::Result {
     for (_, func) in module.funcs() {
         out.push('\n');
         Printer::new(module, func).function(out)?;
+    }
+    if !module.trap_sites.is_empty() {
+        out.push('\n');
+    }
+    for TrapSite { code, statement: SourceLine { file, line }, array } in &module.trap_sites {
+        write!(out, "trap_site {} file {file} line {line}", code.name())?;
+        if let Some(array) = array {
+            write!(out, " array {array}")?;
+        }
+        writeln!(out)?;
     }
     if !module.statements.is_empty() {
         out.push('\n');
@@ -233,6 +245,9 @@ impl<'a> Printer<'a> {
             Terminator::Suspend(label) => write!(out, "suspend {label}"),
             Terminator::Return => write!(out, "return"),
             Terminator::Trap(code) => write!(out, "trap {}", code.name()),
+            Terminator::TrapAt { site, index } => {
+                write!(out, "trap_at {}", self.values(&[*site, *index]))
+            }
         }
     }
 

@@ -41,6 +41,7 @@ pub(super) fn resolve(tokens: &Tokens<'_>, items: Vec<Item>) -> Result<Module, P
                 let resume_points = points.into_iter().map(number).collect();
                 module.tasks.push(Task { name, entry: number(entry), resume_points });
             }
+            Item::TrapSite(site) => module.trap_sites.push(site),
             Item::Statement(statement) => module.statements.push(statement),
             Item::File(file) => module.files.push(file),
             Item::Func(text) => {

@@ -29,8 +29,9 @@
 //!     array has at least one element. Truth values are in regions of bits only, and nothing else
 //!     is stored in such a region.
 //! 11. A call of a host function has the arguments of its signature.
-//! 12. The condition of a branch is an `i1`. The number of a switch and that of an indirect label
-//!     are `i32`s. Every label that a terminator names is a label of the module.
+//! 12. The condition of a branch is an `i1`. The number of a switch, that of an indirect label, and
+//!     those of a trap site and an index are `i32`s. Every label that a terminator names is a label
+//!     of the module, and every trap site that it names by a constant is one of the module's.
 //! 13. An instruction belongs to a statement of the module, or to none.
 //!
 //! The tasks:

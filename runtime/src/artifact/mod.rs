@@ -5,7 +5,7 @@
 //! | part | holds |
 //! | --- | --- |
 //! | header, 192 bytes | see [`header`]; it ends with a checksum of itself |
-//! | tables | the [`Program`] and the functions' names and places, by postcard |
+//! | tables | the [`Program`], the functions' names and places, and the [places at which the program may be stopped](plcc_abi::TrapSite), by postcard |
 //! | labels | for each label the offset of its function in the code, 32 bits each |
 //! | lines | the line table, three times 32 bits an entry: offset, file, line |
 //! | code | position-independent machine code without relocations |

@@ -1,6 +1,6 @@
 //! Everything behind the header: tables, labels, lines, code and unwind information.
 
-use plcc_abi::{CodeLine, CodeParts, FunctionRange, Program};
+use plcc_abi::{CodeLine, CodeParts, FunctionRange, Program, TrapSite};
 use serde::{Deserialize, Serialize};
 
 use super::error::{ArtifactError, inconsistent};
@@ -11,11 +11,13 @@ use super::{MAX_FILE, MAX_TABLES};
 const LABEL: usize = 4;
 const LINE: usize = 12;
 
-/// The tables, which postcard writes and reads: a program and its functions, borrowed or owned.
+/// The tables, which postcard writes and reads: a program, its functions, and the places at which it
+/// may be stopped; borrowed or owned.
 #[derive(Serialize, Deserialize)]
-struct Tables<P, F> {
+struct Tables<P, F, S> {
     program: P,
     functions: F,
+    trap_sites: S,
 }
 
 /// The bytes and how they are divided.
@@ -30,8 +32,9 @@ pub(super) struct Payload {
 /// When one is larger than an artifact may be.
 pub(super) fn encode(program: &Program, code: &CodeParts) -> Result<Payload, ArtifactError> {
     // The other fields are in the header.
-    let CodeParts { bytes: machine_code, labels, functions, lines, eh_frame, .. } = code;
-    let tables = Tables { program, functions };
+    let CodeParts { bytes: machine_code, labels, functions, lines, trap_sites, eh_frame, .. } =
+        code;
+    let tables = Tables { program, functions, trap_sites };
     let mut bytes = postcard::to_allocvec(&tables)
         .map_err(|error| inconsistent(format!("its tables can't be written: {error}")))?;
     check_tables(bytes.len() as u64)?;
@@ -89,7 +92,7 @@ pub(super) fn decode(
     if !rest.is_empty() {
         return Err(inconsistent("its parts are shorter than the whole"));
     }
-    let (tables, rest): (Tables<Program, Vec<FunctionRange>>, &[u8]) =
+    let (tables, rest): (Tables<Program, Vec<FunctionRange>, Vec<TrapSite>>, &[u8]) =
         postcard::take_from_bytes(tables)
             .map_err(|_| inconsistent("its tables can't be decoded"))?;
     if !rest.is_empty() {
@@ -107,6 +110,7 @@ pub(super) fn decode(
         bytes: machine_code.to_vec(),
         labels,
         functions: tables.functions,
+        trap_sites: tables.trap_sites,
         lines: lines.collect(),
         architecture: header.architecture.clone(),
         features: header.features.clone(),

@@ -3,7 +3,8 @@
 
 use plcc_abi::pmi::{PmiTables, Role, Symbol, Type};
 use plcc_abi::{
-    CodeLine, CodeParts, FunctionRange, Program, Region, Tables, Task, function_marker,
+    CodeLine, CodeParts, FunctionRange, Program, Region, SourceLine, Tables, Task, TrapCode,
+    TrapSite, function_marker,
 };
 
 use super::header::{self, Header};
@@ -46,6 +47,11 @@ fn code() -> CodeParts {
             CodeLine { offset: 16, file: 0, line: 3 },
             CodeLine { offset: 23, file: 0, line: 4 },
         ],
+        trap_sites: vec![TrapSite {
+            code: TrapCode::ArrayBounds,
+            statement: SourceLine { file: 0, line: 4 },
+            array: Some(0),
+        }],
         architecture: std::env::consts::ARCH.into(),
         features: vec![],
         image_size: 8 + 2048,
@@ -217,6 +223,7 @@ fn tables_that_point_outside_are_refused() {
     inconsistent(|_, code| code.lines[1].file = 1);
     inconsistent(|_, code| code.lines[1].line = 0);
     inconsistent(|_, code| code.lines.swap(0, 1));
+    inconsistent(|_, code| code.trap_sites[0].statement.file = 1);
     inconsistent(|program, _| program.tasks[0].entry = 3);
     inconsistent(|program, _| program.image_size = u32::MAX);
     inconsistent(|program, _| program.image_size -= 1);

@@ -83,7 +83,11 @@ fn code_tables(program: &Program, code: &CodeParts) -> Check {
         let known = resume_points.iter().all(|&label| (label as usize) < code.labels.len());
         ensure(known, || format!("its task `{name}` goes on nowhere"))?;
     }
-    ensure(code.lines.iter().all(|line| (line.file as usize) < program.files.len()), || {
+    let exists = |file: u32| (file as usize) < program.files.len();
+    ensure(code.lines.iter().all(|line| exists(line.file)), || {
         "its line table names a file that is not there".into()
+    })?;
+    ensure(code.trap_sites.iter().all(|site| exists(site.statement.file)), || {
+        "a place at which it may be stopped is in a file that is not there".into()
     })
 }

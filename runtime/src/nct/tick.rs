@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use plcc_abi::image::{read_u8, write_u8, write_u16};
 use plcc_abi::nct::{self, IMAGE_BYTES, LINE_BYTES, NctName, NctSettings, NctTables};
-use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TrapCode};
+use plcc_abi::{Engine, Outcome, Program, Scan, Tables, Trap, TrapCode};
 use thiserror::Error;
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity};
@@ -13,8 +13,8 @@ use crate::executive::KeyOf;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
 use crate::{
-    Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value, ValueError, Variable,
-    VariableKey,
+    Event, Executive, NameError, Place, Purpose, Restored, Setting, Stop, Value, ValueError,
+    Variable, VariableKey,
 };
 
 use super::events::Messages;
@@ -78,6 +78,8 @@ pub struct NctExecutive {
     pub(super) state: State,
     forces: Forces,
     identity: ProgramIdentity,
+    /// The names of the program's sources.
+    files: Vec<String>,
     has_level2: bool,
     period_ms: u64,
     pub(super) boards: usize,
@@ -114,6 +116,7 @@ impl NctExecutive {
             forces: Forces::default(),
             identity: ProgramIdentity::new(program),
             safe_lines: outputs::all_off(image.places.lines_out),
+            files: program.files.clone(),
             image,
             messages,
             names: Names::default(),
@@ -204,7 +207,8 @@ impl NctExecutive {
             loop {
                 match self.call(engine, module, REAL_TIME_STEP, false) {
                     Outcome::Suspended(_) if start.elapsed() < limit => {}
-                    Outcome::Suspended(_) => break Outcome::Trap(TrapCode::Timeout),
+                    // At its next safepoint it is stopped, by a trap that names the statement.
+                    Outcome::Suspended(_) => break self.call(engine, module, 1, true),
                     outcome => break outcome,
                 }
             }
@@ -213,7 +217,7 @@ impl NctExecutive {
         };
         match outcome {
             Outcome::End | Outcome::Suspended(_) => Ok(()),
-            Outcome::Trap(code) => Err(self.stop(module, code)),
+            Outcome::Trap(trap) => Err(self.stop(module, trap)),
         }
     }
 
@@ -235,36 +239,45 @@ impl NctExecutive {
         match outcome {
             Outcome::End => self.state.level0_starts = true,
             Outcome::Suspended(_) => self.state.level0_starts = false,
-            Outcome::Trap(code) => return Err(self.stop(0, code)),
+            Outcome::Trap(trap) => return Err(self.stop(0, trap)),
         }
         Ok(())
     }
 
-    fn stop(&self, module: Module, code: TrapCode) -> Stop {
+    fn stop(&self, module: Module, Trap { code, statement, element: _ }: Trap) -> Stop {
+        let place = statement.and_then(|statement| Place::new(&self.files, statement));
+        let at = |before: &str| {
+            place.as_ref().map_or_else(String::new, |place| format!("{before}{place}"))
+        };
         let (code, message) = match code {
             TrapCode::Timeout if self.realtime => (
                 format!("PLC TIMEOUT{module}"),
-                format!("module :00{module} did not reach its J{module} within its time"),
+                format!(
+                    "module :00{module} did not reach its J{module} within its time{}",
+                    at("; then it jumped back or called in ")
+                ),
             ),
             TrapCode::Timeout => (
                 format!("PLC TIMEOUT{module}"),
                 format!(
                     "module :00{module} passed {MAX_SAFEPOINTS} backward jumps and calls without \
-                     reaching its J{module}"
+                     reaching its J{module}{}",
+                    at("; the last one is in ")
                 ),
             ),
             TrapCode::CallDepth => (
                 "CALL DEPTH".to_string(),
                 format!(
-                    "module :00{module} nested calls more than {} deep",
-                    nct::context::MAX_DEPTH
+                    "module :00{module} nested calls more than {} deep{}",
+                    nct::context::MAX_DEPTH,
+                    at(", by the call in ")
                 ),
             ),
             TrapCode::BadLabel | TrapCode::ArrayBounds | TrapCode::HostPanic => {
                 return Stop::internal_error(code);
             }
         };
-        Stop { code, message }
+        Stop { code, message, place }
     }
 
     /// All modules of a tick.

@@ -220,7 +220,7 @@ impl PmacExecutive {
             Outcome::End => Ok(None),
             Outcome::Suspended(point) => Ok(Some(point)),
             // PMAC's programs have no traps of their own.
-            Outcome::Trap(code) => Err(Stop::internal_error(code)),
+            Outcome::Trap(trap) => Err(Stop::internal_error(trap.code)),
         }
     }
 

@@ -66,7 +66,7 @@ impl Watchdog {
 }
 
 fn trip(message: &str) -> Stop {
-    Stop { code: "WATCHDOG".into(), message: message.into() }
+    Stop { code: "WATCHDOG".into(), message: message.into(), place: None }
 }
 
 #[cfg(test)]

@@ -342,7 +342,7 @@ fn an_index_out_of_bounds_is_an_emergency_stop() {
         write_u8(image, PORTS + 1, 0xFF);
         write_u8(image, BROKEN, 1);
         write_i16(image, SPEED, 3);
-        Outcome::Trap(TrapCode::ArrayBounds)
+        Outcome::trap(TrapCode::ArrayBounds)
     });
     assert_eq!(stop.unwrap_err().code, "NO PMI DATA");
     assert_eq!(control.executive.image()[PORTS as usize + 1], 0);

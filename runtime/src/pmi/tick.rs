@@ -5,7 +5,7 @@ use std::any::Any;
 use plcc_abi::engine::NoHost;
 use plcc_abi::image::{read_u8, write_i16, write_i32, write_u8};
 use plcc_abi::pmi::{FlipFlop, Lines, PORTS, Role, Special, Timer, Type};
-use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TrapCode};
+use plcc_abi::{Engine, MissingElement, Outcome, Program, Scan, Tables, Trap, TrapCode};
 use thiserror::Error;
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity};
@@ -13,8 +13,8 @@ use crate::executive::KeyOf;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
 use crate::{
-    Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value, ValueError, Variable,
-    VariableKey,
+    Event, Executive, NameError, Place, Purpose, Restored, Setting, Stop, Value, ValueError,
+    Variable, VariableKey,
 };
 
 use super::events::{Announcements, value};
@@ -67,6 +67,8 @@ pub struct PmiExecutive {
     pub(super) state: State,
     forces: Forces,
     identity: ProgramIdentity,
+    /// The names of the program's sources.
+    files: Vec<String>,
 }
 
 impl PmiExecutive {
@@ -102,6 +104,7 @@ impl PmiExecutive {
             state: State { announced, ..State::default() },
             forces: Forces::default(),
             identity: ProgramIdentity::new(program),
+            files: program.files.clone(),
         })
     }
 
@@ -177,6 +180,39 @@ impl PmiExecutive {
         }
     }
 
+    /// Why the control stops after a trap.
+    fn stop(&self, Trap { code, statement, element }: Trap) -> Stop {
+        match code {
+            TrapCode::ArrayBounds => {
+                let place = statement.and_then(|statement| Place::new(&self.files, statement));
+                let at = place.as_ref().map_or_else(String::new, |place| format!(" in {place}"));
+                let what = element.and_then(|element| self.missing(element));
+                let what =
+                    what.unwrap_or_else(|| "an array has no element that was accessed".into());
+                Stop {
+                    code: "NO PMI DATA".into(),
+                    message: format!(
+                        "{what}{at}; the control is in emergency stop and does not scan again"
+                    ),
+                    place,
+                }
+            }
+            TrapCode::BadLabel | TrapCode::Timeout | TrapCode::CallDepth | TrapCode::HostPanic => {
+                Stop::internal_error(code)
+            }
+        }
+    }
+
+    /// Says which array has not the element with which index; `None` if there is no such array.
+    fn missing(&self, MissingElement { array, index }: MissingElement) -> Option<String> {
+        let symbols = &self.names.symbols;
+        let symbol = symbols.iter().find(|s| s.elements.is_some() && s.offset == array)?;
+        let (name, last) = (&symbol.name, symbol.elements?.saturating_sub(1));
+        Some(format!(
+            "{name}[{index}] does not exist ({name} has the elements 0 to {last}); it was accessed"
+        ))
+    }
+
     fn set_variable(&mut self, variable: PmiVariable, value: Setting) {
         let number = value.integer();
         match variable {
@@ -243,20 +279,6 @@ pub(super) fn write(image: &mut [u8], ty: Type, offset: u32, value: i64) {
     }
 }
 
-fn stop(code: TrapCode) -> Stop {
-    match code {
-        TrapCode::ArrayBounds => Stop {
-            code: "NO PMI DATA".into(),
-            message: "an array was accessed outside its bounds; the control is in emergency stop \
-                      and does not scan again"
-                .into(),
-        },
-        TrapCode::BadLabel | TrapCode::Timeout | TrapCode::CallDepth | TrapCode::HostPanic => {
-            Stop::internal_error(code)
-        }
-    }
-}
-
 impl Executive for PmiExecutive {
     fn tick_ns(&self) -> u64 {
         self.period_ns
@@ -276,11 +298,11 @@ impl Executive for PmiExecutive {
             // No PMI program is ever suspended.
             Outcome::Suspended(_) => {
                 self.emergency_stop();
-                Err(stop(TrapCode::BadLabel))
+                Err(Stop::internal_error(TrapCode::BadLabel))
             }
-            Outcome::Trap(code) => {
+            Outcome::Trap(trap) => {
                 self.emergency_stop();
-                Err(stop(code))
+                Err(self.stop(trap))
             }
         };
         let State { announced, tick, .. } = &mut self.state;

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use plcc_abi::{Dialect, natural_cmp};
 
-use crate::Executive;
+use crate::{Executive, Place};
 
 use super::{End, Watch};
 
@@ -32,7 +32,11 @@ pub fn dump(
             let tick = end.ticks.saturating_sub(1);
             let (code, message) = (quoted(&stop.code), quoted(&stop.message));
             write!(out, "\"state\":\"stopped\",\"stop\":{{\"tick\":{tick},\"code\":{code},")?;
-            write!(out, "\"message\":{message}}},")?;
+            write!(out, "\"message\":{message}")?;
+            if let Some(Place { file, line }) = &stop.place {
+                write!(out, ",\"file\":{},\"line\":{line}", quoted(file))?;
+            }
+            write!(out, "}},")?;
         }
     }
     let mut variables = executive.declared();

@@ -171,7 +171,8 @@ impl Run<'_> {
             self.player.apply(tick, self.executive);
             let result = self.executive.tick(self.engine, &mut events_of_tick);
             if let Err(stop) = result {
-                let body = EventBody::Stop { code: stop.code.clone() };
+                let (file, line) = stop.place.clone().map(|place| (place.file, place.line)).unzip();
+                let body = EventBody::Stop { code: stop.code.clone(), file, line };
                 events_of_tick.push(Event { tick, body });
                 end.stop = Some(stop);
             }

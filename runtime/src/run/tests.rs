@@ -9,7 +9,7 @@ use plcc_abi::{Dialect, Engine, Outcome, ResumePoint, Scan};
 
 use super::*;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
-use crate::{NameError, Purpose, Setting, Value, ValueError, Variable};
+use crate::{NameError, Place, Purpose, Setting, Value, ValueError, Variable};
 
 struct Idle;
 
@@ -55,7 +55,8 @@ impl Executive for Control {
             let body = EventBody::Send { text: "drei \u{B}".into(), port: None };
             events.push(Event { tick, body });
         }
-        let stop = Stop { code: "HALT".into(), message: "it \"halts\"".into() };
+        let place = Place { file: "a\"b.pmi".into(), line: 7 };
+        let stop = Stop { code: "HALT".into(), message: "it \"halts\"".into(), place: Some(place) };
         if self.stops == Some(tick) { Err(stop) } else { Ok(()) }
     }
 
@@ -245,10 +246,12 @@ fn the_tick_of_a_stop_is_the_last() {
     let mut control = Control { stops: Some(1), ..Control::default() };
     let output = run(&mut control, "tick,name,value\n1,A,3\n", &["A"], 10, false);
     assert_eq!(output.trace, "tick,name,value\n0,A,0\n1,A,3\n");
-    assert!(output.events.ends_with("{\"tick\":1,\"kind\":\"stop\",\"code\":\"HALT\"}\n"));
+    assert!(output.events.ends_with(
+        "{\"tick\":1,\"kind\":\"stop\",\"code\":\"HALT\",\"file\":\"a\\\"b.pmi\",\"line\":7}\n"
+    ));
     assert_eq!(output.end.ticks, 2);
     assert!(output.dump.contains(
-        "\"ticks\":2,\"state\":\"stopped\",\"stop\":{\"tick\":1,\"code\":\"HALT\",\"message\":\"it \\\"halts\\\"\"},"
+        "\"ticks\":2,\"state\":\"stopped\",\"stop\":{\"tick\":1,\"code\":\"HALT\",\"message\":\"it \\\"halts\\\"\",\"file\":\"a\\\"b.pmi\",\"line\":7},"
     ));
 }
 

@@ -74,7 +74,15 @@ fn cases(dialect: Dialect) -> Vec<(PathBuf, PathBuf)> {
     cases
 }
 
-fn run(compiled: &Compiled, way: Way, dialect: Dialect, args: &Args, case: &Path) -> Written {
+/// Runs the program of a source with the stimulus of a case.
+fn run(
+    compiled: &Compiled,
+    way: Way,
+    dialect: Dialect,
+    args: &Args,
+    case: &Path,
+    source: &Path,
+) -> Written {
     let (program, mut engine) = compiled.engine(way).unwrap_or_else(|e| panic!("{way:?}: {e}"));
     let mut executive = executive(&program, &args.run.control, false, None).unwrap();
     let executive = executive.as_mut();
@@ -94,7 +102,9 @@ fn run(compiled: &Compiled, way: Way, dialect: Dialect, args: &Args, case: &Path
     .go();
     assert!(end.failure.is_none(), "{:?}", end.failure);
     dump(&mut state, dialect, executive, &watch, &end).unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    // A source is named as given. Only where the case lies is left out.
+    let folder = format!("{}/", source.parent().unwrap().display());
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap().replace(&folder, "");
     [
         ("expected.csv", text(trace)),
         ("expected.jsonl", text(events)),
@@ -143,10 +153,10 @@ fn check(dialect: Dialect, case: &Path, program: &Path) -> Result<(), String> {
     };
     let compiled = compile(program, dialect, &options)?;
     let [oracle, others @ ..] = Way::ALL;
-    let first = run(&compiled, oracle, dialect, &args, case);
+    let first = run(&compiled, oracle, dialect, &args, case, program);
     for way in others {
         for ((file, expected), (_, found)) in
-            first.iter().zip(run(&compiled, way, dialect, &args, case))
+            first.iter().zip(run(&compiled, way, dialect, &args, case, program))
         {
             if *expected != found {
                 let what = file.replace("expected", &format!("{way:?} against {oracle:?}"));
@@ -203,13 +213,14 @@ fn pmac_cases_give_what_is_expected() {
 #[test]
 fn the_lathe_runs_alike_in_every_engine() {
     let folder = root().join("examples/pmi");
-    let compiled = compile(&folder.join("lathe.pmi"), Dialect::Pmi, &Options::default()).unwrap();
+    let lathe = folder.join("lathe.pmi");
+    let compiled = compile(&lathe, Dialect::Pmi, &Options::default()).unwrap();
     let words = ["run", "--ticks", "3000", "--repeat", "--watch", "@CL115,@MODRQ,@SPDAC"];
     let args = Args::parse_from(words);
     let case = std::env::temp_dir().join(format!("plcc-lathe-{}", std::process::id()));
     fs::create_dir_all(&case).unwrap();
     fs::copy(folder.join("lathe.csv"), case.join("stimulus.csv")).unwrap();
-    let all = Way::ALL.map(|way| run(&compiled, way, Dialect::Pmi, &args, &case));
+    let all = Way::ALL.map(|way| run(&compiled, way, Dialect::Pmi, &args, &case, &lathe));
     fs::remove_dir_all(&case).unwrap();
     let [first, others @ ..] = all;
     for other in others {

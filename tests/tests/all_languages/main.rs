@@ -10,3 +10,4 @@ mod loader;
 mod no_fault;
 mod safe_outputs;
 mod session;
+mod stops;

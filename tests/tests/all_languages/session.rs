@@ -60,8 +60,10 @@ impl Shop {
         self.0.join(name)
     }
 
+    /// The text of a file, in which sources are named without their folder.
     fn read(&self, name: &str) -> String {
-        fs::read_to_string(self.path(name)).unwrap()
+        let folder = format!("{}/", self.0.display());
+        fs::read_to_string(self.path(name)).unwrap().replace(&folder, "")
     }
 
     /// Runs a program in the statement interpreter; words that begin with `%` are files of the
@@ -133,9 +135,12 @@ fn all_outputs_of_a_stopped_run_are_complete() {
     assert_eq!(
         shop.read("e.jsonl"),
         "{\"tick\":3,\"kind\":\"fault\",\"name\":\"HOT\",\"state\":\"on\",\"text\":\"TOO HOT 3\"}\n\
-         {\"tick\":3,\"kind\":\"stop\",\"code\":\"NO PMI DATA\"}\n"
+         {\"tick\":3,\"kind\":\"stop\",\"code\":\"NO PMI DATA\",\"file\":\"p.pmi\",\"line\":13}\n"
     );
     let dump = shop.read("d.json");
+    let at = "does not exist (LIST has the elements 0 to 2); it was accessed in line 13 of p.pmi;";
+    assert!(dump.contains(&format!("\"message\":\"LIST[3] {at}")), "{dump}");
+    assert!(dump.contains("\",\"file\":\"p.pmi\",\"line\":13},\"variables\":{"), "{dump}");
     assert!(
         dump.starts_with(
             "{\"dialect\":\"pmi\",\"ticks\":4,\"state\":\"stopped\",\"stop\":{\"tick\":3,\
@@ -248,7 +253,7 @@ struct Trapping(TrapCode);
 
 impl Engine for Trapping {
     fn call(&mut self, _: usize, _: Option<ResumePoint>, _: &mut Scan<'_>) -> Outcome {
-        Outcome::Trap(self.0)
+        Outcome::trap(self.0)
     }
 }
 

@@ -83,7 +83,7 @@ fn outcome(outcome: Outcome) -> String {
     match outcome {
         Outcome::End => "end".into(),
         Outcome::Suspended(_) => "suspended".into(),
-        Outcome::Trap(code) => code.name().into(),
+        Outcome::Trap(trap) => trap.code.name().into(),
     }
 }
 

@@ -4,8 +4,13 @@
 //! module may still pass. At 0 the module is suspended or stopped. A call is known by its number,
 //! counted over all calls of the program in the source's order. A return goes on behind the call
 //! whose number was stored last.
+//!
+//! A module that is stopped names the statement that it was at. Each statement that can pass a
+//! safepoint has a number for that: a call its own number, a jump back one above those of all calls.
+//! Where fuel is used up, the number is stored in the image (`pending`), so that the code behind is
+//! shared. An indirect jump or call stores it in any case before it goes to a stub.
 
-use plcc_abi::{TrapCode, nct::context};
+use plcc_abi::{SourceLine, TrapCode, TrapSite, nct::context};
 use plcc_ir::{Address, BinaryOp, IntCond, Place, Type, Value};
 
 use super::place::Bcd;
@@ -29,11 +34,12 @@ pub(super) struct Stub {
     place: Place,
 }
 
-/// Which call is done.
-enum Site {
-    /// The one with this number.
-    Number(i64),
-    /// An indirect call, which has left its number in the image.
+/// The number of the statement that calls or jumps back.
+#[derive(Clone, Copy)]
+enum Number {
+    /// This one.
+    Known(i64),
+    /// That of an indirect jump or call, which has left it in the image.
     Pending,
 }
 
@@ -68,6 +74,38 @@ impl Lowerer<'_> {
                 self.place(to);
             }
         }
+    }
+
+    /// Adds the trap sites. The number of a statement that can pass a safepoint is also that of its
+    /// site for a module that takes too long. Those for calls that nest too deep follow behind all
+    /// of them, in the order of the calls.
+    pub(super) fn trap_sites(&mut self) -> Result {
+        for (at, stmt) in self.program.stmts.iter().enumerate() {
+            let jumps_back = match stmt.op {
+                Op::Goto(label) => self.target(label).is_some_and(|to| to <= at),
+                Op::GotoIndirect(_) => true,
+                _ => false,
+            };
+            if jumps_back {
+                self.jumps.push(at);
+            }
+        }
+        let mut add = |code, at: usize| {
+            let line = self.program.lines.get(at).copied();
+            let line = line.or_missing(|| format!("the line of statement {at}"))?;
+            let statement = SourceLine { file: 0, line };
+            self.builder.trap_site(TrapSite { code, statement, array: None });
+            Ok(())
+        };
+        for &at in self.sites.iter().chain(&self.jumps) {
+            add(TrapCode::Timeout, at)?;
+        }
+        self.sites.iter().try_for_each(|&at| add(TrapCode::CallDepth, at))
+    }
+
+    /// The number of the first trap site for calls that nest too deep.
+    fn first_depth_site(&self) -> i64 {
+        (self.sites.len() + self.jumps.len()) as i64
     }
 
     /// The index of a label's statement.
@@ -119,8 +157,8 @@ impl Lowerer<'_> {
         self.builder.ins().store(Address::fixed(self.regions.context, offset), value);
     }
 
-    /// Passes a safepoint and goes to a statement.
-    fn safepoint(&mut self, to: usize) {
+    /// Passes a safepoint of the statement with this number and goes to a statement.
+    fn safepoint(&mut self, from: Number, to: usize) {
         let target = self.place(to);
         let fuel = self.context(Type::I32, context::FUEL);
         let fuel = self.builder.ins().binary_imm(BinaryOp::Sub, fuel, 1);
@@ -134,7 +172,25 @@ impl Lowerer<'_> {
                 emptied
             }
         };
-        self.builder.brif(empty, emptied, target);
+        match from {
+            Number::Pending => self.builder.brif(empty, emptied, target),
+            Number::Known(number) => {
+                let cold = self.builder.place();
+                self.builder.brif(empty, cold, target);
+                self.bind(cold);
+                let before = self.builder.ins().set_cold(true);
+                self.set_pending(number);
+                self.builder.jump(emptied);
+                self.builder.ins().set_cold(before);
+            }
+        }
+    }
+
+    /// Leaves the number of a statement in the image.
+    fn set_pending(&mut self, number: i64) {
+        let number = self.builder.ins().iconst(Type::I32, number);
+        let pending = self.pending();
+        self.builder.ins().store(pending, number);
     }
 
     /// `G…`: jumps to a label. A jump back passes a safepoint.
@@ -142,7 +198,8 @@ impl Lowerer<'_> {
         let to = self.target(label).or_missing(|| format!("label :{label:03}"))?;
         self.leave(LiveSet::ALL);
         if to <= at {
-            self.safepoint(to);
+            let number = self.jump_number(at)?;
+            self.safepoint(Number::Known(number), to);
         } else {
             let place = self.place(to);
             self.builder.jump(place);
@@ -150,11 +207,18 @@ impl Lowerer<'_> {
         Ok(())
     }
 
+    /// The number of the statement with the index `at`, which jumps back.
+    fn jump_number(&self, at: usize) -> Result<i64> {
+        let number = self.jumps.binary_search(&at).ok();
+        let number = number.or_missing(|| format!("the jump at statement {at}"))?;
+        Ok((self.sites.len() + number) as i64)
+    }
+
     pub(super) fn call(&mut self, at: usize, label: u16) -> Result {
         let to = self.target(label).or_missing(|| format!("label :{label:03}"))?;
         let site = self.site(at)?;
         self.leave(LiveSet::ALL);
-        self.enter(Site::Number(site), to);
+        self.enter(Number::Known(site), to);
         Ok(())
     }
 
@@ -165,35 +229,46 @@ impl Lowerer<'_> {
     }
 
     /// Stores the number of the call and goes to the statement that it calls.
-    fn enter(&mut self, site: Site, to: usize) {
+    fn enter(&mut self, call: Number, to: usize) {
         let depth = self.context(Type::I16, context::DEPTH);
         let max = context::MAX_DEPTH;
         let full = self.builder.ins().icmp_imm(IntCond::Uge, depth, max.into());
-        let too_deep = match self.too_deep {
-            Some(place) => place,
-            None => {
-                let place = self.builder.place();
-                self.too_deep = Some(place);
-                place
-            }
-        };
         let go_on = self.builder.place();
-        self.builder.brif(full, too_deep, go_on);
+        match call {
+            Number::Known(number) => {
+                let cold = self.builder.place();
+                self.builder.brif(full, cold, go_on);
+                self.bind(cold);
+                let before = self.builder.ins().set_cold(true);
+                let site = self.first_depth_site() + number;
+                let site = self.builder.ins().iconst(Type::I32, site);
+                self.trap_at(site);
+                self.builder.ins().set_cold(before);
+            }
+            Number::Pending => {
+                let too_deep = match self.too_deep {
+                    Some(place) => place,
+                    None => {
+                        let place = self.builder.place();
+                        self.too_deep = Some(place);
+                        place
+                    }
+                };
+                self.builder.brif(full, too_deep, go_on);
+            }
+        }
         self.bind(go_on);
         let depth = self.context(Type::I16, context::DEPTH);
-        let site = match site {
-            Site::Number(number) => self.builder.ins().iconst(Type::I32, number),
-            Site::Pending => {
-                let pending = self.pending();
-                self.builder.ins().load(Type::I32, pending)
-            }
+        let site = match call {
+            Number::Known(number) => self.builder.ins().iconst(Type::I32, number),
+            Number::Pending => self.load_pending(),
         };
         let slot = self.builder.ins().zextend_or_trunc(Type::I32, depth);
         let sites = Address::indexed(self.regions.context, context::SITES, slot, 4, u32::from(max));
         self.builder.ins().store(sites, site);
         let depth = self.builder.ins().binary_imm(BinaryOp::Add, depth, 1);
         self.set_context(context::DEPTH, depth);
-        self.safepoint(to);
+        self.safepoint(call, to);
     }
 
     /// `R`: goes on behind the call that was done last. Outside of calls it ends the task.
@@ -227,12 +302,8 @@ impl Lowerer<'_> {
         let number = self.builder.ins().select(wrong, none, number);
         let zero = self.builder.ins().iconst(Type::I1, 0);
         self.store_bits(Space::F, SYNTAX.byte, &[(SYNTAX.bit, zero), (NOT_BCD.bit, wrong)])?;
-        if call {
-            let site = self.site(at)?;
-            let site = self.builder.ins().iconst(Type::I32, site);
-            let pending = self.pending();
-            self.builder.ins().store(pending, site);
-        }
+        let statement = if call { self.site(at)? } else { self.jump_number(at)? };
+        self.set_pending(statement);
         let refused = self.builder.place();
         let mut targets = vec![refused; usize::from(*NAMED.end()) + 1];
         for (label, to) in self.labels.clone() {
@@ -249,7 +320,13 @@ impl Lowerer<'_> {
         self.store_bit(SYNTAX, missing)
     }
 
-    /// Where an indirect call leaves its number.
+    /// The number that a statement has left in the image.
+    fn load_pending(&mut self) -> Value {
+        let pending = self.pending();
+        self.builder.ins().load(Type::I32, pending)
+    }
+
+    /// Where a statement leaves its number.
     fn pending(&self) -> Address {
         Address::fixed(
             self.regions.scratch,
@@ -274,9 +351,9 @@ impl Lowerer<'_> {
         for Stub { to, call, place } in std::mem::take(&mut self.stubs) {
             self.bind(place);
             if call {
-                self.enter(Site::Pending, to);
+                self.enter(Number::Pending, to);
             } else {
-                self.safepoint(to);
+                self.safepoint(Number::Pending, to);
             }
         }
         for (target, emptied) in std::mem::take(&mut self.emptied) {
@@ -294,12 +371,22 @@ impl Lowerer<'_> {
         }
         if let Some(place) = self.timeout {
             self.bind(place);
-            self.builder.trap(TrapCode::Timeout);
+            let site = self.load_pending();
+            self.trap_at(site);
         }
         if let Some(place) = self.too_deep {
             self.bind(place);
-            self.builder.trap(TrapCode::CallDepth);
+            let call = self.load_pending();
+            let first = self.first_depth_site();
+            let site = self.builder.ins().binary_imm(BinaryOp::Add, call, first);
+            self.trap_at(site);
         }
+    }
+
+    /// Stops the program at a trap site.
+    fn trap_at(&mut self, site: Value) {
+        let none = self.builder.ins().iconst(Type::I32, 0);
+        self.builder.ins().trap_at(site, none);
     }
 
     /// Where the program is stopped since it takes too long.

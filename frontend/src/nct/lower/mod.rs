@@ -61,6 +61,7 @@ pub(super) fn lower_with(
         places: vec![None; program.stmts.len() + 1],
         labels: vec![],
         sites: vec![],
+        jumps: vec![],
         emptied: vec![],
         stubs: vec![],
         timeout: None,
@@ -100,13 +101,15 @@ struct Lowerer<'a> {
     /// The indices of the statements that call, in the source's order. The index in this list is
     /// the call's number.
     sites: Vec<usize>,
+    /// The indices of the statements that jump back, or may do so, in the source's order.
+    jumps: Vec<usize>,
     /// For each place that safepoints lead to the place of the code for fuel that is used up.
     emptied: Vec<(Place, Place)>,
     /// The code that indirect jumps and calls share.
     stubs: Vec<flow::Stub>,
     /// The place of the trap for a module that takes too long.
     timeout: Option<Place>,
-    /// The place of the trap for calls that nest too deep.
+    /// The place of the trap for indirect calls that nest too deep.
     too_deep: Option<Place>,
     /// Register OP, if the current block has it in a value.
     op: Option<Value>,
@@ -119,6 +122,7 @@ impl Lowerer<'_> {
     fn program(&mut self) -> Result {
         self.builder.add_file(self.program.name.clone(), self.program.text.clone());
         self.find_places();
+        self.trap_sites()?;
         self.entries();
         let mut at = 0;
         while at < self.program.stmts.len() {

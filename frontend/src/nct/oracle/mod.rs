@@ -10,7 +10,7 @@ mod run;
 use std::sync::Arc;
 
 use plcc_abi::{
-    Engine, Outcome, ResumePoint, Scan, TrapCode,
+    Engine, Outcome, ResumePoint, Scan, SourceLine, Trap, TrapCode,
     image::{read_u16, write_u16},
     nct::context,
 };
@@ -88,7 +88,7 @@ impl Engine for Interpreter {
             None => Some(entry),
             Some(ResumePoint(number)) => self.resume_points.get(number as usize).copied(),
         };
-        let Some(mut at) = start else { return Outcome::Trap(TrapCode::BadLabel) };
+        let Some(mut at) = start else { return Outcome::trap(TrapCode::BadLabel) };
         let program = Arc::clone(&self.program);
         let layout = Arc::clone(&self.layout);
         let mut run = Run {
@@ -119,11 +119,16 @@ impl Engine for Interpreter {
                 Next::Suspend(next) => {
                     break match self.resume_points.binary_search(&next) {
                         Ok(number) => Outcome::Suspended(ResumePoint(number as u32)),
-                        Err(_) => Outcome::Trap(TrapCode::BadLabel),
+                        Err(_) => Outcome::trap(TrapCode::BadLabel),
                     };
                 }
                 Next::End => break Outcome::End,
-                Next::Trap(code) => break Outcome::Trap(code),
+                Next::Trap(code @ (TrapCode::Timeout | TrapCode::CallDepth)) => {
+                    let line = program.lines.get(at).copied();
+                    let statement = line.map(|line| SourceLine { file: 0, line });
+                    break Outcome::Trap(Trap { statement, ..Trap::new(code) });
+                }
+                Next::Trap(code) => break Outcome::trap(code),
             }
         };
         write_u16(run.image, layout.context + context::OP, run.op);

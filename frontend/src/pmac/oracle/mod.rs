@@ -236,7 +236,7 @@ impl Engine for Interpreter {
             None => Some(0),
             Some(ResumePoint(number)) => task.resume_points.get(number as usize).copied(),
         };
-        let Some(mut at) = start else { return Outcome::Trap(TrapCode::BadLabel) };
+        let Some(mut at) = start else { return Outcome::trap(TrapCode::BadLabel) };
         let memory = Memory {
             layout: &self.layout,
             map: &self.map,
@@ -304,7 +304,7 @@ impl Engine for Interpreter {
                 Statement::EndWhile(head) => {
                     return match task.resume_points.binary_search(&head) {
                         Ok(number) => Outcome::Suspended(ResumePoint(number as u32)),
-                        Err(_) => Outcome::Trap(TrapCode::BadLabel),
+                        Err(_) => Outcome::trap(TrapCode::BadLabel),
                     };
                 }
                 Statement::Plc(op, compiled, set) => {

@@ -4,7 +4,7 @@
 //! computed. An INTEGER is an i16; a LONG, and a product that is divided, is an i32.
 
 use plcc_abi::{
-    TrapCode,
+    SourceLine, TrapCode, TrapSite,
     pmi::{TimerKind, Type as PmiType},
 };
 use plcc_diag::{FileId, SourceMap};
@@ -40,7 +40,11 @@ pub(crate) fn lower(
     };
     let regions = [region(PmiType::Logical)?, region(PmiType::Integer)?, region(PmiType::Long)?];
     let scratch = builder.region(SCRATCH);
-    let mut lowerer = Lowerer { checked, layout, builder, regions, scratch, stack: vec![] };
+    let statement = SourceLine { file: 0, line: 1 };
+    let stack = vec![];
+    let last_site = None;
+    let mut lowerer =
+        Lowerer { checked, layout, builder, regions, scratch, stack, statement, last_site };
     lowerer.program(sources)?;
     match lowerer.builder.statement_over_budget() {
         Some(statement) => Err(LowerError::TooLong(statement)),
@@ -65,6 +69,10 @@ struct Lowerer<'a> {
     scratch: Option<RegionId>,
     /// The evaluation stack of the expression that is being lowered.
     stack: Vec<Operand>,
+    /// The statement that is being lowered.
+    statement: SourceLine,
+    /// The trap site that was added last, with its number.
+    last_site: Option<(TrapSite, u32)>,
 }
 
 fn ir_type(ty: PmiType) -> Type {
@@ -121,6 +129,7 @@ impl Lowerer<'_> {
 
     fn step(&mut self, step: &Step, places: &[Option<Place>]) -> Result {
         let (span, line) = (step.span, step.line);
+        self.statement = SourceLine { file: span.file.0, line };
         self.builder.statement(Statement {
             file: span.file.0,
             line,
@@ -252,6 +261,7 @@ impl Lowerer<'_> {
             Op::LoadAt(id, index) => self.load_at(id, index),
             Op::Element(id) => {
                 let index = self.pop()?;
+                let index = self.check_index(id, index)?;
                 let at = self.element(id, index)?;
                 let ty = ir_type(self.type_of(id)?);
                 Ok(Operand::Value(self.builder.ins().load(ty, at), ty))
@@ -280,24 +290,55 @@ impl Lowerer<'_> {
         Ok(Operand::Value(self.load(ty, offset)?, ir_type(ty)))
     }
 
-    /// An element's address. The code traps if there is no such element.
-    fn element(&mut self, id: SymbolId, index: Operand) -> Result<Address> {
-        let ty = self.type_of(id)?;
+    /// Gives an index as an `i32` that is below the number of the array's elements. The code traps
+    /// if there is no such element.
+    fn check_index(&mut self, id: SymbolId, index: Operand) -> Result<Value> {
+        let array = self.offset(id)?;
         let elements = self.elements(id)?;
         let fits = match index {
             Operand::Const(value) => u32::try_from(value).is_ok_and(|value| value < elements),
             Operand::Value(_, ty) => ty == Type::I1 && elements >= 2,
         };
-        let index = self.as_type(index, Type::I32);
+        let index = match index {
+            // A negative index becomes one of 2^15 or more, which no element has either. Its low 16
+            // bits, which the trap is given, stay the same.
+            Operand::Value(value, Type::I16) if elements <= 1 << 15 => {
+                self.builder.ins().zextend_or_trunc(Type::I32, value)
+            }
+            _ => self.as_type(index, Type::I32),
+        };
         if !fits {
+            let (code, statement) = (TrapCode::ArrayBounds, self.statement);
+            let site = self.trap_site(TrapSite { code, statement, array: Some(array) });
             let ins = self.builder.ins();
             let inside = ins.icmp_imm(IntCond::Ult, index, i64::from(elements));
             let (go, stop) = (ins.create_block(), ins.create_block());
             ins.brif(inside, go, stop);
             ins.switch_to(stop);
-            ins.trap(TrapCode::ArrayBounds);
+            let before = ins.set_cold(true);
+            let site = ins.iconst(Type::I32, site.into());
+            ins.trap_at(site, index);
+            ins.set_cold(before);
             ins.switch_to(go);
         }
+        Ok(index)
+    }
+
+    /// The number of a trap site. Accesses to one array in one statement have the same.
+    fn trap_site(&mut self, site: TrapSite) -> u32 {
+        match self.last_site {
+            Some((last, number)) if last == site => number,
+            _ => {
+                let number = self.builder.trap_site(site);
+                self.last_site = Some((site, number));
+                number
+            }
+        }
+    }
+
+    /// An element's address, by an index that was checked.
+    fn element(&self, id: SymbolId, index: Value) -> Result<Address> {
+        let (ty, elements) = (self.type_of(id)?, self.elements(id)?);
         let offset = self.within(ty, self.offset(id)?)?;
         Ok(Address::indexed(self.region(ty), offset, index, ty.size(), elements))
     }
@@ -386,18 +427,28 @@ impl Lowerer<'_> {
     }
 
     fn assign(&mut self, target: &Target, value: &Ops) -> Result {
-        // Neither side has an effect other than a trap, so their order does not matter.
-        self.expression(value)?;
-        let (id, at) = match target {
-            Target::Scalar(id) => (*id, self.scalar(*id, 0)?),
-            Target::At(id, index) => (*id, self.scalar(*id, *index)?),
+        // An index of the target is computed and checked before the value, since both may trap.
+        let (id, index) = match target {
+            Target::Scalar(id) => (*id, None),
+            Target::At(id, index) => (*id, Some(*index)),
             Target::Element(id, index) => {
                 self.expression(index)?;
                 let index = self.pop()?;
-                (*id, self.element(*id, index)?)
+                let index = self.check_index(*id, index)?;
+                self.stack.push(Operand::Value(index, Type::I32));
+                (*id, None)
             }
         };
+        self.expression(value)?;
         let operand = self.pop()?;
+        let at = match target {
+            Target::Element(..) => {
+                let index = self.pop()?;
+                let index = self.as_type(index, Type::I32);
+                self.element(id, index)?
+            }
+            Target::Scalar(_) | Target::At(..) => self.scalar(id, index.unwrap_or(0))?,
+        };
         let ty = self.type_of(id)?;
         let mut value = match ty {
             PmiType::Logical => self.logical(operand),

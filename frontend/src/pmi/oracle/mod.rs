@@ -8,14 +8,14 @@ mod resolve;
 mod row;
 
 use plcc_abi::{
-    Engine, Outcome, ResumePoint, Scan, TrapCode,
+    Engine, Outcome, ResumePoint, Scan, SourceLine, Trap, TrapCode,
     image::{write_i16, write_i32, write_u8},
     pmi::{Type, arithmetic},
 };
 use plcc_diag::Span;
 
 use crate::pmi::{
-    ast::{Action, Checked},
+    ast::{self, Action, Checked},
     layout::Layout,
 };
 use effect::Effect;
@@ -50,6 +50,8 @@ pub struct Interpreter {
     /// The place of each step's statement; `None` for the jump at the end of an IF's body, which is
     /// no statement of its own.
     spans: Vec<Option<Span>>,
+    /// The line at which each step's statement begins.
+    lines: Vec<SourceLine>,
 }
 
 impl Interpreter {
@@ -61,7 +63,9 @@ impl Interpreter {
         let is_statement = |action: &Action| !matches!(action, Action::Jump { is_goto: false, .. });
         let spans =
             checked.steps.iter().map(|s| is_statement(&s.action).then_some(s.span)).collect();
-        Self { rows, steps, effects, counts: vec![], spans }
+        let line = |step: &ast::Step| SourceLine { file: step.span.file.0, line: step.line };
+        let lines = checked.steps.iter().map(line).collect();
+        Self { rows, steps, effects, counts: vec![], spans, lines }
     }
 
     /// The same interpreter, which from now on counts how often each step runs.
@@ -75,38 +79,46 @@ impl Interpreter {
         self.spans.iter().zip(&self.counts).filter_map(|(span, &count)| Some(((*span)?, count)))
     }
 
-    /// Runs a scan; `None` if an index was outside its array.
-    fn scan(&mut self, image: &mut [u8]) -> Option<()> {
+    /// Runs a scan.
+    ///
+    /// # Errors
+    /// When an index was outside its array: the index of the step. [`Rows::missing`] is the element.
+    fn scan(&mut self, image: &mut [u8]) -> Result<(), usize> {
         let Self { rows, steps, effects, counts, .. } = self;
         let mut at = 0;
         while let Some(step) = steps.get(at) {
             if let Some(count) = counts.get_mut(at) {
                 *count += 1;
             }
+            let this = at;
             at += 1;
             match *step {
                 Step::Logical { offset, value } => {
-                    let value = rows.value(value, image)?;
+                    let value = rows.value(value, image).ok_or(this)?;
                     write_u8(image, offset, u8::from(value != 0));
                 }
                 Step::Assign { place, value, effect } => {
-                    let value = rows.value(value, image)?;
+                    let value = rows.value(value, image).ok_or(this)?;
                     assign(image, place, value, effects.get(effect as usize));
                 }
                 Step::AssignElement { array, index, value, effect } => {
-                    let place = array.at(rows.value(index, image)?)?;
-                    let value = rows.value(value, image)?;
+                    let place =
+                        array.at(rows.value(index, image).ok_or(this)?).map_err(|element| {
+                            rows.missing = Some(element);
+                            this
+                        })?;
+                    let value = rows.value(value, image).ok_or(this)?;
                     assign(image, place, value, effects.get(effect as usize));
                 }
                 Step::If { condition, otherwise } => {
-                    if rows.value(condition, image)? == 0 {
+                    if rows.value(condition, image).ok_or(this)? == 0 {
                         at = otherwise as usize;
                     }
                 }
                 Step::Jump(to) => at = to as usize,
             }
         }
-        Some(())
+        Ok(())
     }
 }
 
@@ -135,8 +147,12 @@ impl Engine for Interpreter {
             return Outcome::End;
         }
         match self.scan(scan.image) {
-            Some(()) => Outcome::End,
-            None => Outcome::Trap(TrapCode::ArrayBounds),
+            Ok(()) => Outcome::End,
+            Err(step) => Outcome::Trap(Trap {
+                code: TrapCode::ArrayBounds,
+                statement: self.lines.get(step).copied(),
+                element: self.rows.missing,
+            }),
         }
     }
 }

@@ -6,6 +6,7 @@
 //! diagram, is one code together with it, which is faster.
 
 use plcc_abi::{
+    MissingElement,
     image::{read_i16, read_i32, read_u8},
     pmi::{Type, arithmetic},
 };
@@ -37,11 +38,18 @@ pub(super) struct Array {
 }
 
 impl Array {
-    /// The place of an element; `None` if `index` is outside the array.
-    pub(super) fn at(self, index: i32) -> Option<Place> {
-        let index = u32::try_from(index).ok().filter(|&index| index < self.elements)?;
+    /// The place of an element.
+    ///
+    /// # Errors
+    /// When `index` is outside the array.
+    pub(super) fn at(self, index: i32) -> Result<Place, MissingElement> {
         let Place { offset, ty } = self.first;
-        Some(Place { offset: offset + index * ty.size(), ty })
+        match u32::try_from(index) {
+            Ok(index) if index < self.elements => {
+                Ok(Place { offset: offset + index * ty.size(), ty })
+            }
+            _ => Err(MissingElement { array: offset, index: index as i16 }),
+        }
     }
 }
 
@@ -83,6 +91,8 @@ pub(super) struct Rows {
     codes: Vec<Code>,
     arrays: Vec<Array>,
     stack: Vec<i32>,
+    /// The element that was accessed last of those that do not exist.
+    pub(super) missing: Option<MissingElement>,
 }
 
 impl Rows {
@@ -139,9 +149,9 @@ impl Rows {
         }
     }
 
-    /// The value of an expression; `None` if an index is outside its array.
+    /// The value of an expression; `None` if an index is outside its array. Then `missing` says which.
     pub(super) fn value(&mut self, row: Row, image: &[u8]) -> Option<i32> {
-        let Self { codes, arrays, stack } = self;
+        let Self { codes, arrays, stack, missing } = self;
         let codes = codes.get(row.from as usize..row.to as usize).unwrap_or(&[]);
         let stack = stack.as_mut_slice();
         let (mut value, mut waiting) = (0, 0usize);
@@ -170,7 +180,13 @@ impl Rows {
                     continue;
                 }
                 Code::Element(array) => {
-                    value = arrays.get(array as usize)?.at(value)?.read(image);
+                    match arrays.get(array as usize)?.at(value) {
+                        Ok(element) => value = element.read(image),
+                        Err(element) => {
+                            *missing = Some(element);
+                            return None;
+                        }
+                    }
                     continue;
                 }
                 Code::Neg16 => {

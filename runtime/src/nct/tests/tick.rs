@@ -188,7 +188,7 @@ fn a_stop_turns_the_lines_off() {
         assert_eq!(get(&mut executive, "O012"), 1);
         let mut engine = Script(
             |running, _: &mut plcc_abi::Scan<'_>| {
-                if running == module { Outcome::Trap(code) } else { Outcome::End }
+                if running == module { Outcome::trap(code) } else { Outcome::End }
             },
         );
         let stop = executive.tick(&mut engine, &mut vec![]).unwrap_err();
