@@ -65,7 +65,7 @@ pub use program::{Dialect, Program, Region, Tables, Task};
 pub use resume::ResumeLabels;
 #[cfg(feature = "suggest")]
 pub use suggest::closest;
-pub use symbols::{ImageSymbol, ImageType};
+pub use symbols::{BitField, ImageSymbol, ImageType};
 
 /// The version of everything in this crate. An artifact of another version is refused, so it is
 /// raised with every change after which an older artifact would be misread: of the tables, the

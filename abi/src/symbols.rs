@@ -59,7 +59,32 @@ pub struct ImageSymbol {
     pub elements: u32,
 }
 
+/// A variable that is a part of a word of 32 bits in the image, little endian.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BitField {
+    /// The name in the language's canonical spelling.
+    pub name: String,
+    /// Offset of the word in bytes.
+    pub offset: u32,
+    /// The lowest of its bits, counted from the word's lowest.
+    pub first: u8,
+    /// How many bits it has, at least one; with `first` at most 32.
+    pub width: u8,
+    /// Whether the highest of them is a sign.
+    pub signed: bool,
+}
+
 impl Tables {
+    /// The variables of a program that are parts of words, as they are when the program is loaded:
+    /// PMAC's M and L whose definition names bits of a word that lies in the image, in binary. The
+    /// program may move an M-variable while it runs.
+    pub fn bit_fields(&self) -> Vec<BitField> {
+        match self {
+            Self::Pmi(_) | Self::Nct(_) => Vec::new(),
+            Self::Pmac(tables) => pmac::bit_fields(tables),
+        }
+    }
+
     /// The variables of a program that lie in its image, in the order of its tables. Variables
     /// whose place may change while the program runs (PMAC's M and L) are not among them.
     pub fn symbols(&self) -> Vec<ImageSymbol> {

@@ -25,5 +25,5 @@ pub use memory::{Memory, View};
 pub use name::{PmacName, PmacNameError};
 pub use range::Range;
 pub use sparse_memory::SparseMemory;
-pub(crate) use symbols::symbols;
+pub(crate) use symbols::{bit_fields, symbols};
 pub use tables::{Define, Kind, Output, PlcOp, PmacTables, Program, Text, Variable};

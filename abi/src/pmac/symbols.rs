@@ -1,9 +1,10 @@
 //! PMAC's variables by their place in the image.
 
-use alloc::{format, vec::Vec};
+use alloc::{format, vec, vec::Vec};
 
-use super::{Kind, Layout, PmacTables};
-use crate::{ImageSymbol, ImageType};
+use super::{Definition, Field, Format, Kind, Layout, Place, PmacTables, Run, Space};
+use crate::image::read_u64;
+use crate::{BitField, ImageSymbol, ImageType};
 
 /// P, Q and I; where an M or an L lies depends on its definition, which may change.
 pub(crate) fn symbols(tables: &PmacTables) -> Vec<ImageSymbol> {
@@ -20,6 +21,40 @@ pub(crate) fn symbols(tables: &PmacTables) -> Vec<ImageSymbol> {
             Kind::L | Kind::M => return None,
         };
         Some(ImageSymbol { name, ty: ImageType::Double, offset, elements: 1 })
+    };
+    tables.named.iter().filter_map(place).collect()
+}
+
+/// M and L that are bits of a word in the image, as they are defined after the download.
+pub(crate) fn bit_fields(tables: &PmacTables) -> Vec<BitField> {
+    let layout = Layout::new(tables.controller);
+    let mut image = vec![0; layout.size as usize];
+    Run::unpack(&tables.initial, &mut image);
+    let place = |named: &super::Variable| {
+        let number = named.number;
+        let (letter, definition) = match named.kind {
+            Kind::M => {
+                let code = read_u64(&image, layout.definition_offset(number));
+                ("M", Definition::decode(code))
+            }
+            Kind::L => ("L", tables.l.iter().find(|(l, _)| *l == number)?.1),
+            Kind::P | Kind::I | Kind::Q => return None,
+        };
+        let (space, address, field) = match definition {
+            Definition::X { address, field } => (Space::X, address, field),
+            Definition::Y { address, field } => (Space::Y, address, field),
+            _ => return None,
+        };
+        let Place::Word(offset) = layout.place(space, address) else { return None };
+        let Field { offset: first, width, format } = field;
+        // A single bit has no format.
+        let signed = match format {
+            Format::U => false,
+            _ if width == 1 => false,
+            Format::S => true,
+            Format::D | Format::C => return None,
+        };
+        Some(BitField { name: format!("{letter}{number}"), offset, first, width, signed })
     };
     tables.named.iter().filter_map(place).collect()
 }
