@@ -378,6 +378,15 @@ pub(crate) struct BuildArgs {
     #[arg(long)]
     pub(crate) time_passes: bool,
 
+    /// --emit obj: what the names of its symbols begin with, so that several objects can be linked
+    /// together [default: plcc]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) prefix: Option<String>,
+
+    /// --emit obj: debuggers are told the folder NEW in place of OLD, in which the sources lie
+    #[arg(long, value_name = "OLD=NEW")]
+    pub(crate) debug_prefix_map: Vec<String>,
+
     /// How diagnostics are written: for people, or as JSON for programs
     #[arg(long, value_name = "FORMAT", default_value = "human")]
     pub(crate) message_format: FormatArg,

@@ -136,7 +136,8 @@ fn objects_have_symbols_and_lines() {
     for triple in TARGETS {
         let target = Target::baseline(triple).unwrap();
         let code = compile(&module, &target).unwrap();
-        let bytes = emit::object(&program, &code, &target).unwrap();
+        let bytes =
+            emit::object(&program, &code, &target, &emit::ObjectOptions::default()).unwrap();
         let file = object::File::parse(&*bytes).unwrap();
         for name in ["plcc_code", "plcc_labels", "plcc_tasks", "plcc_layout"] {
             let found = file.symbols().any(|s| s.name() == Ok(name) && s.is_global());
@@ -170,8 +171,11 @@ fn an_object_runs_in_c() {
     let code = compile(&module, &target).unwrap();
     let folder = std::env::temp_dir().join(format!("plcc-emit-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("count.o"), emit::object(&program, &code, &target).unwrap())
-        .unwrap();
+    std::fs::write(
+        folder.join("count.o"),
+        emit::object(&program, &code, &target, &emit::ObjectOptions::default()).unwrap(),
+    )
+    .unwrap();
     std::fs::write(
         folder.join("main.c"),
         r#"

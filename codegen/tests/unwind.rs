@@ -126,7 +126,11 @@ fn build(folder: &Path) {
     let target = Target::host_baseline().unwrap();
     let code = compile(&module, &target).unwrap();
     fs::create_dir_all(folder).unwrap();
-    fs::write(folder.join("scan.o"), emit::object(&program, &code, &target).unwrap()).unwrap();
+    fs::write(
+        folder.join("scan.o"),
+        emit::object(&program, &code, &target, &emit::ObjectOptions::default()).unwrap(),
+    )
+    .unwrap();
     fs::write(folder.join("main.c"), MAIN).unwrap();
     fs::write(folder.join("script"), SCRIPT).unwrap();
     let status = Command::new("cc")

@@ -5,6 +5,7 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use plcc_abi::Program;
+use plcc_codegen::emit::ObjectOptions;
 use plcc_codegen::{Target, emit};
 use plcc_frontend::common::Lowered;
 use plcc_frontend::language;
@@ -32,6 +33,7 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         stem.push("-");
         stem.push(target.architecture());
     }
+    let object = object_options(args)?;
     let path = match (&args.output, args.emit) {
         (Some(path), _) => path.clone(),
         (None, Emit::Artifact) => named(&stem, "plcx"),
@@ -61,7 +63,7 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
                 report.message(&format!("{:<16} {ms:>9.3} ms", pass.name()));
             }
         }
-        let bytes = make(&lowered, &target, args.emit)?;
+        let bytes = make(&lowered, &target, args.emit, &object)?;
         Ok((lowered, bytes))
     });
     let (lowered, mut bytes) = match made {
@@ -83,6 +85,32 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
+/// How an object is made: `--prefix` and `--debug-prefix-map`.
+fn object_options(args: &BuildArgs) -> Result<ObjectOptions, Failure> {
+    if args.emit != Emit::Obj && !(args.prefix.is_none() && args.debug_prefix_map.is_empty()) {
+        let what = "--prefix and --debug-prefix-map are for objects: --emit obj";
+        return Err(Failure::usage(what));
+    }
+    let default = ObjectOptions::default();
+    let prefix = args.prefix.clone().unwrap_or(default.prefix);
+    let mut chars = prefix.chars();
+    let begins = chars.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_');
+    if !begins || !chars.all(|c| c.is_ascii_alphanumeric() || c == '_') {
+        return Err(Failure::usage(format!("--prefix: `{prefix}` is no name of C")));
+    }
+    let folder = std::env::current_dir().map(|folder| folder.to_string_lossy().into_owned());
+    let folder = folder.unwrap_or(default.folder);
+    let mut prefix_map = vec![];
+    for map in &args.debug_prefix_map {
+        let Some((old, new)) = map.split_once('=') else {
+            let what = format!("--debug-prefix-map: `{map}` is not OLD=NEW");
+            return Err(Failure::usage(what));
+        };
+        prefix_map.push((old.to_owned(), new.to_owned()));
+    }
+    Ok(ObjectOptions { prefix, folder, prefix_map })
+}
+
 /// The name of an output file in the current folder.
 fn named(stem: &OsStr, ending: &str) -> PathBuf {
     let mut name = stem.to_owned();
@@ -101,7 +129,12 @@ fn listing_comments(program: &Program) -> Vec<u8> {
 }
 
 /// The bytes of the form that was asked for.
-fn make(lowered: &Lowered, target: &Target, form: Emit) -> Result<Vec<u8>, CompileError> {
+fn make(
+    lowered: &Lowered,
+    target: &Target,
+    form: Emit,
+    object: &ObjectOptions,
+) -> Result<Vec<u8>, CompileError> {
     Ok(match form {
         Emit::Artifact => {
             let code = compile::code(lowered, target)?;
@@ -109,7 +142,7 @@ fn make(lowered: &Lowered, target: &Target, form: Emit) -> Result<Vec<u8>, Compi
         }
         Emit::Obj => {
             let code = compile::code(lowered, target)?;
-            emit::object(&lowered.program, &code, target)?
+            emit::object(&lowered.program, &code, target, object)?
         }
         Emit::Ir => plcc_ir::text::print(&lowered.module).into_bytes(),
         Emit::Clif => emit::clif(&lowered.module, target)?.into_bytes(),

@@ -1,4 +1,5 @@
-//! Debug information of an object, DWARF 5: the functions, and the source line of each instruction.
+//! Debug information of an object, DWARF 5: the functions, the source line of each instruction, and the
+//! [type of the image](super::image_type).
 
 use gimli::write::{
     Address, AttributeValue, DwarfUnit, EndianVec, FileId, LineProgram, LineString, RelocateWriter,
@@ -10,6 +11,8 @@ use gimli::{
     DW_TAG_subprogram, Encoding, Format, LineEncoding, RunTimeEndian, SectionId,
 };
 use plcc_abi::{Code, CodeLine, Program};
+
+use super::{ObjectOptions, image_type};
 
 /// A section's bytes, and the relocations that the linker has to apply to them.
 #[derive(Clone)]
@@ -39,6 +42,7 @@ impl RelocateWriter for Section {
 pub(super) fn sections(
     program: &Program,
     code: &Code,
+    options: &ObjectOptions,
 ) -> gimli::write::Result<Vec<(SectionId, Section)>> {
     let encoding = Encoding { format: Format::Dwarf32, version: 5, address_size: 8 };
     let mut dwarf = DwarfUnit::new(encoding);
@@ -48,21 +52,23 @@ pub(super) fn sections(
         LineString::new(text, encoding, &mut dwarf.line_strings)
     };
     let first = program.files.first().map_or("", String::as_str);
-    let (folder, name) = (string(&mut dwarf, "."), string(&mut dwarf, first));
+    let mapped_folder = options.mapped(&options.folder);
+    let (folder, name) =
+        (string(&mut dwarf, &mapped_folder), string(&mut dwarf, &options.mapped(first)));
     let line_encoding = LineEncoding::default();
     let mut lines = LineProgram::new(encoding, line_encoding, folder, None, name, None);
     let directory = lines.default_directory();
     let files: Vec<FileId> = program
         .files
         .iter()
-        .map(|name| lines.add_file(string(&mut dwarf, name), directory, None))
+        .map(|name| lines.add_file(string(&mut dwarf, &options.mapped(name)), directory, None))
         .collect();
     let root = dwarf.unit.root();
     let mut attributes = vec![
         (DW_AT_producer, text("plcc")),
         (DW_AT_language, AttributeValue::Language(DW_LANG_C99)),
-        (DW_AT_name, text(first)),
-        (DW_AT_comp_dir, text(".")),
+        (DW_AT_name, text(&options.mapped(first))),
+        (DW_AT_comp_dir, text(&mapped_folder)),
         (DW_AT_stmt_list, AttributeValue::LineProgramRef),
     ];
     if let (Some(start), Some(last)) = (code.functions.first(), code.functions.last()) {
@@ -104,6 +110,7 @@ pub(super) fn sections(
         lines.end_sequence(function.len.into());
     }
     dwarf.unit.line_program = lines;
+    image_type::add(&mut dwarf, program, &options.prefix);
     let empty = Section { bytes: EndianVec::new(RunTimeEndian::Little), relocations: vec![] };
     let mut sections = Sections::new(empty);
     dwarf.write(&mut sections)?;

@@ -8,6 +8,7 @@ mod asm;
 #[allow(clippy::indexing_slicing, reason = "a SecondaryMap has a value for every key")]
 mod clif;
 mod dwarf;
+mod image_type;
 mod layout;
 mod object;
 mod source;
@@ -15,4 +16,4 @@ mod source;
 pub use asm::asm;
 pub use clif::clif;
 pub use layout::layout;
-pub use object::object;
+pub use object::{ObjectOptions, object};

@@ -1,6 +1,7 @@
 //! A relocatable object: ELF, for linkers and debuggers.
 //!
-//! `codegen/include/plcc.h` declares what it exports, and holds the loop that calls it:
+//! `codegen/include/plcc.h` declares what it exports, and holds the loop that calls it. Names begin with
+//! a prefix, so that several programs can be linked together; `plcc` is the default:
 //!
 //! | symbol | is |
 //! | --- | --- |
@@ -18,6 +19,7 @@
 //! DWARF 5.
 
 use std::collections::HashMap;
+use std::path::Path;
 
 use gimli::SectionId;
 use object::write::{
@@ -37,11 +39,49 @@ use crate::{CodegenError, Target};
 /// Alignment of the code in bytes.
 const CODE_ALIGNMENT: u64 = 16;
 
+/// What can be chosen for an object.
+#[derive(Clone, Debug)]
+pub struct ObjectOptions {
+    /// What the names of its symbols begin with, a name of C. An underscore follows it.
+    pub prefix: String,
+    /// The folder from which the names of the sources start, for debuggers.
+    pub folder: String,
+    /// Folders and what stands for each of them in what debuggers are told: of the first that a path
+    /// begins with, the second takes the place.
+    pub prefix_map: Vec<(String, String)>,
+}
+
+impl Default for ObjectOptions {
+    fn default() -> Self {
+        Self { prefix: "plcc".into(), folder: ".".into(), prefix_map: vec![] }
+    }
+}
+
+impl ObjectOptions {
+    /// A path as debuggers are told it.
+    pub(super) fn mapped(&self, path: &str) -> String {
+        let found = self.prefix_map.iter().find_map(|(old, new)| {
+            let rest = Path::new(path).strip_prefix(old).ok()?;
+            Some(Path::new(new).join(rest).to_string_lossy().into_owned())
+        });
+        let path = found.unwrap_or_else(|| path.to_owned());
+        // A folder joined with nothing ends with a slash.
+        let trimmed = path.trim_end_matches('/');
+        if trimmed.is_empty() { path } else { trimmed.to_owned() }
+    }
+}
+
 /// An object file, ELF, of code that was compiled for the target.
 ///
 /// # Errors
 /// When objects can't be made for it.
-pub fn object(program: &Program, code: &Code, target: &Target) -> Result<Vec<u8>, CodegenError> {
+pub fn object(
+    program: &Program,
+    code: &Code,
+    target: &Target,
+    options: &ObjectOptions,
+) -> Result<Vec<u8>, CodegenError> {
+    let prefix = &options.prefix;
     let fail = |reason: String| CodegenError::Target { triple: target.triple(), reason };
     let architecture = match target.isa.triple().architecture {
         Architecture::X86_64 => ObjectArchitecture::X86_64,
@@ -54,21 +94,21 @@ pub fn object(program: &Program, code: &Code, target: &Target) -> Result<Vec<u8>
     let text = object.add_section(vec![], b".text".to_vec(), SectionKind::Text);
     object.append_section_data(text, &code.bytes, CODE_ALIGNMENT);
     let whole = SymbolPlace { section: text, offset: 0, size: 0, kind: SymbolKind::Label };
-    whole.export(&mut object, "plcc_code");
+    whole.export(&mut object, &format!("{prefix}_code"));
     let functions: Vec<SymbolId> = code
         .functions
         .iter()
         .map(|function| {
             let (offset, size) = (function.offset.into(), function.len.into());
             let place = SymbolPlace { section: text, offset, size, kind: SymbolKind::Text };
-            place.export(&mut object, &format!("plcc_{}", function.name))
+            place.export(&mut object, &format!("{prefix}_{}", function.name))
         })
         .collect();
     add_unwind(&mut object, code, &functions).map_err(|error| fail(error.to_string()))?;
-    add_tables(&mut object, program, code);
+    add_tables(&mut object, program, code, prefix);
     // Without this note linkers take the object to need a stack that can be executed.
     object.add_section(vec![], b".note.GNU-stack".to_vec(), SectionKind::Other);
-    let debug = dwarf::sections(program, code).map_err(|error| fail(error.to_string()))?;
+    let debug = dwarf::sections(program, code, options).map_err(|error| fail(error.to_string()))?;
     add_debug(&mut object, &debug, &functions).map_err(|error| fail(error.to_string()))?;
     object.write().map_err(|error| fail(error.to_string()))
 }
@@ -97,32 +137,32 @@ impl SymbolPlace {
 }
 
 /// Adds the constants and tables that `plcc.h` declares.
-fn add_tables(object: &mut Object<'_>, program: &Program, code: &Code) {
+fn add_tables(object: &mut Object<'_>, program: &Program, code: &Code, prefix: &str) {
     let section = object.add_section(vec![], b".rodata".to_vec(), SectionKind::ReadOnlyData);
     let mut add = |name: &str, bytes: &[u8], align: u64| {
         let offset = object.append_section_data(section, bytes, align);
         let place =
             SymbolPlace { section, offset, size: bytes.len() as u64, kind: SymbolKind::Data };
-        place.export(object, name);
+        place.export(object, &format!("{prefix}_{name}"));
     };
     let words = |words: &mut dyn Iterator<Item = u32>| -> Vec<u8> {
         words.flat_map(u32::to_le_bytes).collect()
     };
     let mut number = |name: &str, value: u32| add(name, &value.to_le_bytes(), 4);
-    number("plcc_abi_version", ABI_VERSION);
-    number("plcc_image_size", program.image_size);
-    number("plcc_label_count", code.labels.len() as u32);
-    number("plcc_task_count", program.tasks.len() as u32);
-    number("plcc_trap_site_count", code.trap_sites.len() as u32);
+    number("abi_version", ABI_VERSION);
+    number("image_size", program.image_size);
+    number("label_count", code.labels.len() as u32);
+    number("task_count", program.tasks.len() as u32);
+    number("trap_site_count", code.trap_sites.len() as u32);
     let sites = code.trap_sites.iter().flat_map(|site| {
         let SourceLine { file, line } = site.statement;
         [site.code as u32, file, line, site.array.unwrap_or(u32::MAX)]
     });
-    add("plcc_trap_sites", &words(&mut sites.into_iter()), 4);
-    add("plcc_labels", &words(&mut code.labels.iter().copied()), 4);
-    add("plcc_tasks", &words(&mut program.tasks.iter().map(|task| task.entry)), 4);
+    add("trap_sites", &words(&mut sites.into_iter()), 4);
+    add("labels", &words(&mut code.labels.iter().copied()), 4);
+    add("tasks", &words(&mut program.tasks.iter().map(|task| task.entry)), 4);
     let text = layout(program).replace('\0', "?") + "\0";
-    add("plcc_layout", text.as_bytes(), 1);
+    add("layout", text.as_bytes(), 1);
 }
 
 /// Adds the unwind information. The linker puts the functions' addresses in.

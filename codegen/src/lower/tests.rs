@@ -14,10 +14,16 @@ fn module(body: &str) -> Module {
 }
 
 fn lower(module: &Module) -> Result<(), InternalError> {
+    clif(module).map(|_| ())
+}
+
+fn clif(module: &Module) -> Result<String, InternalError> {
     let target = Target::host().unwrap();
     let (_, func) = module.funcs().next().unwrap();
     let mut context = FunctionBuilderContext::new();
-    super::function(module, func, &*target.isa, &mut Function::new(), &mut context)
+    let mut function = Function::new();
+    super::function(module, func, &*target.isa, &mut function, &mut context)?;
+    Ok(function.to_string())
 }
 
 #[test]
@@ -40,4 +46,70 @@ fn impossible_ir_is_an_internal_error() {
     let mut without = module(valid);
     without.regions.clear();
     assert_eq!(lower(&without).unwrap_err().reason, "its region is not there");
+}
+
+/// An index is compared once more only where no comparison before it shows that it is inside.
+#[test]
+fn an_index_that_was_checked_is_not_checked_again() {
+    let index = "v0: i16 = load data:0\nv1: i32 = zext v0\n";
+    let access = "v9: i8 = load data:4[v1 * 2, 5]\nstore data:15, v9\nreturn\n";
+    for (head, blocks, again) in [
+        ("v2: i32 = iconst 5\nv3: i1 = icmp ult v1, v2\nbrif v3, block1, block2", "", false),
+        ("v2: i16 = iconst 5\nv3: i1 = icmp ult v0, v2\nbrif v3, block1, block2", "", false),
+        ("v2: i32 = iconst 4\nv3: i1 = icmp ule v1, v2\nbrif v3, block1, block2", "", false),
+        ("v2: i32 = iconst 5\nv3: i1 = icmp uge v1, v2\nbrif v3, block2, block1", "", false),
+        ("v2: i32 = iconst 3\nv3: i1 = icmp ult v1, v2\nbrif v3, block1, block2", "", false),
+        // A block between them.
+        (
+            "v2: i32 = iconst 5\nv3: i1 = icmp ult v1, v2\nbrif v3, block3, block2",
+            "block3:\njump block1\n",
+            false,
+        ),
+        // The limit is too high, the comparison is signed or of another value, or the access is on
+        // the other side.
+        ("v2: i32 = iconst 6\nv3: i1 = icmp ult v1, v2\nbrif v3, block1, block2", "", true),
+        ("v2: i32 = iconst 5\nv3: i1 = icmp ule v1, v2\nbrif v3, block1, block2", "", true),
+        ("v2: i32 = iconst 5\nv3: i1 = icmp slt v1, v2\nbrif v3, block1, block2", "", true),
+        (
+            "v2: i32 = iconst 5\nv4: i32 = load data:8\nv3: i1 = icmp ult v4, v2\n\
+             brif v3, block1, block2",
+            "",
+            true,
+        ),
+        ("v2: i32 = iconst 5\nv3: i1 = icmp ult v1, v2\nbrif v3, block2, block1", "", true),
+        // Another way leads to the access: a jump, or both sides of the branch.
+        (
+            "v2: i32 = iconst 5\nv3: i1 = icmp ult v1, v2\nbrif v3, block1, block3",
+            "block3:\njump block1\n",
+            true,
+        ),
+        ("v2: i32 = iconst 5\nv3: i1 = icmp ult v1, v2\nbrif v3, block1, block1", "", true),
+    ] {
+        let body = format!("{index}{head}\nblock1:\n{access}block2:\nreturn\n{blocks}");
+        let text = clif(&module(&body)).unwrap();
+        assert_eq!(text.contains("select"), again, "{body}\n{text}");
+    }
+}
+
+/// The index is widened where its narrow value is defined, and compared in the same register.
+#[test]
+fn an_index_is_widened_once() {
+    let body = "v0: i16 = load data:0\nv1: i32 = zext v0\nv2: i32 = iconst 5\n\
+                v3: i1 = icmp ult v1, v2\nbrif v3, block1, block2\nblock1:\n\
+                v4: i8 = load data:4[v1 * 2, 5]\nstore data:15, v4\nreturn\nblock2:\nreturn";
+    let text = clif(&module(body)).unwrap();
+    assert_eq!(text.matches("uextend").count(), 1, "{text}");
+}
+
+/// All traps of a function leave it in one block.
+#[test]
+fn traps_of_a_function_share_their_exit() {
+    let head = "image 16\nregion data at 0 size 16\ntask \"scan\" L0\nfn \"f\" {\nblock0 (L0):\n";
+    let text = format!(
+        "{head}v0: i32 = load data:0\nv1: i1 = trunc v0\nbrif v1, block1, block2\nblock1:\n\
+         v2: i32 = iconst 0\ntrap_at v2, v0\nblock2:\nv3: i32 = iconst 1\ntrap_at v3, v0\n}}\n\
+         trap_site timeout file 0 line 1\ntrap_site call_depth file 0 line 2\n"
+    );
+    let text = clif(&parse(&text).unwrap()).unwrap();
+    assert_eq!(text.matches("return").count(), 1, "{text}");
 }

@@ -17,8 +17,8 @@ use crate::nct::{
     status_flags::{HIGH_WORD, NOT_BCD, STATUS_BYTES},
 };
 
-/// The region of the values of OP that brackets keep. Behind them stands the number of the indirect
-/// call that is being done.
+/// The region of the values of OP that brackets keep. Behind them stands the number of the
+/// statement that jumps back or calls, see `lower/flow.rs`.
 pub(crate) const SCRATCH: &str = "scratch";
 /// The region of the results that wait for their gate when the code of a long condition is cut.
 pub(crate) const WAITING: &str = "waiting";
@@ -260,7 +260,7 @@ impl Layout {
         let h = regions.add(region::H, words(H_COUNT), false);
         let m = regions.add(region::M, words(M_COUNT), false);
         let rp = regions.add(region::RP, words(RP_COUNT), false);
-        // The number of the indirect call that is being done lies behind them, aligned.
+        // The number of the statement that jumps back or calls lies behind them, aligned.
         let slots = (u32::from(program.slots) * 2).next_multiple_of(4);
         let scratch = regions.add(SCRATCH, slots + 4, false);
         regions.add(WAITING, WAITING_BITS, true);

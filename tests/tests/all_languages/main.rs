@@ -2,8 +2,10 @@
 //! damaged input.
 #![allow(clippy::indexing_slicing)]
 
+mod arm64;
 mod checkpoint;
 mod conformance;
+mod documented_objects;
 mod engine_change;
 mod fuzz_replay;
 mod loader;
