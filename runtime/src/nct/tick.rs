@@ -207,8 +207,7 @@ impl NctExecutive {
             loop {
                 match self.call(engine, module, REAL_TIME_STEP, false) {
                     Outcome::Suspended(_) if start.elapsed() < limit => {}
-                    // At its next safepoint it is stopped, by a trap that names the statement.
-                    Outcome::Suspended(_) => break self.call(engine, module, 1, true),
+                    Outcome::Suspended(_) => break self.stop_at_safepoint(engine, module),
                     outcome => break outcome,
                 }
             }
@@ -218,6 +217,15 @@ impl NctExecutive {
         match outcome {
             Outcome::End | Outcome::Suspended(_) => Ok(()),
             Outcome::Trap(trap) => Err(self.stop(module, trap)),
+        }
+    }
+
+    /// Lets a module that was suspended go on to its next safepoint, where it is stopped, by a trap
+    /// that names the statement, unless it comes to its end before.
+    fn stop_at_safepoint(&mut self, engine: &mut dyn Engine, module: Module) -> Outcome {
+        match self.call(engine, module, 1, true) {
+            Outcome::Suspended(_) => Outcome::trap(TrapCode::Timeout),
+            outcome => outcome,
         }
     }
 

@@ -507,7 +507,7 @@ fn a_forced_output_has_its_value_on_the_lines_alone() {
     control.force("SPEED", None).unwrap();
     control.idle();
     assert_eq!((control.get("PORT1.7"), control.get("PORT1.0")), (0, 1));
-    let stop = control.scan(|_| Outcome::Trap(TrapCode::ArrayBounds));
+    let stop = control.scan(|_| Outcome::trap(TrapCode::ArrayBounds));
     assert!(stop.is_err());
     assert_eq!(control.get("PORT1.0"), 0, "a stop clears forced lines too");
 }

@@ -29,7 +29,7 @@ impl Engine for StopsAt {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         self.count += 1;
         if self.count > self.at {
-            return Outcome::Trap(TrapCode::BadLabel);
+            return Outcome::trap(TrapCode::BadLabel);
         }
         self.engine.call(task, from, scan)
     }

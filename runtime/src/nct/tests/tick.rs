@@ -321,7 +321,7 @@ fn a_stop_clears_forced_lines_too() {
     let mut engine = Script(|_, _: &mut plcc_abi::Scan<'_>| Outcome::End);
     executive.tick(&mut engine, &mut vec![]).unwrap();
     assert_eq!(get(&mut executive, "O010"), 1);
-    let mut engine = Script(|_, _: &mut plcc_abi::Scan<'_>| Outcome::Trap(TrapCode::Timeout));
+    let mut engine = Script(|_, _: &mut plcc_abi::Scan<'_>| Outcome::trap(TrapCode::Timeout));
     assert!(executive.tick(&mut engine, &mut vec![]).is_err());
     assert_eq!(get(&mut executive, "O010"), 0);
 }
