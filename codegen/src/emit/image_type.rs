@@ -8,10 +8,11 @@
 //! | PMAC `P1`, `I5`, `&2Q5` | `P1`, `I5`, `cs2_Q5` |
 //! | PMAC `M1->Y:$FFC2,8`, as defined after the download | `M1`, one bit |
 //!
-//! What is packed with other things in one byte or word is a bit field. Where names of the language are
-//! no names of C, they are changed as the table shows.
+//! What is packed with other things in one byte or word is a bit field, in a structure without a name
+//! that has just this byte or word: debuggers read a whole structure for a bit field of it. Where names of
+//! the language are no names of C, they are changed as the table shows.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use gimli::write::{AttributeValue, DwarfUnit, UnitEntryId};
 use gimli::{
@@ -20,7 +21,7 @@ use gimli::{
     DW_ATE_float, DW_ATE_signed, DW_ATE_unsigned, DW_TAG_array_type, DW_TAG_base_type,
     DW_TAG_member, DW_TAG_structure_type, DW_TAG_subrange_type, DwAte,
 };
-use plcc_abi::{ImageSymbol, ImageType, Program};
+use plcc_abi::{BitField, ImageSymbol, ImageType, Program};
 
 /// A type of one value.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -47,12 +48,17 @@ pub(super) fn add(dwarf: &mut DwarfUnit, program: &Program, prefix: &str) {
     for symbol in program.tables.symbols() {
         types.symbol(structure, &symbol, &mut names);
     }
-    for field in program.tables.bit_fields() {
-        if names.insert(member_name(&field.name)) {
-            let base = if field.signed { LONG } else { WORD };
-            let first = u64::from(field.offset) * 8 + u64::from(field.first);
-            types.bits(structure, &member_name(&field.name), base, first, field.width.into());
+    let mut words: BTreeMap<u32, UnitEntryId> = BTreeMap::new();
+    for BitField { name, offset, first, width, signed } in program.tables.bit_fields() {
+        let name = member_name(&name);
+        if !names.insert(name.clone()) {
+            continue;
         }
+        let word = match words.get(&offset) {
+            Some(&word) => word,
+            None => *words.entry(offset).or_insert(types.part(structure, offset, WORD.bytes)),
+        };
+        types.bits(word, &name, if signed { LONG } else { WORD }, first, width);
     }
 }
 
@@ -124,14 +130,26 @@ impl Types<'_> {
         self.number(entry, DW_AT_data_member_location, offset.into());
     }
 
-    /// Adds a bit field; `first` counts bits from the image's beginning.
-    fn bits(&mut self, of: UnitEntryId, name: &str, ty: BaseType, first: u64, width: u64) {
+    /// Adds a structure without a name as a member without a name, so that its members are found as
+    /// those of the whole.
+    fn part(&mut self, of: UnitEntryId, offset: u32, bytes: u32) -> UnitEntryId {
+        let root = self.dwarf.unit.root();
+        let part = self.dwarf.unit.add(root, DW_TAG_structure_type);
+        self.number(part, DW_AT_byte_size, bytes.into());
+        let entry = self.dwarf.unit.add(of, DW_TAG_member);
+        self.dwarf.unit.get_mut(entry).set(DW_AT_type, AttributeValue::UnitRef(part));
+        self.number(entry, DW_AT_data_member_location, offset.into());
+        part
+    }
+
+    /// Adds a bit field; `first` counts bits from the structure's beginning.
+    fn bits(&mut self, of: UnitEntryId, name: &str, ty: BaseType, first: u8, width: u8) {
         let base = self.base(ty);
         let entry = self.dwarf.unit.add(of, DW_TAG_member);
         self.name(entry, name);
         self.dwarf.unit.get_mut(entry).set(DW_AT_type, AttributeValue::UnitRef(base));
-        self.number(entry, DW_AT_bit_size, width);
-        self.number(entry, DW_AT_data_bit_offset, first);
+        self.number(entry, DW_AT_bit_size, width.into());
+        self.number(entry, DW_AT_data_bit_offset, first.into());
     }
 
     /// Adds the members of a symbol. A name that is there already is left out.
@@ -143,17 +161,19 @@ impl Types<'_> {
             ImageType::Long => LONG,
             ImageType::Double => DOUBLE,
             ImageType::Byte | ImageType::Bits => {
+                let packed = symbol.ty == ImageType::Byte;
+                let byte = packed.then(|| self.part(of, symbol.offset, 1));
                 for flag in 0..8 {
                     let name = format!("{name}{flag}");
                     if !names.insert(name.clone()) {
                         continue;
                     }
-                    if symbol.ty == ImageType::Bits {
-                        let ty = self.base(LOGICAL);
-                        self.member(of, &name, ty, symbol.offset + flag);
-                    } else {
-                        let first = u64::from(symbol.offset) * 8 + u64::from(flag);
-                        self.bits(of, &name, WORD, first, 1);
+                    match byte {
+                        Some(byte) => self.bits(byte, &name, LOGICAL, flag, 1),
+                        None => {
+                            let ty = self.base(LOGICAL);
+                            self.member(of, &name, ty, symbol.offset + u32::from(flag));
+                        }
                     }
                 }
                 return;

@@ -53,8 +53,8 @@ const HEAD: &str = "$INTEGER\nA[5],B[5],I,J\n$LOGICAL\nL[5],P,Q\n$LONG\nW[5]\n$E
 const ARRAYS: &[(&str, u32, &str)] = &[
     ("I=7\nJ=A[I]\n", 2, "A[7]"),
     ("I=-1\nJ=A[I]\n", 2, "A[-1]"),
-    ("I=5\nIF L[I] THEN\nJ=1\nENDIF\n", 2, "L[5]"),
-    ("I=5\nIF P THEN\nJ=1\nELSEIF L[I]\nJ=2\nENDIF\n", 4, "L[5]"),
+    ("I=5\nIF(L[I])\nJ=1\nENDIF\n", 2, "L[5]"),
+    ("I=5\nIF(P)\nJ=1\nELSEIF(L[I])\nJ=2\nENDIF\n", 4, "L[5]"),
     ("I=-32767-1\nW[I]=1\n", 2, "W[-32768]"),
     ("I=6\nJ=4\nA[I]=B[J+1]\n", 3, "A[6]"),
     ("I=6\nJ=4\nJ=A[J]+ #\nB[I]+A[I]\n", 3, "B[6]"),
