@@ -11,6 +11,8 @@ use plcc_frontend::LANGUAGES;
 use plcc_frontend::common::{Controller, Limits};
 use plcc_runtime::args::{ControlArgs, RunArgs};
 
+use crate::object_args::ObjectArgs;
+
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
     .usage(AnsiColor::Green.on_default().bold())
@@ -378,14 +380,8 @@ pub(crate) struct BuildArgs {
     #[arg(long)]
     pub(crate) time_passes: bool,
 
-    /// --emit obj: what the names of its symbols begin with, so that several objects can be linked
-    /// together [default: plcc]
-    #[arg(long, value_name = "NAME")]
-    pub(crate) prefix: Option<String>,
-
-    /// --emit obj: debuggers are told the folder NEW in place of OLD, in which the sources lie
-    #[arg(long, value_name = "OLD=NEW")]
-    pub(crate) debug_prefix_map: Vec<String>,
+    #[command(flatten)]
+    pub(crate) object: ObjectArgs,
 
     /// How diagnostics are written: for people, or as JSON for programs
     #[arg(long, value_name = "FORMAT", default_value = "human")]

@@ -27,6 +27,7 @@ pub mod compile;
 pub mod disk;
 mod failure;
 mod input;
+mod object_args;
 mod output;
 pub mod recompile;
 mod report;

@@ -87,12 +87,14 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
 
 /// How an object is made: `--prefix` and `--debug-prefix-map`.
 fn object_options(args: &BuildArgs) -> Result<ObjectOptions, Failure> {
-    if args.emit != Emit::Obj && !(args.prefix.is_none() && args.debug_prefix_map.is_empty()) {
+    if args.emit != Emit::Obj
+        && !(args.object.prefix.is_none() && args.object.debug_prefix_map.is_empty())
+    {
         let what = "--prefix and --debug-prefix-map are for objects: --emit obj";
         return Err(Failure::usage(what));
     }
     let default = ObjectOptions::default();
-    let prefix = args.prefix.clone().unwrap_or(default.prefix);
+    let prefix = args.object.prefix.clone().unwrap_or(default.prefix);
     let mut chars = prefix.chars();
     let begins = chars.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_');
     if !begins || !chars.all(|c| c.is_ascii_alphanumeric() || c == '_') {
@@ -101,7 +103,7 @@ fn object_options(args: &BuildArgs) -> Result<ObjectOptions, Failure> {
     let folder = std::env::current_dir().map(|folder| folder.to_string_lossy().into_owned());
     let folder = folder.unwrap_or(default.folder);
     let mut prefix_map = vec![];
-    for map in &args.debug_prefix_map {
+    for map in &args.object.debug_prefix_map {
         let Some((old, new)) = map.split_once('=') else {
             let what = format!("--debug-prefix-map: `{map}` is not OLD=NEW");
             return Err(Failure::usage(what));

@@ -20,6 +20,9 @@ struct Tables<P, F, S> {
     trap_sites: S,
 }
 
+/// The tables as they are read.
+type OwnedTables = Tables<Program, Vec<FunctionRange>, Vec<TrapSite>>;
+
 /// The bytes and how they are divided.
 pub(super) struct Payload {
     pub(super) bytes: Vec<u8>,
@@ -92,9 +95,8 @@ pub(super) fn decode(
     if !rest.is_empty() {
         return Err(inconsistent("its parts are shorter than the whole"));
     }
-    let (tables, rest): (Tables<Program, Vec<FunctionRange>, Vec<TrapSite>>, &[u8]) =
-        postcard::take_from_bytes(tables)
-            .map_err(|_| inconsistent("its tables can't be decoded"))?;
+    let (tables, rest) = postcard::take_from_bytes::<OwnedTables>(tables)
+        .map_err(|_| inconsistent("its tables can't be decoded"))?;
     if !rest.is_empty() {
         return Err(inconsistent("its tables are shorter than their part"));
     }

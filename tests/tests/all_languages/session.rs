@@ -135,12 +135,12 @@ fn all_outputs_of_a_stopped_run_are_complete() {
     assert_eq!(
         shop.read("e.jsonl"),
         "{\"tick\":3,\"kind\":\"fault\",\"name\":\"HOT\",\"state\":\"on\",\"text\":\"TOO HOT 3\"}\n\
-         {\"tick\":3,\"kind\":\"stop\",\"code\":\"NO PMI DATA\",\"file\":\"p.pmi\",\"line\":13}\n"
+         {\"tick\":3,\"kind\":\"stop\",\"code\":\"NO PMI DATA\",\"file\":\"p.pmi\",\"line\":14}\n"
     );
     let dump = shop.read("d.json");
-    let at = "does not exist (LIST has the elements 0 to 2); it was accessed in line 13 of p.pmi;";
+    let at = "does not exist (LIST has the elements 0 to 2); it was accessed in line 14 of p.pmi;";
     assert!(dump.contains(&format!("\"message\":\"LIST[3] {at}")), "{dump}");
-    assert!(dump.contains("\",\"file\":\"p.pmi\",\"line\":13},\"variables\":{"), "{dump}");
+    assert!(dump.contains("\",\"file\":\"p.pmi\",\"line\":14},\"variables\":{"), "{dump}");
     assert!(
         dump.starts_with(
             "{\"dialect\":\"pmi\",\"ticks\":4,\"state\":\"stopped\",\"stop\":{\"tick\":3,\
