@@ -95,7 +95,7 @@ fn run(cli: &Cli) -> Result<u8, String> {
     let machine =
         cli.machine.as_deref().map(|path| machine(path, &artifact.program)).transpose()?;
     let reads = cli.machine.iter().chain(&cli.artifact).cloned().collect();
-    let run = RunArgs { reads, code: Some(artifact.code_identity()), ..cli.run.clone() };
+    let run = RunArgs { reads, code: Some(artifact.code_number()), ..cli.run.clone() };
     Ok(session::run(&artifact.program, &mut engine, &run, machine.as_ref()))
 }
 

@@ -9,7 +9,6 @@ use clap::Args;
 use crate::artifact::signature::PublicKey;
 use crate::files::why_not_read;
 use crate::socket::Permission;
-use crate::swap::CodeIdentity;
 
 pub use crate::nct::NctArgs;
 pub use crate::pmac::PmacArgs;
@@ -132,10 +131,10 @@ pub struct RunArgs {
     #[arg(long, value_name = "PUBKEY")]
     pub key: Option<PathBuf>,
 
-    /// What stands for the machine code that runs, where an artifact is run: by it an online change
-    /// knows which suspended tasks can go on where they were.
+    /// A number that stands for the machine code that runs, where an artifact is run: by it an online
+    /// change knows whether suspended tasks can go on where they were.
     #[arg(skip)]
-    pub code: Option<CodeIdentity>,
+    pub code: Option<u64>,
 
     /// Files that are read besides the sources and the stimulus: an artifact, a machine file. No
     /// output may overwrite them.

@@ -13,7 +13,7 @@ use plcc_runtime::args::{ControlArgs, RunArgs};
 use plcc_runtime::image_file::{Content, Publisher, State};
 use plcc_runtime::run::{Player, Stimulus};
 use plcc_runtime::session::{self, executive};
-use plcc_runtime::swap::{SameCode, compare};
+use plcc_runtime::swap::compare;
 use plcc_runtime::{Executive, Purpose};
 use plcc_tests::compile::{Way, compile};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
@@ -60,7 +60,7 @@ fn acting_from_outside_allocates_nothing() {
         let variable = old.find(name, Purpose::Watch).unwrap();
         let key = old.keys(variable)[0];
         let setting = old.parse(variable, "1").unwrap();
-        let plan = compare(&program, &program, &SameCode::default()).unwrap().plan;
+        let plan = compare(&program, &program, true).unwrap().plan;
 
         let region = Region::new(ALLOCATOR);
         publisher.publish(old.image(), 50, 0, State::Running, 0);

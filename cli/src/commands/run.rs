@@ -172,6 +172,6 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let mut engine = engine.map_err(|error| Failure::file(path, error))?;
     let reads = source.machine.iter().cloned().chain([path.to_owned()]).collect();
-    let run = RunArgs { reads, code: Some(artifact.code_identity()), ..args.run.clone() };
+    let run = RunArgs { reads, code: Some(artifact.code_number()), ..args.run.clone() };
     Ok(session::run(&artifact.program, &mut engine, &run, machine.as_ref()))
 }

@@ -32,6 +32,7 @@ pub mod signature;
 mod tests;
 pub(crate) mod validate;
 
+use std::hash::Hasher;
 use std::io::Read;
 use std::path::Path;
 
@@ -43,7 +44,7 @@ use error::inconsistent;
 use header::{ArtifactDigest, Header};
 use signature::PublicKey;
 
-use crate::swap::CodeIdentity;
+use crate::fingerprint::Fnv;
 
 /// The longest artifact that is read, in bytes.
 pub const MAX_FILE: u64 = 512 << 20;
@@ -130,9 +131,14 @@ impl Artifact {
         Ok(Self { program, code })
     }
 
-    /// What stands for the machine code, by which an online change knows what stays the same.
-    pub fn code_identity(&self) -> CodeIdentity {
-        CodeIdentity::of(&self.program, &self.code)
+    /// A number that stands for the machine code: programs with the same number have the same code.
+    pub fn code_number(&self) -> u64 {
+        let mut hasher = Fnv::default();
+        hasher.write(&self.code.bytes);
+        for label in &self.code.labels {
+            hasher.write(&label.to_le_bytes());
+        }
+        hasher.finish()
     }
 
     /// Whether a file begins with the bytes by which artifacts are known. It may be damaged.

@@ -11,7 +11,7 @@ use plcc_abi::{Program, natural_cmp};
 
 use super::NctExecutive;
 use super::state::State;
-use crate::swap::{Comparison, Plan, Row, SameCode};
+use crate::swap::{Comparison, Plan, Row};
 
 /// How the state of one program becomes that of another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +26,7 @@ pub(crate) fn compare(
     was: &NctTables,
     new: &Program,
     is: &NctTables,
-    same: &SameCode,
+    same_code: bool,
 ) -> Comparison {
     let mut rows = vec![];
     let mut row = |name: &str, old: Option<String>, new: Option<String>, needs_accept: bool| {
@@ -56,7 +56,7 @@ pub(crate) fn compare(
         row(&name.to_string(), shown(was, name), shown(is, name), false);
     }
     rows.sort_by(|a, b| natural_cmp(&a.name, &b.name));
-    Comparison { kept, rows, plan: Plan::Nct(NctTransfer { same_code: same.is_all() }) }
+    Comparison { kept, rows, plan: Plan::Nct(NctTransfer { same_code }) }
 }
 
 /// Copies bytes of flags, each from its place in one image to its place in the other.

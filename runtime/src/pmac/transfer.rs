@@ -4,7 +4,7 @@
 //! The on-line commands of the new download are not executed again. Only what it sets up differently is
 //! taken from it: definitions of M-variables and values of I-variables that differ between the two
 //! downloads as they are after load. A PLC keeps whether it is enabled, disabled or paused. It goes
-//! on in its WHILE only if its code is the same in both programs; else it begins at its top.
+//! on in its WHILE only if the code of both programs is the same; else it begins at its top.
 
 use plcc_abi::image::{read_f64, read_u64, write_f64};
 use plcc_abi::pmac::{Definition, Definitions, Field, Layout, PmacName, PmacTables, Run};
@@ -13,7 +13,7 @@ use plcc_abi::{Program, natural_cmp};
 use super::PmacExecutive;
 use super::host::next_revision;
 use super::state::{Plcs, Status};
-use crate::swap::{Comparison, Plan, Row, SameCode};
+use crate::swap::{Comparison, Plan, Row};
 
 /// How the state of one download becomes that of another one.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,10 +22,8 @@ pub struct PmacTransfer {
     definitions: Vec<(u32, u64)>,
     /// The values of I-variables that it sets differently: offset and value.
     settings: Vec<(u32, f64)>,
-    /// The PLCs that go on where they were suspended, a bit for each.
-    same_plcs: u32,
-    /// The PLCCs.
-    same_plccs: u32,
+    /// Whether suspended PLCs go on where they were.
+    same_code: bool,
 }
 
 /// The image of a download after load.
@@ -57,7 +55,7 @@ pub(crate) fn compare(
     was: &PmacTables,
     _new: &Program,
     is: &PmacTables,
-    same: &SameCode,
+    same_code: bool,
 ) -> Result<Comparison, String> {
     if was.controller != is.controller {
         return Err("it is for another controller (PMAC or Turbo PMAC)".into());
@@ -89,7 +87,6 @@ pub(crate) fn compare(
             );
         }
     }
-    let (mut same_plcs, mut same_plccs) = (0, 0);
     for compiled in [false, true] {
         for number in 0..32 {
             let find = |tables: &PmacTables| {
@@ -99,9 +96,6 @@ pub(crate) fn compare(
                 tables.programs.iter().find(same).map(|_| "program".to_owned())
             };
             let name = format!("PLC{}{number}", if compiled { "C" } else { "" });
-            if same.has(&name) {
-                *if compiled { &mut same_plccs } else { &mut same_plcs } |= 1 << number;
-            }
             let (old, new) = (find(was), find(is));
             let gone = new.is_none();
             rows.extend(Row::of(&name, old, new).map(|row| Row { needs_accept: gone, ..row }));
@@ -112,7 +106,7 @@ pub(crate) fn compare(
     Ok(Comparison {
         kept,
         rows,
-        plan: Plan::Pmac(PmacTransfer { definitions, settings, same_plcs, same_plccs }),
+        plan: Plan::Pmac(PmacTransfer { definitions, settings, same_code }),
     })
 }
 
@@ -146,8 +140,8 @@ impl PmacExecutive {
         state.tick = was.tick;
         state.until_interrupt = was.until_interrupt;
         state.last_plc = was.last_plc;
-        state.plcs.take_over(&was.plcs, plan.same_plcs);
-        state.plccs.take_over(&was.plccs, plan.same_plccs);
+        state.plcs.take_over(&was.plcs, plan.same_code);
+        state.plccs.take_over(&was.plccs, plan.same_code);
         // Commands belong to their program. Between two ticks none waits, unless there are no
         // background steps.
         state.queue.clear();
@@ -163,10 +157,9 @@ impl PmacExecutive {
 
 impl Plcs {
     /// Takes over which PLCs run, and where they are, from the PLCs of another download. PLCs that it
-    /// lacks stay as they are after load. Those whose bit is set in `same` go on where they were.
-    fn take_over(&mut self, old: &Self, same: u32) {
+    /// lacks stay as they are after load.
+    fn take_over(&mut self, old: &Self, same_code: bool) {
         for (number, was) in (0..).zip(old.all()) {
-            let same_code = same >> number & 1 != 0;
             let Some(plc) = self.get_mut(number) else { return };
             if plc.status == Status::Absent || was.status == Status::Absent {
                 continue;

@@ -48,7 +48,7 @@ fn load(path: &Path, key: Option<&PublicKey>) -> Result<Loaded, String> {
     let artifact = Artifact::open(path, key).map_err(|error| named(&error))?;
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let engine = Box::new(engine.map_err(|error| named(&error))?);
-    Ok(Loaded { code: artifact.code_identity(), program: artifact.program, engine })
+    Ok(Loaded { code: artifact.code_number(), program: artifact.program, engine })
 }
 
 impl Outside {
@@ -100,7 +100,7 @@ impl Outside {
             let key = args.public_key().map_err(SessionError)?;
             let surroundings = Surroundings {
                 program: Arc::new(program.clone()),
-                code: args.code.clone(),
+                code: args.code,
                 allow: args.allow.clone(),
                 image: args.image.clone(),
                 found: if uses_numbers { executive.found() } else { vec![] },

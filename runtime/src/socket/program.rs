@@ -9,7 +9,6 @@ use serde_json::{Value as Json, json};
 
 use super::commands::Item;
 use super::protocol::{Assignment, Failure, MAX_NAMES};
-use crate::swap::CodeIdentity;
 use crate::{Executive, NameError, Purpose, Setting, Value, Variable, VariableKey};
 
 /// A force in effect.
@@ -33,8 +32,8 @@ pub(super) struct Named {
 /// A program with what acts on it.
 pub(super) struct Served {
     pub(super) program: Arc<Program>,
-    /// What stands for its machine code; `None` where that is not known.
-    pub(super) code: Option<CodeIdentity>,
+    /// A number that stands for its machine code; `None` where that is not known.
+    pub(super) code: Option<u64>,
     /// The artifact or source, for people.
     pub(super) title: String,
     pub(super) executive: Box<dyn Executive + Send>,
@@ -52,7 +51,7 @@ fn too_many() -> Failure {
 impl Served {
     pub(super) fn new(
         program: Arc<Program>,
-        code: Option<CodeIdentity>,
+        code: Option<u64>,
         executive: Box<dyn Executive + Send>,
     ) -> Self {
         let title = program.files.first().cloned().unwrap_or_default();

@@ -14,15 +14,15 @@ use super::program::{Named, Served};
 use super::protocol::{Failure, MAX_NAMES, Permission, Request};
 use crate::image_file::{Content, Publisher, State};
 use crate::journal::{EntryKind, Journal};
-use crate::swap::{CodeIdentity, Comparison, Replacement, SameCode, compare};
+use crate::swap::{Comparison, Replacement, compare};
 use crate::{Executive, Peer, Purpose, Value, Variable};
 
 /// An artifact that was read, checked and made ready to run.
 pub struct Loaded {
     /// Its program.
     pub program: Program,
-    /// What stands for its machine code.
-    pub code: CodeIdentity,
+    /// A number that stands for its machine code.
+    pub code: u64,
     /// Its engine.
     pub engine: Box<dyn Engine + Send>,
 }
@@ -41,8 +41,8 @@ pub type RetainedStatus = Box<dyn Fn() -> Json + Send>;
 pub struct Surroundings {
     /// The program that runs at the beginning.
     pub program: Arc<Program>,
-    /// What stands for its machine code, if that is known.
-    pub code: Option<CodeIdentity>,
+    /// A number that stands for its machine code, if that is known.
+    pub code: Option<u64>,
     /// What clients may do besides reading.
     pub allow: Vec<Permission>,
     /// The image file, which an online change makes anew.
@@ -119,8 +119,7 @@ impl Requests {
         reached: Arc<Reached>,
         surroundings: Surroundings,
     ) -> Self {
-        let served =
-            Served::new(Arc::clone(&surroundings.program), surroundings.code.clone(), executive);
+        let served = Served::new(Arc::clone(&surroundings.program), surroundings.code, executive);
         let journal = surroundings.journal.clone();
         let then = VecDeque::new();
         let (previous, replacing, generation) = (None, false, 0);
@@ -265,8 +264,8 @@ impl Requests {
         by: &Peer,
     ) -> Result<Outcome, Failure> {
         let Loaded { program, code, engine } = (self.surroundings.load)(path).map_err(refused)?;
-        let same = same_code(self.served.code.as_ref(), Some(&code));
-        let comparison = compare(&self.served.program, &program, &same).map_err(refused)?;
+        let same_code = self.served.code == Some(code);
+        let comparison = compare(&self.served.program, &program, same_code).map_err(refused)?;
         if dry_run {
             return Ok(Outcome::Done(Ok(comparison_json(&comparison))));
         }
@@ -301,8 +300,9 @@ impl Requests {
             // Ending a force never fails.
             let _ = executive.force(force.key, None);
         }
-        let same = same_code(self.served.code.as_ref(), next.code.as_ref());
-        let comparison = compare(&self.served.program, &next.program, &same).map_err(refused)?;
+        let same_code = next.code.is_some() && next.code == self.served.code;
+        let comparison =
+            compare(&self.served.program, &next.program, same_code).map_err(refused)?;
         let exchange = Exchange { next, comparison, rollback: true, by: by.clone() };
         self.replace(exchange, executive, engine)
     }
@@ -414,11 +414,6 @@ impl Requests {
         }
         Ok(json)
     }
-}
-
-/// Which tasks have the same code; none where the code is not known.
-fn same_code(old: Option<&CodeIdentity>, new: Option<&CodeIdentity>) -> SameCode {
-    old.zip(new).map_or_else(SameCode::default, |(old, new)| old.same_as(new))
 }
 
 /// A comparison as a part of a reply.

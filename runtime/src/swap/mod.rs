@@ -10,7 +10,6 @@
 //!
 //! What is particular to a control stands in its folder, in `transfer.rs`.
 
-mod code;
 mod compare;
 mod replaceable;
 #[cfg(feature = "args")]
@@ -18,7 +17,6 @@ mod replacement;
 
 use plcc_abi::{Program, Tables};
 
-pub use code::{CodeIdentity, SameCode};
 pub use compare::{Change, Comparison, Row};
 pub use replaceable::ReplaceableExecutive;
 #[cfg(feature = "args")]
@@ -39,16 +37,18 @@ pub enum Plan {
     Pmac(PmacTransfer),
 }
 
-/// Compares two programs. `same` says which of their tasks have the same machine code, so that they can
-/// go on where they were suspended.
+/// Compares two programs. `same_code` says whether their machine code is the same, so that suspended
+/// tasks can go on where they were.
 ///
 /// # Errors
 /// When the new one is for another control, so that nothing could be taken over.
-pub fn compare(old: &Program, new: &Program, same: &SameCode) -> Result<Comparison, String> {
+pub fn compare(old: &Program, new: &Program, same_code: bool) -> Result<Comparison, String> {
     match (&old.tables, &new.tables) {
         (Tables::Pmi(old), Tables::Pmi(new)) => Ok(crate::pmi::compare(old, new)),
-        (Tables::Nct(was), Tables::Nct(is)) => Ok(crate::nct::compare(old, was, new, is, same)),
-        (Tables::Pmac(was), Tables::Pmac(is)) => crate::pmac::compare(old, was, new, is, same),
+        (Tables::Nct(was), Tables::Nct(is)) => {
+            Ok(crate::nct::compare(old, was, new, is, same_code))
+        }
+        (Tables::Pmac(was), Tables::Pmac(is)) => crate::pmac::compare(old, was, new, is, same_code),
         _ => {
             let (was, is) = (old.dialect().name(), new.dialect().name());
             Err(format!("it is a {is} program, and a {was} program is running"))
