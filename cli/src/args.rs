@@ -7,8 +7,9 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum};
 use plcc_abi::Dialect;
 use plcc_codegen::{OptLevel, PassSet};
+use plcc_diag::lints::{LINTS, Lint, find_lint};
 use plcc_frontend::LANGUAGES;
-use plcc_frontend::common::{Controller, Limits};
+use plcc_frontend::common::{Controller, Limits, closest};
 use plcc_runtime::args::{ControlArgs, RunArgs};
 
 use crate::object_args::ObjectArgs;
@@ -266,6 +267,28 @@ pub(crate) enum FormatArg {
     Json,
 }
 
+/// What `--deny` makes an error.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Denied {
+    /// Every warning.
+    Warnings,
+    /// The findings of a lint.
+    Lint(&'static Lint),
+}
+
+/// The lint with a name.
+fn lint(name: &str) -> Result<&'static Lint, String> {
+    find_lint(name).ok_or_else(|| {
+        let near = closest(name, LINTS.iter().map(|lint| lint.name));
+        let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+        format!("there is no lint of that name{near}")
+    })
+}
+
+fn denied(name: &str) -> Result<Denied, String> {
+    if name == "warnings" { Ok(Denied::Warnings) } else { lint(name).map(Denied::Lint) }
+}
+
 /// How a source is read.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Source")]
@@ -298,6 +321,18 @@ pub(crate) struct SourceArgs {
     /// A further folder in which included files are looked for (repeatable)
     #[arg(short = 'I', value_name = "DIR")]
     pub(crate) include: Vec<PathBuf>,
+
+    /// Does not show a lint's findings (repeatable); `plcc explain --search lint` lists the lints
+    #[arg(short = 'A', long = "allow", value_name = "LINT", value_parser = lint)]
+    pub(crate) allow: Vec<&'static Lint>,
+
+    /// Shows a lint's findings, also those of a lint that is off otherwise (repeatable)
+    #[arg(short = 'W', long = "warn", value_name = "LINT", value_parser = lint)]
+    pub(crate) warn: Vec<&'static Lint>,
+
+    /// Makes a lint's findings errors, or all warnings (repeatable)
+    #[arg(short = 'D', long = "deny", value_name = "LINT|warnings", value_parser = denied)]
+    pub(crate) deny: Vec<Denied>,
 }
 
 #[derive(Args)]

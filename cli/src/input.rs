@@ -4,13 +4,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use plcc_abi::Dialect;
+use plcc_diag::lints::{LINTS, Level, find_lint};
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
-use plcc_frontend::common::{FileLoader, Machine, Options};
+use plcc_frontend::common::{FileLoader, LintLevels, Machine, Options, closest};
 use plcc_frontend::{LANGUAGES, detect, language};
 use plcc_runtime::Artifact;
 use plcc_runtime::files::{MAX_SETTINGS, read_at_most, read_regular, why_not_read};
 
-use crate::args::SourceArgs;
+use crate::args::{Denied, SourceArgs};
 use crate::compile::{self, Checked};
 use crate::disk::{self, Below, Disk, existing_path};
 use crate::failure::Failure;
@@ -36,12 +37,16 @@ impl SourceSettings {
             report.note(&format!("{path} is used as the machine file; --no-machine ignores it"));
         }
         let machine = args.machine.clone().or(beside);
+        let machine_file = machine.as_deref().map(self::machine).transpose()?.unwrap_or_default();
+        let lints = lint_levels(args, &machine_file)
+            .map_err(|error| Failure::file(machine.as_deref().unwrap_or(Path::new("")), error))?;
         let options = Options {
             limits: args.limits.unwrap_or_default().into(),
             defines: args.define.clone(),
             controller: args.controller.unwrap_or_default().into(),
-            machine: machine.as_deref().map(self::machine).transpose()?.unwrap_or_default(),
+            machine: machine_file,
             include_dirs: args.include.clone(),
+            lints,
         };
         Ok(Self { options, machine })
     }
@@ -62,6 +67,34 @@ impl SourceSettings {
     pub(crate) fn machine_file(&self) -> Option<&Machine> {
         self.machine.as_ref().map(|_| &self.options.machine)
     }
+}
+
+/// The levels of lints: those of the machine file, then those of the command line.
+///
+/// # Errors
+/// When the machine file names a lint or a level that does not exist.
+fn lint_levels(args: &SourceArgs, machine: &Machine) -> Result<LintLevels, String> {
+    let mut levels = LintLevels::default();
+    for (name, level) in &machine.lints {
+        let lint = find_lint(name).ok_or_else(|| {
+            let near = closest(name, LINTS.iter().map(|lint| lint.name));
+            let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+            format!("[lints]: there is no lint `{name}`{near}")
+        })?;
+        let level = Level::from_name(level).ok_or_else(|| {
+            format!("[lints]: {name} is \"allow\", \"warn\" or \"deny\", not \"{level}\"")
+        })?;
+        levels.set(lint, level);
+    }
+    args.allow.iter().for_each(|lint| levels.set(lint, Level::Allow));
+    args.warn.iter().for_each(|lint| levels.set(lint, Level::Warn));
+    for denied in &args.deny {
+        match denied {
+            Denied::Warnings => levels.deny_warnings = true,
+            Denied::Lint(lint) => levels.set(lint, Level::Deny),
+        }
+    }
+    Ok(levels)
 }
 
 /// The file `STEM.machine.toml` beside a source, if there is one.

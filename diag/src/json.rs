@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use serde::Serialize;
 
-use crate::{Diagnostic, SourceMap};
+use crate::{Diagnostic, SourceMap, lints::lint_of_code};
 
 /// A statement that includes a file.
 #[derive(Serialize)]
@@ -17,6 +17,8 @@ struct Include<'a> {
 #[derive(Serialize)]
 struct JsonDiagnostic<'a> {
     code: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lint: Option<&'a str>,
     severity: &'a str,
     message: &'a str,
     file: &'a str,
@@ -56,6 +58,7 @@ pub fn line(map: &SourceMap, diagnostic: &Diagnostic) -> String {
     let notes = diagnostic.notes.iter().chain(&diagnostic.help).map(|note| note.as_str().into());
     let object = JsonDiagnostic {
         code: diagnostic.code,
+        lint: lint_of_code(diagnostic.code).map(|lint| lint.name),
         severity: diagnostic.severity.name(),
         message: &diagnostic.message,
         file: map.path(span.file),

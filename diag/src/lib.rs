@@ -32,6 +32,7 @@ pub mod codes;
 mod decode;
 mod diagnostic;
 pub mod json;
+pub mod lints;
 #[cfg(feature = "render")]
 pub mod render;
 mod source;

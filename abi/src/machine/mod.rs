@@ -6,6 +6,10 @@
 //! [variables]
 //! "@HOMST" = { type = "integer", class = "rw" }
 //! "@MAT" = { type = "integer", size = 1024 }
+//!
+//! # Any language: which lints are shown, and how.
+//! [lints]
+//! near-name = "allow"
 //! ```
 
 mod nct;
@@ -30,6 +34,9 @@ pub struct Machine {
     pub variables: Vec<MachineVariable>,
     /// An NCT control's settings.
     pub nct: NctSettings,
+    /// `[lints]`: names of lints and the levels that are chosen for them (`allow`, `warn`, `deny`),
+    /// in the order of the names. The compiler checks both.
+    pub lints: Vec<(String, String)>,
 }
 
 /// An executive variable that the machine file adds or changes.
@@ -92,6 +99,8 @@ impl core::error::Error for MachineError {}
 struct File {
     #[serde(default)]
     variables: BTreeMap<String, Entry>,
+    #[serde(default)]
+    lints: BTreeMap<String, String>,
     #[serde(flatten)]
     nct: NctFile,
 }
@@ -121,7 +130,9 @@ impl Machine {
     /// the message names the place.
     pub fn parse(text: &str) -> Result<Self, MachineError> {
         let table: toml::Table = text.parse().map_err(|e| Self::refusal(&e))?;
-        let known = |key: &&String| *key == "variables" || NctFile::KEYS.contains(&key.as_str());
+        let known = |key: &&String| {
+            ["variables", "lints"].contains(&key.as_str()) || NctFile::KEYS.contains(&key.as_str())
+        };
         if let Some(key) = table.keys().find(|key| !known(key)) {
             return Err(MachineError(format!("`{key}` is not a key of a machine file")));
         }
@@ -147,7 +158,7 @@ impl Machine {
         if let Some([a, _]) = variables.array_windows().find(|[a, b]| a.name == b.name) {
             return Err(MachineError(format!("{} stands twice", a.name)));
         }
-        Ok(Self { variables, nct })
+        Ok(Self { variables, nct, lints: file.lints.into_iter().collect() })
     }
 }
 

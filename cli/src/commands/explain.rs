@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use plcc_abi::Dialect;
-use plcc_diag::CodeInfo;
 use plcc_diag::code::TABLES;
+use plcc_diag::lints::{LINTS, Level, find_lint, lint_of_code};
+use plcc_diag::{CodeInfo, find_code};
 use plcc_frontend::common::{Controller, closest};
 use plcc_frontend::{LANGUAGES, Language};
 
@@ -104,6 +105,9 @@ fn codes(what: &str) -> Vec<&'static CodeInfo> {
     if let Some(number) = word.strip_prefix("ERR").and_then(|n| n.parse::<u32>().ok()) {
         word = format!("PMAC{number}");
     }
+    if let Some(lint) = find_lint(what) {
+        return lint.codes.iter().filter_map(|code| find_code(code)).collect();
+    }
     let number = word.parse::<u32>().ok();
     let all = TABLES.iter().flat_map(|table| table.iter());
     all.filter(|info| match number {
@@ -117,6 +121,19 @@ fn page(info: &CodeInfo) -> String {
     let CodeInfo { code, title, meaning, mend } = info;
     let mut page = String::new();
     let _ = write!(page, "{code}: {title}\n\n{}\n\n{}\n", meaning.trim_end(), mend.trim_end());
+    if let Some(lint) = lint_of_code(code) {
+        let name = lint.name;
+        let default = match lint.default {
+            Level::Allow => format!("It is off; -W {name} asks for it."),
+            Level::Warn | Level::Deny => format!("-A {name} turns it off."),
+        };
+        let mark = if code.starts_with("PMI") { "?" } else { ";" };
+        let _ = write!(
+            page,
+            "\n{default} The comment `{mark} plcc: allow {name}` silences it for the next statement, \
+             `{name} = \"allow\"` under [lints] in the machine file for the program.\n"
+        );
+    }
     page
 }
 
@@ -135,6 +152,7 @@ fn complaint(what: &str, asked: &[&dyn Language]) -> String {
     }
     let codes = TABLES.iter().flat_map(|table| table.iter()).map(|info| info.code);
     let topics: Vec<_> = LANGUAGES.iter().flat_map(|language| language.topics()).collect();
+    let codes = codes.chain(LINTS.iter().map(|lint| lint.name));
     let near = closest(what, codes.chain(topics.iter().map(|topic| topic.name.as_str())));
     let near = near.map_or_else(String::new, |near| format!(" Did you mean `{near}`?"));
     format!(

@@ -524,4 +524,46 @@ pub static CODES: &[CodeInfo] = &[
         "Two modules set the same output, so that it depends on which ran last.",
         "wrong: :000 U012 … :001 U012\nright: set a flag in one module and U012 in the other",
     ),
+    page(
+        "NCT-W7",
+        "condition that is always true or always false",
+        "Lint constant-condition. The comparison is decided before the program runs: OP is a number of the text, or no value of 16 bits without a sign fulfils it (`<0`, `>FFFF`).",
+        "wrong: LRH062 <0 U012 Z\nright: LRH062 =0 U012 Z",
+    ),
+    page(
+        "NCT-W8",
+        "statement that no module reaches",
+        "Lint unreachable. No module gets there, neither in its order nor by a jump or a call.",
+        "wrong: :010 U012 R        (and no C010)\nright: C010 in a module, or take it out",
+    ),
+    page(
+        "NCT-W9",
+        "subroutine that runs on into the next one",
+        "Lint falls-through. No R ends the subroutine, so the subroutine or module behind it runs as well.",
+        "wrong: :010 U012 :011 U013 R\nright: :010 U012 R :011 U013 R",
+    ),
+    page(
+        "NCT-W10",
+        "strobe of a function, and no FIN",
+        "Lint strobe-without-fin. The program reads a strobe I520 to I532 and never writes Y547. The NC waits for this flag after each function (NCT 2.2.2).",
+        "wrong: I520 C010 Z\nright: I520 D547 C010 Z … U547",
+    ),
+    page(
+        "NCT-W11",
+        "timer that nothing starts",
+        "Lint timer-never-started. The program reads the timer, and nothing stores a time to it, so it is always 0.",
+        "wrong: NT05 U012 Z\nright: I000 ,50 ST05 Z  NT05 U012 Z",
+    ),
+    page(
+        "NCT-W12",
+        "message without a text",
+        "Lint message-without-text. The flag shows a message when it is set, and module :198 (Y700 to Y707) or :199 (from Y710 on) has no text in its place.",
+        "wrong: U711 … :199 DOOR OPEN$\nright: :199 DOOR OPEN,NO OIL$",
+    ),
+    page(
+        "NCT-W13",
+        "text that is never shown",
+        "Lint text-never-used. A text stands in :197, :198 or :199, and nothing in the program sets its flag or looks at its softkey.",
+        "wrong: :199 DOOR OPEN$ and no U710\nright: U710 where the message is to come",
+    ),
 ];

@@ -322,4 +322,52 @@ pub static CODES: &[CodeInfo] = &[
         meaning: "A fault's or message's text has more than 40 characters without its variables; the rest is cut (PMI 3.1.6).",
         mend: "Shorten the text.",
     },
+    CodeInfo {
+        code: "PMI-W5",
+        title: "undeclared name that is nearly a declared one",
+        meaning: "Lint near-name. An assignment declares a LOGICAL of its own (PMI 2.2.4). Its name differs from a declared one by a letter or a swap, so it is probably misspelt. Names that differ in a digit are not compared.",
+        mend: "Wrong:\n  $LOGICAL\n  READY\n  $END\n  REDAY = LS1\nRight:\n  READY = LS1",
+    },
+    CodeInfo {
+        code: "PMI-W6",
+        title: "output that nothing assigns",
+        meaning: "Lint unassigned-output. The output is declared in $OUTPUT and no statement assigns it, so it stays off.",
+        mend: "Wrong:\n  $OUTPUT\n  LAMP = 2/0\n  $END\nRight:\n  LAMP = READY",
+    },
+    CodeInfo {
+        code: "PMI-W7",
+        title: "output that is assigned twice in one scan",
+        meaning: "Lint output-assigned-twice. Outputs are written when the scan ends, so only the value that is assigned last shows. The statement is told of if every way through the program behind it assigns the output again.",
+        mend: "Wrong:\n  LAMP = A\n  LAMP = B\nRight:\n  LAMP = A + B",
+    },
+    CodeInfo {
+        code: "PMI-W8",
+        title: "M or G code that is never reset",
+        meaning: "Lint code-never-reset. The control sets the variable when the part program has the code, and waits until the program resets it (PMI 3.3.6). Nothing does.",
+        mend: "Wrong:\n  $MCODE\n  @M03/P\n  $END\n  SPIN = @M03\nRight:\n  IF (@M03)\n   SPIN = T\n   @M03 = F\n  ENDIF",
+    },
+    CodeInfo {
+        code: "PMI-W9",
+        title: "timer or flip-flop that nothing controls",
+        meaning: "Lint control-never-assigned. No statement assigns the control contact of the timer, or the clock of the flip-flop, so that it never changes.",
+        mend: "Wrong:\n  $TIMER\n  E/TC/DC = 5\n  $END\n  LAMP = DC\nRight:\n  TC = START\n  LAMP = DC",
+    },
+    CodeInfo {
+        code: "PMI-W10",
+        title: "constant outside an executive variable's range",
+        meaning: "Lint value-out-of-range. The manual says which values the executive variable takes, and the constant is not one of them.",
+        mend: "Wrong:\n  @FRO = 200\nRight:\n  @FRO = 150    ? plcc explain @FRO has the range",
+    },
+    CodeInfo {
+        code: "PMI-W11",
+        title: "condition that is always true or always false",
+        meaning: "Lint constant-condition. The condition consists of constants.",
+        mend: "Wrong:\n  IF (1 = 2)\nRight:\n  IF (STATE = 2)",
+    },
+    CodeInfo {
+        code: "PMI-W12",
+        title: "statement that no scan reaches",
+        meaning: "Lint unreachable. Every way to the statement is cut off, for example by a GOTO in front of it.",
+        mend: "Wrong:\n  GOTO L1\n  LAMP = T\n  L1: PUMP = T\nRight: take the statement out, or put a label in front of it",
+    },
 ];

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 pub use plcc_abi::pmac::Controller;
 
-use super::Machine;
+use super::{LintLevels, Machine};
 
 /// Whether a program may exceed the fixed limits of the original compilers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,4 +30,6 @@ pub struct Options {
     pub machine: Machine,
     /// `-I`: the folders in which included files are looked for, in this order.
     pub include_dirs: Vec<PathBuf>,
+    /// `-A`, `-W`, `--deny` and `[lints]` of the machine file: which lints are shown, and how.
+    pub lints: LintLevels,
 }

@@ -29,6 +29,9 @@ pub use language::Nct;
 pub use oracle::Interpreter;
 pub use reference::names;
 
+/// What begins a comment that goes on to the end of its line (NCT 4.1).
+const COMMENT_MARKS: [&str; 1] = [";"];
+
 /// A program without errors.
 #[derive(Clone, Debug)]
 pub struct Program {
@@ -53,6 +56,7 @@ pub fn check(
     let labels = analyse::structure::check(file, text, &mut parsed.stmts, &mut found);
     found.sort_by_key(|d| d.span.start);
     if found.iter().any(Diagnostic::is_error) {
+        options.lints.apply(sources, &mut found, &COMMENT_MARKS, None);
         return (None, found);
     }
     let read::parser::Parsed { stmts, condition_parts, texts, slots } = parsed;
@@ -60,6 +64,12 @@ pub fn check(
     let name = sources.path(file).to_owned();
     let text = text.to_owned();
     let checked = ast::Program { name, text, lines, stmts, condition_parts, labels, texts, slots };
+    found.extend(analyse::lints::find(&checked));
+    found.sort_by_key(|d| d.span.start);
+    options.lints.apply(sources, &mut found, &COMMENT_MARKS, None);
+    if found.iter().any(Diagnostic::is_error) {
+        return (None, found);
+    }
     let layout = layout::Layout::new(&checked);
     let settings = options.machine.nct.clone();
     let (checked, layout, limits) = (Arc::new(checked), Arc::new(layout), options.limits);

@@ -38,8 +38,11 @@ use crate::common::{CrossReference, FileLoader, LowerError, Lowered, Options};
 pub use language::Pmac;
 pub use oracle::Interpreter;
 
-use analyse::{assumptions, load, out_of_range};
+use analyse::{assumptions, lints, load, out_of_range};
 use read::{download, preprocess};
+
+/// What begins a comment that goes on to the end of its line.
+const COMMENT_MARKS: [&str; 2] = [";", "//"];
 
 /// A checked download, with the state after load.
 #[derive(Clone, Debug)]
@@ -76,11 +79,21 @@ pub fn check(
     }
     diagnostics.extend(found);
     diagnostics.extend(out_of_range::warnings(&download));
-    if diagnostics.iter().any(|d| d.is_error() && d.code != "PMAC-9") {
+    let is_fatal = |d: &Diagnostic| d.is_error() && d.code != "PMAC-9";
+    if diagnostics.iter().any(is_fatal) {
+        options.lints.apply(sources, &mut diagnostics, &COMMENT_MARKS, None);
         return (None, diagnostics);
     }
     let mut loaded = load::load(&download);
     assumptions::assume(&download, &mut loaded);
+    if !diagnostics.iter().any(Diagnostic::is_error) {
+        let has_motion = diagnostics.iter().any(|d| d.code == "PMAC-N1");
+        diagnostics.extend(lints::find(&download, &loaded, has_motion));
+    }
+    options.lints.apply(sources, &mut diagnostics, &COMMENT_MARKS, None);
+    if diagnostics.iter().any(is_fatal) {
+        return (None, diagnostics);
+    }
     let (sources, names) = (sources.clone(), preprocessed.names.into());
     (Some(Program { download, loaded, sources, names }), diagnostics)
 }

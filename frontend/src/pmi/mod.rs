@@ -50,7 +50,12 @@ pub fn check(
     loader: &dyn FileLoader,
     options: &Options,
 ) -> (Option<Program>, Vec<Diagnostic>) {
-    let (checked, diagnostics) = analyse::check(sources, file, loader, options);
+    let (checked, mut diagnostics) = analyse::check(sources, file, loader, options);
+    if !diagnostics.iter().any(Diagnostic::is_error) {
+        diagnostics.extend(analyse::lints::find(&checked));
+        diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
+    }
+    options.lints.apply(sources, &mut diagnostics, &["?"], Some('#'));
     if diagnostics.iter().any(Diagnostic::is_error) {
         return (None, diagnostics);
     }

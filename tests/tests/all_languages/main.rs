@@ -8,6 +8,7 @@ mod conformance;
 mod documented_objects;
 mod engine_change;
 mod fuzz_replay;
+mod lints;
 mod loader;
 mod no_fault;
 mod safe_outputs;

@@ -197,7 +197,7 @@ impl Finder<'_> {
 
 /// For each statement a mask of the modules that can reach it: bit 0 for :000, bit 1 for :001, bit
 /// 2 for :002.
-fn reached(program: &Program) -> Vec<u8> {
+pub(super) fn reached(program: &Program) -> Vec<u8> {
     let mut reached = vec![0_u8; program.stmts.len()];
     let label = |label: u16| Some(program.labels.get(label as usize).copied().flatten()? as usize);
     for (module, entry) in modules(program) {
@@ -234,7 +234,7 @@ fn reached(program: &Program) -> Vec<u8> {
 }
 
 /// Warnings of outputs that more than one module switches.
-fn outputs_of_several_modules(program: &Program) -> Vec<Diagnostic> {
+pub(super) fn outputs_of_several_modules(program: &Program) -> Vec<Diagnostic> {
     let reached = reached(program);
     let mut first: BTreeMap<Bit, (u8, Span)> = BTreeMap::new();
     let mut reported = std::collections::BTreeSet::new();

@@ -156,7 +156,7 @@ fn letter(kind: Kind) -> char {
     }
 }
 
-fn variable(kind: Kind, number: u16) -> String {
+pub(super) fn variable(kind: Kind, number: u16) -> String {
     format!("{}{number}", letter(kind))
 }
 

@@ -6,6 +6,7 @@ pub(crate) mod cross_reference;
 mod declaration;
 pub(crate) mod execution_section;
 pub(crate) mod expression;
+pub(crate) mod lints;
 pub(crate) mod lookup;
 pub(crate) mod names;
 pub(crate) mod ports;

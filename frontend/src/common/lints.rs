@@ -1,0 +1,172 @@
+//! Which lints are shown: the levels that the user chose, and the comments in a source that silence
+//! a lint for one statement.
+
+use std::collections::HashMap;
+
+use plcc_diag::{
+    Diagnostic, FileId, Severity, SourceMap, Span,
+    lints::{Level, Lint, lint_of_code},
+};
+
+/// The levels of lints that the user chose. Lints of which nothing is said have their own.
+#[derive(Clone, Debug, Default)]
+pub struct LintLevels {
+    chosen: HashMap<&'static str, Level>,
+    /// Whether every warning is an error (`--deny warnings`).
+    pub deny_warnings: bool,
+}
+
+impl LintLevels {
+    /// Chooses the level of a lint. A later choice takes the place of an earlier one.
+    pub fn set(&mut self, lint: &Lint, level: Level) {
+        self.chosen.insert(lint.name, level);
+    }
+
+    fn level(&self, lint: &Lint) -> Level {
+        self.chosen.get(lint.name).copied().unwrap_or(lint.default)
+    }
+
+    /// Takes out the diagnostics of lints that are allowed, or that a comment silences, and makes
+    /// errors of those that are denied.
+    ///
+    /// `comment_marks` are the signs with which a comment begins that goes on to the end of its line;
+    /// `continuation` is the sign at the end of a line whose statement goes on in the next one.
+    pub(crate) fn apply(
+        &self,
+        sources: &SourceMap,
+        diagnostics: &mut Vec<Diagnostic>,
+        comment_marks: &[&str],
+        continuation: Option<char>,
+    ) {
+        let mut silenced: HashMap<FileId, Vec<Silenced>> = HashMap::new();
+        diagnostics.retain_mut(|diagnostic| {
+            if diagnostic.severity != Severity::Warning {
+                return true;
+            }
+            if let Some(lint) = lint_of_code(diagnostic.code) {
+                let level = self.level(lint);
+                let Span { file, start, .. } = diagnostic.span;
+                let places = silenced
+                    .entry(file)
+                    .or_insert_with(|| silenced_in(sources, file, comment_marks, continuation));
+                let (line, _) = sources.line_col(file, start);
+                let is_silenced = |place: &Silenced| {
+                    (place.first..=place.last).contains(&line)
+                        && place.name.eq_ignore_ascii_case(lint.name)
+                };
+                if level == Level::Allow || places.iter().any(is_silenced) {
+                    return false;
+                }
+                if level == Level::Deny {
+                    diagnostic.severity = Severity::Error;
+                }
+            }
+            if self.deny_warnings {
+                diagnostic.severity = Severity::Error;
+            }
+            true
+        });
+    }
+}
+
+/// Lines of a file for which a comment silences a lint.
+struct Silenced {
+    name: String,
+    first: u32,
+    last: u32,
+}
+
+/// The comments of a file that silence lints: `? plcc: allow NAME, NAME`. Such a comment is for the
+/// statement behind which it stands, and for the next one.
+fn silenced_in(
+    sources: &SourceMap,
+    file: FileId,
+    comment_marks: &[&str],
+    continuation: Option<char>,
+) -> Vec<Silenced> {
+    let mut found = Vec::new();
+    if !sources.text(file).contains("plcc:") {
+        return found;
+    }
+    let lines = sources.line_count(file);
+    for line in 1..=lines {
+        let (code, comment) = split_comment(sources.line_text(file, line), comment_marks);
+        let Some(names) = allowed_names(comment) else { continue };
+        let first = if code.trim().is_empty() { line + 1 } else { line };
+        let mut last = line;
+        // The next statement is in the next line that has more than a comment, and goes on where a
+        // line ends with the sign of continuation.
+        while last < lines {
+            last += 1;
+            let (code, _) = split_comment(sources.line_text(file, last), comment_marks);
+            let code = code.trim_end();
+            let goes_on = continuation.is_some_and(|sign| code.ends_with(sign));
+            if !code.is_empty() && !goes_on {
+                break;
+            }
+        }
+        found.extend(names.map(|name| Silenced { name: name.to_owned(), first, last }));
+    }
+    found
+}
+
+/// A line's part before its comment, and the comment behind its mark. (A mark inside a text in
+/// quotes counts too; that can only make a comment of something that no statement needs.)
+fn split_comment<'a>(line: &'a str, marks: &[&str]) -> (&'a str, &'a str) {
+    let first = marks.iter().filter_map(|mark| Some((line.find(mark)?, mark.len()))).min();
+    match first {
+        Some((at, len)) => (line.get(..at).unwrap_or(""), line.get(at + len..).unwrap_or("")),
+        None => (line, ""),
+    }
+}
+
+/// The names of lints behind `plcc: allow` in a comment.
+fn allowed_names(comment: &str) -> Option<impl Iterator<Item = &str>> {
+    let rest = comment.trim_start().strip_prefix("plcc:")?.trim_start();
+    let names = rest.strip_prefix("allow")?;
+    let is_name = |c: char| c.is_ascii_alphanumeric() || c == '-';
+    Some(names.split(move |c| !is_name(c)).filter(|name| !name.is_empty()))
+}
+
+#[cfg(test)]
+mod tests {
+    use plcc_diag::lints::find_lint;
+
+    use super::*;
+
+    /// The lines of the warnings that remain in a PMI text with a warning in each line.
+    fn lines(text: &str, levels: &LintLevels) -> Vec<(u32, Severity)> {
+        let mut sources = SourceMap::new();
+        let file = sources.add("a.pmi", text.as_bytes());
+        let starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1));
+        let span = |at: usize| Span::new(file, at as u32, at as u32);
+        let mut diagnostics: Vec<_> =
+            starts.map(|at| Diagnostic::warning("PMI-W5", span(at), "a name")).collect();
+        levels.apply(&sources, &mut diagnostics, &["?"], Some('#'));
+        let line = |d: &Diagnostic| (sources.line_col(file, d.span.start).0, d.severity);
+        diagnostics.iter().map(line).collect()
+    }
+
+    #[test]
+    fn a_comment_silences_the_next_statement() {
+        let text = "A=B\n? plcc: allow near-name\n\n? more\nC=#\nD\nE=F\n\
+                    G=H ?plcc:allow other NEAR-NAME\nI=J\nK=L";
+        let left = lines(text, &LintLevels::default());
+        let left: Vec<u32> = left.into_iter().map(|(line, _)| line).collect();
+        assert_eq!(left, [1, 2, 7, 10]);
+    }
+
+    #[test]
+    fn levels_take_out_findings_or_make_them_errors() {
+        let lint = find_lint("near-name").unwrap();
+        let mut levels = LintLevels::default();
+        assert_eq!(lines("A", &levels), [(1, Severity::Warning)]);
+        levels.set(lint, Level::Deny);
+        assert_eq!(lines("A", &levels), [(1, Severity::Error)]);
+        levels.set(lint, Level::Allow);
+        assert_eq!(lines("A", &levels), []);
+        levels.set(lint, Level::Warn);
+        levels.deny_warnings = true;
+        assert_eq!(lines("A", &levels), [(1, Severity::Error)]);
+    }
+}

@@ -1,0 +1,194 @@
+//! Lints about conditions: `constant-condition`, `unreachable`, `endless-wait`.
+
+use std::collections::BTreeSet;
+
+use plcc_abi::pmac::Kind;
+use plcc_diag::Diagnostic;
+
+use super::Checked;
+use crate::pmac::analyse::eval;
+use crate::pmac::ast::{Action, Buffer, Expr, Op, StmtKind, Target};
+
+/// What is known of a condition without running the program.
+enum Known {
+    /// It is always true, or always false.
+    Always(bool),
+    /// It reads only variables that nothing in the download writes.
+    Unchanging,
+    /// It may change.
+    Nothing,
+}
+
+/// The P- and Q-variables that something in the download may write.
+struct Written {
+    numbers: BTreeSet<(Kind, u16)>,
+    /// Whether there are writes to numbers that are not known, of P and of Q: computed ones, or those
+    /// of motion programs.
+    computed: [bool; 2],
+}
+
+impl Written {
+    fn of(checked: &Checked<'_>) -> Self {
+        let mut this = Self { numbers: BTreeSet::new(), computed: [checked.has_motion; 2] };
+        for stmt in checked.statements() {
+            match stmt.kind {
+                StmtKind::Assign(target, _) => this.add(target),
+                // Memory that is written by its address may be that of any variable.
+                StmtKind::Word(..) | StmtKind::Define(_) => this.computed = [true; 2],
+                _ => {}
+            }
+        }
+        for online in &checked.download.online {
+            // Definitions may lead to the memory of P and Q.
+            if let Action::Write(..) = online.action {
+                this.computed = [true; 2];
+            }
+        }
+        this
+    }
+
+    fn add(&mut self, target: Target) {
+        match target {
+            Target::Var(kind, number) => {
+                self.numbers.insert((kind, number));
+            }
+            Target::Indirect(Kind::P, _) => self.computed[0] = true,
+            Target::Indirect(Kind::Q, _) => self.computed[1] = true,
+            Target::Indirect(..) => {}
+            Target::Range { kind, first, count, step } => {
+                self.numbers.extend(
+                    (0..count)
+                        .map(|index| (kind, first.saturating_add(index.saturating_mul(step)))),
+                );
+            }
+        }
+    }
+
+    fn has(&self, kind: Kind, number: u16) -> bool {
+        let computed = match kind {
+            Kind::P => self.computed[0],
+            Kind::Q => self.computed[1],
+            // M- and L-variables are inputs, or shared with others; I-variables are commands'.
+            _ => true,
+        };
+        computed || self.numbers.contains(&(kind, number))
+    }
+}
+
+fn known(checked: &Checked<'_>, condition: Expr, written: &Written) -> Known {
+    let ops = checked.ops(condition);
+    let mut constant = true;
+    for op in ops {
+        match *op {
+            Op::Var(kind, number) if written.has(kind, number) => return Known::Nothing,
+            Op::Indirect(_) => return Known::Nothing,
+            Op::Var(..) => constant = false,
+            _ => {}
+        }
+    }
+    if !constant {
+        return Known::Unchanging;
+    }
+    match truth(ops) {
+        Some(truth) => Known::Always(truth),
+        None => Known::Nothing,
+    }
+}
+
+/// Whether a condition without variables holds; `None` if it calls a function.
+fn truth(ops: &[Op]) -> Option<bool> {
+    let mut numbers: Vec<f64> = Vec::new();
+    let mut truths: Vec<bool> = Vec::new();
+    for op in ops {
+        match *op {
+            Op::Const(value) => numbers.push(value),
+            Op::Neg => {
+                let value = numbers.pop()?;
+                numbers.push(-value);
+            }
+            Op::Bin(bin) => {
+                let right = numbers.pop()?;
+                let left = numbers.pop()?;
+                numbers.push(eval::binary(bin, left, right));
+            }
+            Op::Cmp(cmp) => {
+                let right = numbers.pop()?;
+                truths.push(eval::compare(cmp, numbers.pop()?, right));
+            }
+            Op::Both => {
+                let right = truths.pop()?;
+                let left = truths.pop()?;
+                truths.push(left & right);
+            }
+            Op::Either => {
+                let right = truths.pop()?;
+                let left = truths.pop()?;
+                truths.push(left | right);
+            }
+            Op::Var(..) | Op::Indirect(_) | Op::Call(_) => return None,
+        }
+    }
+    truths.pop()
+}
+
+/// Looks at every condition of the PLCs and PLCCs.
+pub(super) fn conditions(checked: &mut Checked<'_>) {
+    let written = Written::of(checked);
+    for (_, _, buffer) in checked.programs() {
+        program(checked, buffer, &written);
+    }
+}
+
+fn program(checked: &mut Checked<'_>, buffer: &Buffer, written: &Written) {
+    for (index, stmt) in buffer.code.iter().enumerate() {
+        match stmt.kind {
+            StmtKind::If(condition, _) => {
+                if let Known::Always(truth) = known(checked, condition, written) {
+                    checked.add(stmt.at, |span| {
+                        let message = format!("this condition is always {truth}");
+                        Diagnostic::warning("PMAC-W10", span, message)
+                            .help("compare a variable, or take the IF out")
+                    });
+                }
+            }
+            StmtKind::While(condition, behind) => match known(checked, condition, written) {
+                Known::Always(false) => checked.add(stmt.at, |span| {
+                    Diagnostic::warning("PMAC-W10", span, "this condition is always false")
+                        .help("compare a variable, or take the WHILE out")
+                }),
+                Known::Always(true) => {
+                    // A loop that runs for ever is a usual way to write a PLC; what stands behind it
+                    // never runs.
+                    if let Some(next) = buffer.code.get(behind as usize)
+                        && !matches!(next.kind, StmtKind::EndWhile(_) | StmtKind::Jump(_))
+                    {
+                        checked.add(next.at, |span| {
+                            Diagnostic::warning("PMAC-W11", span, "no scan reaches this statement")
+                                .note("it stands behind a WHILE that never ends")
+                                .help("give the WHILE a condition that ends it, or take it out")
+                        });
+                    }
+                    if is_empty(buffer, index) {
+                        endless(checked, stmt.at);
+                    }
+                }
+                Known::Unchanging => endless(checked, stmt.at),
+                Known::Nothing => {}
+            },
+            _ => {}
+        }
+    }
+}
+
+/// Whether the WHILE with this index has nothing in it.
+fn is_empty(buffer: &Buffer, index: usize) -> bool {
+    matches!(buffer.code.get(index + 1).map(|stmt| &stmt.kind), Some(StmtKind::EndWhile(_)))
+}
+
+fn endless(checked: &mut Checked<'_>, at: crate::pmac::origin::TextRange) {
+    checked.add(at, |span| {
+        Diagnostic::warning("PMAC-W18", span, "nothing in this download changes this condition")
+            .note("once the WHILE is entered, only an on-line command ends it")
+            .help("wait for a variable that a PLC, a motion program or an input changes")
+    });
+}

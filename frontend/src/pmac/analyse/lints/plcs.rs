@@ -1,0 +1,148 @@
+//! Lints about whole PLCs and what they send: `plc-never-runs`, `repeats-every-scan`,
+//! `empty-command`, `position-beyond-display`.
+
+use plcc_abi::image::read_f64;
+use plcc_abi::pmac::{Kind, PlcOp, Text};
+use plcc_diag::Diagnostic;
+
+use super::{Checked, program_name};
+use crate::pmac::ast::{Action, Buffer, StmtKind, Target};
+
+/// The variable that says which PLCs run.
+const I5: u32 = 5;
+/// Characters of the display: two rows of 40 (guide, DISPLAY).
+const DISPLAY: u32 = 80;
+
+/// Whether an assignment's target is I5, or may be.
+fn may_be_i5(target: Target) -> bool {
+    match target {
+        Target::Var(kind, number) => kind == Kind::I && u32::from(number) == I5,
+        Target::Indirect(kind, _) => kind == Kind::I,
+        Target::Range { kind, first, .. } => kind == Kind::I && u32::from(first) <= I5,
+    }
+}
+
+/// PLCs that I5, as the download leaves it, never runs (guide, I5: 1 runs PLC 0, 2 the others, 3 all).
+/// Where nothing sets I5 at all, `PMAC-W2` says so.
+pub(super) fn never_runs(checked: &mut Checked<'_>) {
+    let set_by_load = checked.download.online.iter().any(|online| match online.action {
+        Action::Assign(target, _) => may_be_i5(target),
+        _ => false,
+    });
+    let set_by_program = checked
+        .statements()
+        .any(|stmt| matches!(stmt.kind, StmtKind::Assign(target, _) if may_be_i5(target)));
+    if !set_by_load || set_by_program {
+        return;
+    }
+    let i5 = read_f64(&checked.loaded.image, checked.loaded.layout.i_offset(I5));
+    let (first, others) = (i5 == 1.0 || i5 == 3.0, i5 == 2.0 || i5 == 3.0);
+    let programs: Vec<_> = checked
+        .programs()
+        .filter(|(_, number, buffer)| {
+            !buffer.code.is_empty() && !(if *number == 0 { first } else { others })
+        })
+        .filter_map(|(compiled, number, buffer)| Some((compiled, number, buffer.opened?)))
+        .collect();
+    for (compiled, number, at) in programs {
+        let name = program_name(compiled, number);
+        let message = format!("{name} never runs: I5 is {i5} after this download");
+        checked.add(at, |span| {
+            Diagnostic::warning("PMAC-W15", span, message)
+                .help("I5=1 runs PLC 0, I5=2 the PLCs 1 to 31, I5=3 all of them")
+        });
+    }
+}
+
+/// For each statement of a program whether something before it decides if it is executed in a scan:
+/// it stands in an IF or behind a WHILE.
+fn conditional(buffer: &Buffer) -> Vec<bool> {
+    let mut conditional = Vec::with_capacity(buffer.code.len());
+    let mut until = 0;
+    let mut waits = false;
+    for (index, stmt) in (0u32..).zip(&buffer.code) {
+        conditional.push(waits || index < until);
+        match stmt.kind {
+            StmtKind::If(_, target) => until = until.max(target),
+            StmtKind::Jump(target) => until = until.max(target),
+            StmtKind::While(..) => waits = true,
+            _ => {}
+        }
+    }
+    conditional
+}
+
+/// SEND, DISPLAY of a text, and COMMAND that are executed in every scan: in no IF, behind no WHILE,
+/// in a PLC that nothing disables.
+pub(super) fn repeats_every_scan(checked: &mut Checked<'_>) {
+    let disabled = |compiled: bool, number: u32| {
+        checked.statements().any(|stmt| match stmt.kind {
+            StmtKind::Plc(PlcOp::Disable | PlcOp::Pause, set) => {
+                set.compiled == compiled && set.bits >> number & 1 != 0
+            }
+            _ => false,
+        })
+    };
+    let mut places = Vec::new();
+    for (compiled, number, buffer) in checked.programs() {
+        if disabled(compiled, number) {
+            continue;
+        }
+        for (stmt, conditional) in buffer.code.iter().zip(conditional(buffer)) {
+            let StmtKind::Text(index, _) = stmt.kind else { continue };
+            let what = match checked.download.texts.get(index as usize) {
+                Some(Text::Send { .. }) => "SEND",
+                Some(Text::Show { .. }) => "DISPLAY",
+                Some(Text::Command { .. }) => "COMMAND",
+                _ => continue,
+            };
+            if !conditional {
+                places.push((what, program_name(compiled, number), stmt.at));
+            }
+        }
+    }
+    for (what, program, at) in places {
+        let message = format!("this {what} is executed in every scan of {program}");
+        checked.add(at, |span| {
+            Diagnostic::warning("PMAC-W13", span, message)
+                .help(format!("put it into an IF, or end the PLC with DISABLE {program}"))
+        });
+    }
+}
+
+/// COMMANDs without a command, and texts that reach beyond the display.
+pub(super) fn texts(checked: &mut Checked<'_>) {
+    let places: Vec<_> = checked
+        .statements()
+        .filter_map(|stmt| match stmt.kind {
+            StmtKind::Text(index, _) => {
+                Some((checked.download.texts.get(index as usize)?, stmt.at))
+            }
+            _ => None,
+        })
+        .collect();
+    for (text, at) in places {
+        let end = match text {
+            Text::Command { text, .. } => {
+                if text.trim().is_empty() {
+                    checked.add(at, |span| {
+                        Diagnostic::warning("PMAC-W16", span, "this COMMAND has no command")
+                            .help("write the command between the quotes, or take the line out")
+                    });
+                }
+                continue;
+            }
+            Text::Show { text, position } => position.saturating_add(text.chars().count() as u32),
+            Text::Value { position, width, .. } => position.saturating_add(*width),
+            _ => continue,
+        };
+        if end > DISPLAY {
+            let message = format!("this reaches position {}: the display ends at 79", end - 1);
+            checked.add(at, |span| {
+                Diagnostic::warning("PMAC-W17", span, message)
+                    .note("the display has two rows of 40 characters, positions 0 to 79")
+                    .help("begin further left, or shorten it")
+            });
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! `near-name`: an undeclared LOGICAL whose name is nearly that of a declared variable.
+
+use std::collections::{HashMap, HashSet};
+
+use plcc_abi::pmi::Type;
+use plcc_diag::{Diagnostic, Span};
+
+use crate::pmi::ast::{Checked, Meaning, Op, Symbol, SymbolId};
+
+/// The shortest name that is compared: shorter ones are alike by chance.
+const SHORTEST: usize = 3;
+
+/// Finds LOGICALs that an assignment declares (PMI 2.2.4) and whose names differ by one letter, or by
+/// two neighbours that have changed places, from a name of the specification section. Names that
+/// differ in a digit are meant to: `PB1` and `PB2`. So is a name that the program also reads: a
+/// misspelt one is only assigned.
+pub(super) fn near_names(checked: &Checked, found: &mut Vec<Diagnostic>) {
+    let mut statements: Vec<Span> = checked.steps.iter().map(|step| step.span).collect();
+    statements.sort_unstable_by_key(|span| (span.file, span.start));
+    let in_a_statement = |place: Span| {
+        let behind =
+            statements.partition_point(|span| (span.file, span.start) <= (place.file, place.start));
+        let statement = behind.checked_sub(1).and_then(|at| statements.get(at));
+        statement.is_some_and(|span| span.file == place.file && place.start < span.end)
+    };
+    let read: HashSet<SymbolId> = checked
+        .ops
+        .iter()
+        .filter_map(|op| match *op {
+            Op::Load(id) | Op::LoadAt(id, _) | Op::Element(id) => Some(id),
+            _ => None,
+        })
+        .collect();
+    let candidates = (0u32..).zip(&checked.symbols).filter(|(_, symbol)| {
+        !symbol.executive && symbol.declared.is_some() && symbol.name.len() >= SHORTEST
+    });
+    let (mut undeclared, mut declared) = (Vec::new(), Vec::new());
+    for (number, symbol) in candidates {
+        let Some(span) = symbol.declared else { continue };
+        let is_implicit = symbol.ty == Type::Logical
+            && symbol.meaning == Meaning::Variable
+            && in_a_statement(span);
+        match (is_implicit, &symbol.meaning) {
+            (true, _) if read.contains(&SymbolId(number)) => {}
+            (true, _) => undeclared.push((symbol, span)),
+            (false, Meaning::Label(_) | Meaning::Unknown) => {}
+            (false, _) => declared.push((symbol, span)),
+        }
+    }
+    let index = Index::new(&declared);
+    for (symbol, span) in undeclared {
+        if let Some((near, place)) = index.nearest(&symbol.name) {
+            let message = format!(
+                "{} is declared nowhere and is nearly {near}: it is a LOGICAL of its own",
+                symbol.name
+            );
+            found.push(
+                Diagnostic::warning("PMI-W5", span, message)
+                    .label(place, format!("{near} is declared here"))
+                    .help(format!(
+                        "write {near} if that was meant; else list {} behind $LOGICAL",
+                        symbol.name
+                    )),
+            );
+        }
+    }
+}
+
+/// The declared names by what is left of them when one letter is taken out. Names of which two such
+/// rests are equal are near; so each name is compared with few others, however many there are.
+struct Index<'a> {
+    by_rest: HashMap<String, Vec<(&'a str, Span)>>,
+}
+
+/// A name, and the name without each of its letters.
+fn rests(name: &str) -> impl Iterator<Item = String> {
+    let without = name.char_indices().map(|(at, letter)| {
+        let mut rest = name.to_owned();
+        rest.replace_range(at..at + letter.len_utf8(), "");
+        rest
+    });
+    std::iter::once(name.to_owned()).chain(without)
+}
+
+impl<'a> Index<'a> {
+    fn new(declared: &[(&'a Symbol, Span)]) -> Self {
+        let mut by_rest: HashMap<String, Vec<(&str, Span)>> = HashMap::new();
+        for &(symbol, span) in declared {
+            for rest in rests(&symbol.name) {
+                by_rest.entry(rest).or_default().push((&symbol.name, span));
+            }
+        }
+        Self { by_rest }
+    }
+
+    /// The first declared name, in the alphabet, that is near.
+    fn nearest(&self, name: &str) -> Option<(&'a str, Span)> {
+        let candidates = rests(name).filter_map(|rest| self.by_rest.get(&rest)).flatten();
+        candidates.filter(|(other, _)| is_near(name, other)).min().copied()
+    }
+}
+
+/// Whether two names differ by one letter that is missing or another one, or by two letters that
+/// have changed places; letters only, no digits.
+fn is_near(a: &str, b: &str) -> bool {
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    let head = a.iter().zip(b).take_while(|(x, y)| x == y).count();
+    let rest = |name: &[u8]| name.get(head..).unwrap_or(&[]).to_vec();
+    let (a, b) = (rest(a), rest(b));
+    let tail = a.iter().rev().zip(b.iter().rev()).take_while(|(x, y)| x == y).count();
+    let middle = |rest: &[u8]| rest.get(..rest.len() - tail).unwrap_or(&[]).to_vec();
+    let (a, b) = (middle(&a), middle(&b));
+    let letters = a.iter().chain(&b).all(u8::is_ascii_alphabetic);
+    letters
+        && match (a.as_slice(), b.as_slice()) {
+            ([_], [_] | []) | ([], [_]) => true,
+            ([a, b], [c, d]) => a == d && b == c,
+            _ => false,
+        }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_near;
+
+    #[test]
+    fn names_are_near_by_a_letter_or_a_swap() {
+        for (a, b) in [("PUMP", "PUMPS"), ("READY", "REDAY"), ("CLAMP", "CLAMS"), ("ABB", "AB")] {
+            assert!(is_near(a, b) && is_near(b, a), "{a} {b}");
+        }
+        for (a, b) in
+            [("PB1", "PB2"), ("PB1", "PB"), ("PUMP", "PUMP"), ("AB", "ABCD"), ("P12", "P21")]
+        {
+            assert!(!is_near(a, b), "{a} {b}");
+        }
+    }
+}
