@@ -67,7 +67,10 @@ fn codes_of(language: &dyn Language) -> impl Iterator<Item = &'static CodeInfo> 
 fn lines(languages: &[&dyn Language], wanted: impl Fn(&str) -> bool) -> String {
     let mut text = String::new();
     for language in languages {
-        let codes = codes_of(*language).map(|info| format!("{}: {}", info.code, info.title));
+        let codes = codes_of(*language).map(|info| match lint_of_code(info.code) {
+            Some(lint) => format!("{}: {} (lint {})", info.code, info.title, lint.name),
+            None => format!("{}: {}", info.code, info.title),
+        });
         let topics = language.topics().into_iter();
         let topics =
             topics.map(|topic| format!("{} {}: {}", language.title(), topic.name, topic.meaning));

@@ -139,7 +139,7 @@ mod tests {
         let mut sources = SourceMap::new();
         let file = sources.add("a.pmi", text.as_bytes());
         let starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1));
-        let span = |at: usize| Span::new(file, at as u32, at as u32);
+        let span = |at: usize| Span::new(file, at, at);
         let mut diagnostics: Vec<_> =
             starts.map(|at| Diagnostic::warning("PMI-W5", span(at), "a name")).collect();
         levels.apply(&sources, &mut diagnostics, &["?"], Some('#'));

@@ -100,7 +100,7 @@ const CASES: &[Case] = &[
         "constant-condition",
         2,
         ":001 ,5\n=6 U012 Z\nJ1 :000 J0",
-        ":001 ,5 +RH062\n=6 U012 Z\nJ1 :000 J0",
+        ":001 ,5 +LRH062\n=6 U012 Z\nJ1 :000 J0",
     ),
     nct("unreachable", 2, ":001 J1 :000 J0\n:010 U012 R", ":001 C010 J1 :000 J0\n:010 U012 R"),
     nct(
@@ -304,4 +304,19 @@ fn the_examples_set_off_no_lint_that_is_on() {
     let mut found = Vec::new();
     set_off_in(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples"), &mut found);
     assert!(found.is_empty(), "{found:?}");
+}
+
+#[test]
+fn the_table_in_the_docs_has_every_lint() {
+    let docs = include_str!("../../../docs/lints.md");
+    for lint in LINTS {
+        let row = docs.lines().find(|line| line.starts_with(&format!("| `{}` |", lint.name)));
+        let row = row.unwrap_or_else(|| panic!("{} is not in the table", lint.name));
+        let on = if lint.default == Level::Allow { "no |" } else { "yes |" };
+        assert!(row.ends_with(on), "{row}");
+        for code in lint.codes {
+            let title = code.split('-').next().unwrap_or("");
+            assert!(row.contains(title), "{row}: {title}");
+        }
+    }
 }
