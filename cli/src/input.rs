@@ -4,9 +4,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use plcc_abi::Dialect;
-use plcc_diag::lints::{LINTS, Level, find_lint};
+use plcc_diag::lints::Level;
 use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
-use plcc_frontend::common::{FileLoader, LintLevels, Machine, Options, closest};
+use plcc_frontend::common::{FileLoader, LintLevels, Machine, Options};
 use plcc_frontend::{LANGUAGES, detect, language};
 use plcc_runtime::Artifact;
 use plcc_runtime::files::{MAX_SETTINGS, read_at_most, read_regular, why_not_read};
@@ -74,18 +74,7 @@ impl SourceSettings {
 /// # Errors
 /// When the machine file names a lint or a level that does not exist.
 fn lint_levels(args: &SourceArgs, machine: &Machine) -> Result<LintLevels, String> {
-    let mut levels = LintLevels::default();
-    for (name, level) in &machine.lints {
-        let lint = find_lint(name).ok_or_else(|| {
-            let near = closest(name, LINTS.iter().map(|lint| lint.name));
-            let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-            format!("[lints]: there is no lint `{name}`{near}")
-        })?;
-        let level = Level::from_name(level).ok_or_else(|| {
-            format!("[lints]: {name} is \"allow\", \"warn\" or \"deny\", not \"{level}\"")
-        })?;
-        levels.set(lint, level);
-    }
+    let mut levels = LintLevels::of_machine(machine)?;
     args.allow.iter().for_each(|lint| levels.set(lint, Level::Allow));
     args.warn.iter().for_each(|lint| levels.set(lint, Level::Warn));
     for denied in &args.deny {

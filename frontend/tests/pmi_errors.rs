@@ -2,7 +2,7 @@
 
 use plcc_diag::SourceMap;
 use plcc_frontend::{
-    common::{Limits, MemoryLoader, Options},
+    common::{Limits, LintLevels, MemoryLoader, Options},
     pmi,
 };
 
@@ -16,7 +16,7 @@ fn findings(text: &str, limits: Limits) -> Vec<(String, u32)> {
         .with("bad.pmi", "? one\nX2 = NONE\n");
     let mut sources = SourceMap::new();
     let file = sources.add("main.pmi", text.as_bytes());
-    let options = Options { limits, ..Options::default() };
+    let options = Options { limits, lints: LintLevels::none(), ..Options::default() };
     let (program, diagnostics) = pmi::check(&mut sources, file, &loader, &options);
     let found: Vec<_> = diagnostics
         .iter()

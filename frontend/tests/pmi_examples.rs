@@ -7,7 +7,7 @@ use std::{collections::HashMap, path::Path};
 
 use plcc_diag::SourceMap;
 use plcc_frontend::{
-    common::{Machine, MemoryLoader, Options},
+    common::{LintLevels, Machine, MemoryLoader, Options},
     pmi,
 };
 
@@ -16,7 +16,8 @@ fn findings(name: &str, machine: Option<&str>) -> Vec<String> {
     let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
     let machine = machine.map(|name| String::from_utf8(read(name)).unwrap());
     let machine = Machine::parse(&machine.unwrap_or_default()).unwrap();
-    let options = Options { machine, ..Options::default() };
+    let lints = LintLevels::of_machine(&machine).unwrap();
+    let options = Options { machine, lints, ..Options::default() };
     let mut sources = SourceMap::new();
     let file = sources.add(name, &read(name));
     let (_, diagnostics) = pmi::check(&mut sources, file, &MemoryLoader::new(), &options);

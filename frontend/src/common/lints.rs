@@ -5,8 +5,10 @@ use std::collections::HashMap;
 
 use plcc_diag::{
     Diagnostic, FileId, Severity, SourceMap, Span,
-    lints::{Level, Lint, lint_of_code},
+    lints::{LINTS, Level, Lint, find_lint, lint_of_code},
 };
+
+use super::{Machine, closest};
 
 /// The levels of lints that the user chose. Lints of which nothing is said have their own.
 #[derive(Clone, Debug, Default)]
@@ -17,6 +19,33 @@ pub struct LintLevels {
 }
 
 impl LintLevels {
+    /// No lint at all.
+    pub fn none() -> Self {
+        let chosen = LINTS.iter().map(|lint| (lint.name, Level::Allow)).collect();
+        Self { chosen, deny_warnings: false }
+    }
+
+    /// The levels that a machine file chooses under `[lints]`.
+    ///
+    /// # Errors
+    /// When it names a lint or a level that does not exist; the message says what does.
+    pub fn of_machine(machine: &Machine) -> Result<Self, String> {
+        let mut levels = Self::default();
+        for (name, level) in &machine.lints {
+            let lint = find_lint(name).ok_or_else(|| {
+                let near = closest(name, LINTS.iter().map(|lint| lint.name));
+                let near =
+                    near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+                format!("[lints]: there is no lint `{name}`{near}")
+            })?;
+            let level = Level::from_name(level).ok_or_else(|| {
+                format!("[lints]: {name} is \"allow\", \"warn\" or \"deny\", not \"{level}\"")
+            })?;
+            levels.set(lint, level);
+        }
+        Ok(levels)
+    }
+
     /// Chooses the level of a lint. A later choice takes the place of an earlier one.
     pub fn set(&mut self, lint: &Lint, level: Level) {
         self.chosen.insert(lint.name, level);

@@ -6,7 +6,7 @@ use std::path::Path;
 use plcc_abi::Dialect;
 use plcc_diag::lints::{LINTS, Level, Lint, find_lint, lint_of_code};
 use plcc_diag::{Diagnostic, Severity, SourceMap};
-use plcc_frontend::common::{LintLevels, MemoryLoader, Options};
+use plcc_frontend::common::{LintLevels, Machine, MemoryLoader, Options};
 use plcc_frontend::{detect, language};
 
 /// A lint, a program that sets it off, and the line of the finding; then the corrected program.
@@ -289,8 +289,12 @@ fn set_off_in(folder: &Path, found: &mut Vec<(&'static Lint, String)>) {
         }
         let Ok(dialect) = detect::detect(&path, sources.text(file)) else { continue };
         let loader = MemoryLoader::new();
-        let (_, diagnostics) =
-            language(dialect).check(&mut sources, &[file], &loader, &Options::default());
+        let machine = std::fs::read_to_string(path.with_extension("machine.toml"));
+        let machine = machine.map(|text| Machine::parse(&text).expect("a machine file"));
+        let machine = machine.unwrap_or_default();
+        let lints = LintLevels::of_machine(&machine).expect("lints that exist");
+        let options = Options { machine, lints, ..Options::default() };
+        let (_, diagnostics) = language(dialect).check(&mut sources, &[file], &loader, &options);
         found.extend(
             diagnostics
                 .iter()

@@ -65,13 +65,13 @@ fn holds(range: Range, value: f64) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use crate::common::{Controller, MemoryLoader, Options};
+    use crate::common::{Controller, LintLevels, MemoryLoader, Options};
     use crate::pmac::check;
 
     fn warnings(source: &str, controller: Controller) -> Vec<String> {
         let mut map = plcc_diag::SourceMap::new();
         let file = map.add("m.pmc", source.as_bytes());
-        let options = Options { controller, ..Options::default() };
+        let options = Options { controller, lints: LintLevels::none(), ..Options::default() };
         let (program, diagnostics) = check(&mut map, &[file], &MemoryLoader::new(), &options);
         assert!(program.is_some());
         let line = |d: &plcc_diag::Diagnostic| map.line_col(d.span.file, d.span.start).0;

@@ -6,12 +6,13 @@ use plcc_abi::HostFn;
 use plcc_diag::SourceMap;
 
 use super::check;
-use crate::common::{Controller, LowerError, MemoryLoader, Options};
+use crate::common::{Controller, LintLevels, LowerError, MemoryLoader, Options};
 
 fn codes_for(text: &str, controller: Controller) -> Vec<(&'static str, u32, String)> {
     let mut map = SourceMap::new();
     let file = map.add("m.pmc", text.as_bytes());
-    let options = Options { controller, ..Options::default() };
+    // What is tested here are the other diagnostics; lints have tests of their own.
+    let options = Options { controller, lints: LintLevels::none(), ..Options::default() };
     let (_, diagnostics) = check(&mut map, &[file], &MemoryLoader::new(), &options);
     diagnostics
         .iter()
