@@ -1,13 +1,14 @@
 //! Private keys and the signatures that they make; [`plcc_runtime::artifact::signature`] has the rest.
 
-use std::fs::{File, OpenOptions};
-use std::io::{self, Read, Write};
+use std::fs::OpenOptions;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use ed25519_dalek::pkcs8::spki::der::pem::LineEnding;
 use ed25519_dalek::pkcs8::{DecodePrivateKey, EncodePrivateKey, EncodePublicKey};
 use ed25519_dalek::{Signer, SigningKey};
 use plcc_runtime::artifact::signature::Signature;
+use plcc_runtime::files::{read_regular, why_not_read};
 
 use crate::failure::Failure;
 
@@ -63,10 +64,10 @@ fn create(path: &Path, bytes: &[u8], mode: u32) -> Result<(), Failure> {
 /// # Errors
 /// When the file can't be read, or holds no private key of this kind.
 pub(crate) fn sign(mut artifact: Vec<u8>, path: &Path) -> Result<Vec<u8>, Failure> {
-    let mut text = String::new();
-    File::open(path)
-        .and_then(|file| file.take(MAX_KEY_FILE).read_to_string(&mut text))
-        .map_err(|error| Failure::file(path, format!("it can't be read: {error}")))?;
+    let text = read_regular(path, MAX_KEY_FILE).map_err(|error| {
+        Failure::file(path, format!("it can't be read: {}", why_not_read(&error)))
+    })?;
+    let text = String::from_utf8_lossy(&text);
     let key = SigningKey::from_pkcs8_pem(&text)
         .map_err(|_| Failure::file(path, "it is no private key; `plcc key new` makes keys"))?;
     let signature = key.sign(&artifact).to_bytes();

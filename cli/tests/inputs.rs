@@ -25,6 +25,7 @@ fn devices_and_pipes_are_no_inputs() {
             format!("run a.pmi --ticks 1 --stimulus {special}"),
             format!("run a.pmi --ticks 1 --retain {special}"),
             format!("run b.plc --ticks 1 --machine {special}"),
+            format!("build a.pmi --sign {special}"),
         ] {
             let done = folder.plcc(&line).exits(2);
             assert!(done.stderr.contains(special), "{line}: {}", done.stderr);
@@ -36,6 +37,7 @@ fn devices_and_pipes_are_no_inputs() {
     folder.plcc("run a.pmi --ticks 1 --dump fifo").exits(2).says(&["nobody reads"]);
     folder.plcc("run a.pmi --ticks 1 --watch N --trace fifo").exits(2).says(&["nobody reads"]);
     folder.plcc("run a.pmi --ticks 1 --events fifo").exits(2).says(&["nobody reads"]);
+    folder.plcc("run a.pmi --ticks 1 --log fifo").exits(2).says(&["nobody reads"]);
     // Nothing has waited for somebody at the other side. This is no measurement: it would be for ever.
     assert!(start.elapsed() < Duration::from_secs(300));
 }

@@ -130,14 +130,14 @@ fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
     options
 }
 
-/// Opens a file for writing from its beginning: a regular file, which is created or emptied, a
-/// device, or a FIFO that somebody reads.
+/// Opens a file for writing: a regular file, which is created where there is none, a device, or a FIFO
+/// that somebody reads. Writing begins at the end (`append`), or the file is emptied.
 ///
 /// # Errors
 /// When it can't be opened, or is a FIFO that nobody reads (opening it would wait for a reader).
-pub fn create_output(path: &Path) -> io::Result<File> {
+pub fn open_output(path: &Path, append: bool) -> io::Result<File> {
     let mut options = OpenOptions::new();
-    let options = options.write(true).create(true).truncate(true);
+    let options = options.write(true).create(true).append(append).truncate(!append);
     match without_waiting(options).open(path) {
         Ok(file) => {
             waiting_from_now_on(&file)?;
@@ -323,10 +323,10 @@ mod tests {
             let error = read_regular(path, 1 << 20).unwrap_err();
             assert!(why_not_read(&error).contains(word), "{}: {error}", path.display());
         }
-        let error = create_output(&fifo).unwrap_err();
+        let error = open_output(&fifo, false).unwrap_err();
         assert!(why_not_written(&error).contains("nobody reads"), "{error}");
         let reader = OpenOptions::new().read(true).write(true).open(&fifo).unwrap();
-        create_output(&fifo).unwrap().write_all(b"read").unwrap();
+        open_output(&fifo, true).unwrap().write_all(b"read").unwrap();
         drop(reader);
         let file = folder.join("file");
         fs::write(&file, [0; 100]).unwrap();

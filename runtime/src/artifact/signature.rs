@@ -14,14 +14,14 @@
 //! put there does.
 
 use std::fmt;
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::Path;
 
 use ed25519_dalek::pkcs8::DecodePublicKey;
 use ed25519_dalek::{PUBLIC_KEY_LENGTH, SIGNATURE_LENGTH, VerifyingKey};
 
 use super::error::ArtifactError;
+use crate::files::read_regular;
 
 /// The bytes with which a signature begins.
 pub const MAGIC: [u8; 8] = *b"\x8FPLCSIG1";
@@ -78,8 +78,8 @@ impl PublicKey {
     /// # Errors
     /// When the file can't be read, or holds no public key of this kind.
     pub fn open(path: &Path) -> io::Result<Self> {
-        let mut text = String::new();
-        File::open(path)?.take(MAX_KEY_FILE).read_to_string(&mut text)?;
+        let text = read_regular(path, MAX_KEY_FILE)?;
+        let text = String::from_utf8_lossy(&text);
         let invalid = |what| io::Error::new(io::ErrorKind::InvalidData, what);
         if text.contains("PRIVATE KEY") {
             return Err(invalid("it is a private key; name the public key beside it"));

@@ -12,7 +12,7 @@ use super::layout::{self, HEADER_SIZE, State};
 use super::pages::{PAGE, Pages};
 use super::sequence::{begin_write, end_write, read_word, write_word};
 use super::shared_memory::{Access, SharedMemory};
-use crate::files::why_not_written;
+use crate::files::{open_regular, why_not_written};
 
 /// Why an image file can't be made.
 #[derive(Debug, Error)]
@@ -53,7 +53,7 @@ fn check_replaceable(path: &Path) -> Result<(), ImageFileError> {
     if !about.is_file() {
         return Err(ImageFileError::Other(path.to_owned()));
     }
-    let mut file = File::open(path).map_err(failed)?;
+    let mut file = open_regular(path).map_err(failed)?;
     let mut head = Vec::new();
     Read::take(&mut file, HEADER_SIZE as u64).read_to_end(&mut head).map_err(failed)?;
     if !head.is_empty() && !head.starts_with(&layout::MAGIC) {

@@ -1,6 +1,6 @@
 //! The reading side of an image file, and what a supervisor does with it.
 
-use std::fs::{File, OpenOptions};
+use std::fs::OpenOptions;
 use std::io;
 use std::path::Path;
 use std::sync::atomic::AtomicU64;
@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicU64;
 use super::layout::{self, SAFE_OUTPUT_SIZE, State};
 use super::sequence::{begin_read, begin_write, end_read, end_write, read_word, write_word};
 use super::shared_memory::{Access, SharedMemory};
+use crate::files::open_regular;
 
 /// How often a reader tries to copy a tick before it gives up. The writer needs some microseconds
 /// for each tick, so a reader that fails so often meets a writer that has died while it wrote.
@@ -65,7 +66,7 @@ impl ImageReader {
     /// # Errors
     /// When it can't be opened or is no image file.
     pub fn open(path: &Path) -> io::Result<Self> {
-        let memory = SharedMemory::map(&File::open(path)?, Access::Read)?;
+        let memory = SharedMemory::map(&open_regular(path)?, Access::Read)?;
         let (image_words, image_size) = place(memory.words())?;
         Ok(Self { memory, image_words, image_size })
     }

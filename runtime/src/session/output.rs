@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use plcc_abi::Program;
 
 use crate::args::RunArgs;
-use crate::files::{can_replace, create_output, replace, why_not_written};
+use crate::files::{can_replace, open_output, replace, why_not_written};
 use crate::retain;
 
 use super::SessionError;
@@ -35,7 +35,7 @@ impl Output {
         let sink = if is_stdout(path) {
             Sink::Stdout(io::stdout())
         } else {
-            Sink::File(create_output(path).map_err(|error| not_written(path, &error))?)
+            Sink::File(open_output(path, false).map_err(|error| not_written(path, &error))?)
         };
         Ok(Self { to: BufWriter::with_capacity(1 << 16, sink) })
     }
@@ -76,11 +76,13 @@ pub(super) fn open(path: &Path, append: bool, realtime: bool) -> Result<File, Se
     if is_stdout(path) {
         return standard_output().map_err(|error| not_written(path, &error));
     }
-    let mut options = File::options();
-    // On Linux a FIFO that is opened for reading too has a reader, and nobody is waited for.
-    let fifo = realtime && fs::metadata(path).is_ok_and(|about| is_fifo(&about));
-    options.create(true).read(fifo).write(true).append(append).truncate(!append);
-    options.open(path).map_err(|error| not_written(path, &error))
+    let opened = if realtime && fs::metadata(path).is_ok_and(|about| is_fifo(&about)) {
+        // On Linux a FIFO that is opened for reading too has a reader, and nobody is waited for.
+        File::options().read(true).write(true).open(path)
+    } else {
+        open_output(path, append)
+    };
+    opened.map_err(|error| not_written(path, &error))
 }
 
 /// Standard output as a file, without the lock and the buffer that [`io::stdout`] has: a thread that is
@@ -128,7 +130,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     }
     match fs::metadata(path) {
         Ok(about) if !about.is_file() => {
-            create_output(path).and_then(|mut file| file.write_all(bytes)).map_err(name)
+            open_output(path, false).and_then(|mut file| file.write_all(bytes)).map_err(name)
         }
         _ => replace(path, bytes).map_err(name),
     }
@@ -141,7 +143,7 @@ pub(super) fn check_writable(path: &Path) -> Result<Option<File>, SessionError> 
     let checked = if is_stdout(path) {
         Ok(None)
     } else if is_device {
-        create_output(path).map(Some)
+        open_output(path, false).map(Some)
     } else {
         can_replace(path).map(|()| None)
     };
