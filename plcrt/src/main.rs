@@ -1,19 +1,24 @@
 //! The loader for the controller: runs an artifact that `plcc build` has made. Neither it nor what it
 //! depends on contains a compiler.
 
+mod config;
 mod info;
 
+use std::ffi::OsString;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
+use config::{Mistake, Mistakes};
 use plcc_abi::machine::Machine;
 use plcc_abi::{Program, printable};
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::artifact::Inspection;
+use plcc_runtime::artifact::signature::PublicKey;
 use plcc_runtime::files::{MAX_SETTINGS, read_regular, why_not_read, why_not_written};
+use plcc_runtime::supervisor::{self, Supervision};
 use plcc_runtime::{Artifact, ArtifactError, NativeEngine, session};
 
 /// Runs a compiled PLC program.
@@ -23,17 +28,19 @@ use plcc_runtime::{Artifact, ArtifactError, NativeEngine, session};
 #[command(
     name = "plcrt",
     version,
+    args_override_self = true,
     after_help = "Exit status: 0 done; 2 wrong usage, or a file that can't be read or written or is \
                   not valid; 3 the program was stopped by a run-time fault; 130 Ctrl-C or SIGTERM.\n\n\
                   Examples:\n  \
                   plcrt lathe.plcx --realtime --retain lathe.retained\n  \
                   plcrt lathe.plcx --ticks 1000 --stimulus lathe.csv --watch MCHON,@FRO --trace out.csv\n  \
                   plcrt mill.plcx --for 5s --dump - | jq .variables\n  \
-                  plcrt --info mill.plcx"
+                  plcrt --info mill.plcx\n  \
+                  plcrt --config lathe.toml"
 )]
 struct Cli {
     /// The artifact, STEM.plcx
-    #[arg(required_unless_present_any = ["completions", "man"])]
+    #[arg(required_unless_present_any = ["completions", "man", "config", "check_config"])]
     artifact: Option<PathBuf>,
 
     /// NCT: a machine file, used in place of the one that the program was compiled with
@@ -52,21 +59,131 @@ struct Cli {
     #[arg(long, exclusive = true)]
     man: bool,
 
+    /// Takes the artifact and the options of a controller from a file, and runs in real time; an option
+    /// on the command line counts more
+    #[arg(long, value_name = "FILE.toml")]
+    config: Option<PathBuf>,
+
+    /// Finds every mistake in such a file, and runs nothing
+    #[arg(long, value_name = "FILE.toml", exclusive = true)]
+    check_config: Option<PathBuf>,
+
+    /// With --realtime, runs the control in this process, without another one that watches it; for
+    /// gdb and strace
+    #[arg(long)]
+    no_supervisor: bool,
+
+    /// How often a control that has died is started again by its supervisor
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    restart: u32,
+
+    /// A hardware watchdog that the supervisor keeps from restarting the computer for as long as the
+    /// control is well, usually /dev/watchdog
+    #[arg(long, value_name = "DEVICE")]
+    watchdog_device: Option<PathBuf>,
+
+    /// Says that this process is the control, and standard input the connection to its supervisor
+    #[arg(long, hide = true)]
+    supervised: bool,
+
     #[command(flatten)]
     run: RunArgs,
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    ExitCode::from(run(&cli).unwrap_or_else(|message| {
+    let words: Vec<OsString> = std::env::args_os().collect();
+    let cli = Cli::parse_from(&words);
+    ExitCode::from(run(cli, &words).unwrap_or_else(|message| {
         // Where standard error can't be written either, the exit status still says it.
         let _ = writeln!(io::stderr(), "error: {}", printable(&message));
         session::USAGE
     }))
 }
 
-/// Reads the artifact, maps its code and runs it.
-fn run(cli: &Cli) -> Result<u8, String> {
+/// Does what the words of the command line say.
+fn run(cli: Cli, words: &[OsString]) -> Result<u8, String> {
+    if let Some(path) = &cli.check_config {
+        return check_config(path);
+    }
+    let cli = match &cli.config {
+        Some(path) => configured(path, cli.artifact.as_deref(), words)?,
+        None => cli,
+    };
+    if !cli.run.realtime || cli.no_supervisor || cli.supervised || cli.info {
+        return run_here(&cli);
+    }
+    supervisor::supervise(&Supervision {
+        words: words.iter().skip(1).cloned().collect(),
+        image: cli.run.image.clone(),
+        log: cli.run.log.clone().filter(|path| path.as_os_str() != "-"),
+        restart: cli.restart,
+        device: cli.watchdog_device,
+    })
+}
+
+/// The command line with the words of a configuration before the user's own.
+///
+/// # Errors
+/// When the file can't be read or has mistakes.
+fn configured(path: &Path, artifact: Option<&Path>, words: &[OsString]) -> Result<Cli, String> {
+    let (configuration, mistakes) = config::open(path, &Cli::command())?;
+    if !mistakes.is_empty() {
+        return Err(Mistakes(path, &mistakes).to_string());
+    }
+    let mut all: Vec<OsString> = vec!["plcrt".into(), "--realtime".into()];
+    if artifact.is_none() {
+        all.extend(configuration.artifact.map(|(_, path)| path.into_os_string()));
+    }
+    all.extend(configuration.options.into_iter().map(|word| word.text.into()));
+    all.extend(words.iter().skip(1).cloned());
+    Cli::try_parse_from(all).map_err(|error| {
+        let text = error.to_string();
+        text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned()
+    })
+}
+
+/// Finds the mistakes of a configuration, also those that only the program's control knows.
+///
+/// # Errors
+/// All of them.
+fn check_config(path: &Path) -> Result<u8, String> {
+    let (configuration, mut mistakes) = config::open(path, &Cli::command())?;
+    let wrong = |line: usize, message: String| Mistake { line, message };
+    if let Some((line, artifact)) = &configuration.artifact {
+        let options = configuration.options.iter().map(|word| word.text.as_str());
+        let words = ["plcrt", "--realtime", "artifact"].into_iter().chain(options);
+        let whole = Cli::try_parse_from(words).map_err(|error| error.to_string());
+        let key = whole.and_then(|cli| cli.run.public_key());
+        match key.and_then(|key| open(artifact, key.as_ref())) {
+            Err(message) => mistakes.push(wrong(*line, message)),
+            Ok(artifact) => {
+                for word in &configuration.options {
+                    let refused = refusals(&artifact.program, &word.text);
+                    mistakes.extend(refused.into_iter().map(|message| wrong(word.line, message)));
+                }
+            }
+        }
+    }
+    mistakes.sort();
+    if mistakes.is_empty() { Ok(session::DONE) } else { Err(Mistakes(path, &mistakes).to_string()) }
+}
+
+/// Why the control of a program does not take an option, if it does not.
+fn refusals(program: &Program, option: &str) -> Vec<String> {
+    let Ok(cli) = Cli::try_parse_from(["plcrt", "--realtime", "artifact", option]) else {
+        return vec![];
+    };
+    match session::executive(program, &cli.run.control, true, None) {
+        Err(error) => vec![error.to_string()],
+        Ok(mut executive) => match executive.set_safe_outputs(&cli.run.safe) {
+            Err(errors) => errors.iter().map(ToString::to_string).collect(),
+            Ok(()) => vec![],
+        },
+    }
+}
+
+/// Reads the artifact, maps its code and runs it in this process.
+fn run_here(cli: &Cli) -> Result<u8, String> {
     if let Some(shell) = cli.completions {
         let mut script = Vec::new();
         clap_complete::generate(shell, &mut Cli::command(), "plcrt", &mut script);
@@ -80,23 +197,34 @@ fn run(cli: &Cli) -> Result<u8, String> {
     }
     let path = cli.artifact.as_deref().unwrap_or(Path::new(""));
     let named = |error: &dyn Display| format!("{}: {error}", path.display());
-    let read = |error| match error {
-        ArtifactError::Read { .. } => error.to_string(),
-        _ => named(&error),
-    };
     let key = cli.run.public_key()?;
     if cli.info {
-        let artifact = Inspection::open(path, key.as_ref()).map_err(read)?;
+        let artifact =
+            Inspection::open(path, key.as_ref()).map_err(|error| failure(path, &error))?;
         return print(info::info(&artifact, key.is_some()).as_bytes());
     }
-    let artifact = Artifact::open(path, key.as_ref()).map_err(read)?;
+    let artifact = open(path, key.as_ref())?;
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let mut engine = engine.map_err(|error| named(&error))?;
     let machine =
         cli.machine.as_deref().map(|path| machine(path, &artifact.program)).transpose()?;
     let reads = cli.machine.iter().chain(&cli.artifact).cloned().collect();
-    let run = RunArgs { reads, code: Some(artifact.code_number()), ..cli.run.clone() };
+    let (code, supervised) = (Some(artifact.code_number()), cli.supervised);
+    let run = RunArgs { reads, code, supervised, ..cli.run.clone() };
     Ok(session::run(&artifact.program, &mut engine, &run, machine.as_ref()))
+}
+
+/// Reads an artifact; with a key it must be signed.
+fn open(path: &Path, key: Option<&PublicKey>) -> Result<Artifact, String> {
+    Artifact::open(path, key).map_err(|error| failure(path, &error))
+}
+
+/// Why an artifact can't be used.
+fn failure(path: &Path, error: &ArtifactError) -> String {
+    match error {
+        ArtifactError::Read { .. } => error.to_string(),
+        _ => format!("{}: {error}", path.display()),
+    }
 }
 
 /// Writes to standard output. That its reader has closed it (`plcrt … | head`) is not an error.

@@ -13,6 +13,7 @@ use crate::socket::Permission;
 pub use crate::nct::NctArgs;
 pub use crate::pmac::PmacArgs;
 pub use crate::pmi::PmiArgs;
+use crate::run::OverrunPolicy;
 use crate::safe_outputs::SafeOutput;
 
 /// The settings of the control; part of [`RunArgs`], and of other commands that execute programs.
@@ -54,6 +55,12 @@ pub struct RunArgs {
     /// Begins each tick when the clock says so; without --ticks or --for until Ctrl-C (exit 130)
     #[arg(long)]
     pub realtime: bool,
+
+    /// What is done when a tick begins only when a later one is already due, with --realtime: skip leaves
+    /// out the ticks whose time has passed (timers go on by them), stop stops the program with OVERRUN,
+    /// catch-up=N makes up for at most N ticks [default: skip]
+    #[arg(long, value_name = "skip|stop|catch-up=N")]
+    pub overrun: Option<OverrunPolicy>,
 
     /// A table `tick,name,value` of what the machine and the operator do
     #[arg(long, value_name = "FILE.csv")]
@@ -135,6 +142,10 @@ pub struct RunArgs {
     /// change knows whether suspended tasks can go on where they were.
     #[arg(skip)]
     pub code: Option<u64>,
+
+    /// Whether standard input is the connection to a supervisor of this process.
+    #[arg(skip)]
+    pub supervised: bool,
 
     /// Files that are read besides the sources and the stimulus: an artifact, a machine file. No
     /// output may overwrite them.

@@ -170,6 +170,11 @@ pub trait Executive {
     /// `stop`.
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop>;
 
+    /// Lets the time of `count` base ticks pass that are not run: they count as ticks, and timers and
+    /// everything else that time alone moves go on by them. Nothing is scanned, no input is latched,
+    /// no output driven. Not to be called before the first tick.
+    fn skip_ticks(&mut self, count: u64);
+
     /// Finds a variable by its name in the dialect's spelling.
     ///
     /// # Errors
@@ -187,6 +192,11 @@ pub trait Executive {
 
     /// Reads a variable.
     fn get(&self, variable: Variable) -> Value;
+
+    /// Reads a variable into a value that it had before, so that an array's memory is used again.
+    fn get_into(&self, variable: Variable, value: &mut Value) {
+        *value = self.get(variable);
+    }
 
     /// Whether a variable holds 0 or 1 only, so that a waveform viewer shows it as a line.
     fn is_logical(&self, _variable: Variable) -> bool {

@@ -62,6 +62,8 @@ pub mod safe_outputs;
 pub mod session;
 #[cfg(feature = "args")]
 pub mod socket;
+#[cfg(all(feature = "args", target_os = "linux"))]
+pub mod supervisor;
 pub mod swap;
 pub mod value;
 

@@ -29,7 +29,7 @@ fn folder(name: &str) -> Folder {
 
 /// The options of the runs: in real time, with retained data that changes.
 fn options(artifact: &str) -> Vec<String> {
-    let words = format!("{artifact} --realtime --retain {artifact}.kept");
+    let words = format!("{artifact} --realtime --no-supervisor --retain {artifact}.kept");
     words.split(' ').map(str::to_owned).collect()
 }
 

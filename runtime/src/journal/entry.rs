@@ -7,6 +7,7 @@ use std::time::{Duration, SystemTime};
 use serde::{Serialize, Serializer};
 
 use crate::Peer;
+use crate::run::{TaskSummary, TimesSummary, TimingSummary};
 
 /// Something that happened around a program.
 #[derive(Clone, Debug, Serialize)]
@@ -53,6 +54,13 @@ pub enum EntryKind {
         code: String,
         /// What happened, as in the dump.
         message: String,
+    },
+    /// The control's process has died or was killed because it hung; its supervisor says so.
+    ControlDied {
+        /// How.
+        how: String,
+        /// Whether the control is started again.
+        restart: bool,
     },
     /// A tick began only when a later one was already due.
     Overrun {
@@ -110,6 +118,23 @@ pub enum EntryKind {
         /// Who.
         #[serde(flatten)]
         by: Peer,
+    },
+    /// A tick needed more than four fifths of its time.
+    Budget {
+        /// How long the longest of them took.
+        #[serde(rename = "taken_ms", serialize_with = "milliseconds")]
+        taken: Duration,
+        /// The time from one tick to the next.
+        #[serde(rename = "period_ms", serialize_with = "milliseconds")]
+        period: Duration,
+        /// How many did since the last entry of this kind.
+        count: u64,
+    },
+    /// How long ticks took and how late they began, at the end of a run in real time.
+    Timing {
+        /// What was recorded.
+        #[serde(flatten)]
+        summary: Box<TimingSummary>,
     },
     /// An output could not take lines or rows as fast as they came, or not at all, so that some are
     /// missing.
@@ -199,7 +224,7 @@ impl Severity {
 impl EntryKind {
     /// Whether the sentence for people names the tick.
     pub(super) fn names_tick(&self) -> bool {
-        matches!(self, Self::Overrun { .. })
+        matches!(self, Self::Overrun { .. } | Self::Budget { .. })
     }
 
     /// How important it is.
@@ -211,10 +236,12 @@ impl EntryKind {
             | Self::Control { .. }
             | Self::Swap { .. }
             | Self::OutputRecovered { .. }
+            | Self::Timing { .. }
             | Self::RetainedFileRecovered { .. } => Severity::Note,
             Self::Warning { .. }
             | Self::Overrun { .. }
             | Self::Refused { .. }
+            | Self::Budget { .. }
             | Self::Lost { .. }
             | Self::OutputFailed { .. }
             | Self::OutputClosed { .. }
@@ -222,7 +249,7 @@ impl EntryKind {
             | Self::RetainedFileFailed { .. }
             | Self::RetainedFileDamaged { .. }
             | Self::RetainedDataCarriedOver { .. } => Severity::Warning,
-            Self::Error { .. } => Severity::Error,
+            Self::Error { .. } | Self::ControlDied { .. } => Severity::Error,
             Self::Stopped { .. } => Severity::Stopped,
         }
     }
@@ -263,6 +290,38 @@ impl fmt::Display for EntryKind {
                 )
             }
             Self::Refused { what, by } => write!(f, "{what} was refused to {by}"),
+            Self::ControlDied { how, restart } => {
+                let what = if *restart { "is started again" } else { "stays off" };
+                write!(f, "the control's process has died: {how}; it {what}")
+            }
+            Self::Budget { taken, period, count } => {
+                let (taken, period) = (taken.as_secs_f64() * 1000.0, period.as_secs_f64() * 1000.0);
+                write!(
+                    f,
+                    "a tick took {taken:.2} ms, more than 80 % of the {period:.2} ms that it has"
+                )?;
+                match count {
+                    0 | 1 => Ok(()),
+                    _ => write!(f, ", the longest of {count} such ticks"),
+                }
+            }
+            Self::Timing { summary } => {
+                let TimingSummary { lateness, ticks, tasks, .. } = &**summary;
+                write!(
+                    f,
+                    "{} ticks took {:.1} us on average, {:.1} us at most, and began {:.1} us late on \
+                     average, {:.1} us at most",
+                    ticks.count, ticks.mean_us, ticks.max_us, lateness.mean_us, lateness.max_us
+                )?;
+                for TaskSummary { name, times } in tasks {
+                    let TimesSummary { mean_us, p999_us, max_us, .. } = times;
+                    write!(
+                        f,
+                        "; {name}: {mean_us:.1} us, 99.9 % within {p999_us:.1} us, at most {max_us:.1} us"
+                    )?;
+                }
+                Ok(())
+            }
             Self::Lost { output, count } => {
                 let what = match *output {
                     "trace" => "rows of the trace",

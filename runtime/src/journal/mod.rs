@@ -109,6 +109,8 @@ pub struct Journal {
 struct Shared {
     /// The tick that runs or ran last.
     tick: AtomicU64,
+    /// How often a tick has begun, or would have begun if nobody had stopped the program.
+    rounds: AtomicU64,
     mode: Mode,
 }
 
@@ -170,7 +172,13 @@ impl Journal {
     }
 
     fn new(mode: Mode) -> Self {
-        Self { shared: Arc::new(Shared { tick: AtomicU64::new(NO_TICK), mode }) }
+        Self {
+            shared: Arc::new(Shared {
+                tick: AtomicU64::new(NO_TICK),
+                rounds: AtomicU64::new(0),
+                mode,
+            }),
+        }
     }
 
     /// Writes an entry, with the present time and the tick that runs or ran last. It waits for a file
@@ -178,6 +186,18 @@ impl Journal {
     pub fn write(&self, kind: EntryKind) {
         let tick = Some(self.shared.tick.load(Ordering::Relaxed)).filter(|&tick| tick != NO_TICK);
         self.put(Entry { time: SystemTime::now(), tick, kind });
+    }
+
+    /// How many ticks have begun.
+    pub fn ticks(&self) -> u64 {
+        // Before the first tick the counter holds the largest number, after which 0 follows.
+        self.shared.tick.load(Ordering::Relaxed).wrapping_add(1)
+    }
+
+    /// A number that grows for as long as the thread that runs the ticks goes on, also while a user has
+    /// stopped the program, so that no tick begins.
+    pub fn rounds(&self) -> u64 {
+        self.shared.rounds.load(Ordering::Relaxed)
     }
 
     /// Writes a note.
@@ -255,7 +275,10 @@ impl ScanJournal {
     /// Says which tick runs.
     #[inline]
     pub(crate) fn begin_tick(&self, tick: u64) {
-        self.journal.shared.tick.store(tick, Ordering::Relaxed);
+        let Shared { tick: running, rounds, .. } = &*self.journal.shared;
+        running.store(tick, Ordering::Relaxed);
+        // Only this thread writes.
+        rounds.store(rounds.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
     }
 }
 

@@ -95,17 +95,26 @@ impl Queued {
             state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
         drop(state);
-        if let Some(log) = &self.log
-            && !log.finish(Instant::now() + wait)
+        if let (Some(log), complete) = (&self.log, self.finish_log(wait))
             && let Some(console) = &self.console
         {
-            let kind = EntryKind::OutputStuck { output: log.name() };
-            console.push(sentence(&Entry { time: SystemTime::now(), tick: None, kind }));
+            let output = log.name();
+            let (_, news) = log.news();
+            let stuck = (!complete).then_some(EntryKind::OutputStuck { output });
+            let troubles = news.into_iter().filter_map(|progress| kind_of(output, progress));
+            for kind in troubles.chain(stuck) {
+                console.push(sentence(&Entry { time: SystemTime::now(), tick: None, kind }));
+            }
         }
         if let Some(console) = &self.console {
             // Where it is stuck, nobody is left to tell.
             let _ = console.finish(Instant::now() + wait);
         }
+    }
+
+    /// Writes the rest of the log; gives whether all of it is written.
+    fn finish_log(&self, wait: Duration) -> bool {
+        self.log.as_ref().is_none_or(|log| log.finish(Instant::now() + wait))
     }
 
     fn write_log(&self, entry: &Entry) {

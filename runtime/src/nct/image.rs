@@ -182,13 +182,14 @@ impl Image {
         }
     }
 
-    /// Counts the words at a place down, those that are above 0.
-    pub(super) fn count_down(&mut self, offset: u32, count: u16) {
+    /// Counts the words at a place down by `times`, those that are above 0, to 0 at most.
+    pub(super) fn count_down(&mut self, offset: u32, count: u16, times: u64) {
+        let times = u16::try_from(times).unwrap_or(u16::MAX);
         for i in 0..u32::from(count) {
             let at = offset + i * 2;
             let value = read_u16(&self.bytes, at);
             if value > 0 {
-                write_u16(&mut self.bytes, at, value - 1);
+                write_u16(&mut self.bytes, at, value.saturating_sub(times));
             }
         }
     }

@@ -134,18 +134,19 @@ impl NctExecutive {
         self.tables.outputs.get(byte).is_some_and(|location| location.bit(&self.image.bytes, bit))
     }
 
-    /// Timers go down (NCT 2.4).
-    fn count(&mut self) {
-        if self.state.tick == 0 {
-            return;
-        }
+    /// Timers go down (NCT 2.4), by the time of `slices` slices from the present one on. None has passed
+    /// before slice 0.
+    fn count(&mut self, slices: u64) {
+        let from = self.state.tick.max(1);
+        let end = self.state.tick.saturating_add(slices).max(from);
         let (t, h, m) = (self.image.places.t, self.image.places.h, self.image.places.m);
-        self.image.count_down(t, nct::T_COUNT);
-        if self.state.tick.is_multiple_of(SECOND) {
-            self.image.count_down(h, nct::H_COUNT);
-        }
-        if self.state.tick.is_multiple_of(MINUTE) {
-            self.image.count_down(m, nct::M_COUNT);
+        for (offset, count, every) in
+            [(t, nct::T_COUNT, 1), (h, nct::H_COUNT, SECOND), (m, nct::M_COUNT, MINUTE)]
+        {
+            let times = (end - 1) / every - (from - 1) / every;
+            if times > 0 {
+                self.image.count_down(offset, count, times);
+            }
         }
     }
 
@@ -294,7 +295,7 @@ impl NctExecutive {
             self.run(engine, 2)?;
         }
         let start = Instant::now();
-        self.count();
+        self.count(1);
         self.latch();
         self.run(engine, 1)?;
         if self.state.tick == 0 {
@@ -344,6 +345,11 @@ impl Executive for NctExecutive {
         self.messages.update(messages, &self.image.bytes, rh, *tick, events);
         self.state.tick += 1;
         result
+    }
+
+    fn skip_ticks(&mut self, count: u64) {
+        self.count(count);
+        self.state.tick = self.state.tick.saturating_add(count);
     }
 
     fn find(&mut self, name: &str, purpose: Purpose) -> Result<Variable, NameError> {

@@ -223,6 +223,11 @@ impl Executive for PmacExecutive {
         result
     }
 
+    fn skip_ticks(&mut self, count: u64) {
+        self.skip_cycles(count);
+        self.control.state.tick = self.control.state.tick.saturating_add(count);
+    }
+
     fn find(&mut self, name: &str, _purpose: Purpose) -> Result<Variable, NameError> {
         let found = variables::find(name, &self.control.layout, &self.control.tables)?;
         Ok(self.remember(found))

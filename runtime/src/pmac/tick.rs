@@ -78,7 +78,7 @@ impl Clocks {
 impl PmacExecutive {
     /// One servo cycle.
     pub(super) fn servo_cycle(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
-        self.count_time();
+        self.count_time(1);
         if self.control.state.until_interrupt == 0 {
             self.control.state.until_interrupt = self.i(8);
             self.interrupt(engine)?;
@@ -96,15 +96,24 @@ impl PmacExecutive {
         read_f64(&self.image, self.control.layout.i_offset(number)) as u32
     }
 
-    /// The servo cycle counter X:0 goes up, the timers go down.
-    fn count_time(&mut self) {
+    /// Lets the time of servo cycles pass that are not run. A real-time interrupt whose time has come
+    /// meanwhile is done in the next one.
+    pub(super) fn skip_cycles(&mut self, cycles: u64) {
+        self.count_time(cycles);
+        let left = &mut self.control.state.until_interrupt;
+        *left = left.saturating_sub(u32::try_from(cycles).unwrap_or(u32::MAX));
+    }
+
+    /// The servo cycle counter X:0 goes up, the timers go down, by a number of cycles.
+    fn count_time(&mut self, cycles: u64) {
         let layout = self.control.layout;
         let words = self.clocks;
-        let count = read_u32(&self.image, words.cycles).wrapping_add(1) & 0xFF_FFFF;
+        let count = read_u32(&self.image, words.cycles).wrapping_add(cycles as u32) & 0xFF_FFFF;
         write_u32(&mut self.image, words.cycles, count);
+        let passed = i64::try_from(cycles).unwrap_or(i64::MAX);
         for offset in words.timers {
             let time = sign_extend(u64::from(read_u32(&self.image, offset)), 24);
-            let time = (time - 1).max(TIMER_END) as u32 & 0xFF_FFFF;
+            let time = time.saturating_sub(passed).max(TIMER_END) as u32 & 0xFF_FFFF;
             write_u32(&mut self.image, offset, time);
         }
         if layout.controller == Controller::Pmac {
@@ -114,7 +123,7 @@ impl PmacExecutive {
         for system in 1..=layout.systems() {
             for timer in [11, 12] {
                 let offset = layout.i_offset(5000 + 100 * system + timer);
-                let time = read_f64(&self.image, offset) - 1.0;
+                let time = read_f64(&self.image, offset) - cycles as f64;
                 write_f64(&mut self.image, offset, time.max(TIMER_END as f64));
             }
         }

@@ -116,12 +116,10 @@ impl PmiExecutive {
         }
     }
 
-    /// The timers go down, but not before the first scan: no time has passed then.
-    fn count_down(&mut self) {
-        if self.state.tick == 0 {
-            return;
-        }
-        self.state.timer_remainder = self.state.timer_remainder.saturating_add(self.period_ns);
+    /// The timers go down by the time of ticks.
+    fn count_down(&mut self, ticks: u64) {
+        let time = self.period_ns.saturating_mul(ticks);
+        self.state.timer_remainder = self.state.timer_remainder.saturating_add(time);
         let units = self.state.timer_remainder / TIMER_UNIT;
         self.state.timer_remainder %= TIMER_UNIT;
         let units = i32::try_from(units).unwrap_or(i32::MAX);
@@ -286,7 +284,10 @@ impl Executive for PmiExecutive {
 
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
         self.begin();
-        self.count_down();
+        // No time has passed before the first scan.
+        if self.state.tick > 0 {
+            self.count_down(1);
+        }
         self.latch();
         write_u8(&mut self.image, self.special.ipl, u8::from(self.state.tick == 0));
         let mut scan = Scan { image: &mut self.image, host: &mut NoHost };
@@ -310,6 +311,12 @@ impl Executive for PmiExecutive {
         self.state.tick += 1;
         self.state.tick_begun = false;
         result
+    }
+
+    /// A pulse of @CRSET stays until a scan has seen it.
+    fn skip_ticks(&mut self, count: u64) {
+        self.count_down(count);
+        self.state.tick = self.state.tick.saturating_add(count);
     }
 
     fn find(&mut self, name: &str, purpose: Purpose) -> Result<Variable, NameError> {
@@ -405,6 +412,17 @@ impl Executive for PmiExecutive {
 
     fn as_any_mut(&mut self) -> Option<&mut dyn Any> {
         Some(self)
+    }
+
+    fn get_into(&self, variable: Variable, value: &mut Value) {
+        match (self.names.get(variable), value) {
+            (Some(PmiVariable::Symbol(index)), Value::Array(values)) => {
+                let count = self.names.symbol(index).and_then(|symbol| symbol.elements);
+                values.clear();
+                values.extend((0..count.unwrap_or(0)).map(|element| self.element(index, element)));
+            }
+            (_, value) => *value = self.get(variable),
+        }
     }
 
     fn is_logical(&self, variable: Variable) -> bool {

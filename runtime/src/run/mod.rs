@@ -6,8 +6,11 @@
 
 mod dump;
 mod hook;
+mod output_thread;
 mod pace;
+mod queues;
 mod stimulus;
+mod timing;
 mod trace;
 mod watch;
 
@@ -22,14 +25,17 @@ use plcc_abi::Engine;
 use thiserror::Error;
 
 use crate::files::why_not_written;
-use crate::journal::ScanJournal;
+use crate::journal::{EntryKind, ScanJournal};
 use crate::{Event, EventBody, Executive, Stop};
 
 pub use dump::dump;
 pub use hook::{AfterTick, BeforeTick, Hook};
-pub use pace::{Clock, Pacer, Punctuality, SystemClock};
+pub use pace::{Beginning, Clock, OverrunPolicy, Pacer, Punctuality, SystemClock};
+pub use queues::ReportQueues;
 pub use stimulus::{LineError, Player, Stimulus, StimulusError};
-pub use trace::{Trace, TraceFormat};
+use timing::Budget;
+pub use timing::{TaskSummary, TimedEngine, Times, TimesSummary, Timing, TimingSummary};
+pub use trace::{Trace, TraceFormat, TraceText};
 pub use watch::Watch;
 
 /// Everything that a run needs.
@@ -48,11 +54,19 @@ pub struct Run<'a> {
     pub trace_format: TraceFormat,
     /// Where the events are written, if they are, a JSON object a line.
     pub events: Option<&'a mut dyn Write>,
+    /// In real time, the queues by which other threads write trace and events, in the place of `trace` and
+    /// `events`.
+    pub queues: Option<&'a mut ReportQueues>,
     /// How many ticks are run; `None` runs until the flag `interrupt` is set.
     pub ticks: Option<u64>,
     /// The clock that says when each tick begins; without one the ticks follow each other as fast
     /// as they can.
     pub clock: Option<&'a dyn Clock>,
+    /// What is done about ticks that begin too late, where a clock paces them.
+    pub overrun: OverrunPolicy,
+    /// Where it is recorded how late ticks begin and how long they take, where a clock paces them. A tick
+    /// that needs more than four fifths of its time is told to the journal.
+    pub timing: Option<&'a Timing>,
     /// A flag that, once set, ends the run before its next tick. The physical outputs then take their
     /// safe values, as they do where an output of the run fails.
     pub interrupt: Option<&'a AtomicBool>,
@@ -74,8 +88,11 @@ impl<'a> Run<'a> {
             trace: None,
             trace_format: TraceFormat::default(),
             events: None,
+            queues: None,
             ticks: None,
             clock: None,
+            overrun: OverrunPolicy::Skip,
+            timing: None,
             interrupt: None,
             hooks: vec![],
             journal: ScanJournal::discarding(),
@@ -132,22 +149,39 @@ impl Run<'_> {
     }
 
     fn ticks(&mut self, end: &mut End) -> Result<(), RunError> {
-        let mut trace = Trace::new(std::mem::take(&mut self.watch), self.trace_format);
+        let watch = std::mem::take(&mut self.watch);
+        let mut trace = Trace::new(watch, self.trace_format, self.executive);
         if let Some(out) = &mut self.trace {
-            trace.header(self.executive, out).map_err(RunError::Trace)?;
+            trace.header(out).map_err(RunError::Trace)?;
         }
-        let mut time_ns = 0;
+        let mut time_ns: u64 = 0;
         let mut events_of_tick: Vec<Event> = Vec::with_capacity(64);
-        let mut pacer = self.clock.map(|clock| (Pacer::start(clock.now()), clock));
+        let mut budget = Budget::default();
+        let mut pacer = self.clock.map(|clock| (Pacer::new(self.overrun), clock));
         while self.ticks.is_none_or(|ticks| end.ticks < ticks) {
+            let mut beginning = Beginning::default();
             if let Some((pacer, clock)) = &mut pacer {
                 let tick = Duration::from_nanos(self.executive.tick_ns());
-                pacer.wait(*clock, tick, self.interrupt);
+                let left = self.ticks.map(|ticks| ticks - end.ticks);
+                beginning = pacer.wait(*clock, tick, left, self.interrupt).unwrap_or_default();
                 end.punctuality = pacer.punctuality();
             }
             if self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
                 end.interrupted = true;
                 break;
+            }
+            if beginning.skip > 0 {
+                let skipped_ns = self.executive.tick_ns().saturating_mul(beginning.skip);
+                time_ns = time_ns.saturating_add(skipped_ns);
+                self.skip(end.ticks, beginning.skip);
+                end.ticks += beginning.skip;
+            }
+            if beginning.overrun {
+                let Beginning { late, skip, .. } = beginning;
+                self.journal.write(end.ticks, EntryKind::Overrun { late, skipped: skip });
+                if let Some(timing) = self.timing {
+                    timing.count_overrun(skip);
+                }
             }
             let tick = end.ticks;
             let tick_ns = self.executive.tick_ns();
@@ -168,8 +202,27 @@ impl Run<'_> {
                 continue;
             }
             end.ticks += 1;
-            self.player.apply(tick, self.executive);
-            let result = self.executive.tick(self.engine, &mut events_of_tick);
+            let result = if beginning.stop {
+                self.executive.drive_safe_outputs();
+                Err(overrun_stop(beginning.late))
+            } else {
+                self.player.apply(tick, self.executive);
+                let begun = self.clock.map(|clock| clock.now());
+                let result = self.executive.tick(self.engine, &mut events_of_tick);
+                if let (Some(timing), Some(clock), Some(begun)) = (self.timing, self.clock, begun) {
+                    let now = clock.now();
+                    timing.lateness.record(beginning.late);
+                    timing.ticks.record(now.saturating_duration_since(begun));
+                    budget.check(
+                        tick,
+                        now - begun,
+                        Duration::from_nanos(tick_ns),
+                        now,
+                        &mut self.journal,
+                    );
+                }
+                result
+            };
             if let Err(stop) = result {
                 let (file, line) = stop.place.clone().map(|place| (place.file, place.line)).unzip();
                 let body = EventBody::Stop { code: stop.code.clone(), file, line };
@@ -191,10 +244,25 @@ impl Run<'_> {
                 break;
             }
         }
+        if let Some(queues) = &mut self.queues {
+            queues.end(time_ns);
+        }
         if let Some(out) = &mut self.trace {
             trace.end(time_ns, out).map_err(RunError::Trace)?;
         }
         Ok(())
+    }
+
+    /// Lets the time of ticks pass that are not run, from the tick `first` on. Their stimulus acts in order,
+    /// and each row before the timers go down by its tick.
+    fn skip(&mut self, first: u64, count: u64) {
+        let (mut tick, end) = (first, first.saturating_add(count));
+        while tick < end {
+            self.player.apply(tick, self.executive);
+            let next = self.player.next_after(tick).min(end);
+            self.executive.skip_ticks(next - tick);
+            tick = next;
+        }
     }
 
     /// Writes the events of a tick and what has changed in it. The tick began `time_ns` nanoseconds
@@ -206,6 +274,10 @@ impl Run<'_> {
         events_of_tick: &mut Vec<Event>,
         trace: &mut Trace,
     ) -> Result<(), RunError> {
+        if let Some(queues) = &mut self.queues {
+            queues.tick(tick, time_ns, self.executive, events_of_tick);
+            return Ok(());
+        }
         if let Some(out) = &mut self.events {
             let any = !events_of_tick.is_empty();
             for event in events_of_tick.iter() {
@@ -237,4 +309,14 @@ impl Run<'_> {
             None => Ok(()),
         }
     }
+}
+
+/// The stop of a program whose tick began only when a later one was already due (`--overrun stop`). That
+/// tick counts, and is not scanned.
+fn overrun_stop(late: Duration) -> Stop {
+    let late = late.as_secs_f64() * 1000.0;
+    let message = format!(
+        "the tick began {late:.1} ms late, when a later one was already due; it was not scanned"
+    );
+    Stop { code: "OVERRUN".into(), message, place: None }
 }

@@ -113,6 +113,8 @@ impl Player {
     }
 
     /// Applies the rows of a tick. It has to be called for every tick, from 0, in order.
+    ///
+    /// Ticks before the one that [`next_after`](Self::next_after) gives may be left out.
     #[inline]
     pub fn apply(&mut self, tick: u64, executive: &mut dyn Executive) {
         if let Some(period) = self.period
@@ -127,6 +129,16 @@ impl Player {
             executive.set(row.variable, row.value);
             self.next += 1;
         }
+    }
+}
+
+impl Player {
+    /// The next tick after `tick` at which something has to be applied, when everything up to `tick` was:
+    /// the next row's, or the one at which the table begins again. `u64::MAX` where nothing follows.
+    pub fn next_after(&self, tick: u64) -> u64 {
+        let next = self.stimulus.rows.get(self.next).map(|row| row.tick);
+        let next = next.or(self.period).map_or(u64::MAX, |next| self.start.saturating_add(next));
+        next.max(tick.saturating_add(1))
     }
 }
 

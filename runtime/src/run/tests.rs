@@ -1,13 +1,15 @@
 //! The driver with a control that has three variables.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::io::{self, Write};
 use std::rc::Rc;
+use std::time::Instant;
 
 use plcc_abi::engine::NoHost;
 use plcc_abi::{Dialect, Engine, Outcome, ResumePoint, Scan};
 
 use super::*;
+use crate::journal::{Destinations, JournalOwner};
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::{NameError, Place, Purpose, Setting, Value, ValueError, Variable};
 
@@ -29,6 +31,30 @@ struct Control {
     /// How often the outputs were made safe.
     made_safe: u32,
     lines: SafeLines,
+    skipped: u64,
+    /// How long each of the first ticks takes, in milliseconds on the clock.
+    durations: Vec<u64>,
+    clock: SetClock,
+}
+
+/// A clock that stands but for what is waited and worked.
+#[derive(Clone, Debug)]
+struct SetClock(Rc<Cell<Instant>>);
+
+impl Default for SetClock {
+    fn default() -> Self {
+        Self(Rc::new(Cell::new(Instant::now())))
+    }
+}
+
+impl Clock for SetClock {
+    fn now(&self) -> Instant {
+        self.0.get()
+    }
+
+    fn sleep(&self, time: Duration) {
+        self.0.set(self.0.get() + time);
+    }
 }
 
 const NAMES: [&str; 3] = ["A", "P10", "ARR"];
@@ -49,6 +75,9 @@ impl Executive for Control {
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
         let _ = engine.call(0, None, &mut Scan { image: &mut [], host: &mut NoHost });
         let tick = self.tick;
+        if let Some(&ms) = self.durations.get(tick as usize) {
+            self.clock.sleep(Duration::from_millis(ms));
+        }
         self.tick += 1;
         self.log.borrow_mut().push((tick, self.values[0]));
         if self.values[0] == 3 {
@@ -58,6 +87,11 @@ impl Executive for Control {
         let place = Place { file: "a\"b.pmi".into(), line: 7 };
         let stop = Stop { code: "HALT".into(), message: "it \"halts\"".into(), place: Some(place) };
         if self.stops == Some(tick) { Err(stop) } else { Ok(()) }
+    }
+
+    fn skip_ticks(&mut self, count: u64) {
+        self.skipped += count;
+        self.tick += count;
     }
 
     fn find(&mut self, name: &str, _: Purpose) -> Result<Variable, NameError> {
@@ -382,4 +416,89 @@ fn hooks_are_called_before_the_stimulus_and_after_each_tick() {
     assert_eq!(trace, b"tick,name,value\n0,P10,0\n1,P10,9\n2,P10,2\n");
     let five = Value::Int(5);
     assert_eq!(hook.seen, [(1, Value::Int(0), false), (2, five.clone(), false), (3, five, true)]);
+}
+
+/// Runs ten ticks of a millisecond, of which the third takes 4.5 ms, with a stimulus of every tick.
+fn run_late(overrun: OverrunPolicy, journal: ScanJournal) -> (Control, End, String, String) {
+    let mut control = Control { durations: vec![0, 0, 4], ..Control::default() };
+    let clock = control.clock.clone();
+    let table: String = (0..10).map(|tick| format!("{tick},A,{}\n", tick + 10)).collect();
+    let table = format!("tick,name,value\n{table}5,P10,7\n");
+    let stimulus = Stimulus::parse(table.as_bytes(), &mut control).unwrap();
+    let watch = Watch::parse(&["A,P10"], &mut control).unwrap();
+    let (mut trace, mut events) = (vec![], vec![]);
+    let end = Run {
+        player: Player::new(stimulus, false),
+        watch,
+        trace: Some(&mut trace),
+        trace_format: TraceFormat::Csv { time: true },
+        events: Some(&mut events),
+        ticks: Some(10),
+        clock: Some(&clock),
+        overrun,
+        journal,
+        ..Run::new(&mut control, &mut Idle)
+    }
+    .go();
+    let [trace, events] = [trace, events].map(|text| String::from_utf8(text).unwrap());
+    (control, end, trace, events)
+}
+
+#[test]
+fn skipped_ticks_count_and_their_stimulus_acts() {
+    let (mut log, to_log) = io::pipe().unwrap();
+    let log_file = std::fs::File::from(std::os::fd::OwnedFd::from(to_log));
+    let to = Destinations { log: Some(log_file), ..Destinations::default() };
+    let (owner, journal) = JournalOwner::start(to, true).unwrap();
+    let (control, end, trace, _) = run_late(OverrunPolicy::Skip, journal);
+    owner.finish().unwrap();
+    assert_eq!((end.ticks, control.skipped, control.tick), (10, 3, 10));
+    let scanned: Vec<u64> = control.log.borrow().iter().map(|&(tick, _)| tick).collect();
+    assert_eq!(scanned, [0, 1, 2, 6, 7, 8, 9], "tick 3 was due with 4, 5 and 6 due too");
+    assert!(trace.contains("\n2,2,A,12\n6,6,A,16\n6,6,P10,7\n7,7,A,17\n"), "{trace}");
+    let punctuality = end.punctuality;
+    assert_eq!((punctuality.overruns, punctuality.skipped), (1, 3));
+    assert_eq!(punctuality.latest, Duration::from_millis(3));
+    let mut text = String::new();
+    io::Read::read_to_string(&mut log, &mut text).unwrap();
+    let entry: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(entry["kind"], "overrun");
+    assert_eq!((&entry["tick"], &entry["skipped"]), (&6.into(), &3.into()));
+    assert_eq!(entry["late_ms"], 3.0);
+}
+
+#[test]
+fn ticks_can_be_made_up_for() {
+    let (control, end, ..) = run_late(OverrunPolicy::CatchUp(2), ScanJournal::discarding());
+    let scanned: Vec<u64> = control.log.borrow().iter().map(|&(tick, _)| tick).collect();
+    assert_eq!(scanned, [0, 1, 2, 4, 5, 6, 7, 8, 9]);
+    assert_eq!((end.ticks, end.punctuality.overruns), (10, 1));
+}
+
+#[test]
+fn an_overrun_can_stop_the_program() {
+    let (control, end, trace, events) = run_late(OverrunPolicy::Stop, ScanJournal::discarding());
+    assert_eq!(control.log.borrow().len(), 3, "the late tick is not scanned");
+    assert_eq!(control.made_safe, 1);
+    assert_eq!((end.ticks, end.stop.map(|stop| stop.code)), (4, Some("OVERRUN".into())));
+    assert_eq!(events, "{\"tick\":3,\"kind\":\"stop\",\"code\":\"OVERRUN\"}\n");
+    assert!(trace.ends_with("2,2,A,12\n"), "{trace}");
+}
+
+#[test]
+fn a_stimulus_that_repeats_is_applied_to_skipped_ticks_too() {
+    let mut control = Control::default();
+    let stimulus =
+        Stimulus::parse(b"tick,name,value\n0,A,1\n2,A,2\n4,A,5\n", &mut control).unwrap();
+    let mut player = Player::new(stimulus.clone(), true);
+    player.apply(0, &mut control);
+    assert_eq!(player.next_after(0), 2);
+    player.apply(2, &mut control);
+    player.apply(4, &mut control);
+    assert_eq!(player.next_after(4), 5, "the table begins again");
+    player.apply(5, &mut control);
+    assert_eq!((player.next_after(5), control.values[0]), (7, 1));
+    let mut once = Player::new(stimulus, false);
+    once.apply(4, &mut control);
+    assert_eq!(once.next_after(4), u64::MAX);
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use vcd::{IdCode, TimescaleUnit, VarType};
 
-use crate::{Executive, Value};
+use crate::{Executive, Value, Variable};
 
 use super::Watch;
 
@@ -40,62 +40,156 @@ impl TraceFormat {
     }
 }
 
-/// Writes the values of the watched variables that have changed since they were last written.
+/// The text of a trace. It knows the names of the watched variables and the values that were written
+/// last, and needs no executive, so that a thread of its own can write it.
 #[derive(Clone, Debug)]
-pub struct Trace {
-    watch: Watch,
+pub struct TraceText {
     format: TraceFormat,
-    last: Vec<Option<Value>>,
-    /// For a VCD: the signals of each watched variable, one for each element of an array.
-    signals: Vec<Vec<IdCode>>,
+    variables: Vec<Watched>,
     /// For a VCD: the time that was last written, in microseconds.
     written: Option<u64>,
 }
 
-impl Trace {
+/// What a trace's text needs to know of a watched variable.
+#[derive(Clone, Debug)]
+struct Watched {
+    name: String,
+    logical: bool,
+    /// How many elements an array has.
+    elements: Option<usize>,
+    /// Whether a VCD shows it as floating point.
+    float: bool,
+    last: Option<Value>,
+    /// For a VCD: its signals, one for each element of an array.
+    signals: Vec<IdCode>,
+}
+
+impl TraceText {
     /// A trace without rows.
-    pub fn new(watch: Watch, format: TraceFormat) -> Self {
-        let last = vec![None; watch.names().len()];
-        Self { watch, format, last, signals: vec![], written: None }
+    pub fn new(watch: &Watch, format: TraceFormat, executive: &dyn Executive) -> Self {
+        let watched = |(name, variable): &(String, Variable)| {
+            let value = executive.get(*variable);
+            Watched {
+                name: name.clone(),
+                logical: executive.is_logical(*variable),
+                elements: match &value {
+                    Value::Array(values) => Some(values.len()),
+                    Value::Int(_) | Value::Float(_) => None,
+                },
+                float: matches!(value, Value::Float(_)),
+                last: None,
+                signals: vec![],
+            }
+        };
+        Self { format, variables: watch.names().iter().map(watched).collect(), written: None }
     }
 
     /// Writes the header.
     ///
     /// # Errors
     /// When `out` can't be written.
-    pub fn header(&mut self, executive: &dyn Executive, out: &mut dyn Write) -> io::Result<()> {
+    pub fn header(&mut self, out: &mut dyn Write) -> io::Result<()> {
         match self.format {
             TraceFormat::Csv { time: false } => out.write_all(b"tick,name,value\n"),
             TraceFormat::Csv { time: true } => out.write_all(b"tick,ms,name,value\n"),
-            TraceFormat::Vcd => self.declare(executive, out),
+            TraceFormat::Vcd => self.declare(out),
         }
     }
 
     /// Declares a signal for each variable, and for each element of an array.
-    fn declare(&mut self, executive: &dyn Executive, out: &mut dyn Write) -> io::Result<()> {
+    fn declare(&mut self, out: &mut dyn Write) -> io::Result<()> {
         let mut vcd = vcd::Writer::new(out);
         vcd.version(concat!("plcc ", env!("CARGO_PKG_VERSION")))?;
         vcd.timescale(1, TimescaleUnit::US)?;
         vcd.add_module("plc")?;
-        for (name, variable) in self.watch.names() {
-            let logical = executive.is_logical(*variable);
-            let mut add = |name: &str, value: &Value| match value {
-                _ if logical => vcd.add_var(VarType::Wire, 1, name, None),
-                Value::Float(_) => vcd.add_var(VarType::Real, 64, name, None),
-                Value::Int(_) | Value::Array(_) => vcd.add_var(VarType::Integer, 64, name, None),
+        for variable in &mut self.variables {
+            let Watched { name, logical, elements, float, signals, .. } = variable;
+            let mut add = |name: &str| match (*logical, *float) {
+                (true, _) => vcd.add_var(VarType::Wire, 1, name, None),
+                (false, true) => vcd.add_var(VarType::Real, 64, name, None),
+                (false, false) => vcd.add_var(VarType::Integer, 64, name, None),
             };
-            let signals = match executive.get(*variable) {
-                Value::Array(values) => values
-                    .iter()
-                    .enumerate()
-                    .map(|(index, value)| add(&format!("{name}[{index}]"), value))
-                    .collect::<io::Result<_>>()?,
-                value => vec![add(name, &value)?],
+            *signals = match *elements {
+                Some(count) => {
+                    let names = (0..count).map(|index| format!("{name}[{index}]"));
+                    names.map(|name| add(&name)).collect::<io::Result<_>>()?
+                }
+                None => vec![add(name)?],
             };
-            self.signals.push(signals);
         }
         vcd.upscope()?;
         vcd.enddefinitions()
+    }
+
+    /// Writes the value that the watched variable `index` has at the end of a tick, unless it is the one
+    /// that was written last; gives whether it was written. The tick began `time_ns` nanoseconds after
+    /// the first one.
+    ///
+    /// # Errors
+    /// When `out` can't be written.
+    pub fn row(
+        &mut self,
+        (tick, time_ns): (u64, u64),
+        index: usize,
+        value: Value,
+        out: &mut dyn Write,
+    ) -> io::Result<bool> {
+        let Some(variable) = self.variables.get_mut(index) else { return Ok(false) };
+        if variable.last.as_ref() == Some(&value) {
+            return Ok(false);
+        }
+        match self.format {
+            TraceFormat::Csv { time } => {
+                row(out, tick, time.then_some(time_ns), &variable.name, &value)?;
+            }
+            TraceFormat::Vcd => {
+                let mut vcd = vcd::Writer::new(&mut *out);
+                let time = time_ns / 1000;
+                if self.written != Some(time) {
+                    vcd.timestamp(time)?;
+                    self.written = Some(time);
+                }
+                let Watched { signals, logical, last, .. } = variable;
+                change(&mut vcd, signals, *logical, last.as_ref(), &value)?;
+            }
+        }
+        variable.last = Some(value);
+        Ok(true)
+    }
+
+    /// Writes the time at which the trace ends, `time_ns` nanoseconds after the first tick began. Only
+    /// a VCD has it, so that viewers also show the time after the last change.
+    ///
+    /// # Errors
+    /// When `out` can't be written.
+    pub fn end(&self, time_ns: u64, out: &mut dyn Write) -> io::Result<()> {
+        match self.format {
+            TraceFormat::Vcd => vcd::Writer::new(out).timestamp(time_ns / 1000),
+            TraceFormat::Csv { .. } => Ok(()),
+        }
+    }
+}
+
+/// Writes the values of the watched variables that have changed since they were last written.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    watch: Watch,
+    text: TraceText,
+}
+
+impl Trace {
+    /// A trace without rows.
+    pub fn new(watch: Watch, format: TraceFormat, executive: &dyn Executive) -> Self {
+        let text = TraceText::new(&watch, format, executive);
+        Self { watch, text }
+    }
+
+    /// Writes the header.
+    ///
+    /// # Errors
+    /// When `out` can't be written.
+    pub fn header(&mut self, out: &mut dyn Write) -> io::Result<()> {
+        self.text.header(out)
     }
 
     /// Writes the values that differ, at the end of a tick, from the last ones written; gives whether
@@ -111,42 +205,18 @@ impl Trace {
         out: &mut dyn Write,
     ) -> io::Result<bool> {
         let mut any = false;
-        for (index, (name, variable)) in self.watch.names().iter().enumerate() {
-            let value = executive.get(*variable);
-            let Some(last) = self.last.get_mut(index) else { continue };
-            if last.as_ref() == Some(&value) {
-                continue;
-            }
-            any = true;
-            match self.format {
-                TraceFormat::Csv { time } => row(out, tick, time.then_some(time_ns), name, &value)?,
-                TraceFormat::Vcd => {
-                    let mut vcd = vcd::Writer::new(&mut *out);
-                    let time = time_ns / 1000;
-                    if self.written != Some(time) {
-                        vcd.timestamp(time)?;
-                        self.written = Some(time);
-                    }
-                    let signals = self.signals.get(index).map_or(&[][..], Vec::as_slice);
-                    let logical = executive.is_logical(*variable);
-                    change(&mut vcd, signals, logical, last.as_ref(), &value)?;
-                }
-            }
-            *last = Some(value);
+        for (index, (_, variable)) in self.watch.names().iter().enumerate() {
+            any |= self.text.row((tick, time_ns), index, executive.get(*variable), out)?;
         }
         Ok(any)
     }
 
-    /// Writes the time at which the trace ends, `time_ns` nanoseconds after the first tick began. Only
-    /// a VCD has it, so that viewers also show the time after the last change.
+    /// Writes the time at which the trace ends; see [`TraceText::end`].
     ///
     /// # Errors
     /// When `out` can't be written.
     pub fn end(&self, time_ns: u64, out: &mut dyn Write) -> io::Result<()> {
-        match self.format {
-            TraceFormat::Vcd => vcd::Writer::new(out).timestamp(time_ns / 1000),
-            TraceFormat::Csv { .. } => Ok(()),
-        }
+        self.text.end(time_ns, out)
     }
 }
 

@@ -6,33 +6,40 @@ mod executive;
 mod output;
 mod outside;
 mod realtime_priority;
+mod reports;
 mod retained_data;
 mod retained_writer;
 mod signals;
 
 use std::fmt::Display;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal, Write as _};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use plcc_abi::machine::Machine;
-use plcc_abi::{Dialect, Engine, Program};
+use plcc_abi::{Engine, Program};
 use thiserror::Error;
 
 use crate::args::RunArgs;
 use crate::files::{MAX_STIMULUS, read_regular, why_not_read};
 use crate::journal::{Destinations, EntryKind, Journal, JournalOwner, ScanJournal};
 use crate::progress::Progress;
-use crate::run::{Clock, End, Hook, Player, Run, Stimulus, SystemClock, TraceFormat, Watch, dump};
+use crate::run::{
+    Clock, End, Hook, Player, Punctuality, Run, Stimulus, SystemClock, TimedEngine, Timing, Watch,
+    dump,
+};
+#[cfg(target_os = "linux")]
+use crate::supervisor::Link;
 use crate::swap::ReplaceableExecutive;
 use crate::{Executive, PanicBarrier};
 
 pub use executive::{executive, takes_machine_file};
 pub use output::write_whole;
-use output::{Output, check_paths, check_retained, check_writable, open};
-use outside::Outside;
+use output::{check_paths, check_retained, check_writable, open};
+use outside::{Outside, Shown};
+use reports::Reports;
 use retained_data::RetainedData;
 use signals::EndSignals;
 
@@ -162,13 +169,21 @@ impl Job<'_> {
         };
         let interrupt = Arc::new(AtomicBool::new(false));
         let _signals = EndSignals::set(&interrupt)?;
+        #[cfg(target_os = "linux")]
+        let link = if args.supervised {
+            let period = Duration::from_nanos(executive.tick_ns());
+            let link = Link::start(period, &interrupt, journal);
+            Some(link.map_err(|error| SessionError(format!("there is no supervisor: {error}")))?)
+        } else {
+            None
+        };
 
-        let trace_path = args.trace_path();
-        let mut trace = trace_path.map(Output::create).transpose()?;
-        let mut events = args.events.as_deref().map(Output::create).transpose()?;
+        let timing = Arc::new(Timing::new(program));
         let uses_numbers = !watch.is_empty() || args.stimulus.is_some();
+        let shown = Shown { retained: &retained, timing: &timing };
         let mut outside =
-            Outside::start(program, args, machine, executive, uses_numbers, &retained, journal)?;
+            Outside::start(program, args, machine, executive, uses_numbers, shown, journal)?;
+        let mut reports = Reports::open(args, &watch, executive, journal)?;
         let mut progress = Progress::new(ticks);
         if args.realtime
             && let Err(why) = realtime_priority::request()
@@ -186,27 +201,39 @@ impl Job<'_> {
             hooks.push(&mut outside.hook);
         }
         let mut engine = PanicBarrier::new(engine);
+        let mut timed = TimedEngine::new(&mut engine, &timing);
+        let trace_format = reports.format;
+        let (trace, events, queues) = reports.parts();
         let end = Run {
             executive,
-            engine: &mut engine,
+            engine: if args.realtime { &mut timed as &mut dyn Engine } else { timed.engine() },
             player: Player::new(stimulus, args.repeat),
             watch: watch.clone(),
-            trace: trace.as_mut().map(|out| out as &mut dyn Write),
-            trace_format: trace_path
-                .map_or_else(TraceFormat::default, |path| TraceFormat::of(path, args.time)),
-            events: events.as_mut().map(|out| out as &mut dyn Write),
+            trace,
+            trace_format,
+            events,
+            queues,
             ticks,
             clock: args.realtime.then_some(clock),
+            overrun: args.overrun.unwrap_or_default(),
+            timing: args.realtime.then_some(&*timing),
             interrupt: Some(&interrupt),
             hooks,
             journal: scan,
         }
         .go();
+        #[cfg(target_os = "linux")]
+        if let Some(link) = &link {
+            link.ending();
+        }
         progress.clear();
         if let Some(outside) = &mut outside {
             outside.hook.end(end.ticks, executive);
         }
 
+        if args.realtime {
+            journal.write(EntryKind::Timing { summary: Box::new(timing.summary()) });
+        }
         let mut status = status(&end, journal);
         let mut check = |result: Result<(), SessionError>| {
             if let Err(error) = result {
@@ -217,8 +244,12 @@ impl Job<'_> {
         // What survives power-off is saved first, in case that the power fails now.
         check(retained.finish(executive));
         if let Some(path) = &args.dump {
-            check(write_dump(path, program.dialect(), executive, &watch, &end));
+            let mut text = vec![];
+            // Writing to memory does not fail.
+            let _ = dump(&mut text, program.dialect(), executive, &watch, &end);
+            check(reports::write_dump(path, text, args.realtime, journal));
         }
+        reports.finish();
         Ok(status)
     }
 }
@@ -230,6 +261,9 @@ fn warn_of_idle_options(args: &RunArgs, journal: &Journal) {
     } else if args.time && args.trace_path().is_none() {
         journal.warn("--time changes nothing: no trace is written");
     }
+    if args.overrun.is_some() && !args.realtime {
+        journal.warn("--overrun changes nothing: only --realtime has overruns");
+    }
     if args.repeat && args.stimulus.is_none() {
         journal.warn("--repeat changes nothing: there is no --stimulus");
     }
@@ -237,12 +271,12 @@ fn warn_of_idle_options(args: &RunArgs, journal: &Journal) {
 
 /// Reports to people how a run ended, and gives its exit status.
 fn status(end: &End, journal: &Journal) -> u8 {
-    if end.punctuality.overruns > 0 {
-        let late = end.punctuality.latest.as_secs_f64() * 1000.0;
-        let (overruns, ticks) = (end.punctuality.overruns, end.ticks);
+    let Punctuality { overruns, skipped, latest } = end.punctuality;
+    if overruns > 0 {
+        let (late, ticks) = (latest.as_secs_f64() * 1000.0, end.ticks);
         journal.warn(format!(
-            "{overruns} of {ticks} ticks began only when the next one was already due; the latest \
-             began {late:.1} ms late"
+            "{overruns} overruns in {ticks} ticks, of which {skipped} were skipped; the latest tick began \
+             {late:.1} ms late"
         ));
     }
     if let Some(stop) = &end.stop {
@@ -286,22 +320,4 @@ pub fn stimulus(path: &Path, executive: &mut dyn Executive) -> Result<Stimulus, 
         }
         SessionError(lines.join("\nerror: "))
     })
-}
-
-fn write_dump(
-    path: &Path,
-    dialect: Dialect,
-    executive: &mut dyn Executive,
-    watch: &Watch,
-    end: &End,
-) -> Result<(), SessionError> {
-    let mut text = vec![];
-    let written =
-        dump(&mut text, dialect, executive, watch, end).and_then(|()| write_whole(path, &text));
-    match written {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(SessionError(format!("the dump can't be written: {error}")))
-        }
-        _ => Ok(()),
-    }
 }

@@ -125,8 +125,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
         io::Error::new(error.kind(), format!("{}: {why}", path.display()))
     };
     if is_stdout(path) {
-        let mut stdout = io::stdout();
-        return stdout.write_all(bytes).and_then(|()| stdout.flush());
+        return standard_output().and_then(|mut stdout| stdout.write_all(bytes));
     }
     match fs::metadata(path) {
         Ok(about) if !about.is_file() => {

@@ -12,6 +12,7 @@ use crate::args::RunArgs;
 use crate::artifact::signature::PublicKey;
 use crate::image_file::{Content, Publisher};
 use crate::journal::Journal;
+use crate::run::Timing;
 use crate::socket::{Loaded, OutsideHook, Reached, Requests, Server, Surroundings, queues};
 use crate::{Artifact, Executive, NativeEngine};
 
@@ -51,6 +52,14 @@ fn load(path: &Path, key: Option<&PublicKey>) -> Result<Loaded, String> {
     Ok(Loaded { code: artifact.code_number(), program: artifact.program, engine })
 }
 
+/// What the socket's status tells besides the control's variables.
+pub(super) struct Shown<'a> {
+    /// How the retained file is.
+    pub(super) retained: &'a RetainedData,
+    /// How long ticks take.
+    pub(super) timing: &'a Arc<Timing>,
+}
+
 impl Outside {
     /// Makes what the options ask for; `None` where they ask for neither. `executive` is the one that
     /// will run, with all variables looked up that trace and stimulus use; `uses_numbers` says
@@ -61,7 +70,7 @@ impl Outside {
         machine: Option<&Machine>,
         executive: &dyn Executive,
         uses_numbers: bool,
-        retained: &RetainedData,
+        shown: Shown<'_>,
         journal: &Journal,
     ) -> Result<Option<Self>, SessionError> {
         if args.image.is_none() && args.socket.is_none() {
@@ -97,6 +106,7 @@ impl Outside {
             let own = configured(program, args, machine).map_err(SessionError)?;
             let (for_scan, for_socket) = queues();
             let (options, machine) = (args.clone(), machine.cloned());
+            let timing = Arc::clone(shown.timing);
             let key = args.public_key().map_err(SessionError)?;
             let surroundings = Surroundings {
                 program: Arc::new(program.clone()),
@@ -108,8 +118,8 @@ impl Outside {
                 make_executive: Box::new(move |program| {
                     configured(program, &options, machine.as_ref())
                 }),
-                timing: Box::new(|| json!({})),
-                retained: retained.status(args),
+                timing: Box::new(move || json!(timing.summary())),
+                retained: shown.retained.status(args),
                 journal: journal.clone(),
             };
             let requests = Requests::new(own, for_socket, Arc::clone(&reached), surroundings);

@@ -56,6 +56,10 @@ impl Executive for ReplaceableExecutive {
         }
     }
 
+    fn skip_ticks(&mut self, count: u64) {
+        self.executive.skip_ticks(count);
+    }
+
     fn find(&mut self, name: &str, purpose: Purpose) -> Result<Variable, NameError> {
         self.executive.find(name, purpose)
     }
@@ -70,6 +74,10 @@ impl Executive for ReplaceableExecutive {
 
     fn get(&self, variable: Variable) -> Value {
         self.executive.get(variable)
+    }
+
+    fn get_into(&self, variable: Variable, value: &mut Value) {
+        self.executive.get_into(variable, value);
     }
 
     fn is_logical(&self, variable: Variable) -> bool {

@@ -5,6 +5,7 @@
 use std::cell::Cell;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
@@ -363,6 +364,63 @@ fn in_real_time_each_tick_waits_for_its_time() {
     assert_eq!(clock.slept.get(), Duration::from_millis(100));
     assert!(shop.read("d.json").contains("\"ticks\":6,"));
     assert!(shop.path("kept").is_file());
+}
+
+/// An engine whose scan number `at` (from 0) takes 90 ms on the clock.
+struct Slow {
+    engine: Box<dyn Engine>,
+    clock: Rc<SleptTime>,
+    at: usize,
+    scans: usize,
+}
+
+impl Engine for Slow {
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+        if self.scans == self.at {
+            self.clock.sleep(Duration::from_millis(90));
+        }
+        self.scans += 1;
+        self.engine.call(task, from, scan)
+    }
+}
+
+/// A scan that takes longer than its period costs ticks, but no time: timers, tick numbers and the
+/// stimulus are where they would be without it.
+#[test]
+fn skipped_ticks_move_what_time_moves() {
+    let shop = Shop::new("overrun");
+    let pmi = "$TIMER\nE/GO/GONE = 40\n$END\nGO = T\n";
+    fs::write(shop.path("p.pmi"), pmi).unwrap();
+    fs::write(shop.path("n.nct"), ":001\nJ1\n:000\nJ0\n").unwrap();
+    fs::write(shop.path("c.pmc"), "I5=2\nI10=83886080\nOPEN PLC 1 CLEAR\nP1=1\nCLOSE\n").unwrap();
+    for (program, rows, watch, scans) in [
+        ("p.pmi", "1,GO#COUNT,30\n4,GO#COUNT,20\n", "GO#COUNT,GONE", 1),
+        ("n.nct", "1,T00,100\n1,H00,7\n47,T01,9\n", "T00,T01,H00,M0", 2),
+        ("c.pmc", "1,X:$0700,1000\n4,P3,4\n", "X:$0,X:$0700,Y:$0700,P3", 1),
+    ] {
+        fs::write(shop.path("s.csv"), format!("tick,name,value\n{rows}")).unwrap();
+        let args =
+            format!("--ticks 52 --realtime --stimulus %s.csv --watch {watch} --dump %d.json");
+        let run = |at, more: &str| {
+            let clock = Rc::new(SleptTime { start: Instant::now(), slept: Cell::default() });
+            let wrap = |engine| -> Box<dyn Engine> {
+                Box::new(Slow { engine, clock: Rc::clone(&clock), at, scans: 0 })
+            };
+            let args = format!("{args} {more}");
+            let status =
+                shop.run_in_by_clock(Way::Statements, clock.as_ref(), program, &args, wrap);
+            (status, shop.read("d.json"))
+        };
+        let punctual = run(usize::MAX, "");
+        for at in [2, 45] {
+            assert_eq!(run(at * scans, ""), punctual, "{program} {at}");
+            assert_eq!(run(at * scans, "--overrun catch-up=1"), punctual, "{program} {at}");
+        }
+        let (status, dump) = run(10 * scans, "--overrun stop");
+        assert_eq!(status, 3, "{program}");
+        let stop = "\"ticks\":12,\"state\":\"stopped\",\"stop\":{\"tick\":11,\"code\":\"OVERRUN\",";
+        assert!(dump.contains(stop), "{dump}");
+    }
 }
 
 #[test]

@@ -1,0 +1,309 @@
+//! The configuration file of a controller (`--config FILE.toml`).
+//!
+//! ```toml
+//! artifact = "lathe.plcx"      # beside this file
+//! period = 20
+//! retain = "lathe.retained"
+//! log = "/var/log/lathe.jsonl"
+//! overrun = "skip"
+//!
+//! [safe]
+//! PUMP = "hold"
+//! BRAKE = 1
+//! ```
+//!
+//! Each key is the option of the same name, and says nothing that the option could not. So a
+//! configuration is read as words of a command line, which stand before those that the user wrote:
+//! where both name an option, the user's comes last and counts.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use clap::Command;
+use plcc_abi::{closest, printable};
+use plcc_runtime::files::{MAX_SETTINGS, read_regular, why_not_read};
+use toml::de::{DeTable, DeValue};
+
+/// What the value of a key is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// The path of a file, relative to the folder of the configuration.
+    Path,
+    /// A text.
+    Text,
+    /// A number.
+    Number,
+    /// A list of texts, or one text.
+    List,
+    /// The table of safe outputs.
+    Safe,
+}
+
+/// All keys.
+const KEYS: &[(&str, Kind)] = &[
+    ("artifact", Kind::Path),
+    ("period", Kind::Number),
+    ("retain", Kind::Path),
+    ("record", Kind::Path),
+    ("socket", Kind::Path),
+    ("image", Kind::Path),
+    ("log", Kind::Path),
+    ("watchdog", Kind::Text),
+    ("overrun", Kind::Text),
+    ("restart", Kind::Number),
+    ("key", Kind::Path),
+    ("allow", Kind::List),
+    ("safe", Kind::Safe),
+];
+
+/// Something that is wrong with a configuration.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Mistake {
+    /// The line, from 1.
+    pub(crate) line: usize,
+    /// What is wrong, as a sentence without a full stop.
+    pub(crate) message: String,
+}
+
+/// A word of a command line that a configuration stands for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Word {
+    /// The line of the key, from 1.
+    pub(crate) line: usize,
+    /// The word, such as `--overrun=skip`.
+    pub(crate) text: String,
+}
+
+/// What a configuration says.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Configuration {
+    /// The artifact, with the line of its key.
+    pub(crate) artifact: Option<(usize, PathBuf)>,
+    /// The options.
+    pub(crate) options: Vec<Word>,
+}
+
+/// The mistakes of a configuration, for people.
+#[derive(Debug)]
+pub(crate) struct Mistakes<'a>(pub(crate) &'a Path, pub(crate) &'a [Mistake]);
+
+impl fmt::Display for Mistakes<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, Mistake { line, message }) in self.1.iter().enumerate() {
+            let prefix = if index > 0 { "\nerror: " } else { "" };
+            write!(f, "{prefix}{}:{line}: {message}", self.0.display())?;
+        }
+        Ok(())
+    }
+}
+
+/// Reads a configuration file for a program with the options of `command`.
+///
+/// # Errors
+/// When the file can't be read. Its mistakes are given beside what could be read.
+pub(crate) fn open(
+    path: &Path,
+    command: &Command,
+) -> Result<(Configuration, Vec<Mistake>), String> {
+    let failed = |error| format!("{}: {}", path.display(), why_not_read(&error));
+    let bytes = read_regular(path, MAX_SETTINGS).map_err(failed)?;
+    let text = String::from_utf8_lossy(&bytes);
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    Ok(read(text, path.parent().unwrap_or(Path::new("")), command))
+}
+
+/// Reads the text of a configuration that lies in a folder, and finds all its mistakes, in the order
+/// of their lines.
+fn read(text: &str, folder: &Path, command: &Command) -> (Configuration, Vec<Mistake>) {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    let line_of = |at: usize| {
+        let before = text.as_bytes().get(..at).unwrap_or_default();
+        before.iter().filter(|&&byte| byte == b'\n').count() + 1
+    };
+    let mut mistakes: Vec<Mistake> = errors
+        .iter()
+        .map(|error| Mistake {
+            line: line_of(error.span().map_or(0, |span| span.start)),
+            message: format!("this is not valid TOML: {}", error.message()),
+        })
+        .collect();
+    let mut configuration = Configuration::default();
+    for (key, value) in table.get_ref() {
+        let (name, line) = (key.get_ref().as_ref(), line_of(key.span().start));
+        let mut wrong = |line, message| mistakes.push(Mistake { line, message });
+        let Some(&(_, kind)) = KEYS.iter().find(|(known, _)| *known == name) else {
+            let nearest = closest(name, KEYS.iter().map(|(known, _)| *known));
+            let hint = nearest.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+            wrong(line, format!("there is no key `{}`{hint}", printable(name)));
+            continue;
+        };
+        if name == "artifact" {
+            match text_of(value.get_ref()) {
+                Some(path) => configuration.artifact = Some((line, folder.join(path))),
+                None => {
+                    wrong(line, "`artifact` is the path of a file, as in \"lathe.plcx\"".into())
+                }
+            }
+            continue;
+        }
+        if !command.get_arguments().any(|option| option.get_long() == Some(name)) {
+            wrong(line, format!("`{name}` is not available in this version of plcrt"));
+            continue;
+        }
+        let texts = match kind {
+            Kind::Safe => match value.get_ref() {
+                DeValue::Table(outputs) => {
+                    for (output, value) in outputs {
+                        let line = line_of(output.span().start);
+                        let output = output.get_ref();
+                        match text_of(value.get_ref()).or_else(|| number_of(value.get_ref())) {
+                            Some(value) => configuration
+                                .options
+                                .push(Word { line, text: format!("--safe={output}={value}") }),
+                            None => wrong(
+                                line,
+                                format!(
+                                    "`{}` is \"off\", \"hold\" or a number in [safe]",
+                                    printable(output)
+                                ),
+                            ),
+                        }
+                    }
+                    continue;
+                }
+                _ => Err("`safe` is a table: [safe], and below it lines such as PUMP = \"hold\""),
+            },
+            Kind::Path => text_of(value.get_ref())
+                .map(|path| vec![folder.join(path).to_string_lossy().into_owned()])
+                .ok_or("a path in quotes is expected"),
+            Kind::Text => text_of(value.get_ref())
+                .map(|text| vec![text])
+                .ok_or("a text in quotes is expected"),
+            Kind::Number => {
+                number_of(value.get_ref()).map(|text| vec![text]).ok_or("a number is expected")
+            }
+            Kind::List => list_of(value.get_ref())
+                .ok_or("a list of texts is expected, as in [\"write\", \"force\"]"),
+        };
+        match texts {
+            Ok(texts) => configuration.options.extend(
+                texts.into_iter().map(|text| Word { line, text: format!("--{name}={text}") }),
+            ),
+            Err(expected) => wrong(line, format!("`{name}`: {expected}")),
+        }
+    }
+    if configuration.artifact.is_none() && !text.contains("artifact") {
+        let message = "the key `artifact` is missing: the program that is to run".into();
+        mistakes.push(Mistake { line: 1, message });
+    }
+    configuration.options.retain(|word| match refusal(command, word) {
+        Some(message) => {
+            mistakes.push(Mistake { line: word.line, message });
+            false
+        }
+        None => true,
+    });
+    configuration.options.sort_by_key(|word| word.line);
+    mistakes.sort();
+    (configuration, mistakes)
+}
+
+/// Why the program does not take an option, if it does not.
+fn refusal(command: &Command, word: &Word) -> Option<String> {
+    let words = ["plcrt", "--realtime", "artifact", word.text.as_str()];
+    let error = command.clone().try_get_matches_from(words).err()?;
+    let text = error.to_string();
+    let line = text.lines().next().unwrap_or_default();
+    Some(line.strip_prefix("error: ").unwrap_or(line).to_owned())
+}
+
+fn text_of(value: &DeValue<'_>) -> Option<String> {
+    value.as_str().map(str::to_owned)
+}
+
+fn number_of(value: &DeValue<'_>) -> Option<String> {
+    match value {
+        DeValue::Integer(number) => {
+            i64::from_str_radix(number.as_str(), number.radix()).ok().map(|it| it.to_string())
+        }
+        DeValue::Float(number) => Some(number.as_str().to_owned()),
+        _ => None,
+    }
+}
+
+fn list_of(value: &DeValue<'_>) -> Option<Vec<String>> {
+    match value {
+        DeValue::Array(values) => values.iter().map(|value| text_of(value.get_ref())).collect(),
+        other => text_of(other).map(|text| vec![text]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use clap::Arg;
+
+    use super::*;
+
+    /// The options that these tests use.
+    fn command() -> Command {
+        let option = |name| Arg::new(name).long(name);
+        Command::new("plcrt")
+            .args_override_self(true)
+            .arg(Arg::new("artifact"))
+            .arg(option("realtime").num_args(0))
+            .arg(option("period").value_parser(clap::value_parser!(f64)))
+            .args(["retain", "log"].map(option))
+            .arg(option("overrun").value_parser(["skip", "stop"]))
+            .arg(option("safe").num_args(1))
+    }
+
+    fn mistakes(text: &str) -> Vec<(usize, String)> {
+        let (_, mistakes) = read(text, Path::new("etc"), &command());
+        mistakes.into_iter().map(|Mistake { line, message }| (line, message)).collect()
+    }
+
+    #[test]
+    fn a_configuration_is_a_command_line() {
+        let text = "artifact = \"lathe.plcx\"\nretain = \"/var/lathe\"\nperiod = 2.5\n\
+                    log = 'lathe.jsonl'\n[safe]\nPUMP = \"hold\"\n\"PORT1.0\" = 1\n";
+        let (configuration, mistakes) = read(text, Path::new("etc"), &command());
+        assert_eq!(mistakes, []);
+        assert_eq!(configuration.artifact, Some((1, "etc/lathe.plcx".into())));
+        let words: Vec<_> = configuration.options.iter().map(|word| word.text.as_str()).collect();
+        let expected = [
+            "--retain=/var/lathe",
+            "--period=2.5",
+            "--log=etc/lathe.jsonl",
+            "--safe=PUMP=hold",
+            "--safe=PORT1.0=1",
+        ];
+        assert_eq!(words, expected);
+    }
+
+    #[test]
+    fn every_mistake_is_found_with_its_line() {
+        let text = "artifact = 5\nretian = \"a\"\n\noverrun = \"skipp\"\nperiod = \"x\"\n\
+                    record = \"r\"\nlog = 1\n[safe]\nPUMP = true\n[other]\nA = 1\n";
+        let found = mistakes(text);
+        let lines: Vec<usize> = found.iter().map(|&(line, _)| line).collect();
+        assert_eq!(lines, [1, 2, 4, 5, 6, 7, 9, 10], "{found:?}");
+        let holds = |index: usize, part: &str| assert!(found[index].1.contains(part), "{found:?}");
+        holds(1, "there is no key `retian`; did you mean `retain`?");
+        holds(2, "skipp");
+        holds(3, "a number is expected");
+        holds(4, "`record` is not available");
+        holds(6, "\"off\", \"hold\" or a number");
+        holds(7, "there is no key `other`");
+    }
+
+    #[test]
+    fn what_is_no_toml_is_found_with_its_line_beside_the_rest() {
+        let found = mistakes("artifact = \"a\"\nretain = \nlgo = 1\n");
+        assert_eq!(found[0].0, 2, "{found:?}");
+        assert!(found[0].1.starts_with("this is not valid TOML: "), "{found:?}");
+        assert!(found.iter().any(|(line, _)| *line == 3), "{found:?}");
+        assert_eq!(mistakes("")[0].0, 1);
+    }
+}

@@ -1,0 +1,322 @@
+//! How long ticks and scans take, and how late ticks begin, as users of a control know it: the last value,
+//! the mean, the maximum, and a histogram.
+//!
+//! The thread that runs the ticks records; any thread may read meanwhile ([`Timing::summary`]). All
+//! memory is allocated at the start, and recording makes no system call.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use plcc_abi::{Engine, Outcome, Program, ResumePoint, Scan};
+use serde::Serialize;
+
+use crate::journal::{EntryKind, ScanJournal};
+
+/// Buckets of a histogram for each doubling of the time, so that a percentile is exact to one eighth.
+const SPLIT: u32 = 3;
+/// Times from 2 to this power of nanoseconds on (18 minutes) share the last bucket.
+const LARGEST: u32 = 40;
+/// Time between two warnings of ticks that need most of their time.
+const BUDGET_INTERVAL: Duration = Duration::from_secs(60);
+const BUCKETS: usize = ((LARGEST - SPLIT + 2) << SPLIT) as usize;
+
+/// The times that one thing took. One thread records.
+#[derive(Debug)]
+pub struct Times {
+    count: AtomicU64,
+    sum_ns: AtomicU64,
+    last_ns: AtomicU64,
+    max_ns: AtomicU64,
+    buckets: Box<[AtomicU64]>,
+}
+
+/// What was recorded of one thing so far. Times are in microseconds. A percentile is the time within which
+/// that share of all lies; it is up to one eighth too large, as histograms are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct TimesSummary {
+    /// How many times were recorded.
+    pub count: u64,
+    /// The last one.
+    pub last_us: f64,
+    /// The mean.
+    pub mean_us: f64,
+    /// The median.
+    pub p50_us: f64,
+    /// The 99th percentile.
+    pub p99_us: f64,
+    /// 99.9 %.
+    pub p999_us: f64,
+    /// The largest.
+    pub max_us: f64,
+}
+
+impl Default for Times {
+    fn default() -> Self {
+        let zero = || AtomicU64::new(0);
+        Self {
+            count: zero(),
+            sum_ns: zero(),
+            last_ns: zero(),
+            max_ns: zero(),
+            buckets: (0..BUCKETS).map(|_| zero()).collect(),
+        }
+    }
+}
+
+/// The bucket of a time.
+fn bucket(ns: u64) -> usize {
+    let highest = ns.checked_ilog2().unwrap_or(0);
+    if highest < SPLIT {
+        return ns as usize;
+    }
+    if highest >= LARGEST {
+        return BUCKETS - 1;
+    }
+    let part = (ns >> (highest - SPLIT)) as u32 & ((1 << SPLIT) - 1);
+    (((highest - SPLIT + 1) << SPLIT) + part) as usize
+}
+
+/// The largest time that belongs to a bucket, in nanoseconds.
+fn end_of(bucket: usize) -> u64 {
+    let bucket = bucket as u64;
+    let (doubling, part) = (bucket >> SPLIT, bucket & ((1 << SPLIT) - 1));
+    match doubling.checked_sub(1) {
+        None => part,
+        Some(shift) => (((1 << SPLIT) + part + 1) << shift) - 1,
+    }
+}
+
+/// Only one thread writes, so that no other value can come between reading and writing.
+fn add(to: &AtomicU64, value: u64) {
+    to.store(to.load(Ordering::Relaxed).wrapping_add(value), Ordering::Relaxed);
+}
+
+fn microseconds(ns: u64) -> f64 {
+    ns as f64 / 1000.0
+}
+
+impl Times {
+    /// Records a time. Called by one thread only.
+    #[inline]
+    pub fn record(&self, time: Duration) {
+        let ns = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
+        add(&self.count, 1);
+        add(&self.sum_ns, ns);
+        self.last_ns.store(ns, Ordering::Relaxed);
+        if ns > self.max_ns.load(Ordering::Relaxed) {
+            self.max_ns.store(ns, Ordering::Relaxed);
+        }
+        if let Some(bucket) = self.buckets.get(bucket(ns)) {
+            add(bucket, 1);
+        }
+    }
+
+    /// What was recorded so far.
+    pub fn summary(&self) -> TimesSummary {
+        let counts: Vec<u64> =
+            self.buckets.iter().map(|bucket| bucket.load(Ordering::Relaxed)).collect();
+        let count: u64 = counts.iter().sum();
+        let max_ns = self.max_ns.load(Ordering::Relaxed);
+        let percentile = |per_mille: u64| {
+            let wanted = count.saturating_mul(per_mille).div_ceil(1000);
+            let mut seen = 0;
+            let within = counts.iter().position(|count| {
+                seen += count;
+                seen >= wanted.max(1)
+            });
+            microseconds(within.map_or(0, end_of).min(max_ns))
+        };
+        let mean = self.sum_ns.load(Ordering::Relaxed).checked_div(count).unwrap_or(0);
+        TimesSummary {
+            count,
+            last_us: microseconds(self.last_ns.load(Ordering::Relaxed)),
+            mean_us: microseconds(mean),
+            p50_us: percentile(500),
+            p99_us: percentile(990),
+            p999_us: percentile(999),
+            max_us: microseconds(max_ns),
+        }
+    }
+
+    /// The histogram: for each bucket that holds any, its largest time in microseconds and its count.
+    pub fn histogram(&self) -> Vec<(f64, u64)> {
+        let counts = self.buckets.iter().map(|bucket| bucket.load(Ordering::Relaxed));
+        let filled = counts.enumerate().filter(|&(_, count)| count > 0);
+        filled.map(|(bucket, count)| (microseconds(end_of(bucket)), count)).collect()
+    }
+}
+
+/// The times of a run that a clock paces.
+#[derive(Debug)]
+pub struct Timing {
+    /// How late ticks began.
+    pub lateness: Times,
+    /// How long ticks took, with all that the executive does.
+    pub ticks: Times,
+    /// How long each scan of a task took, in the order of the program's tasks.
+    pub tasks: Vec<(String, Times)>,
+    overruns: AtomicU64,
+    skipped: AtomicU64,
+}
+
+/// What was recorded of a run so far.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct TimingSummary {
+    /// How often a tick began only when a later one was already due.
+    pub overruns: u64,
+    /// How many ticks were skipped.
+    pub skipped: u64,
+    /// How late ticks began.
+    pub lateness: TimesSummary,
+    /// How long ticks took.
+    pub ticks: TimesSummary,
+    /// How long scans of tasks took, of those that have run.
+    pub tasks: Vec<TaskSummary>,
+}
+
+/// What was recorded of a task's scans.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct TaskSummary {
+    /// The task, as users know it: `scan`, `:001`, `PLC3`.
+    pub name: String,
+    /// How long its scans took.
+    #[serde(flatten)]
+    pub times: TimesSummary,
+}
+
+impl Timing {
+    /// Nothing is recorded yet.
+    pub fn new(program: &Program) -> Self {
+        let tasks = program.tasks.iter().map(|task| (task.name.clone(), Times::default()));
+        Self {
+            lateness: Times::default(),
+            ticks: Times::default(),
+            tasks: tasks.collect(),
+            overruns: AtomicU64::new(0),
+            skipped: AtomicU64::new(0),
+        }
+    }
+
+    /// Counts an overrun for which so many ticks are skipped.
+    pub(super) fn count_overrun(&self, skipped: u64) {
+        add(&self.overruns, 1);
+        add(&self.skipped, skipped);
+    }
+
+    /// What was recorded so far.
+    pub fn summary(&self) -> TimingSummary {
+        let tasks = self.tasks.iter().map(|(name, times)| {
+            let (name, times) = (name.clone(), times.summary());
+            TaskSummary { name, times }
+        });
+        TimingSummary {
+            overruns: self.overruns.load(Ordering::Relaxed),
+            skipped: self.skipped.load(Ordering::Relaxed),
+            lateness: self.lateness.summary(),
+            ticks: self.ticks.summary(),
+            tasks: tasks.filter(|task| task.times.count > 0).collect(),
+        }
+    }
+}
+
+/// Tells of ticks that need more than four fifths of their time: of the first one at once, then at most
+/// once a minute.
+#[derive(Debug, Default)]
+pub(super) struct Budget {
+    told_at: Option<Instant>,
+    /// How many there were since then, and the longest.
+    count: u64,
+    longest: Duration,
+}
+
+impl Budget {
+    /// Looks at a tick that took the time `taken` of `period`, at the time `now`.
+    pub(super) fn check(
+        &mut self,
+        tick: u64,
+        taken: Duration,
+        period: Duration,
+        now: Instant,
+        journal: &mut ScanJournal,
+    ) {
+        if taken <= period / 5 * 4 {
+            return;
+        }
+        self.count += 1;
+        self.longest = self.longest.max(taken);
+        let since = self.told_at.map(|at| now.saturating_duration_since(at));
+        if since.is_none_or(|since| since >= BUDGET_INTERVAL) {
+            let Self { count, longest, .. } = *self;
+            journal.write(tick, EntryKind::Budget { taken: longest, period, count });
+            *self = Self { told_at: Some(now), ..Self::default() };
+        }
+    }
+}
+
+/// An engine that records how long each scan of a task takes.
+pub struct TimedEngine<'a> {
+    engine: &'a mut dyn Engine,
+    timing: &'a Timing,
+}
+
+impl<'a> TimedEngine<'a> {
+    /// Records the scans of an engine.
+    pub fn new(engine: &'a mut dyn Engine, timing: &'a Timing) -> Self {
+        Self { engine, timing }
+    }
+
+    /// The engine itself, for a run whose times are not recorded.
+    pub fn engine(&mut self) -> &mut dyn Engine {
+        self.engine
+    }
+}
+
+impl Engine for TimedEngine<'_> {
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+        let start = Instant::now();
+        let outcome = self.engine.call(task, from, scan);
+        if let Some((_, times)) = self.timing.tasks.get(task) {
+            times.record(start.elapsed());
+        }
+        outcome
+    }
+
+    fn begin_tick(&mut self, image: &mut [u8]) {
+        self.engine.begin_tick(image);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_time_lies_in_its_bucket() {
+        let mut last = 0;
+        for ns in (0..200_000).chain((18..40).map(|power| 1 << power)) {
+            let bucket = bucket(ns);
+            assert!(bucket >= last && bucket < BUCKETS, "{ns}");
+            assert!(ns <= end_of(bucket) && end_of(bucket) <= ns + ns / 8 + 1, "{ns}");
+            last = bucket;
+        }
+        assert_eq!(bucket(u64::MAX), BUCKETS - 1);
+    }
+
+    #[test]
+    fn a_summary_has_the_shares_of_the_times() {
+        let times = Times::default();
+        assert_eq!(times.summary(), TimesSummary::default());
+        for us in 1..=1000 {
+            times.record(Duration::from_micros(us));
+        }
+        let summary = times.summary();
+        assert_eq!((summary.count, summary.last_us, summary.max_us), (1000, 1000.0, 1000.0));
+        assert_eq!(summary.mean_us, 500.5);
+        for (found, exact) in
+            [(summary.p50_us, 500.0), (summary.p99_us, 990.0), (summary.p999_us, 999.0)]
+        {
+            assert!(found >= exact && found <= exact * 1.125, "{found} for {exact}");
+        }
+        assert_eq!(times.histogram().iter().map(|(_, count)| count).sum::<u64>(), 1000);
+    }
+}

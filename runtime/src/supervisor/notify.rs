@@ -1,0 +1,108 @@
+//! Tells the outside that a control is well: systemd, by its notification socket, and a hardware watchdog,
+//! which restarts the computer when nobody writes to it.
+
+use std::env;
+use std::fs::File;
+use std::io::Write;
+use std::os::unix::net::{SocketAddr, UnixDatagram};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Time between two writes to the hardware watchdog.
+const FEED_INTERVAL: Duration = Duration::from_secs(1);
+
+/// Where the notification socket of systemd is, and how often it wants to hear that all is well.
+#[derive(Debug)]
+pub(super) struct Notifier {
+    socket: Option<(UnixDatagram, SocketAddr)>,
+    interval: Option<Duration>,
+    next: Instant,
+    device: Option<File>,
+    next_feed: Instant,
+    ready: bool,
+}
+
+impl Notifier {
+    /// Takes systemd's wishes from the environment, and opens the hardware watchdog, if there is to be one.
+    ///
+    /// # Errors
+    /// Why the hardware watchdog can't be opened.
+    pub(super) fn new(device: Option<&Path>) -> Result<Self, String> {
+        let now = Instant::now();
+        let socket = env::var_os("NOTIFY_SOCKET").and_then(|path| {
+            let address = address(&PathBuf::from(path))?;
+            Some((UnixDatagram::unbound().ok()?, address))
+        });
+        let interval = env::var("WATCHDOG_USEC").ok().and_then(|text| text.parse().ok());
+        let device = device.map(|path| {
+            let opened = File::options().write(true).open(path);
+            opened.map_err(|error| {
+                let why = crate::files::why_not_written(&error);
+                format!("the hardware watchdog {} can't be opened: {why}", path.display())
+            })
+        });
+        Ok(Self {
+            socket,
+            // Half of the time after which systemd acts, as its manual recommends.
+            interval: interval.map(|time: u64| Duration::from_micros(time / 2)),
+            next: now,
+            device: device.transpose()?,
+            next_feed: now,
+            ready: false,
+        })
+    }
+
+    /// The control is well and has run so many ticks.
+    pub(super) fn well(&mut self, ticks: u64, now: Instant) {
+        if !self.ready {
+            self.ready = true;
+            self.send("READY=1\nSTATUS=running\n");
+        }
+        if let Some(interval) = self.interval.filter(|_| now >= self.next) {
+            self.next = now + interval;
+            self.send(&format!("WATCHDOG=1\nSTATUS=running, {ticks} ticks\n"));
+        }
+        if now >= self.next_feed {
+            self.next_feed = now + FEED_INTERVAL;
+            self.feed(b"\0");
+        }
+    }
+
+    /// The control ends in good order, so that the hardware watchdog is to stop, too.
+    pub(super) fn end(&mut self) {
+        self.send("STOPPING=1\n");
+        self.feed(b"V");
+    }
+
+    /// Something else that the user of `systemctl status` should read.
+    pub(super) fn status(&mut self, text: &str) {
+        self.send(&format!("STATUS={text}\n"));
+    }
+
+    fn send(&self, text: &str) {
+        if let Some((socket, address)) = &self.socket {
+            // systemd that does not listen is no reason to do anything else.
+            let _ = socket.send_to_addr(text.as_bytes(), address);
+        }
+    }
+
+    fn feed(&mut self, bytes: &[u8]) {
+        if let Some(device) = &mut self.device {
+            // When it can't be written, it does what it is there for.
+            let _ = device.write_all(bytes);
+        }
+    }
+}
+
+/// The address of a socket: a path, or on Linux a name without a file behind `@`.
+fn address(path: &Path) -> Option<SocketAddr> {
+    #[cfg(target_os = "linux")]
+    {
+        use std::os::linux::net::SocketAddrExt;
+        use std::os::unix::ffi::OsStrExt;
+        if let Some(name) = path.as_os_str().as_bytes().strip_prefix(b"@") {
+            return SocketAddr::from_abstract_name(name).ok();
+        }
+    }
+    SocketAddr::from_pathname(path).ok()
+}

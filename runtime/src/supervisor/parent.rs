@@ -1,0 +1,279 @@
+//! The supervisor's own process.
+
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Read};
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+use signal_hook::consts;
+use signal_hook::iterator::Signals;
+
+use super::link::is_timeout;
+use super::notify::Notifier;
+use super::{Heartbeat, Phase};
+use crate::image_file;
+use crate::journal::{Destinations, EntryKind, Journal, JournalOwner};
+use crate::session::{STOPPED, USAGE};
+
+/// How long the supervisor waits for a heartbeat before it looks at the clock.
+const LOOK: Duration = Duration::from_millis(5);
+/// A control that sends no heartbeat for this time hangs as a whole process.
+const SILENCE: Duration = Duration::from_secs(3);
+/// How long a control may take from its start to its first tick, and from its last tick to its end.
+const OUTSIDE_TICKS: Duration = Duration::from_secs(60);
+/// Time from a death to the next start.
+const RESTART_WAIT: Duration = Duration::from_secs(1);
+
+/// What a supervisor does.
+#[derive(Clone, Debug, Default)]
+pub struct Supervision {
+    /// The words of the child's command line, without its program's name.
+    pub words: Vec<OsString>,
+    /// The image file, in which the outputs are made safe when the child can't.
+    pub image: Option<PathBuf>,
+    /// The log.
+    pub log: Option<PathBuf>,
+    /// How often a control that has died is started again.
+    pub restart: u32,
+    /// The hardware watchdog.
+    pub device: Option<PathBuf>,
+}
+
+/// How a control's process ended.
+enum Ending {
+    /// By itself, with this exit status.
+    Exit(u8),
+    /// It died or hung, which is explained.
+    Death(String),
+}
+
+/// Runs a control in a process of its own until its end, and gives the exit status: the control's own, or
+/// [`STOPPED`] when it has died or had to be killed.
+///
+/// # Errors
+/// When no process can be started.
+pub fn supervise(supervision: &Supervision) -> Result<u8, String> {
+    let process: Arc<AtomicU32> = Arc::default();
+    // The first one is started before this process has any thread.
+    let mut child = Some(Supervised::start(&supervision.words)?);
+    let mut journal: Option<JournalOwner> = None;
+    let mut notifier = Notifier::new(supervision.device.as_deref())?;
+    let mut restarts = 0;
+    loop {
+        let mut running = match child.take() {
+            Some(running) => running,
+            None => Supervised::start(&supervision.words)?,
+        };
+        process.store(running.child.id(), Ordering::Relaxed);
+        if journal.is_none() {
+            pass_signals_on(&process)?;
+            journal = Some(start_journal(supervision.log.as_deref())?);
+        }
+        let Some(owner) = &journal else { return Err("there is no journal".into()) };
+        let told = owner.journal();
+        let ending = running.watch(&mut notifier, supervision.image.as_deref(), &told);
+        process.store(0, Ordering::Relaxed);
+        match ending {
+            Ending::Exit(status) => {
+                notifier.end();
+                finish(journal);
+                return Ok(status);
+            }
+            Ending::Death(how) => {
+                notifier.status(&how);
+                let again = restarts < supervision.restart && !running.was_to_end;
+                told.write(EntryKind::ControlDied { how: how.clone(), restart: again });
+                if !again {
+                    finish(journal);
+                    return Ok(STOPPED);
+                }
+                restarts += 1;
+                thread::sleep(RESTART_WAIT);
+            }
+        }
+    }
+}
+
+fn start_journal(log: Option<&Path>) -> Result<JournalOwner, String> {
+    // The child has opened it too and tells what is wrong with it. Each line is appended as a whole.
+    let log = log.and_then(|path| File::options().append(true).create(true).open(path).ok());
+    let started = JournalOwner::start(Destinations::standard(log), true);
+    started.map(|(owner, _)| owner).map_err(|error| format!("no thread can be started: {error}"))
+}
+
+fn finish(journal: Option<JournalOwner>) {
+    // In real time what goes wrong with a log was told.
+    let _ = journal.map(JournalOwner::finish);
+}
+
+/// Passes the signals that end a run on to the child, whose number is 0 where there is none. A terminal
+/// sends Ctrl-C to both processes; the child takes signals within a second as one.
+fn pass_signals_on(process: &Arc<AtomicU32>) -> Result<(), String> {
+    let failed = |error: io::Error| format!("signals can't be listened for: {error}");
+    let mut wanted = vec![consts::SIGINT, consts::SIGTERM, consts::SIGQUIT, consts::SIGHUP];
+    #[cfg(target_os = "linux")]
+    wanted.push(Signal::POWER.as_raw());
+    let mut signals = Signals::new(wanted).map_err(failed)?;
+    let process = Arc::clone(process);
+    let pass_on = move || {
+        for signal in signals.forever() {
+            let id = i32::try_from(process.load(Ordering::Relaxed)).ok().and_then(Pid::from_raw);
+            if let (Some(id), Some(signal)) = (id, Signal::from_named_raw(signal)) {
+                // A child that has just ended takes no signal.
+                let _ = kill_process(id, signal);
+            }
+        }
+    };
+    thread::Builder::new().name("signals".into()).spawn(pass_on).map_err(failed)?;
+    Ok(())
+}
+
+/// A control in its process.
+struct Supervised {
+    child: Child,
+    stream: UnixStream,
+    /// Whether it has said that it ends.
+    was_to_end: bool,
+}
+
+impl Supervised {
+    fn start(words: &[OsString]) -> Result<Self, String> {
+        let failed = |error: io::Error| format!("the control's process can't be started: {error}");
+        let (stream, theirs) = UnixStream::pair().map_err(failed)?;
+        stream.set_read_timeout(Some(LOOK)).map_err(failed)?;
+        let program = Path::new("/proc/self/exe");
+        let child = Command::new(program)
+            .args(words)
+            .arg("--supervised")
+            .stdin(Stdio::from(OwnedFd::from(theirs)))
+            .spawn()
+            .map_err(failed)?;
+        Ok(Self { child, stream, was_to_end: false })
+    }
+
+    /// Watches the control until it has ended.
+    fn watch(
+        &mut self,
+        notifier: &mut Notifier,
+        image: Option<&Path>,
+        journal: &Journal,
+    ) -> Ending {
+        let mut now = Instant::now();
+        let (mut heard, mut ticked) = (now, now);
+        let mut last: Option<Heartbeat> = None;
+        let mut bytes = [0; Heartbeat::SIZE];
+        let mut filled = 0;
+        loop {
+            let rest = bytes.get_mut(filled..).unwrap_or_default();
+            match self.stream.read(rest) {
+                Ok(0) => break,
+                Ok(count) => filled += count,
+                Err(error) if is_timeout(&error) => {}
+                Err(_) => break,
+            }
+            now = Instant::now();
+            if filled == bytes.len() {
+                filled = 0;
+                let Some(heartbeat) = Heartbeat::from_bytes(&bytes) else { continue };
+                heard = now;
+                if last.is_none_or(|l| (l.rounds, l.phase) != (heartbeat.rounds, heartbeat.phase)) {
+                    ticked = now;
+                }
+                self.was_to_end = heartbeat.phase == Phase::Ending;
+                last = Some(heartbeat);
+                if heartbeat.phase == Phase::Running {
+                    notifier.well(heartbeat.ticks, now);
+                }
+            }
+            if let Some(why) = hang(last, now.duration_since(heard), now.duration_since(ticked)) {
+                // The outputs first: the process may take a while to die.
+                make_safe(image, journal);
+                let _ = self.child.kill();
+                let _ = self.child.wait();
+                // It may have written the image once more.
+                make_safe(image, journal);
+                keep_image(image, journal);
+                return Ending::Death(why);
+            }
+        }
+        // The process is gone, or is about to go. A control that has said that it ends has made its
+        // outputs safe itself.
+        let image = image.filter(|_| last.is_some_and(|last| last.phase == Phase::Running));
+        make_safe(image, journal);
+        let status = match self.child.wait() {
+            Ok(status) => status,
+            Err(error) => return Ending::Death(format!("it can't be waited for: {error}")),
+        };
+        match status.code() {
+            Some(code) => Ending::Exit(u8::try_from(code).unwrap_or(USAGE)),
+            None => {
+                keep_image(image, journal);
+                let ticks = last.map_or(0, |last| last.ticks);
+                Ending::Death(format!("it was killed by {} after {ticks} ticks", killer(status)))
+            }
+        }
+    }
+}
+
+/// Why a control that is silent or stands still is taken to hang, if it is.
+fn hang(last: Option<Heartbeat>, silent: Duration, still: Duration) -> Option<String> {
+    let running = last.filter(|last| last.phase == Phase::Running);
+    match running {
+        Some(last) if still > last.limit => Some(format!(
+            "it hung: no tick has begun for {:.1} s after tick {}",
+            still.as_secs_f64(),
+            last.ticks.saturating_sub(1)
+        )),
+        Some(_) if silent > SILENCE => {
+            Some(format!("it hung: the process did nothing for {:.1} s", silent.as_secs_f64()))
+        }
+        Some(_) => None,
+        None if still > OUTSIDE_TICKS => Some(format!(
+            "it hung: it has run no tick for {:.0} s and has not ended",
+            still.as_secs_f64()
+        )),
+        None => None,
+    }
+}
+
+/// The signal that killed a process, by its name where it has one.
+fn killer(status: ExitStatus) -> String {
+    let number = status.signal().unwrap_or(0);
+    match signal_hook::low_level::signal_name(number) {
+        Some(name) => name.to_owned(),
+        None => format!("signal {number}"),
+    }
+}
+
+/// Gives the outputs in the image file their safe values.
+fn make_safe(image: Option<&Path>, journal: &Journal) {
+    let Some(path) = image else { return };
+    if let Err(error) = image_file::drive_safe_outputs(path)
+        && error.kind() != ErrorKind::NotFound
+    {
+        journal.error(format!(
+            "the outputs in the image file {} can't be made safe: {error}",
+            path.display()
+        ));
+    }
+}
+
+/// Keeps a copy of the image file for the post-mortem, `PATH.dead`.
+fn keep_image(image: Option<&Path>, journal: &Journal) {
+    let Some(path) = image else { return };
+    let mut copy = path.as_os_str().to_owned();
+    copy.push(".dead");
+    if let Err(error) = fs::copy(path, PathBuf::from(copy)) {
+        let path = path.display();
+        journal.error(format!("no copy of the image file {path} can be kept: {error}"));
+    }
+}

@@ -1,0 +1,256 @@
+//! The supervisor: a control in a process of its own, and what happens when one of the two dies or hangs.
+
+use std::fs;
+use std::os::unix::net::UnixDatagram;
+use std::process::{Child, Command};
+use std::time::{Duration, Instant};
+
+use plcc_abi::Dialect;
+use plcc_runtime::args::ControlArgs;
+use plcc_runtime::image_file::{ImageReader, State};
+use plcc_runtime::{Artifact, session};
+
+use crate::shop::{Shop, wait};
+
+/// Counts scans, keeps a count over power-off, has an output that is on, and stops when `BAD` is set.
+const PMI: &str = "\
+$INPUT
+BAD = 0/0
+$OUTPUT
+LAMP = 1/0
+$INTEGER
+N, LIST[3]
+$END
+N = N + 1
+LAMP = T
+@NVINT[0] = @NVINT[0] + 1
+IF(BAD)
+LIST[N] = 1
+ENDIF
+";
+
+/// Where all is well nothing waits as long as this.
+const LONG: Duration = Duration::from_secs(60);
+
+fn shop(name: &str) -> Shop {
+    Shop::new(name, Dialect::Pmi, PMI)
+}
+
+/// Waits until something holds.
+fn until(what: &str, mut holds: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !holds() {
+        assert!(start.elapsed() < LONG, "{what}");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// The process that a supervisor has started, once it has run ticks: its trace then has a row.
+fn control_of(supervisor: &Child, shop: &Shop) -> u32 {
+    let id = supervisor.id();
+    let children = format!("/proc/{id}/task/{id}/children");
+    let mut found = None;
+    until("no control is started", || {
+        let text = fs::read_to_string(&children).unwrap_or_default();
+        found = text.split_whitespace().next().and_then(|id| id.parse().ok());
+        found.is_some()
+    });
+    until("no tick is run", || {
+        fs::read_to_string(shop.path("t.csv")).is_ok_and(|trace| trace.lines().count() > 3)
+    });
+    found.unwrap()
+}
+
+fn signal(name: &str, process: u32) {
+    let process = process.to_string();
+    assert!(Command::new("kill").args([name, &process]).status().unwrap().success());
+}
+
+const RUN: &str = "--realtime --period 2 --watch N --trace t.csv --dump d.json --log log.jsonl";
+
+#[test]
+fn the_exit_status_is_that_of_the_control() {
+    let shop = shop("status");
+    fs::write(shop.path("s.csv"), "tick,name,value\n5,BAD,1\n").unwrap();
+    for (args, status) in [
+        ("--realtime --period 1 --ticks 20", 0),
+        ("--realtime --period 1 --ticks 20 --stimulus s.csv", 3),
+        ("--realtime --watch NOPE", 2),
+    ] {
+        let mut child = shop.command(args).spawn().unwrap();
+        assert_eq!(wait(&mut child).code(), Some(status), "{args}");
+    }
+}
+
+#[test]
+fn a_signal_to_the_supervisor_ends_the_run_and_everything_is_saved() {
+    let shop = shop("signal");
+    for name in ["-TERM", "-INT"] {
+        let mut supervisor = shop.command(&format!("{RUN} --retain kept")).spawn().unwrap();
+        control_of(&supervisor, &shop);
+        signal(name, supervisor.id());
+        assert_eq!(wait(&mut supervisor).code(), Some(130), "{name}");
+        assert!(shop.read("d.json").contains("\"state\":\"running\""));
+        assert!(shop.path("kept").is_file());
+        for file in ["d.json", "kept", "t.csv"] {
+            fs::remove_file(shop.path(file)).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_control_that_is_killed_is_told_and_not_restarted() {
+    let shop = shop("killed");
+    let mut supervisor = shop.command(RUN).spawn().unwrap();
+    signal("-KILL", control_of(&supervisor, &shop));
+    assert_eq!(wait(&mut supervisor).code(), Some(3));
+    let log = shop.read("log.jsonl");
+    let entry = log.lines().find(|line| line.contains("\"kind\":\"control_died\"")).unwrap();
+    assert!(entry.contains("SIGKILL") && entry.contains("\"restart\":false"), "{entry}");
+}
+
+#[test]
+fn a_control_is_restarted_as_often_as_was_said() {
+    let shop = shop("restart");
+    let mut supervisor = shop.command(&format!("{RUN} --restart 1")).spawn().unwrap();
+    let first = control_of(&supervisor, &shop);
+    signal("-KILL", first);
+    until("it is not told", || shop.read("log.jsonl").contains("\"restart\":true"));
+    fs::remove_file(shop.path("t.csv")).unwrap();
+    let second = control_of(&supervisor, &shop);
+    assert_ne!(first, second);
+    signal("-KILL", second);
+    assert_eq!(wait(&mut supervisor).code(), Some(3));
+    assert_eq!(shop.read("log.jsonl").matches("\"kind\":\"control_died\"").count(), 2);
+}
+
+#[test]
+fn a_control_that_stands_still_is_killed() {
+    let shop = shop("stopped");
+    let mut supervisor = shop.command(RUN).spawn().unwrap();
+    signal("-STOP", control_of(&supervisor, &shop));
+    assert_eq!(wait(&mut supervisor).code(), Some(3));
+    assert!(shop.read("log.jsonl").contains("it hung"));
+}
+
+#[test]
+fn a_control_whose_supervisor_dies_ends_and_saves() {
+    let shop = shop("orphan");
+    let mut supervisor = shop.command(&format!("{RUN} --retain kept")).spawn().unwrap();
+    let control = control_of(&supervisor, &shop);
+    signal("-KILL", supervisor.id());
+    wait(&mut supervisor);
+    until("the control goes on", || is_gone(control));
+    assert!(shop.read("d.json").contains("\"state\":\"running\""));
+    assert!(shop.path("kept").is_file());
+    assert!(shop.read("log.jsonl").contains("the supervisor has died"));
+}
+
+/// Whether a process has ended, also one for whose status nobody has asked yet.
+fn is_gone(process: u32) -> bool {
+    match fs::read_to_string(format!("/proc/{process}/status")) {
+        Ok(status) => status.lines().any(|line| line.starts_with("State:") && line.contains('Z')),
+        Err(_) => true,
+    }
+}
+
+#[test]
+fn systemd_and_a_hardware_watchdog_are_told_that_all_is_well() {
+    let shop = shop("notify");
+    let socket = UnixDatagram::bind(shop.path("notify")).unwrap();
+    socket.set_read_timeout(Some(LONG)).unwrap();
+    fs::write(shop.path("device"), "").unwrap();
+    let mut command = shop.command(&format!("{RUN} --watchdog-device device"));
+    command.env("NOTIFY_SOCKET", shop.path("notify")).env("WATCHDOG_USEC", "200000");
+    let mut supervisor = command.spawn().unwrap();
+    let mut message = [0; 256];
+    let mut receive = || {
+        let length = socket.recv(&mut message).unwrap();
+        String::from_utf8(message[..length].to_vec()).unwrap()
+    };
+    assert!(receive().starts_with("READY=1\n"));
+    for _ in 0..3 {
+        assert!(receive().starts_with("WATCHDOG=1\n"));
+    }
+    signal("-TERM", supervisor.id());
+    assert_eq!(wait(&mut supervisor).code(), Some(130));
+    let fed = fs::read(shop.path("device")).unwrap();
+    assert!(fed.starts_with(b"\0") && fed.ends_with(b"V"), "{fed:?}");
+}
+
+#[test]
+fn without_a_supervisor_there_is_one_process() {
+    let shop = shop("alone");
+    let mut alone = shop.command(&format!("{RUN} --no-supervisor")).spawn().unwrap();
+    until("no tick is run", || {
+        fs::read_to_string(shop.path("t.csv")).is_ok_and(|trace| trace.lines().count() > 3)
+    });
+    let id = alone.id();
+    assert_eq!(fs::read_to_string(format!("/proc/{id}/task/{id}/children")).unwrap(), "");
+    signal("-TERM", id);
+    assert_eq!(wait(&mut alone).code(), Some(130));
+}
+
+/// How often the control, and then the supervisor, is killed; more in `scripts/full supervisor`.
+fn kills() -> u32 {
+    std::env::var("PLCC_KILLS").map_or(50, |text| text.parse().unwrap())
+}
+
+/// Whether the outputs in the image of a control have their safe values.
+fn is_safe(shop: &Shop, image: &[u8]) -> bool {
+    let artifact = Artifact::open(&shop.path("p.plcx"), None).unwrap();
+    let control = ControlArgs::default();
+    let executive = session::executive(&artifact.program, &control, true, None).unwrap();
+    let mut bytes = executive.safe_lines().bytes().iter();
+    bytes.all(|byte| image[byte.offset as usize] & !byte.keep == byte.set)
+}
+
+/// Kills a process of a pair at random moments, and writes how long it takes until the image file has the
+/// safe outputs: percentiles are for people, since a test must not depend on time.
+fn kill_at_random(name: &str, supervisor_dies: bool) {
+    let shop = shop(name);
+    let image = shop.path("image");
+    let mut times = vec![];
+    for kill in 0..kills() {
+        let _ = fs::remove_file(shop.path("t.csv"));
+        let args = "--realtime --watch N --trace t.csv --image image";
+        let mut supervisor = shop.command(args).spawn().unwrap();
+        let control = control_of(&supervisor, &shop);
+        let reader = ImageReader::open(&image).unwrap();
+        assert!(!is_safe(&shop, &reader.read().unwrap().image), "the lamp is on");
+        // Anywhere in a period of 20 ms.
+        std::thread::sleep(Duration::from_micros(u64::from(kill) * 7_919 % 20_000));
+        let start = Instant::now();
+        signal("-KILL", if supervisor_dies { supervisor.id() } else { control });
+        while !reader.read().is_some_and(|snapshot| is_safe(&shop, &snapshot.image)) {
+            assert!(start.elapsed() < LONG, "the outputs stay on");
+            std::thread::sleep(Duration::from_micros(200));
+        }
+        times.push(start.elapsed());
+        wait(&mut supervisor);
+        if supervisor_dies {
+            until("the control goes on", || is_gone(control));
+        } else {
+            assert_eq!(reader.state(), Some(State::Dead));
+        }
+    }
+    times.sort();
+    let at = |per_mille: usize| times[(times.len() - 1) * per_mille / 1000];
+    println!(
+        "{name}: {} kills; safe after p50 {:?}, p99.9 {:?}, at most {:?}",
+        times.len(),
+        at(500),
+        at(999),
+        at(1000)
+    );
+}
+
+#[test]
+fn outputs_are_safe_after_the_control_is_killed_at_any_moment() {
+    kill_at_random("control-killed", false);
+}
+
+#[test]
+fn outputs_are_safe_after_the_supervisor_is_killed_at_any_moment() {
+    kill_at_random("supervisor-killed", true);
+}
