@@ -6,6 +6,7 @@
 //! `plcc_scan` in C). So no function needs to be long, and none calls another.
 
 use core::ffi::c_void;
+use core::sync::atomic::AtomicU64;
 
 use crate::outcome::{Trap, TrapCode, TrapSite};
 
@@ -20,6 +21,11 @@ pub struct ScanContext {
     pub host: HostCall,
     /// For the host function, which is given this context; compiled code does not use it.
     pub host_data: *mut c_void,
+    /// The [epoch](crate::deadline): the time as another thread stored it last. Code that jumps back
+    /// looks at it.
+    pub epoch: *const AtomicU64,
+    /// The scan is late once the epoch has reached this. A host function may raise it.
+    pub limit: AtomicU64,
 }
 
 /// The type of [`ScanContext::host`]. It takes the context, the number of a

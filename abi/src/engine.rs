@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{HostFn, Outcome};
+use crate::{HostFn, Outcome, TimeLimit};
 
 /// What implements the [host functions](HostFn): all of them by one method, so that every engine,
 /// native or not, reaches the same implementation.
@@ -12,6 +12,18 @@ pub trait Host {
     /// [signature](HostFn::signature) says: integers zero-extended, floating point as its bits,
     /// the unused ones 0.
     fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64;
+
+    /// Until when the scan may run; `None` if it may take any time. An engine asks at the beginning of
+    /// a scan.
+    fn time_limit(&self) -> Option<TimeLimit> {
+        None
+    }
+
+    /// Is asked when the scan is late: gives a later [limit](TimeLimit::limit), or `None` if the scan
+    /// must be stopped. It is then, with the trap [`TrapCode::Watchdog`](crate::TrapCode::Watchdog).
+    fn extend_time(&mut self) -> Option<u64> {
+        None
+    }
 }
 
 /// What a scan works on.

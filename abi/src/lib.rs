@@ -35,6 +35,7 @@ extern crate alloc;
 
 pub mod code;
 pub mod context;
+pub mod deadline;
 pub mod engine;
 pub mod function_marker;
 pub mod host;
@@ -56,6 +57,7 @@ pub mod unwind;
 
 pub use code::{Code, CodeError, CodeLine, CodeMemory, CodeParts, FunctionRange};
 pub use context::{RawOutcome, ScanContext};
+pub use deadline::{Deadline, TimeLimit};
 pub use engine::{Engine, Host, ResumePoint, Scan};
 pub use host::{HostFn, HostType, IntegerForm};
 pub use natural_order::natural_cmp;

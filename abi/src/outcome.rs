@@ -47,6 +47,8 @@ trap_codes! {
     CallDepth = 3, "call_depth";
     /// A host function panicked: an error in plcc, never in a program (`INTERNAL ERROR`).
     HostPanic = 4, "host_panic";
+    /// The scan took longer than the watchdog allows (`WATCHDOG`; NCT: `PLC TIMEOUT`).
+    Watchdog = 5, "watchdog";
 }
 
 impl TrapCode {

@@ -68,6 +68,7 @@ Examples:
   plcc check lathe.pmi
   plcc check machine/ --controller turbo
   plcc check --message-format json sample.plc | jq .code
+  plcc check --bound lathe.pmi | jq '{entry, operations}'
   generate | plcc check - --dialect pmi")]
     Check(CheckArgs),
 
@@ -345,6 +346,12 @@ pub(crate) struct CheckArgs {
     /// what forces the latter
     #[arg(long)]
     pub(crate) explain_arithmetic: bool,
+
+    /// Prints for each entry point how many operations of the intermediate representation one scan can
+    /// execute at most, after optimisation, and the lines on the way, an object of JSON a line; `null`
+    /// and the line of the loop where a loop has no bound
+    #[arg(long, conflicts_with = "explain_arithmetic")]
+    pub(crate) bound: bool,
 
     /// How diagnostics are written: for people, or as JSON for programs
     #[arg(long, value_name = "FORMAT", default_value = "human")]

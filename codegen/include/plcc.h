@@ -4,7 +4,7 @@
  * says as text what is where in it. A scan of a task:
  *
  *     static uint8_t image[...];
- *     struct plcc_context context = { image, my_host, my_data };
+ *     struct plcc_context context = { image, my_host, my_data, 0, 0 };
  *     struct plcc_task task = plcc_task_at(0);
  *     switch (plcc_scan(&task, &context)) { ... }
  *
@@ -39,6 +39,12 @@ struct plcc_context {
                      uint64_t);
     /* For the host function; compiled code does not use it. */
     void *host_data;
+    /* A watchdog of the caller's: the scan is stopped, with the trap 5, once *epoch has reached limit.
+     * Another thread may write *epoch. Compiled code looks at it where it jumps back, plcc_scan between
+     * two chunks. Code that jumps back (NCT's does) needs an address here; plcc_scan puts that of a
+     * number that stays 0 in the place of a null pointer. */
+    const volatile uint64_t *epoch;
+    uint64_t limit;
 };
 
 /* How a scan ended. */
@@ -121,8 +127,16 @@ static inline enum plcc_outcome PLCC_NAME(trapped)(struct plcc_task *task, uint6
 static inline enum plcc_outcome PLCC_NAME(scan)(struct plcc_task *task,
                                                 const struct plcc_context *context)
 {
+    static const volatile uint64_t never = 0;
+    struct plcc_context unlimited;
     uint32_t label = task->next;
     task->next = task->start;
+    if (!context->epoch) {
+        unlimited = *context;
+        unlimited.epoch = &never;
+        unlimited.limit = 1;
+        context = &unlimited;
+    }
     for (;;) {
         uint64_t (*chunk)(const struct plcc_context *, uint32_t);
         uint64_t outcome;
@@ -134,6 +148,10 @@ static inline enum plcc_outcome PLCC_NAME(scan)(struct plcc_task *task,
         label = (uint32_t)outcome;
         switch (outcome >> 32 & 0xFF) {
         case 0: /* goes on at the label */
+            if (*context->epoch >= context->limit) {
+                task->trap = 5;
+                return PLCC_TRAP;
+            }
             break;
         case PLCC_END:
             return PLCC_END;

@@ -2,11 +2,14 @@
 //! calls; the same in the interpreter and in native code however the program is cut.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use plcc_abi::engine::NoHost;
 use plcc_abi::pmi::PmiTables;
 use plcc_abi::{
     Code, Engine, Host, HostFn, MissingElement, Outcome, Program, Region, ResumePoint, Scan,
-    SourceLine, Tables, Trap, TrapCode, TrapSite, image,
+    SourceLine, Tables, TimeLimit, Trap, TrapCode, TrapSite, image,
 };
 use plcc_codegen::{Target, compile};
 use plcc_ir::interp::Interpreter;
@@ -437,5 +440,138 @@ fn code_is_not_run_on_an_image_or_program_that_does_not_fit() {
     let foreign = Target::baseline("aarch64-unknown-linux-gnu").unwrap();
     if std::env::consts::ARCH != "aarch64" {
         refuse(&compile(&module, &foreign).unwrap(), &program);
+    }
+}
+
+/// A host that makes the scan late in one of its calls, and gives it more time as often as it is told.
+struct Clockwork {
+    time: TimeLimit,
+    calls: u64,
+    /// The call, counted from 1, in which the time is up.
+    late_at: u64,
+    extensions: u64,
+}
+
+impl Clockwork {
+    fn new(late_at: u64, extensions: u64) -> Self {
+        let time = TimeLimit { epoch: Arc::new(AtomicU64::new(0)), limit: 1 };
+        Self { time, calls: 0, late_at, extensions }
+    }
+}
+
+impl Host for Clockwork {
+    fn call(&mut self, image: &mut [u8], _: HostFn, _: [u64; 4]) -> u64 {
+        self.calls += 1;
+        image::write_u64(image, 40, self.calls);
+        if self.calls >= self.late_at {
+            self.time.epoch.fetch_add(1, Ordering::Relaxed);
+        }
+        1
+    }
+
+    fn time_limit(&self) -> Option<TimeLimit> {
+        Some(self.time.clone())
+    }
+
+    fn extend_time(&mut self) -> Option<u64> {
+        self.extensions = self.extensions.checked_sub(1)?;
+        Some(self.time.epoch.load(Ordering::Relaxed) + 1)
+    }
+}
+
+/// Stores behind the call that was too late are undone, so that every engine leaves the same image.
+#[test]
+fn a_scan_ends_behind_the_host_function_in_which_its_time_is_up() {
+    let make = |b: &mut ChunkBuilder| {
+        let start = b.place();
+        b.bind(start);
+        b.task("t", start);
+        for line in 1..=9 {
+            statement(b, line);
+            b.ins().host_call(HostFn::PmacSave, &[]);
+            add(b, 0, 1);
+        }
+        b.ret();
+    };
+    for (name, mut engine) in engines(make) {
+        for (late_at, extensions, calls) in [(3, 0, 3), (3, 2, 5), (9, 0, 9), (10, 0, 9)] {
+            let mut image = [0; IMAGE as usize];
+            let mut host = Clockwork::new(late_at, extensions);
+            let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut host });
+            let ends = late_at == 10;
+            let expected = if ends { Outcome::End } else { Outcome::trap(TrapCode::Watchdog) };
+            assert_eq!(outcome, expected, "{name}, late in call {late_at}");
+            assert_eq!(host.calls, calls, "{name}, late in call {late_at}");
+            let words = (image::read_u64(&image, 40), image::read_u32(&image, 0));
+            let stores = if ends { 9 } else { calls as u32 - 1 };
+            assert_eq!(words, (calls, stores), "{name}, late in call {late_at}");
+        }
+    }
+}
+
+/// Code that asks whether it is late leaves a loop of its own accord; a loop that leads from chunk to
+/// chunk is ended by the engine.
+#[test]
+fn endless_loops_end_when_the_time_is_up() {
+    let make = |b: &mut ChunkBuilder| {
+        let (start, top, out) = (b.place(), b.place(), b.place());
+        let (next, round) = (b.place(), b.place());
+        b.bind(start);
+        b.task("asks", start);
+        b.bind(top);
+        statement(b, 1);
+        add(b, 0, 1);
+        let late = b.ins().is_late();
+        b.brif(late, out, top);
+        b.bind(out);
+        statement(b, 2);
+        add(b, 4, 1);
+        b.ret();
+        b.bind(next);
+        b.task("goes on", next);
+        b.bind(round);
+        statement(b, 3);
+        add(b, 8, 1);
+        b.jump(round);
+    };
+    for (name, mut engine) in engines(make) {
+        let mut image = [0; IMAGE as usize];
+        let mut host = Clockwork::new(1, 0);
+        let late = std::thread::spawn({
+            let epoch = Arc::clone(&host.time.epoch);
+            move || {
+                std::thread::sleep(std::time::Duration::from_millis(1));
+                epoch.store(1, Ordering::Relaxed);
+            }
+        });
+        // Where each statement is a chunk of its own, both loops lead from chunk to chunk.
+        let small = name.ends_with(" 1");
+        let mut scan = Scan { image: &mut image, host: &mut host };
+        let outcome = engine.call(0, None, &mut scan);
+        late.join().unwrap();
+        let expected = if small { Outcome::trap(TrapCode::Watchdog) } else { Outcome::End };
+        assert_eq!(outcome, expected, "{name}");
+        assert!(image::read_u32(&image, 0) > 0, "{name}");
+        if small {
+            let mut scan = Scan { image: &mut image, host: &mut host };
+            let outcome = engine.call(1, None, &mut scan);
+            assert_eq!(outcome, Outcome::trap(TrapCode::Watchdog), "{name}");
+            assert!(image::read_u32(&image, 8) <= 1, "{name}");
+        } else {
+            assert_eq!(image::read_u32(&image, 4), 1, "{name}");
+        }
+    }
+}
+
+/// The next scan has a later limit, so that an epoch stored for the one before does not stop it.
+#[test]
+fn an_epoch_of_an_earlier_scan_stops_nothing() {
+    for (name, mut engine) in engines(calls) {
+        let mut host = Clockwork::new(99, 0);
+        host.time.epoch.store(7, Ordering::Relaxed);
+        host.time.limit = 8;
+        let mut image = [0; IMAGE as usize];
+        let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut host });
+        assert_eq!(outcome, Outcome::End, "{name}");
     }
 }

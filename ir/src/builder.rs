@@ -239,6 +239,11 @@ impl FuncBuilder {
         self.push(InstData::Store { at, value });
     }
 
+    /// Appends the question whether the scan has taken longer than it may; gives an `i1`.
+    pub fn is_late(&mut self) -> Value {
+        self.push_with_result(InstData::IsLate)
+    }
+
     /// Appends a call of a host function with the arguments of its signature; gives its result if
     /// it has one. No host function takes more than four arguments; if there are more, nothing is
     /// appended and the result is `None`.

@@ -342,7 +342,7 @@ impl FuncData {
             InstData::Fconst { .. } => Some(Type::F64),
             InstData::Unary { arg, .. } => Some(self.ty(*arg)),
             InstData::Binary { args, .. } | InstData::Select { args, .. } => Some(self.ty(args[0])),
-            InstData::Icmp { .. } | InstData::Fcmp { .. } => Some(Type::I1),
+            InstData::Icmp { .. } | InstData::Fcmp { .. } | InstData::IsLate => Some(Type::I1),
             InstData::Convert { to, .. } => Some(*to),
             InstData::Store { .. } => None,
             InstData::HostCall { function, .. } => function.signature().1.map(|ty| match ty {

@@ -15,6 +15,7 @@
 //! | choice | `select` | an `i1` and two of one type |
 //! | conversions | [`ConvertOp`] | from one type to another |
 //! | process image | `load`, `store` | an [`Address`] |
+//! | time | `is_late` | gives an `i1` |
 //! | host | `hostcall` | the [signature](HostFn::signature) of the [`HostFn`] |
 
 use std::ops::Range;
@@ -419,6 +420,9 @@ pub enum InstData {
         /// The value.
         value: Value,
     },
+    /// Whether the scan has taken longer than it may, an `i1`: the [epoch](plcc_abi::deadline) has
+    /// reached the scan's limit. Code that jumps back asks this, and leaves if it is true.
+    IsLate,
     /// A call of a host function. There is a result if its [signature](HostFn::signature) has one.
     HostCall {
         /// The function.
@@ -438,7 +442,7 @@ impl InstData {
     /// Calls `f` for each operand, in their order; `f` may replace it.
     pub fn for_each_arg_mut(&mut self, mut f: impl FnMut(&mut Value)) {
         match self {
-            Self::Iconst { .. } | Self::Fconst { .. } => {}
+            Self::Iconst { .. } | Self::Fconst { .. } | Self::IsLate => {}
             Self::Unary { op: _, arg } | Self::Convert { op: _, to: _, arg } => f(arg),
             Self::Binary { op: _, args }
             | Self::Icmp { cond: _, args }
@@ -457,10 +461,11 @@ impl InstData {
     }
 
     /// Whether the instruction does more than give a result, so that it must stay even if its
-    /// result is not used: stores, volatile loads, and calls of host functions that are not pure.
+    /// result is not used: stores, volatile loads, and calls of host functions that are not pure. `IsLate`
+    /// is among them, since it may give another result each time.
     pub fn has_effect(&self) -> bool {
         match self {
-            Self::Store { .. } => true,
+            Self::Store { .. } | Self::IsLate => true,
             Self::Load { ty: _, at } => at.volatile,
             Self::HostCall { function, args: _ } => !function.is_pure(),
             _ => false,

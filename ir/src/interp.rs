@@ -5,7 +5,9 @@
 
 use std::sync::Arc;
 
-use plcc_abi::{Engine, HostType, Outcome, ResumeLabels, ResumePoint, Scan, TrapCode, image};
+use plcc_abi::{
+    Deadline, Engine, HostType, Outcome, ResumeLabels, ResumePoint, Scan, TrapCode, image,
+};
 
 use crate::{Address, Block, Func, FuncData, InstData, Module, Terminator, Type, Value, eval};
 
@@ -18,6 +20,10 @@ pub struct Interpreter {
     tasks: Vec<ResumeLabels>,
     /// The values of the function that is executed.
     values: Vec<i64>,
+    /// Until when the scan that is executed may run.
+    deadline: Deadline,
+    /// How many operations have been executed.
+    operations: u64,
 }
 
 /// The outcome where a label, resume point or trap site does not exist.
@@ -37,7 +43,13 @@ impl Interpreter {
         let module = module.into();
         let labels = module.label_targets();
         let tasks = module.tasks.iter().map(ResumeLabels::new).collect();
-        Self { module, labels, tasks, values: vec![] }
+        Self { module, labels, tasks, values: vec![], deadline: Deadline::new(None), operations: 0 }
+    }
+
+    /// How many operations have been executed since the engine was made: instructions and ends of
+    /// blocks, as [`bounds`](crate::bound::bounds) counts them.
+    pub fn operations(&self) -> u64 {
+        self.operations
     }
 
     fn set(&mut self, value: Value, bits: i64) {
@@ -59,8 +71,13 @@ impl Interpreter {
         self.values.resize(func.value_count(), 0);
         loop {
             let data = func.block(block);
+            self.operations = self.operations.saturating_add(data.insts.len() as u64 + 1);
             for &inst in &data.insts {
-                let result = self.execute(func, func.inst(inst), scan);
+                let data = func.inst(inst);
+                let result = self.execute(func, data, scan);
+                if matches!(data, InstData::HostCall { .. }) && self.deadline.is_over(scan.host) {
+                    return Exit::Done(Outcome::trap(TrapCode::Watchdog));
+                }
                 if let Some(value) = func.result(inst) {
                     self.set(value, result);
                 }
@@ -136,6 +153,7 @@ impl Interpreter {
                 write(scan.image, self.image_offset(at), func.ty(value), self.get(value));
                 0
             }
+            InstData::IsLate => i64::from(self.deadline.is_late()),
             InstData::HostCall { function, args } => {
                 let mut words = [0; 4];
                 for (word, &arg) in words.iter_mut().zip(args.as_slice()) {
@@ -190,6 +208,7 @@ impl Engine for Interpreter {
         let module = Arc::clone(&self.module);
         let Some(labels) = self.tasks.get(task) else { return Outcome::End };
         let Some(mut label) = labels.label(from) else { return BAD_LABEL };
+        self.deadline = Deadline::new(scan.host.time_limit());
         loop {
             let Some((func, block)) = self.labels.get(label as usize).copied().flatten() else {
                 return BAD_LABEL;
@@ -198,6 +217,9 @@ impl Engine for Interpreter {
                 return BAD_LABEL;
             };
             match self.run_function(func, block, task, scan) {
+                Exit::Goto(_) if self.deadline.is_over(scan.host) => {
+                    return Outcome::trap(TrapCode::Watchdog);
+                }
                 Exit::Goto(next) => label = next,
                 Exit::Done(outcome) => return outcome,
             }

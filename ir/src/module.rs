@@ -7,6 +7,7 @@
 
 use plcc_abi::{Task, TrapSite};
 
+use crate::bound::ReturnStack;
 use crate::passes::PassSet;
 use crate::{Block, Func, FuncData, Label, RegionId};
 
@@ -60,6 +61,9 @@ pub struct Module {
     /// The passes that [`optimize`](crate::passes::optimize) could run, and the techniques that code
     /// generation may use; none before the module is optimised.
     pub passes: PassSet,
+    /// Where subroutines find out where to return to, if the program has any. Code does not need it;
+    /// it is for [`bounds`](crate::bound::bounds), and the text form does not have it.
+    pub return_stack: Option<ReturnStack>,
 }
 
 impl Module {

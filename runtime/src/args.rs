@@ -15,6 +15,7 @@ pub use crate::pmac::PmacArgs;
 pub use crate::pmi::PmiArgs;
 use crate::run::OverrunPolicy;
 use crate::safe_outputs::SafeOutput;
+use crate::watchdog::WatchdogLimit;
 
 /// The settings of the control; part of [`RunArgs`], and of other commands that execute programs.
 /// Each language has its own options.
@@ -128,6 +129,12 @@ pub struct RunArgs {
     #[arg(long, value_name = "WHAT,WHAT…", value_delimiter = ',', requires = "socket")]
     pub allow: Vec<Permission>,
 
+    /// How long a scan of any task may take on the clock before the program is stopped: 50ms, 500us, 1s.
+    /// In real time three periods of the control, at least 50ms, without this option; `off` is no limit.
+    /// In simulated time there is none without it
+    #[arg(long, value_name = "TIME|off", value_parser = watchdog)]
+    pub watchdog: Option<WatchdogLimit>,
+
     /// What a physical output becomes when the program is stopped or a signal ends the run; without
     /// this option it is switched off. May be given several times
     #[arg(long, value_name = "NAME=off|hold|VALUE")]
@@ -202,16 +209,28 @@ fn ticks(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| "a whole number of ticks is expected, as in 500".into())
 }
 
+/// The watchdog's limit: a time with its unit, or none.
+fn watchdog(text: &str) -> Result<WatchdogLimit, String> {
+    if text.trim().eq_ignore_ascii_case("off") {
+        return Ok(WatchdogLimit::Off);
+    }
+    match duration(text)? {
+        time if time.is_zero() => Err("it is more than 0; `off` is no limit".into()),
+        time => Ok(WatchdogLimit::Time(time)),
+    }
+}
+
 /// A time with its unit.
 fn duration(text: &str) -> Result<Duration, String> {
     let at = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
     let (number, unit) = text.split_at(at);
     let unit = match unit.trim() {
+        "us" => 0.000_001,
         "ms" => 0.001,
         "s" => 1.0,
         "m" | "min" => 60.0,
         "h" => 3600.0,
-        _ => return Err("a number and ms, s, m or h are expected, as in 5s or 200ms".into()),
+        _ => return Err("a number and us, ms, s, m or h are expected, as in 5s or 200ms".into()),
     };
     let number = decimal(number.trim()).ok_or("it does not begin with a number, as in 5s")?;
     seconds(number, unit).ok_or_else(|| "that is too long".into())
@@ -226,6 +245,17 @@ mod tests {
         assert_eq!(ticks("500"), Ok(500));
         for text in ["ten", "-1", "1.5", "", "18446744073709551616"] {
             assert!(ticks(text).is_err_and(|why| why.contains("whole number")), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_watchdog_has_a_time_or_none() {
+        let ms = |ms| Ok(WatchdogLimit::Time(Duration::from_millis(ms)));
+        assert_eq!(watchdog("50ms"), ms(50));
+        assert_eq!(watchdog("1500us").ok(), Some(WatchdogLimit::Time(Duration::from_micros(1500))));
+        assert_eq!(watchdog("OFF"), Ok(WatchdogLimit::Off));
+        for text in ["0ms", "", "50", "on", "-1s"] {
+            assert!(watchdog(text).is_err(), "{text}");
         }
     }
 

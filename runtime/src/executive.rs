@@ -4,6 +4,8 @@ use std::any::Any;
 use std::fmt;
 use std::ops::Range;
 
+use std::time::Duration;
+
 use plcc_abi::nct::NctName;
 use plcc_abi::pmac::PmacName;
 use plcc_abi::{Engine, SourceLine, TrapCode};
@@ -13,6 +15,7 @@ use crate::pmi::PmiVariable;
 use crate::retain::Restored;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
+use crate::watchdog::Watchdog;
 use crate::{CheckpointError, Event, Value};
 
 /// A variable that an executive has found by its name; valid for that executive alone.
@@ -233,6 +236,15 @@ pub trait Executive {
     /// # Errors
     /// When it has another form; nothing is changed then.
     fn restore(&mut self, retained: &[u8]) -> Result<Restored, String>;
+
+    /// The shortest time that the control itself gives a task in real time, if it limits any.
+    fn shortest_time_limit(&self) -> Option<Duration> {
+        None
+    }
+
+    /// Has every scan watched from now on: a program is stopped if a scan takes longer than the
+    /// watchdog's limit.
+    fn set_watchdog(&mut self, watchdog: Watchdog);
 
     /// The process image.
     fn image(&self) -> &[u8];

@@ -66,6 +66,7 @@ pub mod socket;
 pub mod supervisor;
 pub mod swap;
 pub mod value;
+pub mod watchdog;
 
 pub use artifact::{Artifact, ArtifactError};
 pub use checkpoint::CheckpointError;

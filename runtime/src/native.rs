@@ -6,14 +6,14 @@
 //! by returning.
 #![allow(unsafe_code)]
 
-use std::ffi::c_void;
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use memmap2::{Mmap, MmapMut};
 use plcc_abi::context::ChunkFn;
 use plcc_abi::{
-    Code, CodeMemory, Engine, Host, HostFn, Outcome, Program, RawOutcome, ResumeLabels,
+    Code, CodeMemory, Deadline, Engine, Host, HostFn, Outcome, Program, RawOutcome, ResumeLabels,
     ResumePoint, Scan, ScanContext, TrapCode, TrapSite,
 };
 use thiserror::Error;
@@ -184,10 +184,26 @@ struct HostCallState<'a> {
     image: *mut u8,
     image_len: usize,
     host: &'a mut dyn Host,
-    /// The image as it was when a host function panicked. Compiled code can't be left there: it
-    /// runs on to the end of its chunk with 0 as every result, and what it stores until then is
-    /// undone with this copy.
-    image_at_panic: Option<Vec<u8>>,
+    /// Until when the scan may run.
+    deadline: Deadline,
+    /// Why the scan ended in a host function, and the image as it was then. Compiled code can't be
+    /// left there: it runs on to the end of its chunk with 0 as every result, and what it stores until
+    /// then is undone with this copy. (Code that jumps back leaves its chunk when the scan is late.)
+    left: Option<(TrapCode, Vec<u8>)>,
+}
+
+impl HostCallState<'_> {
+    /// Whether the scan must be stopped since it took too long. If it is given more time instead, the
+    /// context gets the new limit.
+    #[inline]
+    fn is_over(&mut self, context: &ScanContext) -> bool {
+        if !self.deadline.is_late() {
+            return false;
+        }
+        let is_over = self.deadline.is_over(self.host);
+        context.limit.store(self.deadline.limit(), Ordering::Relaxed);
+        is_over
+    }
 }
 
 impl Engine for NativeEngine {
@@ -202,14 +218,13 @@ impl Engine for NativeEngine {
         let Some(mut label) = labels.label(from) else { return Outcome::trap(TrapCode::BadLabel) };
         let image = scan.image.as_mut_ptr();
         let image_len = scan.image.len();
+        let deadline = Deadline::new(scan.host.time_limit());
+        let (epoch, limit) = (deadline.epoch(), AtomicU64::new(deadline.limit()));
         let mut call =
-            HostCallState { image, image_len, host: &mut *scan.host, image_at_panic: None };
-        let context = ScanContext {
-            image,
-            host: host_call,
-            host_data: std::ptr::from_mut(&mut call).cast::<c_void>(),
-        };
-        let context = std::ptr::from_ref(&context);
+            HostCallState { image, image_len, host: &mut *scan.host, deadline, left: None };
+        let host_data = std::ptr::from_mut(&mut call);
+        let context =
+            ScanContext { image, host: host_call, host_data: host_data.cast(), epoch, limit };
         loop {
             let Some(entry) = self.entries.get(label as usize) else {
                 return Outcome::trap(TrapCode::BadLabel);
@@ -217,14 +232,21 @@ impl Engine for NativeEngine {
             // SAFETY: the code was made for images of `image_size`, and this one is as long
             // (checked above); context, host function and data belong together and live until it
             // returns. Nothing else touches the image meanwhile.
-            let raw = RawOutcome(unsafe { entry(context, label) });
-            if let Some(image) = call.image_at_panic.take() {
-                self.host_panicked = true;
+            let raw = RawOutcome(unsafe { entry(&raw const context, label) });
+            // SAFETY: the pointer is that of `call`, which outlives it; no compiled code runs now, and
+            // the reference ends before any does again.
+            let call = unsafe { &mut *host_data };
+            if let Some((code, image)) = call.left.take() {
+                self.host_panicked = code == TrapCode::HostPanic;
                 // Both have the length of the image that this call was given.
                 scan.image.copy_from_slice(&image);
-                return Outcome::trap(TrapCode::HostPanic);
+                return Outcome::trap(code);
             }
             match raw.kind() {
+                // Where chunks go round for ever, the scan is ended here.
+                RawOutcome::GOTO if call.is_over(&context) => {
+                    return Outcome::trap(TrapCode::Watchdog);
+                }
                 RawOutcome::GOTO => label = raw.payload(),
                 RawOutcome::END => return Outcome::End,
                 RawOutcome::SUSPEND => {
@@ -239,7 +261,7 @@ impl Engine for NativeEngine {
 
 /// What compiled code calls. A panic must not cross compiled code: it is caught here, and from then
 /// on every call does nothing and gives 0, until the loop in [`Engine::call`] has control again and
-/// traps.
+/// traps. The same happens when a function was done too late.
 ///
 /// # Safety
 /// Only compiled code calls it, with the context that [`Engine::call`] has given to it.
@@ -257,21 +279,29 @@ unsafe extern "C" fn host_call(
     // twice: a host gets the image as a slice and has no way back into the code.
     let call = unsafe { &mut *(*context).host_data.cast::<HostCallState<'_>>() };
     let Some(function) = HostFn::from_number(function) else { return 0 };
-    if call.image_at_panic.is_some() {
+    if call.left.is_some() {
         return 0;
     }
     // SAFETY: pointer and length come from the `&mut [u8]` that `Engine::call` borrows for the
     // whole call and does not use meanwhile; compiled code is waiting for this function.
     let image = unsafe { std::slice::from_raw_parts_mut(call.image, call.image_len) };
-    let host = &mut *call.host;
+    // SAFETY: as above; nothing writes to the context but this function, to the atomic number in it.
+    let context = unsafe { &*context };
     // The host is not called again after a panic, so nobody sees what it left half done.
-    let result = catch_unwind(AssertUnwindSafe(|| host.call(image, function, [a, b, c, d])));
+    let result = catch_unwind(AssertUnwindSafe(|| {
+        let result = call.host.call(image, function, [a, b, c, d]);
+        (result, call.is_over(context))
+    }));
     match result {
-        Ok(result) => result,
+        Ok((result, false)) => result,
+        Ok((_, true)) => {
+            call.left = Some((TrapCode::Watchdog, image.to_vec()));
+            0
+        }
         Err(payload) => {
             // A payload may panic when it is dropped, which would leave this function.
             std::mem::forget(payload);
-            call.image_at_panic = Some(image.to_vec());
+            call.left = Some((TrapCode::HostPanic, image.to_vec()));
             0
         }
     }

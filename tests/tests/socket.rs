@@ -59,7 +59,7 @@ impl Shop {
         let file = sources.add(name, source.as_bytes());
         let options = Options::default();
         let (checked, diagnostics) =
-            compile::check(&mut sources, &[file], dialect, &Disk::default(), &options);
+            compile::check(&mut sources, &[file], dialect, &Disk, &options);
         let checked = checked.unwrap_or_else(|| panic!("{diagnostics:?}"));
         let lowered = checked.optimized(OptLevel::Speed).unwrap();
         let code = compile::code(&lowered, &Target::host_baseline().unwrap()).unwrap();

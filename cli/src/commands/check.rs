@@ -11,6 +11,7 @@ use plcc_frontend::language;
 use plcc_runtime::files::why_not_read;
 
 use crate::args::{CheckArgs, FormatArg};
+use crate::commands::bound;
 use crate::compile::Checked;
 use crate::disk::existing_path;
 use crate::failure::{DONE, ERRORS, Failure, USAGE};
@@ -43,6 +44,9 @@ impl Results {
 }
 
 pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
+    if args.bound {
+        return bound::bound(args, report);
+    }
     let (folders, files): (Vec<_>, Vec<PathBuf>) =
         args.paths.iter().cloned().partition(|path| path.is_dir());
     let mut results = Results::default();

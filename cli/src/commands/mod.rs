@@ -1,6 +1,7 @@
 //! The commands, a file each.
 
 pub(crate) mod bench;
+pub(crate) mod bound;
 pub(crate) mod build;
 pub(crate) mod check;
 pub(crate) mod completions;

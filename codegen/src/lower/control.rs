@@ -1,10 +1,12 @@
 //! Control flow: how a function gets to the block of the label that it is entered with, and how
 //! blocks end.
 
+use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{
-    Block as ClifBlock, BlockArg, InstBuilder, JumpTableData, SourceLoc, Value as ClifValue, types,
+    Block as ClifBlock, BlockArg, InstBuilder, JumpTableData, MemFlagsData, SourceLoc,
+    Value as ClifValue, types,
 };
-use plcc_abi::{RawOutcome, TrapCode};
+use plcc_abi::{RawOutcome, ScanContext, TrapCode};
 use plcc_ir::{BinaryOp, BlockCall, ConvertOp, InstData, Label, Terminator, Type, Value};
 
 use super::{InvalidIr, LowerResult, Lowering};
@@ -60,7 +62,6 @@ impl Lowering<'_> {
 
     /// Enters by a binary search, for labels that are far apart.
     fn enter_by_search(&mut self, label: ClifValue) -> LowerResult<()> {
-        use cranelift_codegen::ir::condcodes::IntCC;
         let entries = self.func.entries();
         let mut pending = vec![(None, entries)];
         while let Some((block, range)) = pending.pop() {
@@ -173,6 +174,20 @@ impl Lowering<'_> {
         let high = self.builder.ins().ishl_imm_u(kind, 32);
         let outcome = self.builder.ins().bor(high, index);
         self.builder.ins().return_(&[outcome]);
+    }
+
+    /// Whether the epoch has reached the scan's limit; both can change while the code runs.
+    pub(super) fn is_late(&mut self) -> ClifValue {
+        let pointer = self.builder.func.dfg.value_type(self.context);
+        let fixed = MemFlagsData::trusted().with_readonly();
+        let epoch = std::mem::offset_of!(ScanContext, epoch) as i32;
+        let epoch = self.builder.ins().load(pointer, fixed, self.context, epoch);
+        let limit = std::mem::offset_of!(ScanContext, limit) as i64;
+        let limit = self.builder.ins().iadd_imm_s(self.context, limit);
+        let shared = MemFlagsData::trusted();
+        let epoch = self.builder.ins().atomic_load(types::I64, shared, epoch);
+        let limit = self.builder.ins().atomic_load(types::I64, shared, limit);
+        self.builder.ins().icmp(IntCC::UnsignedGreaterThanOrEqual, epoch, limit)
     }
 
     /// A truth value to branch by: 0 for false, anything else for true. A single bit of a word is

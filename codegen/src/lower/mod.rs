@@ -275,6 +275,7 @@ impl Lowering<'_> {
                 self.store(at, value)?;
                 None
             }
+            InstData::IsLate => Some(self.is_late()),
             InstData::HostCall { function, args } => self.host_call(function, args.as_slice())?,
         };
         match (self.func.result(inst), result) {

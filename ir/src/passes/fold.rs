@@ -167,7 +167,7 @@ impl Fold<'_> {
                 let mut fixed = *data;
                 self.fix_constant_index(&mut fixed).then_some(Simpler::Inst(fixed))
             }
-            InstData::Store { .. } | InstData::HostCall { .. } => None,
+            InstData::Store { .. } | InstData::HostCall { .. } | InstData::IsLate => None,
         }
     }
 

@@ -234,7 +234,10 @@ fn inst_cost(func: &FuncData, data: &InstData) -> Option<u32> {
             Some(if at.index.is_some() { 3 } else { 1 })
         }
         InstData::Store { at, value: _ } if !at.volatile && at.index.is_none() => Some(STORE_COST),
-        InstData::Load { .. } | InstData::Store { .. } | InstData::HostCall { .. } => None,
+        InstData::Load { .. }
+        | InstData::Store { .. }
+        | InstData::HostCall { .. }
+        | InstData::IsLate => None,
     }
 }
 

@@ -307,6 +307,7 @@ fn operation<'t>() -> impl Grammar<'t, InstData> {
     let fcmp = keyword("fcmp").ignore_then(floats).then(pair());
     let select = keyword("select").ignore_then(value()).then_ignore(sign(',')).then(pair());
     let load = keyword("load").ignore_then(address());
+    let is_late = keyword("is_late").map(|_| InstData::IsLate);
     choice((
         load.map(|at| InstData::Load { ty: PLACEHOLDER, at }),
         binary.map(|(op, args)| InstData::Binary { op, args }),
@@ -317,6 +318,7 @@ fn operation<'t>() -> impl Grammar<'t, InstData> {
         fconst.map(|bits| InstData::Fconst { bits }),
         fcmp.map(|(cond, args)| InstData::Fcmp { cond, args }),
         select.map(|(cond, args)| InstData::Select { cond, args }),
+        is_late,
     ))
 }
 

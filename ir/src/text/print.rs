@@ -207,6 +207,7 @@ impl<'a> Printer<'a> {
             InstData::Store { at, value: stored } => {
                 write!(out, "store {}, {}", self.address(&at), value(stored))
             }
+            InstData::IsLate => write!(out, "is_late"),
             InstData::HostCall { function, args } => {
                 write!(out, "hostcall {}({})", function.name(), self.values(args.as_slice()))
             }

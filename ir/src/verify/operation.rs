@@ -119,6 +119,7 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
         }
         InstData::Load { ty, at } => access_mistake(module, func, &at, ty, false),
         InstData::Store { at, value } => access_mistake(module, func, &at, ty(value), true),
+        InstData::IsLate => None,
         InstData::HostCall { function, args } => {
             let (wanted, _) = function.signature();
             let given = args.as_slice();

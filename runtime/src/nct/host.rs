@@ -1,18 +1,21 @@
 //! What an NCT program may call.
 
 use plcc_abi::nct::{FlagLocation, arithmetic::Operation};
-use plcc_abi::{Host, HostFn};
+use plcc_abi::{Host, HostFn, TimeLimit};
 
 use super::arithmetic_area;
 use super::memory::NcMemory;
 use super::operand::Locals;
 use super::search;
+use super::time::ModuleTime;
 
 /// The host of an NCT program, for one call of a module.
 #[derive(Debug)]
 pub(super) struct NctHost<'a> {
     pub(super) flags: &'a [FlagLocation],
     pub(super) memory: &'a mut NcMemory,
+    /// Until when the module may run, if there is a limit.
+    pub(super) time: Option<ModuleTime<'a>>,
 }
 
 impl Host for NctHost<'_> {
@@ -33,5 +36,13 @@ impl Host for NctHost<'_> {
             _ => {}
         }
         0
+    }
+
+    fn time_limit(&self) -> Option<TimeLimit> {
+        self.time.as_ref()?.limit()
+    }
+
+    fn extend_time(&mut self) -> Option<u64> {
+        self.time.as_ref()?.extend()
     }
 }

@@ -8,6 +8,7 @@ mod forces;
 mod host;
 mod image;
 mod memory;
+mod modules;
 mod operand;
 #[cfg(feature = "args")]
 mod options;
@@ -15,6 +16,7 @@ mod outputs;
 mod search;
 mod state;
 mod tick;
+mod time;
 mod transfer;
 mod validate;
 mod variables;

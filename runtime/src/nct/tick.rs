@@ -5,13 +5,14 @@ use std::time::{Duration, Instant};
 
 use plcc_abi::image::{read_u8, write_u8, write_u16};
 use plcc_abi::nct::{self, IMAGE_BYTES, LINE_BYTES, NctName, NctSettings, NctTables};
-use plcc_abi::{Engine, Outcome, Program, Scan, Tables, Trap, TrapCode};
+use plcc_abi::{Engine, Program, Tables, Trap, TrapCode};
 use thiserror::Error;
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity};
 use crate::executive::KeyOf;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
+use crate::watchdog::Watchdog;
 use crate::{
     Event, Executive, NameError, Place, Purpose, Restored, Setting, Stop, Value, ValueError,
     Variable, VariableKey,
@@ -19,11 +20,12 @@ use crate::{
 
 use super::events::Messages;
 use super::forces::Forces;
-use super::host::NctHost;
 use super::image::{Image, Module};
 use super::memory::NcMemory;
+use super::modules::{MAX_SAFEPOINTS, REAL_TIME_SLICE};
 use super::outputs;
 use super::state::State;
+use super::time::UsedBefore;
 use super::validate;
 use super::variables::{self, Names};
 
@@ -32,12 +34,6 @@ const SLICE_MS: u64 = 20;
 /// Slices in a second and in a minute.
 const SECOND: u64 = 50;
 const MINUTE: u64 = 3000;
-/// Safepoints that :001 and :002 may pass.
-const MAX_SAFEPOINTS: u32 = 1_000_000;
-/// Safepoints between two looks at the clock.
-const REAL_TIME_STEP: u32 = 1000;
-/// What :001 and :000 get of a slice in real time (NCT 1.2).
-const REAL_TIME_SLICE: Duration = Duration::from_millis(5);
 /// Y541 and Y546.
 const NO_SYNCHRONISATION: (usize, u8) = (54, 1);
 const LEVEL2_ENABLE: (usize, u8) = (54, 6);
@@ -76,16 +72,21 @@ pub struct NctExecutive {
     messages: Messages,
     pub(super) names: Names,
     pub(super) state: State,
-    forces: Forces,
+    pub(super) forces: Forces,
     identity: ProgramIdentity,
     /// The names of the program's sources.
     files: Vec<String>,
     has_level2: bool,
-    period_ms: u64,
+    pub(super) period_ms: u64,
     pub(super) boards: usize,
     safe_lines: SafeLines,
-    level0_safepoints: u32,
-    realtime: bool,
+    pub(super) level0_safepoints: u32,
+    pub(super) realtime: bool,
+    pub(super) watchdog: Option<Watchdog>,
+    pub(super) used_before: UsedBefore,
+    /// For each module, whether it used more than half of its last share of real time. :000 and :001
+    /// have one share.
+    took_long: [bool; nct::MODULES],
 }
 
 impl NctExecutive {
@@ -126,6 +127,9 @@ impl NctExecutive {
             boards: settings.boards.unwrap_or(4).min(4).into(),
             level0_safepoints: level0_safepoints.unwrap_or(10_000).max(1),
             realtime,
+            watchdog: None,
+            used_before: UsedBefore::default(),
+            took_long: [false; nct::MODULES],
         })
     }
 
@@ -179,94 +183,22 @@ impl NctExecutive {
         self.forces.apply_to_outputs(&mut self.image.bytes, self.image.places.lines_out);
     }
 
-    /// Calls a module once.
-    fn call(&mut self, engine: &mut dyn Engine, module: Module, fuel: u32, stops: bool) -> Outcome {
-        let State { modules, memory, resume, .. } = &mut self.state;
-        self.image.enter(modules, module, fuel, stops);
-        let mut host = NctHost { flags: &self.tables.flags, memory };
-        let mut scan = Scan { image: &mut self.image.bytes, host: &mut host };
-        let slot = resume.get_mut(module);
-        let from = slot.as_deref().copied().flatten();
-        let outcome = engine.call(module, from, &mut scan);
-        if let Some(slot) = slot {
-            *slot = outcome.resume_point();
-        }
-        self.image.leave(modules, module);
-        // A program may also store into the lines themselves.
-        self.forces.apply_to_outputs(&mut self.image.bytes, self.image.places.lines_out);
-        outcome
-    }
-
-    /// Runs a module that must come to its end.
-    fn run(&mut self, engine: &mut dyn Engine, module: Module) -> Result<(), Stop> {
-        let outcome = if self.realtime {
-            let limit = match module {
-                2 => Duration::from_millis(self.period_ms),
-                _ => REAL_TIME_SLICE,
-            };
-            let start = Instant::now();
-            loop {
-                match self.call(engine, module, REAL_TIME_STEP, false) {
-                    Outcome::Suspended(_) if start.elapsed() < limit => {}
-                    Outcome::Suspended(_) => break self.stop_at_safepoint(engine, module),
-                    outcome => break outcome,
-                }
-            }
-        } else {
-            self.call(engine, module, MAX_SAFEPOINTS, true)
-        };
-        match outcome {
-            Outcome::End | Outcome::Suspended(_) => Ok(()),
-            Outcome::Trap(trap) => Err(self.stop(module, trap)),
-        }
-    }
-
-    /// Lets a module that was suspended go on to its next safepoint, where it is stopped, by a trap
-    /// that names the statement, unless it comes to its end before.
-    fn stop_at_safepoint(&mut self, engine: &mut dyn Engine, module: Module) -> Outcome {
-        match self.call(engine, module, 1, true) {
-            Outcome::Suspended(_) => Outcome::trap(TrapCode::Timeout),
-            outcome => outcome,
-        }
-    }
-
-    /// Runs :000 for what is left of the slice that began at `start`.
-    fn run_level0(&mut self, engine: &mut dyn Engine, start: Instant) -> Result<(), Stop> {
-        self.image.show(&mut self.state.modules, true);
-        if self.state.level0_starts || !self.state.synchronised {
-            self.image.synchronise(&self.state.modules);
-        }
-        let outcome = loop {
-            let fuel = if self.realtime { REAL_TIME_STEP } else { self.level0_safepoints };
-            let outcome = self.call(engine, 0, fuel, false);
-            let time_left = self.realtime && start.elapsed() < REAL_TIME_SLICE;
-            if outcome.resume_point().is_none() || !time_left {
-                break outcome;
-            }
-        };
-        self.image.show(&mut self.state.modules, false);
-        match outcome {
-            Outcome::End => self.state.level0_starts = true,
-            Outcome::Suspended(_) => self.state.level0_starts = false,
-            Outcome::Trap(trap) => return Err(self.stop(0, trap)),
-        }
-        Ok(())
-    }
-
-    fn stop(&self, module: Module, Trap { code, statement, element: _ }: Trap) -> Stop {
+    /// Why a module was stopped.
+    pub(super) fn stop(&self, module: Module, Trap { code, statement, element: _ }: Trap) -> Stop {
         let place = statement.and_then(|statement| Place::new(&self.files, statement));
         let at = |before: &str| {
             place.as_ref().map_or_else(String::new, |place| format!("{before}{place}"))
         };
+        let by_clock = self.realtime || code == TrapCode::Watchdog;
         let (code, message) = match code {
-            TrapCode::Timeout if self.realtime => (
+            TrapCode::Timeout | TrapCode::Watchdog if by_clock => (
                 format!("PLC TIMEOUT{module}"),
                 format!(
                     "module :00{module} did not reach its J{module} within its time{}",
                     at("; then it jumped back or called in ")
                 ),
             ),
-            TrapCode::Timeout => (
+            TrapCode::Timeout | TrapCode::Watchdog => (
                 format!("PLC TIMEOUT{module}"),
                 format!(
                     "module :00{module} passed {MAX_SAFEPOINTS} backward jumps and calls without \
@@ -289,24 +221,48 @@ impl NctExecutive {
         Stop { code, message, place }
     }
 
+    /// A share of real time begins.
+    fn begin_share(&self, module: Module) -> Option<Instant> {
+        self.realtime.then(|| {
+            self.used_before.begin(self.took_long.get(module).is_some_and(|long| *long));
+            Instant::now()
+        })
+    }
+
+    /// A share of real time has ended, whose module may have taken long.
+    fn end_share(&mut self, module: Module, began: Option<Instant>, share: Duration) {
+        if let (Some(began), Some(long)) = (began, self.took_long.get_mut(module)) {
+            *long = began.elapsed() > share / 2;
+        }
+    }
+
+    /// Runs :002, in a share of its own.
+    fn run_level2(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
+        let began = self.begin_share(2);
+        self.run(engine, 2, began)?;
+        self.end_share(2, began, Duration::from_millis(self.period_ms));
+        Ok(())
+    }
+
     /// All modules of a tick.
     fn modules(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
         if self.has_level2 && self.output(LEVEL2_ENABLE) {
-            self.run(engine, 2)?;
+            self.run_level2(engine)?;
         }
-        let start = Instant::now();
+        let began = self.begin_share(1);
         self.count(1);
         self.latch();
-        self.run(engine, 1)?;
+        self.run(engine, 1, began)?;
         if self.state.tick == 0 {
             self.state.synchronised = !self.output(NO_SYNCHRONISATION);
         }
-        self.run_level0(engine, start)?;
+        self.run_level0(engine, began)?;
+        self.end_share(1, began, REAL_TIME_SLICE);
         self.drive_lines();
         if self.has_level2 {
             for _ in 1..SLICE_MS / self.period_ms {
                 if self.output(LEVEL2_ENABLE) {
-                    self.run(engine, 2)?;
+                    self.run_level2(engine)?;
                 }
             }
         }
@@ -448,6 +404,15 @@ impl Executive for NctExecutive {
         }
         // All programs have the same flags, so that there is nothing to tell.
         Ok(Restored { kept: retained.len(), ..Restored::default() })
+    }
+
+    fn shortest_time_limit(&self) -> Option<Duration> {
+        let level2 = self.has_level2.then(|| Duration::from_millis(self.period_ms));
+        Some(level2.unwrap_or(REAL_TIME_SLICE).min(REAL_TIME_SLICE))
+    }
+
+    fn set_watchdog(&mut self, watchdog: Watchdog) {
+        self.watchdog = Some(watchdog);
     }
 
     fn image(&self) -> &[u8] {

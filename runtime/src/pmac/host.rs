@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use plcc_abi::{
-    Host, HostFn,
+    Host, HostFn, TimeLimit,
     image::{read_u32, write_f64},
     pmac::{
         Definition, Kind, Layout, Memory, PlcOp, PmacTables, Space, Text, View, arithmetic::finite,
@@ -86,6 +86,8 @@ pub(super) struct Control {
     pub(super) saved_origin: Arc<Origin>,
     /// Another number whenever what SAVE keeps may have changed.
     pub(super) saved_revision: u64,
+    /// Until when the scan that runs may run, if there is a limit; set before each scan.
+    pub(super) time: Option<TimeLimit>,
 }
 
 impl Control {
@@ -101,6 +103,7 @@ impl Control {
             running: 0,
             events: Vec::with_capacity(64),
             saved_revision: next_revision(),
+            time: None,
         }
     }
 
@@ -264,5 +267,9 @@ impl Host for Control {
             }
             _ => pure_functions::call(function, args).unwrap_or(0),
         }
+    }
+
+    fn time_limit(&self) -> Option<TimeLimit> {
+        self.time.clone()
     }
 }

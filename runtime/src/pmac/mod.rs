@@ -41,6 +41,7 @@ use crate::checkpoint::{CheckpointError, ProgramIdentity};
 use crate::executive::KeyOf;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
+use crate::watchdog::Watchdog as ScanWatchdog;
 use crate::{
     Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value, ValueError, Variable,
     VariableKey,
@@ -81,6 +82,8 @@ pub struct PmacExecutive {
     identity: ProgramIdentity,
     clocks: Clocks,
     safe_lines: SafeLines,
+    /// What limits the time of a single scan.
+    scan_watchdog: Option<ScanWatchdog>,
     /// What has been found by name, by the index of its [`Variable`].
     found: Vec<PmacName>,
     /// The index of each.
@@ -101,6 +104,7 @@ impl PmacExecutive {
             safe_lines: outputs::all_off(&tables.outputs, &layout),
             control: Control::new(tables.clone(), layout),
             watchdog: options.realtime.then(Watchdog::default),
+            scan_watchdog: None,
             options,
             forces: Forces::default(),
             identity: ProgramIdentity::new(program),
@@ -335,6 +339,10 @@ impl Executive for PmacExecutive {
 
     fn restore(&mut self, retained: &[u8]) -> Result<Restored, String> {
         self.take_back(retained)
+    }
+
+    fn set_watchdog(&mut self, watchdog: ScanWatchdog) {
+        self.scan_watchdog = Some(watchdog);
     }
 
     fn image(&self) -> &[u8] {

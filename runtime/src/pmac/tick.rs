@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use plcc_abi::{
-    Engine, Outcome, ResumePoint, Scan,
+    Engine, Outcome, ResumePoint, Scan, Trap, TrapCode,
     image::{read_f64, read_u32, write_f64, write_u32},
     pmac::{
         COMMAND_CONTEXT, Controller, Layout, Place, Space, context, fixed::sign_extend,
@@ -13,6 +13,7 @@ use plcc_abi::{
 
 use super::{PmacExecutive, state::Status};
 use crate::Stop;
+use crate::watchdog::Watchdog;
 
 /// What housekeeping sets the watchdog's register to.
 const WATCHDOG_START: u32 = 4095;
@@ -72,6 +73,15 @@ impl Clocks {
     pub(super) fn ranges(&self) -> impl Iterator<Item = Range<u32>> {
         let words = [self.cycles, self.watchdog, self.status].into_iter().chain(self.timers);
         words.filter(|offset| *offset != u32::MAX).map(|offset| offset..offset + WORD_SIZE)
+    }
+}
+
+/// What users call the program with a context.
+fn program_name(context: u32) -> String {
+    match context {
+        COMMAND_CONTEXT => "a COMMAND".into(),
+        32.. => format!("PLCC {}", context - 32),
+        _ => format!("PLC {context}"),
     }
 }
 
@@ -224,10 +234,20 @@ impl PmacExecutive {
         engine: &mut dyn Engine,
     ) -> Result<Option<ResumePoint>, Stop> {
         self.control.running = context;
+        self.control.time = self.scan_watchdog.as_ref().and_then(Watchdog::begin_scan);
         let mut scan = Scan { image: &mut self.image, host: &mut self.control };
-        match engine.call(task, from, &mut scan) {
+        let outcome = engine.call(task, from, &mut scan);
+        if let Some(watchdog) = &self.scan_watchdog {
+            watchdog.end();
+        }
+        match outcome {
             Outcome::End => Ok(None),
             Outcome::Suspended(point) => Ok(Some(point)),
+            Outcome::Trap(Trap { code: TrapCode::Watchdog, .. }) => Err(Stop {
+                code: "WATCHDOG".into(),
+                message: format!("{} took longer than the watchdog allows", program_name(context)),
+                place: None,
+            }),
             // PMAC's programs have no traps of their own.
             Outcome::Trap(trap) => Err(Stop::internal_error(trap.code)),
         }

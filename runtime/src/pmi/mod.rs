@@ -3,6 +3,7 @@
 
 mod events;
 mod forces;
+mod host;
 mod macros;
 #[cfg(feature = "args")]
 mod options;

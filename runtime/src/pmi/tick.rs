@@ -2,7 +2,6 @@
 
 use std::any::Any;
 
-use plcc_abi::engine::NoHost;
 use plcc_abi::image::{read_u8, write_i16, write_i32, write_u8};
 use plcc_abi::pmi::{FlipFlop, Lines, PORTS, Role, Special, Timer, Type};
 use plcc_abi::{Engine, MissingElement, Outcome, Program, Scan, Tables, Trap, TrapCode};
@@ -12,6 +11,7 @@ use crate::checkpoint::{CheckpointError, ProgramIdentity};
 use crate::executive::KeyOf;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
+use crate::watchdog::Watchdog;
 use crate::{
     Event, Executive, NameError, Place, Purpose, Restored, Setting, Stop, Value, ValueError,
     Variable, VariableKey,
@@ -19,6 +19,7 @@ use crate::{
 
 use super::events::{Announcements, value};
 use super::forces::Forces;
+use super::host::PmiHost;
 use super::state::State;
 use super::variables::{Names, PmiVariable};
 use super::{macros, outputs, port_lines, validate};
@@ -51,7 +52,7 @@ pub enum PmiLoadError {
 }
 
 /// The executive of a PMI program.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct PmiExecutive {
     pub(super) image: Vec<u8>,
     pub(super) names: Names,
@@ -60,6 +61,7 @@ pub struct PmiExecutive {
     inputs: Vec<(Lines, u32)>,
     pub(super) outputs: Vec<(Lines, u32)>,
     safe_lines: SafeLines,
+    watchdog: Option<Watchdog>,
     announcements: Announcements,
     pub(super) special: Special,
     pub(super) ports: u32,
@@ -93,6 +95,7 @@ impl PmiExecutive {
             inputs,
             safe_lines: outputs::all_off(&outputs, tables.ports),
             outputs,
+            watchdog: None,
             names: Names::new(tables),
             timers: tables.timers.clone(),
             flipflops: tables.flipflops.clone(),
@@ -195,6 +198,14 @@ impl PmiExecutive {
                     place,
                 }
             }
+            TrapCode::Watchdog => Stop {
+                code: "WATCHDOG".into(),
+                message:
+                    "the scan took longer than the watchdog allows; the control is in emergency \
+                          stop and does not scan again"
+                        .into(),
+                place: None,
+            },
             TrapCode::BadLabel | TrapCode::Timeout | TrapCode::CallDepth | TrapCode::HostPanic => {
                 Stop::internal_error(code)
             }
@@ -290,7 +301,8 @@ impl Executive for PmiExecutive {
         }
         self.latch();
         write_u8(&mut self.image, self.special.ipl, u8::from(self.state.tick == 0));
-        let mut scan = Scan { image: &mut self.image, host: &mut NoHost };
+        let time = self.watchdog.as_ref().and_then(Watchdog::begin_scan);
+        let mut scan = Scan { image: &mut self.image, host: &mut PmiHost { time } };
         let result = match engine.call(0, None, &mut scan) {
             Outcome::End => {
                 self.drive();
@@ -306,6 +318,9 @@ impl Executive for PmiExecutive {
                 Err(self.stop(trap))
             }
         };
+        if let Some(watchdog) = &self.watchdog {
+            watchdog.end();
+        }
         let State { announced, tick, .. } = &mut self.state;
         self.announcements.update(announced, &self.image, *tick, events);
         self.state.tick += 1;
@@ -451,6 +466,10 @@ impl Executive for PmiExecutive {
 
     fn restore(&mut self, retained: &[u8]) -> Result<Restored, String> {
         self.take_retained(retained)
+    }
+
+    fn set_watchdog(&mut self, watchdog: Watchdog) {
+        self.watchdog = Some(watchdog);
     }
 
     fn image(&self) -> &[u8] {

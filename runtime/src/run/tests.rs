@@ -11,6 +11,7 @@ use plcc_abi::{Dialect, Engine, Outcome, ResumePoint, Scan};
 use super::*;
 use crate::journal::{Destinations, JournalOwner};
 use crate::safe_outputs::{SafeLines, SafeOutputs};
+use crate::watchdog::Watchdog;
 use crate::{NameError, Place, Purpose, Setting, Value, ValueError, Variable};
 
 struct Idle;
@@ -143,6 +144,8 @@ impl Executive for Control {
     fn image(&self) -> &[u8] {
         &[]
     }
+
+    fn set_watchdog(&mut self, _: Watchdog) {}
 
     fn outputs(&mut self) -> Vec<(String, Variable)> {
         vec![]

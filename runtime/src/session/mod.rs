@@ -33,6 +33,7 @@ use crate::run::{
 #[cfg(target_os = "linux")]
 use crate::supervisor::Link;
 use crate::swap::ReplaceableExecutive;
+use crate::watchdog::{self, Watchdog, WatchdogLimit};
 use crate::{Executive, PanicBarrier};
 
 pub use executive::{executive, takes_machine_file};
@@ -153,6 +154,7 @@ impl Job<'_> {
             let errors: Vec<String> = errors.iter().map(|e| format!("--safe: {e}")).collect();
             SessionError(errors.join("\nerror: "))
         })?;
+        set_watchdog(executive, args)?;
         let mut retained = RetainedData::start(args, program.dialect(), executive, journal)?;
         let stimulus = match &args.stimulus {
             Some(path) => stimulus(path, executive)?,
@@ -252,6 +254,25 @@ impl Job<'_> {
         reports.finish();
         Ok(status)
     }
+}
+
+/// Has a watchdog watch the scans in real time, and wherever its option is given.
+fn set_watchdog(executive: &mut dyn Executive, args: &RunArgs) -> Result<(), SessionError> {
+    let limit = match args.watchdog {
+        Some(WatchdogLimit::Time(limit)) => Some(limit),
+        Some(WatchdogLimit::Off) => None,
+        None => {
+            args.realtime.then(|| watchdog::usual_limit(Duration::from_nanos(executive.tick_ns())))
+        }
+    };
+    let shortest = executive.shortest_time_limit().filter(|_| args.realtime);
+    // Without any limit there is nothing to watch.
+    let Some(shortest) = shortest.or(limit) else { return Ok(()) };
+    let watchdog = Watchdog::start(limit, shortest, realtime_priority::raise_above_scans);
+    let watchdog =
+        watchdog.map_err(|error| SessionError(format!("no watchdog can be started: {error}")))?;
+    executive.set_watchdog(watchdog);
+    Ok(())
 }
 
 /// Warns of options that do nothing without another one.

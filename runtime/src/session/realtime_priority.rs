@@ -16,7 +16,7 @@ const PRIORITY: u8 = 50;
 #[cfg(target_os = "linux")]
 pub(super) fn request() -> Result<(), String> {
     let refused: Vec<String> = [
-        raise_priority().map_err(|why| format!("ticks have no real-time priority ({why})")),
+        raise_priority(PRIORITY).map_err(|why| format!("ticks have no real-time priority ({why})")),
         lock_memory().map_err(|why| format!("memory is not locked ({why})")),
     ]
     .into_iter()
@@ -37,15 +37,23 @@ pub(super) fn request() -> Result<(), String> {
     Ok(())
 }
 
+/// Gives this thread a real-time priority above that of the thread that runs the scans, if that is
+/// permitted: the watchdog must run also while a scan does.
+pub(super) fn raise_above_scans() {
+    #[cfg(target_os = "linux")]
+    // Where it is not permitted, the request of the scan's thread fails too, and that is told.
+    let _ = raise_priority(PRIORITY + 1);
+}
+
 #[cfg(target_os = "linux")]
-fn raise_priority() -> Result<(), String> {
+fn raise_priority(priority: u8) -> Result<(), String> {
     use std::io;
     use thread_priority::unix::{set_thread_priority_and_policy, thread_native_id};
     use thread_priority::{
         Error, RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue,
         ThreadSchedulePolicy,
     };
-    let value = ThreadPriorityValue::try_from(PRIORITY)?;
+    let value = ThreadPriorityValue::try_from(priority)?;
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
     let priority = ThreadPriority::Crossplatform(value);
     set_thread_priority_and_policy(thread_native_id(), priority, policy).map_err(|why| match why {

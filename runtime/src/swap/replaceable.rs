@@ -2,11 +2,13 @@
 
 use std::any::Any;
 use std::ops::Range;
+use std::time::Duration;
 
 use plcc_abi::Engine;
 
 use super::Plan;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
+use crate::watchdog::Watchdog;
 use crate::{
     CheckpointError, Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value,
     ValueError, Variable, VariableKey,
@@ -18,12 +20,14 @@ pub struct ReplaceableExecutive {
     /// The engine of its program; `None` as long as that is the program with which the run began,
     /// whose engine every tick is given.
     engine: Option<Box<dyn Engine + Send>>,
+    /// What watches the scans of every program.
+    watchdog: Option<Watchdog>,
 }
 
 impl ReplaceableExecutive {
     /// Begins with the executive of the program for which ticks are given the engine.
     pub fn new(executive: Box<dyn Executive + Send>) -> Self {
-        Self { executive, engine: None }
+        Self { executive, engine: None, watchdog: None }
     }
 
     /// The executive of the program that runs.
@@ -37,6 +41,9 @@ impl ReplaceableExecutive {
         executive: &mut Box<dyn Executive + Send>,
         engine: &mut Option<Box<dyn Engine + Send>>,
     ) {
+        if let Some(watchdog) = &self.watchdog {
+            executive.set_watchdog(watchdog.clone());
+        }
         std::mem::swap(&mut self.executive, executive);
         std::mem::swap(&mut self.engine, engine);
     }
@@ -110,6 +117,15 @@ impl Executive for ReplaceableExecutive {
 
     fn restore(&mut self, retained: &[u8]) -> Result<Restored, String> {
         self.executive.restore(retained)
+    }
+
+    fn shortest_time_limit(&self) -> Option<Duration> {
+        self.executive.shortest_time_limit()
+    }
+
+    fn set_watchdog(&mut self, watchdog: Watchdog) {
+        self.watchdog = Some(watchdog.clone());
+        self.executive.set_watchdog(watchdog);
     }
 
     fn image(&self) -> &[u8] {

@@ -14,3 +14,4 @@ mod no_fault;
 mod safe_outputs;
 mod session;
 mod stops;
+mod watchdog;

@@ -264,13 +264,18 @@ fn a_trap_that_the_language_does_not_have_is_an_internal_error() {
     fs::write(shop.path("n.nct"), ":001\nJ1\n:000\nJ0\n").unwrap();
     fs::write(shop.path("c.pmc"), "I5=2\nOPEN PLC 1 CLEAR\nP1=1\nCLOSE\nENABLE PLC 1\n").unwrap();
     for code in TrapCode::ALL.iter().copied() {
-        let pmi = if code == TrapCode::ArrayBounds { "NO PMI DATA" } else { "INTERNAL ERROR" };
+        let pmi = match code {
+            TrapCode::ArrayBounds => "NO PMI DATA",
+            TrapCode::Watchdog => "WATCHDOG",
+            _ => "INTERNAL ERROR",
+        };
+        let pmac = if code == TrapCode::Watchdog { "WATCHDOG" } else { "INTERNAL ERROR" };
         let nct = match code {
-            TrapCode::Timeout => "PLC TIMEOUT1",
+            TrapCode::Timeout | TrapCode::Watchdog => "PLC TIMEOUT1",
             TrapCode::CallDepth => "CALL DEPTH",
             _ => "INTERNAL ERROR",
         };
-        let stops = [("p.pmi", pmi), ("n.nct", nct), ("c.pmc", "INTERNAL ERROR")];
+        let stops = [("p.pmi", pmi), ("n.nct", nct), ("c.pmc", pmac)];
         for (program, stop) in stops {
             let wrap = |_| -> Box<dyn Engine> { Box::new(Trapping(code)) };
             let args = "--ticks 3 --events %e.jsonl";

@@ -2,6 +2,7 @@
 //! is made of it.
 #![allow(clippy::indexing_slicing)]
 
+mod bound;
 mod divide;
 mod filetests;
 mod passes;

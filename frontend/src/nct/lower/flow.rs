@@ -1,7 +1,7 @@
 //! Lowers jumps, calls and returns (NCT 4.11), safepoints, and the beginnings of modules.
 //!
 //! A safepoint takes one off the fuel in the region `context`, the number of safepoints that the
-//! module may still pass. At 0 the module is suspended or stopped. A call is known by its number,
+//! module may still pass. At 0, or when the scan is late, the module is suspended or stopped. A call is known by its number,
 //! counted over all calls of the program in the source's order. A return goes on behind the call
 //! whose number was stored last.
 //!
@@ -11,6 +11,7 @@
 //! shared. An indirect jump or call stores it in any case before it goes to a stub.
 
 use plcc_abi::{SourceLine, TrapCode, TrapSite, nct::context};
+use plcc_ir::bound::ReturnStack;
 use plcc_ir::{Address, BinaryOp, IntCond, Place, Type, Value};
 
 use super::place::Bcd;
@@ -58,6 +59,15 @@ impl Lowerer<'_> {
         for site in self.sites.clone() {
             let place = self.place(site + 1);
             self.builder.label(place);
+        }
+        if !self.sites.is_empty() {
+            let pending = self.pending();
+            self.builder.return_stack(ReturnStack {
+                region: self.regions.context,
+                offset: context::SITES,
+                depth: context::MAX_DEPTH.into(),
+                pending: Some((pending.region, pending.offset)),
+            });
         }
         let indirect = |op: &Op| matches!(op, Op::GotoIndirect(_) | Op::CallIndirect(_));
         if stmts.iter().any(|s| indirect(&s.op)) {
@@ -164,6 +174,8 @@ impl Lowerer<'_> {
         let fuel = self.builder.ins().binary_imm(BinaryOp::Sub, fuel, 1);
         self.set_context(context::FUEL, fuel);
         let empty = self.is_zero(fuel);
+        let is_late = self.builder.ins().is_late();
+        let empty = self.builder.ins().binary(BinaryOp::Or, empty, is_late);
         let emptied = match self.emptied.iter().find(|(place, _)| *place == target) {
             Some((_, emptied)) => *emptied,
             None => {

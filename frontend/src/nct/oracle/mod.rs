@@ -10,7 +10,7 @@ mod run;
 use std::sync::Arc;
 
 use plcc_abi::{
-    Engine, Outcome, ResumePoint, Scan, SourceLine, Trap, TrapCode,
+    Deadline, Engine, Outcome, ResumePoint, Scan, SourceLine, Trap, TrapCode,
     image::{read_u16, write_u16},
     nct::context,
 };
@@ -98,12 +98,16 @@ impl Engine for Interpreter {
             image: &mut *scan.image,
             op: 0,
             waiting: &mut self.waiting,
+            deadline: Deadline::new(scan.host.time_limit()),
         };
         run.op = read_u16(run.image, layout.context + context::OP);
         if from.is_none() {
             run.set_depth(0);
         }
         let outcome = loop {
+            if run.deadline.is_late() && run.deadline.is_over(scan.host) {
+                break Outcome::trap(TrapCode::Watchdog);
+            }
             let Some(stmt) = program.stmts.get(at) else { break Outcome::End };
             if let Some(count) = self.counts.get_mut(at) {
                 *count += 1;
@@ -152,7 +156,8 @@ pub(crate) enum Computed {
 pub(crate) fn compute(program: &Program, layout: &Layout, image: &mut [u8]) -> Computed {
     let mut waiting = vec![];
     let op = read_u16(image, layout.context + context::OP);
-    let mut run = Run { program, layout, calls: &[], image, op, waiting: &mut waiting };
+    let deadline = Deadline::new(None);
+    let mut run = Run { program, layout, calls: &[], image, op, waiting: &mut waiting, deadline };
     for (at, stmt) in program.stmts.iter().enumerate() {
         if let Op::If { first, count, .. } = stmt.op {
             return Computed::Condition(run.condition(first, count));

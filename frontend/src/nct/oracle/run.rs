@@ -1,7 +1,7 @@
 //! Runs single statements: conditions, jumps, calls, safepoints (NCT 4.2 to 4.11).
 
 use plcc_abi::{
-    TrapCode,
+    Deadline, TrapCode,
     image::{read_u8, read_u16, read_u32, write_u16, write_u32},
     nct::{arithmetic::from_bcd, context},
 };
@@ -35,6 +35,8 @@ pub(super) struct Run<'a> {
     pub(super) op: u16,
     /// Results of a condition that wait for their gate.
     pub(super) waiting: &'a mut Vec<bool>,
+    /// Until when it may run.
+    pub(super) deadline: Deadline,
 }
 
 /// The labels to which an indirect jump or call can lead (NCT 4.11).
@@ -106,7 +108,7 @@ impl Run<'_> {
         let offset = self.layout.context + context::FUEL;
         let fuel = read_u32(self.image, offset).wrapping_sub(1);
         write_u32(self.image, offset, fuel);
-        if fuel != 0 {
+        if fuel != 0 && !self.deadline.is_late() {
             Next::At(to)
         } else if read_u8(self.image, self.layout.context + context::ON_EMPTY) == 0 {
             Next::Suspend(to)

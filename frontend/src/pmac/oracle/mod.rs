@@ -11,7 +11,7 @@ mod resolved;
 
 use plcc_abi::image::write_f64;
 use plcc_abi::pmac::{Kind, Layout, Range, arithmetic, fixed};
-use plcc_abi::{Engine, HostFn, Outcome, ResumePoint, Scan, TrapCode};
+use plcc_abi::{Deadline, Engine, HostFn, Outcome, ResumePoint, Scan, TrapCode};
 
 use self::evaluate::{integer_binary, integer_compare, truth, wrap};
 use self::memory::{Memory, MemoryMap};
@@ -247,8 +247,12 @@ impl Engine for Interpreter {
             scan,
         };
         let mut machine = Machine { tables: &self.tables, memory };
+        let mut deadline = Deadline::new(machine.memory.scan.host.time_limit());
         let waiting = &mut self.waiting;
         while let Some(statement) = task.statements.get(at as usize) {
+            if deadline.is_late() && deadline.is_over(machine.memory.scan.host) {
+                return Outcome::trap(TrapCode::Watchdog);
+            }
             at += 1;
             match *statement {
                 Statement::AssignDouble(offset, expression) => {

@@ -8,7 +8,7 @@ mod resolve;
 mod row;
 
 use plcc_abi::{
-    Engine, Outcome, ResumePoint, Scan, SourceLine, Trap, TrapCode,
+    Deadline, Engine, Host, Outcome, ResumePoint, Scan, SourceLine, Trap, TrapCode,
     image::{write_i16, write_i32, write_u8},
     pmi::{Type, arithmetic},
 };
@@ -82,15 +82,19 @@ impl Interpreter {
     /// Runs a scan.
     ///
     /// # Errors
-    /// When an index was outside its array: the index of the step. [`Rows::missing`] is the element.
-    fn scan(&mut self, image: &mut [u8]) -> Result<(), usize> {
+    /// When an index was outside its array, and when the scan took too long.
+    fn scan(&mut self, image: &mut [u8], host: &mut dyn Host) -> Result<(), Stopped> {
         let Self { rows, steps, effects, counts, .. } = self;
+        let mut deadline = Deadline::new(host.time_limit());
         let mut at = 0;
         while let Some(step) = steps.get(at) {
+            if deadline.is_over(host) {
+                return Err(Stopped::Late);
+            }
             if let Some(count) = counts.get_mut(at) {
                 *count += 1;
             }
-            let this = at;
+            let this = Stopped::Missing(at);
             at += 1;
             match *step {
                 Step::Logical { offset, value } => {
@@ -141,14 +145,24 @@ fn assign(image: &mut [u8], place: Place, value: i32, effect: Option<&Effect>) {
     }
 }
 
+/// Why a scan did not come to its end.
+#[derive(Clone, Copy, Debug)]
+enum Stopped {
+    /// An index was outside its array, in the step with this index. [`Rows::missing`] is the element.
+    Missing(usize),
+    /// It took too long.
+    Late,
+}
+
 impl Engine for Interpreter {
     fn call(&mut self, task: usize, _: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         if task != 0 {
             return Outcome::End;
         }
-        match self.scan(scan.image) {
+        match self.scan(scan.image, scan.host) {
             Ok(()) => Outcome::End,
-            Err(step) => Outcome::Trap(Trap {
+            Err(Stopped::Late) => Outcome::trap(TrapCode::Watchdog),
+            Err(Stopped::Missing(step)) => Outcome::Trap(Trap {
                 code: TrapCode::ArrayBounds,
                 statement: self.lines.get(step).copied(),
                 element: self.rows.missing,

@@ -33,7 +33,7 @@ impl Bench {
     }
 
     fn run(mut self, function: HostFn, area: u64) -> Self {
-        let mut host = NctHost { flags: &self.flags, memory: &mut self.memory };
+        let mut host = NctHost { flags: &self.flags, memory: &mut self.memory, time: None };
         assert_eq!(host.call(&mut self.f, function, [area, 0, 0, 0]), 0);
         self
     }

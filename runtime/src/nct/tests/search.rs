@@ -18,7 +18,7 @@ fn search(
         (0..1000).map(|offset| FlagLocation { offset, unpacked: false }).collect();
     let settings = NctSettings { parameters: vec![(61, 8)], ..NctSettings::default() };
     let mut memory = NcMemory::new(&settings);
-    let mut host = NctHost { flags: &flags, memory: &mut memory };
+    let mut host = NctHost { flags: &flags, memory: &mut memory, time: None };
     let mut f = vec![0_u8; 1000];
     for &(start, words) in words {
         for (i, word) in words.iter().enumerate() {

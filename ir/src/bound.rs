@@ -1,0 +1,634 @@
+//! How much work a scan can be at most: the largest number of operations that one scan of a task can
+//! execute, and the way on which it does.
+//!
+//! An operation is an instruction or the end of a block, as the [interpreter](crate::interp) counts
+//! them. The functions' blocks and the gotos between them make one graph, and the answer is its longest
+//! path. Which way a branch takes is not considered, so the real scans of a program may all be shorter.
+//!
+//! A scan begins at the task's entry, or goes on at a resume point at which the task can have been
+//! suspended, and ends where the code returns, suspends or traps. If control can come round in a loop, there is no bound.
+//!
+//! # Calls
+//! In a language with subroutines (NCT) code pushes the label to return to on a stack in the process
+//! image, and returns by a jump to the label that it takes from there. Seen as mere jumps, a subroutine
+//! that is called twice would be a loop: into it by the first call, out of it behind the second, and
+//! round. So a call is taken as one step, whose length is that of the longest way through the
+//! subroutine. [`ReturnStack`] says how calls can be told from other stores.
+//!
+//! | block | longest way to the end of the scan | longest way to the return |
+//! | --- | --- | --- |
+//! | ends the scan | its own length | none |
+//! | returns | none | its own length |
+//! | jumps or branches | its length, and the longest of its successors' | the same |
+//! | calls `s`, which returns to `r` | its length, and the longer of `s` to the end and `s` to the return with `r` to the end | its length, `s` to the return, `r` to the return |
+//!
+//! A scan that goes on inside a subroutine may return to any call: to as many as can be open.
+//!
+//! The time that the analysis takes is in proportion to the size of the program.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::{Block, Func, InstData, Label, Module, RegionId, SourceLoc, Terminator};
+
+/// Where return labels are kept in the process image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReturnStack {
+    /// The region.
+    pub region: RegionId,
+    /// The offset in it of the array of labels, 32 bits each.
+    pub offset: u32,
+    /// How many calls can be open.
+    pub depth: u32,
+    /// Another place, where an indirect call leaves its label for code that calls share, which pushes
+    /// it: its region and offset.
+    pub pending: Option<(RegionId, u32)>,
+}
+
+/// The bound of a task.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Bound {
+    /// The largest number of operations of one scan; `None` if there is a loop.
+    pub operations: Option<u64>,
+    /// The statements on the way, in the order in which they are executed; those of a subroutine only
+    /// where it is called for the first time. If there is a loop, the statement that closes it.
+    pub path: Vec<SourceLoc>,
+}
+
+/// The bound of each task of a verified module, in the tasks' order. In a module without a
+/// [return stack](Module::return_stack) a jump to a label by number counts as a loop.
+pub fn bounds(module: &Module) -> Vec<Bound> {
+    let mut analysis = Analysis::new(module, module.return_stack);
+    let tasks = module.tasks.iter();
+    tasks.map(|task| analysis.task(task.entry, &task.resume_points)).collect()
+}
+
+/// A block of the module, and the label that an indirect call has left for the code in front of it, if
+/// that code will push it.
+type Node = (Func, Block, Option<u32>);
+
+/// A longest way from a node: its length, and the next node on it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Way {
+    length: u64,
+    next: Next,
+}
+
+/// How a way goes on.
+#[derive(Clone, Copy, Debug, Default)]
+enum Next {
+    /// It is over.
+    #[default]
+    Over,
+    /// At a node, by that node's own way of the same kind.
+    Same(usize),
+    /// Into a subroutine that does not come back.
+    Into(usize),
+    /// Through a subroutine and on behind the call: the first node of each.
+    Through(usize, usize),
+}
+
+/// What is known of a node.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ways {
+    to_end: Option<Way>,
+    to_return: Option<Way>,
+    /// The statement that closes a loop, where the node can reach one.
+    looping: Option<SourceLoc>,
+}
+
+/// Where control goes from a node.
+#[derive(Clone, Debug, Default)]
+struct Edges {
+    successors: Vec<Node>,
+    /// Where a call returns to. The successors are then the subroutine.
+    returns_to: Vec<Node>,
+}
+
+struct Analysis<'a> {
+    module: &'a Module,
+    targets: Vec<Option<(Func, Block)>>,
+    returns: Option<ReturnStack>,
+    /// Whether the code from a block on may push a pending label, by function and block.
+    wants_pending: Vec<Vec<bool>>,
+    numbers: HashMap<Node, usize>,
+    nodes: Vec<Node>,
+    ways: Vec<Ways>,
+    edges: Vec<Edges>,
+    states: Vec<State>,
+}
+
+/// How far a node has been visited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    New,
+    /// It is on the way down to the node that is visited now.
+    Open,
+    Done,
+}
+
+/// Which of the two ways of a node is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum To {
+    End,
+    Return,
+}
+
+/// A node on the way down the graph.
+struct Visit {
+    node: usize,
+    /// How many of its edges have been followed.
+    followed: usize,
+    /// The statement that closes a loop, where one of its edges does.
+    looping: Option<SourceLoc>,
+}
+
+impl<'a> Analysis<'a> {
+    fn new(module: &'a Module, returns: Option<ReturnStack>) -> Self {
+        let mut analysis = Self {
+            module,
+            targets: module.label_targets(),
+            returns,
+            wants_pending: vec![],
+            numbers: HashMap::new(),
+            nodes: vec![],
+            ways: vec![],
+            edges: vec![],
+            states: vec![],
+        };
+        if returns.is_some_and(|returns| returns.pending.is_some()) {
+            analysis.find_pending();
+        }
+        analysis
+    }
+
+    /// The bound of the task that begins at the label `entry` or goes on at others.
+    fn task(&mut self, entry: u32, resume_points: &[u32]) -> Bound {
+        let starts = self.starts(entry, resume_points);
+        let ways = |node: &usize| self.ways[*node];
+        if let Some(closing) = starts.iter().find_map(|node| ways(node).looping) {
+            return Bound { operations: None, path: vec![closing] };
+        }
+        let to_end = |node: &usize| ways(node).to_end.map_or(0, |way| way.length);
+        let mut longest =
+            starts.iter().copied().max_by_key(|node| (to_end(node), usize::MAX - node));
+        let mut length = longest.map_or(0, |node| to_end(&node));
+        // A scan that goes on in a subroutine returns to calls that earlier scans have made.
+        let resumed = starts.iter().skip(1).filter_map(|&n| Some((n, self.ways[n].to_return?)));
+        if let Some((node, way)) = resumed.max_by_key(|(_, way)| way.length) {
+            let (mut open, mut last) = (0, 0);
+            for place in self.behind_calls() {
+                self.visit(place);
+                let ways = self.ways[place];
+                if let Some(closing) = ways.looping {
+                    return Bound { operations: None, path: vec![closing] };
+                }
+                open = open.max(ways.to_return.map_or(0, |way| way.length));
+                last = last.max(ways.to_end.map_or(0, |way| way.length));
+            }
+            let depth = self.returns.map_or(0, |returns| returns.depth);
+            let most = u64::from(depth.saturating_sub(1)).saturating_mul(open);
+            let through = way.length.saturating_add(most).saturating_add(last);
+            if through > length {
+                (length, longest) = (through, Some(node));
+            }
+        }
+        Bound { operations: Some(length), path: longest.map_or(vec![], |node| self.path(node)) }
+    }
+
+    /// Where scans of a task begin: at its entry, and at those of its resume points at which it can
+    /// have been suspended. All ways from there are found.
+    fn starts(&mut self, entry: u32, resume_points: &[u32]) -> Vec<usize> {
+        let mut starts: Vec<usize> = self.start(Label(entry)).into_iter().collect();
+        let mut seen: HashSet<usize> = starts.iter().copied().collect();
+        let mut work = starts.clone();
+        while let Some(node) = work.pop() {
+            self.visit(node);
+            let (func, block, _) = self.nodes[node];
+            let data = self.module.funcs.get(func.index()).map(|func| func.block(block));
+            if let Some(Some(Terminator::Suspend(label))) = data.map(|data| &data.terminator)
+                && resume_points.contains(&label.0)
+                && let Some(start) = self.start(*label)
+            {
+                starts.push(start);
+                if seen.insert(start) {
+                    work.push(start);
+                }
+            }
+            let Edges { successors, returns_to } = self.edges[node].clone();
+            for next in successors.into_iter().chain(returns_to) {
+                let next = self.number(next);
+                if seen.insert(next) {
+                    work.push(next);
+                }
+            }
+        }
+        let mut known = HashSet::new();
+        starts.retain(|&start| known.insert(start));
+        starts
+    }
+
+    /// The node at a label.
+    fn start(&mut self, label: Label) -> Option<usize> {
+        let (func, block) = self.targets.get(label.index()).copied().flatten()?;
+        Some(self.number((func, block, None)))
+    }
+
+    /// The nodes behind all calls.
+    fn behind_calls(&mut self) -> Vec<usize> {
+        let module = self.module;
+        let mut labels: Vec<u32> = vec![];
+        for (_, func) in module.funcs() {
+            for (_, block) in func.blocks() {
+                let stores = block.insts.iter().filter_map(|&inst| match func.inst(inst) {
+                    InstData::Store { at, value } if self.pushes(at) || self.leaves(at) => {
+                        func.constant(*value)
+                    }
+                    _ => None,
+                });
+                labels.extend(stores.map(|label| label as u32));
+            }
+        }
+        labels.sort_unstable();
+        labels.dedup();
+        labels.into_iter().filter_map(|label| self.start(Label(label))).collect()
+    }
+
+    /// Whether a store to this address pushes a return label.
+    fn pushes(&self, at: &crate::Address) -> bool {
+        self.returns.is_some_and(|stack| {
+            // Where the passes know how many calls are open, the address has no index.
+            let end = stack.offset.saturating_add(stack.depth.saturating_mul(4));
+            at.region == stack.region && (stack.offset..end).contains(&at.offset)
+        })
+    }
+
+    /// Whether an access to this address is one of the label that an indirect call leaves.
+    fn leaves(&self, at: &crate::Address) -> bool {
+        let pending = self.returns.and_then(|stack| stack.pending);
+        pending == Some((at.region, at.offset)) && at.index.is_none()
+    }
+
+    /// Finds out from which blocks on a pending label may be pushed that was left before them.
+    fn find_pending(&mut self) {
+        let module = self.module;
+        let mut wants: Vec<Vec<bool>> =
+            module.funcs().map(|(_, func)| vec![false; func.block_count()]).collect();
+        let mut before: HashMap<(Func, Block), Vec<(Func, Block)>> = HashMap::new();
+        let mut work = vec![];
+        for (id, func) in module.funcs() {
+            for (block, data) in func.blocks() {
+                let first = data.insts.iter().find_map(|&inst| match func.inst(inst) {
+                    InstData::Load { at, .. } if self.leaves(at) => Some(true),
+                    InstData::Store { at, .. } if self.leaves(at) => Some(false),
+                    _ => None,
+                });
+                if first == Some(true) {
+                    wants[id.index()][block.index()] = true;
+                    work.push((id, block));
+                }
+                // Code that leaves another label does not need the one before.
+                if first != Some(false) {
+                    for next in self.successors(id, block) {
+                        before.entry(next).or_default().push((id, block));
+                    }
+                }
+            }
+        }
+        while let Some(place) = work.pop() {
+            for &(func, block) in before.get(&place).map_or(&[][..], Vec::as_slice) {
+                if !std::mem::replace(&mut wants[func.index()][block.index()], true) {
+                    work.push((func, block));
+                }
+            }
+        }
+        self.wants_pending = wants;
+    }
+
+    /// Where control goes from the end of a block, but for returns.
+    fn successors(&self, func: Func, block: Block) -> Vec<(Func, Block)> {
+        let data = self.module.funcs.get(func.index()).map(|data| data.block(block));
+        let Some(terminator) = data.and_then(|data| data.terminator.as_ref()) else {
+            return vec![];
+        };
+        if let Terminator::Goto(label) = terminator {
+            return self.targets.get(label.index()).copied().flatten().into_iter().collect();
+        }
+        let mut next: Vec<(Func, Block)> = vec![];
+        terminator.for_each_block(|block, _| next.push((func, block)));
+        next.dedup();
+        next
+    }
+
+    /// A node's number.
+    fn number(&mut self, node: Node) -> usize {
+        let next = self.nodes.len();
+        let number = *self.numbers.entry(node).or_insert(next);
+        if number == next {
+            let edges = self.edges_of(node);
+            self.nodes.push(node);
+            self.edges.push(edges);
+            self.ways.push(Ways::default());
+            self.states.push(State::New);
+        }
+        number
+    }
+
+    /// What a node leads to, as far as that can be seen in its block.
+    fn edges_of(&self, (func, block, mut pending): Node) -> Edges {
+        let Some(data) = self.module.funcs.get(func.index()) else { return Edges::default() };
+        let mut labels = vec![];
+        for &inst in &data.block(block).insts {
+            let InstData::Store { at, value } = data.inst(inst) else { continue };
+            let label = data.constant(*value).map(|label| label as u32);
+            if self.leaves(at) {
+                pending = label;
+            } else if self.pushes(at) {
+                labels = label.or(pending).into_iter().collect();
+            }
+        }
+        let next = self.successors(func, block).into_iter();
+        let wants = |(func, block): (Func, Block)| {
+            self.wants_pending.get(func.index()).is_some_and(|func| func[block.index()])
+        };
+        let node = |place: (Func, Block)| (place.0, place.1, pending.filter(|_| wants(place)));
+        let target = |label: u32| self.targets.get(label as usize).copied().flatten();
+        Edges {
+            successors: next.map(node).collect(),
+            returns_to: labels.into_iter().filter_map(target).map(|(f, b)| (f, b, None)).collect(),
+        }
+    }
+
+    /// Finds the longest ways from a node, and those from all that it leads to.
+    fn visit(&mut self, start: usize) {
+        if self.states[start] != State::New {
+            return;
+        }
+        self.states[start] = State::Open;
+        let mut open = vec![Visit { node: start, followed: 0, looping: None }];
+        while let Some(visit) = open.last_mut() {
+            let (node, which) = (visit.node, visit.followed);
+            visit.followed += 1;
+            let Edges { successors, returns_to } = &self.edges[node];
+            let Some(&next) = successors.iter().chain(returns_to).nth(which) else {
+                let looping = visit.looping;
+                open.pop();
+                self.ways[node] = self.longest(node, looping);
+                self.states[node] = State::Done;
+                continue;
+            };
+            let next = self.number(next);
+            match self.states[next] {
+                State::Done => {}
+                State::New => {
+                    self.states[next] = State::Open;
+                    open.push(Visit { node: next, followed: 0, looping: None });
+                }
+                State::Open => {
+                    let statement = open.iter().rev().find_map(|visit| self.statement(visit.node));
+                    if let Some(visit) = open.last_mut() {
+                        visit.looping.get_or_insert(statement.unwrap_or(SourceLoc::NONE));
+                    }
+                }
+            }
+        }
+    }
+
+    /// The statement to which the end of a node's block belongs; `None` if there is no instruction.
+    fn statement(&self, node: usize) -> Option<SourceLoc> {
+        let (func, block, _) = self.nodes[node];
+        let data = self.module.funcs.get(func.index())?;
+        let locs = data.block(block).insts.iter().rev().map(|&inst| data.loc(inst));
+        locs.into_iter().find(|&loc| loc != SourceLoc::NONE)
+    }
+
+    /// The longest ways from a node, given those of all that it leads to; `looping` is the statement
+    /// that closes a loop, if one of the node's own edges does.
+    fn longest(&mut self, node: usize, looping: Option<SourceLoc>) -> Ways {
+        let (func, block, _) = self.nodes[node];
+        let edges = self.edges[node].clone();
+        let successors: Vec<usize> = edges.successors.iter().map(|&n| self.number(n)).collect();
+        let returns_to: Vec<usize> = edges.returns_to.iter().map(|&n| self.number(n)).collect();
+        let all = successors.iter().chain(&returns_to);
+        let mut ways = Ways {
+            looping: looping.or_else(|| all.clone().find_map(|&next| self.ways[next].looping)),
+            ..Ways::default()
+        };
+        let Some(data) = self.module.funcs.get(func.index()).map(|data| data.block(block)) else {
+            return ways;
+        };
+        let own = data.insts.len() as u64 + 1;
+        let mut offer = |to: To, length: u64, next: Next| {
+            let slot = if to == To::End { &mut ways.to_end } else { &mut ways.to_return };
+            let length = length.saturating_add(own);
+            if slot.is_none_or(|best| best.length < length) {
+                *slot = Some(Way { length, next });
+            }
+        };
+        match &data.terminator {
+            Some(Terminator::GotoIndirect(_)) => match self.returns {
+                Some(_) => offer(To::Return, 0, Next::Over),
+                None => {
+                    ways.looping.get_or_insert(self.statement(node).unwrap_or(SourceLoc::NONE));
+                }
+            },
+            Some(
+                Terminator::Jump(_)
+                | Terminator::Brif { .. }
+                | Terminator::Switch { .. }
+                | Terminator::Goto(_),
+            ) => {
+                for &next in &successors {
+                    let Ways { to_end, to_return, looping: _ } = self.ways[next];
+                    if let Some(way) = to_end {
+                        let next =
+                            if returns_to.is_empty() { Next::Same } else { Next::Into }(next);
+                        offer(To::End, way.length, next);
+                    }
+                    let Some(through) = to_return else { continue };
+                    if returns_to.is_empty() {
+                        offer(To::Return, through.length, Next::Same(next));
+                    }
+                    for &behind in &returns_to {
+                        let Ways { to_end, to_return, looping: _ } = self.ways[behind];
+                        for (to, way) in [(To::End, to_end), (To::Return, to_return)] {
+                            let Some(way) = way else { continue };
+                            let length = through.length.saturating_add(way.length);
+                            offer(to, length, Next::Through(next, behind));
+                        }
+                    }
+                }
+            }
+            _ => offer(To::End, 0, Next::Over),
+        }
+        ways
+    }
+
+    /// The statements on the longest way from a node to the end of the scan, or to the return if it
+    /// does not come to the end.
+    fn path(&self, start: usize) -> Vec<SourceLoc> {
+        let mut path: Vec<SourceLoc> = vec![];
+        let mut seen = vec![false; self.nodes.len()];
+        let to = if self.ways[start].to_end.is_some() { To::End } else { To::Return };
+        let mut rest = vec![(start, to)];
+        while let Some((node, to)) = rest.pop() {
+            let (func, block, _) = self.nodes[node];
+            if let Some(data) = self.module.funcs.get(func.index()) {
+                for &inst in &data.block(block).insts {
+                    let loc = data.loc(inst);
+                    if loc != SourceLoc::NONE && path.last() != Some(&loc) {
+                        path.push(loc);
+                    }
+                }
+            }
+            let ways = &self.ways[node];
+            let way = if to == To::End { ways.to_end } else { ways.to_return };
+            match way.map_or(Next::Over, |way| way.next) {
+                Next::Over => {}
+                Next::Same(next) => rest.push((next, to)),
+                Next::Into(next) => rest.push((next, To::End)),
+                Next::Through(subroutine, behind) => {
+                    rest.push((behind, to));
+                    if !std::mem::replace(&mut seen[subroutine], true) {
+                        rest.push((subroutine, To::Return));
+                    }
+                }
+            }
+        }
+        path
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::text;
+
+    fn bounds_of(text: &str, returns: Option<ReturnStack>) -> Vec<Bound> {
+        let mut module = text::parse(text).unwrap_or_else(|error| panic!("{error}"));
+        module.return_stack = returns;
+        bounds(&module)
+    }
+
+    #[test]
+    fn the_longest_way_counts() {
+        let text = "image 8
+region vars at 0 size 8
+task \"scan\" L0
+fn \"a\" {
+block0 (L0):
+    @0
+    v0: i8 = load vars:0
+    v1: i1 = trunc v0
+    brif v1, block1, block2
+block1:
+    @1
+    v2: i8 = iconst 1
+    store vars:0, v2
+    goto L1
+block2:
+    @2
+    return
+}
+fn \"b\" {
+block0 (L1):
+    @3
+    v0: i8 = iconst 1
+    store vars:1, v0
+    return
+}
+";
+        let path = [0, 1, 3].map(SourceLoc).to_vec();
+        assert_eq!(bounds_of(text, None), [Bound { operations: Some(9), path }]);
+    }
+
+    #[test]
+    fn a_loop_has_no_bound() {
+        let text = "image 8
+region vars at 0 size 8
+task \"scan\" L0
+task \"other\" L2
+fn \"a\" {
+block0 (L0):
+    @0
+    v0: i8 = load vars:0
+    v1: i1 = trunc v0
+    brif v1, block1, block2
+block1:
+    @1
+    v2: i8 = iconst 1
+    store vars:0, v2
+    goto L1
+block2:
+    return
+}
+fn \"b\" {
+block0 (L1):
+    @3
+    v0: i8 = iconst 1
+    store vars:1, v0
+    goto L0
+block1 (L2):
+    return
+}
+";
+        let (endless, short) = (vec![SourceLoc(3)], vec![]);
+        let expected =
+            [Bound { operations: None, path: endless }, Bound { operations: Some(1), path: short }];
+        assert_eq!(bounds_of(text, None), expected);
+    }
+
+    /// A subroutine of four operations, called twice from a task of seventeen.
+    const CALLS: &str = "image 64
+region stack at 0 size 64
+task \"scan\" L2 resume [L3]
+fn \"a\" {
+block0 (L2):
+    @0
+    v0: i32 = load stack:60
+    v1: i32 = iconst 0
+    store stack:0[v0 * 4, 8], v1
+    jump block2
+block1 (L0):
+    @1
+    v2: i32 = load stack:60
+    v3: i32 = iconst 1
+    store stack:0[v2 * 4, 8], v3
+    goto L3
+block2 (L3):
+    @2
+    v4: i32 = load stack:60
+    v5: i32 = load stack:0[v4 * 4, 8]
+    goto_indirect v5
+block3 (L1):
+    @3
+    v6: i32 = load stack:56
+    return
+}
+";
+
+    #[test]
+    fn a_subroutine_that_is_called_twice_is_no_loop() {
+        let stack = ReturnStack { region: RegionId(0), offset: 0, depth: 8, pending: None };
+        let found = bounds_of(CALLS, Some(stack));
+        // The scan is 4 + 3 + 4 + 3 + 2. One that goes on in the subroutine may return to the first
+        // call (4 + 3 + 2 more), though to no more than one, which the analysis does not know.
+        assert_eq!(found.len(), 1);
+        assert!(found[0].operations.is_some_and(|most| most >= 16), "{found:?}");
+        let straight = CALLS.replace(" resume [L3]", "");
+        let found = bounds_of(&straight, Some(stack));
+        let path = [0, 2, 1, 3].map(SourceLoc).to_vec();
+        assert_eq!(found, [Bound { operations: Some(16), path }]);
+        // Without the stack a jump to a label by number may lead anywhere.
+        assert_eq!(bounds_of(&straight, None)[0].operations, None);
+    }
+
+    #[test]
+    fn a_subroutine_that_calls_itself_has_no_bound() {
+        let stack = ReturnStack { region: RegionId(0), offset: 0, depth: 8, pending: None };
+        let recursive = CALLS.replace(
+            "    v5: i32 = load stack:0[v4 * 4, 8]\n    goto_indirect v5",
+            "    v5: i32 = iconst 1\n    store stack:0[v4 * 4, 8], v5\n    jump block2",
+        );
+        assert_eq!(bounds_of(&recursive, Some(stack))[0].operations, None);
+    }
+}

@@ -1,0 +1,173 @@
+//! How long a module of NCT may run in real time.
+//!
+//! The manual gives each module a share of the time (NCT 1.2): `:001`, and `:000` behind it, 5 ms of
+//! each slice, and `:002` its period. That is time of the control's processor, so it is counted as
+//! processor time of the thread that runs the scans: another program that takes the processor away
+//! for a while does not stop the PLC. Besides, `--watchdog` limits the time on the clock.
+//!
+//! Reading processor time is a call of the operating system, so it is done only when a module may have
+//! used its share up, when as much time has passed on the clock, and not at the beginning of each share.
+//! What had been used then is known exactly if it was read at the beginning, which is done for modules
+//! that took long in the slice before. Otherwise it counts from the moment at which the module was found
+//! to be late: it is stopped after its share of processor time at the earliest, after twice that at the
+//! latest.
+
+use std::cell::Cell;
+use std::time::{Duration, Instant};
+
+use plcc_abi::TimeLimit;
+
+use crate::watchdog::Watchdog;
+
+/// No limit is renewed for a shorter time than this, since each renewal costs time too.
+const LEAST: Duration = Duration::from_micros(50);
+
+/// What is known of the processor time that the thread had used when a share began, or when the module
+/// was first found to be late.
+#[derive(Debug, Default)]
+pub(super) struct UsedBefore(Cell<Option<Duration>>);
+
+impl UsedBefore {
+    /// A share begins; `exact` says whether the processor time is read now.
+    pub(super) fn begin(&self, exact: bool) {
+        self.0.set(exact.then(processor_time));
+    }
+
+    /// The processor time that counts as used since then.
+    fn used_since(&self) -> Duration {
+        let now = processor_time();
+        let before = self.0.get().unwrap_or(now);
+        self.0.set(Some(before));
+        now.saturating_sub(before)
+    }
+}
+
+/// The processor time that this thread has used.
+#[cfg(target_os = "linux")]
+fn processor_time() -> Duration {
+    use rustix::time::{ClockId, clock_gettime};
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    let (seconds, nanoseconds) = (u64::try_from(time.tv_sec), u32::try_from(time.tv_nsec));
+    Duration::new(seconds.unwrap_or(0), nanoseconds.unwrap_or(0))
+}
+
+/// On other systems the time on the clock stands for it.
+#[cfg(not(target_os = "linux"))]
+fn processor_time() -> Duration {
+    use std::sync::OnceLock;
+    static START: OnceLock<Instant> = OnceLock::new();
+    START.get_or_init(Instant::now).elapsed()
+}
+
+/// What a module gets of the time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Share {
+    /// When its share began, and how much processor time that is; in simulated time it has none, and
+    /// may take any.
+    pub(super) time: Option<(Instant, Duration)>,
+    /// When this scan, or this slice's part of it, began.
+    pub(super) began: Instant,
+    /// Whether it is suspended, at its next safepoint, when its share is used up, as `:000` is. Other
+    /// modules are stopped.
+    pub(super) is_suspended: bool,
+}
+
+/// The time of a module while it runs.
+#[derive(Debug)]
+pub(super) struct ModuleTime<'a> {
+    pub(super) share: Share,
+    pub(super) watchdog: Option<&'a Watchdog>,
+    pub(super) used_before: &'a UsedBefore,
+}
+
+impl ModuleTime<'_> {
+    /// What is left of its share.
+    fn left_of_share(&self) -> Option<Duration> {
+        let (began, time) = self.share.time?;
+        // The thread can't have used more processor time than has passed.
+        let passed = began.elapsed();
+        if passed < time {
+            return Some(time - passed);
+        }
+        Some(time.saturating_sub(self.used_before.used_since()))
+    }
+
+    /// What is left until the watchdog stops the scan.
+    fn left_on_clock(&self) -> Option<Duration> {
+        let limit = self.watchdog.and_then(Watchdog::limit)?;
+        Some(limit.saturating_sub(self.share.began.elapsed()))
+    }
+
+    /// Whether its share is used up.
+    pub(super) fn is_used_up(&self) -> bool {
+        self.left_of_share().is_some_and(|left| left.is_zero())
+    }
+
+    /// Whether it must be stopped, also between two safepoints.
+    pub(super) fn is_over(&self) -> bool {
+        self.left_on_clock().is_some_and(|left| left.is_zero())
+            || !self.share.is_suspended && self.is_used_up()
+    }
+
+    /// The limit for the time until it may have used up what it has. `None` without a watchdog: time
+    /// is then looked at only where the module is suspended, every so many safepoints.
+    pub(super) fn limit(&self) -> Option<TimeLimit> {
+        let limits = self.left_of_share().into_iter().chain(self.left_on_clock());
+        Some(self.watchdog?.begin(limits.min()?.max(LEAST)))
+    }
+
+    /// What [`Host::extend_time`](plcc_abi::Host::extend_time) gives for it.
+    pub(super) fn extend(&self) -> Option<u64> {
+        if self.is_over() {
+            return None;
+        }
+        if self.is_used_up() {
+            // It stays late, so that it is suspended at its next safepoint.
+            return Some(1);
+        }
+        self.limit().map(|limit| limit.limit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn time(used_before: &UsedBefore, share: Duration, is_suspended: bool) -> ModuleTime<'_> {
+        let began = Instant::now();
+        let share = Share { time: Some((began, share)), began, is_suspended };
+        ModuleTime { share, watchdog: None, used_before }
+    }
+
+    #[test]
+    fn a_share_is_used_up_by_processor_time() {
+        let used_before = UsedBefore::default();
+        used_before.begin(true);
+        let hour = time(&used_before, Duration::from_secs(3600), false);
+        assert!(!hour.is_used_up() && !hour.is_over());
+        let millisecond = Duration::from_millis(1);
+        let short = time(&used_before, millisecond, false);
+        // Waiting uses no processor time, or hardly any.
+        std::thread::sleep(millisecond * 2);
+        let start = processor_time();
+        // This ends once a millisecond of processor time is used.
+        while !short.is_used_up() {}
+        assert!(short.is_over());
+        assert!(processor_time() - start <= Duration::from_secs(1));
+        assert!(
+            !time(&used_before, Duration::ZERO, true).is_over(),
+            "it is suspended, not stopped"
+        );
+    }
+
+    #[test]
+    fn a_module_that_is_late_gets_a_share_if_nobody_knows_what_it_has_used() {
+        let used_before = UsedBefore::default();
+        used_before.begin(false);
+        let second = Duration::from_secs(1);
+        let began = Instant::now().checked_sub(second * 2).unwrap();
+        let share = Share { time: Some((began, second)), began, is_suspended: false };
+        let late = ModuleTime { share, watchdog: None, used_before: &used_before };
+        assert!(late.left_of_share().is_some_and(|left| left > second / 2));
+    }
+}
