@@ -123,6 +123,12 @@ impl ReportQueues {
         }
     }
 
+    /// Whether the trace has values that were lost and not sent since.
+    #[cfg(test)]
+    pub(super) fn has_unsent(&self) -> bool {
+        self.trace.as_ref().is_some_and(|trace| trace.sent != trace.present)
+    }
+
     /// Waits until everything is written, at most a second. Outputs that are stuck are left behind, and
     /// the journal tells it.
     pub fn finish(self) {

@@ -505,3 +505,103 @@ fn a_stimulus_that_repeats_is_applied_to_skipped_ticks_too() {
     once.apply(4, &mut control);
     assert_eq!(once.next_after(4), u64::MAX);
 }
+
+/// Both ends of a pipe, the one to write to as a file.
+fn pipe_file() -> (io::PipeReader, std::fs::File) {
+    let (reader, writer) = io::pipe().unwrap();
+    (reader, std::fs::File::from(std::os::fd::OwnedFd::from(writer)))
+}
+
+#[test]
+fn queues_give_the_same_trace_and_events_as_writing_at_once() {
+    let table = "tick,name,value\n1,A,1\n2,P10,-3\n4,A,3\n";
+    for format in
+        [TraceFormat::Csv { time: false }, TraceFormat::Csv { time: true }, TraceFormat::Vcd]
+    {
+        let watch = ["A,P10", "ARR"];
+        let expected = run_with(&mut Control::default(), table, &watch, 6, false, format);
+        let mut control = Control::default();
+        let stimulus = Stimulus::parse(table.as_bytes(), &mut control).unwrap();
+        let watch = Watch::parse(&watch, &mut control).unwrap();
+        let ((mut trace, to_trace), (mut events, to_events)) = (pipe_file(), pipe_file());
+        let journal = crate::journal::Journal::discarding();
+        let mut queues = ReportQueues::new();
+        queues.write_trace(to_trace, &watch, format, &control, &journal).unwrap();
+        queues.write_events(to_events, &journal).unwrap();
+        Run {
+            player: Player::new(stimulus, false),
+            queues: Some(&mut queues),
+            ticks: Some(6),
+            ..Run::new(&mut control, &mut Idle)
+        }
+        .go();
+        queues.finish();
+        let (mut rows, mut lines) = (String::new(), String::new());
+        io::Read::read_to_string(&mut trace, &mut rows).unwrap();
+        io::Read::read_to_string(&mut events, &mut lines).unwrap();
+        assert_eq!((rows, lines), (expected.trace, expected.events));
+    }
+}
+
+/// Sets `A` to the number of ticks.
+struct Counting;
+
+impl Hook for Counting {
+    fn before_tick(&mut self, now: &mut BeforeTick<'_>) {
+        now.executive.set(Variable(0), Setting::Int(now.tick as i64 + 1));
+    }
+}
+
+#[test]
+fn a_trace_that_nobody_reads_loses_rows_and_is_right_again_afterwards() {
+    let mut control = Control::default();
+    let watch = Watch::parse(&["A"], &mut control).unwrap();
+    let (trace, to_trace) = pipe_file();
+    let (mut log, to_log) = pipe_file();
+    let to = Destinations { log: Some(to_log), ..Destinations::default() };
+    let (owner, scan) = JournalOwner::start(to, true).unwrap();
+    let mut queues = ReportQueues::new();
+    let format = TraceFormat::default();
+    queues.write_trace(to_trace, &watch, format, &control, &owner.journal()).unwrap();
+    Run {
+        queues: Some(&mut queues),
+        ticks: Some(200_000),
+        hooks: vec![&mut Counting],
+        ..Run::new(&mut control, &mut Idle)
+    }
+    .go();
+    // Now somebody reads; `A` does not change any more.
+    let reader = std::thread::spawn(move || {
+        let mut rows: Vec<String> = vec![];
+        for row in io::BufRead::lines(io::BufReader::new(trace)) {
+            rows.push(row.unwrap());
+        }
+        rows
+    });
+    while queues.has_unsent() {
+        let ticks = Some(1);
+        Run { queues: Some(&mut queues), ticks, ..Run::new(&mut control, &mut Idle) }.go();
+        std::thread::yield_now();
+    }
+    queues.finish();
+    owner.finish().unwrap();
+    drop(scan);
+    let rows = reader.join().unwrap();
+    assert_eq!(rows[0], "tick,name,value");
+    let (last, counted) = rows[1..].split_last().unwrap();
+    assert!(counted.len() > 60_000 && counted.len() < 200_000, "{} rows", counted.len());
+    for row in counted {
+        let (tick, value) = row.split_once(",A,").unwrap();
+        assert_eq!(tick.parse::<u64>().unwrap() + 1, value.parse::<u64>().unwrap(), "{row}");
+    }
+    assert!(last.ends_with(",A,200000"), "{last}");
+    let mut text = String::new();
+    io::Read::read_to_string(&mut log, &mut text).unwrap();
+    let lost = text.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    let lost: u64 = lost
+        .filter(|entry| entry["kind"] == "lost" && entry["output"] == "trace")
+        .map(|entry| entry["count"].as_u64().unwrap())
+        .sum();
+    // The last value of the 200 000 was lost, too, and came later.
+    assert_eq!(lost + counted.len() as u64, 200_000);
+}

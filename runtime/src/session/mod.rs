@@ -43,6 +43,8 @@ use outside::{Outside, Shown};
 use reports::Reports;
 use retained_data::RetainedData;
 use signals::EndSignals;
+#[cfg(target_os = "linux")]
+pub(crate) use signals::ignores_hangup;
 
 /// Exit status: done.
 pub const DONE: u8 = 0;

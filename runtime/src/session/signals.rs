@@ -21,6 +21,8 @@ use super::{INTERRUPTED, SessionError, message};
 const SAME_WISH: Duration = Duration::from_secs(1);
 /// How long a later signal waits until everything is saved.
 const SAVING_TIME: Duration = Duration::from_secs(5);
+/// How long the message waits that not everything was saved.
+const TELLING_TIME: Duration = Duration::from_millis(200);
 
 /// A thread that waits for signals, until this value is dropped. Then everything is saved.
 pub(super) struct EndSignals {
@@ -79,7 +81,13 @@ fn wait(mut signals: Signals, flag: &AtomicBool) {
     while !handle.is_closed() {
         if start.elapsed() > SAVING_TIME {
             let seconds = SAVING_TIME.as_secs();
-            message("error", format!("not everything could be saved within {seconds} s"));
+            let text = format!("not everything could be saved within {seconds} s");
+            // Standard error may be what takes nothing, and is not waited for.
+            let told = thread::spawn(move || message("error", text));
+            let start = Instant::now();
+            while !told.is_finished() && start.elapsed() < TELLING_TIME {
+                thread::sleep(Duration::from_millis(5));
+            }
             process::exit(INTERRUPTED.into());
         }
         thread::sleep(Duration::from_millis(5));
@@ -88,7 +96,7 @@ fn wait(mut signals: Signals, flag: &AtomicBool) {
 
 /// Whether the process was started to survive its terminal (`nohup plcc run …`). Where the system
 /// does not say, it is taken to be so.
-fn ignores_hangup() -> bool {
+pub(crate) fn ignores_hangup() -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());

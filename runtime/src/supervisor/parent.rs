@@ -22,7 +22,7 @@ use super::notify::Notifier;
 use super::{Heartbeat, Phase};
 use crate::image_file;
 use crate::journal::{Destinations, EntryKind, Journal, JournalOwner};
-use crate::session::{STOPPED, USAGE};
+use crate::session::{STOPPED, USAGE, ignores_hangup};
 
 /// How long the supervisor waits for a heartbeat before it looks at the clock.
 const LOOK: Duration = Duration::from_millis(5);
@@ -119,7 +119,11 @@ fn finish(journal: Option<JournalOwner>) {
 /// sends Ctrl-C to both processes; the child takes signals within a second as one.
 fn pass_signals_on(process: &Arc<AtomicU32>) -> Result<(), String> {
     let failed = |error: io::Error| format!("signals can't be listened for: {error}");
-    let mut wanted = vec![consts::SIGINT, consts::SIGTERM, consts::SIGQUIT, consts::SIGHUP];
+    let mut wanted = vec![consts::SIGINT, consts::SIGTERM, consts::SIGQUIT];
+    // A process that was started to survive its terminal goes on, and so does its child.
+    if !ignores_hangup() {
+        wanted.push(consts::SIGHUP);
+    }
     #[cfg(target_os = "linux")]
     wanted.push(Signal::POWER.as_raw());
     let mut signals = Signals::new(wanted).map_err(failed)?;

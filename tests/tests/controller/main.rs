@@ -3,6 +3,7 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+mod configuration;
 mod outputs;
 mod shop;
 #[cfg(target_os = "linux")]

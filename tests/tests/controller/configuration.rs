@@ -1,0 +1,66 @@
+//! The configuration file of a controller: `plcrt --config` and `plcrt --check-config`.
+
+use std::fs;
+use std::process::{Command, Output};
+
+use plcc_abi::Dialect;
+
+use crate::shop::{Shop, loader, wait};
+
+const PMI: &str = "$OUTPUT\nLAMP = 1/0\n$INTEGER\nN\n$END\nN = N + 1\nLAMP = T\n";
+
+fn plcrt(shop: &Shop, args: &str) -> Output {
+    let mut command = Command::new(loader());
+    command.args(args.split_whitespace()).current_dir(shop.path("")).output().unwrap()
+}
+
+#[test]
+fn a_configuration_says_what_runs_and_the_command_line_counts_more() {
+    let shop = Shop::new("config", Dialect::Pmi, PMI);
+    fs::create_dir(shop.path("etc")).unwrap();
+    let text =
+        "artifact = \"../p.plcx\"\nperiod = 1\nlog = \"log.jsonl\"\noverrun = \"catch-up=3\"\n";
+    fs::write(shop.path("etc/c.toml"), text).unwrap();
+    let run = |args: &str| {
+        let mut command = Command::new(loader());
+        let args = format!("--config etc/c.toml --ticks 20 --dump d.json {args}");
+        command.args(args.split_whitespace()).current_dir(shop.path(""));
+        assert_eq!(wait(&mut command.spawn().unwrap()).code(), Some(0), "{args}");
+        assert!(shop.read("d.json").contains("\"ticks\":20,"));
+    };
+    run("");
+    assert!(shop.read("etc/log.jsonl").contains("\"kind\":\"timing\""), "it runs in real time");
+    run("--log other.jsonl --period 2");
+    assert!(shop.read("other.jsonl").contains("\"kind\":\"timing\""));
+}
+
+#[test]
+fn every_mistake_of_a_configuration_is_told_with_its_line() {
+    let shop = Shop::new("check", Dialect::Pmi, PMI);
+    fs::write(shop.path("good.toml"), "artifact = \"p.plcx\"\n[safe]\nLAMP = 1\n").unwrap();
+    let good = plcrt(&shop, "--check-config good.toml");
+    assert_eq!(good.status.code(), Some(0), "{good:?}");
+    let bad = "artifact = \"p.plcx\"\noverun = \"skip\"\nrecord = \"r\"\noverrun = \"sometimes\"\n\
+               [safe]\nLMAP = \"off\"\nLAMP = 1\n";
+    fs::write(shop.path("bad.toml"), bad).unwrap();
+    let output = plcrt(&shop, "--check-config bad.toml");
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 4, "{text}");
+    for (line, parts) in lines.iter().zip([
+        ["bad.toml:2: ", "did you mean `overrun`?"],
+        ["bad.toml:3: ", "`record` is not available"],
+        ["bad.toml:4: ", "sometimes"],
+        ["bad.toml:6: ", "LMAP"],
+    ]) {
+        assert!(parts.iter().all(|part| line.contains(part)), "{line}: {parts:?}");
+    }
+    let run = plcrt(&shop, "--config bad.toml --ticks 1");
+    assert_eq!(run.status.code(), Some(2));
+    fs::write(shop.path("other.toml"), "artifact = \"missing.plcx\"\n").unwrap();
+    let output = plcrt(&shop, "--check-config other.toml");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("other.toml:1: "));
+    assert_eq!(plcrt(&shop, "--check-config none.toml").status.code(), Some(2));
+}
