@@ -3,9 +3,10 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
 
-use plcc_abi::Program;
 use plcc_abi::machine::Machine;
+use plcc_abi::{Engine, Outcome, Program, ResumePoint, Scan};
 use serde_json::json;
 
 use crate::args::RunArgs;
@@ -43,13 +44,48 @@ fn configured(
     Ok(executive)
 }
 
+/// The engine of a program that takes another one's place. Its scans count for the tasks of the same
+/// names; those of tasks that the first program lacks are not recorded.
+struct TimedByName {
+    engine: NativeEngine,
+    timing: Arc<Timing>,
+    /// For each task its number among those that are recorded.
+    numbers: Vec<Option<usize>>,
+}
+
+impl TimedByName {
+    fn new(engine: NativeEngine, program: &Program, timing: &Arc<Timing>) -> Self {
+        let number = |name: &str| timing.tasks.iter().position(|(recorded, _)| recorded == name);
+        let numbers = program.tasks.iter().map(|task| number(&task.name)).collect();
+        Self { engine, timing: Arc::clone(timing), numbers }
+    }
+}
+
+impl Engine for TimedByName {
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+        let start = Instant::now();
+        let outcome = self.engine.call(task, from, scan);
+        let number = self.numbers.get(task).copied().flatten();
+        if let Some((_, times)) = number.and_then(|number| self.timing.tasks.get(number)) {
+            times.record(start.elapsed());
+        }
+        outcome
+    }
+
+    fn begin_tick(&mut self, image: &mut [u8]) {
+        self.engine.begin_tick(image);
+    }
+}
+
 /// Reads an artifact for an online change. With a key it must be signed, as the first one.
-fn load(path: &Path, key: Option<&PublicKey>) -> Result<Loaded, String> {
+fn load(path: &Path, key: Option<&PublicKey>, timing: &Arc<Timing>) -> Result<Loaded, String> {
     let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let artifact = Artifact::open(path, key).map_err(|error| named(&error))?;
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
-    let engine = Box::new(engine.map_err(|error| named(&error))?);
-    Ok(Loaded { code: artifact.code_number(), program: artifact.program, engine })
+    let engine = engine.map_err(|error| named(&error))?;
+    let code = artifact.code_number();
+    let engine = Box::new(TimedByName::new(engine, &artifact.program, timing));
+    Ok(Loaded { code, program: artifact.program, engine })
 }
 
 /// What the socket's status tells besides the control's variables.
@@ -106,7 +142,7 @@ impl Outside {
             let own = configured(program, args, machine).map_err(SessionError)?;
             let (for_scan, for_socket) = queues();
             let (options, machine) = (args.clone(), machine.cloned());
-            let timing = Arc::clone(shown.timing);
+            let (timing, timing_of_swapped) = (Arc::clone(shown.timing), Arc::clone(shown.timing));
             let key = args.public_key().map_err(SessionError)?;
             let surroundings = Surroundings {
                 program: Arc::new(program.clone()),
@@ -114,7 +150,7 @@ impl Outside {
                 allow: args.allow.clone(),
                 image: args.image.clone(),
                 found: if uses_numbers { executive.found() } else { vec![] },
-                load: Box::new(move |path| load(path, key.as_ref())),
+                load: Box::new(move |path| load(path, key.as_ref(), &timing_of_swapped)),
                 make_executive: Box::new(move |program| {
                     configured(program, &options, machine.as_ref())
                 }),
