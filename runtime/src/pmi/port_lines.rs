@@ -1,7 +1,15 @@
 //! Digital lines as numbers (PMI 3.1.2).
 
 use plcc_abi::image::{read_u8, write_u8};
-use plcc_abi::pmi::{Format, Lines};
+use plcc_abi::pmi::{Format, Lines, Type};
+
+/// The type of the variable of some lines.
+pub(super) fn variable_type(lines: Lines) -> Type {
+    match lines.format {
+        Format::Bit => Type::Logical,
+        _ => Type::Integer,
+    }
+}
 
 /// The lines' bits, at the place they have in their port.
 fn mask(lines: Lines) -> u8 {

@@ -135,18 +135,18 @@ impl PmiExecutive {
         for &(lines, offset) in &self.inputs {
             let port = read_u8(&self.image, self.ports + u32::from(lines.port));
             let value = port_lines::decode(lines, port);
-            let ty = lines_type(lines);
+            let ty = port_lines::variable_type(lines);
             write(&mut self.image, ty, offset, value.into());
         }
         let image = &mut self.image;
         self.forces.apply_to_inputs(|lines, offset, value| {
-            write(image, lines_type(lines), offset, value.into());
+            write(image, port_lines::variable_type(lines), offset, value.into());
         });
     }
 
     fn drive(&mut self) {
         for &(lines, offset) in &self.outputs {
-            let value = value(&self.image, lines_type(lines), offset) as i16;
+            let value = value(&self.image, port_lines::variable_type(lines), offset) as i16;
             port_lines::drive(&mut self.image, self.ports, lines, value);
         }
         self.forces.apply_to_outputs(&mut self.image, self.ports);
@@ -158,7 +158,7 @@ impl PmiExecutive {
         let (ty, role) = (symbol.ty, symbol.role);
         let offset = symbol.offset + element * ty.size();
         if let Role::Input(lines) = role {
-            let number = if lines_type(lines) == Type::Logical {
+            let number = if port_lines::variable_type(lines) == Type::Logical {
                 i16::from(number != 0)
             } else {
                 number as i16
@@ -268,14 +268,6 @@ impl PmiExecutive {
         let read =
             |s: &plcc_abi::pmi::Symbol| value(&self.image, s.ty, s.offset + element * s.ty.size());
         Value::Int(self.names.symbol(index).map_or(0, read).into())
-    }
-}
-
-/// The type of the variable of some lines.
-fn lines_type(lines: Lines) -> Type {
-    match lines.format {
-        plcc_abi::pmi::Format::Bit => Type::Logical,
-        _ => Type::Integer,
     }
 }
 

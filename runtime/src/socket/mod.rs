@@ -3,7 +3,7 @@
 //!
 //! A thread of its own serves the socket. What needs the program it hands to the thread that runs the
 //! ticks, by a queue of fixed length, and that thread carries out a bounded number of commands before
-//! each tick ([`OutsideHook`]): it allocates and frees no memory for them, takes no lock and makes no
+//! each tick (`hook.rs`): it allocates and frees no memory for them, takes no lock and makes no
 //! system call. So nothing that a client does delays a tick. `docs/socket.md` explains the protocol;
 //! `plcctl` is a client.
 //!
