@@ -183,8 +183,8 @@ impl Terminator {
         }
     }
 
-    /// Calls `f` for each operand, arguments of blocks included.
-    pub fn for_each_arg(&self, mut f: impl FnMut(Value)) {
+    /// Calls `f` for the operand that decides where control goes, if there is one.
+    pub fn for_each_operand(&self, mut f: impl FnMut(Value)) {
         match self {
             Self::Brif { cond, .. } => f(*cond),
             Self::Switch { arg, .. } => f(*arg),
@@ -195,6 +195,11 @@ impl Terminator {
             }
             Self::Jump(_) | Self::Goto(_) | Self::Suspend(_) | Self::Return | Self::Trap(_) => {}
         }
+    }
+
+    /// Calls `f` for each operand, arguments of blocks included.
+    pub fn for_each_arg(&self, mut f: impl FnMut(Value)) {
+        self.for_each_operand(&mut f);
         self.for_each_block(|_, args| args.iter().for_each(|&v| f(v)));
     }
 }

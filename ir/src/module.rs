@@ -48,8 +48,8 @@ pub struct Module {
     /// The parts of the process image that functions may access.
     pub regions: Vec<plcc_abi::Region>,
     /// The regions that hold doubles which are finite and never -0, at offsets that are multiples
-    /// of 8, and nothing else. The executive keeps that up, and so must program code. Passes rely
-    /// on it for speed: an image that breaks it gives results that depend on the optimisation.
+    /// of 8, and nothing else. The executive keeps that up, and so must program code. Passes
+    /// assume it: with an image that breaks it, results depend on the optimisation.
     pub finite_regions: Vec<RegionId>,
     /// The tasks, which can be called from outside, each with the label where it starts.
     pub tasks: Vec<Task>,

@@ -1,27 +1,41 @@
-//! Drops instructions whose results are not used (dead code elimination).
+//! Drops instructions whose results are not used, and parameters of blocks that are not used (dead
+//! code elimination).
 //!
 //! ```text
 //! v1: i16 = load vars:0
 //! v2: i16 = add v1, v1           (both are dropped if nothing uses v2)
+//! jump block1(v2)                (becomes `jump block1` if nothing uses the parameter)
 //! ```
 //!
-//! One visit backwards suffices, since all uses of a value are visited before its definition. It
-//! must not drop what [has an effect](crate::InstData::has_effect): stores, volatile loads, and
-//! calls of host functions that are not pure.
+//! One visit backwards suffices, since all uses of a value are visited before its definition. Only
+//! what a branch back passes counts as used, since the parameter is visited later. The pass must not
+//! drop what [has an effect](crate::InstData::has_effect): stores, volatile loads, and calls of host
+//! functions that are not pure.
 
 use super::graph::Graph;
-use crate::FuncData;
+use crate::{BlockCall, FuncData, Terminator, Value, ValueDef};
 
 /// Runs the pass.
 pub(super) fn run(func: &mut FuncData) {
     let graph = Graph::new(func);
     let mut used = vec![false; func.value_count()];
+    let mut visited = vec![false; func.block_count()];
+    let mut has_unused = false;
     // Backwards, so that all uses are visited before the definition.
     for &block in graph.order.iter().rev() {
-        let data = &mut func.blocks[block.index()];
-        if let Some(terminator) = &data.terminator {
-            terminator.for_each_arg(|value| used[value.index()] = true);
+        if let Some(terminator) = &func.blocks[block.index()].terminator {
+            terminator.for_each_operand(|value| used[value.index()] = true);
+            terminator.for_each_block(|to, args| {
+                let params = &func.blocks[to.index()].params;
+                for (param, arg) in params.iter().zip(args) {
+                    if used[param.index()] || !visited[to.index()] {
+                        used[arg.index()] = true;
+                    }
+                }
+            });
         }
+        visited[block.index()] = true;
+        let data = &mut func.blocks[block.index()];
         let mut kept = data.insts.len();
         for at in (0..data.insts.len()).rev() {
             let inst = data.insts[at];
@@ -34,5 +48,41 @@ pub(super) fn run(func: &mut FuncData) {
             }
         }
         data.insts.drain(..kept);
+        has_unused |= data.params.iter().any(|param| !used[param.index()]);
+    }
+    if has_unused {
+        drop_params(func, &graph, &used);
+    }
+}
+
+/// Drops the parameters of reachable blocks that are not used, with what is passed for them.
+fn drop_params(func: &mut FuncData, graph: &Graph, used: &[bool]) {
+    let is_used = |value: &Value| used[value.index()];
+    for index in 0..func.blocks.len() {
+        let Some(mut terminator) = func.blocks[index].terminator.take() else { continue };
+        let keep = |call: &mut BlockCall| {
+            if graph.is_reachable(call.block) {
+                let mut params = func.blocks[call.block.index()].params.iter();
+                call.args.retain(|_| params.next().is_none_or(is_used));
+            }
+        };
+        match &mut terminator {
+            Terminator::Jump(call) => keep(call),
+            Terminator::Brif { cond: _, then, otherwise } => {
+                keep(then);
+                keep(otherwise);
+            }
+            // The blocks of other terminators have no parameters.
+            _ => {}
+        }
+        func.blocks[index].terminator = Some(terminator);
+    }
+    for &block in &graph.order {
+        let mut params = std::mem::take(&mut func.blocks[block.index()].params);
+        params.retain(is_used);
+        for (at, &param) in params.iter().enumerate() {
+            func.values[param.index()].def = ValueDef::Param(block, at as u32);
+        }
+        func.blocks[block.index()].params = params;
     }
 }

@@ -46,10 +46,11 @@ enum Change {
     Inst(InstData),
 }
 
-/// Runs the pass. `finite_regions` are those of the module.
-pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) {
+/// Runs the pass; gives whether the function computes with doubles at all. `finite_regions` are
+/// those of the module.
+pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     if !has_doubles(func) {
-        return;
+        return false;
     }
     let graph = Graph::new(func);
     let mut values = Substitution::new(func);
@@ -90,6 +91,7 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) {
             passed.note(terminator, &this.floats);
         }
     }
+    true
 }
 
 /// Whether a function computes with doubles at all.

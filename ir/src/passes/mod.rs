@@ -182,7 +182,7 @@ impl Pass {
         reload_bits: bool,
     ) -> bool {
         match self {
-            Self::Integers => integers::run(func, &module.finite_regions),
+            Self::Integers => return integers::run(func, &module.finite_regions),
             Self::Speculate => return speculate::run(func, &module.finite_regions),
             Self::Branches => branches::run(func),
             Self::Forward => return forward::run(func, bytes, reload_bits),
@@ -277,9 +277,13 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         return vec![];
     }
     each(module, passes, |stage| {
-        stage.all(&[Pass::Branches, Pass::Integers]);
-        if stage.pass(Pass::Speculate) {
-            stage.all(&[Pass::Integers, Pass::Branches]);
+        stage.pass(Pass::Branches);
+        // What the passes for integers leave behind would count as uses for `fold`.
+        if stage.pass(Pass::Integers) {
+            stage.pass(Pass::Dce);
+            if stage.pass(Pass::Speculate) {
+                stage.all(&[Pass::Integers, Pass::Dce, Pass::Branches]);
+            }
         }
         stage.all(&[Pass::Forward, Pass::Fold, Pass::Branches]);
         if stage.pass(Pass::ThreadTests) {

@@ -35,12 +35,20 @@ use plcc_abi::IntegerForm;
 use super::float_range::FloatRanges;
 use super::graph::Graph;
 use super::integers::PassedRanges;
-use super::speculation_plan::{Mark, Plan, form};
+use super::speculation_plan::{Check, Mark, Plan, form};
 use super::value_range::ValueRanges;
 use crate::{
     BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, Inst, InstData,
-    RegionId, SourceLoc, Terminator, Type, Value, ValueDef,
+    RegionId, SourceLoc, Terminator, Type, UnaryOp, Value, ValueDef,
 };
+
+/// Added to a double of at most 2^50, this gives a sum between 2^52 and 2^53, which is an integer
+/// whose lowest bits are those of the double rounded to the nearest integer (ties to even).
+const ROUNDING: f64 = 6_755_399_441_055_744.0;
+
+/// The bits of such a sum above those of the rounded integer, which is sign-extended from the bits
+/// below.
+const EXPONENT_BITS: i64 = 13;
 
 /// Runs the pass; gives whether it changed anything. `finite_regions` are those of the module.
 pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
@@ -94,9 +102,11 @@ fn analyse<'a>(
 pub(super) struct Uses {
     /// For each value how often.
     pub(super) counts: Vec<u32>,
+    /// For each value the place among the instructions of its own block of the last that uses it.
+    last: Vec<usize>,
     /// For each value whether an instruction of another block or another statement uses it, or the
     /// terminator of another block.
-    elsewhere: Vec<bool>,
+    pub(super) elsewhere: Vec<bool>,
     /// For each value whether its own block's terminator uses it.
     by_terminator: Vec<bool>,
 }
@@ -106,6 +116,7 @@ impl Uses {
         let count = func.value_count();
         let mut uses = Self {
             counts: vec![0; count],
+            last: vec![0; count],
             elsewhere: vec![false; count],
             by_terminator: vec![false; count],
         };
@@ -118,9 +129,10 @@ impl Uses {
             }
         }
         for (block, data) in func.blocks() {
-            for &inst in &data.insts {
+            for (at, &inst) in data.insts.iter().enumerate() {
                 func.inst(inst).for_each_arg(|value| {
                     uses.counts[value.index()] += 1;
+                    uses.last[value.index()] = at;
                     uses.elsewhere[value.index()] |=
                         home[value.index()] != (block.0, func.loc(inst));
                 });
@@ -160,7 +172,7 @@ impl Speculate<'_> {
             let same = insts.iter().skip(from).take_while(|&&inst| self.func.loc(inst) == loc);
             let end = from + same.count();
             let statement = insts.get(from..end).unwrap_or_default();
-            self.statement(statement, end == insts.len(), &mut rest);
+            self.statement(statement, end, end == insts.len(), &mut rest);
             from = end;
         }
         let data = &mut self.func.blocks[rest.block.index()];
@@ -168,30 +180,32 @@ impl Speculate<'_> {
         data.terminator = rest.terminator;
     }
 
-    /// Examines a statement; `is_last` says that no other follows in its block.
-    fn statement(&mut self, mut insts: &[Inst], is_last: bool, rest: &mut Rest) {
-        if let Some(plan) = self.plan_statement(insts) {
-            let (done, behind) = insts.split_at(plan.end.min(insts.len()));
-            self.carry_out(&plan, done, behind, is_last, rest);
-            insts = behind;
-        }
-        while let Some(at) = insts.iter().position(|&inst| self.gains(self.func.inst(inst))) {
-            let plan = self.plan_call(insts, at);
-            let (done, behind) = insts.split_at(plan.end.min(insts.len()));
-            self.carry_out(&plan, done, behind, is_last, rest);
+    /// Examines a statement. `end` is the place behind it among the instructions of its block;
+    /// `is_last` says that there is nothing.
+    fn statement(&mut self, mut insts: &[Inst], end: usize, is_last: bool, rest: &mut Rest) {
+        let mut plan = self.plan_statement(insts);
+        loop {
+            if plan.is_none() {
+                let call = insts.iter().position(|&inst| self.gains(self.func.inst(inst)));
+                plan = call.map(|at| self.plan_call(insts, at));
+            }
+            let Some(now) = plan.take() else { break };
+            let (done, behind) = insts.split_at(now.end.min(insts.len()));
+            let ends_block = is_last && behind.is_empty();
+            self.carry_out(&now, done, end - behind.len(), ends_block, rest);
             insts = behind;
         }
         rest.out.extend(insts);
     }
 
-    /// Does what a plan says with the instructions `done`, the first of a statement; `behind` are
-    /// those of it that follow.
+    /// Does what a plan says with the instructions `done`, the first of a statement. `behind` is the
+    /// place of the next instruction among those of the block; `ends_block` says that there is none.
     fn carry_out(
         &mut self,
         plan: &Plan,
         done: &[Inst],
-        behind: &[Inst],
-        is_last: bool,
+        behind: usize,
+        ends_block: bool,
         rest: &mut Rest,
     ) {
         if plan.checked.is_empty() {
@@ -201,24 +215,17 @@ impl Speculate<'_> {
         self.changed = true;
         rest.out.extend(&plan.before);
         let loc = plan.twice.first().map_or(SourceLoc::NONE, |&inst| self.func.loc(inst));
-        let never_nan = plan.checked.iter().all(|&value| !self.floats.get(value).may_be_nan());
-        let (cond, join) = match never_nan {
-            true => (FloatCond::OrderedNe, BinaryOp::Or),
-            false => (FloatCond::Eq, BinaryOp::And),
-        };
+        let may_be_nan = |&(value, _): &(Value, Check)| self.floats.get(value).may_be_nan();
+        let never_nan = !plan.checked.iter().any(may_be_nan);
+        let join = if never_nan { BinaryOp::Or } else { BinaryOp::And };
         let mut all = None;
         let mut integers = vec![];
-        for &value in &plan.checked {
+        for &(value, check) in &plan.checked {
             let out = &mut rest.out;
-            let narrow = InstData::Convert { op: ConvertOp::FloatToInt, to: Type::I32, arg: value };
-            let Some(narrow) = self.append(out, narrow, loc) else { return };
-            let back = InstData::Convert { op: ConvertOp::IntToFloat, to: Type::F64, arg: narrow };
-            let Some(back) = self.append(out, back, loc) else { return };
-            let Some(truth) = self.append(out, InstData::Fcmp { cond, args: [back, value] }, loc)
-            else {
+            let Some((integer, truth)) = self.check(out, value, check, never_nan, loc) else {
                 return;
             };
-            integers.push((value, back));
+            integers.push((value, integer));
             all = match all {
                 None => Some(truth),
                 Some(others) => {
@@ -228,21 +235,17 @@ impl Speculate<'_> {
         }
         let Some(cond) = all else { return };
         for &(again, first) in &plan.same {
-            let known = integers.iter().find(|(value, _)| *value == first).map(|&(_, back)| back);
-            integers.extend(known.map(|back| (again, back)));
+            let known = integers.iter().find(|(value, _)| *value == first);
+            let known = known.map(|&(_, integer)| (again, integer));
+            integers.extend(known);
         }
-        let ends_block = is_last
-            && behind.is_empty()
+        let ends_block = ends_block
             && matches!(rest.terminator, Some(Terminator::Brif { .. } | Terminator::Jump(_)));
         let results: Vec<Value> =
             plan.twice.iter().filter_map(|&inst| self.func.result(inst)).collect();
-        let used_behind = |value: Value| {
-            let mut used = false;
-            for &inst in behind {
-                self.func.inst(inst).for_each_arg(|arg| used |= arg == value);
-            }
-            used
-        };
+        // Uses in other blocks count as uses elsewhere.
+        let used_behind =
+            |value: Value| self.uses.last.get(value.index()).is_some_and(|&last| last >= behind);
         let set = |flags: &[bool], value: Value| flags.get(value.index()).copied().unwrap_or(false);
         let is_used = |value: Value| set(&self.uses.elsewhere, value) || used_behind(value);
         // The copies can end the block only if nothing behind it uses what they compute.
@@ -294,6 +297,61 @@ impl Speculate<'_> {
         }
         self.func.blocks[join.index()].params = passed;
         rest.block = join;
+    }
+
+    /// Appends the check of a double. Gives the conversion of the integer that takes its place, and
+    /// the truth value of the check: whether it fails, if the double is known to be never NaN, else
+    /// whether it succeeds.
+    fn check(
+        &mut self,
+        out: &mut Vec<Inst>,
+        value: Value,
+        check: Check,
+        never_nan: bool,
+        loc: SourceLoc,
+    ) -> Option<(Value, Value)> {
+        let integer = match check {
+            Check::Narrow => {
+                let convert = ConvertOp::FloatToInt;
+                self.append(out, InstData::Convert { op: convert, to: Type::I32, arg: value }, loc)?
+            }
+            Check::Wide | Check::Rounded => {
+                // The sum has no room for fractions, so it is rounded, and its low bits are those of
+                // the integer. The bits above are those of the exponent, unless the double is too
+                // large; then what is made of the low ones is far from it.
+                let bits = ROUNDING.to_bits();
+                let rounding = self.append(out, InstData::Fconst { bits }, loc)?;
+                let args = [value, rounding];
+                let sum = self.append(out, InstData::Binary { op: BinaryOp::Fadd, args }, loc)?;
+                let bitcast = ConvertOp::Bitcast;
+                let mut word = self.append(
+                    out,
+                    InstData::Convert { op: bitcast, to: Type::I64, arg: sum },
+                    loc,
+                )?;
+                let constant = InstData::Iconst { ty: Type::I64, value: EXPONENT_BITS };
+                let by = self.append(out, constant, loc)?;
+                for op in [BinaryOp::Shl, BinaryOp::Ashr] {
+                    word = self.append(out, InstData::Binary { op, args: [word, by] }, loc)?;
+                }
+                word
+            }
+        };
+        let back = InstData::Convert { op: ConvertOp::IntToFloat, to: Type::F64, arg: integer };
+        let back = self.append(out, back, loc)?;
+        let (cond, args) = if check == Check::Rounded {
+            let apart = InstData::Binary { op: BinaryOp::Fsub, args: [value, back] };
+            let apart = self.append(out, apart, loc)?;
+            let apart = self.append(out, InstData::Unary { op: UnaryOp::Fabs, arg: apart }, loc)?;
+            let half = self.append(out, InstData::Fconst { bits: 0.5f64.to_bits() }, loc)?;
+            let cond = if never_nan { FloatCond::Ge } else { FloatCond::Lt };
+            (cond, [apart, half])
+        } else {
+            let cond = if never_nan { FloatCond::OrderedNe } else { FloatCond::Eq };
+            (cond, [back, value])
+        };
+        let truth = self.append(out, InstData::Fcmp { cond, args }, loc)?;
+        Some((back, truth))
     }
 
     fn new_block(&mut self, cold: bool) -> Block {

@@ -14,10 +14,40 @@ use plcc_abi::IntegerForm;
 
 use super::float_range::FloatRange;
 use super::speculate::Speculate;
-use crate::{ConvertOp, Inst, InstData, Type, Value};
+use crate::{BinaryOp, ConvertOp, Inst, InstData, Type, UnaryOp, Value};
 
 /// A statement speculates on no more loads than this: each costs an integrality check.
 pub(super) const MAX_CHECKED: usize = 6;
+
+/// In statements of more instructions than this only single operands are checked, so that the pass
+/// takes time in proportion to the length of a function.
+const MAX_STATEMENT: usize = 200;
+
+/// To see how a double is computed, its definition is followed back this far.
+const MAX_STEPS: u32 = 4;
+
+/// How it is checked whether a double is an integer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Check {
+    /// Whether it is an integer of 32 bits. This takes the shortest code.
+    Narrow,
+    /// Whether it is an integer from -2^50 to 2^50 - 1.
+    Wide,
+    /// Whether it is less than 0.5 away from such an integer, which then takes its place. That is
+    /// for operations that round their operand to the nearest integer.
+    Rounded,
+}
+
+/// How a double is computed, as far as it shows what numbers to expect.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Nature {
+    /// Of integers as small as variables usually hold come integers of 32 bits.
+    Plain,
+    /// It has a product of two variables, which may be a larger integer.
+    Product,
+    /// It has a quotient, a function or a factor with a fraction.
+    Fraction,
+}
 
 /// What a call of a host function comes to for integers.
 pub(super) fn form(data: &InstData) -> Option<IntegerForm> {
@@ -41,7 +71,7 @@ pub(super) struct Mark {
 /// What is to be done with a statement, or with the rest of one.
 pub(super) struct Plan {
     /// The doubles that are checked.
-    pub(super) checked: Vec<Value>,
+    pub(super) checked: Vec<(Value, Check)>,
     /// Further loads of the same variables, each with the one that is checked.
     pub(super) same: Vec<(Value, Value)>,
     /// The instructions of the statement that come before the check.
@@ -85,7 +115,9 @@ impl Speculate<'_> {
     /// How to compute a statement with integers while all variables that it loads for that are
     /// integers; `None` if it can't be, or if fewer checks do.
     pub(super) fn plan_statement(&mut self, insts: &[Inst]) -> Option<Plan> {
-        if !insts.iter().any(|&inst| self.gains(self.func.inst(inst))) {
+        if insts.len() > MAX_STATEMENT
+            || !insts.iter().any(|&inst| self.gains(self.func.inst(inst)))
+        {
             return None;
         }
         let mut loads: Vec<(Value, crate::Address, usize)> = vec![];
@@ -206,7 +238,9 @@ impl Speculate<'_> {
     }
 
     /// Divides the first `end` instructions of a statement into those that come before the check of
-    /// some doubles and those that depend on one.
+    /// some doubles and those that are written twice. Loads and calls that do not depend on the
+    /// doubles come before it, with what they need, and what is used behind. All else is written
+    /// twice: what does not depend on the doubles is often needed in one copy only.
     fn split(
         &mut self,
         insts: &[Inst],
@@ -214,28 +248,50 @@ impl Speculate<'_> {
         checked: Vec<Value>,
         same: Vec<(Value, Value)>,
     ) -> Option<Plan> {
-        let (mut before, mut twice) = (vec![], vec![]);
+        let (copied, behind) = insts.split_at_checked(end)?;
+        let is_leaf =
+            |value: Value| checked.contains(&value) || same.iter().any(|&(v, _)| v == value);
+        let mut dependent: Vec<Value> = vec![];
+        // What may come before the check, in the order of the instructions.
         let mut is_written = false;
-        let mut dependent: Vec<Value> = checked.clone();
-        dependent.extend(same.iter().map(|&(again, _)| again));
-        let leaves = dependent.len();
-        for &inst in insts.get(..end)? {
+        let mut follows_copy = false;
+        let mut may_come_before = vec![];
+        for &inst in copied {
             let data = self.func.inst(inst);
             let result = self.func.result(inst);
-            let is_leaf =
-                result.is_some_and(|r| dependent.iter().take(leaves).any(|&leaf| leaf == r));
             let mut depends = false;
-            data.for_each_arg(|value| depends |= dependent.contains(&value));
+            data.for_each_arg(|value| depends |= dependent.contains(&value) || is_leaf(value));
             is_written |= matches!(data, InstData::Store { .. });
             let follows_store = is_written && matches!(data, InstData::Load { .. });
-            let follows_copy = !twice.is_empty() && data.has_effect();
-            if !is_leaf && (depends || follows_store || follows_copy) {
-                twice.push(inst);
+            let stays = depends || follows_store || follows_copy && data.has_effect();
+            follows_copy |= stays;
+            if stays {
                 dependent.extend(result);
-            } else {
+            }
+            may_come_before.push(!stays);
+        }
+        let mut needed: Vec<Value> = vec![];
+        for &inst in behind {
+            self.func.inst(inst).for_each_arg(|value| needed.push(value));
+        }
+        let (mut before, mut twice) = (vec![], vec![]);
+        for (&inst, &may_come_before) in copied.iter().zip(&may_come_before).rev() {
+            let data = self.func.inst(inst);
+            let is_needed = self.func.result(inst).is_some_and(|result| {
+                let elsewhere = self.uses.elsewhere.get(result.index()).copied();
+                needed.contains(&result) || elsewhere.unwrap_or(false) || is_leaf(result)
+            });
+            let is_long = matches!(data, InstData::Load { .. } | InstData::HostCall { .. });
+            if may_come_before && (is_needed || is_long || data.has_effect()) {
+                data.for_each_arg(|value| needed.push(value));
                 before.push(inst);
+            } else {
+                twice.push(inst);
             }
         }
+        before.reverse();
+        twice.reverse();
+        let checked = checked.into_iter().map(|value| (value, Check::Narrow)).collect();
         Some(Plan { checked, same, before, twice, end })
     }
 
@@ -253,12 +309,63 @@ impl Speculate<'_> {
         found
     }
 
+    /// The operands of a call that have to be checked, each with the check that most values pass.
+    /// None if a fraction is to be expected with which integers can't do.
+    fn checks_of(&self, data: &InstData) -> Vec<(Value, Check)> {
+        let operands = self.operands_to_check(data);
+        let nature = operands.iter().map(|&value| self.nature(value, MAX_STEPS)).max();
+        let check = match (form(data), nature.unwrap_or(Nature::Plain)) {
+            (_, Nature::Plain) => Check::Narrow,
+            (Some(IntegerForm::Bits), _) => Check::Rounded,
+            (_, Nature::Fraction) => return vec![],
+            (Some(IntegerForm::Modulo), Nature::Product) => Check::Wide,
+            // Larger operands than those of 32 bits are rare here.
+            (_, Nature::Product) => Check::Narrow,
+        };
+        operands.into_iter().map(|value| (value, check)).collect()
+    }
+
+    /// How a double is computed. Its definition is followed back through at most `steps`
+    /// instructions.
+    fn nature(&self, value: Value, steps: u32) -> Nature {
+        let Some(data) = self.func.def_inst(value) else { return Nature::Plain };
+        let of = |value| match steps {
+            0 => Nature::Plain,
+            _ => self.nature(value, steps - 1),
+        };
+        match *data {
+            InstData::Fconst { .. } if self.floats.get(value).integers().is_none() => {
+                Nature::Fraction
+            }
+            InstData::Unary { op: UnaryOp::Fsqrt, arg: _ } => Nature::Fraction,
+            InstData::Unary { op: UnaryOp::Ffloor | UnaryOp::Fceil | UnaryOp::Ftrunc, arg: _ } => {
+                Nature::Plain
+            }
+            InstData::Unary { op: _, arg } => of(arg),
+            InstData::Binary { op: BinaryOp::Fdiv, args: _ } => Nature::Fraction,
+            InstData::Binary { op, args: [a, b] } => {
+                let nature = of(a).max(of(b));
+                let is_constant = |value| self.func.constant(value).is_some();
+                if op == BinaryOp::Fmul && !is_constant(a) && !is_constant(b) {
+                    nature.max(Nature::Product)
+                } else {
+                    nature
+                }
+            }
+            InstData::HostCall { function, args: _ } if function.is_pure() => {
+                let integer = function.integer_form().is_some();
+                if integer { Nature::Plain } else { Nature::Fraction }
+            }
+            _ => Nature::Plain,
+        }
+    }
+
     /// How to compute a single call with integers while its operands are integers; `at` is its
     /// number among the instructions.
     pub(super) fn plan_call(&mut self, insts: &[Inst], at: usize) -> Plan {
         let call = insts.get(at).copied();
         let mut twice: Vec<Inst> = call.into_iter().collect();
-        let checked = call.map_or(vec![], |call| self.operands_to_check(self.func.inst(call)));
+        let checked = call.map_or(vec![], |call| self.checks_of(self.func.inst(call)));
         let mut end = at + 1;
         // The low bits of a number follow the call that gives all of them.
         let result = call.and_then(|call| self.func.result(call));
@@ -270,7 +377,25 @@ impl Speculate<'_> {
             twice.push(next);
             end += 1;
         }
-        let before = insts.get(..at).unwrap_or_default().to_vec();
+        let mut before = insts.get(..at).unwrap_or_default().to_vec();
+        // Only the call itself needs integers as doubles.
+        if let Some(call) = call.filter(|_| insts.len() <= MAX_STATEMENT) {
+            let args = *self.func.inst(call);
+            let serves_call = |&inst: &Inst| {
+                let mut serves = false;
+                if let InstData::Convert { op: ConvertOp::IntToFloat, .. } = self.func.inst(inst) {
+                    args.for_each_arg(|arg| {
+                        let is_checked = checked.iter().any(|&(value, _)| value == arg);
+                        let is_arg = self.func.result(inst) == Some(arg) && !is_checked;
+                        serves |= is_arg && self.uses.counts.get(arg.index()) == Some(&1);
+                    });
+                }
+                serves
+            };
+            let conversions: Vec<Inst> = before.iter().copied().filter(serves_call).collect();
+            before.retain(|inst| !serves_call(inst));
+            twice.splice(0..0, conversions);
+        }
         Plan { checked, same: vec![], before, twice, end }
     }
 }
