@@ -33,7 +33,7 @@ use crate::pmac::tasks::{TaskKind, tasks};
 use self::variables::Regions;
 
 /// The number of instructions after which a new function begins. It is more than for the other
-/// languages, since a third of them are in code that seldom runs.
+/// languages, since general code, which seldom runs, is among them.
 const CHUNK: usize = 3000;
 
 /// Whether a task's statements choose a coordinate system by ADDRESS. Texts of COMMAND always
