@@ -11,6 +11,7 @@ mod outputs;
 mod port_lines;
 mod retained;
 mod state;
+mod stops;
 mod tick;
 mod transfer;
 mod validate;

@@ -4,7 +4,7 @@ use std::any::Any;
 
 use plcc_abi::image::{read_u8, write_i16, write_i32, write_u8};
 use plcc_abi::pmi::{FlipFlop, Lines, PORTS, Role, Special, Timer, Type};
-use plcc_abi::{Engine, MissingElement, Outcome, Program, Scan, Tables, Trap, TrapCode};
+use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TrapCode};
 use thiserror::Error;
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity};
@@ -13,8 +13,8 @@ use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
 use crate::watchdog::Watchdog;
 use crate::{
-    Event, Executive, NameError, Place, Purpose, Restored, Setting, Stop, Value, ValueError,
-    Variable, VariableKey,
+    Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value, ValueError, Variable,
+    VariableKey,
 };
 
 use super::events::{Announcements, value};
@@ -70,7 +70,7 @@ pub struct PmiExecutive {
     forces: Forces,
     identity: ProgramIdentity,
     /// The names of the program's sources.
-    files: Vec<String>,
+    pub(super) files: Vec<String>,
 }
 
 impl PmiExecutive {
@@ -179,47 +179,6 @@ impl PmiExecutive {
             }
             Role::Variable | Role::Input(_) | Role::Output(_) | Role::Constant => {}
         }
-    }
-
-    /// Why the control stops after a trap.
-    fn stop(&self, Trap { code, statement, element }: Trap) -> Stop {
-        match code {
-            TrapCode::ArrayBounds => {
-                let place = statement.and_then(|statement| Place::new(&self.files, statement));
-                let at = place.as_ref().map_or_else(String::new, |place| format!(" in {place}"));
-                let what = element.and_then(|element| self.missing(element));
-                let what =
-                    what.unwrap_or_else(|| "an array has no element that was accessed".into());
-                Stop {
-                    code: "NO PMI DATA".into(),
-                    message: format!(
-                        "{what}{at}; the control is in emergency stop and does not scan again"
-                    ),
-                    place,
-                }
-            }
-            TrapCode::Watchdog => Stop {
-                code: "WATCHDOG".into(),
-                message:
-                    "the scan took longer than the watchdog allows; the control is in emergency \
-                          stop and does not scan again"
-                        .into(),
-                place: None,
-            },
-            TrapCode::BadLabel | TrapCode::Timeout | TrapCode::CallDepth | TrapCode::HostPanic => {
-                Stop::internal_error(code)
-            }
-        }
-    }
-
-    /// Says which array has not the element with which index; `None` if there is no such array.
-    fn missing(&self, MissingElement { array, index }: MissingElement) -> Option<String> {
-        let symbols = &self.names.symbols;
-        let symbol = symbols.iter().find(|s| s.elements.is_some() && s.offset == array)?;
-        let (name, last) = (&symbol.name, symbol.elements?.saturating_sub(1));
-        Some(format!(
-            "{name}[{index}] does not exist ({name} has the elements 0 to {last}); it was accessed"
-        ))
     }
 
     fn set_variable(&mut self, variable: PmiVariable, value: Setting) {

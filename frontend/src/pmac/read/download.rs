@@ -4,9 +4,10 @@ use plcc_abi::pmac::Kind;
 use plcc_diag::Diagnostic;
 
 use super::cursor::ParseError;
-use super::expr::{Reader, UsedL};
+use super::expr::Reader;
 use super::online::OnlineEffect;
 use super::preprocess::Preprocessed;
+use super::ranges::UsedL;
 use super::structure::{Frame, FrameKind};
 use super::words::{self, Keyword, ONLINE};
 use crate::common::Options;

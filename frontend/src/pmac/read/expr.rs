@@ -4,6 +4,7 @@
 use plcc_abi::pmac::Kind;
 
 use super::cursor::{Cursor, ParseError, Parsed, syntax, syntax_help};
+use super::ranges::{RangeBudget, UsedL};
 use crate::common::Controller;
 use crate::pmac::ast::{Bin, Cmp, Expr, FUNCTIONS, Func, Op};
 use crate::pmac::origin::TextRange;
@@ -30,63 +31,6 @@ pub(crate) struct Reader<'a> {
     pub(crate) constants_with_point: Vec<usize>,
     /// Whether comparators, AND and OR may stand outside of parentheses.
     bare_conditions: bool,
-}
-
-/// A use of L-variables: `count` of them from number `first` on, `step` apart.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct UsedL {
-    pub(crate) first: u16,
-    pub(crate) count: u16,
-    pub(crate) step: u16,
-    /// Where they are named.
-    pub(crate) at: TextRange,
-}
-
-impl UsedL {
-    /// The numbers of the variables.
-    pub(crate) fn numbers(&self) -> impl Iterator<Item = u16> {
-        let Self { first, count, step, .. } = *self;
-        (0..count).map(move |k| first.wrapping_add(k.wrapping_mul(step)))
-    }
-}
-
-/// How many variables the ranges of a download may name in all: 256 times all of one kind of a Turbo
-/// PMAC. Each is looked at when the download is read or loaded, so that without this limit a
-/// mebibyte of `P0..8191=0` would take minutes.
-const MAX_IN_RANGES: u32 = 2 << 20;
-
-/// How many variables ranges may still name.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RangeBudget {
-    left: u32,
-    is_exceeded: bool,
-}
-
-impl Default for RangeBudget {
-    fn default() -> Self {
-        Self { left: MAX_IN_RANGES, is_exceeded: false }
-    }
-}
-
-impl RangeBudget {
-    /// Takes `count` variables. Gives how many of them are to be read; `None` for the range that
-    /// exceeds the budget. Of the ranges behind it only one variable is read: the download is
-    /// refused anyway.
-    pub(crate) fn take(&mut self, count: u16) -> Option<u16> {
-        if self.is_exceeded {
-            return Some(count.min(1));
-        }
-        match self.left.checked_sub(u32::from(count)) {
-            Some(left) => {
-                self.left = left;
-                Some(count)
-            }
-            None => {
-                self.is_exceeded = true;
-                None
-            }
-        }
-    }
 }
 
 /// An operator whose right operand is not read yet, or an open parenthesis.

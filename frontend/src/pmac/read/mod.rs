@@ -19,6 +19,7 @@ pub(crate) mod expr;
 mod macros;
 pub(crate) mod online;
 pub(crate) mod preprocess;
+mod ranges;
 mod recover;
 mod report;
 mod ring;
