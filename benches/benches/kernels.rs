@@ -15,8 +15,8 @@
 //! with static ones; bytes of code; and the compile time.
 //!
 //! With `--without -gates,-narrow` no C is compiled. Instead each kernel is compiled with all passes and
-//! without those, and the two take turns: the columns are bytes of code and time with static inputs,
-//! each with all passes, without those, and the ratio of the first to the second.
+//! without those, and the two take turns: the columns are bytes of code and the times with static and
+//! with random inputs, each with all passes, without those, and the ratio of the first to the second.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -116,8 +116,17 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Compares native code that all passes have worked on with such that a set of passes has.
 fn compare_passes(options: &Options, without: PassSet) -> Result<(), Box<dyn Error>> {
     println!(
-        "{:<24} {:>8} {:>8} {:>6} {:>9} {:>9} {:>6}",
-        "kernel", "bytes", "without", "ratio", "ns", "without", "ratio"
+        "{:<24} {:>8} {:>8} {:>6} {:>9} {:>9} {:>6} {:>9} {:>9} {:>6}",
+        "kernel",
+        "bytes",
+        "without",
+        "ratio",
+        "ns",
+        "without",
+        "ratio",
+        "random",
+        "without",
+        "ratio"
     );
     for kernel in families::all(options.seed, options.percent) {
         let name = format!("{} {}", kernel.language.group(), kernel.name);
@@ -136,20 +145,20 @@ fn compare_passes(options: &Options, without: PassSet) -> Result<(), Box<dyn Err
         let estimate = subjects.each_mut().map(|s| s.run(Inputs::Static, 100, true));
         let scans =
             ((ROUND_NS / estimate.iter().fold(1.0, |a: f64, &b| a.max(b))) as usize).max(50);
-        let mut ns = [f64::INFINITY; 2];
-        for _ in 0..options.rounds {
-            for (subject, least) in subjects.iter_mut().zip(&mut ns) {
-                *least = least.min(subject.run(Inputs::Static, scans, true));
-            }
-        }
         let [with, without] = subjects.each_ref().map(|subject| subject.compiled.code_bytes);
-        println!(
-            "{name:<24} {with:>8} {without:>8} {:>6.2} {:>9.1} {:>9.1} {:>6.2}",
-            with as f64 / without as f64,
-            ns[0],
-            ns[1],
-            ns[0] / ns[1]
-        );
+        let mut line =
+            format!("{name:<24} {with:>8} {without:>8} {:>6.2}", with as f64 / without as f64);
+        for inputs in [Inputs::Static, Inputs::Random] {
+            let mut ns = [f64::INFINITY; 2];
+            for _ in 0..options.rounds {
+                for (subject, least) in subjects.iter_mut().zip(&mut ns) {
+                    *least = least.min(subject.run(inputs, scans, true));
+                }
+            }
+            let [with, without] = ns;
+            let _ = write!(line, " {with:>9.1} {without:>9.1} {:>6.2}", with / without);
+        }
+        println!("{line}");
     }
     Ok(())
 }

@@ -8,7 +8,7 @@ use super::{BitStyle, Expr, Kernel, Language, Op, Stmt};
 /// control.
 pub(super) const NCT_FIRST_FLAG: usize = 100;
 /// The byte of F of the first word in NCT.
-pub(super) const NCT_FIRST_WORD: usize = 700;
+pub(super) const NCT_FIRST_WORD: usize = 500;
 /// The address in Y of the first word of bits of a PMAC.
 pub(super) const PMAC_BITS: u32 = 0x07C0;
 /// How many bits a word of a PMAC has.

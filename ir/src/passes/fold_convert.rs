@@ -15,7 +15,7 @@ use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, Value, eval};
 
 /// The origin of a bit is followed back through at most this many instructions.
-const MAX_STEPS: usize = 8;
+const MAX_STEPS: usize = 32;
 
 /// The origin of a bit.
 enum BitOrigin {

@@ -49,7 +49,7 @@ struct Test {
 /// Runs the pass; gives whether it changed anything.
 pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
     let graph = Graph::new(func);
-    let users = only_users(func);
+    let users = users_of_values(func);
     let tests: Vec<Option<Test>> =
         (0..func.block_count()).map(|index| test(func, Block(index as u32), &users)).collect();
     let mut changed = false;
@@ -82,9 +82,8 @@ fn is_equal(ty: Type, value: i64, number: i64) -> bool {
     }
 }
 
-/// The test that a block is. `users` holds for each value the only block that uses it, if there is
-/// only one.
-fn test(func: &FuncData, block: Block, users: &[Option<Block>]) -> Option<Test> {
+/// The test that a block is. `users` says which blocks use each value.
+fn test(func: &FuncData, block: Block, users: &[Users]) -> Option<Test> {
     let data = func.block(block);
     let Some(Terminator::Brif { cond, then, otherwise }) = &data.terminator else { return None };
     let (args, is_equality) = match *func.def_inst(*cond)? {
@@ -104,7 +103,11 @@ fn test(func: &FuncData, block: Block, users: &[Option<Block>]) -> Option<Test> 
     };
     let InstData::Load { ty, at } = *func.def_inst(loaded)? else { return None };
     let is_own = |inst: &crate::Inst| {
-        let used_here = |value: Value| users[value.index()] == Some(block);
+        let used_here = |value: Value| match users[value.index()] {
+            Users::None => true,
+            Users::In(user) => user == block,
+            Users::Several => false,
+        };
         !func.inst(*inst).has_effect() && func.result(*inst).is_none_or(used_here)
     };
     let holds_load = data.insts.iter().any(|&inst| func.result(inst) == Some(loaded));
@@ -124,21 +127,35 @@ fn test(func: &FuncData, block: Block, users: &[Option<Block>]) -> Option<Test> 
     Some(Test { variable: (at, ty, shift), number, equal, otherwise })
 }
 
-/// For each value the block that uses it, if that is only one.
-fn only_users(func: &FuncData) -> Vec<Option<Block>> {
-    let mut users: Vec<(bool, Option<Block>)> = vec![(false, None); func.value_count()];
+/// Which blocks use a value.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Users {
+    /// No block does; `dce` will drop it.
+    None,
+    /// One does.
+    In(Block),
+    /// More than one do.
+    Several,
+}
+
+/// Which blocks use each value.
+fn users_of_values(func: &FuncData) -> Vec<Users> {
+    let mut users = vec![Users::None; func.value_count()];
     for (block, data) in func.blocks() {
         let mut note = |value: Value| {
-            let (is_used, user) = &mut users[value.index()];
-            *user = if *is_used && *user != Some(block) { None } else { Some(block) };
-            *is_used = true;
+            let user = &mut users[value.index()];
+            *user = match *user {
+                Users::None => Users::In(block),
+                Users::In(other) if other == block => Users::In(block),
+                _ => Users::Several,
+            };
         };
         data.insts.iter().for_each(|&inst| func.inst(inst).for_each_arg(&mut note));
         if let Some(terminator) = &data.terminator {
             terminator.for_each_arg(note);
         }
     }
-    users.into_iter().map(|(_, user)| user).collect()
+    users
 }
 
 /// Finds out what variables hold.
