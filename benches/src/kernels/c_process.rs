@@ -56,8 +56,9 @@ impl CProcess {
         seed: u64,
     ) -> Result<Self, Box<dyn Error>> {
         let name = compiler.name().replace(' ', "");
-        let (source, program) = (folder.join("kernel.c"), folder.join(name));
-        let data = folder.join("patterns");
+        // Each program has its own files, since an earlier one may still be reading its own.
+        let (source, data) = (folder.join("kernel.c"), folder.join(format!("{name}.patterns")));
+        let program = folder.join(name);
         std::fs::write(&source, c::program(kernel))?;
         std::fs::write(&data, pattern_bytes(kernel, seed))?;
         let mut command = Command::new(&compiler.command);

@@ -286,6 +286,8 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
             }
         }
         stage.all(&[Pass::Forward, Pass::Fold, Pass::Branches]);
+        // A store that will be overwritten would keep a block from being a mere test.
+        stage.pass(Pass::DeadStores);
         if stage.pass(Pass::ThreadTests) {
             stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
         }

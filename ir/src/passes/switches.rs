@@ -65,10 +65,15 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     if tests.len() < MIN_TESTS || !matches!(ty, Type::I8 | Type::I16 | Type::I32) {
         return false;
     }
-    // A switch takes an unsigned number.
+    // A switch takes an unsigned number. A field of a word is compared with its lowest bit in a
+    // higher place; the bits below are 0 in all numbers.
     let mask = (1 << ty.bits()) - 1;
+    let shift = shifted_left(func, value);
+    if tests.iter().any(|(number, _)| number & ((1 << shift) - 1) != 0) {
+        return false;
+    }
     for (number, _) in &mut tests {
-        *number &= mask;
+        *number = (*number & mask) >> shift;
     }
     let numbers = || tests.iter().map(|(number, _)| *number as u64);
     let (low, high) = (numbers().min().unwrap_or(0), numbers().max().unwrap_or(0));
@@ -93,6 +98,12 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
         func.result(inst)
     };
     let mut arg = value;
+    if shift > 0
+        && let Some(by) = push(func, InstData::Iconst { ty, value: shift.into() })
+    {
+        let moved = InstData::Binary { op: BinaryOp::Lshr, args: [arg, by] };
+        arg = push(func, moved).unwrap_or(arg);
+    }
     if ty != Type::I32 {
         let wide = InstData::Convert { op: ConvertOp::Zext, to: Type::I32, arg };
         arg = push(func, wide).unwrap_or(arg);
@@ -108,6 +119,15 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     data.insts = insts;
     data.terminator = Some(Terminator::Switch { arg, targets, default: next });
     true
+}
+
+/// How far the value of a shift left by a constant was shifted; 0 for other values.
+fn shifted_left(func: &FuncData, value: Value) -> u32 {
+    let Some(&InstData::Binary { op: BinaryOp::Shl, args: [_, by] }) = func.def_inst(value) else {
+        return 0;
+    };
+    let by = func.constant(by).and_then(|by| u32::try_from(by).ok());
+    by.filter(|&by| by < func.ty(value).bits()).unwrap_or(0)
 }
 
 /// The terminator of a block as a test; `None` if it is something else.
