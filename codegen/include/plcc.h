@@ -148,10 +148,8 @@ static inline enum plcc_outcome PLCC_NAME(scan)(struct plcc_task *task,
         label = (uint32_t)outcome;
         switch (outcome >> 32 & 0xFF) {
         case 0: /* goes on at the label */
-            if (*context->epoch >= context->limit) {
-                task->trap = 5;
-                return PLCC_TRAP;
-            }
+            if (*context->epoch >= context->limit)
+                return PLCC_NAME(trapped)(task, 5);
             break;
         case PLCC_END:
             return PLCC_END;

@@ -7,12 +7,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::Parser;
-use plcc_abi::{Engine, Host, HostFn, Outcome, ResumePoint, Scan, TimeLimit};
+use plcc_abi::{Dialect, Engine, Host, HostFn, Outcome, ResumePoint, Scan, TimeLimit};
 use plcc_frontend::common::{Limits, Options};
 use plcc_frontend::detect::{Ending, ending};
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::session;
 use plcc_tests::compile::{Way, compile};
+use plcc_tests::loader::Folder;
 
 #[derive(Parser)]
 struct Args {
@@ -188,5 +189,36 @@ fn a_watchdog_that_does_not_bark_changes_nothing() {
         let watched = run("a.nct", source, way, &format!("{args} --watchdog 1h"), |engine| engine);
         assert_eq!(plain, watched, "{way:?}");
         assert_eq!(plain.0, 0);
+    }
+}
+
+/// `plcrt` as a process: the exit status, the dump, and the physical outputs, which are off while the
+/// variables keep their values.
+#[test]
+fn a_controller_that_is_stopped_has_its_outputs_off() {
+    let folder = Folder::new("watchdog");
+    let endless = ":001\nLF500 +1 SF500 SY000\n:010\nLF502 +1 SF502\nG010\nJ1\n:000\nJ0\n";
+    folder.artifact("n.plcx", Dialect::Nct, endless);
+    let straight = "A = A & B ! /A\nB = /B ! A\n".repeat(4000);
+    let straight = format!("$OUTPUT\nLAMP = 1/0\n$LOGICAL\nA,B\n$END\nLAMP = T\n{straight}");
+    folder.artifact("p.plcx", Dialect::Pmi, &straight);
+    for (args, code, variables) in [
+        ("n.plcx --watch Y000,O000", "PLC TIMEOUT1", ["\"O000\":0", "\"Y000\":1"]),
+        (
+            "p.plcx --watchdog 1us --period 1 --watch PORT1.0",
+            "WATCHDOG",
+            ["\"LAMP\":1", "\"PORT1.0\":0"],
+        ),
+    ] {
+        let args = format!("{args} --realtime --ticks 1000000 --trace t.csv --dump d.json");
+        let output = folder.run(&args.split(' ').collect::<Vec<&str>>());
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(3), "{message}");
+        assert!(message.contains(code), "{message}");
+        let dump = folder.read("d.json");
+        assert!(dump.contains(&format!("\"code\":\"{code}\"")), "{dump}");
+        for variable in variables {
+            assert!(dump.contains(variable), "{variable} is not in {dump}");
+        }
     }
 }

@@ -111,7 +111,7 @@ fn subroutines_have_bounds_and_loops_have_none() {
     assert!(bound("CF500\nCF502\nJ1\n:010 LF500 +1 SF500 R\n:020 C010 R").is_some());
     assert_eq!(bound("C010\nJ1\n:010 LF500 +1 SF500 C010 R"), None, "recursion");
     assert_eq!(bound(":010 LF500 +1 SF500\nG010\nJ1"), None, "a loop");
-    assert_eq!(bound("C010\nJ1\n:010 LF500 (F5000 G010 Z) R"), None, "a loop in a subroutine");
+    assert_eq!(bound("C010\nJ1\n:010 LF500 (F5000) G010 Z R"), None, "a loop in a subroutine");
 }
 
 #[test]
