@@ -63,10 +63,23 @@ fn variables_in_ranges_are_limited() {
 
 #[test]
 fn instructions_are_limited() {
-    let statements = "M0..7=P1\n".repeat(20_000);
+    let statements = "M0..7=P1\n".repeat(10_000);
     let folder =
         Folder::with(&[("a.pmc", &format!("I5=2\nOPEN PLC 1 CLEAR\n{statements}CLOSE\n"))]);
     let done = folder.plcc("build a.pmc").exits(1);
     assert!(done.stderr.contains("PMAC-X7"), "{}", done.stderr);
     assert!(!folder.has("a.plcx"));
+}
+
+#[test]
+fn the_instructions_of_a_statement_and_the_number_of_commands_are_limited() {
+    let plc = |body: &str| format!("I5=2\nOPEN PLC 1 CLEAR\n{body}\nCLOSE\n");
+    let folder = Folder::with(&[
+        ("long.pmc", &plc(&format!("P1={}P2", "P2+".repeat(100_000)))),
+        ("commands.pmc", &plc(&"CMD\"P1=1\"\n".repeat(50_000))),
+    ]);
+    for file in ["long.pmc", "commands.pmc"] {
+        let done = folder.plcc(&format!("build {file}")).exits(1);
+        assert!(done.stderr.contains("PMAC-X7"), "{}", done.stderr);
+    }
 }

@@ -38,7 +38,14 @@ pub const DEFAULT_LIMIT: usize = 2000;
 
 /// How many instructions a program may have before any pass. Programs of 20 000 lines have some
 /// 300 000. More would take the compiler seconds and hundreds of mebibytes.
-pub const MAX_INSTRUCTIONS: usize = 1 << 20;
+pub const MAX_INSTRUCTIONS: usize = 1 << 19;
+
+/// How many instructions a statement may have that the front end does not divide. All of them are in
+/// one function, for which code generation takes more memory than for several short ones.
+pub const MAX_STATEMENT_INSTRUCTIONS: usize = 1 << 17;
+
+/// A task counts as so many instructions, for its entry and its tables.
+const INSTRUCTIONS_PER_TASK: usize = 12;
 
 /// A branch target, which may not be bound yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -159,11 +166,14 @@ impl ChunkBuilder {
         loc
     }
 
-    /// The statement that was begun last, if there are more than [`MAX_INSTRUCTIONS`]. A front end
-    /// asks between statements and gives up then.
+    /// The statement that was begun last, if there are more than [`MAX_INSTRUCTIONS`], or more than
+    /// [`MAX_STATEMENT_INSTRUCTIONS`] in the current function. A front end asks between statements
+    /// and gives up then.
     pub fn statement_over_budget(&self) -> Option<Statement> {
-        let count = self.finished_instructions + self.current.func().inst_count();
-        if count <= MAX_INSTRUCTIONS {
+        let current = self.current.func().inst_count();
+        let tasks = INSTRUCTIONS_PER_TASK * self.module.tasks.len();
+        let count = self.finished_instructions + current + tasks;
+        if count <= MAX_INSTRUCTIONS && current <= MAX_STATEMENT_INSTRUCTIONS {
             return None;
         }
         self.module.statements.get(self.current.loc().0 as usize).copied()

@@ -15,6 +15,7 @@ use plcc_frontend::common::{Controller, Limits, MemoryLoader, Options};
 use plcc_ir::{Module, passes, text, verify};
 use plcc_runtime::args::ControlArgs;
 use plcc_runtime::artifact::header;
+use plcc_runtime::artifact::signature::{self, PublicKey};
 use plcc_runtime::{Artifact, artifact, retain, session};
 
 use crate::no_fault::faults;
@@ -23,13 +24,14 @@ use crate::no_fault::faults;
 pub type Promise = fn(&[u8]);
 
 /// The promises for each kind of input, with the name of its fuzz target.
-pub const PROMISES: [(&str, Promise); 6] = [
+pub const PROMISES: [(&str, Promise); 7] = [
     ("parse_pmi", parse_pmi),
     ("parse_nct", parse_nct),
     ("parse_pmac", parse_pmac),
     ("artifact", artifact),
     ("ir_text", ir_text),
     ("retained", retained),
+    ("key", key),
 ];
 
 /// Takes the bytes as a PMI program: checks it with the limits of the original control and without
@@ -200,6 +202,18 @@ pub fn retained(bytes: &[u8]) {
         assert!(restored.is_ok_and(|restored| restored.is_complete()), "it does not take its own");
         assert_eq!(next.retained(), Some(saved), "it saves another state than it took");
     }
+}
+
+/// Takes the bytes as a file of a public key: it is refused or read. A key accepts no signature that
+/// is made of the same bytes.
+pub fn key(bytes: &[u8]) {
+    let text = String::from_utf8_lossy(bytes);
+    let Ok(key) = PublicKey::parse(&text) else { return };
+    let (artifact, signature) = signature::split(bytes);
+    if let Some(signature) = signature {
+        assert!(key.verify(artifact, &signature).is_err());
+    }
+    assert_eq!(key.to_string().len(), 64);
 }
 
 /// Takes the bytes as IR in its text form: it is either refused with a line and column, or read. If

@@ -154,7 +154,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-X7",
         "program too long to compile",
-        "The compiler takes programs of up to 1 048 576 instructions, before it makes them better; a statement has 5 to 50. The place is the statement with which they are too many.",
+        "The compiler takes programs of up to 524 288 instructions, before it makes them better, and statements of up to 131 072. A usual statement has 5 to 50. The place is the statement with which they are too many.",
         "Divide the download among several, or put what is alike into a WHILE.",
     ),
     code(

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use plcc_ir::Statement;
-use plcc_ir::chunk::MAX_INSTRUCTIONS;
+use plcc_ir::chunk::{MAX_INSTRUCTIONS, MAX_STATEMENT_INSTRUCTIONS};
 
 use super::InternalError;
 
@@ -12,8 +12,8 @@ use super::InternalError;
 pub enum LowerError {
     /// The compiler has a defect.
     Internal(InternalError),
-    /// The program has more than [`MAX_INSTRUCTIONS`] instructions. Holds the statement with which
-    /// they became too many.
+    /// The program has more than [`MAX_INSTRUCTIONS`] instructions, or a statement more than
+    /// [`MAX_STATEMENT_INSTRUCTIONS`]. Holds the statement with which they became too many.
     TooLong(Statement),
 }
 
@@ -23,7 +23,8 @@ impl fmt::Display for LowerError {
             Self::Internal(error) => error.fmt(f),
             Self::TooLong(statement) => write!(
                 f,
-                "the program has more than {MAX_INSTRUCTIONS} instructions (line {})",
+                "the program has more than {MAX_INSTRUCTIONS} instructions, or a statement more than \
+                 {MAX_STATEMENT_INSTRUCTIONS} (line {})",
                 statement.line
             ),
         }

@@ -79,12 +79,19 @@ impl PublicKey {
     /// When the file can't be read, or holds no public key of this kind.
     pub fn open(path: &Path) -> io::Result<Self> {
         let text = read_regular(path, MAX_KEY_FILE)?;
-        let text = String::from_utf8_lossy(&text);
+        Self::parse(&String::from_utf8_lossy(&text))
+    }
+
+    /// Reads a key from its text form.
+    ///
+    /// # Errors
+    /// When it is no public key of this kind.
+    pub fn parse(text: &str) -> io::Result<Self> {
         let invalid = |what| io::Error::new(io::ErrorKind::InvalidData, what);
         if text.contains("PRIVATE KEY") {
             return Err(invalid("it is a private key; name the public key beside it"));
         }
-        let key = VerifyingKey::from_public_key_pem(&text);
+        let key = VerifyingKey::from_public_key_pem(text);
         key.map(Self).map_err(|_| invalid("it is no public key; `plcc key new` makes keys"))
     }
 

@@ -149,3 +149,8 @@ fn retained_keeps_its_promises_on_saved_and_changed_inputs() {
     assert_eq!(payloads.len(), 4, "one for each language, and one for Turbo PMAC");
     replay_with("retained", &[], &[], payloads, 300);
 }
+
+#[test]
+fn key_keeps_its_promises_on_saved_and_changed_inputs() {
+    replay("key", &[], &[], 2000);
+}

@@ -18,6 +18,10 @@ const MAX_LINE: usize = 1 << 20;
 /// in the square of its length.
 const MAX_TEMPLATE: usize = 4096;
 
+/// How many parentheses may be open at a time in a template's default. It bounds the time for such a
+/// line too.
+const MAX_OPEN: usize = 64;
+
 /// A line of a file with its templates replaced.
 pub(crate) struct ExpandedLine<'a> {
     file: FileId,
@@ -253,6 +257,9 @@ impl<'a> Template<'a> {
                 c if c == open => depth += 1,
                 c if c == close => depth -= 1,
                 _ => {}
+            }
+            if depth > MAX_OPEN {
+                return None;
             }
             if depth == 0 {
                 let default = behind.get(1..i);
