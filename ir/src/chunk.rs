@@ -77,6 +77,8 @@ pub struct ChunkBuilder {
     finished: Vec<FuncBuilder>,
     /// How many instructions the finished functions have.
     finished_instructions: usize,
+    /// The first statement with more than [`MAX_STATEMENT_INSTRUCTIONS`] in one function.
+    long_statement: Option<SourceLoc>,
 }
 
 impl ChunkBuilder {
@@ -90,6 +92,7 @@ impl ChunkBuilder {
             branches: vec![],
             finished: vec![],
             finished_instructions: 0,
+            long_statement: None,
         }
     }
 
@@ -170,13 +173,17 @@ impl ChunkBuilder {
     /// [`MAX_STATEMENT_INSTRUCTIONS`] in the current function. A front end asks between statements
     /// and gives up then.
     pub fn statement_over_budget(&self) -> Option<Statement> {
+        let statement = |loc: SourceLoc| self.module.statements.get(loc.0 as usize).copied();
+        if let Some(long) = self.long_statement {
+            return statement(long);
+        }
         let current = self.current.func().inst_count();
         let tasks = INSTRUCTIONS_PER_TASK * self.module.tasks.len();
         let count = self.finished_instructions + current + tasks;
         if count <= MAX_INSTRUCTIONS && current <= MAX_STATEMENT_INSTRUCTIONS {
             return None;
         }
-        self.module.statements.get(self.current.loc().0 as usize).copied()
+        statement(self.current.loc())
     }
 
     /// Whether the current function has reached the limit.
@@ -194,7 +201,11 @@ impl ChunkBuilder {
         if self.is_full() {
             let loc = self.current.loc();
             let name = format!("chunk{}", self.finished.len() + 1);
-            self.finished_instructions += self.current.func().inst_count();
+            let count = self.current.func().inst_count();
+            self.finished_instructions += count;
+            if count > MAX_STATEMENT_INSTRUCTIONS {
+                self.long_statement.get_or_insert(loc);
+            }
             self.finished.push(std::mem::replace(&mut self.current, FuncBuilder::new(name)));
             self.current.set_loc(loc);
         } else {
