@@ -76,9 +76,10 @@ fn the_instructions_of_a_statement_and_the_number_of_commands_are_limited() {
     let plc = |body: &str| format!("I5=2\nOPEN PLC 1 CLEAR\n{body}\nCLOSE\n");
     let folder = Folder::with(&[
         ("long.pmc", &plc(&format!("P1={}P2", "P2+".repeat(200_000)))),
+        ("calls.pmc", &plc(&format!("P1={}P2", "P2%P3+".repeat(20_000)))),
         ("commands.pmc", &plc(&"CMD\"P1=1\"\n".repeat(50_000))),
     ]);
-    for file in ["long.pmc", "commands.pmc"] {
+    for file in ["long.pmc", "calls.pmc", "commands.pmc"] {
         let done = folder.plcc(&format!("build {file}")).exits(1);
         assert!(done.stderr.contains("PMAC-X7"), "{}", done.stderr);
     }

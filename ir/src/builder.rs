@@ -26,6 +26,8 @@ pub struct FuncBuilder {
     cold: bool,
     /// Whether blocks that become the current one are to be optimised for size.
     optimize_for_size: bool,
+    /// How many host calls the function has.
+    host_calls: usize,
 }
 
 impl FuncBuilder {
@@ -37,7 +39,7 @@ impl FuncBuilder {
             ..FuncData::default()
         };
         let loc = SourceLoc::NONE;
-        Self { func, block: Block(0), loc, cold: false, optimize_for_size: false }
+        Self { func, block: Block(0), loc, cold: false, optimize_for_size: false, host_calls: 0 }
     }
 
     /// The finished function. A block without terminator gets [`Terminator::Return`].
@@ -249,7 +251,13 @@ impl FuncBuilder {
     /// appended and the result is `None`.
     pub fn host_call(&mut self, function: HostFn, args: &[Value]) -> Option<Value> {
         let args = Args::new(args)?;
+        self.host_calls += 1;
         self.push(InstData::HostCall { function, args })
+    }
+
+    /// How many host calls the function has.
+    pub fn host_call_count(&self) -> usize {
+        self.host_calls
     }
 
     /// Ends the current block with a jump, which passes these values for the block's parameters.

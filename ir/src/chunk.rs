@@ -44,6 +44,10 @@ pub const MAX_INSTRUCTIONS: usize = 1 << 19;
 /// one function, for which code generation takes more memory than for several short ones.
 pub const MAX_STATEMENT_INSTRUCTIONS: usize = 1 << 17;
 
+/// In a statement a host call counts as so many instructions: what lives across it is spilled, so that
+/// code generation takes as much more memory.
+const INSTRUCTIONS_PER_HOST_CALL: usize = 9;
+
 /// A task counts as so many instructions, for its entry and its tables.
 const INSTRUCTIONS_PER_TASK: usize = 12;
 
@@ -180,10 +184,16 @@ impl ChunkBuilder {
         let current = self.current.func().inst_count();
         let tasks = INSTRUCTIONS_PER_TASK * self.module.tasks.len();
         let count = self.finished_instructions + current + tasks;
-        if count <= MAX_INSTRUCTIONS && current <= MAX_STATEMENT_INSTRUCTIONS {
+        if count <= MAX_INSTRUCTIONS && !self.is_long_statement() {
             return None;
         }
         statement(self.current.loc())
+    }
+
+    /// Whether the current function has more instructions than a statement may have.
+    fn is_long_statement(&self) -> bool {
+        let calls = (INSTRUCTIONS_PER_HOST_CALL - 1) * self.current.host_call_count();
+        self.current.func().inst_count() + calls > MAX_STATEMENT_INSTRUCTIONS
     }
 
     /// Whether the current function has reached the limit.
@@ -201,9 +211,8 @@ impl ChunkBuilder {
         if self.is_full() {
             let loc = self.current.loc();
             let name = format!("chunk{}", self.finished.len() + 1);
-            let count = self.current.func().inst_count();
-            self.finished_instructions += count;
-            if count > MAX_STATEMENT_INSTRUCTIONS {
+            self.finished_instructions += self.current.func().inst_count();
+            if self.is_long_statement() {
                 self.long_statement.get_or_insert(loc);
             }
             self.finished.push(std::mem::replace(&mut self.current, FuncBuilder::new(name)));
