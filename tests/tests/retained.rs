@@ -16,7 +16,10 @@ use plcc_tests::loader::{Folder, Running, wait_until};
 /// Counts slices of 20 ms in F500, which survives power-off.
 const COUNT: &str = ":001\nLF500 +1 SF500\nJ1\n:000\nJ0\n";
 
-const REALTIME: [&str; 4] = ["count.plcx", "--realtime", "--retain", "kept"];
+/// A control whose process is the one that the test has started.
+const REALTIME: [&str; 5] = ["count.plcx", "--realtime", "--no-supervisor", "--retain", "kept"];
+/// A control in a process of its own, which the process that the test has started supervises.
+const SUPERVISED: [&str; 4] = ["count.plcx", "--realtime", "--retain", "kept"];
 
 fn folder(name: &str) -> Folder {
     let folder = Folder::new(name);
@@ -39,7 +42,7 @@ fn saved_count(folder: &Folder, file: &str) -> u64 {
 fn a_folder_that_vanishes_and_comes_back_ends_no_saving() {
     let folder = folder("vanishes");
     fs::create_dir(folder.path("disk")).unwrap();
-    let args = "count.plcx --realtime --retain disk/kept --log log --socket socket";
+    let args = "count.plcx --realtime --no-supervisor --retain disk/kept --log log --socket socket";
     let args: Vec<&str> = args.split(' ').collect();
     let mut running = folder.start(&args);
     wait_until("the first save", || folder.path("disk/kept.bak").exists());
@@ -102,16 +105,39 @@ fn a_limit_on_the_size_of_files_ends_no_saving() {
     assert!(saved_count(&folder, "kept") > 50);
 }
 
+/// Whether the process that has locked the retained file handles SIGTERM.
+fn handles_signals(folder: &Folder) -> bool {
+    let id = fs::read_to_string(folder.path("kept.lock")).unwrap_or_default();
+    let status = fs::read_to_string(format!("/proc/{}/status", id.trim())).unwrap_or_default();
+    let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+    let caught = caught.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    // SIGTERM is signal 15.
+    caught.is_some_and(|mask| mask >> 14 & 1 != 0)
+}
+
+/// Signals, and how often each is sent; first to a control alone and then to a supervisor.
+const SIGNALS: [(&str, usize); 10] = [
+    ("TERM", 2),
+    ("TERM", 2),
+    ("INT", 3),
+    ("INT", 3),
+    ("QUIT", 1),
+    ("QUIT", 1),
+    ("PWR", 2),
+    ("PWR", 2),
+    ("HUP", 2),
+    ("HUP", 2),
+];
+
 #[test]
 fn signals_that_come_together_are_one_and_all_is_saved() {
     let folder = folder("signals");
-    for (round, (signal, times)) in
-        [("TERM", 2), ("INT", 3), ("QUIT", 1), ("PWR", 2), ("HUP", 2)].into_iter().enumerate()
-    {
+    for (round, (signal, times)) in SIGNALS.into_iter().enumerate() {
         let dump = format!("dump{round}");
-        let mut running = folder.start(&[&REALTIME[..], &["--dump", &dump]].concat());
-        wait_until("its lock", || folder.path("kept.lock").exists());
-        // It runs.
+        let options = if round % 2 == 0 { &REALTIME[..] } else { &SUPERVISED };
+        let mut running = folder.start(&[options, &["--dump", &dump]].concat());
+        wait_until("that it handles signals", || handles_signals(&folder));
+        // Some ticks, for the count to go on.
         thread::sleep(Duration::from_millis(300));
         let before = if round == 0 { 0 } else { saved_count_of_copy(&folder) };
         running.signal(signal, times);
@@ -188,10 +214,12 @@ fn a_later_signal_waits_for_the_save_at_most_five_seconds() {
     folder.artifact("many.plcx", Dialect::Pmi, &text);
     assert!(Command::new("mkfifo").arg(folder.path("fifo")).status().unwrap().success());
     let reader = File::options().read(true).write(true).open(folder.path("fifo")).unwrap();
-    let args = ["many.plcx", "--realtime", "--retain", "kept", "--dump", "fifo"];
+    // In real time a dump that nobody takes is left; in simulated time it is waited for.
+    let args = ["many.plcx", "--ticks", "100000000000", "--retain", "kept", "--dump", "fifo"];
     let mut running = folder.start(&args);
-    wait_until("the first save", || folder.path("kept.bak").exists());
+    wait_until("that it handles signals", || handles_signals(&folder));
     running.signal("TERM", 2);
+    wait_until("the save", || folder.path("kept.bak").exists());
     thread::sleep(Duration::from_millis(1500));
     running.signal("TERM", 1);
     running.says("not everything could be saved within 5 s");
