@@ -9,7 +9,8 @@ use crate::args::Command;
 /// The text of a reply.
 pub(crate) fn result(command: &Command, result: &Json) -> String {
     match command {
-        Command::Status | Command::Stat => table(result),
+        Command::Status => table(result),
+        Command::Stat => timing(result),
         Command::List { .. } => list(result),
         Command::Get { .. } => values(result),
         Command::Swap { dry_run, .. } => {
@@ -53,6 +54,45 @@ fn table(result: &Json) -> String {
     for (key, value) in map {
         // Writing to a String does not fail.
         let _ = writeln!(text, "{:width$}  {}", harmless(key), plain(value));
+    }
+    text
+}
+
+/// How long ticks take: a row for each thing that is timed.
+fn timing(result: &Json) -> String {
+    const COLUMNS: [(&str, &str); 7] = [
+        ("count", "count"),
+        ("last us", "last_us"),
+        ("mean us", "mean_us"),
+        ("p50 us", "p50_us"),
+        ("p99 us", "p99_us"),
+        ("p99.9 us", "p999_us"),
+        ("max us", "max_us"),
+    ];
+    let mut rows: Vec<(String, &Json)> = [("lateness", "lateness"), ("tick", "ticks")]
+        .into_iter()
+        .filter_map(|(name, key)| Some((name.to_owned(), result.get(key)?)))
+        .collect();
+    for task in result.get("tasks").and_then(Json::as_array).into_iter().flatten() {
+        rows.push((task.get("name").map(plain).unwrap_or_default(), task));
+    }
+    let mut text = format!("{:10}", "");
+    // Writing to a String does not fail.
+    for (title, _) in COLUMNS {
+        let _ = write!(text, " {title:>10}");
+    }
+    text.push('\n');
+    for (name, row) in rows {
+        let _ = write!(text, "{name:10}");
+        for (_, key) in COLUMNS {
+            let _ = write!(text, " {:>10}", row.get(key).map(plain).unwrap_or_default());
+        }
+        text.push('\n');
+    }
+    for key in ["overruns", "skipped", "forces"] {
+        if let Some(value) = result.get(key) {
+            let _ = writeln!(text, "{key:10} {:>10}", plain(value));
+        }
     }
     text
 }
@@ -126,6 +166,20 @@ mod tests {
         assert_eq!(result(&get, &reply), "A=1\nB=[1,2]\n");
         let status = json!({"forces": [{"name": "X", "value": "1"}], "state": "running"});
         assert_eq!(result(&Command::Status, &status), "forces  X=1\nstate   running\n");
+    }
+
+    #[test]
+    fn timing_is_a_table() {
+        let times = json!({"count": 3, "last_us": 1.5, "mean_us": 2, "p50_us": 2, "p99_us": 3,
+                           "p999_us": 3, "max_us": 3.25, "name": "scan"});
+        let reply = json!({"lateness": times, "ticks": times, "tasks": [times], "overruns": 1,
+                           "skipped": 0, "forces": []});
+        let text = result(&Command::Stat, &reply);
+        let lines: Vec<Vec<&str>> =
+            text.lines().map(|line| line.split_whitespace().collect()).collect();
+        assert_eq!(lines[3], ["scan", "3", "1.5", "2", "2", "3", "3", "3.25"]);
+        assert_eq!((lines[1][0], lines[2][0]), ("lateness", "tick"));
+        assert_eq!(lines[4], ["overruns", "1"]);
     }
 
     #[test]

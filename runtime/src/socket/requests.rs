@@ -229,7 +229,7 @@ impl Requests {
     fn stat(&self) -> Json {
         let mut timing = (self.surroundings.timing)();
         if let Some(map) = timing.as_object_mut() {
-            map.insert("ticks".into(), self.reached.ticks().into());
+            map.insert("ticks_done".into(), self.reached.ticks().into());
             map.insert("forces".into(), self.served.forces_json());
         }
         timing
