@@ -310,17 +310,17 @@ impl Speculate<'_> {
     }
 
     /// The operands of a call that have to be checked, each with the check that most values pass.
-    /// None if a fraction is to be expected with which integers can't do.
+    /// None if a fraction is to be expected of the dividend of a remainder.
     fn checks_of(&self, data: &InstData) -> Vec<(Value, Check)> {
         let operands = self.operands_to_check(data);
         let nature = operands.iter().map(|&value| self.nature(value, MAX_STEPS)).max();
         let check = match (form(data), nature.unwrap_or(Nature::Plain)) {
             (_, Nature::Plain) => Check::Narrow,
             (Some(IntegerForm::Bits), _) => Check::Rounded,
-            (_, Nature::Fraction) => return vec![],
+            (Some(IntegerForm::Modulo), Nature::Fraction) => return vec![],
             (Some(IntegerForm::Modulo), Nature::Product) => Check::Wide,
-            // Larger operands than those of 32 bits are rare here.
-            (_, Nature::Product) => Check::Narrow,
+            // Bit operators are seldom used on fractions and on more than 32 bits.
+            _ => Check::Narrow,
         };
         operands.into_iter().map(|value| (value, check)).collect()
     }
