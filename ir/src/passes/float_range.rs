@@ -288,8 +288,11 @@ impl FloatRange {
                     {
                         Self::int(least, most)
                     }
+                    // A number outside the range is divided by the length of the range, and the
+                    // length is added to the remainder or taken from it at most once.
                     (_, Some((low, first)), Some((last, high))) if first <= last => {
-                        Self::int(low, high)
+                        let length = high - low + 1;
+                        Self::int(low.min(-length), high.max(2 * length))
                     }
                     _ => Self::ANY,
                 }
