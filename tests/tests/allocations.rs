@@ -58,7 +58,7 @@ fn acting_from_outside_allocates_nothing() {
         };
         let mut publisher = Publisher::create(&path, &content).unwrap();
         let variable = old.find(name, Purpose::Watch).unwrap();
-        let key = old.keys(variable)[0];
+        let key = old.keys(variable).into_iter().next().unwrap();
         let setting = old.parse(variable, "1").unwrap();
         let plan = compare(&program, &program, true).unwrap().plan;
 

@@ -202,7 +202,7 @@ fn is_safe(shop: &Shop, image: &[u8]) -> bool {
     let control = ControlArgs::default();
     let executive = session::executive(&artifact.program, &control, true, None).unwrap();
     let mut bytes = executive.safe_lines().bytes().iter();
-    bytes.all(|byte| image[byte.offset as usize] & !byte.keep == byte.set)
+    bytes.all(|byte| image.get(byte.offset as usize).unwrap() & !byte.keep == byte.set)
 }
 
 /// Kills a process of a pair at random moments, and writes how long it takes until the image file has the
@@ -235,7 +235,7 @@ fn kill_at_random(name: &str, supervisor_dies: bool) {
         }
     }
     times.sort();
-    let at = |per_mille: usize| times[(times.len() - 1) * per_mille / 1000];
+    let at = |per_mille: usize| times.get((times.len() - 1) * per_mille / 1000).unwrap();
     println!(
         "{name}: {} kills; safe after p50 {:?}, p99.9 {:?}, at most {:?}",
         times.len(),
