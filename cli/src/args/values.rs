@@ -169,6 +169,6 @@ mod tests {
 
     #[test]
     fn clap_accepts_the_definition_of_the_options() {
-        super::Cli::command().debug_assert();
+        crate::args::Cli::command().debug_assert();
     }
 }

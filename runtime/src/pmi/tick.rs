@@ -52,7 +52,7 @@ pub enum PmiLoadError {
 }
 
 /// The executive of a PMI program.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct PmiExecutive {
     pub(super) image: Vec<u8>,
     pub(super) names: Names,

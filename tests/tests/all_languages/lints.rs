@@ -274,7 +274,7 @@ fn a_comment_silences_a_lint_for_the_next_statement() {
 
 /// The names of the lints that the files below a folder set off, with the files.
 fn set_off_in(folder: &Path, found: &mut Vec<(&'static Lint, String)>) {
-    for entry in folder.read_dir().expect("a folder").flatten() {
+    for entry in folder.read_dir().unwrap().flatten() {
         let path = entry.path();
         if path.is_dir() {
             set_off_in(&path, found);
@@ -290,9 +290,9 @@ fn set_off_in(folder: &Path, found: &mut Vec<(&'static Lint, String)>) {
         let Ok(dialect) = detect::detect(&path, sources.text(file)) else { continue };
         let loader = MemoryLoader::new();
         let machine = std::fs::read_to_string(path.with_extension("machine.toml"));
-        let machine = machine.map(|text| Machine::parse(&text).expect("a machine file"));
+        let machine = machine.map(|text| Machine::parse(&text).unwrap());
         let machine = machine.unwrap_or_default();
-        let lints = LintLevels::of_machine(&machine).expect("lints that exist");
+        let lints = LintLevels::of_machine(&machine).unwrap();
         let options = Options { machine, lints, ..Options::default() };
         let (_, diagnostics) = language(dialect).check(&mut sources, &[file], &loader, &options);
         found.extend(
