@@ -75,8 +75,8 @@ impl SourceSettings {
 /// When the machine file names a lint or a level that does not exist.
 fn lint_levels(args: &SourceArgs, machine: &Machine) -> Result<LintLevels, String> {
     let mut levels = LintLevels::of_machine(machine)?;
-    args.allow.iter().for_each(|lint| levels.set(lint, Level::Allow));
-    args.warn.iter().for_each(|lint| levels.set(lint, Level::Warn));
+    args.lints_off.iter().for_each(|lint| levels.set(lint, Level::Allow));
+    args.lints_on.iter().for_each(|lint| levels.set(lint, Level::Warn));
     for denied in &args.deny {
         match denied {
             Denied::Warnings => levels.deny_warnings = true,

@@ -196,12 +196,12 @@ pub(crate) struct SourceArgs {
     pub(crate) include: Vec<PathBuf>,
 
     /// Does not show a lint's findings (repeatable); `plcc explain --search lint` lists the lints
-    #[arg(short = 'A', long = "allow", value_name = "LINT", value_parser = lint)]
-    pub(crate) allow: Vec<&'static Lint>,
+    #[arg(short = 'A', value_name = "LINT", value_parser = lint)]
+    pub(crate) lints_off: Vec<&'static Lint>,
 
     /// Shows a lint's findings, also those of a lint that is off otherwise (repeatable)
-    #[arg(short = 'W', long = "warn", value_name = "LINT", value_parser = lint)]
-    pub(crate) warn: Vec<&'static Lint>,
+    #[arg(short = 'W', value_name = "LINT", value_parser = lint)]
+    pub(crate) lints_on: Vec<&'static Lint>,
 
     /// Makes a lint's findings errors, or all warnings (repeatable)
     #[arg(short = 'D', long = "deny", value_name = "LINT|warnings", value_parser = denied)]
@@ -412,4 +412,15 @@ pub(crate) struct XrefArgs {
 
     #[command(flatten)]
     pub(crate) source: SourceArgs,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    /// No two options of a command have the same name, and whatever else clap asks for.
+    #[test]
+    fn the_options_of_every_command_fit_together() {
+        super::Cli::command().debug_assert();
+    }
 }
