@@ -56,7 +56,8 @@ fn programs_with_prefixes_run_in_one_c_program() {
 HOST
 static uint8_t image[2][16384];
 int main(void) {
-    struct plcc_context context[2] = { { image[0], host, 0 }, { image[1], host, 0 } };
+    struct plcc_context context[2] = { { .image = image[0], .host = host },
+                                       { .image = image[1], .host = host } };
     struct plcc_task lift = lift_task_at(0), door = Door_2_task_at(1);
     if (lift_image_size > sizeof *image || Door_2_image_size > sizeof *image) return 1;
     for (int n = 0; n < 4; n++)
@@ -119,7 +120,7 @@ fn gdb(name: &str, source: &str, task: u32, commands: &[&str]) -> Option<String>
     run(&mut build, &folder.path().join("plc"));
     let main = format!(
         "#include \"plcc.h\"\n{HOST}static uint8_t image[4 << 20];\nint main(void) {{\n\
-         struct plcc_context here = {{ image, host, 0 }}, *context = &here;\n\
+         struct plcc_context here = {{ .image = image, .host = host }}, *context = &here;\n\
          struct plcc_task task = plcc_task_at({task});\nplcc_scan(&task, context);\n\
          return context->image != image;\n}}\n"
     );

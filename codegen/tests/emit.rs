@@ -186,7 +186,7 @@ fn an_object_runs_in_c() {
                              uint64_t d, uint64_t e) { return 0; }
         int main(void) {
             static uint8_t image[4096];
-            struct plcc_context context = { image, host, 0 };
+            struct plcc_context context = { .image = image, .host = host };
             struct plcc_task task = plcc_task_at(0);
             int n;
             if (plcc_abi_version != VERSION || plcc_image_size > sizeof image) return 1;

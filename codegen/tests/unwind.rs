@@ -100,7 +100,7 @@ static uint64_t host(const struct plcc_context *c, uint32_t f, uint64_t a, uint6
 }
 int main(int argc, char **argv) {
     static uint8_t image[4096];
-    struct plcc_context context = { image, host, 0 };
+    struct plcc_context context = { .image = image, .host = host };
     struct plcc_task task = plcc_task_at(0);
     unwinds = argc > 1;
     return plcc_scan(&task, &context) == PLCC_END && found == unwinds ? image[7] : 100;

@@ -128,7 +128,8 @@ static void replay(const struct program *program, const char *file)
     records = fopen(file, "rb");
     if (!image || !expected || !records)
         fail("no memory, or no records");
-    context.image = image, context.host = host, context.host_data = 0;
+    memset(&context, 0, sizeof context);
+    context.image = image, context.host = host;
     while ((kind = changes(1)) == 'S') {
         struct plcc_task task = program->task_at(number(4));
         enum plcc_outcome outcome;
