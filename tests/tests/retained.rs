@@ -305,7 +305,7 @@ fn system_calls_have_the_order_that_survives_a_power_failure() {
         .filter_map(|line| {
             let call = line.split_once(' ')?.1.trim_start();
             let (name, arguments) = call.split_once('(')?;
-            let name = name.trim_end_matches(|c: char| c == '2').trim_end_matches("at");
+            let name = name.trim_end_matches('2').trim_end_matches("at");
             let has = |file: &str| arguments.contains(&format!("{place}/{file}"));
             Some(match name {
                 "write" if has("kept.new>") => "write".to_owned(),
