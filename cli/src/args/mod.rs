@@ -413,14 +413,3 @@ pub(crate) struct XrefArgs {
     #[command(flatten)]
     pub(crate) source: SourceArgs,
 }
-
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory;
-
-    /// No two options of a command have the same name, and whatever else clap asks for.
-    #[test]
-    fn the_options_of_every_command_fit_together() {
-        super::Cli::command().debug_assert();
-    }
-}
