@@ -77,7 +77,8 @@ fn page_faults(process: &str, thread: &str) -> u64 {
     // The name of the program, in parentheses, may hold spaces. Behind it stand the fields from the
     // third on; the tenth and the twelfth are the two numbers.
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
-    fields[7].parse::<u64>().unwrap() + fields[9].parse::<u64>().unwrap()
+    let field = |at: usize| fields.get(at).unwrap().parse::<u64>().unwrap();
+    field(7) + field(9)
 }
 
 #[test]

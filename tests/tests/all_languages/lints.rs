@@ -1,5 +1,6 @@
 //! The lints: for each a program that sets it off and a corrected twin that does not, and that the
 //! examples and the corpus set off none that is on by default.
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::path::Path;
 
