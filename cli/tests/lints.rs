@@ -27,7 +27,7 @@ fn options_choose_which_lints_are_told() {
     let folder = Folder::with(&[("a.pmi", LAMP)]);
     let output = pair("unassigned-output", "warning");
     let control = pair("control-never-assigned", "warning");
-    assert_eq!(lints(&folder, "", 0), [output.clone()]);
+    assert_eq!(lints(&folder, "", 0), std::slice::from_ref(&output));
     assert_eq!(lints(&folder, "-A unassigned-output", 0), []);
     assert_eq!(lints(&folder, "-W control-never-assigned", 0), [output, control.clone()]);
     assert_eq!(lints(&folder, "-A Unassigned-Output -W control-never-assigned", 0), [control]);
