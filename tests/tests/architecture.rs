@@ -15,6 +15,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("plcc-codegen", &["plcc-abi", "plcc-ir"]),
     ("plcc-runtime", &["plcc-abi"]),
     ("plcrt", &["plcc-abi", "plcc-runtime"]),
+    ("libplcrt", &["plcc-runtime"]),
     ("plcctl", &[]),
     (
         "plcc",
@@ -39,13 +40,19 @@ const EVERYTHING: &[&str] = &[
 
 /// Which of ours a crate's own tests may use besides. Random numbers are for all; the tests of
 /// code generation run the code. A test that needs more belongs into `tests/`.
-const TESTS_MAY_USE: &[(&str, &[&str])] = &[("plcc-codegen", &["plcc-runtime"])];
+/// Those of the C library compile the program that they run: cargo builds the library for its own
+/// tests only.
+const TESTS_MAY_USE: &[(&str, &[&str])] = &[
+    ("plcc-codegen", &["plcc-runtime"]),
+    ("libplcrt", &["plcc", "plcc-abi", "plcc-codegen", "plcc-diag", "plcc-frontend"]),
+];
 
 /// The only files that may hold `unsafe`.
 const UNSAFE: &[&str] = &[
     "abi/src/code.rs",
     "codegen/src/compile.rs",
     "codegen/src/jit_memory.rs",
+    "libplcrt/src/c.rs",
     "runtime/src/artifact/mod.rs",
     "runtime/src/image_file/shared_memory.rs",
     "runtime/src/native.rs",

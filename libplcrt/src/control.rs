@@ -1,0 +1,198 @@
+//! A control with its program, by safe functions.
+
+use std::collections::VecDeque;
+use std::path::Path;
+
+use clap::Parser;
+use plcc_runtime::args::ControlArgs;
+use plcc_runtime::run::{End, Watch, dump};
+use plcc_runtime::{
+    Artifact, Event, EventBody, Executive, NativeEngine, Purpose, Stop, Value, Variable, session,
+};
+
+/// How many events wait at most. When a further one comes, the oldest is lost.
+const MAX_EVENTS: usize = 1 << 16;
+
+/// A variable that can be set, found by [`Control::find_settable`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Settable(pub(crate) Variable);
+
+/// The options that a control can be made with: those of `plcrt` under "Control".
+#[derive(Parser)]
+#[command(name = "options", no_binary_name = true, disable_help_flag = true)]
+struct Options {
+    #[command(flatten)]
+    control: ControlArgs,
+}
+
+/// A control with its program, at some tick.
+pub struct Control {
+    artifact: Artifact,
+    engine: NativeEngine,
+    executive: Box<dyn Executive>,
+    ticks: u64,
+    stop: Option<Stop>,
+    /// The events of the last tick; kept so that a tick allocates no memory for the list.
+    of_tick: Vec<Event>,
+    events: VecDeque<Event>,
+    lost_events: u64,
+}
+
+impl Control {
+    /// A control at power-up with the program of an artifact. `options` are words as `plcrt` takes
+    /// them, separated by blanks: `--period 10`. They may be empty.
+    ///
+    /// # Errors
+    /// When the file can't be read or is no artifact for this machine, or an option is wrong.
+    pub fn open(path: &Path, options: &str) -> Result<Self, String> {
+        let artifact = Artifact::open(path, None);
+        Self::with(artifact.map_err(|error| format!("{}: {error}", path.display()))?, options)
+    }
+
+    /// The same, with the bytes of an artifact.
+    ///
+    /// # Errors
+    /// When they are no artifact for this machine, or an option is wrong.
+    pub fn load(bytes: &[u8], options: &str) -> Result<Self, String> {
+        Self::with(Artifact::parse(bytes, None).map_err(|error| error.to_string())?, options)
+    }
+
+    fn with(artifact: Artifact, options: &str) -> Result<Self, String> {
+        let options = Options::try_parse_from(options.split_whitespace());
+        let options = options.map_err(|error| error.render().to_string().trim_end().to_owned())?;
+        let engine = NativeEngine::new(&artifact.code, &artifact.program);
+        let engine = engine.map_err(|error| error.to_string())?;
+        let executive = session::executive(&artifact.program, &options.control, false, None);
+        let executive = executive.map_err(|error| error.to_string())?;
+        let (stop, of_tick, events) = (None, vec![], VecDeque::new());
+        Ok(Self { artifact, engine, executive, ticks: 0, stop, of_tick, events, lost_events: 0 })
+    }
+
+    /// Does one base tick: a PMI scan, an NCT slice, a PMAC servo cycle. Gives whether the program
+    /// goes on; once it is stopped, nothing happens any more.
+    pub fn tick(&mut self) -> bool {
+        if self.stop.is_some() {
+            return false;
+        }
+        self.of_tick.clear();
+        let tick = self.ticks;
+        self.ticks += 1;
+        if let Err(stop) = self.executive.tick(&mut self.engine, &mut self.of_tick) {
+            let (file, line) = stop.place.clone().map(|place| (place.file, place.line)).unzip();
+            let body = EventBody::Stop { code: stop.code.clone(), file, line };
+            self.of_tick.push(Event { tick, body });
+            self.stop = Some(stop);
+        }
+        for event in self.of_tick.drain(..) {
+            if self.events.len() >= MAX_EVENTS {
+                self.events.pop_front();
+                self.lost_events += 1;
+            }
+            self.events.push_back(event);
+        }
+        self.stop.is_none()
+    }
+
+    /// How many ticks have been begun.
+    pub fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// The length of a tick in nanoseconds of the control's time.
+    pub fn tick_ns(&self) -> u64 {
+        self.executive.tick_ns()
+    }
+
+    /// The language of the program: `pmi`, `nct` or `pmac`.
+    pub fn dialect(&self) -> &'static str {
+        self.artifact.program.dialect().name()
+    }
+
+    /// Why the control stopped the program, if it did.
+    pub fn stop(&self) -> Option<&Stop> {
+        self.stop.as_ref()
+    }
+
+    /// The oldest event that was not taken yet, as the JSON object that `--events` writes.
+    pub fn next_event(&mut self) -> Option<String> {
+        let event = self.events.pop_front()?;
+        // An event has only strings and numbers, which JSON can hold.
+        serde_json::to_string(&event).ok()
+    }
+
+    /// How many events were lost, since more than 65 536 waited.
+    pub fn lost_events(&self) -> u64 {
+        self.lost_events
+    }
+
+    /// Finds a variable to be read, by its name in the language's spelling; a whole array too.
+    ///
+    /// # Errors
+    /// When the program has no such variable.
+    pub fn find(&mut self, name: &str) -> Result<Variable, String> {
+        self.executive.find(name, Purpose::Watch).map_err(|error| error.to_string())
+    }
+
+    /// Finds a variable to be set.
+    ///
+    /// # Errors
+    /// When the program has no such variable, or it can't be set.
+    pub fn find_settable(&mut self, name: &str) -> Result<Settable, String> {
+        let found = self.executive.find(name, Purpose::Stimulus);
+        found.map(Settable).map_err(|error| error.to_string())
+    }
+
+    /// The value of a variable that this control has found.
+    pub fn get(&self, variable: Variable) -> Value {
+        self.executive.get(variable)
+    }
+
+    /// Sets a variable as the machine or the operator would: as a row of a stimulus does.
+    ///
+    /// # Errors
+    /// When the text is no value that the variable can take.
+    pub fn put(&mut self, variable: Settable, value: &str) -> Result<(), String> {
+        let setting = self.executive.parse(variable.0, value).map_err(|error| error.to_string())?;
+        self.executive.set(variable.0, setting);
+        Ok(())
+    }
+
+    /// Sets a variable by its name; see [`put`](Self::put).
+    ///
+    /// # Errors
+    /// When the program has no such variable, or it can't take the value.
+    pub fn set(&mut self, name: &str, value: &str) -> Result<(), String> {
+        let variable = self.find_settable(name)?;
+        self.put(variable, value)
+    }
+
+    /// The state as `--dump` writes it: one line of JSON.
+    ///
+    /// # Errors
+    /// Never, in practice: text is written to memory.
+    pub fn dump(&mut self) -> Result<String, String> {
+        let end = End { ticks: self.ticks, stop: self.stop.clone(), ..End::default() };
+        let dialect = self.artifact.program.dialect();
+        let mut text = vec![];
+        dump(&mut text, dialect, self.executive.as_mut(), &Watch::default(), &end)
+            .map_err(|error| error.to_string())?;
+        String::from_utf8(text).map_err(|error| error.to_string())
+    }
+
+    /// The data that survives power-off; `None` where the program keeps none.
+    pub fn retained(&self) -> Option<Vec<u8>> {
+        self.executive.retained()
+    }
+
+    /// Takes back what [`retained`](Self::retained) gave, before the first tick. Of what another program
+    /// of the language has left, it takes what has the same name and type.
+    ///
+    /// # Errors
+    /// When it has another form, or a tick has been done.
+    pub fn restore(&mut self, retained: &[u8]) -> Result<(), String> {
+        if self.ticks > 0 {
+            return Err("retained data is taken back only before the first tick".into());
+        }
+        self.executive.restore(retained).map(|_| ())
+    }
+}
