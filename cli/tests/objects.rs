@@ -128,6 +128,8 @@ fn gdb(name: &str, source: &str, task: u32, commands: &[&str]) -> Option<String>
     link(&folder, &["plc.o"]);
     let mut command = Command::new("gdb");
     command.args(["-nx", "-batch", "-ex", "set debuginfod enabled off"]);
+    // For a bit field gdb reads the whole image, which is larger for a PMAC than it does by itself.
+    command.args(["-ex", "set max-value-size unlimited"]);
     command.args(["-ex", "break main.c:9", "-ex", "run"]);
     for line in commands {
         command.args(["-ex", line]);

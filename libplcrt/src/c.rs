@@ -23,7 +23,7 @@ pub struct Plcrt {
     /// The text that was given last.
     text: CString,
     /// What is called for each event, and what it is given.
-    on_event: Option<(PlcrtCallback, *mut c_void)>,
+    on_event: Option<(Callback, *mut c_void)>,
     /// A panic has happened while the control was used.
     broken: bool,
 }
@@ -36,10 +36,8 @@ enum Found {
     Settable(Settable),
 }
 
-/// Is called for each event, in plcrt_tick: `user` is what was given to plcrt_on_event, `json` one JSON
-/// object as `plcrt --events` writes it, valid during the call. It must not call plcrt_tick or
-/// plcrt_close with the control.
-pub type PlcrtCallback = extern "C" fn(user: *mut c_void, json: *const c_char);
+/// What is called for each event; see [`plcrt_on_event`].
+type Callback = extern "C" fn(user: *mut c_void, json: *const c_char);
 
 /// What a function gives that can fail.
 #[repr(C)]
@@ -453,15 +451,16 @@ pub unsafe extern "C" fn plcrt_lost_events(control: *mut Plcrt) -> u64 {
     unsafe { with(control, 0, |plcrt| Ok(plcrt.control.lost_events())) }
 }
 
-/// Has each event from now on given to a function in plcrt_tick; plcrt_next_event gives none then. Null
-/// in place of the function ends that.
+/// Has a function called for each event from now on, in plcrt_tick; plcrt_next_event gives none then.
+/// Null in place of the function ends that. `user` is passed on to it; `json` is one JSON object as
+/// `plcrt --events` writes it, valid during the call. The function must not use the control.
 ///
 /// # Safety
 /// As for plcrt_tick. The function may be called with `user` as long as the control is open.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn plcrt_on_event(
     control: *mut Plcrt,
-    callback: Option<PlcrtCallback>,
+    callback: Option<extern "C" fn(user: *mut c_void, json: *const c_char)>,
     user: *mut c_void,
 ) -> PlcrtStatus {
     // SAFETY: as the caller promises.

@@ -1,0 +1,175 @@
+/* The C interface of libplcrt: runs programs that plcc has compiled.
+ *
+ * Made by cbindgen of libplcrt/src/c.rs: change that file, not this one.
+ */
+
+#ifndef PLCRT_H
+#define PLCRT_H
+
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+// For plcrt_find: the variable is to be read.
+#define PLCRT_READ 0
+
+// For plcrt_find: the variable is to be set.
+#define PLCRT_WRITE 1
+
+// What a function gives that can fail.
+enum plcrt_status {
+  // Done.
+  PLCRT_OK = 0,
+  // The control has stopped the program, now or before.
+  PLCRT_STOPPED = 1,
+  // Not done; plcrt_error says why.
+  PLCRT_FAILED = -1,
+};
+
+// A control with its program. It may be used by one thread at a time.
+struct plcrt;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+// The text of the last error on this thread; empty if there was none. It is valid until the next
+// function of this library that this thread calls.
+const char *plcrt_error(void);
+
+// A control at power-up with the program of a file that `plcc build` has written. `options` are those
+// of `plcrt` under "Control", separated by blanks (`--period 10`), or null. Null if it fails.
+//
+// # Safety
+// Both pointers are null or point to texts that end with a zero.
+struct plcrt *plcrt_open(const char *path,
+                         const char *options);
+
+// The same as plcrt_open, with the `length` bytes of a file in memory, which are not needed
+// afterwards.
+//
+// # Safety
+// `bytes` is null or points to `length` bytes; `options` is null or a text that ends with a zero.
+struct plcrt *plcrt_load(const uint8_t *bytes, uintptr_t length, const char *options);
+
+// Gives a control's memory back. Null does nothing.
+//
+// # Safety
+// `control` is null or was given by plcrt_open or plcrt_load; it is not used afterwards.
+void plcrt_close(struct plcrt *control);
+
+// Does one base tick: a PMI scan, an NCT slice of 20 ms, a PMAC servo cycle. The library does not look
+// at the clock: call it when a tick is due.
+//
+// # Safety
+// `control` is null or open, and no other thread uses it.
+enum plcrt_status plcrt_tick(struct plcrt *control);
+
+// How many ticks have been begun; 0 for null.
+//
+// # Safety
+// As for plcrt_tick.
+uint64_t plcrt_ticks(struct plcrt *control);
+
+// The length of a tick in nanoseconds of the control's time; 0 for null. A PMAC program may change it.
+//
+// # Safety
+// As for plcrt_tick.
+uint64_t plcrt_tick_ns(struct plcrt *control);
+
+// Finds a variable by its name as the control's users know it, and gives its number for plcrt_read
+// (`purpose` PLCRT_READ) or plcrt_write (PLCRT_WRITE); -1 if it fails.
+//
+// # Safety
+// As for plcrt_tick; `name` is null or a text that ends with a zero.
+int64_t plcrt_find(struct plcrt *control, const char *name, uint32_t purpose);
+
+// The value of a variable that was found to be read, and of an array its element with an index; the
+// index of another variable is 0. Integers of a control have at most 48 bits, so a double holds them
+// exactly.
+//
+// # Safety
+// As for plcrt_tick; `value` is null or points to a double.
+enum plcrt_status plcrt_read(struct plcrt *control,
+                             int64_t variable,
+                             uint32_t index,
+                             double *value);
+
+// How many elements a variable that was found to be read has: 1 if it is no array, 0 if it fails.
+//
+// # Safety
+// As for plcrt_tick.
+uint32_t plcrt_elements(struct plcrt *control, int64_t variable);
+
+// Sets a variable that was found to be set, as the machine or the operator would: the value is
+// converted as in an assignment of the program. A value that is not finite fails, and so does a
+// fraction, but for a PMAC.
+//
+// # Safety
+// As for plcrt_tick.
+enum plcrt_status plcrt_write(struct plcrt *control, int64_t variable, double value);
+
+// The value of a variable by its name: of an array element `A[3]`.
+//
+// # Safety
+// As for plcrt_find and plcrt_read.
+enum plcrt_status plcrt_get(struct plcrt *control, const char *name, double *value);
+
+// Sets a variable by its name; see plcrt_write.
+//
+// # Safety
+// As for plcrt_find.
+enum plcrt_status plcrt_set(struct plcrt *control, const char *name, double value);
+
+// The oldest event that was not taken yet, as one JSON object, valid until the next function with this
+// control; null if there is none. At most 65 536 events wait; then the oldest is lost.
+//
+// # Safety
+// As for plcrt_tick.
+const char *plcrt_next_event(struct plcrt *control);
+
+// How many events were lost; 0 for null.
+//
+// # Safety
+// As for plcrt_tick.
+uint64_t plcrt_lost_events(struct plcrt *control);
+
+// Has a function called for each event from now on, in plcrt_tick; plcrt_next_event gives none then.
+// Null in place of the function ends that. `user` is passed on to it; `json` is one JSON object as
+// `plcrt --events` writes it, valid during the call. The function must not use the control.
+//
+// # Safety
+// As for plcrt_tick. The function may be called with `user` as long as the control is open.
+enum plcrt_status plcrt_on_event(struct plcrt *control,
+                                 void (*callback)(void *user, const char *json),
+                                 void *user);
+
+// The state as `plcrt --dump` writes it, one JSON object, valid until the next function with this
+// control: `state`, why the program was stopped, all variables. Null if it fails.
+//
+// # Safety
+// As for plcrt_tick.
+const char *plcrt_dump(struct plcrt *control);
+
+// Copies the data that survives power-off to `buffer` if it is at most `size` bytes long. Gives its
+// length in bytes, 0 where the program keeps none, -1 if it fails. `buffer` may be null to ask for the
+// length.
+//
+// # Safety
+// As for plcrt_tick; `buffer` is null or points to `size` bytes.
+int64_t plcrt_retained(struct plcrt *control,
+                       uint8_t *buffer,
+                       uintptr_t size);
+
+// Takes back the data that plcrt_retained gave, before the first tick.
+//
+// # Safety
+// As for plcrt_tick; `bytes` is null or points to `length` bytes.
+enum plcrt_status plcrt_restore(struct plcrt *control, const uint8_t *bytes, uintptr_t length);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* PLCRT_H */
