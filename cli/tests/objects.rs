@@ -114,7 +114,7 @@ fn gdb(name: &str, source: &str, task: u32, commands: &[&str]) -> Option<String>
         return None;
     }
     let folder = Folder::with(&[("plc/keep.txt", "")]);
-    folder.write(&format!("plc/{name}"), source);
+    folder.write(format!("plc/{name}"), source);
     // The object is built where its source lies, gdb runs somewhere else.
     let mut build = folder.command(&["build", name, "--emit", "obj", "-o", "../plc.o"]);
     run(&mut build, &folder.path().join("plc"));
