@@ -269,14 +269,15 @@ pub type PassTimes = Vec<(Pass, Duration)>;
 
 /// Optimises a verified module: runs those passes of a set (or of the one that a level stands for)
 /// in a fixed order. The module then says which ones were in the set, since code generation has
-/// techniques that are switched off in the same way.
+/// techniques that are switched off in the same way. With all passes, techniques that do not pay in
+/// short programs are left out there; any other set is taken as it is.
 pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
     let passes = passes.into();
     module.passes = passes;
     if passes == PassSet::NONE {
         return vec![];
     }
-    each(module, passes, |stage| {
+    let times = each(module, passes, |stage| {
         stage.pass(Pass::Branches);
         // What the passes for integers leave behind would count as uses for `fold`.
         if stage.pass(Pass::Integers) {
@@ -300,7 +301,12 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         }
         stage.all(&[Pass::DemandedBits, Pass::Cse, Pass::DeadStores, Pass::Dce, Pass::Gates]);
         stage.pass(Pass::Compact);
-    })
+    });
+    let length: usize = module.funcs.iter().map(FuncData::inst_count).sum();
+    if passes == PassSet::ALL && length < thresholds::WIDE_BITS_FROM {
+        module.passes = passes.without(Pass::WideBits);
+    }
+    times
 }
 
 /// Runs passes in the order given over every function of a verified module. For tests and
