@@ -5,15 +5,14 @@
 //! into the caller: the control is then not used any more.
 #![allow(unsafe_code)]
 
-use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_void};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::slice;
 
 use plcc_runtime::{Value, Variable};
 
 use crate::control::{Control, Settable};
+use crate::error::{self, c_text, fail, guarded};
 
 /// A control with its program. It may be used by one thread at a time.
 pub struct Plcrt {
@@ -55,35 +54,6 @@ pub enum PlcrtStatus {
 pub const PLCRT_READ: u32 = 0;
 /// For plcrt_find: the variable is to be set.
 pub const PLCRT_WRITE: u32 = 1;
-
-thread_local! {
-    static ERROR: RefCell<CString> = RefCell::default();
-}
-
-/// A text for C; a zero in it becomes a question mark.
-fn c_text(text: &str) -> CString {
-    CString::new(text.replace('\0', "?")).unwrap_or_default()
-}
-
-/// Notes an error for [`plcrt_error`].
-fn fail<T>(value: T, why: &str) -> T {
-    // While a thread ends its storage may be gone; then nobody can ask for the error either.
-    let _ = ERROR.try_with(|error| *error.borrow_mut() = c_text(why));
-    value
-}
-
-/// Runs `body`; an error or a panic in it is noted and gives `failed`.
-fn guarded<T>(failed: T, body: impl FnOnce() -> Result<T, String>) -> T {
-    match catch_unwind(AssertUnwindSafe(body)) {
-        Ok(Ok(value)) => value,
-        Ok(Err(why)) => fail(failed, &why),
-        Err(payload) => {
-            // A payload may panic when it is dropped.
-            std::mem::forget(payload);
-            fail(failed, "an error in libplcrt itself; please report it")
-        }
-    }
-}
 
 /// The text that a pointer points to.
 ///
@@ -142,7 +112,7 @@ fn boxed(control: Result<Control, String>) -> Result<*mut Plcrt, String> {
 /// function of this library that this thread calls.
 #[unsafe(no_mangle)]
 pub extern "C" fn plcrt_error() -> *const c_char {
-    ERROR.try_with(|error| error.borrow().as_ptr()).unwrap_or(c"".as_ptr())
+    error::last()
 }
 
 /// A control at power-up with the program of a file that `plcc build` has written. `options` are those

@@ -22,5 +22,6 @@
 
 pub mod c;
 mod control;
+mod error;
 
 pub use control::{Control, Settable};
