@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use plcc_abi::{Dialect, Program};
-use serde_json::json;
+use serde::Serialize;
 
 use crate::safe_outputs::SafeByte;
 
@@ -30,18 +30,42 @@ pub struct Content<'a> {
     pub safe_outputs: &'a [SafeByte],
 }
 
+/// A line of the table of variables: a region of the image. The keys are written in this order.
+#[derive(Serialize)]
+struct RegionLine<'a> {
+    region: &'a str,
+    offset: u32,
+    bytes: u32,
+}
+
+/// A line of the table of variables: a variable. The keys are written in this order.
+#[derive(Serialize)]
+struct VariableLine<'a> {
+    name: &'a str,
+    #[serde(rename = "type")]
+    ty: &'a str,
+    offset: u32,
+    elements: u32,
+}
+
 /// The table of variables: a JSON object a line for each variable and each region.
 fn variables(program: &Program) -> Vec<u8> {
-    let regions = program.regions.iter().map(
-        |region| json!({"region": region.name, "offset": region.offset, "bytes": region.size}),
-    );
-    let variables = program.tables.symbols().into_iter().map(|symbol| {
-        json!({
-            "name": symbol.name, "type": symbol.ty.name(), "offset": symbol.offset,
-            "elements": symbol.elements,
-        })
-    });
-    regions.chain(variables).flat_map(|line| format!("{line}\n").into_bytes()).collect()
+    let mut table = Vec::new();
+    let mut line = |text: serde_json::Result<String>| {
+        // Numbers and texts can always be written.
+        table.extend(text.unwrap_or_default().into_bytes());
+        table.push(b'\n');
+    };
+    for region in &program.regions {
+        let (offset, bytes) = (region.offset, region.size);
+        line(serde_json::to_string(&RegionLine { region: &region.name, offset, bytes }));
+    }
+    for symbol in program.tables.symbols() {
+        let (offset, elements) = (symbol.offset, symbol.elements);
+        let (name, ty) = (&symbol.name, symbol.ty.name());
+        line(serde_json::to_string(&VariableLine { name, ty, offset, elements }));
+    }
+    table
 }
 
 /// Lengthens some bytes to whole words.

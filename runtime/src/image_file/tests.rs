@@ -73,8 +73,8 @@ fn what_is_published_is_read() {
     let table = String::from_utf8(reader.variables()).unwrap();
     assert_eq!(
         table,
-        "{\"bytes\":13,\"offset\":0,\"region\":\"all\"}\n\
-         {\"elements\":1,\"name\":\"PUMP\",\"offset\":3,\"type\":\"logical\"}\n"
+        "{\"region\":\"all\",\"offset\":0,\"bytes\":13}\n\
+         {\"name\":\"PUMP\",\"type\":\"logical\",\"offset\":3,\"elements\":1}\n"
     );
     let image: Vec<u8> = (0..13).collect();
     publisher.publish(&image, 5, 99, State::Running, 2);
