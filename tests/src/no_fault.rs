@@ -90,7 +90,13 @@ fn check_instruction(rest: &str, values: &HashMap<&str, &str>) -> Result<(), Str
     let (name, ty) = word.split_once('.').unwrap_or((word, ""));
     let args: Vec<&str> = operands.split(", ").collect();
     match name {
-        "load" | "store" if operands.split(' ').any(|flag| flag == "notrap") => Ok(()),
+        // A load or store, of the whole value or of 8, 16 or 32 of its bits; the loads of the deadline.
+        "load" | "store" | "atomic_load" | "uload8" | "uload16" | "uload32" | "sload8"
+        | "sload16" | "sload32" | "istore8" | "istore16" | "istore32"
+            if operands.split(' ').any(|flag| flag == "notrap") =>
+        {
+            Ok(())
+        }
         "sdiv" | "srem" | "udiv" | "urem" => {
             let divisor = args.last().copied().unwrap_or_default();
             divisor_is_harmless(divisor, name.starts_with('s'), values)

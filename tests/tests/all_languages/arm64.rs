@@ -137,7 +137,8 @@ fn object(program: &Program, module: &Module, name: &str) -> Vec<u8> {
 
 /// Runs a program in its control.
 fn record(name: String, bench: &Bench) -> Recorded {
-    let (program, engine) = bench.compiled.engine(Way::Artifact).unwrap();
+    // The same passes as in the object, since which pure functions are called depends on them.
+    let (program, engine) = bench.compiled.engine(Way::JitSpeed).unwrap();
     let records = Records::default();
     let mut recorder = Recorder { engine, program: &program, records, scans: 0 };
     let mut machine = bench.machine(&program).unwrap();
