@@ -47,7 +47,7 @@ pub type ChunkFn = unsafe extern "C" fn(*const ScanContext, u32) -> u64;
 /// | bits | hold |
 /// | --- | --- |
 /// | 32 to 39 | the kind: [`GOTO`](Self::GOTO), [`END`](Self::END), [`SUSPEND`](Self::SUSPEND) or [`TRAP`](Self::TRAP) |
-/// | 40 to 63 | of a trap: 0, or 1 more than the number of its [`TrapSite`](crate::TrapSite); otherwise 0 |
+/// | 40 to 63 | of a trap: 0, or 1 more than the number of its [`TrapSite`]; otherwise 0 |
 /// | 0 to 31 | the payload: of a goto or a suspension the label; of a trap with a site the index with which an array was accessed; of a trap without one its code |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RawOutcome(pub u64);

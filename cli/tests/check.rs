@@ -107,6 +107,7 @@ fn folders_are_searched_for_known_endings_in_any_case() {
     ]);
     folder.plcc("check m").exits(0).says(&["3 files checked: no errors"]);
     folder.plcc("check m --dialect nct").exits(0).says(&["1 file checked"]);
+    folder.plcc("check m --dialect NCT").exits(0);
     let done = folder.plcc("check m/deep/er m/deep m").exits(0);
     done.says(&["checked: no errors"]);
 }

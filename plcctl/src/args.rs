@@ -20,7 +20,7 @@ use serde_json::{Value as Json, json};
                   plcctl /run/lathe.sock status\n  \
                   plcctl /run/lathe.sock get MCHON @FRO 'SP*'\n  \
                   plcctl /run/lathe.sock set @FRO=80\n  \
-                  plcctl /run/lathe.sock force DOOR=1\n  \
+                  plcctl /run/lathe.sock force MCRDY=1\n  \
                   plcctl /run/lathe.sock swap lathe-2.plcx --dry-run\n  \
                   plcctl /run/lathe.sock rollback"
 )]

@@ -167,7 +167,7 @@ Examples:
 #[command(next_help_heading = "Source")]
 pub(crate) struct SourceArgs {
     /// The language; without it the file's ending or its text decides
-    #[arg(long, value_name = "DIALECT", value_parser = dialect())]
+    #[arg(long, value_name = "DIALECT", value_parser = dialect(), ignore_case = true)]
     pub(crate) dialect: Option<Dialect>,
 
     /// Whether the original compiler's limits on lengths and numbers hold [default: original]
@@ -392,7 +392,7 @@ pub(crate) struct ExplainArgs {
     pub(crate) search: Vec<String>,
 
     /// Explains only what it means in this language
-    #[arg(long, value_name = "DIALECT", value_parser = dialect())]
+    #[arg(long, value_name = "DIALECT", value_parser = dialect(), ignore_case = true)]
     pub(crate) dialect: Option<Dialect>,
 
     /// Explains only what PMAC's variables mean on this controller

@@ -15,7 +15,7 @@ pub(super) fn dialect() -> impl TypedValueParser<Value = Dialect> {
         .iter()
         .map(|language| PossibleValue::new(language.dialect().name()).help(language.maker()));
     PossibleValuesParser::new(known).try_map(|name| {
-        let of_name = |dialect: &&Dialect| dialect.name() == name;
+        let of_name = |dialect: &&Dialect| dialect.name().eq_ignore_ascii_case(&name);
         Dialect::ALL.iter().find(of_name).copied().ok_or("there is no such language")
     })
 }
