@@ -12,7 +12,8 @@
 //! What can occur is found by range analysis ([`float_range`](super::float_range)). An operation is
 //! computed with integers if its operands and its result are integers whose magnitude is at most
 //! 2^53: then both arithmetics give the same, but for the sign of a zero. Where a double may be -0,
-//! its own instruction stays beside that on integers, for uses that stay with doubles.
+//! the instruction that computes it as a double stays, for uses that need the sign of the zero, and the
+//! one on integers is added for the others.
 
 use plcc_abi::{HostFn, IntegerForm};
 
@@ -30,7 +31,7 @@ struct Integers<'a> {
     func: &'a mut FuncData,
     integers: ValueRanges,
     floats: FloatRanges<'a>,
-    /// For each double that an integer value equals, but for the sign of a zero, that value.
+    /// For each double the integer value that is equal to it (-0 and 0 are equal), if there is one.
     integer_of: Vec<Option<Value>>,
     /// The instructions of the current block that have been visited and stay, and new ones.
     out: Vec<Inst>,
@@ -46,8 +47,8 @@ enum Change {
     Inst(InstData),
 }
 
-/// Runs the pass; gives whether the function computes with doubles at all. `finite_regions` are
-/// those of the module.
+/// Runs the pass; gives whether the function computes with doubles at all, also where nothing was
+/// changed. `finite_regions` are those of the module.
 pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     if !has_doubles(func) {
         return false;
@@ -158,6 +159,7 @@ impl Integers<'_> {
         }
     }
 
+    /// Enters the integer value that is equal to a double.
     fn set_integer(&mut self, double: Value, integer: Value) {
         if double.index() >= self.integer_of.len() {
             self.integer_of.resize(double.index() + 1, None);
@@ -174,10 +176,12 @@ impl Integers<'_> {
         Some(value)
     }
 
+    /// Adds an operation before the current instruction; gives its result.
     fn insert_binary(&mut self, op: BinaryOp, a: Value, b: Value) -> Option<Value> {
         self.insert(InstData::Binary { op, args: [a, b] })
     }
 
+    /// Adds a constant, cut to its type, before the current instruction; gives its result.
     fn insert_const(&mut self, ty: Type, value: i64) -> Option<Value> {
         self.insert(InstData::Iconst { ty, value: ty.wrap(value) })
     }
@@ -320,6 +324,7 @@ impl Integers<'_> {
         }
     }
 
+    /// The instruction that calls a function.
     fn call_of(&self, function: HostFn, args: &[Value]) -> Option<InstData> {
         Some(InstData::HostCall { function, args: crate::Args::new(args)? })
     }
@@ -373,14 +378,24 @@ impl Integers<'_> {
         self.compare_integers(cond, a, b)
     }
 
-    /// The integers of which a double is the distance, that is, the magnitude of the difference.
+    /// The two integers whose distance a double is: the greater of their difference and the negation
+    /// of that. `None` if it is something else, or if the difference may be the least number of its
+    /// type, which is its own negation.
     fn operands_of_distance(&self, double: Value) -> Option<[Value; 2]> {
         let integer = self.integer_of.get(double.index()).copied().flatten()?;
         let operands = |value, wanted| match self.func.def_inst(value) {
             Some(&InstData::Binary { op, args }) if op == wanted => Some(args),
             _ => None,
         };
-        let [mut difference, _] = operands(integer, BinaryOp::Smax)?;
+        let [mut difference, negated] = operands(integer, BinaryOp::Smax)?;
+        let ty = self.func.ty(difference);
+        let negation = InstData::Unary { op: UnaryOp::Neg, arg: difference };
+        let least = ty.wrap(1 << (ty.bits() - 1));
+        if self.func.def_inst(negated) != Some(&negation)
+            || self.integers.bounds(difference, ty).0 == least
+        {
+            return None;
+        }
         if let Some(&InstData::Convert { op: ConvertOp::Sext, to: _, arg }) =
             self.func.def_inst(difference)
         {
@@ -389,6 +404,7 @@ impl Integers<'_> {
         operands(difference, BinaryOp::Sub)
     }
 
+    /// A comparison of two doubles as one of the integers that are equal to them.
     fn compare_integers(&mut self, cond: IntCond, a: Value, b: Value) -> Option<Change> {
         let (low, high) = self.floats.get(a).integers()?;
         let (least, most) = self.floats.get(b).integers()?;
@@ -408,6 +424,7 @@ pub(super) fn bit_instruction(form: IntegerForm) -> Option<BinaryOp> {
     }
 }
 
+/// The conversion of an integer to a double.
 fn to_double(integer: Value) -> InstData {
     InstData::Convert { op: ConvertOp::IntToFloat, to: Type::F64, arg: integer }
 }
