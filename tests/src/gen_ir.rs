@@ -1,5 +1,5 @@
-//! Generates random valid IR with every operation, every kind of access and terminator, loops that a
-//! counter in the image bounds, and values that are passed to blocks.
+//! Generates random valid IR with every operation, every kind of access and terminator, a region of
+//! finite doubles, loops that a counter in the image bounds, and values that are passed to blocks.
 
 use plcc_abi::{Engine, Host, HostFn, Outcome, Region, Scan, SourceLine, TrapCode, TrapSite};
 use plcc_ir::{
@@ -14,6 +14,11 @@ const IMAGE: usize = 192;
 
 /// The offset of the counter that bounds loops.
 const FUEL: u32 = 160;
+
+/// The offset of the doubles that are finite and never -0.
+const FINITE: u32 = 168;
+/// How many of these there are.
+const FINITE_COUNT: u32 = 3;
 
 /// The bytes that hold truth values.
 const BITS: [std::ops::Range<usize>; 2] = [0..24, 144..160];
@@ -33,6 +38,16 @@ pub fn trace(engine: &mut dyn Engine, seed: u64) -> Vec<(Vec<u8>, Outcome, u64)>
             image[bits].iter_mut().for_each(|byte| *byte &= 1);
         }
         image[160..168].copy_from_slice(&20u64.to_le_bytes());
+        for double in image[FINITE as usize..].chunks_exact_mut(8) {
+            let bits = rng.bits();
+            // Most are integers, as in programs.
+            let value = match rng.below(4) {
+                0 => f64::from(bits as i32) / 16.0,
+                1 => f64::from(bits as i32),
+                _ => f64::from(bits as i8),
+            };
+            double.copy_from_slice(&value.to_le_bytes());
+        }
         let outcome = engine.call(0, from, &mut Scan { image: &mut image, host: &mut host });
         from = outcome.resume_point();
         rows.push((image.clone(), outcome, host.0));
@@ -43,6 +58,17 @@ pub fn trace(engine: &mut dyn Engine, seed: u64) -> Vec<(Vec<u8>, Outcome, u64)>
     }
     rows
 }
+
+/// The operations on one double.
+const FLOAT_OPS: [UnaryOp; 7] = [
+    UnaryOp::Fneg,
+    UnaryOp::Fabs,
+    UnaryOp::Fsqrt,
+    UnaryOp::Ffloor,
+    UnaryOp::Fceil,
+    UnaryOp::Ftrunc,
+    UnaryOp::Ffinite,
+];
 
 struct Gen {
     rng: Rng,
@@ -62,9 +88,11 @@ pub fn generate(seed: u64) -> Module {
         region("lines", 128, 16, false),
         region("line_bits", 144, 16, true),
         region("fuel", FUEL, 8, false),
+        region("finite", FINITE, FINITE_COUNT * 8, false),
     ];
     let limit = 20 + rng.below(200);
-    let b = ChunkBuilder::new(IMAGE as u32, regions).with_limit(limit);
+    let mut b = ChunkBuilder::new(IMAGE as u32, regions).with_limit(limit);
+    b.finite_region(RegionId(5));
     let mut this = Gen { rng, b, pool: vec![], suspended: vec![] };
     this.program();
     this.b.resume_points(0, &this.suspended);
@@ -221,13 +249,8 @@ impl Gen {
             0..8 => self.store(),
             8 => self.host_call(),
             9 | 10 => self.diamond(),
-            11 => {
-                let f = *self.rng.pick(&[HostFn::PmacMod, HostFn::Fmod]);
-                let (x, y) = (self.number(), self.number());
-                if let Some(value) = self.b.ins().host_call(f, &[x, y]) {
-                    self.pool.push((value, Type::F64));
-                }
-            }
+            11 => self.pure_call(),
+            12 => self.finite_double(),
             _ => {
                 let ty = *self.rng.pick(&Type::ALL);
                 self.op(ty, 2);
@@ -240,6 +263,42 @@ impl Gen {
         let value = if ty == Type::F64 { self.number() } else { self.value(ty) };
         let at = self.address(ty);
         self.b.ins().store(at, value);
+    }
+
+    /// A call of a function that is pure; passes compute some of these with integers.
+    fn pure_call(&mut self) {
+        let binary =
+            [HostFn::PmacMod, HostFn::PmacAnd, HostFn::PmacOr, HostFn::PmacXor, HostFn::Fmod];
+        let (x, y) = (self.number(), self.number());
+        let (function, args) = match self.rng.below(8) {
+            0 => (HostFn::PmacBits, vec![x]),
+            1 => {
+                let (low, high) = (self.b.ins().fconst(-8.0), self.b.ins().fconst(7.0));
+                (HostFn::PmacRange, vec![x, low, high])
+            }
+            2 => (HostFn::PmacMod, vec![x, self.b.ins().fconst(5.0)]),
+            _ => (*self.rng.pick(&binary), vec![x, y]),
+        };
+        let ty = if function == HostFn::PmacBits { Type::I64 } else { Type::F64 };
+        let result = self.b.ins().host_call(function, &args);
+        self.pool.extend(result.map(|value| (value, ty)));
+    }
+
+    /// Loads a double that is known to be finite, or stores one.
+    fn finite_double(&mut self) {
+        let at = Address::fixed(RegionId(5), 8 * self.rng.below(FINITE_COUNT as usize) as u32);
+        if self.rng.chance(60) {
+            let value = self.b.ins().load(Type::F64, at);
+            self.pool.push((value, Type::F64));
+            return;
+        }
+        let value = self.value(Type::F64);
+        let b = self.b.ins();
+        let value = b.unary(UnaryOp::Ffinite, value);
+        // A sum with 0 is not -0.
+        let zero = b.fconst(0.0);
+        let value = b.binary(BinaryOp::Fadd, value, zero);
+        b.store(at, value);
     }
 
     fn host_call(&mut self) {
@@ -374,9 +433,10 @@ impl Gen {
                 self.b.ins().fcmp(cond, a, b)
             }
             4 | 5 => self.conversion(ty, operand),
+            6 if ty == Type::I1 && self.rng.chance(10) => self.b.ins().is_late(),
             6 => {
                 let ops: &[UnaryOp] = match ty {
-                    Type::F64 => &[UnaryOp::Fneg, UnaryOp::Fabs, UnaryOp::Fsqrt, UnaryOp::Ffloor],
+                    Type::F64 => &FLOAT_OPS,
                     Type::I1 => &[UnaryOp::Not],
                     _ => &[UnaryOp::Not, UnaryOp::Neg],
                 };
