@@ -155,9 +155,9 @@ impl Code {
     /// Every function of `parts.functions` is machine code for `parts.architecture` (with
     /// `parts.features`) that can be called as a [`ChunkFn`](crate::context::ChunkFn) with a valid
     /// context and any label. It works at whatever address the bytes lie. Called so, it accesses
-    /// no memory but its stack, its own constants, the context, and the first `parts.image_size`
-    /// bytes of the context's image; it calls nothing but the context's host function; and it
-    /// leaves by returning.
+    /// no memory but its stack, its own constants, the context, the first `parts.image_size` bytes of
+    /// the context's image, and the context's epoch, which it only reads; it calls nothing but the
+    /// context's host function; and it leaves by returning.
     pub unsafe fn seal(parts: CodeParts) -> Result<Self, CodeError> {
         parts.check()?;
         Ok(Self(parts))

@@ -38,8 +38,8 @@ pub type HostCall = unsafe extern "C" fn(*const ScanContext, u32, u64, u64, u64,
 /// The type of every compiled function. It takes the context and the number of the label to begin
 /// at, and gives a [`RawOutcome`].
 ///
-/// It may be called only with a context whose image has the size that the code was made for and
-/// whose host function and data belong together.
+/// It may be called only with a context whose image has the size that the code was made for, whose host
+/// function and data belong together, and whose epoch can be read as long as the call lasts.
 pub type ChunkFn = unsafe extern "C" fn(*const ScanContext, u32) -> u64;
 
 /// A compiled function's result:

@@ -19,8 +19,9 @@ pub trait Host {
         None
     }
 
-    /// Is asked when the scan is late: gives a later [limit](TimeLimit::limit), or `None` if the scan
-    /// must be stopped. It is then, with the trap [`TrapCode::Watchdog`](crate::TrapCode::Watchdog).
+    /// An engine asks this when the scan is late. Gives a later [limit](TimeLimit::limit), or `None` if
+    /// the scan must be stopped; the engine then ends it with the trap
+    /// [`TrapCode::Watchdog`](crate::TrapCode::Watchdog).
     fn extend_time(&mut self) -> Option<u64> {
         None
     }

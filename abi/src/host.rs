@@ -159,9 +159,9 @@ host_fns! {
     PmacRange = 126, "pmac_range", pure, (F64, F64, F64) -> F64;
 }
 
-/// What a pure function on doubles comes to where its operands are integers (also -0, which is taken
-/// as 0). There it gives what is said here, as a double that is not -0 unless something else is
-/// said, so that a compiler may compute with integers instead of calling it.
+/// What a pure function on doubles gives where all its operands are integers; -0 is one, and counts as 0.
+/// For such operands a compiler may compute with integers instead of calling the function. The result is
+/// a double that is not -0, but for [`Bits`](Self::Bits).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntegerForm {
     /// The bits that are 1 in both operands, in two's complement, if both are from -2^39 to
@@ -181,7 +181,7 @@ pub enum IntegerForm {
 }
 
 impl HostFn {
-    /// What the function does to integers; `None` if nothing simple can be said.
+    /// What the function gives for integers; `None` if it is none of the forms.
     pub fn integer_form(self) -> Option<IntegerForm> {
         match self {
             Self::PmacAnd => Some(IntegerForm::And),

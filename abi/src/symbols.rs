@@ -76,8 +76,8 @@ pub struct BitField {
 
 impl Tables {
     /// The variables of a program that are parts of words, as they are when the program is loaded:
-    /// PMAC's M and L whose definition names bits of a word that lies in the image, in binary. The
-    /// program may move an M-variable while it runs.
+    /// PMAC's M and L whose definition names bits of a word that lies in the image, unless it reads the
+    /// bits as decimal digits. The program may define an M-variable anew while it runs.
     pub fn bit_fields(&self) -> Vec<BitField> {
         match self {
             Self::Pmi(_) | Self::Nct(_) => Vec::new(),

@@ -71,7 +71,7 @@ struct Ratios([f64; 4]);
 fn main() -> Result<(), Box<dyn Error>> {
     let options = options()?;
     if let Some(without) = &options.without {
-        return compare_passes(&options, PassSet::ALL.changed(without)?);
+        return compare_passes(&options, PassSet::ALL.with_changes(without)?);
     }
     let compilers = Compiler::installed(&["gcc", "clang", "clang-19"]);
     if compilers.is_empty() {

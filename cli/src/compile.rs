@@ -54,7 +54,7 @@ impl Checked {
                     Dialect::Pmac => "PMAC-X7",
                 };
                 let what = "the program is too long: with this statement it has more than \
-                            524 288 instructions, or the statement more than 131 072";
+                            524 288 instructions of IR, or the statement more than 131 072";
                 CompileError::TooLong(Box::new(too_long(code, statement, what)))
             }
         })

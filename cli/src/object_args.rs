@@ -10,7 +10,8 @@ pub(crate) struct ObjectArgs {
     #[arg(long, value_name = "NAME")]
     pub(crate) prefix: Option<String>,
 
-    /// --emit obj: debuggers are told the folder NEW in place of OLD, in which the sources lie
+    /// --emit obj: paths for debuggers that begin with the folder OLD begin with NEW instead
+    /// (repeatable)
     #[arg(long, value_name = "OLD=NEW")]
     pub(crate) debug_prefix_map: Vec<String>,
 }

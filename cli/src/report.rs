@@ -109,11 +109,11 @@ impl Report {
         self.show_all(&[(sources, diagnostics)], to)
     }
 
-    /// Shows why a checked program is not compiled, if that is for its length, and gives the exit
-    /// status.
+    /// Deals with a checked program that could not be compiled: if it is too long, shows the diagnostic
+    /// that says where, and gives the exit status.
     ///
     /// # Errors
-    /// Every other reason.
+    /// When there is another reason, as that.
     pub(crate) fn not_compiled(
         &self,
         error: CompileError,

@@ -39,10 +39,10 @@ struct plcc_context {
                      uint64_t);
     /* For the host function; compiled code does not use it. */
     void *host_data;
-    /* A watchdog of the caller's: the scan is stopped, with the trap 5, once *epoch has reached limit.
-     * Another thread may write *epoch. Compiled code looks at it where it jumps back, plcc_scan between
-     * two chunks. Code that jumps back (NCT's does) needs an address here; plcc_scan puts that of a
-     * number that stays 0 in the place of a null pointer. */
+    /* A watchdog of the caller's: once *epoch has reached limit, the scan is stopped with the trap 5
+     * (watchdog). Another thread may write *epoch. Compiled code looks at it where it jumps back, plcc_scan
+     * between two chunks. Code that jumps back (NCT's does) needs an address here; plcc_scan puts that of
+     * a number that stays 0 in the place of a null pointer. */
     const volatile uint64_t *epoch;
     uint64_t limit;
 };
@@ -104,8 +104,8 @@ static inline struct plcc_task PLCC_NAME(task_at)(uint32_t index)
     return task;
 }
 
-/* Enters why and where a program was stopped, of which the outcome of a chunk tells: the site's number
- * and 1 in the bits from 40 on, or 0 there and the trap code in the low 32. */
+/* Enters into the task why and where its program was stopped. The outcome of a chunk has, from bit 40 on,
+ * 1 more than the number of the trap site, or 0 there and the trap code in the low 32 bits. */
 static inline enum plcc_outcome PLCC_NAME(trapped)(struct plcc_task *task, uint64_t outcome)
 {
     uint32_t site = (uint32_t)(outcome >> 40);

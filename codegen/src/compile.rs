@@ -21,8 +21,8 @@ const ALIGNMENT: usize = function_marker::LENGTH;
 /// The longest code of a program, in bytes. Programs of 20 000 lines have some 2 MiB.
 pub const MAX_CODE: usize = 32 << 20;
 
-/// For each so many IR instructions a further thread is started; with fewer it costs more time than
-/// it saves.
+/// The number of IR instructions for which a further thread is started; for fewer it would cost more
+/// time than it saves.
 const INSTS_PER_THREAD: usize = 4000;
 
 /// The code of one function and the tables that belong to it.
@@ -99,9 +99,10 @@ fn compile_within(module: &Module, target: &Target, max_code: usize) -> Result<C
     parts.features = target.features().iter().map(ToString::to_string).collect();
     // SAFETY: Cranelift made every function for this target, with the signature of a `ChunkFn` and
     // the calling convention of C, and without relocations, so that it works at any address. The
-    // lowering accesses nothing but the context and, by addresses that it has checked against
-    // `image_size`, the image; its only call is that of the context's host function; and every
-    // block ends in a jump within the function or a return.
+    // lowering accesses nothing but the stack, the function's constants, the context, the epoch by the
+    // context's address of it and, by addresses that it has checked against `image_size`, the image;
+    // its only call is that of the context's host function; and every block ends in a jump within the
+    // function or a return.
     let sealed = unsafe { Code::seal(parts) };
     sealed.map_err(|error| CodegenError::internal(error.to_string()))
 }

@@ -2,10 +2,10 @@
 //!
 //! [`compile`] takes a [`Module`](plcc_ir::Module) and a [`Target`] and gives a
 //! [`Code`](plcc_abi::Code): machine code that works at any address, has no relocations and calls
-//! nothing but the one entry for host functions in its scan context. It can be copied into memory and run at once
-//! ([`JitMemory`]) or put into an artifact. [`emit`] makes listings and objects of the same code.
-//! There is one lowering for all of this; only the target differs. Start reading at `compile.rs`,
-//! then `lower/mod.rs`.
+//! nothing but the one entry for host functions in its scan context. It can be copied into memory and run
+//! at once ([`JitMemory`]) or put into an artifact. [`emit`] makes listings and objects of the same code.
+//! The same lowering makes the code for all of these; only the target differs. Start reading at
+//! `compile.rs`, then `lower/mod.rs`.
 //!
 //! The code can't fault: divisors are guarded, an index outside its range is taken as 0, and a
 //! program that is stopped returns its trap code. IR that breaks a rule of the

@@ -38,13 +38,14 @@ pub struct Lint {
     pub default: Level,
 }
 
+/// A lint that is on unless it is allowed.
 const fn warn(name: &'static str, codes: &'static [&'static str]) -> Lint {
     Lint { name, codes, default: Level::Warn }
 }
 
-/// A lint that is off unless it is asked for, since examples of the manuals or real programs set it
-/// off: they declare a timer that they no longer use, write a lamp from two modules, define their
-/// M-variables in another file, or send a command in every scan on purpose.
+/// A lint that is off unless it is asked for, since it would find much in the manuals' examples and in
+/// real programs that is meant so: they declare a timer that they no longer use, write a lamp from two
+/// modules, define their M-variables in another file, or send a command in every scan.
 const fn allow(name: &'static str, codes: &'static [&'static str]) -> Lint {
     Lint { name, codes, default: Level::Allow }
 }

@@ -40,15 +40,15 @@ pub const DEFAULT_LIMIT: usize = 2000;
 /// 300 000. More would take the compiler seconds and hundreds of mebibytes.
 pub const MAX_INSTRUCTIONS: usize = 1 << 19;
 
-/// How many instructions a statement may have that the front end does not divide. All of them are in
-/// one function, for which code generation takes more memory than for several short ones.
+/// How many instructions a single statement may have, host calls counted several times. All of them are
+/// in one function, for which code generation takes more memory than for several short ones.
 pub const MAX_STATEMENT_INSTRUCTIONS: usize = 1 << 17;
 
-/// In a statement a host call counts as so many instructions: what lives across it is spilled, so that
-/// code generation takes as much more memory.
+/// The number of instructions that a host call counts as in a statement: values that live across it are
+/// spilled, so that code generation takes about as much memory for it as for so many others.
 const INSTRUCTIONS_PER_HOST_CALL: usize = 9;
 
-/// A task counts as so many instructions, for its entry and its tables.
+/// The number of instructions that a task counts as, for its entry and its tables.
 const INSTRUCTIONS_PER_TASK: usize = 12;
 
 /// A branch target, which may not be bound yet.
@@ -81,7 +81,8 @@ pub struct ChunkBuilder {
     finished: Vec<FuncBuilder>,
     /// How many instructions the finished functions have.
     finished_instructions: usize,
-    /// The first statement with more than [`MAX_STATEMENT_INSTRUCTIONS`] in one function.
+    /// The last statement of the first finished function that has more than
+    /// [`MAX_STATEMENT_INSTRUCTIONS`].
     long_statement: Option<SourceLoc>,
 }
 
@@ -173,9 +174,9 @@ impl ChunkBuilder {
         loc
     }
 
-    /// The statement that was begun last, if there are more than [`MAX_INSTRUCTIONS`], or more than
-    /// [`MAX_STATEMENT_INSTRUCTIONS`] in the current function. A front end asks between statements
-    /// and gives up then.
+    /// The statement with which the program has more than [`MAX_INSTRUCTIONS`], or a function more than
+    /// [`MAX_STATEMENT_INSTRUCTIONS`]; `None` as long as neither is so. A front end asks this after
+    /// each statement, and gives up when there is one.
     pub fn statement_over_budget(&self) -> Option<Statement> {
         let statement = |loc: SourceLoc| self.module.statements.get(loc.0 as usize).copied();
         if let Some(long) = self.long_statement {
@@ -353,7 +354,7 @@ fn drop_without_entry(funcs: &mut Vec<FuncData>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Address, Type};
+    use crate::{Address, BinaryOp, IntCond, Type};
 
     fn regions() -> Vec<Region> {
         vec![Region { name: "vars".into(), offset: 0, size: 8, bits: false }]
@@ -385,6 +386,4 @@ mod tests {
         assert!(module.label_targets().iter().all(Option::is_some));
         assert_eq!(module.tasks[0].entry, 0);
     }
-
-    use crate::{BinaryOp, IntCond};
 }

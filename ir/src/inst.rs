@@ -461,8 +461,8 @@ impl InstData {
     }
 
     /// Whether the instruction does more than give a result, so that it must stay even if its
-    /// result is not used: stores, volatile loads, and calls of host functions that are not pure. `IsLate`
-    /// is among them, since it may give another result each time.
+    /// result is not used: stores, volatile loads, and calls of host functions that are not pure.
+    /// `IsLate` counts as one of these, since it may give another result each time.
     pub fn has_effect(&self) -> bool {
         match self {
             Self::Store { .. } | Self::IsLate => true,

@@ -28,7 +28,7 @@ pub enum Way {
     /// Native code, compiled just in time from IR after the passes.
     JitSpeed,
     /// Native code that is compiled for every processor of the architecture, written as an artifact
-    /// and read back. Some passes are left out, others for each program.
+    /// and read back. It is made with a random set of passes, another one for each program.
     Artifact,
 }
 
@@ -41,8 +41,11 @@ impl Way {
 /// A program that has been checked and lowered.
 pub struct Compiled {
     checked: Checked,
+    /// As the front end lowers it.
     plain: Lowered,
+    /// After all passes.
     best: Lowered,
+    /// After some passes.
     some: Lowered,
 }
 

@@ -40,14 +40,14 @@ pub fn integer(value: f64, low: f64, high: f64) -> f64 {
     }
 }
 
-/// What a value outside a range comes to when so many steps lead around it. The remainder is
+/// The value in a range that differs from `value` by a multiple of the range's length. The remainder is
 /// exact, so a large value does not lose its low digits on the way.
-fn wrap(value: f64, low: f64, high: f64, around: f64) -> f64 {
-    let rest = libm::fmod(value, around) + 0.0;
+fn wrap(value: f64, low: f64, high: f64, length: f64) -> f64 {
+    let rest = libm::fmod(value, length) + 0.0;
     if rest < low {
-        rest + around
+        rest + length
     } else if rest > high {
-        rest - around
+        rest - length
     } else {
         rest
     }

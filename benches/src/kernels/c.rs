@@ -68,15 +68,15 @@ impl Variant {
 /// clears the caches before each and prints the sum, `state V` prints bits, words and elements,
 /// `reset V` makes them 0.
 const MAIN: &str = r#"
-static double seconds(void) {
+static double nanoseconds(void) {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return t.tv_sec * 1e9 + t.tv_nsec;
 }
 static unsigned char evict[16 << 20];
 int main(int argc, char **argv) {
-    FILE *file = fopen(argv[1], "rb");
-    if (argc < 2 || !file || fread(patterns, sizeof patterns, 1, file) != 1) return 1;
+    FILE *file = argc == 2 ? fopen(argv[1], "rb") : NULL;
+    if (!file || fread(patterns, sizeof patterns, 1, file) != 1) return 1;
     for (unsigned v = 0; v < sizeof variants / sizeof *variants; v++) variants[v].prepare();
     char command[16];
     int v, m;
@@ -85,17 +85,17 @@ int main(int argc, char **argv) {
         if (!strcmp(command, "state")) variants[v].state();
         if (!strcmp(command, "reset")) variants[v].reset();
         if (!strcmp(command, "run") && scanf("%d %ld", &m, &n) == 2) {
-            double start = seconds();
+            double start = nanoseconds();
             variants[v].run(m, n);
-            printf("%.1f\n", seconds() - start);
+            printf("%.1f\n", nanoseconds() - start);
         }
         if (!strcmp(command, "cold") && scanf("%d %ld", &m, &n) == 2) {
             double sum = 0;
             for (long k = 0; k < n; k++) {
                 for (unsigned long i = 0; i < sizeof evict; i += 64) evict[i]++;
-                double start = seconds();
+                double start = nanoseconds();
                 variants[v].run(m, 1);
-                sum += seconds() - start;
+                sum += nanoseconds() - start;
             }
             printf("%.1f\n", sum);
         }
@@ -136,6 +136,7 @@ pub fn program(kernel: &Kernel) -> String {
     out + MAIN
 }
 
+/// Prints one variant; its number is part of the names in C.
 struct Printer<'a> {
     kernel: &'a Kernel,
     variant: Variant,
@@ -144,6 +145,7 @@ struct Printer<'a> {
 }
 
 impl Printer<'_> {
+    /// The variables and functions of the variant.
     fn variant(&mut self) {
         let (kernel, v) = (self.kernel, self.number);
         let (ty, part) = match self.variant.bits {

@@ -7,8 +7,8 @@ use super::{BitStyle, Expr, Kernel, Language, Op, Stmt, WordType};
 /// The number of input bits of the kernels that have bits.
 const INPUTS: usize = 192;
 
-/// All kernels, the same for the same seed. `percent` is their size, 100 for that of the table in
-/// the documentation.
+/// All kernels, the same for the same seed. `percent` is their size; the figures in docs/performance.md
+/// are for 100.
 pub fn all(seed: u64, percent: usize) -> Vec<Kernel> {
     use Language as L;
     let mut all = vec![];
@@ -223,6 +223,7 @@ fn timers(language: Language, count: usize, seed: u64) -> Kernel {
         kernel.stmts.push(match language {
             Language::Pmi => Stmt::SetBit(output, Expr::op(Op::Eq, word, full)),
             _ => {
+                // Kernels have no constant bits, so that the contact gets the value of an input.
                 let on = Stmt::SetBit(output, Expr::Bit(0));
                 let off = Stmt::SetBit(output, Expr::Bit(1));
                 Stmt::If(Expr::op(Op::Eq, word, full), vec![on], vec![off])

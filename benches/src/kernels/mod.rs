@@ -178,9 +178,9 @@ pub const PATTERNS: usize = 256;
 pub enum Inputs {
     /// Not at all.
     Static,
-    /// One in a hundred of them changes.
+    /// Each has a chance of one in a hundred to be drawn again, so about half as many bits change.
     Hundredth,
-    /// Each is random.
+    /// Each is drawn again.
     Random,
 }
 

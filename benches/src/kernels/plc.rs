@@ -31,6 +31,7 @@ pub(super) fn print(kernel: &Kernel) -> String {
     out.out
 }
 
+/// The text of a kernel so far.
 struct Printer<'a> {
     kernel: &'a Kernel,
     out: String,
@@ -267,7 +268,7 @@ impl Printer<'_> {
         }
     }
 
-    /// The second operand of an operation.
+    /// An operand of a chain: an operand that is not the first, or the only one.
     fn nct_operand(&self, expr: &Expr) -> String {
         match expr {
             Expr::Bit(bit) => format!("L{}", self.bit(*bit)),
@@ -311,6 +312,7 @@ impl Printer<'_> {
         }
     }
 
+    /// A condition; with `outer` it has parentheses around it, as IF needs them.
     fn pmac_condition(&self, expr: &Expr, outer: bool) -> String {
         let text = match expr {
             Expr::Bit(bit) => format!("{}=1", self.bit(*bit)),
@@ -334,10 +336,13 @@ impl Printer<'_> {
         if outer { format!("({text})") } else { text }
     }
 
+    /// The array element with an index.
     fn pmac_element(&self, index: &Expr) -> String {
         format!("P({PMAC_FIRST_ELEMENT}+{})", self.pmac_value(index, false))
     }
 
+    /// An expression; with `outer`, as the right side of an assignment, it has no parentheses around
+    /// it.
     fn pmac_value(&self, expr: &Expr, outer: bool) -> String {
         match expr {
             Expr::Bit(bit) => self.bit(*bit),

@@ -85,6 +85,7 @@ pub struct Subject {
     /// For a PMAC its executive, which holds image and host; else the image.
     executive: Option<Box<PmacExecutive>>,
     image: Vec<u8>,
+    /// The number of the task that is run.
     task: usize,
     /// Bits, words and elements, in this order.
     spots: Vec<Spot>,
@@ -92,6 +93,7 @@ pub struct Subject {
     /// bytes of all these parts.
     input_ranges: Vec<Range<usize>>,
     input_bytes: [Vec<Vec<u8>>; 3],
+    /// The image before the first scan.
     start: Vec<u8>,
 }
 

@@ -219,9 +219,9 @@ pub(crate) struct CheckArgs {
     #[arg(long)]
     pub(crate) explain_arithmetic: bool,
 
-    /// Prints for each entry point how many operations of the intermediate representation one scan can
-    /// execute at most, after optimisation, and the lines on the way, an object of JSON a line; `null`
-    /// and the line of the loop where a loop has no bound
+    /// Prints for each task (scan, module, PLC) how many operations of the intermediate representation
+    /// one scan can execute at most, after optimisation, and the lines on the way, an object of JSON a
+    /// line; `null` and the line of the loop where a loop has no bound
     #[arg(long, conflicts_with = "explain_arithmetic")]
     pub(crate) bound: bool,
 
@@ -290,7 +290,7 @@ pub(crate) struct BuildArgs {
     #[command(flatten)]
     pub(crate) passes: PassArgs,
 
-    /// Tell how long each pass of the optimiser took
+    /// Prints how long each pass of the optimiser took, on standard error
     #[arg(long)]
     pub(crate) time_passes: bool,
 

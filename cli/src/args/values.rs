@@ -25,7 +25,7 @@ pub(crate) enum LimitsArg {
     /// The original compiler's limits are errors
     #[default]
     Original,
-    /// They do not hold; 256 levels of nesting are the limit then
+    /// They do not hold; plcc's own limits remain, such as 256 levels of nesting
     None,
 }
 
@@ -79,13 +79,13 @@ impl PassArgs {
     pub(crate) fn at(&self, level: OptArg) -> PassSet {
         let all = PassSet::from(OptLevel::from(level));
         // The text was checked when the command line was read.
-        all.changed(self.passes.as_deref().unwrap_or_default()).unwrap_or(all)
+        all.with_changes(self.passes.as_deref().unwrap_or_default()).unwrap_or(all)
     }
 }
 
 /// Checks the text of `--passes`.
 pub(super) fn pass_changes(text: &str) -> Result<String, String> {
-    PassSet::NONE.changed(text).map(|_| text.to_owned())
+    PassSet::NONE.with_changes(text).map(|_| text.to_owned())
 }
 
 impl From<OptArg> for OptLevel {

@@ -1,5 +1,5 @@
-//! `plcc check --bound`: prints for each entry point how many operations one scan can execute at most,
-//! and the lines on the way, an object of JSON a line.
+//! `plcc check --bound`: prints for each task how many operations one scan can execute at most, and the
+//! lines on the way, an object of JSON a line. [`plcc_ir::bound`] finds both.
 
 use plcc_codegen::OptLevel;
 use plcc_ir::bound::bounds;

@@ -132,7 +132,7 @@ fn address(function: usize) -> AttributeValue {
     AttributeValue::Address(Address::Symbol { symbol: function, addend: 0 })
 }
 
-/// The section that a relocation is against, if it is not a function.
+/// What a relocation refers to: a section, or else (`Err`) a function, by its index.
 pub(super) fn target(relocation: &Relocation) -> Result<SectionId, usize> {
     match relocation.target {
         RelocationTarget::Section(id) => Ok(id),

@@ -39,15 +39,15 @@ use crate::{CodegenError, Target};
 /// Alignment of the code in bytes.
 const CODE_ALIGNMENT: u64 = 16;
 
-/// What can be chosen for an object.
+/// What can be chosen when an object is made.
 #[derive(Clone, Debug)]
 pub struct ObjectOptions {
     /// What the names of its symbols begin with, a name of C. An underscore follows it.
     pub prefix: String,
     /// The folder from which the names of the sources start, for debuggers.
     pub folder: String,
-    /// Folders and what stands for each of them in what debuggers are told: of the first that a path
-    /// begins with, the second takes the place.
+    /// Pairs of a folder and what takes its place in the paths that debuggers get: a path that begins
+    /// with the folder begins with the other instead. Of several pairs that fit, the first counts.
     pub prefix_map: Vec<(String, String)>,
 }
 
@@ -58,7 +58,7 @@ impl Default for ObjectOptions {
 }
 
 impl ObjectOptions {
-    /// A path as debuggers are told it.
+    /// A path as debuggers get it.
     pub(super) fn mapped(&self, path: &str) -> String {
         let found = self.prefix_map.iter().find_map(|(old, new)| {
             let rest = Path::new(path).strip_prefix(old).ok()?;

@@ -136,8 +136,8 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// Goes to the function's exit for traps. Only that is shared code, so a trap costs no more
-    /// than putting two numbers into registers and a jump, in a block that seldom runs.
+    /// Goes to the function's exit for traps, which all traps with a site share. So the code of one trap
+    /// is no more than two numbers that are put into registers and a jump, in a block that seldom runs.
     fn trap_at(&mut self, site: Value, index: Value) -> LowerResult<()> {
         let kind = match self.func.constant(site) {
             Some(site) => {
@@ -164,7 +164,7 @@ impl Lowering<'_> {
 
     /// Makes the function's exit for traps, if it has any: it returns the high and the low half of
     /// the outcome that it is given.
-    pub(super) fn trap_exit(&mut self) {
+    pub(super) fn write_trap_exit(&mut self) {
         let Some(exit) = self.trap_exit else { return };
         let [kind, index] = [(); 2].map(|()| self.builder.append_block_param(exit, types::I32));
         self.builder.switch_to_block(exit);
@@ -176,7 +176,8 @@ impl Lowering<'_> {
         self.builder.ins().return_(&[outcome]);
     }
 
-    /// Whether the epoch has reached the scan's limit; both can change while the code runs.
+    /// Whether the epoch has reached the scan's limit. Other threads and host functions may change the
+    /// two while the code runs.
     pub(super) fn is_late(&mut self) -> ClifValue {
         let pointer = self.builder.func.dfg.value_type(self.context);
         let fixed = MemFlagsData::trusted().with_readonly();

@@ -39,7 +39,7 @@ enum Edge {
 
 /// What a function's indices need to know of it.
 pub(super) struct Indices {
-    /// For each block the way that leads to it, if it is the only one.
+    /// For each block the end of the block that leads to it, if only one does.
     edges: Vec<Option<Edge>>,
     /// Which values of 8 or 16 bits become indices by being widened with zeros.
     narrow: Vec<bool>,
@@ -85,7 +85,7 @@ impl Indices {
             block = match self.edges.get(block.index()).copied().flatten() {
                 Some(Edge::Jump(from)) => from,
                 Some(Edge::Brif(from, cond, truth)) => {
-                    if let Some((compared, limit)) = limit(func, cond, truth)
+                    if let Some((compared, limit)) = value_below_limit(func, cond, truth)
                         && (compared == value || narrow == Some(compared))
                         && limit <= u64::from(count)
                     {
@@ -110,7 +110,7 @@ fn widened(func: &FuncData, value: Value) -> Option<Value> {
     }
 }
 
-/// For each block the way that leads to it, if it is the only one.
+/// For each block the end of the block that leads to it, if only one does.
 fn edges(func: &FuncData) -> Vec<Option<Edge>> {
     let mut ways = vec![0u32; func.block_count()];
     let mut edges = vec![None; func.block_count()];
@@ -137,8 +137,9 @@ fn edges(func: &FuncData) -> Vec<Option<Edge>> {
     edges
 }
 
-/// The value, taken as unsigned, that is below a limit if a condition has this truth.
-fn limit(func: &FuncData, cond: Value, truth: bool) -> Option<(Value, u64)> {
+/// What follows from a condition that is `truth`: a value, and a limit that it is below as an unsigned
+/// number.
+fn value_below_limit(func: &FuncData, cond: Value, truth: bool) -> Option<(Value, u64)> {
     let Some(&InstData::Icmp { cond, args: [value, constant] }) = func.def_inst(cond) else {
         return None;
     };

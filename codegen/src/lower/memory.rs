@@ -36,7 +36,8 @@ impl Lowering<'_> {
         let start = self.image_offset(ty, at)?;
         let extent = at.extent(ty);
         let value = self.value(value)?;
-        self.load_before(Some(start..start + (extent.end - extent.start) as i64))?;
+        let stored = start..start + (extent.end - extent.start) as i64;
+        self.lower_waiting_loads(Some(stored))?;
         let (base, offset) = self.address(ty, at)?;
         self.builder.ins().store(flags(), value, base, offset);
         Ok(())

@@ -2,7 +2,8 @@
 //!
 //! [`function`] makes one CLIF function of one IR function: a block that enters the block of the
 //! label (`control`), and a CLIF block for each block of the IR. Values are mapped one to one. The
-//! other files have the operations: `arithmetic`, `integrality_check` and `memory`.
+//! other files have the operations (`arithmetic`, `integrality_check`, `memory` and `indices`), and two
+//! techniques that make code shorter (`base_registers`, `truth_values`).
 
 mod arithmetic;
 mod base_registers;
@@ -150,9 +151,11 @@ struct Lowering<'a> {
     bases: Vec<(i64, Variable)>,
     /// The block that is being lowered.
     ir_block: Block,
+    /// What is known of the indices of arrays.
     indices: indices::Indices,
     /// Whether the current block is cold.
     cold: bool,
+    /// Whether the target is x86-64, on which some operations have shorter forms.
     is_x86: bool,
     /// The results of truncations of doubles on x86-64, each with the vector whose lowest lane
     /// holds it, from which it is converted back in fewer bytes.
@@ -190,7 +193,7 @@ impl Lowering<'_> {
         for block in order(self.func) {
             self.block(block)?;
         }
-        self.trap_exit();
+        self.write_trap_exit();
         Ok(())
     }
 
@@ -297,7 +300,7 @@ impl Lowering<'_> {
     }
 
     fn host_call(&mut self, function: HostFn, args: &[Value]) -> LowerResult<Option<ClifValue>> {
-        self.load_before(None)?;
+        self.lower_waiting_loads(None)?;
         let pointer = self.builder.func.dfg.value_type(self.context);
         let signature = *self.host_signature.get_or_insert_with(|| {
             let mut signature = Signature::new(CallConv::SystemV);

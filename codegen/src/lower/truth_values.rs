@@ -23,6 +23,9 @@ use plcc_ir::{Address, BinaryOp, Block, FuncData, Module, Type, Value};
 use super::memory::flags;
 use super::{LowerResult, Lowering};
 
+/// The number of bytes of the widest store without an index.
+const WIDEST_STORE: i64 = 8;
+
 /// What the lowering knows of the truth values of a function.
 pub(super) struct TruthValues {
     /// Whether 32 bits are used at all.
@@ -62,10 +65,12 @@ impl TruthValues {
         Self { enabled, wide, uses, waiting: vec![], stored: HashMap::new(), now: 0 }
     }
 
+    /// Whether a value is in 32 bits, or can be loaded so.
     fn is_wide(&self, value: Value) -> bool {
         self.wide.get(value.index()).is_some_and(Option::is_some) || self.is_waiting(value)
     }
 
+    /// Whether a value is a load that waits for its use.
     fn is_waiting(&self, value: Value) -> bool {
         self.waiting.iter().any(|&(waiting, ..)| waiting == value)
     }
@@ -134,9 +139,9 @@ impl Lowering<'_> {
         Ok(true)
     }
 
-    /// Passes a value to a new block as its parameter, and goes on there. Cranelift makes no load
-    /// part of an instruction whose result has several uses; so the result has only this one. The
-    /// jump takes no instruction.
+    /// Passes a value to a new block as its parameter, and goes on there; gives the parameter, which has
+    /// the value's uses. Cranelift makes no load part of an instruction whose result has several uses;
+    /// the only use of this result is now the jump, which takes no machine instruction.
     fn through_parameter(&mut self, value: ClifValue) -> ClifValue {
         let next = self.builder.create_block();
         let parameter = self.builder.append_block_param(next, types::I32);
@@ -162,6 +167,7 @@ impl Lowering<'_> {
         Ok(true)
     }
 
+    /// Records the CLIF value that is a truth value in 32 bits.
     fn define_wide(&mut self, result: Value, value: ClifValue) {
         if let Some(slot) = self.truth_values.wide.get_mut(result.index()) {
             *slot = Some(value);
@@ -172,9 +178,9 @@ impl Lowering<'_> {
     fn wide(&mut self, value: Value) -> LowerResult<ClifValue> {
         if let Some((at, offset)) = self.take_waiting(value) {
             let (base, displacement) = self.address(Type::I1, at)?;
-            let is_whole = self.is_whole(offset);
+            let four_bytes = self.can_load_four_bytes(offset);
             let ins = self.builder.ins();
-            return Ok(match is_whole {
+            return Ok(match four_bytes {
                 true => ins.load(types::I32, flags(), base, displacement),
                 false => ins.uload8(types::I32, flags(), base, displacement),
             });
@@ -188,8 +194,9 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether the four bytes from an offset on lie in the image and none was stored recently.
-    fn is_whole(&self, offset: i64) -> bool {
+    /// Whether the four bytes from an offset on can be loaded at once: they lie in the image, and none was
+    /// stored recently.
+    fn can_load_four_bytes(&self, offset: i64) -> bool {
         let truths = &self.truth_values;
         let recent = |byte| {
             truths.stored.get(&byte).is_some_and(|&then| truths.now - then < STORED_RECENTLY)
@@ -216,8 +223,12 @@ impl Lowering<'_> {
     }
 
     /// Lowers the loads that must not wait any longer, since a store to some bytes of the image
-    /// follows, or a call of the host (`None`).
-    pub(super) fn load_before(&mut self, bytes: Option<std::ops::Range<i64>>) -> LowerResult<()> {
+    /// follows, or a call of the host (`None`). Records the bytes of the store, but for one through an
+    /// index, which may write any of very many.
+    pub(super) fn lower_waiting_loads(
+        &mut self,
+        bytes: Option<std::ops::Range<i64>>,
+    ) -> LowerResult<()> {
         let is_affected = |offset: i64| bytes.as_ref().is_none_or(|bytes| bytes.contains(&offset));
         let waiting = &self.truth_values.waiting;
         let affected: Vec<Value> =
@@ -228,7 +239,7 @@ impl Lowering<'_> {
             let wide = self.builder.ins().uload8(types::I32, flags(), base, displacement);
             self.define_wide(value, wide);
         }
-        if let Some(bytes) = bytes.filter(|bytes| bytes.end - bytes.start <= 8) {
+        if let Some(bytes) = bytes.filter(|bytes| bytes.end - bytes.start <= WIDEST_STORE) {
             let now = self.truth_values.now;
             self.truth_values.stored.extend(bytes.map(|byte| (byte, now)));
         }

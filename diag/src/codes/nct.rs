@@ -479,7 +479,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-X2",
         "program too long to compile",
-        "The compiler takes programs of up to 524 288 instructions, before it makes them better, and statements of up to 131 072. A usual statement has 2 to 50. The place is the statement with which they are too many.",
+        "The compiler makes instructions of an intermediate representation (IR) of each statement, before it optimises them: of a usual statement 2 to 50. It takes programs of up to 524 288 such instructions, and single statements of up to 131 072. The place is the statement with which there are too many.",
         "Put what is alike into subroutines.",
     ),
     page(
@@ -527,7 +527,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-W7",
         "condition that is always true or always false",
-        "Lint constant-condition. The comparison is decided before the program runs: OP is a number of the text, or no value of 16 bits without a sign fulfils it (`<0`, `>FFFF`).",
+        "Lint constant-condition. The comparison is decided before the program runs: a constant was loaded into OP just before, or no number of 16 bits without a sign fulfils the comparison (`<0`, `>FFFF`).",
         "wrong: LRH062 <0 U012 Z\nright: LRH062 =0 U012 Z",
     ),
     page(

@@ -137,7 +137,7 @@ pub static CODES: &[CodeInfo] = &[
         "PMAC-X4",
         "ranges name too many variables",
         "The ranges of a download, such as P0..1023=0, may name 2 097 152 variables in all. Each of them is looked at when the download is read, so this bounds the time for that.",
-        "Assign to each variable once. All variables of one kind of a Turbo PMAC are 8192.",
+        "Assign to each variable once. A Turbo PMAC has 8192 variables of each kind.",
     ),
     code(
         "PMAC-X5",
@@ -154,7 +154,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-X7",
         "program too long to compile",
-        "The compiler takes programs of up to 524 288 instructions, before it makes them better, and statements of up to 131 072. A usual statement has 5 to 50. The place is the statement with which they are too many.",
+        "The compiler makes instructions of an intermediate representation (IR) of each statement, before it optimises them: of a usual statement 5 to 50. It takes programs of up to 524 288 such instructions, and single statements of up to 131 072. The place is the statement with which there are too many.",
         "Divide the download among several, or put what is alike into a WHILE.",
     ),
     code(
@@ -250,7 +250,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-W15",
         "PLC that never runs",
-        "Lint plc-never-runs. I5 says which PLCs run: 1 means PLC 0, 2 PLCs 1 to 31, 3 all. As the download leaves it, it is not this one.",
+        "Lint plc-never-runs. I5 says which PLCs run: 1 means PLC 0, 2 PLCs 1 to 31, 3 all. With the value that I5 has after the download, this PLC does not run.",
         "Wrong:\n  I5=1\n  OPEN PLC 2 CLEAR\nRight:\n  I5=2",
     ),
     code(

@@ -289,7 +289,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-X4",
         title: "program too long to compile",
-        meaning: "The compiler takes programs of up to 524 288 instructions, before it makes them better, and statements of up to 131 072. A usual statement has 3 to 30. The place is the statement with which they are too many.",
+        meaning: "The compiler makes instructions of an intermediate representation (IR) of each statement, before it optimises them: of a usual statement 3 to 30. It takes programs of up to 524 288 such instructions, and single statements of up to 131 072. The place is the statement with which there are too many.",
         mend: "Divide the program, or keep what is alike in arrays.",
     },
     CodeInfo {

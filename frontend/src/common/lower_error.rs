@@ -12,8 +12,8 @@ use super::InternalError;
 pub enum LowerError {
     /// The compiler has a defect.
     Internal(InternalError),
-    /// The program has more than [`MAX_INSTRUCTIONS`] instructions, or a statement more than
-    /// [`MAX_STATEMENT_INSTRUCTIONS`]. Holds the statement with which they became too many.
+    /// The program has more than [`MAX_INSTRUCTIONS`] instructions of IR, or a statement more than
+    /// [`MAX_STATEMENT_INSTRUCTIONS`]. Holds the statement with which there are too many.
     TooLong(Statement),
 }
 
@@ -23,7 +23,7 @@ impl fmt::Display for LowerError {
             Self::Internal(error) => error.fmt(f),
             Self::TooLong(statement) => write!(
                 f,
-                "the program has more than {MAX_INSTRUCTIONS} instructions, or a statement more than \
+                "the program has more than {MAX_INSTRUCTIONS} instructions of IR, or a statement more than \
                  {MAX_STATEMENT_INSTRUCTIONS} (line {})",
                 statement.line
             ),

@@ -12,7 +12,8 @@ pub enum Limits {
     /// It may not: what the original compilers refused as too long or too deep is an error.
     #[default]
     Original,
-    /// `--limits none`: it may. Limits of plcc's own remain, such as 256 levels of nesting.
+    /// `--limits none`: it may. Limits of plcc's own remain, such as 256 levels of nesting and the number of instructions of IR
+    /// ([`MAX_INSTRUCTIONS`](plcc_ir::chunk::MAX_INSTRUCTIONS)).
     None,
 }
 

@@ -7,10 +7,11 @@
 //! jump block1(v2)                (becomes `jump block1` if nothing uses the parameter)
 //! ```
 //!
-//! One visit backwards suffices, since all uses of a value are visited before its definition. Only
-//! what a branch back passes counts as used, since the parameter is visited later. The pass must not
-//! drop what [has an effect](crate::InstData::has_effect): stores, volatile loads, and calls of host
-//! functions that are not pure.
+//! One visit backwards suffices, since all uses of a value are visited before its definition. There is
+//! one exception: what a branch back passes to a parameter is kept in any case, since the uses of the
+//! parameter are visited later. The pass must not drop what [has an
+//! effect](crate::InstData::has_effect): stores, volatile loads, `is_late`, and calls of host functions
+//! that are not pure.
 
 use super::graph::Graph;
 use crate::{BlockCall, FuncData, Terminator, Value, ValueDef};

@@ -10,9 +10,9 @@
 //! v5: f64 = fmul v3, v3          perhaps infinite or -0
 //! ```
 //!
-//! Integers are those of at most 2^53, since every such integer is a double, so that the arithmetic
-//! of integers gives exactly what that of doubles gives. Only the sign of a zero differs; so it is
-//! known of each double whether it may be -0.
+//! In this file an integer is one whose magnitude is at most 2^53. Every such integer is a double, so
+//! that the arithmetic of integers gives exactly what that of doubles gives. Only the sign of a zero
+//! differs; therefore each range says whether its double may be -0.
 
 use plcc_abi::{HostFn, IntegerForm};
 
@@ -288,8 +288,9 @@ impl FloatRange {
                     {
                         Self::int(least, most)
                     }
-                    // A number outside the range is divided by the length of the range, and the
-                    // length is added to the remainder or taken from it at most once.
+                    // The function rounds its number to an integer. If that is outside the range, it
+                    // is divided by the length of the range, and the length is added to the remainder,
+                    // or taken from it, at most once.
                     (_, Some((low, first)), Some((last, high))) if first <= last => {
                         let length = high - low + 1;
                         Self::int(low.min(-length), high.max(2 * length))
@@ -323,7 +324,8 @@ fn corners(results: [f64; 4]) -> (f64, f64) {
     })
 }
 
-/// The bounds of an operation on integers; `None` if integer arithmetic does not give its result.
+/// The bounds of an operation's result on integers between bounds; `None` for a division, and where a
+/// bound does not fit an `i64`.
 fn integer_binary(op: BinaryOp, a: (i64, i64), b: (i64, i64)) -> Option<(i64, i64)> {
     match op {
         BinaryOp::Fadd => Some((a.0 + b.0, a.1 + b.1)),
@@ -407,8 +409,8 @@ impl<'a> FloatRanges<'a> {
         self.of_operands(func, integers, data, |value| self.get(value))
     }
 
-    /// What is known of the result of an instruction that gives a double, if the ranges of its
-    /// operands are those that `range` gives.
+    /// The same, with the ranges of the instruction's operands that `range` gives instead of those in
+    /// the table.
     pub(super) fn of_operands(
         &self,
         func: &FuncData,

@@ -1,11 +1,11 @@
 //! Rearranges AND, OR and NOT of truth values so that they take fewer bytes of code.
 //!
 //! ```text
-//! v4: i1 = and v0, v1              v7: i1 = or v2, v3
-//! v5: i1 = not v2                  v8: i1 = not v7
-//! v6: i1 = and v4, v5        ==>   v9: i1 = and v8, v0
-//! v8: i1 = not v3                  v10: i1 = and v9, v1
-//! v9: i1 = and v6, v8
+//! v4: i1 = and v0, v1
+//! v5: i1 = not v2                  v9: i1 = or v2, v3
+//! v6: i1 = and v4, v5        ==>   v10: i1 = not v9
+//! v7: i1 = not v3                  v11: i1 = and v10, v0
+//! v8: i1 = and v6, v7              v8: i1 = and v11, v1
 //! ```
 //!
 //! Operations of one kind whose results are used once form a *gate* with many inputs. An input is
@@ -15,13 +15,15 @@
 //! Morgan's laws). Then the gate is written again, with what takes the most code first and loads
 //! last, since a load can be part of the instruction that combines it with what was computed before.
 //!
-//! Costs are bytes of x86-64 code, roughly. The pass runs last, when nothing else depends on the
-//! order of operands. It must keep the number of loads as it is, and where they stand.
+//! Costs are bytes of x86-64 code, roughly. Where there are two costs, or two ways to compute something,
+//! the index 0 is for the value as it is and 1 for its opposite. The pass runs last, when nothing else
+//! depends on the order of operands. It must keep the number of loads as it is, and where they stand.
 
 use super::graph::Graph;
 use crate::{BinaryOp, Block, FuncData, Inst, InstData, SourceLoc, Type, UnaryOp, Value};
 
-/// Gates that are nested deeper are rearranged apart from each other.
+/// Gates are rearranged together with the gates that are their inputs, and with the inputs of those, down
+/// to this depth; what is deeper is rearranged by itself.
 const MAX_DEPTH: usize = 32;
 
 /// The cost of an operation on two registers.
@@ -33,7 +35,7 @@ const LOAD: u32 = 4;
 /// The cost of a NOT.
 const NOT: u32 = 3;
 
-/// A gate, or an input of gates that is none.
+/// A gate, or an input of gates that is no gate.
 struct Node {
     kind: Kind,
     /// The cost of having the value in a register, and that of having its opposite there.
@@ -42,8 +44,9 @@ struct Node {
     operand: [u32; 2],
 }
 
+/// What a node is.
 enum Kind {
-    /// A value that is computed elsewhere, and whether the input is its opposite.
+    /// A value that is not computed by a gate, and whether the input is its opposite.
     Leaf(Value, bool),
     /// An AND (or, if `or`, an OR) of inputs, by their numbers in the list of nodes.
     Gate { or: bool, inputs: Vec<usize> },
@@ -58,8 +61,9 @@ struct Gates<'a> {
     places: Vec<Block>,
     /// For each instruction whether it is part of a gate that will be written again.
     absorbed: Vec<bool>,
-    /// The nodes of the gate at hand, each behind its inputs.
+    /// The nodes of the outermost gate that is examined or written, each behind its inputs.
     nodes: Vec<Node>,
+    /// The block that is visited.
     block: Block,
 }
 
@@ -118,7 +122,7 @@ impl Gates<'_> {
         self.func.blocks[self.block.index()].insts = out;
     }
 
-    /// Whether an instruction is an AND (false) or OR (true) of truth values.
+    /// Whether an AND or OR of truth values is an OR, and its operands; `None` for other instructions.
     fn gate(&self, inst: Inst) -> Option<(bool, [Value; 2])> {
         match *self.func.inst(inst) {
             InstData::Binary { op, args } if self.func.ty(args[0]) == Type::I1 => match op {
@@ -130,21 +134,24 @@ impl Gates<'_> {
         }
     }
 
-    /// The instruction of this block that defines a value, if the value is used only once, here.
-    fn own(&self, value: Value) -> Option<Inst> {
+    /// The instruction that defines a value, if it stands in this block, and the value is used only
+    /// once, in this block too.
+    fn sole_definition(&self, value: Value) -> Option<Inst> {
         let crate::ValueDef::Result(inst) = self.func.def(value) else { return None };
         let is_own =
             self.uses[value.index()] == (1, self.block) && self.places[inst.index()] == self.block;
         is_own.then_some(inst)
     }
 
+    /// Adds a node; gives its number.
     fn push(&mut self, kind: Kind, cost: [u32; 2], operand: [u32; 2]) -> usize {
         self.nodes.push(Node { kind, cost, operand });
         self.nodes.len() - 1
     }
 
-    /// The node of a gate's instruction; it and what is part of it is marked as absorbed, but for
-    /// the instruction of the outermost gate.
+    /// Adds the node of a gate, given its instruction, and those of its inputs. Instructions that are
+    /// part of the gate are marked as absorbed, but for `inst` itself. `depth` is the number of gates
+    /// around this one.
     fn node_of(&mut self, inst: Inst, depth: usize) -> usize {
         let Some((or, args)) = self.gate(inst) else {
             return self.push(Kind::Leaf(Value(0), false), [0; 2], [0; 2]);
@@ -153,7 +160,7 @@ impl Gates<'_> {
         // The values that are inputs or parts of this gate, each with whether it is inverted.
         let mut pending = vec![(args[1], false), (args[0], false)];
         while let Some((value, inverted)) = pending.pop() {
-            if let Some(inst) = self.own(value) {
+            if let Some(inst) = self.sole_definition(value) {
                 if let InstData::Unary { op: UnaryOp::Not, arg } = *self.func.inst(inst) {
                     self.absorbed[inst.index()] = true;
                     pending.push((arg, !inverted));
@@ -182,8 +189,9 @@ impl Gates<'_> {
         self.gate_node(or, inputs)
     }
 
+    /// Adds the node of a value that is not computed by a gate, or of its opposite.
     fn leaf(&mut self, value: Value, inverted: bool) -> usize {
-        let is_load = self.own(value).is_some_and(|inst| {
+        let is_load = self.sole_definition(value).is_some_and(|inst| {
             matches!(self.func.inst(inst), InstData::Load { at, .. } if at.index.is_none() && !at.volatile)
         });
         let (mut cost, mut operand) = match is_load {
@@ -197,7 +205,7 @@ impl Gates<'_> {
         self.push(Kind::Leaf(value, inverted), cost, operand)
     }
 
-    /// The opposite of a gate, as a gate: the dual one of the inverted inputs.
+    /// Adds the opposite of a gate, as a gate: the dual one of the inverted inputs.
     fn inverted(&mut self, node: usize) -> usize {
         let Node { kind: Kind::Gate { or, inputs }, .. } = &self.nodes[node] else { return node };
         let (or, inputs) = (!or, inputs.clone());
@@ -209,6 +217,7 @@ impl Gates<'_> {
         self.gate_node(or, inputs)
     }
 
+    /// Adds the node of a gate with these inputs.
     fn gate_node(&mut self, or: bool, inputs: Vec<usize>) -> usize {
         let straight = self.plan(&inputs, 0).cost;
         let opposite = self.plan(&inputs, 1).cost;
@@ -217,22 +226,22 @@ impl Gates<'_> {
         self.push(Kind::Gate { or, inputs }, cost, operand)
     }
 
-    /// How a gate is best computed with its inputs as they are (`sign` 0), or how its dual is with
-    /// the inverted inputs (`sign` 1).
-    fn plan(&self, inputs: &[usize], sign: usize) -> Plan {
+    /// How a gate is best computed with its inputs as they are (`opposite` 0), or how its dual is with
+    /// the inverted inputs (`opposite` 1).
+    fn plan(&self, inputs: &[usize], opposite: usize) -> Plan {
         let cheaper_inverted = |&&input: &&usize| {
-            self.nodes[input].operand[1 - sign] < self.nodes[input].operand[sign]
+            self.nodes[input].operand[1 - opposite] < self.nodes[input].operand[opposite]
         };
         let apart: Vec<usize> = inputs.iter().filter(cheaper_inverted).copied().collect();
         let rest: Vec<usize> =
             inputs.iter().filter(|input| !cheaper_inverted(input)).copied().collect();
-        let all = self.row_cost(inputs, sign);
-        let joined = self.row_cost(&apart, 1 - sign) + NOT;
+        let all = self.row_cost(inputs, opposite);
+        let joined = self.row_cost(&apart, 1 - opposite) + NOT;
         let split = match rest.is_empty() {
             true => joined,
             false => {
                 // The joined ones are computed first, and each of the rest is combined with it.
-                joined + rest.iter().map(|&input| self.nodes[input].operand[sign]).sum::<u32>()
+                joined + rest.iter().map(|&input| self.nodes[input].operand[opposite]).sum::<u32>()
             }
         };
         match apart.len() > 1 && split < all {
@@ -242,12 +251,12 @@ impl Gates<'_> {
     }
 
     /// The cost of combining inputs one after the other.
-    fn row_cost(&self, inputs: &[usize], sign: usize) -> u32 {
-        let sum: u32 = inputs.iter().map(|&input| self.nodes[input].operand[sign]).sum();
+    fn row_cost(&self, inputs: &[usize], opposite: usize) -> u32 {
+        let sum: u32 = inputs.iter().map(|&input| self.nodes[input].operand[opposite]).sum();
         // The first one is not combined with anything.
         let saved = |&input: &usize| {
             let node = &self.nodes[input];
-            node.operand[sign].saturating_sub(node.cost[sign])
+            node.operand[opposite].saturating_sub(node.cost[opposite])
         };
         sum.saturating_sub(inputs.iter().map(saved).max().unwrap_or(0))
     }
@@ -269,6 +278,7 @@ impl Gates<'_> {
         out.push(inst);
     }
 
+    /// Appends a new instruction to `out`; gives its result.
     fn insert(&mut self, data: InstData, loc: SourceLoc, out: &mut Vec<Inst>) -> Value {
         let inst = self.func.append(data, loc);
         self.absorbed.push(false);
@@ -278,59 +288,71 @@ impl Gates<'_> {
         self.func.result(inst).unwrap_or(Value(0))
     }
 
-    /// Writes a node, or its opposite (`sign` 1).
-    fn write(&mut self, node: usize, sign: usize, loc: SourceLoc, out: &mut Vec<Inst>) -> Value {
+    /// Writes the instructions of a node, or of its opposite (`opposite` 1); gives the result.
+    fn write(
+        &mut self,
+        node: usize,
+        opposite: usize,
+        loc: SourceLoc,
+        out: &mut Vec<Inst>,
+    ) -> Value {
         match &self.nodes[node].kind {
-            &Kind::Leaf(value, inverted) => match inverted == (sign == 1) {
+            &Kind::Leaf(value, inverted) => match inverted == (opposite == 1) {
                 true => value,
                 false => self.insert(InstData::Unary { op: UnaryOp::Not, arg: value }, loc, out),
             },
             Kind::Gate { or, inputs } => {
                 let (or, inputs) = (*or, inputs.clone());
-                let [same, opposite] = [self.plan(&inputs, sign), self.plan(&inputs, 1 - sign)];
-                if opposite.cost + NOT < same.cost {
-                    let arg = self.write_plan(or != (sign == 0), 1 - sign, opposite, loc, out);
+                let straight = self.plan(&inputs, opposite);
+                let inverted = self.plan(&inputs, 1 - opposite);
+                if inverted.cost + NOT < straight.cost {
+                    let or = or != (opposite == 0);
+                    let arg = self.write_plan(or, 1 - opposite, inverted, loc, out);
                     return self.insert(InstData::Unary { op: UnaryOp::Not, arg }, loc, out);
                 }
-                self.write_plan(or != (sign == 1), sign, same, loc, out)
+                self.write_plan(or != (opposite == 1), opposite, straight, loc, out)
             }
         }
     }
 
+    /// Writes a gate as a plan says: an OR or else an AND of its inputs, or (`opposite` 1) of their
+    /// opposites.
     fn write_plan(
         &mut self,
         or: bool,
-        sign: usize,
+        opposite: usize,
         plan: Plan,
         loc: SourceLoc,
         out: &mut Vec<Inst>,
     ) -> Value {
         let mut value = None;
         if !plan.apart.is_empty() {
-            let arg = self.write_row(!or, 1 - sign, plan.apart, None, loc, out);
+            let arg = self.write_row(!or, 1 - opposite, plan.apart, None, loc, out);
             value = arg.map(|arg| self.insert(InstData::Unary { op: UnaryOp::Not, arg }, loc, out));
         }
-        self.write_row(or, sign, plan.rest, value, loc, out).unwrap_or(Value(0))
+        self.write_row(or, opposite, plan.rest, value, loc, out).unwrap_or(Value(0))
     }
 
-    /// Combines `first`, if there is one, and inputs by AND or OR, the costly ones first.
+    /// Combines `first`, if there is one, and inputs or their opposites by AND or OR: those that take
+    /// the most code come first, and loads come last. Gives the result, `None` if there is nothing to
+    /// combine.
     fn write_row(
         &mut self,
         or: bool,
-        sign: usize,
+        opposite: usize,
         mut inputs: Vec<usize>,
         first: Option<Value>,
         loc: SourceLoc,
         out: &mut Vec<Inst>,
     ) -> Option<Value> {
         inputs.sort_by_key(|&input| {
-            let cost = self.nodes[input].operand[sign];
+            let cost = self.nodes[input].operand[opposite];
             (cost == OPERATION_WITH_LOAD, std::cmp::Reverse(cost))
         });
         let op = if or { BinaryOp::Or } else { BinaryOp::And };
         let mut row = first;
         for input in inputs {
-            let value = self.write(input, sign, loc, out);
+            let value = self.write(input, opposite, loc, out);
             row = Some(match row {
                 None => value,
                 Some(row) => self.insert(InstData::Binary { op, args: [row, value] }, loc, out),
@@ -342,6 +364,7 @@ impl Gates<'_> {
 
 /// How a gate is computed.
 struct Plan {
+    /// What it costs to have the result in a register.
     cost: u32,
     /// The inputs that are joined by the dual gate and inverted together.
     apart: Vec<usize>,

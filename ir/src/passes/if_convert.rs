@@ -30,6 +30,9 @@ use crate::{
 const MAX_COST: u32 = 8;
 /// The cost of a store, with the load of the value that it writes back if its way is not taken.
 const STORE_COST: u32 = 3;
+/// Ways that end with stores to the same place may cost so much more: only one of the two stores is left,
+/// and neither needs a load and a select.
+const SAVED_BY_COMMON_STORE: u32 = STORE_COST + 2;
 
 /// One way of a branch: through a block of its own, or straight to the block where the ways meet.
 struct Arm {
@@ -78,7 +81,7 @@ fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
         (Some(a), Some(b)) => common_store(func, a, b),
         _ => None,
     };
-    if a + b > MAX_COST + if common.is_some() { STORE_COST + 2 } else { 0 } {
+    if a + b > MAX_COST + if common.is_some() { SAVED_BY_COMMON_STORE } else { 0 } {
         return false;
     }
     let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);

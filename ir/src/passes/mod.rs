@@ -18,7 +18,7 @@
 //! | `gates` | rearranges AND, OR and NOT of truth values so that they take less code |
 //! | `compact` | numbers what is left again without gaps |
 //! | `wide-bits` | no pass over IR: code generation computes with truth values in 32 bits |
-//! | `reload-bits` | no pass: `forward` leaves loads of truth values in long programs |
+//! | `reload-bits` | no pass: in long programs `forward` does not replace loads of truth values |
 //!
 //! # What every pass must keep
 //! - A module that the [verifier](crate::verify) accepts before a pass is accepted behind it. Debug
@@ -80,12 +80,13 @@ pub enum OptLevel {
     Speed,
 }
 
-/// A pass over one function; the head of its file says what it does and what it must not do.
+/// A pass over one function, whose file says at its head what it does and what it must not do; or, at
+/// the end of the list, a technique that can be left out in the same way as a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
-    /// Integer arithmetic for doubles that are integers.
+    /// Makes integer arithmetic of doubles that are known to be integers.
     Integers,
-    /// Speculation that doubles are integers.
+    /// Makes integer arithmetic behind a check that doubles are integers (speculation).
     Speculate,
     /// Simplifies control flow.
     Branches,
@@ -101,7 +102,7 @@ pub enum Pass {
     IfConvert,
     /// Truth values instead of integers.
     Narrow,
-    /// Operations on bits that nobody uses.
+    /// Goes around operations on bits that nobody uses.
     DemandedBits,
     /// Common subexpression elimination.
     Cse,
@@ -116,8 +117,8 @@ pub enum Pass {
     /// Truth values in 32 bits: a technique of code generation, for which there is nothing to do
     /// in IR.
     WideBits,
-    /// Truth values are loaded again rather than forwarded where a program is long: a way in which
-    /// [`Forward`](Self::Forward) works.
+    /// [`Forward`](Self::Forward) does not replace loads of truth values in long programs, so that they
+    /// are loaded again.
     ReloadBits,
 }
 
@@ -171,8 +172,9 @@ impl Pass {
         Self::ALL.into_iter().find(|pass| pass.name() == name)
     }
 
-    /// Runs the pass over a function. Gives whether it changed something, so that it pays to run
-    /// other passes again. Passes of which that is never asked always give true.
+    /// Runs the pass over a function. Gives whether it pays to run the passes that follow it in
+    /// [`optimize`]: for `integers` whether the function has doubles, for others whether something was
+    /// changed. A pass whose answer nobody uses gives true.
     fn run(
         self,
         module: &Module,
@@ -234,8 +236,9 @@ impl PassSet {
     /// behind a `-` (leave it out) or a `+` (put it in).
     ///
     /// # Errors
-    /// The first part of the text that is neither, with the names of all passes.
-    pub fn changed(self, text: &str) -> Result<Self, String> {
+    /// When a part of the text is neither; the message has the first such part and the names of all
+    /// passes.
+    pub fn with_changes(self, text: &str) -> Result<Self, String> {
         let mut set = self;
         for part in text.split(',').map(str::trim).filter(|part| !part.is_empty()) {
             let change = part.split_at_checked(1).and_then(|(sign, name)| {
@@ -248,7 +251,10 @@ impl PassSet {
             });
             set = change.ok_or_else(|| {
                 let names: Vec<&str> = Pass::ALL.iter().map(|pass| pass.name()).collect();
-                format!("`{part}` is not `-` or `+` and a pass; these are {}", names.join(", "))
+                format!(
+                    "`{part}` is not `-` or `+` and a pass; the passes are {}",
+                    names.join(", ")
+                )
             })?;
         }
         Ok(set)
@@ -268,9 +274,9 @@ impl From<OptLevel> for PassSet {
 pub type PassTimes = Vec<(Pass, Duration)>;
 
 /// Optimises a verified module: runs those passes of a set (or of the one that a level stands for)
-/// in a fixed order. The module then says which ones were in the set, since code generation has
-/// techniques that are switched off in the same way. With all passes, techniques that do not pay in
-/// short programs are left out there; any other set is taken as it is.
+/// in a fixed order. Afterwards [`Module::passes`] is the set, in which code generation finds the
+/// techniques that it may use. If the set is [`PassSet::ALL`] and the program is short, techniques that
+/// do not pay in short programs are taken out of it; any other set stays as it is.
 pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
     let passes = passes.into();
     module.passes = passes;
@@ -279,7 +285,8 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
     }
     let times = each(module, passes, |stage| {
         stage.pass(Pass::Branches);
-        // What the passes for integers leave behind would count as uses for `fold`.
+        // The instructions on doubles that the two passes have replaced are dropped at once: otherwise
+        // `fold` would take them for uses of their operands.
         if stage.pass(Pass::Integers) {
             stage.pass(Pass::Dce);
             if stage.pass(Pass::Speculate) {
@@ -335,7 +342,7 @@ impl Stage<'_> {
         }
     }
 
-    /// Runs one pass, if it may run; gives what [`Pass::run`] gives.
+    /// Runs one pass, if it may run; gives what [`Pass::run`] gives, or false.
     fn pass(&mut self, pass: Pass) -> bool {
         if !self.passes.contains(pass) {
             return false;

@@ -11,9 +11,9 @@
 //! The pass first finds, backwards, of which integers only the lowest bit is demanded. Then it
 //! visits instructions forwards and keeps for integers the truth value that is their lowest bit.
 //! An AND, OR, XOR or NOT gets a truth value of its own if all its operands have one, and if
-//! nothing demands its other bits or these are surely 0. What is not used any more is dropped by
-//! `dce`. An instruction that stays is never computed twice: each truth value takes the place of an
-//! integer.
+//! nothing demands its other bits or these are surely 0. `dce` drops the integers that are not used any
+//! more, and nothing is computed both as an integer and as a truth value: where the other bits are
+//! demanded, the integer becomes a conversion of the truth value.
 
 use super::graph::Graph;
 use super::substitution::Substitution;
@@ -52,8 +52,8 @@ pub(super) fn run(func: &mut FuncData) -> bool {
             } else if ty.is_int() {
                 let is_demanded = demanded.get(result.index()).copied().unwrap_or(true);
                 let is_truth = ranges.possible_ones(result) <= 1;
-                let mut maker = Maker { func, out: &mut out, loc: SourceLoc::NONE };
-                maker.loc = maker.func.loc(inst);
+                let loc = func.loc(inst);
+                let mut maker = Maker { func, out: &mut out, loc };
                 let bit = maker.lowest_bit(&data, &bits, !is_demanded || is_truth);
                 if let Some(slot) = bits.get_mut(result.index()) {
                     *slot = bit;
@@ -74,7 +74,7 @@ pub(super) fn run(func: &mut FuncData) -> bool {
             values.terminator(terminator);
         }
     }
-    // A use may stand in a block that is visited before the block of the definition.
+    // Blocks that control cannot reach were not visited, and may use what was replaced.
     if changed {
         for data in &mut func.blocks {
             for &inst in &data.insts {

@@ -25,8 +25,9 @@
 //! integers, from which the pass [`integers`](super::integers) makes integer arithmetic of the
 //! whole copy. The second is as it was, in a cold block.
 //!
-//! Either the doubles that a statement loads are checked, at most [`MAX_CHECKED`](super::speculation_plan::MAX_CHECKED) of them, or the
-//! operands of a single host function, whichever takes fewer checks. Of loads it must be known that
+//! Either the doubles that a statement loads are checked, at most
+//! [`MAX_CHECKED`](super::speculation_plan::MAX_CHECKED) of them, or the operands of a single host
+//! function, whichever takes fewer checks. Of loads it must be known that
 //! nothing writes to them between the check and the load. Blocks that are cold or optimised for
 //! size stay as they are.
 
@@ -42,13 +43,14 @@ use crate::{
     RegionId, SourceLoc, Terminator, Type, UnaryOp, Value, ValueDef,
 };
 
-/// Added to a double of at most 2^50, this gives a sum between 2^52 and 2^53, which is an integer
-/// whose lowest bits are those of the double rounded to the nearest integer (ties to even).
+/// Added to a double whose magnitude is at most 2^50, this gives a sum between 2^52 and 2^53. Doubles of
+/// that size are integers, so the sum is rounded to one (ties to even), and its lowest bits are those of
+/// the double rounded to the nearest integer.
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
 
-/// The bits of such a sum above those of the rounded integer, which is sign-extended from the bits
-/// below.
-const EXPONENT_BITS: i64 = 13;
+/// How many bits of such a sum, the highest ones, are not part of the rounded integer: the sign, the
+/// exponent, and the highest bit of the fraction. The other bits are sign-extended to get the integer.
+const UPPER_BITS: i64 = 13;
 
 /// Runs the pass; gives whether it changed anything. `finite_regions` are those of the module.
 pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
@@ -102,7 +104,8 @@ fn analyse<'a>(
 pub(super) struct Uses {
     /// For each value how often.
     pub(super) counts: Vec<u32>,
-    /// For each value the place among the instructions of its own block of the last that uses it.
+    /// For each value the place of the last instruction that uses it among the instructions of its
+    /// block. It means nothing for a value that is used elsewhere.
     last: Vec<usize>,
     /// For each value whether an instruction of another block or another statement uses it, or the
     /// terminator of another block.
@@ -181,7 +184,7 @@ impl Speculate<'_> {
     }
 
     /// Examines a statement. `end` is the place behind it among the instructions of its block;
-    /// `is_last` says that there is nothing.
+    /// `is_last` says that no instruction stands there.
     fn statement(&mut self, mut insts: &[Inst], end: usize, is_last: bool, rest: &mut Rest) {
         let mut plan = self.plan_statement(insts);
         loop {
@@ -217,7 +220,8 @@ impl Speculate<'_> {
         let loc = plan.twice.first().map_or(SourceLoc::NONE, |&inst| self.func.loc(inst));
         let may_be_nan = |&(value, _): &(Value, Check)| self.floats.get(value).may_be_nan();
         let never_nan = !plan.checked.iter().any(may_be_nan);
-        let join = if never_nan { BinaryOp::Or } else { BinaryOp::And };
+        // The checks succeed if none fails, or if all succeed.
+        let combine = if never_nan { BinaryOp::Or } else { BinaryOp::And };
         let mut all = None;
         let mut integers = vec![];
         for &(value, check) in &plan.checked {
@@ -229,7 +233,7 @@ impl Speculate<'_> {
             all = match all {
                 None => Some(truth),
                 Some(others) => {
-                    self.append(out, InstData::Binary { op: join, args: [others, truth] }, loc)
+                    self.append(out, InstData::Binary { op: combine, args: [others, truth] }, loc)
                 }
             };
         }
@@ -299,9 +303,9 @@ impl Speculate<'_> {
         rest.block = join;
     }
 
-    /// Appends the check of a double. Gives the conversion of the integer that takes its place, and
-    /// the truth value of the check: whether it fails, if the double is known to be never NaN, else
-    /// whether it succeeds.
+    /// Appends the check of a double. Gives the double that takes its place, a conversion of an integer,
+    /// and the truth value of the check: with `never_nan`, which says that the double is never NaN,
+    /// whether it fails, else whether it succeeds.
     fn check(
         &mut self,
         out: &mut Vec<Inst>,
@@ -329,7 +333,7 @@ impl Speculate<'_> {
                     InstData::Convert { op: bitcast, to: Type::I64, arg: sum },
                     loc,
                 )?;
-                let constant = InstData::Iconst { ty: Type::I64, value: EXPONENT_BITS };
+                let constant = InstData::Iconst { ty: Type::I64, value: UPPER_BITS };
                 let by = self.append(out, constant, loc)?;
                 for op in [BinaryOp::Shl, BinaryOp::Ashr] {
                     word = self.append(out, InstData::Binary { op, args: [word, by] }, loc)?;
@@ -354,6 +358,7 @@ impl Speculate<'_> {
         Some((back, truth))
     }
 
+    /// Adds a block without instructions.
     fn new_block(&mut self, cold: bool) -> Block {
         self.func.blocks.push(BlockData { cold, ..BlockData::default() });
         Block(self.func.blocks.len() as u32 - 1)
@@ -367,7 +372,7 @@ impl Speculate<'_> {
     }
 }
 
-/// The part of a block that was not finished yet.
+/// The last part of the block that is examined, behind the copies that were made so far.
 struct Rest {
     /// The block that gets the instructions.
     block: Block,

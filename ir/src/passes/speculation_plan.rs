@@ -41,15 +41,16 @@ pub(super) enum Check {
 /// How a double is computed, as far as it shows what numbers to expect.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Nature {
-    /// Of integers as small as variables usually hold come integers of 32 bits.
+    /// By operations that make integers of 32 bits of integers as small as variables usually hold.
     Plain,
-    /// It has a product of two variables, which may be a larger integer.
+    /// By a product of two variables, among others, which may be a larger integer.
     Product,
-    /// It has a quotient, a function or a factor with a fraction.
+    /// By a quotient, a function or a factor with a fraction, among others.
     Fraction,
 }
 
-/// What a call of a host function comes to for integers.
+/// What the host function that an instruction calls does to integers; `None` if it calls none, or nothing
+/// simple can be said.
 pub(super) fn form(data: &InstData) -> Option<IntegerForm> {
     match data {
         InstData::HostCall { function, args: _ } => function.integer_form(),
@@ -78,7 +79,8 @@ pub(super) struct Plan {
     pub(super) before: Vec<Inst>,
     /// Those that are written twice.
     pub(super) twice: Vec<Inst>,
-    /// How many instructions of the statement the two have together; those behind follow the copies.
+    /// How many instructions of the statement stand in `before` and `twice`. Those behind them follow
+    /// the copies.
     pub(super) end: usize,
 }
 
@@ -112,8 +114,8 @@ impl Speculate<'_> {
         self.mark(value).assumed.unwrap_or_else(|| self.floats.get(value))
     }
 
-    /// How to compute a statement with integers while all variables that it loads for that are
-    /// integers; `None` if it can't be, or if fewer checks do.
+    /// The plan that checks the variables which a statement loads. `None` if no operation would gain by
+    /// it, or if it takes fewer checks to check the operands of single calls.
     pub(super) fn plan_statement(&mut self, insts: &[Inst]) -> Option<Plan> {
         if insts.len() > MAX_STATEMENT
             || !insts.iter().any(|&inst| self.gains(self.func.inst(inst)))
@@ -122,9 +124,10 @@ impl Speculate<'_> {
         }
         let mut loads: Vec<(Value, crate::Address, usize)> = vec![];
         let mut same: Vec<(Value, Value)> = vec![];
-        // The first instruction that writes to the image, and the first call that integers do not
-        // replace behind the last operation that gains.
+        // The first instruction that writes to the image.
         let mut first_write = insts.len();
+        // The last operation that gains, and the first call that stays although the loads are integers:
+        // nothing behind that is written twice.
         let (mut gain, mut barrier) = (None, insts.len());
         let mut replaced = vec![];
         let mut single_checks = 0;
@@ -309,8 +312,9 @@ impl Speculate<'_> {
         found
     }
 
-    /// The operands of a call that have to be checked, each with the check that most values pass.
-    /// None if a fraction is to be expected of the dividend of a remainder.
+    /// The operands of a call that have to be checked, each with the check that most values pass. The
+    /// list is empty, so that nothing is checked, for a remainder whose dividend probably has a
+    /// fraction.
     fn checks_of(&self, data: &InstData) -> Vec<(Value, Check)> {
         let operands = self.operands_to_check(data);
         let nature = operands.iter().map(|&value| self.nature(value, MAX_STEPS)).max();
@@ -360,14 +364,13 @@ impl Speculate<'_> {
         }
     }
 
-    /// How to compute a single call with integers while its operands are integers; `at` is its
-    /// number among the instructions.
+    /// The plan that checks the operands of a single call; `at` is its place among the instructions.
     pub(super) fn plan_call(&mut self, insts: &[Inst], at: usize) -> Plan {
         let call = insts.get(at).copied();
         let mut twice: Vec<Inst> = call.into_iter().collect();
         let checked = call.map_or(vec![], |call| self.checks_of(self.func.inst(call)));
         let mut end = at + 1;
-        // The low bits of a number follow the call that gives all of them.
+        // An instruction that takes the low bits of the call's result is written twice with it.
         let result = call.and_then(|call| self.func.result(call));
         if let (Some(result), Some(&next)) = (result, insts.get(end))
             && self.uses.counts.get(result.index()) == Some(&1)
@@ -378,7 +381,8 @@ impl Speculate<'_> {
             end += 1;
         }
         let mut before = insts.get(..at).unwrap_or_default().to_vec();
-        // Only the call itself needs integers as doubles.
+        // So are conversions of integers to doubles that nothing but the call uses: of the copy for
+        // integers nothing is left of them.
         if let Some(call) = call.filter(|_| insts.len() <= MAX_STATEMENT) {
             let args = *self.func.inst(call);
             let serves_call = |&inst: &Inst| {

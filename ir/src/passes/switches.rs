@@ -150,7 +150,8 @@ fn test(func: &FuncData, block: Block) -> Option<Test> {
     Some(Test { value, number, then, otherwise })
 }
 
-/// Whether a block has no parameters, and few and cheap instructions beside its comparison.
+/// Whether a block has no parameters and, with its comparison, at most [`MAX_INSTS`] instructions, none
+/// of which reads or writes the image or calls the host.
 fn is_cheap(func: &FuncData, block: Block) -> bool {
     let data = func.block(block);
     let cheap = |data: &InstData| {

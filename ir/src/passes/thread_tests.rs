@@ -33,8 +33,8 @@ const MAX_SKIPPED: usize = 256;
 /// How many blocks backwards a variable's value is looked for.
 const MAX_BLOCKS: usize = 6;
 
-/// A variable as tests read it: its address and type, and how far it is shifted left before it is
-/// compared, as fields of words are.
+/// A variable as tests read it: its address, its type, and the number of bits by which it is shifted left
+/// before it is compared. (A field at the top of a word is compared so; for others that is 0.)
 type Variable = (Address, Type, u32);
 
 /// A block that tests a variable and does nothing else.

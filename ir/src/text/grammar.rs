@@ -23,8 +23,8 @@ use crate::{
 pub(super) enum Item {
     /// `image`: the size in bytes.
     Image(u32),
-    /// `region`.
-    /// A region, and whether it is one of the [finite ones](Module::finite_regions).
+    /// `region`: a region, and whether `finite` stands behind it, for
+    /// [`Module::finite_regions`](crate::Module::finite_regions).
     Region(plcc_abi::Region, bool),
     /// `task`: its name, the label where it starts, and those of its resume points.
     Task(String, Label, Vec<Label>),

@@ -52,8 +52,8 @@
 //!   none. It holds until the next such line, also in the blocks that follow.
 //! - A task that can be suspended lists the labels at which it goes on, in the order of its resume
 //!   points: `task "scan" L0 resume [L1, L2]`.
-//! - Trap sites are numbered from 0 in the order in which they stand. One without an array ends
-//!   behind its line.
+//! - Trap sites are numbered from 0 in the order in which they stand. `array N` is left out where a
+//!   site has no array.
 //! - The terminators that the example does not show are `switch V, [BLOCK, …], BLOCK`, `goto L`,
 //!   `goto_indirect V`, `suspend L` and `trap CODE`.
 //! - A double is written as Rust writes it, or as its bits (`0x7ff…`).

@@ -1,5 +1,5 @@
-//! Variables that an expression or a range names: L-variables, which must be defined, and how many
-//! variables the ranges of a download may name.
+//! What the parsers note of the variables that a download names: which L-variables it uses, since these
+//! must be defined, and how many variables its ranges (`P0..1023`) may still name.
 
 use crate::pmac::origin::TextRange;
 

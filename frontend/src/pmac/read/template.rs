@@ -18,8 +18,8 @@ const MAX_LINE: usize = 1 << 20;
 /// in the square of its length.
 const MAX_TEMPLATE: usize = 4096;
 
-/// How many parentheses may be open at a time in a template's default. It bounds the time for such a
-/// line too.
+/// How many parentheses may be open at a time in a template's default. As [`MAX_TEMPLATE`] does, this
+/// bounds the time for a line of very many templates that nothing closes.
 const MAX_OPEN: usize = 64;
 
 /// A line of a file with its templates replaced.
