@@ -35,6 +35,11 @@ pub fn check(
 }
 
 impl Checked {
+    /// The program itself.
+    pub fn into_program(self) -> Box<dyn CheckedProgram> {
+        self.0
+    }
+
     /// The statement interpreter.
     pub fn interpreter(&self) -> Box<dyn Engine> {
         self.0.interpreter()

@@ -60,6 +60,7 @@ fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
         args::Command::Key { command } => commands::key::key(&command),
         args::Command::Run(args) => commands::run::run(&args, report),
         args::Command::Bench(args) => commands::bench::bench(&args, report),
+        args::Command::Debug => commands::debug::debug(),
         args::Command::Explain(args) => commands::explain::explain(&args),
         args::Command::Xref(args) => commands::xref::xref(&args, report),
         args::Command::Completions { shell } => commands::completions::completions(shell),

@@ -7,10 +7,11 @@ use std::fmt;
 
 use plcc_abi::pmac::Assumption;
 use plcc_abi::{Dialect, Engine, Tables};
-use plcc_diag::{Diagnostic, FileId, SourceMap};
+use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use crate::common::{
     Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, Options,
+    StatementInterpreter,
 };
 use crate::{nct, pmac, pmi};
 
@@ -114,6 +115,20 @@ pub trait CheckedProgram: fmt::Debug + Send + Sync {
 
     /// The statement interpreter, as an engine like the others.
     fn interpreter(&self) -> Box<dyn Engine>;
+
+    /// The statement interpreter, to be observed.
+    fn statement_interpreter(&self) -> Box<dyn StatementInterpreter>;
+
+    /// The place of each statement, by the number with which an
+    /// [`Observer`](crate::common::Observer) is told of it. `None` for what is no statement of its
+    /// own to a reader: labels, the ends of conditions, the jump in front of an ELSE.
+    fn statements(&self) -> Vec<Option<Span>>;
+
+    /// The numbers of the statements that called the subroutine in which the task that ran last
+    /// stands, outermost first. Empty in languages without subroutines.
+    fn calls(&self, _image: &[u8]) -> Vec<u32> {
+        vec![]
+    }
 
     /// An expression or condition of the language over the program's variables, for breakpoints,
     /// triggers and watches; see `expression.rs` in the language's folder for what is one.

@@ -249,6 +249,11 @@ pub trait Executive {
     /// The process image.
     fn image(&self) -> &[u8];
 
+    /// Puts another process image of the same program, of the same length, in the place of this one,
+    /// so that variables can be read as they were at that moment. The state outside the image stays;
+    /// this is for executives that run nothing.
+    fn set_image(&mut self, _image: &[u8]) {}
+
     /// The physical outputs, by the names under which [`set_safe_outputs`](Self::set_safe_outputs)
     /// takes them, in natural order.
     fn outputs(&mut self) -> Vec<(String, Variable)>;

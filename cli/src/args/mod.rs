@@ -116,6 +116,14 @@ Examples:
   plcc bench sample.plc --scans 20000 --json | jq .engines.jit")]
     Bench(BenchArgs),
 
+    /// Debugs a program, forth and back, for an editor: Debug Adapter Protocol on standard input and
+    /// output
+    #[command(after_help = "\
+An editor starts this command and tells it by the protocol's request `launch` which program to run; \
+the options are those of `plcc run` (`program`, `stimulus`, `machine`, `ticks`, `args`). docs/debugger.md \
+says how editors are set up.")]
+    Debug,
+
     /// Explains the code of a diagnostic, a keyword, or a variable of a control
     #[command(after_help = "\
 Examples:

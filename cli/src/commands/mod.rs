@@ -5,6 +5,7 @@ pub(crate) mod bound;
 pub(crate) mod build;
 pub(crate) mod check;
 pub(crate) mod completions;
+pub(crate) mod debug;
 pub(crate) mod explain;
 pub(crate) mod key;
 pub(crate) mod man;

@@ -1,5 +1,5 @@
 //! What the languages share: the options of a compilation, files and includes, the machine file,
-//! the loader of tables, expressions, cross-references, internal errors.
+//! the loader of tables, expressions, observers of statements, cross-references, internal errors.
 
 mod cross_reference;
 pub mod expression;
@@ -11,6 +11,7 @@ pub mod lints;
 mod loader;
 mod lower_error;
 mod lowered;
+mod observer;
 mod options;
 pub mod tsv;
 
@@ -23,6 +24,7 @@ pub use lints::LintLevels;
 pub use loader::{FileLoader, MemoryLoader};
 pub use lower_error::LowerError;
 pub use lowered::Lowered;
+pub use observer::{Accessed, NoObserver, Observer, StatementInterpreter};
 pub use options::{Controller, Limits, Options};
 pub use plcc_abi::machine::{Machine, MachineError, MachineVariable, VariableClass, VariableType};
 pub use plcc_abi::{closest, natural_cmp};

@@ -1,13 +1,15 @@
 //! NCT as one of the languages.
 
 use plcc_abi::{Dialect, Engine};
-use plcc_diag::{Diagnostic, FileId, SourceMap};
+use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
 use super::Program;
+use super::ast::{Op, Stmt};
 use super::reference::{KEYWORDS, MANUAL};
 use crate::common::keywords;
 use crate::common::{
     Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, Options,
+    StatementInterpreter,
 };
 use crate::language::{CheckedProgram, Language, Topic};
 
@@ -83,6 +85,22 @@ impl CheckedProgram for Program {
 
     fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>> {
         self.expression(text)
+    }
+
+    fn statement_interpreter(&self) -> Box<dyn StatementInterpreter> {
+        Box::new(self.counting_interpreter())
+    }
+
+    fn statements(&self) -> Vec<Option<Span>> {
+        let place = |stmt: &Stmt| match stmt.op {
+            Op::EndIf | Op::Else { .. } | Op::Label(_) | Op::Text => None,
+            _ => Some(stmt.span),
+        };
+        self.checked.stmts.iter().map(place).collect()
+    }
+
+    fn calls(&self, image: &[u8]) -> Vec<u32> {
+        super::oracle::open_calls(&self.checked, &self.layout, image)
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

@@ -2,14 +2,17 @@
 
 use plcc_abi::pmac::Assumption;
 use plcc_abi::{Dialect, Engine, Tables};
-use plcc_diag::{Diagnostic, FileId, SourceMap};
+use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
-use super::Program;
+use super::ast::{Stmt, StmtKind};
 use super::expression::{Context, parse_expression};
 use super::reference::{KEYWORDS, MANUAL, describe, memory};
+use super::tasks::tasks;
+use super::{Interpreter, Program};
 use crate::common::keywords;
 use crate::common::{
     Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, Options,
+    StatementInterpreter,
 };
 use crate::language::{CheckedProgram, Language, Recompilable, Topic};
 
@@ -108,6 +111,19 @@ impl CheckedProgram for Program {
     fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>> {
         let sources = &mut SourceMap::new();
         parse_expression(text, Context { program: self, sources, system: 1, compiled: false })
+    }
+
+    fn statement_interpreter(&self) -> Box<dyn StatementInterpreter> {
+        Box::new(Interpreter::new(&self.download, &self.loaded))
+    }
+
+    fn statements(&self) -> Vec<Option<Span>> {
+        let place = |stmt: &Stmt| match stmt.kind {
+            StmtKind::Jump(_) => None,
+            _ => Some(self.download.origins.place(stmt.at).0),
+        };
+        let tasks = tasks(&self.download, &self.loaded);
+        tasks.iter().flat_map(|(_, code)| code.iter().map(place)).collect()
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

@@ -139,6 +139,13 @@ pub(crate) enum Action {
     Jump { to: u32, is_goto: bool },
 }
 
+impl Action {
+    /// Whether it is a statement of the source: everything but the jump at the end of a body of an IF.
+    pub(crate) fn is_statement(&self) -> bool {
+        !matches!(self, Self::Jump { is_goto: false, .. })
+    }
+}
+
 /// A step of the scan.
 #[derive(Clone, Debug)]
 pub(crate) struct Step {

@@ -1,13 +1,14 @@
 //! PMI as one of the languages.
 
 use plcc_abi::{Dialect, Engine};
-use plcc_diag::{Diagnostic, FileId, SourceMap};
+use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
 
-use super::Program;
 use super::reference::{KEYWORDS, MANUAL};
+use super::{Interpreter, Program};
 use crate::common::keywords;
 use crate::common::{
     Controller, CrossReference, Expression, FileLoader, LowerError, Lowered, Options,
+    StatementInterpreter,
 };
 use crate::language::{CheckedProgram, Language, Topic};
 
@@ -86,6 +87,18 @@ impl CheckedProgram for Program {
 
     fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>> {
         self.expression(text)
+    }
+
+    fn statement_interpreter(&self) -> Box<dyn StatementInterpreter> {
+        Box::new(Interpreter::new(&self.checked, &self.layout))
+    }
+
+    fn statements(&self) -> Vec<Option<Span>> {
+        self.checked
+            .steps
+            .iter()
+            .map(|step| step.action.is_statement().then_some(step.span))
+            .collect()
     }
 
     fn interpreter(&self) -> Box<dyn Engine> {

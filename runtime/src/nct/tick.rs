@@ -419,6 +419,12 @@ impl Executive for NctExecutive {
         &self.image.bytes
     }
 
+    fn set_image(&mut self, image: &[u8]) {
+        if image.len() == self.image.bytes.len() {
+            self.image.bytes.copy_from_slice(image);
+        }
+    }
+
     fn outputs(&mut self) -> Vec<(String, Variable)> {
         self.output_lines()
     }

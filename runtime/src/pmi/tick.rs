@@ -427,6 +427,12 @@ impl Executive for PmiExecutive {
         &self.image
     }
 
+    fn set_image(&mut self, image: &[u8]) {
+        if image.len() == self.image.len() {
+            self.image.copy_from_slice(image);
+        }
+    }
+
     fn outputs(&mut self) -> Vec<(String, Variable)> {
         self.declared_outputs()
     }

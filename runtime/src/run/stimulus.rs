@@ -133,6 +133,13 @@ impl Player {
 }
 
 impl Player {
+    /// Goes on from `tick`, as if everything before it had been applied.
+    pub fn seek(&mut self, tick: u64) {
+        self.start = self.period.map_or(0, |period| tick / period * period);
+        let start = self.start;
+        self.next = self.stimulus.rows.partition_point(|row| row.tick < tick - start);
+    }
+
     /// The next tick after `tick` at which something has to be applied, when everything up to `tick` was:
     /// the next row's, or the one at which the table begins again. `u64::MAX` where nothing follows.
     pub fn next_after(&self, tick: u64) -> u64 {

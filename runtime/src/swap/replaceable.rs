@@ -132,6 +132,10 @@ impl Executive for ReplaceableExecutive {
         self.executive.image()
     }
 
+    fn set_image(&mut self, image: &[u8]) {
+        self.executive.set_image(image);
+    }
+
     fn outputs(&mut self) -> Vec<(String, Variable)> {
         self.executive.outputs()
     }

@@ -3,6 +3,7 @@
 use plcc_abi::nct::arithmetic::{from_bcd, to_bcd};
 
 use super::run::Run;
+use crate::common::Observer;
 use crate::nct::{
     ast::Arith,
     status_flags::{
@@ -15,7 +16,7 @@ pub(super) fn sum(op: Arith, a: u16, b: u16) -> (u16, bool) {
     if op == Arith::Add { a.overflowing_add(b) } else { a.overflowing_sub(b) }
 }
 
-impl Run<'_> {
+impl<O: Observer> Run<'_, O> {
     /// Writes F0040, F0046 and F0047 of a sum or difference.
     pub(super) fn result_flags(&mut self, carry: bool, value: u16) {
         self.set(CARRY, carry);

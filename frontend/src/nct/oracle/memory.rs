@@ -4,15 +4,27 @@ use plcc_abi::image::{read_u16, write_u16};
 use plcc_abi::nct::arithmetic::from_bcd;
 
 use super::run::Run;
+use crate::common::{Accessed, Observer, Value};
 use crate::nct::{
     ast::{Bit, Operand, Place, Space, Word},
     status_flags::{NOT_BCD, SYNTAX},
+    tables::name,
 };
 
-impl Run<'_> {
-    /// Reads a bit. A bit of V is whether the input differs from the image of the run before.
+impl<O: Observer> Run<'_, O> {
+    /// Reads a bit.
     #[inline]
-    pub(super) fn bit(&self, bit: Bit) -> bool {
+    pub(super) fn bit(&mut self, bit: Bit) -> bool {
+        let value = self.value_of_bit(bit);
+        if self.observer.is_active() {
+            self.observe(Observer::read, Place::Bit(bit), Value::Logical(value));
+        }
+        value
+    }
+
+    /// A bit of V is whether the input differs from the image of the run before.
+    #[inline]
+    fn value_of_bit(&self, bit: Bit) -> bool {
         let Some(location) = self.layout.location(bit.space, bit.byte) else { return false };
         let now = location.bit(self.image, bit.bit);
         if bit.space != Space::V {
@@ -27,6 +39,9 @@ impl Run<'_> {
     pub(super) fn set(&mut self, bit: Bit, value: bool) {
         if let Some(location) = self.layout.location(bit.space, bit.byte) {
             location.set_bit(self.image, bit.bit, value);
+            if self.observer.is_active() {
+                self.observe(Observer::write, Place::Bit(bit), Value::Logical(value));
+            }
         }
     }
 
@@ -46,7 +61,7 @@ impl Run<'_> {
     /// # Errors
     /// What the flags F0080 (no such address) and F0082 (a digit is not decimal) become if the
     /// address is not valid.
-    pub(super) fn indirect(&self, at: u16) -> Result<Word, (bool, bool)> {
+    pub(super) fn indirect(&mut self, at: u16) -> Result<Word, (bool, bool)> {
         let address = self.word(Word::Bytes { space: Space::F, byte: at });
         match from_bcd(address) {
             Some(byte @ 0..=999) => Ok(Word::Bytes { space: Space::F, byte }),
@@ -56,11 +71,32 @@ impl Run<'_> {
     }
 
     /// Reads a word. It is none that is accessed indirectly.
-    pub(super) fn word(&self, word: Word) -> u16 {
+    #[inline]
+    pub(super) fn word(&mut self, word: Word) -> u16 {
+        let value = self.value_of_word(word);
+        if self.observer.is_active() {
+            self.observe(Observer::read, Place::Word(word), Value::Integer(value.into()));
+        }
+        value
+    }
+
+    fn value_of_word(&self, word: Word) -> u16 {
         if let Word::Bytes { space, byte } = word {
             return u16::from_le_bytes([self.byte(space, byte), self.byte(space, byte + 1)]);
         }
         self.layout.register(word).map_or(0, |offset| read_u16(self.image, offset))
+    }
+
+    /// Tells the observer of a variable that is read or written, if the variable has a name.
+    pub(super) fn observe(
+        &mut self,
+        tell: fn(&mut O, Accessed, Value),
+        place: Place,
+        value: Value,
+    ) {
+        if let Some(name) = name(place) {
+            tell(&mut self.observer, Accessed::Nct(name), value);
+        }
     }
 
     /// Writes a word. It is none that is accessed indirectly.
@@ -73,6 +109,9 @@ impl Run<'_> {
             }
         } else if let Some(offset) = self.layout.register(word) {
             write_u16(self.image, offset, value);
+        }
+        if self.observer.is_active() {
+            self.observe(Observer::write, Place::Word(word), Value::Integer(value.into()));
         }
     }
 
@@ -107,15 +146,18 @@ impl Run<'_> {
     }
 
     /// Gives a variable the value `change(old value, OP)`. If `change` gives a carry too, the flags
-    /// of arithmetic are written; those of an indirect access are written in any case.
+    /// of arithmetic are written; those of an indirect access are written in any case. `reads` says
+    /// whether `change` uses the old value.
     pub(super) fn update(
         &mut self,
         place: Place,
+        reads: bool,
         change: impl FnOnce(u16, u16) -> (u16, Option<bool>),
     ) {
         match place {
             Place::Bit(bit) => {
-                let (value, _) = change(u16::from(self.bit(bit)), self.op & 1);
+                let old = if reads { self.bit(bit) } else { self.value_of_bit(bit) };
+                let (value, _) = change(old.into(), self.op & 1);
                 self.set(bit, value & 1 != 0);
             }
             Place::Word(word) => {
@@ -126,7 +168,8 @@ impl Run<'_> {
                     },
                     word => (word, false),
                 };
-                let (value, carry) = change(self.word(word), self.op);
+                let old = if reads { self.word(word) } else { self.value_of_word(word) };
+                let (value, carry) = change(old, self.op);
                 self.set_word(word, value);
                 if indirect {
                     self.set_address_flags(false, false);

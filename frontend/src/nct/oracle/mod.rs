@@ -11,10 +11,11 @@ use std::sync::Arc;
 
 use plcc_abi::{
     Deadline, Engine, Outcome, ResumePoint, Scan, SourceLine, Trap, TrapCode,
-    image::{read_u16, write_u16},
-    nct::context,
+    image::{read_u16, read_u32, write_u16},
+    nct::{NctName, context},
 };
 
+use crate::common::{Accessed, NoObserver, Observer, StatementInterpreter, Value};
 use crate::nct::{
     ast::{Op, Operand, Place, Program, Word},
     layout::Layout,
@@ -25,8 +26,8 @@ use run::{NAMED, Next, Run};
 pub struct Interpreter {
     program: Arc<Program>,
     layout: Arc<Layout>,
-    /// The first statement of each task.
-    entries: Vec<usize>,
+    /// The modules, in the order of the tasks: number, and index of the first statement.
+    modules: Vec<(u16, usize)>,
     /// The statements at which a task can be suspended, in the source's order: the resume points.
     /// Each module can reach each label, so they are the same for all tasks.
     resume_points: Vec<usize>,
@@ -41,11 +42,10 @@ pub struct Interpreter {
 
 impl Interpreter {
     pub(crate) fn new(program: Arc<Program>, layout: Arc<Layout>) -> Self {
-        let entries: Vec<usize> = crate::nct::tables::modules(&program).map(|(_, at)| at).collect();
         let calls = (0..).zip(&program.stmts);
         let calls = calls.filter(|(_, s)| matches!(s.op, Op::Call(_) | Op::CallIndirect(_)));
         Self {
-            entries,
+            modules: crate::nct::tables::modules(&program).collect(),
             resume_points: resume_points(&program),
             calls: calls.map(|(at, _)| at).collect(),
             waiting: vec![],
@@ -83,7 +83,31 @@ fn resume_points(program: &Program) -> Vec<usize> {
 
 impl Engine for Interpreter {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
-        let Some(&entry) = self.entries.get(task) else { return Outcome::End };
+        self.run(task, from, scan, NoObserver)
+    }
+}
+
+impl StatementInterpreter for Interpreter {
+    fn call_observed(
+        &mut self,
+        task: usize,
+        from: Option<ResumePoint>,
+        scan: &mut Scan<'_>,
+        observer: &mut dyn Observer,
+    ) -> Outcome {
+        self.run(task, from, scan, observer)
+    }
+}
+
+impl Interpreter {
+    fn run<O: Observer>(
+        &mut self,
+        task: usize,
+        from: Option<ResumePoint>,
+        scan: &mut Scan<'_>,
+        observer: O,
+    ) -> Outcome {
+        let Some(&(module, entry)) = self.modules.get(task) else { return Outcome::End };
         let start = match from {
             None => Some(entry),
             Some(ResumePoint(number)) => self.resume_points.get(number as usize).copied(),
@@ -99,6 +123,7 @@ impl Engine for Interpreter {
             op: 0,
             waiting: &mut self.waiting,
             deadline: Deadline::new(scan.host.time_limit()),
+            observer,
         };
         run.op = read_u16(run.image, layout.context + context::OP);
         if from.is_none() {
@@ -112,13 +137,24 @@ impl Engine for Interpreter {
             if let Some(count) = self.counts.get_mut(at) {
                 *count += 1;
             }
+            let op_before = run.op;
+            if run.observer.is_active() {
+                // Expressions of the observer see OP in the image, as behind the scan.
+                write_u16(run.image, layout.context + context::OP, run.op);
+                run.observer.statement(at as u32, run.image);
+            }
             if let Op::Area { op, area } = stmt.op {
                 let args = [area.into(), run.op.into(), 0, 0];
                 scan.host.call(run.image, op.host_function(), args);
                 at += 1;
                 continue;
             }
-            match run.step(at, &stmt.op) {
+            let next = run.step(at, &stmt.op);
+            if run.observer.is_active() && run.op != op_before {
+                let register = Accessed::Nct(NctName::Op(module as u8));
+                run.observer.write(register, Value::Integer(run.op.into()));
+            }
+            match next {
                 Next::At(next) => at = next,
                 Next::Suspend(next) => {
                     break match self.resume_points.binary_search(&next) {
@@ -140,6 +176,20 @@ impl Engine for Interpreter {
     }
 }
 
+/// The numbers of the statements whose calls are open in the module that ran last, outermost first.
+pub(crate) fn open_calls(program: &Program, layout: &Layout, image: &[u8]) -> Vec<u32> {
+    let calls: Vec<u32> = (0..)
+        .zip(&program.stmts)
+        .filter(|(_, stmt)| matches!(stmt.op, Op::Call(_) | Op::CallIndirect(_)))
+        .map(|(at, _)| at)
+        .collect();
+    let depth = read_u16(image, layout.context + context::DEPTH).min(context::MAX_DEPTH);
+    let number = |level: u16| {
+        read_u32(image, layout.context + context::SITES + u32::from(level) * 4) as usize
+    };
+    (0..depth).filter_map(|level| calls.get(number(level)).copied()).collect()
+}
+
 /// What the statements of an expression give.
 pub(crate) enum Computed {
     /// OP behind the last statement.
@@ -157,7 +207,16 @@ pub(crate) fn compute(program: &Program, layout: &Layout, image: &mut [u8]) -> C
     let mut waiting = vec![];
     let op = read_u16(image, layout.context + context::OP);
     let deadline = Deadline::new(None);
-    let mut run = Run { program, layout, calls: &[], image, op, waiting: &mut waiting, deadline };
+    let mut run = Run {
+        program,
+        layout,
+        calls: &[],
+        image,
+        op,
+        waiting: &mut waiting,
+        deadline,
+        observer: NoObserver,
+    };
     for (at, stmt) in program.stmts.iter().enumerate() {
         if let Op::If { first, count, .. } = stmt.op {
             return Computed::Condition(run.condition(first, count));

@@ -7,6 +7,7 @@ use plcc_abi::{
 };
 
 use super::arithmetic::sum;
+use crate::common::Observer;
 use crate::nct::{
     ast::{Arith, ConditionPart, Op, Operand, Place, Program, Relation, Space, Test, Word},
     layout::Layout,
@@ -25,7 +26,7 @@ pub(super) enum Next {
 }
 
 /// A program while it runs.
-pub(super) struct Run<'a> {
+pub(super) struct Run<'a, O> {
     pub(super) program: &'a Program,
     pub(super) layout: &'a Layout,
     /// The statements that call, in the source's order.
@@ -37,6 +38,8 @@ pub(super) struct Run<'a> {
     pub(super) waiting: &'a mut Vec<bool>,
     /// Until when it may run.
     pub(super) deadline: Deadline,
+    /// Who is told of the variables that are read and written.
+    pub(super) observer: O,
 }
 
 /// The labels to which an indirect jump or call can lead (NCT 4.11).
@@ -45,7 +48,7 @@ pub(super) const NAMED: std::ops::RangeInclusive<u16> = 3..=196;
 // `step`, `condition` and `test` are inlined into the loop of the interpreter, which makes it a third
 // faster: `Run` then stays in registers. The compiler does not do so by itself, since expressions
 // call them too.
-impl Run<'_> {
+impl<O: Observer> Run<'_, O> {
     /// How many calls are open.
     fn depth(&self) -> u16 {
         read_u16(self.image, self.layout.context + context::DEPTH)
@@ -157,11 +160,12 @@ impl Run<'_> {
             Op::Count { counter, up } => {
                 let counter = Word::Q(counter);
                 let step = if up { 1 } else { u16::MAX };
-                self.set_word(counter, self.word(counter).wrapping_add(step));
+                let value = self.word(counter).wrapping_add(step);
+                self.set_word(counter, value);
             }
             Op::Load(operand) => self.op = self.operand(operand).unwrap_or(self.op),
             Op::Store { negate, place } => {
-                self.update(place, |_, op| (if negate { !op } else { op }, None));
+                self.update(place, false, |_, op| (if negate { !op } else { op }, None));
             }
             Op::Arith { op, operand } => {
                 let Some(value) = self.operand(operand) else { return Next::At(at + 1) };
@@ -173,7 +177,7 @@ impl Run<'_> {
                     self.arith(op, self.op, value);
                 }
             }
-            Op::Update { op, negate, place } => self.update(place, |old, with| {
+            Op::Update { op, negate, place } => self.update(place, true, |old, with| {
                 let old = if negate { !old } else { old };
                 match op {
                     Arith::And => (old & with, None),

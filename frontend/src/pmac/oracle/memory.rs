@@ -9,11 +9,13 @@
 
 use plcc_abi::image::{read_f64, read_u32, read_u64, write_f64, write_u32};
 use plcc_abi::pmac::{
-    Controller, Definition, Field, Format, Kind, Layout, Place, Range, Space, arithmetic, fixed,
+    Controller, Definition, Field, Format, Kind, Layout, Place, PmacName, Range, Space, Variable,
+    arithmetic, fixed,
 };
 use plcc_abi::{HostFn, Scan};
 
 use super::resolved::{Bits, LongVariable};
+use crate::common::{Accessed, Observer, Value};
 
 /// What the guide says of a controller's memory.
 #[derive(Clone, Copy, Debug)]
@@ -102,7 +104,7 @@ fn signed(value: u64, width: u32) -> f64 {
 }
 
 /// The variables and memory words as a task reads and writes them.
-pub(super) struct Memory<'a, 'b> {
+pub(super) struct Memory<'a, 'b, O> {
     pub(super) layout: &'a Layout,
     pub(super) map: &'a MemoryMap,
     /// L-variables.
@@ -114,9 +116,11 @@ pub(super) struct Memory<'a, 'b> {
     /// Where the task's addressed coordinate system is kept.
     pub(super) context: u32,
     pub(super) scan: &'a mut Scan<'b>,
+    /// Who is told of the variables that are read and written.
+    pub(super) observer: O,
 }
 
-impl Memory<'_, '_> {
+impl<O: Observer> Memory<'_, '_, O> {
     /// Calls a function of the executive.
     pub(super) fn host(&mut self, function: HostFn, args: [u64; 4]) -> u64 {
         self.scan.host.call(self.scan.image, function, args)
@@ -156,8 +160,52 @@ impl Memory<'_, '_> {
 
     /// The double at an offset of the image.
     #[inline(always)]
-    pub(super) fn double(&self, offset: u32) -> f64 {
-        read_f64(self.scan.image, offset)
+    pub(super) fn double(&mut self, offset: u32) -> f64 {
+        let value = read_f64(self.scan.image, offset);
+        if self.observer.is_active() {
+            let (kind, number) = self.variable_of(offset);
+            self.observe(O::read, kind, number, value);
+        }
+        value
+    }
+
+    /// Puts a value into the P- or I-variable whose double stands at an offset of the image.
+    #[inline(always)]
+    pub(super) fn write_double(&mut self, offset: u32, value: f64) {
+        write_f64(self.scan.image, offset, value);
+        if self.observer.is_active() {
+            let (kind, number) = self.variable_of(offset);
+            self.observe(O::write, kind, number, value);
+        }
+    }
+
+    /// The P- or I-variable whose double stands at an offset of the image.
+    fn variable_of(&self, offset: u32) -> (Kind, u32) {
+        let number = |start: u32| offset.checked_sub(start).map(|distance| distance / 8);
+        match number(self.layout.p).filter(|number| *number < self.map.count) {
+            Some(number) => (Kind::P, number),
+            None => (Kind::I, number(self.layout.i).unwrap_or(0)),
+        }
+    }
+
+    /// Tells the observer of a variable that is read or written.
+    pub(super) fn observe(
+        &mut self,
+        tell: fn(&mut O, Accessed, Value),
+        kind: Kind,
+        number: u32,
+        value: f64,
+    ) {
+        let system = match kind {
+            Kind::Q => {
+                let first = read_u32(self.scan.image, self.q_base_offset());
+                first / (self.map.count / self.map.systems) + 1
+            }
+            _ => 1,
+        };
+        let number = self.map.number(number);
+        let name = PmacName::Variable(Variable { kind, number, system });
+        tell(&mut self.observer, Accessed::Pmac(name), Value::Real(value));
     }
 
     /// Whether angles are in radians: I15 is not 0.
@@ -167,6 +215,14 @@ impl Memory<'_, '_> {
 
     /// A variable's value. An L-variable has none by its number; see [`Self::read_long`].
     pub(super) fn read(&mut self, kind: Kind, number: u32) -> f64 {
+        let value = self.value(kind, number);
+        if self.observer.is_active() {
+            self.observe(O::read, kind, number, value);
+        }
+        value
+    }
+
+    fn value(&mut self, kind: Kind, number: u32) -> f64 {
         match kind {
             Kind::P => read_f64(self.scan.image, self.p_offset(number)),
             Kind::Q => read_f64(self.scan.image, self.system_q_offset(number)),
@@ -178,6 +234,14 @@ impl Memory<'_, '_> {
 
     /// Puts a value into a variable.
     pub(super) fn write(&mut self, kind: Kind, number: u32, value: f64) {
+        self.store(kind, number, value);
+        if self.observer.is_active() {
+            let value = self.value(kind, number);
+            self.observe(O::write, kind, number, value);
+        }
+    }
+
+    fn store(&mut self, kind: Kind, number: u32, value: f64) {
         let value = arithmetic::finite(value);
         let offset = match kind {
             Kind::P => self.p_offset(number),
@@ -217,6 +281,14 @@ impl Memory<'_, '_> {
                 let space = u64::from(space == Space::Y);
                 self.host(HostFn::PmacWordWrite, [space, address.into(), word.into(), 0]);
             }
+        }
+        if self.observer.is_active() {
+            let (address, field) = (address & self.map.last, Field::WORD);
+            let name = PmacName::Memory(match space {
+                Space::X => Definition::X { address, field },
+                Space::Y => Definition::Y { address, field },
+            });
+            self.observer.write(Accessed::Pmac(name), Value::Integer(word.into()));
         }
     }
 
@@ -266,21 +338,30 @@ impl Memory<'_, '_> {
         self.definitions.get(usize::from(number)) == Some(&now)
     }
 
-    /// A field of a word at an offset of the image.
+    /// The M- or L-variable that is a field of a word at an offset of the image.
     #[inline(always)]
-    pub(super) fn bits(&self, bits: Bits) -> i32 {
-        bits.of(read_u32(self.scan.image, bits.offset))
+    pub(super) fn bits(&mut self, kind: Kind, number: u16, bits: Bits) -> i32 {
+        let value = bits.of(read_u32(self.scan.image, bits.offset));
+        if self.observer.is_active() {
+            self.observe(O::read, kind, number.into(), value.into());
+        }
+        value
     }
 
-    /// Puts the low bits of a value into a field of a word at an offset of the image.
-    pub(super) fn write_bits(&mut self, offset: u32, field: Field, value: f64) {
+    /// Puts a value into the M-variable that is a field of a word at an offset of the image.
+    pub(super) fn write_bits(&mut self, number: u16, offset: u32, field: Field, value: f64) {
         let integer = value as i32;
         let bits = match field.format {
             Format::U | Format::S if f64::from(integer) == value => integer as u32,
             format => fixed::field_bits(value, format),
         };
         let word = read_u32(self.scan.image, offset);
-        write_u32(self.scan.image, offset, fixed::insert_field(word, field, bits));
+        let word = fixed::insert_field(word, field, bits);
+        write_u32(self.scan.image, offset, word);
+        if self.observer.is_active() {
+            let value = fixed::read_field(word, field).into();
+            self.observe(O::write, Kind::M, number.into(), value);
+        }
     }
 
     fn read_m(&mut self, number: u32) -> f64 {
@@ -352,7 +433,11 @@ impl Memory<'_, '_> {
     /// The value of the L-variable at an index of the table.
     pub(super) fn read_long(&mut self, index: u32) -> i32 {
         let Some(long) = self.longs.get(index as usize).copied() else { return 0 };
-        fixed::read_field(self.long_word(long), long.field)
+        let value = fixed::read_field(self.long_word(long), long.field);
+        if self.observer.is_active() {
+            self.observe(O::read, Kind::L, long.number.into(), value.into());
+        }
+        value
     }
 
     /// Puts a floating-point value into an L-variable.
@@ -383,6 +468,10 @@ impl Memory<'_, '_> {
         match long.offset {
             Some(offset) => write_u32(self.scan.image, offset, word),
             None => self.write_word(long.space, long.address, word),
+        }
+        if self.observer.is_active() {
+            let value = fixed::read_field(word, long.field).into();
+            self.observe(O::write, Kind::L, long.number.into(), value);
         }
     }
 }

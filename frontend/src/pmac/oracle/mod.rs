@@ -9,7 +9,6 @@ mod memory;
 mod resolve;
 mod resolved;
 
-use plcc_abi::image::write_f64;
 use plcc_abi::pmac::{Kind, Layout, Range, arithmetic, fixed};
 use plcc_abi::{Deadline, Engine, HostFn, Outcome, ResumePoint, Scan, TrapCode};
 
@@ -23,6 +22,7 @@ use self::resolved::{
 use super::analyse::load::Loaded;
 use super::ast::{Download, Func, StmtKind};
 use super::tasks::tasks;
+use crate::common::{NoObserver, Observer, StatementInterpreter};
 
 /// The statements of a PLC, a PLCC or a command.
 #[derive(Clone, Debug)]
@@ -32,6 +32,8 @@ struct Task {
     context: u32,
     /// The WHILE statements, in their order: where a scan goes on that was suspended.
     resume_points: Vec<u32>,
+    /// The number of its first statement among those of all tasks.
+    first: u32,
 }
 
 /// The statement interpreter.
@@ -54,12 +56,14 @@ impl Interpreter {
     pub(crate) fn new(download: &Download, loaded: &Loaded) -> Self {
         let mut resolver = Resolver::new(download, loaded);
         let mut all = Vec::new();
+        let mut first = 0;
         for (kind, code) in tasks(download, loaded) {
             let statements = code.iter().map(|stmt| resolver.statement(stmt)).collect();
             let whiles =
                 (0..).zip(code).filter(|(_, stmt)| matches!(stmt.kind, StmtKind::While(..)));
             let resume_points = whiles.map(|(at, _)| at).collect();
-            all.push(Task { statements, context: kind.context(), resume_points });
+            all.push(Task { statements, context: kind.context(), resume_points, first });
+            first += code.len() as u32;
         }
         Self {
             layout: loaded.layout,
@@ -74,19 +78,19 @@ impl Interpreter {
 }
 
 /// What a scan works with, apart from the stacks.
-struct Machine<'a, 'b> {
+struct Machine<'a, 'b, O> {
     tables: &'a Tables,
-    memory: Memory<'a, 'b>,
+    memory: Memory<'a, 'b, O>,
 }
 
-impl Machine<'_, '_> {
+impl<O: Observer> Machine<'_, '_, O> {
     #[inline(always)]
     fn operand(&mut self, operand: Operand) -> f64 {
         match operand {
             Operand::Constant(value) => value,
             Operand::Double(offset) => self.memory.double(offset),
             Operand::Field(number, bits) if self.memory.is_as_loaded(number) => {
-                f64::from(self.memory.bits(bits))
+                f64::from(self.memory.bits(Kind::M, number, bits))
             }
             other => self.computed_operand(other),
         }
@@ -159,7 +163,7 @@ impl Machine<'_, '_> {
     fn integer_operand(&mut self, operand: IntegerOperand) -> i32 {
         match operand {
             IntegerOperand::Constant(value) => value,
-            IntegerOperand::Bits(bits) => self.memory.bits(bits),
+            IntegerOperand::Bits(number, bits) => self.memory.bits(Kind::L, number, bits),
             IntegerOperand::Long(index) => wrap(self.memory.read_long(index)),
         }
     }
@@ -231,6 +235,30 @@ impl Machine<'_, '_> {
 
 impl Engine for Interpreter {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+        self.run(task, from, scan, NoObserver)
+    }
+}
+
+impl StatementInterpreter for Interpreter {
+    fn call_observed(
+        &mut self,
+        task: usize,
+        from: Option<ResumePoint>,
+        scan: &mut Scan<'_>,
+        observer: &mut dyn Observer,
+    ) -> Outcome {
+        self.run(task, from, scan, observer)
+    }
+}
+
+impl Interpreter {
+    fn run<O: Observer>(
+        &mut self,
+        task: usize,
+        from: Option<ResumePoint>,
+        scan: &mut Scan<'_>,
+        observer: O,
+    ) -> Outcome {
         let Some(task) = self.tasks.get(task) else { return Outcome::End };
         let start = match from {
             None => Some(0),
@@ -245,6 +273,7 @@ impl Engine for Interpreter {
             definitions: &self.tables.definitions,
             context: task.context,
             scan,
+            observer,
         };
         let mut machine = Machine { tables: &self.tables, memory };
         let mut deadline = Deadline::new(machine.memory.scan.host.time_limit());
@@ -253,16 +282,20 @@ impl Engine for Interpreter {
             if deadline.is_late() && deadline.is_over(machine.memory.scan.host) {
                 return Outcome::trap(TrapCode::Watchdog);
             }
+            if machine.memory.observer.is_active() {
+                let Memory { observer, scan, .. } = &mut machine.memory;
+                observer.statement(task.first + at, scan.image);
+            }
             at += 1;
             match *statement {
                 Statement::AssignDouble(offset, expression) => {
                     let value = machine.value(expression, waiting);
-                    write_f64(machine.memory.scan.image, offset, arithmetic::finite(value));
+                    machine.memory.write_double(offset, arithmetic::finite(value));
                 }
                 Statement::AssignField(number, offset, field, expression) => {
                     let value = machine.value(expression, waiting);
                     if machine.memory.is_as_loaded(number) {
-                        machine.memory.write_bits(offset, field, value);
+                        machine.memory.write_bits(number, offset, field, value);
                     } else {
                         machine.memory.write(Kind::M, u32::from(number), value);
                     }

@@ -61,7 +61,7 @@ impl<'a> Resolver<'a> {
             };
             let offset = this.map.plain_word(&layout, space, address);
             this.long_index.insert(number, this.tables.longs.len() as u32);
-            this.tables.longs.push(LongVariable { space, address, field, offset });
+            this.tables.longs.push(LongVariable { number, space, address, field, offset });
         }
         this
     }
@@ -292,7 +292,7 @@ impl<'a> Resolver<'a> {
             };
             Bits::new(long.offset?, field)
         });
-        bits.map_or(IntegerOperand::Long(index), IntegerOperand::Bits)
+        bits.map_or(IntegerOperand::Long(index), |bits| IntegerOperand::Bits(number, bits))
     }
 
     fn variable(&self, kind: Kind, number: u16) -> Operand {

@@ -49,6 +49,7 @@ impl Bits {
 /// An L-variable.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LongVariable {
+    pub(super) number: u16,
     pub(super) space: Space,
     pub(super) address: u32,
     pub(super) field: Field,
@@ -102,7 +103,8 @@ pub(super) enum Operation {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum IntegerOperand {
     Constant(i32),
-    Bits(Bits),
+    /// An L-variable that is a field of a word in the image: its number, and that field.
+    Bits(u16, Bits),
     /// An L-variable: its index in the table.
     Long(u32),
 }

@@ -2,8 +2,10 @@
 
 use plcc_abi::{
     image::{read_i32, read_u8, write_i32, write_u8},
-    pmi::TimerKind,
+    pmi::{TimerKind, Type},
 };
+
+use super::row::Place;
 
 /// What an assignment does besides storing a value.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +38,22 @@ pub(super) struct FlipFlop {
     pub(super) preset: u32,
     pub(super) clear: u32,
     pub(super) last_clock: u32,
+}
+
+impl Effect {
+    /// The variables that the effect writes besides the one that is assigned.
+    pub(super) fn written(self) -> Vec<Place> {
+        match self {
+            Self::Reset => vec![],
+            Self::Timer(Timer { delayed, counter, .. }) => vec![
+                Place { offset: delayed, ty: Type::Logical },
+                Place { offset: counter, ty: Type::Long },
+            ],
+            Self::Clock(FlipFlop { q, .. }) | Self::Pin(FlipFlop { q, .. }) => {
+                vec![Place { offset: q, ty: Type::Logical }]
+            }
+        }
+    }
 }
 
 impl Timer {

@@ -14,13 +14,14 @@ use plcc_abi::{
 };
 use plcc_diag::Span;
 
+use crate::common::{Accessed, NoObserver, Observer, StatementInterpreter};
 use crate::pmi::{
-    ast::{self, Action, Checked},
+    ast::{self, Checked},
     layout::Layout,
 };
 use effect::Effect;
 use resolve::Resolver;
-use row::{Array, Place, Row, Rows};
+use row::{Array, Observed, Place, Row, Rows};
 
 /// A step of the program, with names resolved to places.
 #[derive(Clone, Copy, Debug)]
@@ -60,9 +61,8 @@ impl Interpreter {
         let steps: Vec<Step> =
             checked.steps.iter().map(|step| resolver.step(&step.action)).collect();
         let Resolver { rows, effects, .. } = resolver;
-        let is_statement = |action: &Action| !matches!(action, Action::Jump { is_goto: false, .. });
         let spans =
-            checked.steps.iter().map(|s| is_statement(&s.action).then_some(s.span)).collect();
+            checked.steps.iter().map(|s| s.action.is_statement().then_some(s.span)).collect();
         let line = |step: &ast::Step| SourceLine { file: step.span.file.0, line: step.line };
         let lines = checked.steps.iter().map(line).collect();
         Self { rows, steps, effects, counts: vec![], spans, lines }
@@ -83,8 +83,14 @@ impl Interpreter {
     ///
     /// # Errors
     /// When an index was outside its array, and when the scan took too long.
-    fn scan(&mut self, image: &mut [u8], host: &mut dyn Host) -> Result<(), Stopped> {
-        let Self { rows, steps, effects, counts, .. } = self;
+    #[inline]
+    fn scan<O: Observer>(
+        &mut self,
+        image: &mut [u8],
+        host: &mut dyn Host,
+        observer: &mut O,
+    ) -> Result<(), Stopped> {
+        let Self { rows, steps, effects, counts, spans, .. } = self;
         let mut deadline = Deadline::new(host.time_limit());
         let mut at = 0;
         while let Some(step) = steps.get(at) {
@@ -94,28 +100,33 @@ impl Interpreter {
             if let Some(count) = counts.get_mut(at) {
                 *count += 1;
             }
+            if observer.is_active() && spans.get(at).is_some_and(Option::is_some) {
+                observer.statement(at as u32, image);
+            }
             let this = Stopped::Missing(at);
             at += 1;
             match *step {
                 Step::Logical { offset, value } => {
-                    let value = rows.value(value, image).ok_or(this)?;
+                    let value = rows.value(value, image, observer).ok_or(this)?;
                     write_u8(image, offset, u8::from(value != 0));
+                    observer.write(Accessed::Pmi(offset), Type::Logical.observed(value));
                 }
                 Step::Assign { place, value, effect } => {
-                    let value = rows.value(value, image).ok_or(this)?;
-                    assign(image, place, value, effects.get(effect as usize));
+                    let value = rows.value(value, image, observer).ok_or(this)?;
+                    assign(image, place, value, effects.get(effect as usize), observer);
                 }
                 Step::AssignElement { array, index, value, effect } => {
-                    let place =
-                        array.at(rows.value(index, image).ok_or(this)?).map_err(|element| {
+                    let place = array.at(rows.value(index, image, observer).ok_or(this)?).map_err(
+                        |element| {
                             rows.missing = Some(element);
                             this
-                        })?;
-                    let value = rows.value(value, image).ok_or(this)?;
-                    assign(image, place, value, effects.get(effect as usize));
+                        },
+                    )?;
+                    let value = rows.value(value, image, observer).ok_or(this)?;
+                    assign(image, place, value, effects.get(effect as usize), observer);
                 }
                 Step::If { condition, otherwise } => {
-                    if rows.value(condition, image).ok_or(this)? == 0 {
+                    if rows.value(condition, image, observer).ok_or(this)? == 0 {
                         at = otherwise as usize;
                     }
                 }
@@ -127,7 +138,13 @@ impl Interpreter {
 }
 
 /// Assigns a value to a variable and does what follows from that.
-fn assign(image: &mut [u8], place: Place, value: i32, effect: Option<&Effect>) {
+fn assign<O: Observer>(
+    image: &mut [u8],
+    place: Place,
+    value: i32,
+    effect: Option<&Effect>,
+    observer: &mut O,
+) {
     let mut value = arithmetic::convert(value, place.ty);
     if let Some(Effect::Reset) = effect {
         value &= place.read(image);
@@ -137,11 +154,19 @@ fn assign(image: &mut [u8], place: Place, value: i32, effect: Option<&Effect>) {
         Type::Integer => write_i16(image, place.offset, value as i16),
         Type::Long => write_i32(image, place.offset, value),
     }
+    observer.write(Accessed::Pmi(place.offset), place.ty.observed(value));
     match effect {
         Some(Effect::Timer(timer)) => timer.control(image, value != 0),
         Some(Effect::Clock(flipflop)) => flipflop.act(image, true),
         Some(Effect::Pin(flipflop)) => flipflop.act(image, false),
         Some(Effect::Reset) | None => {}
+    }
+    if observer.is_active()
+        && let Some(effect) = effect
+    {
+        for place in effect.written() {
+            observer.write(Accessed::Pmi(place.offset), place.ty.observed(place.read(image)));
+        }
     }
 }
 
@@ -156,10 +181,28 @@ enum Stopped {
 
 impl Engine for Interpreter {
     fn call(&mut self, task: usize, _: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+        self.run(task, scan, &mut NoObserver)
+    }
+}
+
+impl StatementInterpreter for Interpreter {
+    fn call_observed(
+        &mut self,
+        task: usize,
+        _: Option<ResumePoint>,
+        scan: &mut Scan<'_>,
+        mut observer: &mut dyn Observer,
+    ) -> Outcome {
+        self.run(task, scan, &mut observer)
+    }
+}
+
+impl Interpreter {
+    fn run<O: Observer>(&mut self, task: usize, scan: &mut Scan<'_>, observer: &mut O) -> Outcome {
         if task != 0 {
             return Outcome::End;
         }
-        match self.scan(scan.image, scan.host) {
+        match self.scan(scan.image, scan.host, observer) {
             Ok(()) => Outcome::End,
             Err(Stopped::Late) => Outcome::trap(TrapCode::Watchdog),
             Err(Stopped::Missing(step)) => Outcome::Trap(Trap {

@@ -11,6 +11,7 @@ use plcc_abi::{
     pmi::{Type, arithmetic},
 };
 
+use crate::common::{Accessed, Observer, Value};
 use crate::pmi::ast::{Binary, Op};
 
 /// A variable's place.
@@ -26,6 +27,29 @@ impl Place {
             Type::Logical => i32::from(read_u8(image, self.offset)),
             Type::Integer => i32::from(read_i16(image, self.offset)),
             Type::Long => read_i32(image, self.offset),
+        }
+    }
+
+    /// Reads the value and tells the observer.
+    #[inline]
+    fn load<O: Observer>(self, image: &[u8], observer: &mut O) -> i32 {
+        let value = self.read(image);
+        observer.read(Accessed::Pmi(self.offset), self.ty.observed(value));
+        value
+    }
+}
+
+/// A value of PMI as observers are told it.
+pub(super) trait Observed {
+    fn observed(self, value: i32) -> Value;
+}
+
+impl Observed for Type {
+    #[inline]
+    fn observed(self, value: i32) -> Value {
+        match self {
+            Type::Logical => Value::Logical(value != 0),
+            Type::Integer | Type::Long => Value::Integer(value.into()),
         }
     }
 }
@@ -150,38 +174,43 @@ impl Rows {
     }
 
     /// The value of an expression; `None` if an index is outside its array. Then `missing` says which.
-    pub(super) fn value(&mut self, row: Row, image: &[u8]) -> Option<i32> {
+    pub(super) fn value<O: Observer>(
+        &mut self,
+        row: Row,
+        image: &[u8],
+        observer: &mut O,
+    ) -> Option<i32> {
         let Self { codes, arrays, stack, missing } = self;
         let codes = codes.get(row.from as usize..row.to as usize).unwrap_or(&[]);
         let stack = stack.as_mut_slice();
         let (mut value, mut waiting) = (0, 0usize);
-        let logical = |offset| i32::from(read_u8(image, offset));
+        let mut load = |offset, ty| Place { offset, ty }.load(image, observer);
         for code in codes {
             let next = match *code {
                 Code::Const(next) => next,
-                Code::Logical(offset) => logical(offset),
-                Code::NotLogical(offset) => logical(offset) ^ 1,
-                Code::Integer(offset) => i32::from(read_i16(image, offset)),
-                Code::Long(offset) => read_i32(image, offset),
+                Code::Logical(offset) => load(offset, Type::Logical),
+                Code::NotLogical(offset) => load(offset, Type::Logical) ^ 1,
+                Code::Integer(offset) => load(offset, Type::Integer),
+                Code::Long(offset) => load(offset, Type::Long),
                 Code::And(offset) => {
-                    value = i32::from(value != 0) & logical(offset);
+                    value = i32::from(value != 0) & load(offset, Type::Logical);
                     continue;
                 }
                 Code::AndNot(offset) => {
-                    value = i32::from(value != 0) & (logical(offset) ^ 1);
+                    value = i32::from(value != 0) & (load(offset, Type::Logical) ^ 1);
                     continue;
                 }
                 Code::Or(offset) => {
-                    value = i32::from(value != 0) | logical(offset);
+                    value = i32::from(value != 0) | load(offset, Type::Logical);
                     continue;
                 }
                 Code::OrNot(offset) => {
-                    value = i32::from(value != 0) | (logical(offset) ^ 1);
+                    value = i32::from(value != 0) | (load(offset, Type::Logical) ^ 1);
                     continue;
                 }
                 Code::Element(array) => {
                     match arrays.get(array as usize)?.at(value) {
-                        Ok(element) => value = element.read(image),
+                        Ok(Place { offset, ty }) => value = load(offset, ty),
                         Err(element) => {
                             *missing = Some(element);
                             return None;

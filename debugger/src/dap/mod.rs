@@ -1,0 +1,64 @@
+//! The Debug Adapter Protocol: what editors send and get, over two streams.
+//!
+//! [`serve`] reads requests until the client leaves. A run that goes on (`continue`,
+//! `reverseContinue`) is done in short slices, and requests that come meanwhile are answered between
+//! two of them, so that `pause` works. Besides the protocol's own requests there are these, for the
+//! commands of an editor's extension:
+//!
+//! | request | arguments | does |
+//! | --- | --- | --- |
+//! | `plcc/lastWriter` | `name` | goes back to the statement that wrote a variable last |
+//! | `plcc/scanForward`, `plcc/scanBack` | | goes to the next scan of the task, or the one before |
+//! | `plcc/goToTick` | `tick` | goes to the beginning of a tick |
+//! | `plcc/position` | | gives tick, milliseconds, and the known ticks |
+//!
+//! Architecture Invariant: no message of a client makes the adapter panic; what can't be done is
+//! answered with the reason.
+
+mod answers;
+mod console;
+mod protocol;
+mod server;
+mod transport;
+
+use std::io::{self, BufRead, Write};
+use std::sync::mpsc;
+use std::thread;
+
+pub use protocol::{LaunchArguments, OneOrMore};
+
+use crate::debugger::Session;
+use server::Server;
+
+/// Makes the session that a client asks for.
+pub trait Launcher {
+    /// The session for these arguments.
+    ///
+    /// # Errors
+    /// Why there is none, for people: files that can't be read, errors in the program.
+    fn launch(&self, arguments: &LaunchArguments) -> Result<Session, String>;
+}
+
+/// Serves one client: reads its messages from `from` and answers on `to`, until it disconnects or its
+/// stream ends.
+///
+/// # Errors
+/// When a stream fails, or the client's messages have no valid form.
+pub fn serve(
+    mut from: impl BufRead + Send + 'static,
+    to: impl Write,
+    launcher: &dyn Launcher,
+) -> io::Result<()> {
+    let (sender, receiver) = mpsc::channel();
+    // The thread ends with the stream; nobody waits for it, since a client may leave it open.
+    thread::spawn(move || {
+        loop {
+            let message = transport::read(&mut from);
+            let is_last = !matches!(message, Ok(Some(_)));
+            if sender.send(message).is_err() || is_last {
+                break;
+            }
+        }
+    });
+    Server::new(to, launcher).serve(&receiver)
+}

@@ -1,0 +1,317 @@
+//! Where the user stands in a run, and all ways to move.
+
+mod event_text;
+mod search;
+mod steps;
+
+use plcc_diag::FileId;
+use plcc_frontend::common::{Accessed, StatementInterpreter};
+use plcc_runtime::{Event, Executive, Stop};
+
+use crate::DebugError;
+use crate::breakpoints::{Breakpoints, DataBreakpoint, LineBreakpoint, SetBreakpoint};
+use crate::history::History;
+use crate::observers::Observed;
+use crate::program::DebuggedProgram;
+use crate::trace::{Access, Step, TickTrace, TraceRecorder};
+
+/// What a debugger works on.
+pub struct Session {
+    /// The program.
+    pub program: DebuggedProgram,
+    /// Its run.
+    pub history: Box<dyn History>,
+    /// An executive of the program that runs nothing; variables are read from it.
+    pub view: Box<dyn Executive + Send>,
+    /// Whether variables may be set and forced.
+    pub may_change: bool,
+}
+
+impl std::fmt::Debug for Session {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Session").field("program", &self.program).finish_non_exhaustive()
+    }
+}
+
+/// A place in a run: before a statement that is executed in a tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Position {
+    /// The tick.
+    pub tick: u64,
+    /// The number of statements that were executed in it before; all of them at its end.
+    pub step: usize,
+}
+
+/// Which way to go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// In the order of time.
+    Forward,
+    /// Back.
+    Back,
+}
+
+/// How far one step goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StepKind {
+    /// To the next statement, also into a subroutine.
+    Statement,
+    /// To the next statement of this subroutine or of one that it was called from.
+    Over,
+    /// Out of the subroutine; from where there is none to the next scan of the task.
+    Out,
+    /// To the first statement of the next or previous scan of the task.
+    Scan,
+}
+
+/// Why a movement has ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Stopped {
+    /// The step is done.
+    Step,
+    /// A breakpoint on a statement: its number.
+    Breakpoint(i64),
+    /// A variable changes in this statement: the breakpoint's number, and what changes.
+    Data(i64, String),
+    /// The statement that was looked for: it writes this variable.
+    Writer(String),
+    /// A fault or message that the user wants to stop at; the text.
+    Event(String),
+    /// The program was stopped.
+    ProgramStopped(Stop),
+    /// The beginning of what is known.
+    Beginning,
+    /// The end of what is known.
+    End,
+}
+
+/// What is stopped at besides breakpoints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StopAt {
+    /// When the control stops the program.
+    pub program_stops: bool,
+    /// When a fault comes.
+    pub faults: bool,
+    /// When a message comes, or PMAC's program sends or displays a text.
+    pub messages: bool,
+}
+
+impl Default for StopAt {
+    fn default() -> Self {
+        Self { program_stops: true, faults: false, messages: false }
+    }
+}
+
+/// Where the user stands, breakpoints, and all ways to move.
+pub struct Debugger {
+    session: Session,
+    interpreter: Box<dyn StatementInterpreter>,
+    placed: Vec<bool>,
+    position: Position,
+    /// Whether breakpoints at the position itself are still to be met.
+    is_fresh: bool,
+    trace: Option<TickTrace>,
+    breakpoints: Breakpoints,
+    /// What is stopped at besides breakpoints.
+    pub stop_at: StopAt,
+    /// Texts of logpoints and events that nobody has fetched yet.
+    output: Vec<String>,
+    /// The tick up to which events were told.
+    told: u64,
+}
+
+impl std::fmt::Debug for Debugger {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Debugger").field("position", &self.position).finish_non_exhaustive()
+    }
+}
+
+impl Debugger {
+    /// Begins before the first statement of a run.
+    pub fn new(session: Session) -> Self {
+        let interpreter = session.program.checked().statement_interpreter();
+        let placed = session.program.placed();
+        let position = Position { tick: session.history.first(), step: 0 };
+        Self {
+            session,
+            interpreter,
+            placed,
+            position,
+            is_fresh: true,
+            trace: None,
+            breakpoints: Breakpoints::default(),
+            stop_at: StopAt::default(),
+            output: vec![],
+            told: 0,
+        }
+    }
+
+    /// The program.
+    pub fn program(&self) -> &DebuggedProgram {
+        &self.session.program
+    }
+
+    /// The run.
+    pub fn history(&self) -> &dyn History {
+        self.session.history.as_ref()
+    }
+
+    /// The length of a tick in nanoseconds.
+    pub fn tick_ns(&self) -> u64 {
+        self.session.view.tick_ns()
+    }
+
+    /// Whether variables may be set and forced.
+    pub fn may_change(&self) -> bool {
+        self.session.may_change
+    }
+
+    /// The program, and the executive from which variables are read.
+    pub(crate) fn program_and_view(&mut self) -> (&DebuggedProgram, &mut dyn Executive) {
+        (&self.session.program, self.session.view.as_mut())
+    }
+
+    /// Where the user stands.
+    pub fn position(&self) -> Position {
+        self.position
+    }
+
+    /// Replaces the breakpoints on statements of a file.
+    pub fn set_line_breakpoints(
+        &mut self,
+        file: u32,
+        wanted: &[LineBreakpoint],
+    ) -> Vec<SetBreakpoint> {
+        self.breakpoints.replace_lines(&self.session.program, file, wanted)
+    }
+
+    /// Replaces the data breakpoints.
+    pub fn set_data_breakpoints(&mut self, wanted: &[DataBreakpoint]) -> Vec<SetBreakpoint> {
+        self.breakpoints.replace_data(&self.session.program, wanted)
+    }
+
+    /// Texts of logpoints and events since the last call.
+    pub fn take_output(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.output)
+    }
+
+    /// The trace of the tick where the user stands.
+    ///
+    /// # Errors
+    /// When the tick can't be run.
+    pub fn trace(&mut self) -> Result<&TickTrace, DebugError> {
+        let tick = self.position.tick;
+        let trace = match self.trace.take().filter(|trace| trace.tick == tick) {
+            Some(trace) => trace,
+            None => self.record(tick)?,
+        };
+        Ok(self.trace.insert(trace))
+    }
+
+    /// Runs a tick and records it.
+    fn record(&mut self, tick: u64) -> Result<TickTrace, DebugError> {
+        let Session { program, history, .. } = &mut self.session;
+        let before = history.before(tick)?;
+        let mut recorder = TraceRecorder::new(program.checked(), &self.placed, tick);
+        let mut engine = Observed::new(self.interpreter.as_mut(), &mut recorder);
+        let result = history.run(tick, &mut engine)?;
+        let mut trace = recorder.finish(history.executive().image());
+        self.tell(tick, &result.events);
+        (trace.before, trace.events, trace.stop) = (before, result.events, result.stop);
+        Ok(trace)
+    }
+
+    /// Notes the events of a tick for the user, once.
+    fn tell(&mut self, tick: u64, events: &[Event]) {
+        if tick >= self.told {
+            self.told = tick + 1;
+            self.output.extend(events.iter().map(event_text::shown));
+        }
+    }
+
+    /// The step at which the user stands; `None` at the end of a tick.
+    ///
+    /// # Errors
+    /// When the tick can't be run.
+    pub fn step_here(&mut self) -> Result<Option<Step>, DebugError> {
+        let at = self.position.step;
+        Ok(self.trace()?.steps.get(at).copied())
+    }
+
+    /// The process image at the position.
+    ///
+    /// # Errors
+    /// When the tick can't be run.
+    pub fn image(&mut self) -> Result<Vec<u8>, DebugError> {
+        let at = self.position.step;
+        Ok(self.trace()?.image(at))
+    }
+
+    /// What the statement at the position reads and writes.
+    ///
+    /// # Errors
+    /// When the tick can't be run.
+    pub fn accesses(&mut self) -> Result<Vec<Access>, DebugError> {
+        let at = self.position.step;
+        Ok(self.trace()?.accesses(at).to_vec())
+    }
+
+    /// An executive whose variables have the values at the position.
+    ///
+    /// # Errors
+    /// When the tick can't be run.
+    pub fn view(&mut self) -> Result<&mut dyn Executive, DebugError> {
+        let at = self.position.step;
+        let trace = self.trace()?;
+        let (image, before) = (trace.image(at), trace.before.clone());
+        let writes: Vec<Access> =
+            trace.accesses_before(at).iter().filter(|access| access.is_write).copied().collect();
+        let Session { view, program, .. } = &mut self.session;
+        view.resume(&before).map_err(|error| DebugError(error.to_string()))?;
+        // What lies outside the image (PMAC's sparse memory, NCT's registers OP) is written again.
+        for access in writes {
+            let is_outside = match access.variable {
+                Accessed::Pmi(_) => false,
+                Accessed::Nct(name) => matches!(name, plcc_abi::nct::NctName::Op(_)),
+                Accessed::Pmac(name) => matches!(name, plcc_abi::pmac::PmacName::Memory(_)),
+            };
+            let Some(name) = program.name(access.variable).filter(|_| is_outside) else { continue };
+            let Ok(variable) = view.find(&name, plcc_runtime::Purpose::Stimulus) else { continue };
+            view.set(variable, plcc_runtime::Setting::Float(access.value.number()));
+        }
+        view.set_image(&image);
+        Ok(view.as_mut())
+    }
+
+    /// Sets a variable as the operator would, before the tick in which the user stands if none of
+    /// its statements was executed yet, else before the next one; with `force` holds it from there
+    /// on, and without a value ends that. What follows is run anew. Gives the tick.
+    ///
+    /// # Errors
+    /// When nothing can be changed here, or not this variable.
+    pub fn change(
+        &mut self,
+        name: &str,
+        value: Option<&str>,
+        force: bool,
+    ) -> Result<u64, DebugError> {
+        if !self.session.may_change {
+            return Err(DebugError::new(
+                "a recording can't be changed; launch the program to set variables",
+            ));
+        }
+        let Position { tick, step } = self.position;
+        let tick = if step == 0 { tick } else { tick + 1 };
+        self.session.history.change(tick, name, value, force)?;
+        self.told = self.told.min(tick);
+        if tick == self.position.tick {
+            self.trace = None;
+        }
+        Ok(tick)
+    }
+
+    /// The file of a path, as the user or an editor writes it.
+    pub fn file(&self, path: &str) -> Option<FileId> {
+        self.session.program.file(path)
+    }
+}

@@ -1,0 +1,237 @@
+//! Running on, or back, until something is met; and the search for the statement that wrote a
+//! variable.
+
+use std::time::{Duration, Instant};
+
+use plcc_runtime::{Event, EventBody};
+
+use super::event_text::shown;
+use super::{Debugger, Direction, Position, Session, StopAt, Stopped};
+use crate::DebugError;
+use crate::breakpoints::{Hit, HitFinder, What};
+use crate::history::TickResult;
+use crate::names::Target;
+use crate::observers::Observed;
+
+/// How many ticks are searched at once on the way back.
+const SEGMENT: u64 = 64;
+
+impl Debugger {
+    /// Runs on, or back, until something is met or about `ticks` ticks were looked through; then
+    /// nothing is given, and the next call goes on from there.
+    ///
+    /// # Errors
+    /// When a tick can't be run.
+    pub fn run(&mut self, direction: Direction, ticks: u64) -> Result<Option<Stopped>, DebugError> {
+        self.run_for(direction, ticks, Duration::MAX)
+    }
+
+    /// The same, for a time at most.
+    ///
+    /// # Errors
+    /// When a tick can't be run.
+    pub fn run_for(
+        &mut self,
+        direction: Direction,
+        ticks: u64,
+        time: Duration,
+    ) -> Result<Option<Stopped>, DebugError> {
+        let begun = Instant::now();
+        for _ in 0..ticks {
+            let met = match direction {
+                Direction::Forward => self.run_tick()?,
+                Direction::Back => self.search_back()?,
+            };
+            if met.is_some() {
+                return Ok(met);
+            }
+            if begun.elapsed() >= time {
+                break;
+            }
+        }
+        Ok(None)
+    }
+
+    /// Runs the rest of the tick.
+    fn run_tick(&mut self) -> Result<Option<Stopped>, DebugError> {
+        let Position { tick, step } = self.position;
+        if tick >= self.history().known() && !self.history().goes_on() {
+            return Ok(Some(Stopped::End));
+        }
+        let from = step + usize::from(!self.is_fresh);
+        let (count, hits, result) = self.find_hits(tick)?;
+        self.is_fresh = false;
+        for hit in hits.iter().filter(|hit| hit.step >= from) {
+            if let Some(stopped) = self.meet(hit, true) {
+                self.position = Position { tick, step: hit.step };
+                return Ok(Some(stopped));
+            }
+        }
+        if let Some(stop) = result.stop {
+            let step = count.saturating_sub(usize::from(stop.place.is_some()));
+            self.position = Position { tick, step };
+            return Ok(Some(match self.stop_at.program_stops && step >= from {
+                true => Stopped::ProgramStopped(stop),
+                false => Stopped::End,
+            }));
+        }
+        if tick + 1 >= self.history().known() && !self.history().goes_on() {
+            self.position = Position { tick, step: count };
+            return Ok(Some(Stopped::End));
+        }
+        self.position = Position { tick: tick + 1, step: 0 };
+        self.is_fresh = true;
+        Ok(None)
+    }
+
+    /// Looks for the last thing that is met before the position, in this tick or in up to
+    /// [`SEGMENT`] before it.
+    fn search_back(&mut self) -> Result<Option<Stopped>, DebugError> {
+        self.is_fresh = false;
+        let Some((begin, found)) =
+            self.segment_before(self.position, |this, tick| Ok(this.find_hits(tick)?.1))?
+        else {
+            return Ok(Some(Stopped::Beginning));
+        };
+        for (tick, hit) in found.into_iter().rev() {
+            if let Some(stopped) = self.meet(&hit, false) {
+                self.position = Position { tick, step: hit.step };
+                return Ok(Some(stopped));
+            }
+        }
+        self.position = Position { tick: begin, step: 0 };
+        Ok(None)
+    }
+
+    /// Looks through the ticks of a segment that ends at a position, in the order of time, and gives
+    /// the tick with which it begins and the hits before the position, in their order. `None` at the
+    /// beginning of the history.
+    #[expect(clippy::type_complexity, reason = "a tick, and ticks with hits")]
+    fn segment_before(
+        &mut self,
+        end: Position,
+        mut find: impl FnMut(&mut Self, u64) -> Result<Vec<Hit>, DebugError>,
+    ) -> Result<Option<(u64, Vec<(u64, Hit)>)>, DebugError> {
+        let first = self.history().first();
+        let begin = match end.step {
+            0 if end.tick <= first => return Ok(None),
+            0 => end.tick.saturating_sub(SEGMENT).max(first),
+            _ => end.tick,
+        };
+        let mut found = vec![];
+        for tick in begin..=end.tick {
+            let before = if tick == end.tick { end.step } else { usize::MAX };
+            if before > 0 {
+                let hits = find(self, tick)?;
+                found.extend(
+                    hits.into_iter().filter(|hit| hit.step < before).map(|hit| (tick, hit)),
+                );
+            }
+        }
+        Ok(Some((begin, found)))
+    }
+
+    /// Runs a tick and finds what it meets: how many statements it executes, and the hits in their
+    /// order.
+    fn find_hits(&mut self, tick: u64) -> Result<(usize, Vec<Hit>, TickResult), DebugError> {
+        let Session { history, .. } = &mut self.session;
+        history.go_before(tick)?;
+        let image = history.executive().image().to_vec();
+        let mut finder = HitFinder::of(&self.breakpoints, &self.placed, &image);
+        let mut engine = Observed::new(self.interpreter.as_mut(), &mut finder);
+        let result = history.run(tick, &mut engine)?;
+        let (count, mut hits) = finder.finish(history.executive().image());
+        self.tell(tick, &result.events);
+        if let Some(hit) = self.event_to_stop_at(tick, count, &result.events)? {
+            hits.push(hit);
+            hits.sort_by_key(|hit| hit.step);
+        }
+        Ok((count, hits, result))
+    }
+
+    /// What a hit means, if it stops. `tell` says whether texts of logpoints are told.
+    fn meet(&mut self, hit: &Hit, tell: bool) -> Option<Stopped> {
+        if !self.breakpoints.counts(hit) {
+            return None;
+        }
+        match &hit.what {
+            What::Line(id) => Some(Stopped::Breakpoint(*id)),
+            What::Data(id, name, old, new) => {
+                Some(Stopped::Data(*id, format!("{name} changes from {old} to {new}")))
+            }
+            What::Event(text) => Some(Stopped::Event(text.clone())),
+            What::Log(_, text) => {
+                if tell {
+                    self.output.push(text.clone());
+                }
+                None
+            }
+            What::Write => None,
+        }
+    }
+
+    /// Where a tick is stopped for one of its events: at the statement that switched a fault or
+    /// message on, else at the end of the tick.
+    fn event_to_stop_at(
+        &mut self,
+        tick: u64,
+        count: usize,
+        events: &[Event],
+    ) -> Result<Option<Hit>, DebugError> {
+        let StopAt { faults, messages, .. } = self.stop_at;
+        let wanted = events.iter().find_map(|event| match &event.body {
+            EventBody::Fault { name, state: "on", .. } if faults => Some((event, Some(name))),
+            EventBody::Message { name, flag, state: "on", .. } if messages => {
+                Some((event, name.as_ref().or(flag.as_ref())))
+            }
+            EventBody::Send { .. } | EventBody::Display { .. } if messages => Some((event, None)),
+            _ => None,
+        });
+        let Some((event, name)) = wanted else { return Ok(None) };
+        let what = What::Event(shown(event));
+        let writes = match name {
+            Some(name) => self.writes(tick, name)?,
+            None => vec![],
+        };
+        Ok(Some(Hit { step: writes.last().map_or(count, |hit| hit.step), what }))
+    }
+
+    /// The steps of a tick that write a variable, or change what it shows.
+    fn writes(&mut self, tick: u64, name: &str) -> Result<Vec<Hit>, DebugError> {
+        let target = self.target(name)?;
+        let value = self.session.program.expression(name).ok();
+        let Session { history, .. } = &mut self.session;
+        history.go_before(tick)?;
+        let image = history.executive().image().to_vec();
+        let mut finder = HitFinder::of_writes(&target, value.as_ref(), &self.placed, &image);
+        let mut engine = Observed::new(self.interpreter.as_mut(), &mut finder);
+        history.run(tick, &mut engine)?;
+        Ok(finder.finish(history.executive().image()).1)
+    }
+
+    fn target(&self, name: &str) -> Result<Target, DebugError> {
+        let program = &self.session.program;
+        program.target(name).ok_or_else(|| DebugError(format!("`{name}` names no variable")))
+    }
+
+    /// Goes back to the statement that wrote a variable last before the position; where its value
+    /// was changed from outside (an input that was latched), to the statement behind that.
+    ///
+    /// # Errors
+    /// When nothing has that name, or nothing has written it.
+    pub fn go_to_last_writer(&mut self, name: &str) -> Result<Stopped, DebugError> {
+        let mut end = self.position;
+        while let Some((begin, found)) =
+            self.segment_before(end, |this, tick| this.writes(tick, name))?
+        {
+            if let Some((tick, hit)) = found.last() {
+                self.position = Position { tick: *tick, step: hit.step };
+                self.is_fresh = false;
+                return Ok(Stopped::Writer(name.to_owned()));
+            }
+            end = Position { tick: begin, step: 0 };
+        }
+        let first = self.history().first();
+        Err(DebugError(format!("nothing has written {name} since tick {first}")))
+    }
+}

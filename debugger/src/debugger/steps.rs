@@ -1,0 +1,142 @@
+//! Single steps, forth and back, and going to a tick.
+
+use super::{Debugger, Direction, Position, StepKind, Stopped};
+use crate::DebugError;
+
+/// How many ticks are looked through for the next statement, where ticks execute none.
+const MOST_EMPTY_TICKS: u64 = 100_000;
+
+impl Debugger {
+    /// Goes to the beginning of a tick.
+    ///
+    /// # Errors
+    /// When there is no such tick.
+    pub fn go_to_tick(&mut self, tick: u64) -> Result<(), DebugError> {
+        let here = self.position;
+        self.position = Position { tick, step: 0 };
+        self.is_fresh = false;
+        if let Err(error) = self.trace() {
+            self.position = here;
+            return Err(error);
+        }
+        Ok(())
+    }
+
+    /// Goes to the end of what is known: of a recording, or of what was run so far.
+    ///
+    /// # Errors
+    /// When nothing is known.
+    pub fn go_to_end(&mut self) -> Result<(), DebugError> {
+        let last = self.history().known().saturating_sub(1).max(self.history().first());
+        self.go_to_tick(last)?;
+        let trace = self.trace()?;
+        let steps = trace.steps.len();
+        // A statement that stopped the program is shown, rather than the end of its tick.
+        let has_trap = trace.stop.as_ref().is_some_and(|stop| stop.place.is_some());
+        self.position.step = steps.saturating_sub(usize::from(has_trap));
+        Ok(())
+    }
+
+    /// Goes one step.
+    ///
+    /// # Errors
+    /// When a tick can't be run.
+    pub fn step(&mut self, kind: StepKind, direction: Direction) -> Result<Stopped, DebugError> {
+        self.is_fresh = false;
+        let Some(from) = self.step_here()? else { return self.neighbour(direction) };
+        let mut ticks = 0;
+        let begun = self.position.tick;
+        loop {
+            let moved = self.neighbour(direction)?;
+            if moved != Stopped::Step {
+                return Ok(moved);
+            }
+            let Some(here) = self.step_here()? else { continue };
+            let left = here.call != from.call || self.position.tick != begun;
+            let arrived = match kind {
+                StepKind::Statement => true,
+                StepKind::Over => here.task != from.task || here.depth <= from.depth,
+                StepKind::Out if from.depth > 0 => {
+                    here.task == from.task && here.depth < from.depth
+                }
+                StepKind::Out | StepKind::Scan => {
+                    let is_other_scan = here.task == from.task && left;
+                    is_other_scan && (direction == Direction::Forward || self.begins_call()?)
+                }
+            };
+            if arrived {
+                return Ok(Stopped::Step);
+            }
+            if self.position.step == 0 {
+                ticks += 1;
+                if ticks > MOST_EMPTY_TICKS {
+                    return Ok(Stopped::Step);
+                }
+            }
+        }
+    }
+
+    /// Whether the step at the position is the first one of its call.
+    fn begins_call(&mut self) -> Result<bool, DebugError> {
+        let at = self.position.step;
+        let steps = &self.trace()?.steps;
+        let call = |step: usize| steps.get(step).map(|step| step.call);
+        Ok(at.checked_sub(1).is_none_or(|before| call(before) != call(at)))
+    }
+
+    /// Goes to the statement that is executed next or before, in this tick or another.
+    fn neighbour(&mut self, direction: Direction) -> Result<Stopped, DebugError> {
+        let start = self.position;
+        let moved = match direction {
+            Direction::Forward => self.forward_to_statement()?,
+            Direction::Back => self.back_to_statement()?,
+        };
+        if matches!(moved, Stopped::Beginning) {
+            self.position = start;
+        }
+        Ok(moved)
+    }
+
+    fn forward_to_statement(&mut self) -> Result<Stopped, DebugError> {
+        for _ in 0..MOST_EMPTY_TICKS {
+            let at = self.position.step;
+            let trace = self.trace()?;
+            let (count, stop) = (trace.steps.len(), trace.stop.clone());
+            if at + 1 < count {
+                self.position.step = at + 1;
+                return Ok(Stopped::Step);
+            }
+            if let Some(stop) = stop {
+                self.position.step = count.saturating_sub(usize::from(stop.place.is_some()));
+                return Ok(Stopped::ProgramStopped(stop));
+            }
+            let next = self.position.tick + 1;
+            if next >= self.history().known() && !self.history().goes_on() {
+                self.position.step = count;
+                return Ok(Stopped::End);
+            }
+            self.position = Position { tick: next, step: 0 };
+            if !self.trace()?.steps.is_empty() {
+                return Ok(Stopped::Step);
+            }
+        }
+        Ok(Stopped::Step)
+    }
+
+    fn back_to_statement(&mut self) -> Result<Stopped, DebugError> {
+        for _ in 0..MOST_EMPTY_TICKS {
+            if self.position.step > 0 {
+                self.position.step -= 1;
+                return Ok(Stopped::Step);
+            }
+            let Some(tick) =
+                self.position.tick.checked_sub(1).filter(|tick| *tick >= self.history().first())
+            else {
+                return Ok(Stopped::Beginning);
+            };
+            self.position = Position { tick, step: 0 };
+            self.position.step = self.trace()?.steps.len();
+        }
+        Ok(Stopped::Step)
+    }
+}

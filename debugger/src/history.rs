@@ -1,0 +1,291 @@
+//! The ticks of a run, each of which can be run again: a run that the debugger makes itself in
+//! simulated time, with checkpoints from which it goes back.
+
+use std::collections::BTreeMap;
+
+use plcc_abi::Engine;
+use plcc_runtime::run::Player;
+use plcc_runtime::{Event, Executive, Purpose, Setting, Stop, VariableKey};
+
+use crate::DebugError;
+
+/// What a tick gave.
+#[derive(Clone, Debug, Default)]
+pub struct TickResult {
+    /// Its events.
+    pub events: Vec<Event>,
+    /// Why the program was stopped in it, if it was.
+    pub stop: Option<Stop>,
+}
+
+/// The ticks of a run.
+pub trait History {
+    /// The first tick that can be run again.
+    fn first(&self) -> u64;
+
+    /// The tick behind the last one that is known; the end of a recording, or how far a run has
+    /// come.
+    fn known(&self) -> u64;
+
+    /// Whether further ticks may follow those that are known.
+    fn goes_on(&self) -> bool;
+
+    /// Puts the [executive](Self::executive) into the state before a tick.
+    ///
+    /// # Errors
+    /// When there is no such tick.
+    fn go_before(&mut self, tick: u64) -> Result<(), DebugError>;
+
+    /// The state before a tick, as a [checkpoint](Executive::checkpoint).
+    ///
+    /// # Errors
+    /// When there is no such tick.
+    fn before(&mut self, tick: u64) -> Result<Vec<u8>, DebugError> {
+        self.go_before(tick)?;
+        Ok(self.executive().checkpoint())
+    }
+
+    /// Runs a tick in `engine`: from the state before it, with what acted on the machine in it.
+    ///
+    /// # Errors
+    /// When there is no such tick.
+    fn run(&mut self, tick: u64, engine: &mut dyn Engine) -> Result<TickResult, DebugError>;
+
+    /// The executive, in the state behind the tick that was run last.
+    fn executive(&mut self) -> &mut dyn Executive;
+
+    /// Sets a variable before a tick, as the operator would, or with `force` holds it from there on
+    /// (`None` for the value ends that). Later ticks are forgotten.
+    ///
+    /// # Errors
+    /// When nothing can be changed here, or not this variable.
+    fn change(
+        &mut self,
+        tick: u64,
+        name: &str,
+        value: Option<&str>,
+        force: bool,
+    ) -> Result<(), DebugError>;
+}
+
+/// How much memory checkpoints may take, in bytes.
+const CHECKPOINT_BYTES: usize = 64 << 20;
+
+/// How many ticks lie between two checkpoints at first.
+const FIRST_INTERVAL: u64 = 32;
+
+/// A change that the user made.
+#[derive(Clone, Copy, Debug)]
+enum Change {
+    Set(VariableKey, Setting),
+    Force(VariableKey, Option<Setting>),
+}
+
+/// A run in simulated time that the debugger makes itself.
+pub struct Launched {
+    executive: Box<dyn Executive + Send>,
+    engine: Box<dyn Engine>,
+    player: Player,
+    /// After how many ticks the run ends; `None` for a run without an end.
+    ticks: Option<u64>,
+    /// The tick before which the executive stands.
+    at: u64,
+    known: u64,
+    stopped: bool,
+    /// States before ticks, by rising tick; tick 0 is always there.
+    checkpoints: BTreeMap<u64, Vec<u8>>,
+    interval: u64,
+    changes: BTreeMap<u64, Vec<Change>>,
+}
+
+impl std::fmt::Debug for Launched {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Launched").field("at", &self.at).field("known", &self.known).finish()
+    }
+}
+
+impl Launched {
+    /// A run from power-up. `engine` runs the ticks that nobody looks at.
+    pub fn new(
+        executive: Box<dyn Executive + Send>,
+        engine: Box<dyn Engine>,
+        player: Player,
+        ticks: Option<u64>,
+    ) -> Self {
+        let checkpoints = BTreeMap::from([(0, executive.checkpoint())]);
+        Self {
+            executive,
+            engine,
+            player,
+            ticks,
+            at: 0,
+            known: 0,
+            stopped: false,
+            checkpoints,
+            interval: FIRST_INTERVAL,
+            changes: BTreeMap::new(),
+        }
+    }
+
+    fn move_before(&mut self, tick: u64) -> Result<(), DebugError> {
+        if tick > self.known && (self.stopped || self.ticks.is_some_and(|ticks| tick >= ticks)) {
+            return Err(DebugError(format!("the run ends before tick {tick}")));
+        }
+        if self.at != tick {
+            let nearest = self.checkpoints.range(..=tick).next_back();
+            let (&from, state) =
+                nearest.ok_or_else(|| DebugError::new("a checkpoint is missing"))?;
+            if self.at > tick || self.at < from {
+                let resumed = self.executive.resume(state);
+                resumed.map_err(|error| DebugError(error.to_string()))?;
+                self.at = from;
+                self.player.seek(from);
+                self.restore_forces();
+            }
+        }
+        while self.at < tick {
+            let mut engine = std::mem::replace(&mut self.engine, Box::new(NoEngine));
+            let result = self.tick(engine.as_mut());
+            self.engine = engine;
+            if result.stop.is_some() && self.at < tick {
+                return Err(DebugError(format!("the program was stopped before tick {tick}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Forces are no part of a checkpoint: ends all, and begins those of the ticks before this one.
+    fn restore_forces(&mut self) {
+        let forces = |changes: &[Change]| -> Vec<(VariableKey, Option<Setting>)> {
+            let force = |change: &Change| match *change {
+                Change::Force(key, value) => Some((key, value)),
+                Change::Set(..) => None,
+            };
+            changes.iter().filter_map(force).collect()
+        };
+        for (key, _) in self.changes.values().flat_map(|changes| forces(changes)) {
+            // What could be forced can be released.
+            let _ = self.executive.force(key, None);
+        }
+        for (_, changes) in self.changes.range(..self.at) {
+            for (key, value) in forces(changes) {
+                let _ = self.executive.force(key, value);
+            }
+        }
+    }
+
+    /// Runs the tick before which the executive stands.
+    fn tick(&mut self, engine: &mut dyn Engine) -> TickResult {
+        let tick = self.at;
+        for change in self.changes.get(&tick).into_iter().flatten() {
+            match *change {
+                Change::Set(key, value) => self.executive.write(key, value),
+                Change::Force(key, value) => {
+                    // It was possible when it was noted.
+                    let _ = self.executive.force(key, value);
+                }
+            }
+        }
+        self.player.apply(tick, self.executive.as_mut());
+        let mut result = TickResult::default();
+        result.stop = self.executive.tick(engine, &mut result.events).err();
+        self.at = tick + 1;
+        if self.at > self.known {
+            self.known = self.at;
+            self.stopped = result.stop.is_some();
+            if self.known.is_multiple_of(self.interval) && !self.stopped {
+                self.keep_checkpoint();
+            }
+        }
+        result
+    }
+
+    /// Keeps a checkpoint. Where they become too many, every second one goes.
+    fn keep_checkpoint(&mut self) {
+        self.checkpoints.insert(self.at, self.executive.checkpoint());
+        let bytes: usize = self.checkpoints.values().map(Vec::len).sum();
+        if bytes > CHECKPOINT_BYTES {
+            self.interval *= 2;
+            let interval = self.interval;
+            self.checkpoints.retain(|tick, _| tick.is_multiple_of(interval));
+        }
+    }
+}
+
+/// Stands in the place of the engine while that is borrowed.
+struct NoEngine;
+
+impl Engine for NoEngine {
+    fn call(
+        &mut self,
+        _: usize,
+        _: Option<plcc_abi::ResumePoint>,
+        _: &mut plcc_abi::Scan<'_>,
+    ) -> plcc_abi::Outcome {
+        plcc_abi::Outcome::End
+    }
+}
+
+impl History for Launched {
+    fn first(&self) -> u64 {
+        0
+    }
+
+    fn known(&self) -> u64 {
+        self.known
+    }
+
+    fn goes_on(&self) -> bool {
+        !self.stopped && self.ticks.is_none_or(|ticks| self.known < ticks)
+    }
+
+    fn go_before(&mut self, tick: u64) -> Result<(), DebugError> {
+        self.move_before(tick)
+    }
+
+    fn run(&mut self, tick: u64, engine: &mut dyn Engine) -> Result<TickResult, DebugError> {
+        if tick >= self.known && !self.goes_on() {
+            return Err(DebugError(format!("the run ends before tick {tick}")));
+        }
+        self.move_before(tick)?;
+        Ok(self.tick(engine))
+    }
+
+    fn executive(&mut self) -> &mut dyn Executive {
+        self.executive.as_mut()
+    }
+
+    fn change(
+        &mut self,
+        tick: u64,
+        name: &str,
+        value: Option<&str>,
+        force: bool,
+    ) -> Result<(), DebugError> {
+        let text = |error: &dyn std::fmt::Display| DebugError(error.to_string());
+        let variable =
+            self.executive.find(name, Purpose::Stimulus).map_err(|error| text(&error))?;
+        let setting = value
+            .map(|value| self.executive.parse(variable, value).map_err(|error| text(&error)))
+            .transpose()?;
+        let key = match self.executive.keys(variable).as_slice() {
+            [key] => *key,
+            _ => return Err(DebugError(format!("`{name}` is no single variable"))),
+        };
+        self.move_before(tick)?;
+        let change = match (setting, force) {
+            (Some(value), false) => Change::Set(key, value),
+            (None, false) => return Err(DebugError::new("a value is missing")),
+            (value, true) => {
+                let forced = self.executive.force(key, value);
+                forced.map_err(|reason| DebugError(format!("`{name}` {reason}")))?;
+                Change::Force(key, value)
+            }
+        };
+        self.changes.entry(tick).or_default().push(change);
+        self.changes.retain(|&of, _| of <= tick);
+        self.checkpoints.retain(|&of, _| of <= tick);
+        (self.known, self.stopped) = (tick, false);
+        Ok(())
+    }
+}

@@ -1,0 +1,55 @@
+//! A debugger for PLC programs that steps forth and back, through one scan and through all scans of
+//! a run.
+//!
+//! All engines agree to the byte, so every tick of a run can be run again, from a checkpoint before
+//! it, in the statement interpreter. The debugger does this for the tick that is looked at, and
+//! records a [trace](trace::TickTrace) of its statements. Stepping is then moving in that trace, in
+//! either direction. The main types:
+//!
+//! - [`DebuggedProgram`]: a program with its sources, the places of its statements and the names of
+//!   its variables.
+//! - [`History`]: the ticks of a run. [`Launched`] is a run in simulated time that the debugger makes
+//!   itself.
+//! - [`Debugger`]: where the user stands, breakpoints, and all ways to move.
+//! - [`dap`]: the Debug Adapter Protocol, by which editors use all of this (`plcc debug`).
+//!
+//! ```no_run
+//! use plcc_debugger::{DebugError, Debugger, Direction, Session};
+//!
+//! # fn session() -> Session { unimplemented!() }
+//! let mut debugger = Debugger::new(session());
+//! debugger.set_line_breakpoints(0, &[plcc_debugger::LineBreakpoint::at(12)]);
+//! while debugger.run(Direction::Forward, 1000)?.is_none() {}
+//! println!("tick {}", debugger.position().tick);
+//! debugger.go_to_last_writer("LS27")?;
+//! # Ok::<(), DebugError>(())
+//! ```
+
+pub mod breakpoints;
+pub mod dap;
+mod debugger;
+pub mod history;
+mod names;
+pub mod observers;
+pub mod program;
+pub mod trace;
+pub mod variables;
+
+use thiserror::Error;
+
+pub use breakpoints::{Breakpoints, DataBreakpoint, LineBreakpoint};
+pub use debugger::{Debugger, Direction, Position, Session, StepKind, Stopped};
+pub use history::{History, Launched};
+pub use program::DebuggedProgram;
+
+/// Why something that the user asked for can't be done; the text is for people.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct DebugError(pub String);
+
+impl DebugError {
+    /// An error with this text.
+    pub fn new(text: impl Into<String>) -> Self {
+        Self(text.into())
+    }
+}

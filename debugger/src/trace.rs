@@ -1,0 +1,185 @@
+//! The statements of one tick in the order in which they were executed, with what each read and
+//! wrote, and the process image before each of them.
+
+use plcc_frontend::CheckedProgram;
+use plcc_frontend::common::{Accessed, Observer, Value};
+use plcc_runtime::{Event, Stop};
+
+use crate::observers::TickObserver;
+
+/// A variable that a statement has read or written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Access {
+    /// The variable.
+    pub variable: Accessed,
+    /// The value that was read, or the one that the variable had behind the write.
+    pub value: Value,
+    /// Whether it was written.
+    pub is_write: bool,
+}
+
+/// A statement that was executed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Step {
+    /// The statement's number.
+    pub statement: u32,
+    /// The task.
+    pub task: usize,
+    /// Which call of a task in this tick this is, from 0.
+    pub call: usize,
+    /// How many subroutine calls are open.
+    pub depth: usize,
+    /// Its first access.
+    accesses: usize,
+    /// How many changes of the image came before it.
+    changes: usize,
+}
+
+/// The statements of a tick.
+#[derive(Clone, Debug, Default)]
+pub struct TickTrace {
+    /// The tick.
+    pub tick: u64,
+    /// The state before the tick, before its stimulus.
+    pub before: Vec<u8>,
+    /// What was executed.
+    pub steps: Vec<Step>,
+    accesses: Vec<Access>,
+    /// The image before the first scan of the tick; without a scan, behind the tick.
+    base: Vec<u8>,
+    /// Bytes that changed since, in order: offset and new value.
+    changes: Vec<(u32, u8)>,
+    /// The events of the tick.
+    pub events: Vec<Event>,
+    /// Why the program was stopped in this tick, if it was.
+    pub stop: Option<Stop>,
+}
+
+impl TickTrace {
+    /// What a step read and wrote, in order. Empty for a step that does not exist.
+    pub fn accesses(&self, step: usize) -> &[Access] {
+        let Some(first) = self.steps.get(step) else { return &[] };
+        let end = self.steps.get(step + 1).map_or(self.accesses.len(), |next| next.accesses);
+        self.accesses.get(first.accesses..end).unwrap_or(&[])
+    }
+
+    /// Everything that was read and written before a step, in order.
+    pub fn accesses_before(&self, step: usize) -> &[Access] {
+        let end = self.steps.get(step).map_or(self.accesses.len(), |step| step.accesses);
+        self.accesses.get(..end).unwrap_or(&[])
+    }
+
+    /// The process image before a step. Behind the last step it is that at the end of the tick.
+    pub fn image(&self, step: usize) -> Vec<u8> {
+        let mut image = self.base.clone();
+        let end = self.steps.get(step).map_or(self.changes.len(), |step| step.changes);
+        for &(offset, value) in self.changes.get(..end).unwrap_or(&[]) {
+            if let Some(byte) = image.get_mut(offset as usize) {
+                *byte = value;
+            }
+        }
+        image
+    }
+}
+
+/// Records the trace of a tick.
+pub struct TraceRecorder<'a> {
+    program: &'a dyn CheckedProgram,
+    /// Which statements are told to a reader.
+    placed: &'a [bool],
+    trace: TickTrace,
+    /// The image as it was seen last.
+    seen: Vec<u8>,
+    task: usize,
+    calls: usize,
+    /// Whether the statement that runs is in the trace.
+    in_step: bool,
+}
+
+impl std::fmt::Debug for TraceRecorder<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.trace.fmt(f)
+    }
+}
+
+impl<'a> TraceRecorder<'a> {
+    /// Begins the trace of a tick. `placed` says which statements are told to a reader.
+    pub fn new(program: &'a dyn CheckedProgram, placed: &'a [bool], tick: u64) -> Self {
+        let trace = TickTrace { tick, ..TickTrace::default() };
+        Self { program, placed, trace, seen: vec![], task: 0, calls: 0, in_step: false }
+    }
+
+    /// The trace, given the image at the end of the tick.
+    pub fn finish(mut self, image: &[u8]) -> TickTrace {
+        self.see(image);
+        self.trace
+    }
+
+    /// Notes what has changed in the image.
+    fn see(&mut self, image: &[u8]) {
+        const BLOCK: usize = 64;
+        if self.seen.len() != image.len() {
+            self.seen = image.to_vec();
+            self.trace.base = image.to_vec();
+            return;
+        }
+        let blocks = self.seen.chunks_mut(BLOCK).zip(image.chunks(BLOCK));
+        for (number, (seen, now)) in blocks.enumerate() {
+            if seen == now {
+                continue;
+            }
+            for (at, (old, &new)) in seen.iter_mut().zip(now).enumerate() {
+                if *old != new {
+                    *old = new;
+                    self.trace.changes.push(((number * BLOCK + at) as u32, new));
+                }
+            }
+        }
+    }
+
+    fn access(&mut self, variable: Accessed, value: Value, is_write: bool) {
+        if self.in_step {
+            self.trace.accesses.push(Access { variable, value, is_write });
+        }
+    }
+}
+
+impl Observer for TraceRecorder<'_> {
+    fn statement(&mut self, statement: u32, image: &[u8]) {
+        self.in_step = self.placed.get(statement as usize).copied().unwrap_or(false);
+        if !self.in_step {
+            return;
+        }
+        self.see(image);
+        self.trace.steps.push(Step {
+            statement,
+            task: self.task,
+            call: self.calls.saturating_sub(1),
+            depth: self.program.calls(image).len(),
+            accesses: self.trace.accesses.len(),
+            changes: self.trace.changes.len(),
+        });
+    }
+
+    fn read(&mut self, variable: Accessed, value: Value) {
+        self.access(variable, value, false);
+    }
+
+    fn write(&mut self, variable: Accessed, value: Value) {
+        self.access(variable, value, true);
+    }
+}
+
+impl TickObserver for TraceRecorder<'_> {
+    fn call_begins(&mut self, task: usize, image: &[u8]) {
+        self.task = task;
+        self.calls += 1;
+        self.in_step = false;
+        self.see(image);
+    }
+
+    fn call_ends(&mut self, image: &[u8]) {
+        self.see(image);
+        self.in_step = false;
+    }
+}

@@ -1,0 +1,95 @@
+//! What a statement interpreter tells an observer: which statement comes next, and which variables
+//! it reads and writes.
+//!
+//! Debuggers and displays of a running program are observers. Each interpreter is generic over its
+//! observer, and [`NoObserver`] makes the interpreter that engines use: its methods are empty, so
+//! that nothing of them is left in the machine code.
+
+use plcc_abi::nct::NctName;
+use plcc_abi::pmac::PmacName;
+use plcc_abi::{Engine, Outcome, ResumePoint, Scan};
+
+use super::Value;
+
+/// A single variable, or an element of an array, that a statement has read or written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Accessed {
+    /// PMI: the variable whose value begins at this offset of the process image.
+    Pmi(u32),
+    /// NCT: a bit, a word or a register.
+    Nct(NctName),
+    /// PMAC: a variable, or words of memory. A Q-variable has its coordinate system.
+    Pmac(PmacName),
+}
+
+/// Something that is told of each statement while a statement interpreter runs. It can't change
+/// what the program does.
+pub trait Observer {
+    /// A statement is executed next. `statement` is its number: an index in
+    /// [`CheckedProgram::statements`](crate::CheckedProgram::statements). `image` is the process
+    /// image before it.
+    fn statement(&mut self, statement: u32, image: &[u8]);
+
+    /// The statement has read a variable, which has this value.
+    fn read(&mut self, variable: Accessed, value: Value);
+
+    /// The statement has written a variable, which has this value now. It may be the one it had.
+    fn write(&mut self, variable: Accessed, value: Value);
+
+    /// Whether anything is done with what is told. Where it costs time to find out what to tell,
+    /// interpreters ask this first.
+    fn is_active(&self) -> bool {
+        true
+    }
+}
+
+impl<O: Observer + ?Sized> Observer for &mut O {
+    fn statement(&mut self, statement: u32, image: &[u8]) {
+        (**self).statement(statement, image);
+    }
+
+    fn read(&mut self, variable: Accessed, value: Value) {
+        (**self).read(variable, value);
+    }
+
+    fn write(&mut self, variable: Accessed, value: Value) {
+        (**self).write(variable, value);
+    }
+
+    fn is_active(&self) -> bool {
+        (**self).is_active()
+    }
+}
+
+/// The observer of an interpreter that nobody observes.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoObserver;
+
+impl Observer for NoObserver {
+    #[inline(always)]
+    fn statement(&mut self, _: u32, _: &[u8]) {}
+
+    #[inline(always)]
+    fn read(&mut self, _: Accessed, _: Value) {}
+
+    #[inline(always)]
+    fn write(&mut self, _: Accessed, _: Value) {}
+
+    #[inline(always)]
+    fn is_active(&self) -> bool {
+        false
+    }
+}
+
+/// A statement interpreter, which can be observed while it runs a scan.
+pub trait StatementInterpreter: Engine {
+    /// Runs one scan of a task as [`Engine::call`] does, with the same result, and tells `observer`
+    /// of it.
+    fn call_observed(
+        &mut self,
+        task: usize,
+        from: Option<ResumePoint>,
+        scan: &mut Scan<'_>,
+        observer: &mut dyn Observer,
+    ) -> Outcome;
+}
