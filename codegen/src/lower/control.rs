@@ -138,15 +138,17 @@ impl Lowering<'_> {
 
     /// Goes to the function's exit for traps, which all traps with a site share. So the code of one trap
     /// is no more than two numbers that are put into registers and a jump, in a block that seldom runs.
+    /// Instead of a number above `RawOutcome::MAX_TRAP_SITES` the code returns that one, which no site
+    /// has.
     fn trap_at(&mut self, site: Value, index: Value) -> LowerResult<()> {
         let kind = match self.func.constant(site) {
             Some(site) => {
-                let kind = RawOutcome::trap_kind(site as u32);
+                let site = (site as u32).min(RawOutcome::MAX_TRAP_SITES);
+                let kind = RawOutcome::trap_kind(site);
                 self.builder.ins().iconst(types::I32, i64::from(kind))
             }
             None => {
-                // What `RawOutcome::trap_kind` computes; a number that is too large becomes that of
-                // no site.
+                // The same for a number that is known only when the code runs.
                 let site = self.value(site)?;
                 let most = i64::from(RawOutcome::MAX_TRAP_SITES);
                 let most = self.builder.ins().iconst(types::I32, most);

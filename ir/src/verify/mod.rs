@@ -31,7 +31,8 @@
 //! 11. A call of a host function has the arguments of its signature.
 //! 12. The condition of a branch is an `i1`. The number of a switch, that of an indirect label, and
 //!     those of a trap site and an index are `i32`s. Every label that a terminator names is a label
-//!     of the module, and every trap site that it names by a constant is one of the module's.
+//!     of the module. (A trap site need not exist, also where its number is a constant, since passes
+//!     may find out which number it is.)
 //! 13. An instruction belongs to a statement of the module, or to none.
 //!
 //! The tasks:
