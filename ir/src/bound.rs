@@ -6,14 +6,15 @@
 //! path. Which way a branch takes is not considered, so the real scans of a program may all be shorter.
 //!
 //! A scan begins at the task's entry, or goes on at a resume point at which the task can have been
-//! suspended, and ends where the code returns, suspends or traps. If control can come round in a loop, there is no bound.
+//! suspended, and ends where the code returns, suspends or traps. If control can go round in a loop,
+//! there is no bound.
 //!
 //! # Calls
 //! In a language with subroutines (NCT) code pushes the label to return to on a stack in the process
 //! image, and returns by a jump to the label that it takes from there. Seen as mere jumps, a subroutine
 //! that is called twice would be a loop: into it by the first call, out of it behind the second, and
 //! round. So a call is taken as one step, whose length is that of the longest way through the
-//! subroutine. [`ReturnStack`] says how calls can be told from other stores.
+//! subroutine. [`ReturnStack`] says by which stores calls are recognised.
 //!
 //! | block | longest way to the end of the scan | longest way to the return |
 //! | --- | --- | --- |
@@ -39,8 +40,9 @@ pub struct ReturnStack {
     pub offset: u32,
     /// How many calls can be open.
     pub depth: u32,
-    /// Another place, where an indirect call leaves its label for code that calls share, which pushes
-    /// it: its region and offset.
+    /// Where an indirect call stores the label to return to, if it is not the call itself that pushes
+    /// the label but code that several calls share: the region and the offset. Such a label is pending
+    /// until that code pushes it.
     pub pending: Option<(RegionId, u32)>,
 }
 
@@ -62,8 +64,8 @@ pub fn bounds(module: &Module) -> Vec<Bound> {
     tasks.map(|task| analysis.task(task.entry, &task.resume_points)).collect()
 }
 
-/// A block of the module, and the label that an indirect call has left for the code in front of it, if
-/// that code will push it.
+/// A block of the module, and the pending label with which control comes to it, if code from this block
+/// on may push that label.
 type Node = (Func, Block, Option<u32>);
 
 /// A longest way from a node: its length, and the next node on it.
@@ -87,10 +89,12 @@ enum Next {
     Through(usize, usize),
 }
 
-/// What is known of a node.
+/// The longest ways from a node.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ways {
+    /// The one to the end of the scan, if one leads there.
     to_end: Option<Way>,
+    /// The one to the return of the subroutine in which the node is, if one leads there.
     to_return: Option<Way>,
     /// The statement that closes a loop, where the node can reach one.
     looping: Option<SourceLoc>,
@@ -99,18 +103,24 @@ struct Ways {
 /// Where control goes from a node.
 #[derive(Clone, Debug, Default)]
 struct Edges {
+    /// The nodes that control may go to from the end of the block.
     successors: Vec<Node>,
-    /// Where a call returns to. The successors are then the subroutine.
+    /// If the block calls a subroutine, where that returns to; the successors are then the beginning of
+    /// the subroutine.
     returns_to: Vec<Node>,
 }
 
+/// A module being analysed. Nodes are numbered when they are first met.
 struct Analysis<'a> {
     module: &'a Module,
+    /// For each label the function and the block at which it stands.
     targets: Vec<Option<(Func, Block)>>,
     returns: Option<ReturnStack>,
     /// Whether the code from a block on may push a pending label, by function and block.
     wants_pending: Vec<Vec<bool>>,
+    /// The number of each node.
     numbers: HashMap<Node, usize>,
+    /// The nodes by their numbers; the tables below have the same order.
     nodes: Vec<Node>,
     ways: Vec<Ways>,
     edges: Vec<Edges>,
@@ -120,16 +130,20 @@ struct Analysis<'a> {
 /// How far a node has been visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
+    /// Not at all.
     New,
     /// It is on the way down to the node that is visited now.
     Open,
+    /// Its longest ways are known.
     Done,
 }
 
 /// Which of the two ways of a node is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum To {
+    /// The one to the end of the scan.
     End,
+    /// The one to the return.
     Return,
 }
 
@@ -233,14 +247,16 @@ impl<'a> Analysis<'a> {
         Some(self.number((func, block, None)))
     }
 
-    /// The nodes behind all calls.
+    /// The nodes to which calls return, of all calls.
     fn behind_calls(&mut self) -> Vec<usize> {
         let module = self.module;
         let mut labels: Vec<u32> = vec![];
         for (_, func) in module.funcs() {
             for (_, block) in func.blocks() {
                 let stores = block.insts.iter().filter_map(|&inst| match func.inst(inst) {
-                    InstData::Store { at, value } if self.pushes(at) || self.leaves(at) => {
+                    InstData::Store { at, value }
+                        if self.is_push(at) || self.is_pending_label(at) =>
+                    {
                         func.constant(*value)
                     }
                     _ => None,
@@ -254,21 +270,22 @@ impl<'a> Analysis<'a> {
     }
 
     /// Whether a store to this address pushes a return label.
-    fn pushes(&self, at: &crate::Address) -> bool {
+    fn is_push(&self, at: &crate::Address) -> bool {
         self.returns.is_some_and(|stack| {
-            // Where the passes know how many calls are open, the address has no index.
+            // A pass that has found out how many calls are open has made a fixed address of the indexed
+            // one, which may then be that of any element.
             let end = stack.offset.saturating_add(stack.depth.saturating_mul(4));
             at.region == stack.region && (stack.offset..end).contains(&at.offset)
         })
     }
 
-    /// Whether an access to this address is one of the label that an indirect call leaves.
-    fn leaves(&self, at: &crate::Address) -> bool {
+    /// Whether an access to this address is one of the pending label.
+    fn is_pending_label(&self, at: &crate::Address) -> bool {
         let pending = self.returns.and_then(|stack| stack.pending);
         pending == Some((at.region, at.offset)) && at.index.is_none()
     }
 
-    /// Finds out from which blocks on a pending label may be pushed that was left before them.
+    /// Finds out from which blocks on code may push a label that was stored as pending before them.
     fn find_pending(&mut self) {
         let module = self.module;
         let mut wants: Vec<Vec<bool>> =
@@ -278,15 +295,15 @@ impl<'a> Analysis<'a> {
         for (id, func) in module.funcs() {
             for (block, data) in func.blocks() {
                 let first = data.insts.iter().find_map(|&inst| match func.inst(inst) {
-                    InstData::Load { at, .. } if self.leaves(at) => Some(true),
-                    InstData::Store { at, .. } if self.leaves(at) => Some(false),
+                    InstData::Load { at, .. } if self.is_pending_label(at) => Some(true),
+                    InstData::Store { at, .. } if self.is_pending_label(at) => Some(false),
                     _ => None,
                 });
                 if first == Some(true) {
                     wants[id.index()][block.index()] = true;
                     work.push((id, block));
                 }
-                // Code that leaves another label does not need the one before.
+                // Code that stores another pending label does not need the one before.
                 if first != Some(false) {
                     for next in self.successors(id, block) {
                         before.entry(next).or_default().push((id, block));
@@ -340,9 +357,9 @@ impl<'a> Analysis<'a> {
         for &inst in &data.block(block).insts {
             let InstData::Store { at, value } = data.inst(inst) else { continue };
             let label = data.constant(*value).map(|label| label as u32);
-            if self.leaves(at) {
+            if self.is_pending_label(at) {
                 pending = label;
-            } else if self.pushes(at) {
+            } else if self.is_push(at) {
                 labels = label.or(pending).into_iter().collect();
             }
         }

@@ -1,5 +1,5 @@
-//! A C program that runs as a process of its own beside the benchmark, and measures itself when it
-//! is told to. The benchmark waits meanwhile, so that programs are measured in turns.
+//! A C program that runs as a process of its own beside the benchmark, and measures itself when the
+//! benchmark sends it a command. The benchmark waits meanwhile, so that programs are measured in turns.
 
 use std::error::Error;
 use std::io::{BufRead, BufReader, Write};

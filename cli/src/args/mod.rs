@@ -223,7 +223,7 @@ pub(crate) struct CheckArgs {
     pub(crate) paths: Vec<PathBuf>,
 
     /// PMAC: prints for each statement whether it is computed in integers or in floating point, and
-    /// what forces the latter
+    /// why in floating point
     #[arg(long)]
     pub(crate) explain_arithmetic: bool,
 

@@ -104,7 +104,7 @@ impl Types<'_> {
         entry
     }
 
-    /// The entry of a type of so many values, that of the value itself for one.
+    /// The entry of the type of an array of `count` values; of the value's own type if there is one only.
     fn array(&mut self, ty: BaseType, count: u32) -> UnitEntryId {
         let of = self.base(ty);
         if count == 1 {

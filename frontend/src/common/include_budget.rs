@@ -6,15 +6,15 @@
 /// How many bytes a program may include in all.
 pub const MAX_INCLUDED: usize = 4 << 20;
 
-/// An include counts as at least so many bytes, since finding and opening the file takes time
-/// however short it is.
+/// The number of bytes that an include counts as at least, since finding and opening the file takes
+/// time however short it is.
 const LEAST: usize = 1 << 10;
 
 /// What a program may still include.
 #[derive(Clone, Copy, Debug)]
 pub struct IncludeBudget {
     left: usize,
-    /// Whether the program has been told that it includes too much.
+    /// Whether an include has exceeded the budget.
     is_exceeded: bool,
 }
 

@@ -10,7 +10,8 @@ use plcc_diag::{
 
 use super::{Machine, closest};
 
-/// The levels of lints that the user chose. Lints of which nothing is said have their own.
+/// The levels of lints that the user chose. A lint for which nothing was chosen has its
+/// [default](Lint::default).
 #[derive(Clone, Debug, Default)]
 pub struct LintLevels {
     chosen: HashMap<&'static str, Level>,
@@ -139,8 +140,8 @@ fn silenced_in(
     found
 }
 
-/// A line's part before its comment, and the comment behind its mark. (A mark inside a text in
-/// quotes counts too; that can only make a comment of something that no statement needs.)
+/// A line's part before its comment, and the comment behind its mark. A mark inside a text in quotes
+/// counts too. That matters only for a text that contains `plcc: allow` behind such a mark.
 fn split_comment<'a>(line: &'a str, marks: &[&str]) -> (&'a str, &'a str) {
     let first = marks.iter().filter_map(|mark| Some((line.find(mark)?, mark.len()))).min();
     match first {

@@ -214,9 +214,9 @@ impl FloatRange {
     /// The range of an operation's result on two operands.
     fn binary(op: BinaryOp, a: Self, b: Self) -> Self {
         let minus_zero = match op {
-            // A sum is -0 if both operands are.
+            // A sum is -0 only if both operands are.
             BinaryOp::Fadd => a.may_be_minus_zero() && b.may_be_minus_zero(),
-            // A difference is -0 if it is that of -0 and 0.
+            // A difference is -0 only if 0 is taken from -0.
             BinaryOp::Fsub => a.may_be_minus_zero() && b.may_be_zero(),
             // Products and quotients other than zero may come out as a zero with their sign.
             _ => a.may_be_negative() || b.may_be_negative(),

@@ -30,7 +30,7 @@ use crate::{
 const MAX_COST: u32 = 8;
 /// The cost of a store, with the load of the value that it writes back if its way is not taken.
 const STORE_COST: u32 = 3;
-/// Ways that end with stores to the same place may cost so much more: only one of the two stores is left,
+/// Ways that end with stores to the same place may cost this much more: only one of the two stores is left,
 /// and neither needs a load and a select.
 const SAVED_BY_COMMON_STORE: u32 = STORE_COST + 2;
 

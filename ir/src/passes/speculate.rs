@@ -320,9 +320,9 @@ impl Speculate<'_> {
                 self.append(out, InstData::Convert { op: convert, to: Type::I32, arg: value }, loc)?
             }
             Check::Wide | Check::Rounded => {
-                // The sum has no room for fractions, so it is rounded, and its low bits are those of
-                // the integer. The bits above are those of the exponent, unless the double is too
-                // large; then what is made of the low ones is far from it.
+                // The sum is an integer whose low bits are those of the rounded double. If the double
+                // is too large for that, the number made of the low bits is far from the double, and
+                // the comparison below finds that.
                 let bits = ROUNDING.to_bits();
                 let rounding = self.append(out, InstData::Fconst { bits }, loc)?;
                 let args = [value, rounding];

@@ -36,12 +36,13 @@ pub(crate) fn find(program: &Program) -> Vec<Diagnostic> {
     found
 }
 
-/// How a program uses bits and words, each with the first place.
+/// Which bits and words a program uses. Each stands once in a list, with the first statement that uses
+/// it so.
 #[derive(Default)]
 struct Used {
     read: Vec<(Place, Span)>,
     written: Vec<(Place, Span)>,
-    /// The bits of the output image that are set, each with the first place.
+    /// The bits that are set by U, which are among those that are written.
     set: Vec<(Bit, Span)>,
 }
 
@@ -150,8 +151,9 @@ fn constant_conditions(program: &Program, found: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Whether OP, if its value is known, or else any value of 16 bits without a sign, stands in the
-/// relation to `value`; `None` if that depends on OP, or if every value does.
+/// Whether a comparison of OP with `value` holds, where that is known before the program runs: if OP's
+/// value is known, or if no number of 16 bits without a sign fulfils the comparison. `None` where it
+/// depends on OP, and for a comparison that every number fulfils.
 fn decided(relation: Relation, op: Option<u16>, value: u16) -> Option<bool> {
     let holds = |op: u16| match relation {
         Relation::Lt => op < value,

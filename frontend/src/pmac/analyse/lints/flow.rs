@@ -22,26 +22,26 @@ enum Known {
 /// The P- and Q-variables that something in the download may write.
 struct Written {
     numbers: BTreeSet<(Kind, u16)>,
-    /// Whether there are writes to numbers that are not known, of P and of Q: computed ones, or those
-    /// of motion programs.
-    computed: [bool; 2],
+    /// Whether any P-variable may be written, since a statement computes the number or a motion program
+    /// may write it; and whether any Q-variable may.
+    any: [bool; 2],
 }
 
 impl Written {
     fn of(checked: &Checked<'_>) -> Self {
-        let mut this = Self { numbers: BTreeSet::new(), computed: [checked.has_motion; 2] };
+        let mut this = Self { numbers: BTreeSet::new(), any: [checked.has_motion; 2] };
         for stmt in checked.statements() {
             match stmt.kind {
                 StmtKind::Assign(target, _) => this.add(target),
                 // Memory that is written by its address may be that of any variable.
-                StmtKind::Word(..) | StmtKind::Define(_) => this.computed = [true; 2],
+                StmtKind::Word(..) | StmtKind::Define(_) => this.any = [true; 2],
                 _ => {}
             }
         }
         for online in &checked.download.online {
             // Definitions may lead to the memory of P and Q.
             if let Action::Write(..) = online.action {
-                this.computed = [true; 2];
+                this.any = [true; 2];
             }
         }
         this
@@ -52,8 +52,8 @@ impl Written {
             Target::Var(kind, number) => {
                 self.numbers.insert((kind, number));
             }
-            Target::Indirect(Kind::P, _) => self.computed[0] = true,
-            Target::Indirect(Kind::Q, _) => self.computed[1] = true,
+            Target::Indirect(Kind::P, _) => self.any[0] = true,
+            Target::Indirect(Kind::Q, _) => self.any[1] = true,
             Target::Indirect(..) => {}
             Target::Range { kind, first, count, step } => {
                 self.numbers.extend(
@@ -65,13 +65,13 @@ impl Written {
     }
 
     fn has(&self, kind: Kind, number: u16) -> bool {
-        let computed = match kind {
-            Kind::P => self.computed[0],
-            Kind::Q => self.computed[1],
-            // M- and L-variables are inputs, or shared with others; I-variables are commands'.
+        let any = match kind {
+            Kind::P => self.any[0],
+            Kind::Q => self.any[1],
+            // M- and L-variables may be inputs, and on-line commands set I-variables.
             _ => true,
         };
-        computed || self.numbers.contains(&(kind, number))
+        any || self.numbers.contains(&(kind, number))
     }
 }
 

@@ -10,8 +10,8 @@ use crate::pmac::ast::{Action, Buffer, StmtKind, Target};
 
 /// The variable that says which PLCs run.
 const I5: u32 = 5;
-/// Characters of the display: two rows of 40 (guide, DISPLAY).
-const DISPLAY: u32 = 80;
+/// The number of characters that the display shows, in two rows of 40 (guide, DISPLAY).
+const DISPLAY_LENGTH: u32 = 80;
 
 /// Whether an assignment's target is I5, or may be.
 fn may_be_i5(target: Target) -> bool {
@@ -136,7 +136,7 @@ pub(super) fn texts(checked: &mut Checked<'_>) {
             Text::Value { position, width, .. } => position.saturating_add(*width),
             _ => continue,
         };
-        if end > DISPLAY {
+        if end > DISPLAY_LENGTH {
             let message = format!("this reaches position {}: the display ends at 79", end - 1);
             checked.add(at, |span| {
                 Diagnostic::warning("PMAC-W17", span, message)

@@ -131,8 +131,13 @@ fn m_variables(download: &Download, kind: &StmtKind) -> Vec<u16> {
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Timer {
     /// One of the words X:$700 to Y:$701.
-    Word(u32, bool),
-    /// Turbo PMAC: the I-variable of this number.
+    Word {
+        /// Its address.
+        address: u32,
+        /// Whether it is in X memory, not in Y.
+        is_x: bool,
+    },
+    /// Turbo PMAC: the I-variable of this number, Isx11 or Isx12 of a coordinate system.
     Variable(u16),
 }
 
@@ -179,14 +184,14 @@ fn timer(checked: &Checked<'_>, kind: Kind, number: u16) -> Option<Timer> {
                 Definition::Y { address, field } if field.width == 24 => (false, address),
                 _ => return None,
             };
-            (0x700..=0x701).contains(&address).then_some(Timer::Word(address, is_x))
+            (0x700..=0x701).contains(&address).then_some(Timer::Word { address, is_x })
         }
         Kind::L if !turbo => match checked.download.l_defs.get(&number)? {
             Definition::X { address: address @ 0x700..=0x701, .. } => {
-                Some(Timer::Word(*address, true))
+                Some(Timer::Word { address: *address, is_x: true })
             }
             Definition::Y { address: address @ 0x700..=0x701, .. } => {
-                Some(Timer::Word(*address, false))
+                Some(Timer::Word { address: *address, is_x: false })
             }
             _ => None,
         },

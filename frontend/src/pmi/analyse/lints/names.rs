@@ -66,8 +66,9 @@ pub(super) fn near_names(checked: &Checked, found: &mut Vec<Diagnostic>) {
     }
 }
 
-/// The declared names by what is left of them when one letter is taken out. Names of which two such
-/// rests are equal are near; so each name is compared with few others, however many there are.
+/// The declared names by what is left of them when one letter is taken out, or none. Two names can be
+/// near only if one such rest of each is the same; so each name is compared with few others, however
+/// many there are.
 struct Index<'a> {
     by_rest: HashMap<String, Vec<(&'a str, Span)>>,
 }
