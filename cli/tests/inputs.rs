@@ -13,7 +13,7 @@ use support::{COUNTER, Folder};
 
 /// None of these may hang: nobody writes to the FIFO, and `/dev/zero` has no end.
 #[test]
-fn devices_and_pipes_are_no_inputs() {
+fn devices_and_pipes_are_refused_as_inputs() {
     let folder = Folder::with(&[("a.pmi", COUNTER), ("b.plc", ":001\nJ1\n:000\nJ0\n")]);
     assert!(Command::new("mkfifo").arg(folder.path().join("fifo")).status().unwrap().success());
     let start = Instant::now();

@@ -10,12 +10,12 @@ use support::Folder;
 /// (`control-never-assigned`, which is off).
 const LAMP: &str = "$OUTPUT\nLAMP = 2/0\n$TIMER\nE/TC/DC = 5\n$END\nX = DC\n";
 
-/// The lints that a command tells of, with their severities.
+/// The lints of which a command shows findings, with the severities of these.
 fn lints(folder: &Folder, arguments: &str, status: i32) -> Vec<(String, String)> {
     let command = format!("check a.pmi --message-format json {arguments}");
-    let told = folder.plcc(&command).exits(status).json();
+    let shown = folder.plcc(&command).exits(status).json();
     let text = |value: &serde_json::Value| value.as_str().unwrap_or("").to_owned();
-    told.iter().map(|d| (text(&d["lint"]), text(&d["severity"]))).collect()
+    shown.iter().map(|d| (text(&d["lint"]), text(&d["severity"]))).collect()
 }
 
 fn pair(lint: &str, severity: &str) -> (String, String) {
@@ -23,7 +23,7 @@ fn pair(lint: &str, severity: &str) -> (String, String) {
 }
 
 #[test]
-fn options_choose_which_lints_are_told() {
+fn options_choose_which_lints_are_shown() {
     let folder = Folder::with(&[("a.pmi", LAMP)]);
     let output = pair("unassigned-output", "warning");
     let control = pair("control-never-assigned", "warning");
@@ -54,7 +54,7 @@ fn the_machine_file_chooses_levels_and_the_command_line_wins() {
 }
 
 #[test]
-fn unknown_lints_and_levels_are_refused_with_the_nearest() {
+fn unknown_lints_and_levels_are_refused_with_a_similar_name() {
     let folder = Folder::with(&[
         ("a.pmi", LAMP),
         ("name.toml", "[lints]\nnear-nam = \"warn\"\n"),

@@ -182,9 +182,9 @@ fn gdb_prints_the_flags_of_nct_and_the_bits_of_a_pmac() {
     }
 }
 
-/// A folder is replaced in what debuggers are told.
+/// The map replaces a folder in the paths that debuggers get.
 #[test]
-fn sources_are_told_to_lie_where_the_map_says() {
+fn debuggers_look_for_sources_where_the_map_says() {
     let folder = Folder::with(&[("stops.pmi", STOPS)]);
     let here = folder.path().canonicalize().unwrap();
     let build = |map: &str| {

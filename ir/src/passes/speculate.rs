@@ -36,7 +36,7 @@ use plcc_abi::IntegerForm;
 use super::float_range::FloatRanges;
 use super::graph::Graph;
 use super::integers::PassedRanges;
-use super::speculation_plan::{Check, Mark, Plan, form};
+use super::speculation_plan::{Check, Mark, Plan, called_integer_form};
 use super::value_range::ValueRanges;
 use crate::{
     BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, Inst, InstData,
@@ -54,7 +54,8 @@ const UPPER_BITS: i64 = 13;
 
 /// Runs the pass; gives whether it changed anything. `finite_regions` are those of the module.
 pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
-    let gains = |inst: &InstData| form(inst).is_some_and(|form| form != IntegerForm::Range);
+    let gains =
+        |inst: &InstData| called_integer_form(inst).is_some_and(|form| form != IntegerForm::Range);
     if !func.blocks.iter().any(|block| block.insts.iter().any(|&i| gains(func.inst(i)))) {
         return false;
     }

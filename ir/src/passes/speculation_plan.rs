@@ -51,7 +51,7 @@ enum Nature {
 
 /// What the host function that an instruction calls does to integers; `None` if it calls none, or nothing
 /// simple can be said.
-pub(super) fn form(data: &InstData) -> Option<IntegerForm> {
+pub(super) fn called_integer_form(data: &InstData) -> Option<IntegerForm> {
     match data {
         InstData::HostCall { function, args: _ } => function.integer_form(),
         _ => None,
@@ -88,7 +88,7 @@ impl Speculate<'_> {
     /// Whether an operation is faster on integers, and single operands of it may be checked.
     pub(super) fn gains(&self, data: &InstData) -> bool {
         let InstData::HostCall { function: _, args } = data else { return false };
-        match form(data) {
+        match called_integer_form(data) {
             Some(IntegerForm::And | IntegerForm::Or | IntegerForm::Xor | IntegerForm::Bits) => true,
             Some(IntegerForm::Modulo) => {
                 let by = args.as_slice().get(1).and_then(|&by| self.floats.get(by).integers());
@@ -164,7 +164,7 @@ impl Speculate<'_> {
             }
             if let InstData::HostCall { function: _, args } = data {
                 let integer = |value: Value| self.assumed(value).integers().is_some();
-                let form = form(&data);
+                let form = called_integer_form(&data);
                 let is_replaced = depends
                     && args.as_slice().iter().all(|&arg| integer(arg))
                     && match form {
@@ -318,7 +318,7 @@ impl Speculate<'_> {
     fn checks_of(&self, data: &InstData) -> Vec<(Value, Check)> {
         let operands = self.operands_to_check(data);
         let nature = operands.iter().map(|&value| self.nature(value, MAX_STEPS)).max();
-        let check = match (form(data), nature.unwrap_or(Nature::Plain)) {
+        let check = match (called_integer_form(data), nature.unwrap_or(Nature::Plain)) {
             (_, Nature::Plain) => Check::Narrow,
             (Some(IntegerForm::Bits), _) => Check::Rounded,
             (Some(IntegerForm::Modulo), Nature::Fraction) => return vec![],

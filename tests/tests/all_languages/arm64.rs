@@ -1,7 +1,7 @@
 //! Code for ARM64, executed: programs are compiled for both architectures. What the code for x86-64
 //! does here, called by the control, is recorded: scans, calls of the host, every change of the image.
 //! A C program with the same programs as objects for ARM64 does the scans again under qemu-user and
-//! compares (`replay.c`). It is skipped, with a word, where those tools are not installed (Debian:
+//! compares (`arm64_replay.c`). The test is skipped, with a word, where those tools are not installed (Debian:
 //! `gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user`) or this machine is no x86-64.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -24,11 +24,11 @@ use plcc_tests::{gen_ir, gen_nct, gen_pmac, gen_pmi};
 const REPLAY: &str = include_str!("arm64_replay.c");
 const TARGET: &str = "aarch64-unknown-linux-gnu";
 
-/// What a program did, as `replay.c` reads it.
+/// What a program did, in the form that `arm64_replay.c` reads and explains.
 #[derive(Default)]
 struct Records {
     bytes: Vec<u8>,
-    /// The image as far as it is recorded.
+    /// The image after the changes recorded so far.
     known: Vec<u8>,
 }
 

@@ -1,5 +1,5 @@
-//! The lints: for each a program that sets it off and a corrected twin that does not, and that the
-//! examples and the corpus set off none that is on by default.
+//! The lints: each finds something in a program written for it and nothing in the corrected program, and
+//! those that are on by default find nothing in the examples.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::path::Path;
@@ -10,7 +10,7 @@ use plcc_diag::{Diagnostic, Severity, SourceMap};
 use plcc_frontend::common::{LintLevels, Machine, MemoryLoader, Options};
 use plcc_frontend::{detect, language};
 
-/// A lint, a program that sets it off, and the line of the finding; then the corrected program.
+/// A lint, a program in which it finds something, and the line of the finding; then the corrected program.
 struct Case {
     lint: &'static str,
     dialect: Dialect,
@@ -38,7 +38,7 @@ const CASES: &[Case] = &[
         "$LOGICAL\nREADY\n$END\nREDAY = T\nX = READY\nY = X\nX = Y\n",
         "$LOGICAL\nREADY\n$END\nREADY = T\nX = READY\nY = X\nX = Y\n",
     ),
-    // Names that differ in a digit are meant to.
+    // Names that differ in a digit are not reported.
     pmi("near-name", 4, "$LOGICAL\nPUMP\n$END\nPUMPS = PUMP\n", "$LOGICAL\nPB1\n$END\nPB2 = PB1\n"),
     pmi(
         "unassigned-output",
@@ -232,7 +232,7 @@ fn lines(case: &Case, text: &str, levels: LintLevels) -> Vec<(u32, Severity)> {
 }
 
 #[test]
-fn each_lint_is_set_off_by_its_program_and_not_by_the_corrected_twin() {
+fn each_lint_finds_its_mistake_and_nothing_in_the_corrected_program() {
     let mut seen = Vec::new();
     for case in CASES {
         let lint = find_lint(case.lint).expect("the lint exists");
@@ -273,12 +273,12 @@ fn a_comment_silences_a_lint_for_the_next_statement() {
     }
 }
 
-/// The names of the lints that the files below a folder set off, with the files.
-fn set_off_in(folder: &Path, found: &mut Vec<(&'static Lint, String)>) {
+/// Adds the lints that find something in the files below a folder, each with the file.
+fn findings_in(folder: &Path, found: &mut Vec<(&'static Lint, String)>) {
     for entry in folder.read_dir().unwrap().flatten() {
         let path = entry.path();
         if path.is_dir() {
-            set_off_in(&path, found);
+            findings_in(&path, found);
             continue;
         }
         let Ok(bytes) = std::fs::read(&path) else { continue };
@@ -305,9 +305,9 @@ fn set_off_in(folder: &Path, found: &mut Vec<(&'static Lint, String)>) {
 }
 
 #[test]
-fn the_examples_set_off_no_lint_that_is_on() {
+fn lints_that_are_on_find_nothing_in_the_examples() {
     let mut found = Vec::new();
-    set_off_in(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples"), &mut found);
+    findings_in(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples"), &mut found);
     assert!(found.is_empty(), "{found:?}");
 }
 

@@ -180,7 +180,7 @@ fn endless_modules_of_nct_are_stopped() {
 
 /// With a limit that no scan reaches everything is as without one.
 #[test]
-fn a_watchdog_that_does_not_bark_changes_nothing() {
+fn a_watchdog_that_stops_no_scan_changes_nothing() {
     let source = ":001\nLF500 +1 SF500 SY00\nC010\nJ1\n:010 LF502 +1 SF502 R\n:000\n:011\nLF504 +1 \
                   SF504\nG011\nJ0\n";
     let args = "--ticks 20 --watch F500,F502,F504,Y00";
