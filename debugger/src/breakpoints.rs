@@ -302,6 +302,17 @@ pub(crate) struct Hit {
     pub(crate) what: What,
 }
 
+/// What was found in a tick.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Found {
+    /// How many steps the tick had.
+    pub(crate) steps: usize,
+    /// What was met, in order.
+    pub(crate) hits: Vec<Hit>,
+    /// The steps that have sent a text, in order.
+    pub(crate) texts: Vec<usize>,
+}
+
 /// The value that an expression is watched for.
 struct Watched<'a> {
     expression: &'a Expression,
@@ -316,6 +327,8 @@ pub(crate) struct HitFinder<'a> {
     lines: HashMap<u32, Vec<&'a ActiveLine>>,
     watched: Vec<Watched<'a>>,
     target: Option<&'a Target>,
+    /// The steps that have sent a text, in order.
+    pub(crate) texts: Vec<usize>,
     /// How many steps there were.
     steps: usize,
     /// Whether a statement of the trace runs.
@@ -336,12 +349,21 @@ impl<'a> HitFinder<'a> {
             last: data.value.evaluate(image).ok(),
         });
         let watched = watched.collect();
-        Self { placed, lines, watched, target: None, steps: 0, in_step: false, hits: vec![] }
+        Self {
+            placed,
+            lines,
+            watched,
+            target: None,
+            texts: vec![],
+            steps: 0,
+            in_step: false,
+            hits: vec![],
+        }
     }
 
-    /// Looks for the statements that write a variable.
+    /// Looks for the statements that write a variable; without `target` for those that change it.
     pub(crate) fn of_writes(
-        target: &'a Target,
+        target: Option<&'a Target>,
         value: Option<&'a Expression>,
         placed: &'a [bool],
         image: &[u8],
@@ -355,17 +377,18 @@ impl<'a> HitFinder<'a> {
             placed,
             lines: HashMap::new(),
             watched: watched.into_iter().collect(),
-            target: Some(target),
+            target,
+            texts: vec![],
             steps: 0,
             in_step: false,
             hits: vec![],
         }
     }
 
-    /// How many steps the tick had, and what was met, given the image at its end.
-    pub(crate) fn finish(mut self, image: &[u8]) -> (usize, Vec<Hit>) {
+    /// What was found, given the image at the end of the tick.
+    pub(crate) fn finish(mut self, image: &[u8]) -> Found {
         self.see(image, self.steps);
-        (self.steps, self.hits)
+        Found { steps: self.steps, hits: self.hits, texts: self.texts }
     }
 
     /// Compares the watched values; a change is attributed to `step`.
@@ -446,6 +469,10 @@ impl TickObserver for HitFinder<'_> {
     fn call_begins(&mut self, _: usize, image: &[u8]) {
         self.in_step = false;
         self.see(image, self.steps);
+    }
+
+    fn text_sent(&mut self) {
+        self.texts.push(self.current());
     }
 
     fn call_ends(&mut self, image: &[u8]) {

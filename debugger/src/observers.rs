@@ -1,14 +1,19 @@
 //! The engine that runs a tick for the debugger: the statement interpreter with an observer, who is
 //! also told where each call of a task begins and ends.
 
-use plcc_abi::{Engine, Outcome, ResumePoint, Scan};
-use plcc_frontend::common::{Observer, StatementInterpreter};
+use std::cell::Cell;
+
+use plcc_abi::{Engine, Host, HostFn, Outcome, ResumePoint, Scan, TimeLimit};
+use plcc_frontend::common::{Accessed, Observer, StatementInterpreter, Value};
 
 /// An observer of whole ticks.
 pub trait TickObserver: Observer {
     /// A scan of a task begins: its number. What has changed in the image since the last call was
     /// changed by the executive.
     fn call_begins(&mut self, task: usize, image: &[u8]);
+
+    /// The statement that ran last has sent a text: PMAC's SEND, DISPLAY or COMMAND.
+    fn text_sent(&mut self) {}
 
     /// The scan has ended.
     fn call_ends(&mut self, image: &[u8]);
@@ -39,9 +44,67 @@ impl<'a> Observed<'a> {
 impl Engine for Observed<'_> {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         self.observer.call_begins(task, scan.image);
-        let observer: &mut dyn Observer = self.observer;
-        let outcome = self.interpreter.call_observed(task, from, scan, observer);
+        let sent = Cell::new(0);
+        let mut observer = WithTexts { observer: &mut *self.observer, sent: &sent, told: 0 };
+        let mut host = CountingHost { host: &mut *scan.host, sent: &sent };
+        let mut counted = Scan { image: &mut *scan.image, host: &mut host };
+        let outcome = self.interpreter.call_observed(task, from, &mut counted, &mut observer);
+        observer.tell();
         self.observer.call_ends(scan.image);
         outcome
+    }
+}
+
+/// Passes everything on to the host, and counts the texts that the program sends.
+struct CountingHost<'a> {
+    host: &'a mut dyn Host,
+    sent: &'a Cell<usize>,
+}
+
+impl Host for CountingHost<'_> {
+    fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64 {
+        if function == HostFn::PmacEvent {
+            self.sent.set(self.sent.get() + 1);
+        }
+        self.host.call(image, function, args)
+    }
+
+    fn time_limit(&self) -> Option<TimeLimit> {
+        self.host.time_limit()
+    }
+
+    fn extend_time(&mut self) -> Option<u64> {
+        self.host.extend_time()
+    }
+}
+
+/// Passes everything on to the observer, and tells it of the texts that were sent.
+struct WithTexts<'a> {
+    observer: &'a mut dyn TickObserver,
+    sent: &'a Cell<usize>,
+    told: usize,
+}
+
+impl WithTexts<'_> {
+    fn tell(&mut self) {
+        for _ in self.told..self.sent.get() {
+            self.observer.text_sent();
+        }
+        self.told = self.sent.get();
+    }
+}
+
+impl Observer for WithTexts<'_> {
+    fn statement(&mut self, statement: u32, image: &[u8]) {
+        self.tell();
+        self.observer.statement(statement, image);
+    }
+
+    fn read(&mut self, variable: Accessed, value: Value) {
+        self.observer.read(variable, value);
+    }
+
+    fn write(&mut self, variable: Accessed, value: Value) {
+        self.observer.write(variable, value);
     }
 }

@@ -73,6 +73,11 @@ impl<W: Write> Server<'_, W> {
                 let stopped = self.debugger()?.go_to_last_writer(&name)?;
                 return Ok((self.position()?, Some(stopped)));
             }
+            "plcc/lastChange" => {
+                let OwnArguments { name, .. } = read(arguments)?;
+                let stopped = self.debugger()?.go_to_last_change(&name)?;
+                return Ok((self.position()?, Some(stopped)));
+            }
             "plcc/goToTick" => {
                 let OwnArguments { tick, .. } = read(arguments)?;
                 self.debugger()?.go_to_tick(tick)?;

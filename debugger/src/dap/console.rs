@@ -14,6 +14,7 @@ use crate::debugger::{Direction, StepKind, Stopped};
 const HELP: &str = "\
 EXPRESSION         its value, in the program's own language
 writer NAME        goes back to the statement that wrote NAME last
+change NAME        goes back to the statement that changed NAME last
 set NAME=VALUE     sets NAME once, as the operator would; a program that assigns NAME in every scan
                    overwrites it
 force NAME=VALUE   holds an input or output from here on
@@ -46,6 +47,7 @@ impl<W: Write> Server<'_, W> {
         Some(match (word, rest) {
             ("help", "") => done(HELP, None),
             ("writer", name) if !name.is_empty() => self.writer(name),
+            ("change", name) if !name.is_empty() => self.last_change(name),
             ("set", change) if change.contains('=') => self.change(change, false),
             ("force", change) if change.contains('=') => self.change(change, true),
             ("release", name) if !name.is_empty() => self.release(name),
@@ -60,6 +62,13 @@ impl<W: Write> Server<'_, W> {
         let stopped = self.debugger()?.go_to_last_writer(name)?;
         let position = self.debugger()?.position();
         let text = format!("{name} was written in tick {}", position.tick);
+        done(&text, Some(stopped))
+    }
+
+    fn last_change(&mut self, name: &str) -> Answer {
+        let stopped = self.debugger()?.go_to_last_change(name)?;
+        let position = self.debugger()?.position();
+        let text = format!("{name} was changed in tick {}", position.tick);
         done(&text, Some(stopped))
     }
 

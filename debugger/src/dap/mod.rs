@@ -8,6 +8,7 @@
 //! | request | arguments | does |
 //! | --- | --- | --- |
 //! | `plcc/lastWriter` | `name` | goes back to the statement that wrote a variable last |
+//! | `plcc/lastChange` | `name` | goes back to the statement that changed it last |
 //! | `plcc/scanForward`, `plcc/scanBack` | | goes to the next scan of the task, or the one before |
 //! | `plcc/goToTick` | `tick` | goes to the beginning of a tick |
 //! | `plcc/position` | | gives tick, milliseconds, and the known ticks |

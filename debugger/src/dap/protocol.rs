@@ -247,7 +247,7 @@ pub(super) struct SourceArguments {
     pub(super) source_reference: i64,
 }
 
-/// Our own requests `plcc/lastWriter` (a name) and `plcc/goToTick` (a tick).
+/// Our own requests `plcc/lastWriter` and `plcc/lastChange` (a name) and `plcc/goToTick` (a tick).
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct OwnArguments {

@@ -151,6 +151,9 @@ impl<'a, W: Write> Server<'a, W> {
             "configurationDone" => {
                 let is_recording = self.launch.recording.is_some();
                 if self.launch.stop_on_entry || is_recording {
+                    if let Some(debugger) = &mut self.debugger {
+                        debugger.stay();
+                    }
                     self.stopped("entry", "")
                 } else {
                     self.begin(Direction::Forward);
@@ -267,7 +270,7 @@ impl<'a, W: Write> Server<'a, W> {
             Stopped::Step => ("step", String::new(), vec![]),
             Stopped::Breakpoint(id) => ("breakpoint", String::new(), vec![*id]),
             Stopped::Data(id, text) => ("data breakpoint", text.clone(), vec![*id]),
-            Stopped::Writer(name) => ("goto", format!("{name} was written here last"), vec![]),
+            Stopped::Writer(text) => ("goto", text.clone(), vec![]),
             Stopped::Event(text) => ("exception", text.clone(), vec![]),
             Stopped::ProgramStopped(stop) => {
                 ("exception", format!("{}: {}", stop.code, stop.message), vec![])
@@ -288,9 +291,7 @@ impl<'a, W: Write> Server<'a, W> {
         self.unfolded.clear();
         let thread = match &mut self.debugger {
             // Where the tick can't be run, the client is told when it asks for the stack.
-            Some(debugger) => {
-                debugger.step_here().ok().flatten().map_or(1, |step| step.task as i64 + 1)
-            }
+            Some(debugger) => debugger.task_here().map_or(1, |task| task as i64 + 1),
             None => 1,
         };
         let mut body = json!({"reason": reason, "threadId": thread, "allThreadsStopped": true});

@@ -73,7 +73,7 @@ pub enum Stopped {
     Breakpoint(i64),
     /// A variable changes in this statement: the breakpoint's number, and what changes.
     Data(i64, String),
-    /// The statement that was looked for: it writes this variable.
+    /// The statement that was looked for, with what it did.
     Writer(String),
     /// A fault or message that the user wants to stop at; the text.
     Event(String),
@@ -190,6 +190,11 @@ impl Debugger {
         self.breakpoints.replace_data(&self.session.program, wanted)
     }
 
+    /// Passes over breakpoints at the position itself, since the user has seen it.
+    pub fn stay(&mut self) {
+        self.is_fresh = false;
+    }
+
     /// Texts of logpoints and events since the last call.
     pub fn take_output(&mut self) -> Vec<String> {
         std::mem::take(&mut self.output)
@@ -236,6 +241,13 @@ impl Debugger {
     pub fn step_here(&mut self) -> Result<Option<Step>, DebugError> {
         let at = self.position.step;
         Ok(self.trace()?.steps.get(at).copied())
+    }
+
+    /// The task of the statement at the position, or at the end of a tick of its last statement.
+    pub fn task_here(&mut self) -> Option<usize> {
+        let at = self.position.step;
+        let steps = &self.trace().ok()?.steps;
+        steps.get(at).or(steps.last()).map(|step| step.task)
     }
 
     /// The process image at the position.

@@ -8,7 +8,7 @@ use plcc_runtime::{Event, EventBody};
 use super::event_text::shown;
 use super::{Debugger, Direction, Position, Session, StopAt, Stopped};
 use crate::DebugError;
-use crate::breakpoints::{Hit, HitFinder, What};
+use crate::breakpoints::{Found, Hit, HitFinder, What};
 use crate::history::TickResult;
 use crate::names::Target;
 use crate::observers::Observed;
@@ -59,9 +59,10 @@ impl Debugger {
             return Ok(Some(Stopped::End));
         }
         let from = step + usize::from(!self.is_fresh);
-        let (count, hits, result) = self.find_hits(tick)?;
+        let (found, result) = self.find_hits(tick)?;
+        let count = found.steps;
         self.is_fresh = false;
-        for hit in hits.iter().filter(|hit| hit.step >= from) {
+        for hit in found.hits.iter().filter(|hit| hit.step >= from) {
             if let Some(stopped) = self.meet(hit, true) {
                 self.position = Position { tick, step: hit.step };
                 return Ok(Some(stopped));
@@ -89,7 +90,7 @@ impl Debugger {
     fn search_back(&mut self) -> Result<Option<Stopped>, DebugError> {
         self.is_fresh = false;
         let Some((begin, found)) =
-            self.segment_before(self.position, |this, tick| Ok(this.find_hits(tick)?.1))?
+            self.segment_before(self.position, |this, tick| Ok(this.find_hits(tick)?.0.hits))?
         else {
             return Ok(Some(Stopped::Beginning));
         };
@@ -131,22 +132,21 @@ impl Debugger {
         Ok(Some((begin, found)))
     }
 
-    /// Runs a tick and finds what it meets: how many statements it executes, and the hits in their
-    /// order.
-    fn find_hits(&mut self, tick: u64) -> Result<(usize, Vec<Hit>, TickResult), DebugError> {
+    /// Runs a tick and finds what it meets.
+    fn find_hits(&mut self, tick: u64) -> Result<(Found, TickResult), DebugError> {
         let Session { history, .. } = &mut self.session;
         history.go_before(tick)?;
         let image = history.executive().image().to_vec();
         let mut finder = HitFinder::of(&self.breakpoints, &self.placed, &image);
         let mut engine = Observed::new(self.interpreter.as_mut(), &mut finder);
         let result = history.run(tick, &mut engine)?;
-        let (count, mut hits) = finder.finish(history.executive().image());
+        let mut found = finder.finish(history.executive().image());
         self.tell(tick, &result.events);
-        if let Some(hit) = self.event_to_stop_at(tick, count, &result.events)? {
-            hits.push(hit);
-            hits.sort_by_key(|hit| hit.step);
+        if let Some(hit) = self.event_to_stop_at(tick, &found, &result.events)? {
+            found.hits.push(hit);
+            found.hits.sort_by_key(|hit| hit.step);
         }
-        Ok((count, hits, result))
+        Ok((found, result))
     }
 
     /// What a hit means, if it stops. `tell` says whether texts of logpoints are told.
@@ -171,42 +171,68 @@ impl Debugger {
     }
 
     /// Where a tick is stopped for one of its events: at the statement that switched a fault or
-    /// message on, else at the end of the tick.
+    /// message on or sent a text; where there is none, at the end of the tick.
     fn event_to_stop_at(
         &mut self,
         tick: u64,
-        count: usize,
+        found: &Found,
         events: &[Event],
     ) -> Result<Option<Hit>, DebugError> {
         let StopAt { faults, messages, .. } = self.stop_at;
-        let wanted = events.iter().find_map(|event| match &event.body {
-            EventBody::Fault { name, state: "on", .. } if faults => Some((event, Some(name))),
-            EventBody::Message { name, flag, state: "on", .. } if messages => {
-                Some((event, name.as_ref().or(flag.as_ref())))
-            }
-            EventBody::Send { .. } | EventBody::Display { .. } if messages => Some((event, None)),
-            _ => None,
-        });
-        let Some((event, name)) = wanted else { return Ok(None) };
-        let what = What::Event(shown(event));
-        let writes = match name {
-            Some(name) => self.writes(tick, name)?,
-            None => vec![],
-        };
-        Ok(Some(Hit { step: writes.last().map_or(count, |hit| hit.step), what }))
+        let mut texts = found.texts.iter();
+        for event in events {
+            let step = match &event.body {
+                EventBody::Fault { name, state: "on", .. } if faults => {
+                    self.switched(tick, name)?
+                }
+                EventBody::Message { name, flag, state: "on", .. } if messages => {
+                    match name.as_ref().or(flag.as_ref()) {
+                        Some(name) => self.switched(tick, name)?,
+                        None => None,
+                    }
+                }
+                EventBody::Send { .. } | EventBody::Display { .. } if messages => {
+                    texts.next().copied()
+                }
+                EventBody::Send { .. }
+                | EventBody::Display { .. }
+                | EventBody::Command { .. }
+                | EventBody::Macro { .. } => {
+                    texts.next();
+                    continue;
+                }
+                _ => continue,
+            };
+            let step = step.unwrap_or(found.steps);
+            return Ok(Some(Hit { step, what: What::Event(shown(event)) }));
+        }
+        Ok(None)
     }
 
-    /// The steps of a tick that write a variable, or change what it shows.
-    fn writes(&mut self, tick: u64, name: &str) -> Result<Vec<Hit>, DebugError> {
-        let target = self.target(name)?;
+    /// The last step of a tick that changed a variable.
+    fn switched(&mut self, tick: u64, name: &str) -> Result<Option<usize>, DebugError> {
+        let changes = self.writes(tick, name, true)?;
+        Ok(changes.last().map(|hit| hit.step))
+    }
+
+    /// The steps of a tick that write a variable or change what it shows; with `changes_only` only the
+    /// latter.
+    fn writes(
+        &mut self,
+        tick: u64,
+        name: &str,
+        changes_only: bool,
+    ) -> Result<Vec<Hit>, DebugError> {
+        let target = if changes_only { None } else { Some(self.target(name)?) };
         let value = self.session.program.expression(name).ok();
         let Session { history, .. } = &mut self.session;
         history.go_before(tick)?;
         let image = history.executive().image().to_vec();
-        let mut finder = HitFinder::of_writes(&target, value.as_ref(), &self.placed, &image);
+        let mut finder =
+            HitFinder::of_writes(target.as_ref(), value.as_ref(), &self.placed, &image);
         let mut engine = Observed::new(self.interpreter.as_mut(), &mut finder);
         history.run(tick, &mut engine)?;
-        Ok(finder.finish(history.executive().image()).1)
+        Ok(finder.finish(history.executive().image()).hits)
     }
 
     fn target(&self, name: &str) -> Result<Target, DebugError> {
@@ -220,18 +246,34 @@ impl Debugger {
     /// # Errors
     /// When nothing has that name, or nothing has written it.
     pub fn go_to_last_writer(&mut self, name: &str) -> Result<Stopped, DebugError> {
+        self.go_back_to(name, false)
+    }
+
+    /// Goes back to the statement that changed a variable last before the position, past those that
+    /// wrote the value that it had.
+    ///
+    /// # Errors
+    /// When nothing has that name, or nothing has changed it.
+    pub fn go_to_last_change(&mut self, name: &str) -> Result<Stopped, DebugError> {
+        self.session.program.expression(name)?;
+        self.go_back_to(name, true)
+    }
+
+    fn go_back_to(&mut self, name: &str, changes_only: bool) -> Result<Stopped, DebugError> {
         let mut end = self.position;
         while let Some((begin, found)) =
-            self.segment_before(end, |this, tick| this.writes(tick, name))?
+            self.segment_before(end, |this, tick| this.writes(tick, name, changes_only))?
         {
             if let Some((tick, hit)) = found.last() {
                 self.position = Position { tick: *tick, step: hit.step };
                 self.is_fresh = false;
-                return Ok(Stopped::Writer(name.to_owned()));
+                let what = if changes_only { "changed" } else { "written" };
+                return Ok(Stopped::Writer(format!("{name} was {what} here last")));
             }
             end = Position { tick: begin, step: 0 };
         }
         let first = self.history().first();
-        Err(DebugError(format!("nothing has written {name} since tick {first}")))
+        let what = if changes_only { "changed" } else { "written" };
+        Err(DebugError(format!("nothing has {what} {name} since tick {first}")))
     }
 }

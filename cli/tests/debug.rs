@@ -1,0 +1,416 @@
+//! `plcc debug` over its standard input and output, as an editor talks to it.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
+
+mod support;
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use serde_json::{Value, json};
+use support::Folder;
+
+/// An editor.
+struct Client {
+    process: Child,
+    to: Option<ChildStdin>,
+    from: BufReader<ChildStdout>,
+    seq: i64,
+    /// Events that came while an answer was waited for.
+    events: Vec<Value>,
+}
+
+impl Client {
+    fn new() -> Self {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_plcc"))
+            .arg("debug")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let to = process.stdin.take();
+        let from = BufReader::new(process.stdout.take().unwrap());
+        let mut client = Self { process, to, from, seq: 0, events: vec![] };
+        let capabilities = client.ask("initialize", json!({"adapterID": "plcc"}));
+        assert_eq!(capabilities["supportsStepBack"], true);
+        client
+    }
+
+    /// Launches a program and sets breakpoints in its first file; then the program runs.
+    fn launch(arguments: Value, breakpoints: Value) -> Self {
+        let mut client = Self::new();
+        client.ask("launch", arguments.clone());
+        client.event("initialized");
+        let set = client.ask(
+            "setBreakpoints",
+            json!({"source": {"path": arguments["program"]}, "breakpoints": breakpoints}),
+        );
+        let set = set["breakpoints"].as_array().unwrap();
+        assert!(set.iter().all(|set| set["verified"] == true), "{set:?}");
+        client.ask("configurationDone", json!({}));
+        client
+    }
+
+    fn message(&mut self) -> Option<Value> {
+        let mut length = 0;
+        loop {
+            let mut line = String::new();
+            if self.from.read_line(&mut line).unwrap() == 0 {
+                return None;
+            }
+            match line.trim().split_once(": ") {
+                Some((_, number)) => length = number.parse().unwrap(),
+                None => break,
+            }
+        }
+        let mut text = vec![0; length];
+        self.from.read_exact(&mut text).unwrap();
+        Some(serde_json::from_slice(&text).unwrap())
+    }
+
+    fn send(&mut self, bytes: &[u8]) {
+        let to = self.to.as_mut().unwrap();
+        write!(to, "Content-Length: {}\r\n\r\n", bytes.len()).unwrap();
+        to.write_all(bytes).unwrap();
+        to.flush().unwrap();
+    }
+
+    /// Sends a request and gives its answer.
+    fn answer(&mut self, command: &str, arguments: Value) -> Value {
+        self.seq += 1;
+        let request = json!({
+            "seq": self.seq, "type": "request", "command": command, "arguments": arguments,
+        });
+        self.send(request.to_string().as_bytes());
+        loop {
+            let message = self.message().expect("an answer");
+            if message["type"] == "response" && message["request_seq"] == self.seq {
+                return message;
+            }
+            self.events.push(message);
+        }
+    }
+
+    /// Sends a request that is done, and gives the body of its answer.
+    fn ask(&mut self, command: &str, arguments: Value) -> Value {
+        let answer = self.answer(command, arguments);
+        assert_eq!(answer["success"], true, "{command}: {answer}");
+        answer["body"].clone()
+    }
+
+    /// Sends a request that is refused, and gives the reason.
+    fn refused(&mut self, command: &str, arguments: Value) -> String {
+        let answer = self.answer(command, arguments);
+        assert_eq!(answer["success"], false, "{command}: {answer}");
+        answer["message"].as_str().unwrap().to_owned()
+    }
+
+    /// The next event of a kind.
+    fn event(&mut self, kind: &str) -> Value {
+        loop {
+            if let Some(at) = self.events.iter().position(|event| event["event"] == kind) {
+                return self.events.remove(at)["body"].clone();
+            }
+            let message = self.message().expect("an event");
+            self.events.push(message);
+        }
+    }
+
+    /// Does a movement, and gives why and where the program stands then: reason, tick, line.
+    fn go(&mut self, command: &str, arguments: Value) -> (String, u64, u64) {
+        self.ask(command, arguments);
+        self.stopped()
+    }
+
+    fn stopped(&mut self) -> (String, u64, u64) {
+        let event = self.event("stopped");
+        let frames = self.ask("stackTrace", json!({"threadId": event["threadId"]}));
+        let line = frames["stackFrames"][0]["line"].as_u64().unwrap();
+        let tick = self.ask("plcc/position", json!({}))["tick"].as_u64().unwrap();
+        (event["reason"].as_str().unwrap().to_owned(), tick, line)
+    }
+
+    fn value(&mut self, expression: &str) -> String {
+        let body = self.ask("evaluate", json!({"expression": expression, "context": "watch"}));
+        body["result"].as_str().unwrap().to_owned()
+    }
+
+    /// What the statement reads and writes, `NAME=VALUE` each.
+    fn accesses(&mut self) -> Vec<String> {
+        self.scope("This statement")
+    }
+
+    fn scope(&mut self, name: &str) -> Vec<String> {
+        let scopes = self.ask("scopes", json!({"frameId": 1}));
+        let scopes = scopes["scopes"].as_array().unwrap();
+        let scope = scopes.iter().find(|scope| scope["name"] == name);
+        let scope = scope.unwrap_or_else(|| panic!("{scopes:?} have no {name}"));
+        self.unfold(&scope["variablesReference"])
+    }
+
+    fn unfold(&mut self, reference: &Value) -> Vec<String> {
+        let body = self.ask("variables", json!({"variablesReference": reference}));
+        let variables = body["variables"].as_array().unwrap();
+        let show = |variable: &Value| {
+            let text = |field: &str| variable[field].as_str().unwrap().to_owned();
+            format!("{}={}", text("name"), text("value"))
+        };
+        variables.iter().map(show).collect()
+    }
+
+    fn leave(mut self) {
+        self.ask("disconnect", json!({}));
+        self.event("terminated");
+        drop(self.to.take());
+        assert!(self.process.wait().unwrap().success());
+    }
+}
+
+fn at(reason: &str, tick: u64, line: u64) -> (String, u64, u64) {
+    (reason.to_owned(), tick, line)
+}
+
+/// Counts to 5 in lines 6 to 12; LAMP is on from 3 on.
+const PMI: &str = "$OUTPUT\nLAMP=1/0\n$INTEGER\nN,A[3]\n$END\nN=N+1\nIF (N>2)\nLAMP=T\nENDIF\n\
+                   IF (N=5)\nA[1]=N\nENDIF\n";
+
+#[test]
+fn pmi_breaks_steps_back_over_scans_and_finds_the_last_writer() {
+    let folder = Folder::with(&[("count.pmi", PMI)]);
+    let path = folder.path().join("count.pmi");
+    let mut client = Client::launch(
+        json!({"program": path, "ticks": 50}),
+        json!([{"line": 6, "condition": "N=3"}, {"line": 11}]),
+    );
+    // Before the statement N is still 3, which it became in tick 2.
+    assert_eq!(client.stopped(), at("breakpoint", 3, 6));
+    assert_eq!(client.value("N"), "3");
+    assert_eq!(client.value("N*2 > 5"), "1");
+    assert_eq!(client.accesses(), ["N (read)=3", "N (written)=3 → 4"]);
+    assert_eq!(client.scope("Outputs"), ["LAMP=1"]);
+    assert_eq!(client.go("stepBack", json!({})), at("step", 2, 10));
+    assert_eq!(client.go("plcc/scanBack", json!({})), at("step", 1, 6));
+    assert_eq!(client.value("N"), "1");
+    assert_eq!(client.value("LAMP"), "0");
+    assert_eq!(client.go("next", json!({})), at("step", 1, 7));
+    assert_eq!(client.value("N"), "2");
+    // The condition is false: the body is left out.
+    assert_eq!(client.go("stepIn", json!({})), at("step", 1, 10));
+    assert_eq!(client.go("continue", json!({})), at("breakpoint", 3, 6));
+    assert_eq!(client.go("continue", json!({})), at("breakpoint", 4, 11));
+    assert_eq!(client.go("plcc/lastWriter", json!({"name": "LAMP"})), at("goto", 4, 8));
+    assert_eq!(client.go("plcc/lastWriter", json!({"name": "LAMP"})), at("goto", 3, 8));
+    assert_eq!(client.go("plcc/lastWriter", json!({"name": "LAMP"})), at("goto", 2, 8));
+    assert_eq!(client.accesses(), ["LAMP (written)=0 → 1"]);
+    let reason = client.refused("plcc/lastWriter", json!({"name": "LAMP"}));
+    assert_eq!(reason, "nothing has written LAMP since tick 0");
+    assert_eq!(client.go("plcc/goToTick", json!({"tick": 9})), at("step", 9, 6));
+    assert_eq!(client.go("plcc/lastChange", json!({"name": "LAMP"})), at("goto", 2, 8));
+    assert_eq!(client.go("plcc/goToTick", json!({"tick": 2})), at("step", 2, 6));
+    assert_eq!(client.go("continue", json!({})), at("breakpoint", 3, 6));
+    assert_eq!(client.go("reverseContinue", json!({})), at("pause", 0, 6));
+    // Arrays are unfolded.
+    assert_eq!(client.go("plcc/goToTick", json!({"tick": 10})), at("step", 10, 6));
+    let scopes = client.ask("scopes", json!({"frameId": 1}));
+    let scopes = scopes["scopes"].as_array().unwrap();
+    let integers = scopes.iter().find(|scope| scope["name"] == "Integer variables").unwrap();
+    let body =
+        client.ask("variables", json!({"variablesReference": integers["variablesReference"]}));
+    assert_eq!(body["variables"][0]["name"], "A");
+    let elements = client.unfold(&body["variables"][0]["variablesReference"]);
+    assert_eq!(elements, ["A[0]=0", "A[1]=5", "A[2]=0"]);
+    let parts = client.unfold(&body["variables"][1]["variablesReference"]);
+    assert_eq!(parts, ["hex=000Ah", "bits=0000 0000 0000 1010"]);
+    client.leave();
+}
+
+#[test]
+fn data_breakpoints_hit_counts_and_logpoints() {
+    let folder = Folder::with(&[("count.pmi", PMI)]);
+    let path = folder.path().join("count.pmi");
+    let mut client = Client::launch(
+        json!({"program": path, "ticks": 50, "stopOnEntry": true}),
+        json!([{"line": 6, "hitCondition": "%10"}, {"line": 7, "logMessage": "N is {N}, half {N/2}"}]),
+    );
+    assert_eq!(client.stopped(), at("entry", 0, 6));
+    let info = client.ask("dataBreakpointInfo", json!({"name": "LAMP"}));
+    let set =
+        client.ask("setDataBreakpoints", json!({"breakpoints": [{"dataId": info["dataId"]}]}));
+    assert_eq!(set["breakpoints"][0]["verified"], true);
+    assert_eq!(client.go("continue", json!({})), at("data breakpoint", 2, 8));
+    let output = client.event("output");
+    assert_eq!(output["output"], "N is 1, half 0\n");
+    // Line 6 was met in ticks 1 and 2; where the user stood in tick 0 does not count.
+    assert_eq!(client.go("continue", json!({})), at("breakpoint", 10, 6));
+    assert_eq!(client.go("reverseContinue", json!({})).0, "data breakpoint");
+    client.leave();
+}
+
+#[test]
+fn a_program_that_is_stopped_shows_the_statement_to_blame() {
+    let folder = Folder::with(&[("stops.pmi", support::STOPS)]);
+    let path = folder.path().join("stops.pmi");
+    let mut client = Client::launch(json!({"program": path}), json!([]));
+    client.ask("setExceptionBreakpoints", json!({"filters": ["stop"]}));
+    assert_eq!(client.stopped(), at("exception", 3, 4));
+    let info = client.ask("exceptionInfo", json!({"threadId": 1}));
+    assert!(info["description"].as_str().unwrap().contains("A[3]"), "{info}");
+    assert_eq!(client.go("plcc/lastWriter", json!({"name": "N"})), at("goto", 2, 5));
+    assert_eq!(client.accesses(), ["N (read)=2", "N (written)=2 → 3"]);
+    client.leave();
+}
+
+#[test]
+fn values_are_set_once_and_forces_hold() {
+    let text = "$INPUT\nKEY=0/0\n$OUTPUT\nLAMP=1/0\n$INTEGER\nN\n$END\nN=N+1\nLAMP=KEY\n";
+    let folder = Folder::with(&[("key.pmi", text)]);
+    let path = folder.path().join("key.pmi");
+    let mut client =
+        Client::launch(json!({"program": path, "ticks": 50, "stopOnEntry": true}), json!([]));
+    assert_eq!(client.stopped(), at("entry", 0, 8));
+    let scopes = client.ask("scopes", json!({"frameId": 1}));
+    let reference = scopes["scopes"][2]["variablesReference"].clone();
+    let set = json!({"variablesReference": reference, "name": "N", "value": "100"});
+    assert_eq!(client.ask("setVariable", set)["value"], "100");
+    assert_eq!(client.go("next", json!({})), at("step", 0, 9));
+    assert_eq!(client.value("N"), "101");
+    let repl = |text: &str| json!({"expression": text, "context": "repl"});
+    let told = client.ask("evaluate", repl("force KEY=1"));
+    assert_eq!(told["result"], "KEY is held at 1 from tick 1 on");
+    assert_eq!(client.go("plcc/goToTick", json!({"tick": 20})), at("step", 20, 8));
+    assert_eq!((client.value("KEY"), client.value("LAMP")), ("1".into(), "1".into()));
+    client.ask("evaluate", repl("release KEY"));
+    assert_eq!(client.go("plcc/goToTick", json!({"tick": 25})), at("step", 25, 8));
+    assert_eq!((client.value("KEY"), client.value("LAMP")), ("0".into(), "0".into()));
+    assert_eq!(client.go("plcc/goToTick", json!({"tick": 5})), at("step", 5, 8));
+    assert_eq!((client.value("KEY"), client.value("LAMP")), ("1".into(), "1".into()));
+    client.leave();
+}
+
+#[test]
+fn nct_breaks_in_subroutines_and_steps_out_of_them() {
+    let text = ":001\nLF020\n+1\nSF020\nC010\nU013\nJ1\n:000\nJ0\n:010\nLF020\n=4 U012 Z\nR\n";
+    let folder = Folder::with(&[("count.nct", text)]);
+    let path = folder.path().join("count.nct");
+    let mut client = Client::launch(
+        json!({"program": path, "ticks": 50}),
+        json!([{"line": 12, "condition": "LF020 =3"}]),
+    );
+    assert_eq!(client.stopped(), at("breakpoint", 2, 12));
+    let frames = client.ask("stackTrace", json!({"threadId": 2}));
+    let lines: Vec<_> =
+        frames["stackFrames"].as_array().unwrap().iter().map(|f| f["line"].as_u64()).collect();
+    assert_eq!(lines, [Some(12), Some(5)]);
+    assert_eq!(client.go("stepOut", json!({})), at("step", 2, 6));
+    assert_eq!(client.go("stepBack", json!({})), at("step", 2, 13));
+    assert_eq!(client.go("plcc/scanBack", json!({})), at("step", 1, 2));
+    assert_eq!(client.value("F020"), "1");
+    for line in [3, 4, 5, 6, 7] {
+        assert_eq!(client.go("next", json!({})), at("step", 1, line));
+    }
+    assert_eq!(client.go("plcc/goToTick", json!({"tick": 9})).0, "step");
+    assert_eq!(client.go("plcc/lastWriter", json!({"name": "Y012"})), at("goto", 3, 12));
+    assert_eq!(client.accesses(), ["Y012 (written)=0 → 1"]);
+    assert_eq!(client.go("plcc/lastWriter", json!({"name": "F020"})), at("goto", 3, 4));
+    assert_eq!(client.accesses(), ["F020 (written)=3 → 4"]);
+    client.leave();
+}
+
+#[test]
+fn pmac_breaks_in_included_files_and_finds_writers_of_bits() {
+    let files = [
+        ("mill.pmc", "M11->Y:$FFC2,8\nM12->Y:$FFC2,9\n#include \"plc.h\"\n"),
+        ("plc.h", "I5=2\nOPEN PLC 1 CLEAR\nP1=P1+1\nM12=P1%2\nIF (P1=3)\nM11=1\nENDIF\nCLOSE\n"),
+    ];
+    let folder = Folder::with(&files);
+    let (main, included) = (folder.path().join("mill.pmc"), folder.path().join("plc.h"));
+    let mut client = Client::new();
+    client.ask("launch", json!({"program": [main], "ticks": 50, "stopOnEntry": true}));
+    client.event("initialized");
+    let set = client.ask(
+        "setBreakpoints",
+        json!({"source": {"path": included}, "breakpoints": [{"line": 4, "condition": "P1>4"}]}),
+    );
+    assert_eq!(set["breakpoints"][0]["verified"], true, "{set}");
+    client.ask("configurationDone", json!({}));
+    assert_eq!(client.stopped(), at("entry", 0, 3));
+    assert_eq!(client.go("continue", json!({})), at("breakpoint", 4, 4));
+    assert_eq!((client.value("P1"), client.value("M11")), ("5".into(), "1".into()));
+    assert_eq!(client.go("plcc/scanBack", json!({})), at("step", 3, 3));
+    assert_eq!(client.value("P1"), "3");
+    assert_eq!(client.go("plcc/scanForward", json!({})), at("step", 4, 3));
+    // M12 is in the same word as M11, and is written later.
+    assert_eq!(client.go("plcc/lastWriter", json!({"name": "M11"})), at("goto", 2, 6));
+    assert_eq!(client.accesses()[0], "M11 (written)=0 → 1");
+    let sources = client.ask("loadedSources", json!({}));
+    assert_eq!(sources["sources"].as_array().unwrap().len(), 2);
+    client.leave();
+}
+
+/// A client may send anything: the adapter answers, or says what is wrong, and lives on.
+#[test]
+fn no_message_brings_the_adapter_down() {
+    let folder = Folder::with(&[("count.pmi", PMI), ("broken.pmi", support::BROKEN)]);
+    let mut client = Client::new();
+    for text in ["null", "[]", "{}", "{", "\"x\"", "{\"seq\":\"x\"}", "{\"type\":\"event\"}"] {
+        client.send(text.as_bytes());
+    }
+    let commands = [
+        "setBreakpoints",
+        "breakpointLocations",
+        "dataBreakpointInfo",
+        "setDataBreakpoints",
+        "setExceptionBreakpoints",
+        "exceptionInfo",
+        "threads",
+        "stackTrace",
+        "scopes",
+        "variables",
+        "setVariable",
+        "setExpression",
+        "evaluate",
+        "loadedSources",
+        "source",
+        "next",
+        "stepIn",
+        "stepOut",
+        "stepBack",
+        "continue",
+        "reverseContinue",
+        "plcc/scanBack",
+        "plcc/lastWriter",
+        "plcc/goToTick",
+        "plcc/position",
+        "nonsense",
+        "",
+    ];
+    let arguments = [
+        json!(null),
+        json!({}),
+        json!([1, 2]),
+        json!({"source": {"path": "/nowhere"}, "breakpoints": [{"line": -5}], "line": -1}),
+        json!({"variablesReference": -9_000_000_000_i64, "name": "", "value": "\u{0}", "tick": -1}),
+        json!({"variablesReference": 1, "expression": "((((", "context": "repl", "threadId": 9}),
+        json!({"expression": "tick 99999999999999999999", "context": "repl", "start": 99, "count": -1}),
+        json!({"source": {"sourceReference": 77}, "lines": [0, 9_999_999_999_i64]}),
+    ];
+    let try_all = |client: &mut Client| {
+        for command in commands {
+            for arguments in &arguments {
+                client.answer(command, arguments.clone());
+            }
+        }
+    };
+    try_all(&mut client);
+    let reason = client.refused("launch", json!({"program": "/nowhere.pmi"}));
+    assert!(reason.contains("nowhere.pmi"), "{reason}");
+    let broken = folder.path().join("broken.pmi");
+    let reason = client.refused("launch", json!({"program": broken}));
+    assert!(reason.contains("broken.pmi:4:3: PMI-31"), "{reason}");
+    let program = folder.path().join("count.pmi");
+    let reason = client.refused("launch", json!({"program": program, "args": ["--nonsense"]}));
+    assert!(reason.contains("--nonsense"), "{reason}");
+    client.ask("launch", json!({"program": program, "ticks": 20}));
+    try_all(&mut client);
+    client.ask("pause", json!({}));
+    client.leave();
+}
