@@ -151,6 +151,7 @@ fn pmi(all: &mut Vec<HostileInput>) {
     all.push(repeated("256 parentheses", declared, |_| deep(256), ""));
     let deep = format!("{}\n", nested("IF(X)\n", "A=1\n", "ENDIF\n", 256));
     all.push(repeated("256 IFs", declared, |_| deep.clone(), ""));
+    lints_of_pmi(all);
     all.push(repeated("GOTOs forward", declared, |_| "GOTO P\n".into(), "P: A=1\n"));
     for last in all.iter_mut() {
         last.included = vec![("other.pmi".into(), "A=A+1\n".repeat(20))];
@@ -160,6 +161,23 @@ fn pmi(all: &mut Vec<HostileInput>) {
     large.included = vec![("other.pmi".into(), text)];
     large.bytes = format!("{declared}{}", "$INCLUDE other.pmi\n".repeat(50_000)).into_bytes();
     all.push(large);
+}
+
+/// What the lints of PMI have to search.
+fn lints_of_pmi(all: &mut Vec<HostileInput>) {
+    let output = "$OUTPUT\nLAMP=2/0\n$END\n";
+    let allow = |_| "? plcc: allow near-name, unassigned-output\n".into();
+    all.push(repeated("comments that silence", output, allow, "A=B\n"));
+    all.push(repeated("one long name", "$LOGICAL\n", |_| "A".into(), "\n$END\nA=1\n"));
+    // Every output is assigned at the beginning and at the end, so that each lies around all others.
+    let ports = (0..96).flat_map(|port| (0..16).map(move |bit| (port, bit)));
+    let outputs: Vec<String> =
+        ports.map(|(port, bit)| format!("O{port}B{bit}={port}/{bit}\n")).collect();
+    let names: Vec<&str> = outputs.iter().filter_map(|line| line.split('=').next()).collect();
+    let assigned: String = names.iter().map(|name| format!("{name}=X\n")).collect();
+    let head = format!("$OUTPUT\n{}$LOGICAL\nX\n$END\n{assigned}", outputs.concat());
+    let between = |n: usize| format!("P{n}: X=X\n");
+    all.push(repeated("outputs assigned twice", &head, between, &assigned));
 }
 
 fn nct(all: &mut Vec<HostileInput>) {

@@ -68,7 +68,7 @@ impl LintLevels {
         comment_marks: &[&str],
         continuation: Option<char>,
     ) {
-        let mut silenced: HashMap<FileId, Vec<Silenced>> = HashMap::new();
+        let mut silenced: HashMap<FileId, Silenced> = HashMap::new();
         diagnostics.retain_mut(|diagnostic| {
             if diagnostic.severity != Severity::Warning {
                 return true;
@@ -80,11 +80,7 @@ impl LintLevels {
                     .entry(file)
                     .or_insert_with(|| silenced_in(sources, file, comment_marks, continuation));
                 let (line, _) = sources.line_col(file, start);
-                let is_silenced = |place: &Silenced| {
-                    (place.first..=place.last).contains(&line)
-                        && place.name.eq_ignore_ascii_case(lint.name)
-                };
-                if level == Level::Allow || places.iter().any(is_silenced) {
+                if level == Level::Allow || places.contains(lint.name, line) {
                     return false;
                 }
                 if level == Level::Deny {
@@ -99,11 +95,22 @@ impl LintLevels {
     }
 }
 
-/// Lines of a file for which a comment silences a lint.
+/// The lines of a file in which comments silence lints.
+#[derive(Default)]
 struct Silenced {
-    name: String,
-    first: u32,
-    last: u32,
+    /// For each lint, by its name in lower case: the first and the last line that a comment is for,
+    /// in the order of the comments. The last lines do not fall either.
+    ranges: HashMap<String, Vec<(u32, u32)>>,
+}
+
+impl Silenced {
+    /// Whether a lint, by its name, is silenced in a line.
+    fn contains(&self, lint: &str, line: u32) -> bool {
+        let Some(ranges) = self.ranges.get(lint) else { return false };
+        let behind = ranges.partition_point(|(first, _)| *first <= line);
+        let before = behind.checked_sub(1).and_then(|at| ranges.get(at));
+        before.is_some_and(|(_, last)| line <= *last)
+    }
 }
 
 /// The comments of a file that silence lints: `? plcc: allow NAME, NAME`. Such a comment is for the
@@ -113,31 +120,33 @@ fn silenced_in(
     file: FileId,
     comment_marks: &[&str],
     continuation: Option<char>,
-) -> Vec<Silenced> {
-    let mut found = Vec::new();
+) -> Silenced {
+    let mut silenced = Silenced::default();
     if !sources.text(file).contains("plcc:") {
-        return found;
+        return silenced;
     }
-    let lines = sources.line_count(file);
-    for line in 1..=lines {
-        let (code, comment) = split_comment(sources.line_text(file, line), comment_marks);
-        let Some(names) = allowed_names(comment) else { continue };
-        let first = if code.trim().is_empty() { line + 1 } else { line };
-        let mut last = line;
-        // The next statement is in the next line that has more than a comment, and goes on where a
-        // line ends with the sign of continuation.
-        while last < lines {
-            last += 1;
-            let (code, _) = split_comment(sources.line_text(file, last), comment_marks);
-            let code = code.trim_end();
-            let goes_on = continuation.is_some_and(|sign| code.ends_with(sign));
-            if !code.is_empty() && !goes_on {
-                break;
-            }
+    let split = |line| split_comment(sources.line_text(file, line), comment_marks);
+    // From the end of the file to its beginning, since what a comment is for stands behind it. The
+    // next statement ends in the next line that has more than a comment, and goes on where a line ends
+    // with the sign of continuation.
+    let mut next_end = sources.line_count(file);
+    for line in (1..=next_end).rev() {
+        let (code, comment) = split(line);
+        let code = code.trim_end();
+        let first = if code.trim_start().is_empty() { line + 1 } else { line };
+        for name in allowed_names(comment).into_iter().flatten() {
+            let ranges = silenced.ranges.entry(name.to_ascii_lowercase()).or_default();
+            ranges.push((first, next_end.max(line)));
         }
-        found.extend(names.map(|name| Silenced { name: name.to_owned(), first, last }));
+        let goes_on = continuation.is_some_and(|sign| code.ends_with(sign));
+        if !code.is_empty() && !goes_on {
+            next_end = line;
+        }
     }
-    found
+    for ranges in silenced.ranges.values_mut() {
+        ranges.reverse();
+    }
+    silenced
 }
 
 /// A line's part before its comment, and the comment behind its mark. A mark inside a text in quotes

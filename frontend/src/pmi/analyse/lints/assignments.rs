@@ -49,6 +49,10 @@ pub(super) fn unassigned(checked: &Checked, found: &mut Vec<Diagnostic>) {
     }
 }
 
+/// How many steps `assigned_twice` looks at, all outputs together. Programs of machines need a few
+/// thousand; one that is written to be slow is not searched to its end.
+const MOST_STEPS: usize = 4_000_000;
+
 /// Finds assignments to outputs that a later statement of the same scan always overwrites. Outputs
 /// are written when the scan ends (PMI 2.3.2), so the first value never shows.
 pub(super) fn assigned_twice(checked: &Checked, found: &mut Vec<Diagnostic>) {
@@ -63,11 +67,14 @@ pub(super) fn assigned_twice(checked: &Checked, found: &mut Vec<Diagnostic>) {
         }
     }
     places.sort_unstable();
+    let mut steps_left = MOST_STEPS;
     for group in places.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1) {
         let (Some(&(symbol, first)), Some(&(_, last))) = (group.first(), group.last()) else {
             continue;
         };
         let Some(symbol) = checked.symbol(symbol) else { continue };
+        let Some(left) = steps_left.checked_sub(last - first + 1) else { break };
+        steps_left = left;
         let of_group: HashSet<usize> = group.iter().map(|(_, index)| *index).collect();
         // For each step between the first assignment and the last: the assignment that every way
         // from there meets next.

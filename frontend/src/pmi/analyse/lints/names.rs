@@ -1,14 +1,16 @@
 //! `near-name`: an undeclared LOGICAL whose name is nearly that of a declared variable.
 
 use std::collections::{HashMap, HashSet};
+use std::ops::RangeInclusive;
 
 use plcc_abi::pmi::Type;
 use plcc_diag::{Diagnostic, Span};
 
 use crate::pmi::ast::{Checked, Meaning, Op, Symbol, SymbolId};
 
-/// The shortest name that is compared: shorter ones are alike by chance.
-const SHORTEST: usize = 3;
+/// The lengths of names that are compared. Shorter ones are alike by chance; longer ones, which only
+/// programs without the compiler's limits can have (PMI 2.2.3), would cost the square of their length.
+const LENGTHS: RangeInclusive<usize> = 3..=64;
 
 /// Finds LOGICALs that an assignment declares (PMI 2.2.4) and whose names differ by one letter, or by
 /// two neighbours that have changed places, from a name of the specification section. Names that
@@ -32,7 +34,7 @@ pub(super) fn near_names(checked: &Checked, found: &mut Vec<Diagnostic>) {
         })
         .collect();
     let candidates = (0u32..).zip(&checked.symbols).filter(|(_, symbol)| {
-        !symbol.executive && symbol.declared.is_some() && symbol.name.len() >= SHORTEST
+        !symbol.executive && symbol.declared.is_some() && LENGTHS.contains(&symbol.name.len())
     });
     let (mut undeclared, mut declared) = (Vec::new(), Vec::new());
     for (number, symbol) in candidates {
