@@ -43,6 +43,7 @@ pub mod executive;
 mod file_lock;
 pub mod files;
 mod fingerprint;
+mod force_list;
 #[cfg(feature = "args")]
 pub mod image_file;
 pub mod journal;

@@ -115,6 +115,20 @@ impl SafeLines {
         }
     }
 
+    /// The lines with all `outputs` added, each by `add`.
+    ///
+    /// # Errors
+    /// Those of all outputs that could not be added.
+    pub(crate) fn with(
+        mut self,
+        outputs: &SafeOutputs,
+        mut add: impl FnMut(&mut Self, &SafeOutput) -> Result<(), NameError>,
+    ) -> Result<Self, Vec<NameError>> {
+        let added = outputs.iter().map(|output| add(&mut self, output));
+        let errors: Vec<_> = added.filter_map(Result::err).collect();
+        if errors.is_empty() { Ok(self) } else { Err(errors) }
+    }
+
     /// The entry of a byte; a new one keeps all its bits.
     #[allow(clippy::indexing_slicing, reason = "the entry was found or inserted at this index")]
     fn byte(&mut self, offset: u32) -> &mut SafeByte {

@@ -34,14 +34,8 @@ impl NctExecutive {
         &mut self,
         outputs: &SafeOutputs,
     ) -> Result<SafeLines, Vec<NameError>> {
-        let mut lines = all_off(self.image.places.lines_out);
-        let mut errors = vec![];
-        for output in outputs {
-            if let Err(error) = self.add_safe_output(&mut lines, output) {
-                errors.push(error);
-            }
-        }
-        if errors.is_empty() { Ok(lines) } else { Err(errors) }
+        all_off(self.image.places.lines_out)
+            .with(outputs, |lines, output| self.add_safe_output(lines, output))
     }
 
     /// Adds an entry: a line `O012` or two bytes of lines `O02`, or the same as `Y012` and `Y02`, by

@@ -6,28 +6,21 @@
 
 use plcc_abi::pmac::{Definition, Memory, PmacName};
 
-use crate::executive::MAX_FORCES;
+use crate::force_list::ForceList;
 
 /// A force on one field of memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Force {
-    name: PmacName,
     /// Where the variable was when it was forced.
     field: Definition,
     value: f64,
 }
 
 /// The forces in effect.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Forces {
-    list: Vec<Force>,
-}
-
-impl Default for Forces {
-    /// None, with room for all, so that forcing allocates nothing.
-    fn default() -> Self {
-        Self { list: Vec::with_capacity(MAX_FORCES) }
-    }
+    /// By the names of their variables.
+    list: ForceList<PmacName, Force>,
 }
 
 impl Forces {
@@ -44,27 +37,17 @@ impl Forces {
         let Some(field @ (Definition::X { .. } | Definition::Y { .. })) = field else {
             return Err("is no field of an X or Y word of memory, and can't be forced");
         };
-        let force = Force { name, field, value };
-        let known = self.list.iter_mut().find(|force| force.name == name);
-        if let Some(old) = known {
-            *old = force;
-            return Ok(());
-        }
-        if self.list.len() == MAX_FORCES {
-            return Err("is one force too many");
-        }
-        self.list.push(force);
-        Ok(())
+        self.list.set(name, Force { field, value })
     }
 
     /// Ends the force on the variable of a name.
     pub(super) fn remove(&mut self, name: PmacName) {
-        self.list.retain(|force| force.name != name);
+        self.list.remove(&name);
     }
 
     /// Writes all forced fields.
     pub(super) fn apply(&self, memory: &mut Memory<'_>) {
-        for force in &self.list {
+        for force in self.list.iter() {
             memory.write(force.field, force.value);
         }
     }

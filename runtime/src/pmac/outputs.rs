@@ -83,14 +83,8 @@ impl PmacExecutive {
         &mut self,
         outputs: &SafeOutputs,
     ) -> Result<SafeLines, Vec<NameError>> {
-        let mut lines = all_off(&self.control.tables.outputs, &self.control.layout);
-        let mut errors = vec![];
-        for output in outputs {
-            if let Err(error) = self.add_safe_output(&mut lines, output) {
-                errors.push(error);
-            }
-        }
-        if errors.is_empty() { Ok(lines) } else { Err(errors) }
+        all_off(&self.control.tables.outputs, &self.control.layout)
+            .with(outputs, |lines, output| self.add_safe_output(lines, output))
     }
 
     /// Adds an entry: an M- or L-variable that is defined as bits of I/O memory, or a word of it.

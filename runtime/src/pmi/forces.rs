@@ -7,12 +7,11 @@
 use plcc_abi::pmi::{Format, Lines, Role, Symbol};
 
 use super::port_lines;
-use crate::executive::MAX_FORCES;
+use crate::force_list::ForceList;
 
 /// A force on one input or output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Force {
-    symbol: u32,
     lines: Lines,
     /// Where the input's variable is; `None` for an output.
     input: Option<u32>,
@@ -20,21 +19,15 @@ struct Force {
 }
 
 /// The forces in effect.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Forces {
-    list: Vec<Force>,
+    /// By the indices of their symbols.
+    list: ForceList<u32, Force>,
 }
 
 /// The value as an assignment to the variable of these lines would convert it.
 fn as_assigned(lines: Lines, value: i64) -> i16 {
     if lines.format == Format::Bit { i16::from(value != 0) } else { value as i16 }
-}
-
-impl Default for Forces {
-    /// None, with room for all, so that forcing allocates nothing.
-    fn default() -> Self {
-        Self { list: Vec::with_capacity(MAX_FORCES) }
-    }
 }
 
 impl Forces {
@@ -57,27 +50,17 @@ impl Forces {
         if !port_lines::fits(lines, value) {
             return Err("has lines that can't carry this value in BCD");
         }
-        let force = Force { symbol: index, lines, input, value: as_assigned(lines, value) };
-        let known = self.list.iter_mut().find(|force| force.symbol == index);
-        if let Some(old) = known {
-            *old = force;
-            return Ok(());
-        }
-        if self.list.len() == MAX_FORCES {
-            return Err("is one force too many");
-        }
-        self.list.push(force);
-        Ok(())
+        self.list.set(index, Force { lines, input, value: as_assigned(lines, value) })
     }
 
     /// Ends the force on the symbol of an index.
     pub(super) fn remove(&mut self, index: u32) {
-        self.list.retain(|force| force.symbol != index);
+        self.list.remove(&index);
     }
 
     /// Puts forced inputs' values in the place of those that were latched.
     pub(super) fn apply_to_inputs(&self, mut write: impl FnMut(Lines, u32, i16)) {
-        for force in &self.list {
+        for force in self.list.iter() {
             if let Some(offset) = force.input {
                 write(force.lines, offset, force.value);
             }

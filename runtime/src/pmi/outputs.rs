@@ -36,14 +36,8 @@ impl PmiExecutive {
         &mut self,
         outputs: &SafeOutputs,
     ) -> Result<SafeLines, Vec<NameError>> {
-        let mut lines = all_off(&self.outputs, self.ports);
-        let mut errors = vec![];
-        for output in outputs {
-            if let Err(error) = self.add_safe_output(&mut lines, output) {
-                errors.push(error);
-            }
-        }
-        if errors.is_empty() { Ok(lines) } else { Err(errors) }
+        all_off(&self.outputs, self.ports)
+            .with(outputs, |lines, output| self.add_safe_output(lines, output))
     }
 
     /// Adds an entry: a declared output, or a line of a port that has one.

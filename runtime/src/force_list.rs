@@ -1,0 +1,64 @@
+//! The list of forces in effect that the executives of PMI and PMAC keep: bounded, and allocated once, so
+//! that forcing allocates nothing in the scan's thread.
+
+use crate::executive::MAX_FORCES;
+
+/// Forces, each under a key that says which variable is forced.
+#[derive(Clone, Debug)]
+pub(crate) struct ForceList<K, F> {
+    list: Vec<(K, F)>,
+}
+
+impl<K, F> Default for ForceList<K, F> {
+    /// None, with room for all.
+    fn default() -> Self {
+        Self { list: Vec::with_capacity(MAX_FORCES) }
+    }
+}
+
+impl<K: PartialEq, F> ForceList<K, F> {
+    /// Adds a force, or takes it in the place of the one with the same key.
+    ///
+    /// # Errors
+    /// When there are too many.
+    pub(crate) fn set(&mut self, key: K, force: F) -> Result<(), &'static str> {
+        if let Some((_, old)) = self.list.iter_mut().find(|(known, _)| *known == key) {
+            *old = force;
+            return Ok(());
+        }
+        if self.list.len() == MAX_FORCES {
+            return Err("is one force too many");
+        }
+        self.list.push((key, force));
+        Ok(())
+    }
+
+    /// Ends the force of a key, if there is one.
+    pub(crate) fn remove(&mut self, key: &K) {
+        self.list.retain(|(known, _)| known != key);
+    }
+
+    /// The forces, in the order in which they were first set.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &F> {
+        self.list.iter().map(|(_, force)| force)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_list_is_bounded_and_later_forces_take_the_place_of_earlier_ones() {
+        let mut forces = ForceList::default();
+        for key in 0..MAX_FORCES {
+            forces.set(key, 1).unwrap();
+        }
+        assert!(forces.set(MAX_FORCES, 1).is_err());
+        forces.set(3, 2).unwrap();
+        forces.remove(&4);
+        forces.set(MAX_FORCES, 1).unwrap();
+        assert_eq!(forces.iter().filter(|&&force| force == 2).count(), 1);
+        assert_eq!(forces.iter().count(), MAX_FORCES);
+    }
+}
