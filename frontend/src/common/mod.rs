@@ -13,6 +13,7 @@ mod lower_error;
 mod lowered;
 mod observer;
 mod options;
+mod surroundings;
 pub mod tsv;
 
 pub use cross_reference::{CrossReference, CrossReferenceBuilder, CrossReferenceRow, Use};
@@ -28,3 +29,4 @@ pub use observer::{Accessed, NoObserver, Observer, StatementInterpreter};
 pub use options::{Controller, Limits, Options};
 pub use plcc_abi::machine::{Machine, MachineError, MachineVariable, VariableClass, VariableType};
 pub use plcc_abi::{closest, natural_cmp};
+pub(crate) use surroundings::Surroundings;

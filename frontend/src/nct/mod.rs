@@ -56,6 +56,7 @@ pub fn check(
     let labels = analyse::structure::check(file, text, &mut parsed.stmts, &mut found);
     found.sort_by_key(|d| d.span.start);
     if found.iter().any(Diagnostic::is_error) {
+        analyse::other_languages::explain(text, &mut found);
         options.lints.apply(sources, &mut found, &COMMENT_MARKS, None);
         return (None, found);
     }

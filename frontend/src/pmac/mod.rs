@@ -38,7 +38,7 @@ use crate::common::{CrossReference, FileLoader, LowerError, Lowered, Options};
 pub use language::Pmac;
 pub use oracle::Interpreter;
 
-use analyse::{assumptions, lints, load, out_of_range};
+use analyse::{assumptions, lints, load, out_of_range, power_pmac};
 use read::{download, preprocess};
 
 /// What begins a comment that goes on to the end of its line.
@@ -79,6 +79,7 @@ pub fn check(
     }
     diagnostics.extend(found);
     diagnostics.extend(out_of_range::warnings(&download));
+    power_pmac::one_error_a_file(sources, &mut diagnostics);
     let is_fatal = |d: &Diagnostic| d.is_error() && d.code != "PMAC-9";
     if diagnostics.iter().any(is_fatal) {
         options.lints.apply(sources, &mut diagnostics, &COMMENT_MARKS, None);

@@ -1,5 +1,8 @@
-//! Checks what holds between statements, and makes the cross-reference.
+//! Checks what holds between statements, and makes the cross-reference. Says in errors what
+//! people who know other languages probably meant.
 
 pub(crate) mod cross_reference;
 pub(crate) mod lints;
+pub(crate) mod other_languages;
 pub(crate) mod structure;
+mod words_of_other_languages;

@@ -7,3 +7,4 @@ pub(crate) mod eval;
 pub(crate) mod lints;
 pub(crate) mod load;
 pub(crate) mod out_of_range;
+pub(crate) mod power_pmac;

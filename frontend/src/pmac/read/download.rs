@@ -29,6 +29,8 @@ pub(crate) struct Open {
     /// Whether a name stands in it that a missing file may define, so that errors of its structure
     /// are not reported.
     pub(crate) has_unknown_names: bool,
+    /// The first IF that stands behind an ELSE on the same line.
+    pub(crate) else_if: Option<TextRange>,
 }
 
 /// Reads a preprocessed text as a download.
@@ -46,6 +48,8 @@ pub(crate) struct DownloadReader<'a> {
     statements: u32,
     /// Whether something assigns to I5, without which no PLC runs.
     assigns_i5: bool,
+    /// The last name whose beginning was taken for CLOSE, as in `closed_loop`.
+    pub(crate) closed_by_name: Option<TextRange>,
     /// The first OPEN of a PLC or PLCC.
     has_plc: Option<TextRange>,
     /// How many errors are not reported, since a missing file may define the names in question.
@@ -85,6 +89,7 @@ pub(crate) fn read(preprocessed: &Preprocessed, options: &Options) -> ReadDownlo
         l_uses: Vec::new(),
         statements: 0,
         assigns_i5: false,
+        closed_by_name: None,
         has_plc: None,
         suppressed_errors: 0,
         replacement_budget: 16 << 20,
@@ -181,6 +186,7 @@ impl DownloadReader<'_> {
                         frames: Vec::new(),
                         structure_error: None,
                         has_unknown_names: false,
+                        else_if: None,
                     });
                     return;
                 }
@@ -222,6 +228,7 @@ impl DownloadReader<'_> {
                     frames: Vec::new(),
                     structure_error: None,
                     has_unknown_names: false,
+                    else_if: None,
                 });
                 true
             }
@@ -370,18 +377,25 @@ impl DownloadReader<'_> {
         let lost = open.discarded || open.has_unknown_names;
         let name = if open.compiled { "PLCC" } else { "PLC" };
         let number = open.number;
+        let else_if = open.else_if;
         let error = open.structure_error.take();
         self.open = Some(open);
         if let (Some((guilty, message)), false) = (error, lost) {
             let (place, _) = self.preprocessed.origins.place(guilty);
+            let else_if = else_if.map(|at| self.preprocessed.origins.place(at).0);
             let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
-                Diagnostic::error(
+                let diagnostic = Diagnostic::error(
                     "PMAC-9",
                     span,
                     format!("the IF and WHILE of {name} {number} do not match"),
                 )
-                .label(place, message)
-                .help("each IF needs its ENDIF, each WHILE its ENDWHILE")
+                .label(place, message);
+                match else_if {
+                    Some(place) => diagnostic
+                        .label(place, "this IF behind ELSE needs an ENDIF of its own")
+                        .help("there is no ELSEIF: end each IF that stands behind an ELSE"),
+                    None => diagnostic.help("each IF needs its ENDIF, each WHILE its ENDWHILE"),
+                }
             });
             self.diagnostics.push(diagnostic);
             if let Some(buffer) = self.buffer() {

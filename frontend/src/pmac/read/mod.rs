@@ -5,7 +5,8 @@
 //! 2. [`download`] reads that text: on-line commands ([`online`], `buffers`) and the statements of
 //!    the buffers between them ([`statement`], `structure`, `command`, `texts`, `ring`). Both use
 //!    the parsers of [`expr`], [`assign`], [`define`] and the table of `words`. `skip` passes over
-//!    motion programs. Behind an error, `report` and `recover` find where reading goes on.
+//!    motion programs. Behind an error, `report` and `recover` find where reading goes on, and
+//!    `other_languages` says what people who know other languages probably meant.
 
 pub(crate) mod assign;
 mod buffers;
@@ -18,6 +19,7 @@ pub(crate) mod download;
 pub(crate) mod expr;
 mod macros;
 pub(crate) mod online;
+mod other_languages;
 pub(crate) mod preprocess;
 mod ranges;
 mod recover;
@@ -29,3 +31,4 @@ mod structure;
 mod template;
 mod texts;
 mod words;
+mod words_of_other_languages;

@@ -264,25 +264,17 @@ impl Reader<'_> {
             && !["HM", "HMZ", "HOME", "HOMEZ"].iter().any(|w| before.eq_ignore_ascii_case(w))
     }
 
-    /// The error for a word that is neither in the table nor defined.
+    /// The error for a word that is neither in the table nor defined. Its help is
+    /// [`PERHAPS_A_NAME`].
     pub(crate) fn unknown_word_error<T>(&mut self) -> Parsed<T> {
         let at = self.cur.next_word();
         let what = self.cur.text_at(at).to_owned();
         if !what.is_ascii() || !what.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
             return self.cur.expected_at_once("a command or statement");
         }
-        // Of ENDWHLE the short form ENDWH was taken already.
-        let whole = self.cur.glued_word(at);
-        let near = |word: &str| crate::common::closest(word, words::suggested());
-        let help = match near(&what).or_else(|| near(whole)) {
-            Some(word) if word.eq_ignore_ascii_case(&what) => format!(
-                "{word} can't stand here: statements stand in buffers, and there \
-                 COMMAND\"…\" gives on-line commands"
-            ),
-            Some(word) => format!("did you mean {word}?"),
-            None => PERHAPS_A_NAME.to_owned(),
-        };
-        syntax_help(at, format!("`{what}` is neither a statement nor defined"), help)
+        // Words that are similar are looked for where the error is reported.
+        let message = format!("`{what}` is neither a statement nor defined");
+        syntax_help(at, message, PERHAPS_A_NAME)
     }
 
     /// `!X10Y20`: the destination of the move under way is altered.

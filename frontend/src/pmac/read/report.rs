@@ -5,15 +5,23 @@ use plcc_diag::Diagnostic;
 use super::cursor::ParseError;
 use super::download::DownloadReader;
 use super::online::PERHAPS_A_NAME;
+use super::other_languages::{self, Explained};
 use super::recover::next_statement;
+use super::words;
 use crate::common::closest;
 use crate::pmac::origin::TextRange;
+
+/// For how many errors similar words and names are looked for. Each search compares with all of them.
+const SEARCHED_ERRORS: usize = 100;
+
+/// The end of the help for a name that differs from a defined one in its capitals alone.
+const CAPITALS_COUNT: &str = "capitals count in names";
 
 impl DownloadReader<'_> {
     /// Reports an error. It is left out where the cause may be a template without a value on the
     /// same line, or a missing file that may define the name at the error. Gives false in the
     /// latter case.
-    pub(crate) fn report(&mut self, error: ParseError) -> bool {
+    pub(crate) fn report(&mut self, mut error: ParseError) -> bool {
         let at = error.at;
         let line = self.line_of(at);
         let blamed = self.preprocessed.undefined_templates.partition_point(|p| p.end <= line.start);
@@ -27,9 +35,28 @@ impl DownloadReader<'_> {
             }
             return false;
         }
-        let help = self.similar_name(&error).or(error.help);
+        let controller = self.reader.controller;
+        let word = self.reader.cur.text_at(at);
+        let similar = match self.differs_in_case(word, &error) {
+            None => match other_languages::explain(&self.preprocessed.text, controller, &mut error)
+            {
+                Explained::No => {
+                    self.similar_word(&error).or_else(|| self.similar_name(word, &error))
+                }
+                Explained::Yes => None,
+                Explained::UndefinedName(name) => self.defined_name_near(&name),
+            },
+            found => found,
+        };
+        let help = similar.or(error.help);
+        let closed = (error.code == "PMAC-5").then_some(self.closed_by_name).flatten();
+        let closed = closed.map(|name| self.preprocessed.origins.place(name).0);
         let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
-            let diagnostic = Diagnostic::error(error.code, span, error.message);
+            let mut diagnostic = Diagnostic::error(error.code, span, error.message);
+            if let Some(place) = closed {
+                diagnostic =
+                    diagnostic.label(place, "the beginning of this name closed the buffer: CLOSE");
+            }
             match help {
                 Some(help) => diagnostic.help(help),
                 None => diagnostic,
@@ -39,20 +66,53 @@ impl DownloadReader<'_> {
         true
     }
 
+    /// The help that names the word of the language which is similar to the unknown word at the
+    /// error. Only the first errors are worth the search.
+    fn similar_word(&self, error: &ParseError) -> Option<String> {
+        let unknown = error.help.as_ref().is_some_and(|help| help == PERHAPS_A_NAME);
+        if !unknown || self.diagnostics.len() >= SEARCHED_ERRORS {
+            return None;
+        }
+        let what = self.reader.cur.text_at(error.at);
+        // Of ENDWHLE the short form ENDWH was taken already.
+        let whole = self.reader.cur.glued_word(error.at);
+        let near = |word: &str| closest(word, words::suggested());
+        let word = near(what).or_else(|| near(whole))?;
+        Some(if word.eq_ignore_ascii_case(what) {
+            format!(
+                "{word} can't stand here: statements stand in buffers, and there COMMAND\"…\" gives \
+                 on-line commands"
+            )
+        } else {
+            format!("did you mean {word}?")
+        })
+    }
+
     /// The help that names a defined name which is similar to the word at the error, if the error
-    /// has no other help. Only the first 100 errors are worth the search.
-    fn similar_name(&self, error: &ParseError) -> Option<String> {
-        let at = error.at;
-        let word = self.preprocessed.text.get(at.start as usize..at.end as usize)?.trim();
+    /// has no other help.
+    fn similar_name(&self, word: &str, error: &ParseError) -> Option<String> {
         let is_word = word.starts_with(|c: char| c.is_alphabetic() || c == '_');
         let unhelped = error.help.as_ref().is_none_or(|help| help == PERHAPS_A_NAME);
-        if !is_word || !unhelped || self.diagnostics.len() >= 100 {
+        if is_word && unhelped { self.defined_name_near(word) } else { None }
+    }
+
+    /// The help that names a defined name which differs from the word at the error in its capitals
+    /// alone, if the error has no other help.
+    fn differs_in_case(&self, word: &str, error: &ParseError) -> Option<String> {
+        let help = self.similar_name(word, error)?;
+        help.ends_with(CAPITALS_COUNT).then_some(help)
+    }
+
+    /// The help that names a defined name which is similar to an undefined one. Only the first
+    /// errors are worth the search.
+    fn defined_name_near(&self, word: &str) -> Option<String> {
+        if self.diagnostics.len() >= SEARCHED_ERRORS {
             return None;
         }
         let name =
             closest(word, self.preprocessed.names.iter().map(|defined| defined.name.as_str()))?;
         Some(if name.eq_ignore_ascii_case(word) && name != word {
-            format!("did you mean {name}? capitals count in names")
+            format!("did you mean {name}? {CAPITALS_COUNT}")
         } else if name == word {
             format!("{name} is defined further down: its #define must come before")
         } else {

@@ -94,6 +94,10 @@ impl DownloadReader<'_> {
         if ahead.eat_word("ALL") {
             self.reader.cur.pos = ahead.pos;
         }
+        if matches!(self.reader.cur.byte(), b'_' | b'a'..=b'z') {
+            let whole = start..self.reader.cur.clone().next_word().end as usize;
+            self.closed_by_name = Some(crate::pmac::origin::TextRange::new(whole.start, whole.end));
+        }
         self.close(at);
         Ok(())
     }

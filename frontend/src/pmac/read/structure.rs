@@ -52,7 +52,14 @@ impl DownloadReader<'_> {
         let patch = self.next_index() as usize;
         let what = if kind == FrameKind::While { StmtKind::While } else { StmtKind::If };
         self.push(what(expr, 0), start);
+        let before =
+            self.preprocessed.text.get(..start).unwrap_or("").trim_end_matches([' ', '\t']);
+        let behind_else = before.len().checked_sub(4).and_then(|from| before.get(from..));
+        let behind_else = behind_else.is_some_and(|word| word.eq_ignore_ascii_case("ELSE"));
         if let Some(open) = &mut self.open {
+            if kind == FrameKind::If && behind_else {
+                open.else_if.get_or_insert(at);
+            }
             if open.frames.len() >= MAX_NESTING && open.structure_error.is_none() {
                 open.structure_error = Some((at, "this is nested deeper than 256 levels".into()));
             }

@@ -7,6 +7,7 @@ use crate::pmi::{
     analyse::names::Names,
     ast::{Meaning, SymbolId},
     read::diagnostic::error,
+    reference::executive::{Family, families},
 };
 
 /// The symbol of a variable in an expression or on the left of an assignment; `indexed` says
@@ -74,6 +75,9 @@ fn undefined(
         let directive = if code.starts_with('M') { "$MCODE" } else { "$GCODE" };
         return problem.help(format!("declare the code behind {directive}: {name}/P or {name}/D"));
     }
+    if let Some(family) = family_of(name) {
+        return problem.help(format!("there are {} to {}", family.first, family.last));
+    }
     if let Some(near) = names.suggest(name, false) {
         return problem.help(format!("did you mean {near}?"));
     }
@@ -81,5 +85,15 @@ fn undefined(
         (_, true) => "the manual's 3.4 lists the executive's variables; a machine file adds others",
         (true, _) => "declare it behind $LOGICAL, $INTEGER or $LONG with its number of elements",
         (false, _) => "declare it, or assign it somewhere, which makes it a LOGICAL",
+    })
+}
+
+/// The family of executive variables to which a name would belong if its number were in range:
+/// `@CP100` to `@CP115` for `@CP116`.
+fn family_of(name: &str) -> Option<&'static Family> {
+    let letters = |name: &'static str| name.trim_end_matches(|c: char| c.is_ascii_digit());
+    families().iter().filter(|family| family.first != family.last).find(|family| {
+        let number = name.strip_prefix(letters(family.first)).unwrap_or("");
+        !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit())
     })
 }

@@ -9,8 +9,11 @@ pub(crate) mod expression;
 pub(crate) mod lints;
 pub(crate) mod lookup;
 pub(crate) mod names;
+mod numbers_of_other_languages;
+mod other_languages;
 pub(crate) mod ports;
 pub(crate) mod specification_section;
+mod words_of_other_languages;
 
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
@@ -54,8 +57,11 @@ pub(crate) fn check(
     while let [statement, tail @ ..] = rest {
         rest = tail;
         let mut cursor = lexer.cursor(*statement);
+        // An error may be that of a directive, which begins another part of the section.
+        let section = specification.section;
         if let Err(problem) = specification.statement(&mut cursor) {
-            diagnostics.push(*problem);
+            let section = section.or(Some(Section::End));
+            diagnostics.push(*other_languages::explain(&cursor, section, problem));
         }
         if specification.section == Some(Section::End) {
             break;
@@ -78,8 +84,9 @@ pub(crate) fn check(
     announcements(pending, &mut names, &mut checked, &mut diagnostics);
     let mut execution = ExecutionSection::new(&mut names, &mut checked, options.limits);
     for statement in rest {
-        if let Err(problem) = execution.statement(&mut lexer.cursor(*statement)) {
-            diagnostics.push(*problem);
+        let mut cursor = lexer.cursor(*statement);
+        if let Err(problem) = execution.statement(&mut cursor) {
+            diagnostics.push(*other_languages::explain(&cursor, None, problem));
         }
     }
     execution.finish(&mut diagnostics);
@@ -91,6 +98,7 @@ pub(crate) fn check(
         diagnostic.help = diagnostic::default_help(diagnostic.code).map(str::to_owned);
     }
     diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
+    other_languages::note_small_letters(file, sources.text(file), &mut diagnostics);
     (checked, diagnostics)
 }
 

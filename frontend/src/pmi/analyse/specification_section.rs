@@ -160,9 +160,9 @@ impl<'a> SpecificationSection<'a> {
             let problem =
                 cursor.error_here(3, format!("a directive is expected, not {}", cursor.found()));
             self.declare_unknown(cursor);
-            return Err(Box::new(
-                problem.help("start with $INPUT, $OUTPUT, $INTEGER…; $END stands before the logic"),
-            ));
+            return Err(Box::new(problem.help_if_none(
+                "start with $INPUT, $OUTPUT, $INTEGER…; $END stands before the logic",
+            )));
         };
         let result = match section {
             Section::Input | Section::Output => self.port_line(cursor, section),

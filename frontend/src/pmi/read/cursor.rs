@@ -117,7 +117,8 @@ impl<'a> Cursor<'a> {
         let text = self.token().map_or("", |token| self.slice(token));
         let short: String = text.chars().take(20).collect();
         let before = self.text.get(..span.start as usize).unwrap_or("");
-        let word = before.trim_end_matches(|c: char| c.is_ascii_alphanumeric()).len();
+        let word = before.trim_end_matches(|c: char| c.is_ascii_alphanumeric());
+        let word = word.strip_suffix(['$', '@']).unwrap_or(word).len();
         let word = before.get(word..).unwrap_or("");
         match fault {
             Fault::Extraneous if text.starts_with(|c: char| c.is_ascii_lowercase()) => {

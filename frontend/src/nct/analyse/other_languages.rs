@@ -1,0 +1,389 @@
+//! What people write who know other languages: instruction lists, structured text, C, part programs.
+//! Here errors get messages and helps that say what was probably meant and how NCT writes it. Their
+//! numbers and places stay what they are.
+
+use plcc_diag::Diagnostic;
+
+use crate::common::Surroundings;
+use crate::nct::analyse::words_of_other_languages::word_of_other_language;
+
+/// The help for all that was meant as a comment.
+const COMMENT: &str = "a comment begins with `;` and goes on to the end of the line";
+
+/// What was probably meant: a message in place of the error's own, if that would mislead, and a
+/// help.
+type Meant = (Option<String>, String);
+
+/// A meaning with a message of its own.
+fn meant(message: impl Into<String>, help: impl Into<String>) -> Option<Meant> {
+    Some((Some(message.into()), help.into()))
+}
+
+/// A meaning of which the error's own message says enough.
+fn help(help: impl Into<String>) -> Option<Meant> {
+    Some((None, help.into()))
+}
+
+/// Says of each error in `text` what was probably meant, if it looks like a habit from another
+/// language. The errors stand in the order of the text.
+pub(crate) fn explain(text: &str, found: &mut [Diagnostic]) {
+    for diagnostic in found.iter_mut().filter(|diagnostic| diagnostic.is_error()) {
+        let range = diagnostic.span.range();
+        let place = Place {
+            around: Surroundings::new(text, range.start, range.end),
+            code: diagnostic.code,
+        };
+        let meaning = comment(&place)
+            .or_else(|| assignment(&place))
+            .or_else(|| word(&place))
+            .or_else(|| switch_of_input(&place))
+            .or_else(|| digits(&place))
+            .or_else(|| symbol(&place))
+            .or_else(|| constant(&place));
+        if let Some((message, help)) = meaning {
+            if let Some(message) = message {
+                diagnostic.message = message;
+            }
+            diagnostic.help = Some(help);
+        }
+    }
+    note_small_letters(text, found);
+}
+
+/// The line around an error, and the error's code.
+struct Place<'a> {
+    around: Surroundings<'a>,
+    code: &'static str,
+}
+
+impl Place<'_> {
+    /// Whether the error has one of these numbers of the manual's list.
+    fn is(&self, numbers: &[&str]) -> bool {
+        self.code.strip_prefix("NCT-").is_some_and(|number| numbers.contains(&number))
+    }
+
+    /// The part at the error without blanks.
+    fn written(&self) -> String {
+        self.around.at.chars().filter(|c| !c.is_whitespace()).collect()
+    }
+}
+
+/// Signs with which comments begin elsewhere, in front of an error on the same line or at it.
+fn comment(place: &Place<'_>) -> Option<Meant> {
+    let Surroundings { before, at, behind } = place.around;
+    for sign in ["//", "(*", "--"] {
+        let behind_sign = before.contains(sign) && place.is(&["44", "7", "13", "18", "19"]);
+        let second = |text: &str| text.starts_with(sign.get(1..).unwrap_or(""));
+        let first = |text: &str| text.ends_with(sign.get(..1).unwrap_or(""));
+        if at.starts_with(sign) || behind_sign || first(before) && second(at) {
+            let names = "what stands behind it is read as statements";
+            let message = if behind_sign {
+                format!("`{sign}` in front of this begins no comment")
+            } else {
+                format!("`{sign}` begins no comment: {names}")
+            };
+            return meant(message, COMMENT);
+        }
+    }
+    let inner = behind.split(')').next().unwrap_or("");
+    if place.code == "NCT-18"
+        && at.starts_with(|c: char| c.is_ascii_alphabetic())
+        && behind.contains(')')
+        && inner.chars().all(|c| c.is_ascii_alphabetic() || c == ' ')
+    {
+        return meant("parentheses stand around conditions, not around comments", COMMENT);
+    }
+    if place.code != "NCT-44" || at == "x" && before.ends_with('0') {
+        return None;
+    }
+    let line_begins = before.trim().is_empty();
+    let sign = before.trim_start().chars().next().filter(|c| "?'#{!\"%".contains(*c));
+    match (at.chars().next()?, sign) {
+        (c @ ('?' | '\'' | '{' | '"'), _) if line_begins => {
+            meant(format!("`{c}` begins no comment"), COMMENT)
+        }
+        ('#' | '!', _) if line_begins && behind.starts_with(' ') => {
+            meant(format!("`{at}` begins no comment"), COMMENT)
+        }
+        (_, Some(sign)) => meant(format!("`{sign}` in front of this begins no comment"), COMMENT),
+        (c, _) if c.is_ascii_lowercase() => {
+            let (word, _) = place.around.word(|c| c.is_ascii_alphanumeric());
+            let capitals = word.to_ascii_uppercase();
+            let written = format!("statements are written in capitals: `{capitals}`");
+            let perhaps_text = word.len() > 1 && word.chars().all(char::is_alphabetic);
+            help(if perhaps_text { format!("{written}; {COMMENT}") } else { written })
+        }
+        _ => None,
+    }
+}
+
+/// `Y012=1`, `Q05:=10`, `F010=F020`.
+fn assignment(place: &Place<'_>) -> Option<Meant> {
+    let Surroundings { before, at, .. } = place.around;
+    let colon = place.around.is_followed_by(":=") || at == ":" && place.around.is_followed_by("=");
+    let equals = place.around.is_followed_by("=") && !place.around.is_followed_by("==");
+    let compares = "nothing is assigned with `=`, which compares register OP";
+    let (target, message) =
+        if at.starts_with('=') && !at.starts_with("==") && place.is(&["17", "33"]) {
+            (last_address(before.trim_end().trim_end_matches(':'))?, compares)
+        } else if at == ":" && colon {
+            (last_address(before)?, "`:=` is no sign of NCT: nothing is assigned with `=`")
+        } else if (equals || colon) && place.is(&["17", "9", "19"]) {
+            (last_address(at)?, compares)
+        } else {
+            return None;
+        };
+    let digits: String = target.chars().filter(char::is_ascii_digit).collect();
+    let what = match (target.chars().next()?, digits.len()) {
+        ('Y', 3) => {
+            format!("U{digits} switches {target} on, D{digits} off: I001 U{digits} E D{digits} Z")
+        }
+        ('F', 4) => format!("UF{digits} sets {target} to 1, DF{digits} to 0"),
+        ('I' | 'V' | 'P', _) => {
+            format!("{target} … Z runs where the bit is on, N{target} … Z where it is off")
+        }
+        ('M', _) => format!("store the time to start a timer: ,50 SM{digits}"),
+        (timer @ ('T' | 'H'), _) => {
+            format!("store the time to start a timer: ,50 S{timer}{digits:0>2}")
+        }
+        (_, _) => format!("load a value and store it: ,10 S{target} or LI00 S{target}"),
+    };
+    meant(message, what)
+}
+
+/// The name of a bit, word, counter or timer at the end of a text: `Y012` of `I001 Y012`.
+fn last_address(text: &str) -> Option<&str> {
+    let text = text.trim_end();
+    let letters = text.trim_end_matches(|c: char| c.is_ascii_digit());
+    let from = letters.char_indices().next_back().filter(|(_, c)| "IYVPFQTHM".contains(*c))?.0;
+    (letters.len() < text.len()).then(|| text.get(from..))?
+}
+
+/// Words of other languages.
+fn word(place: &Place<'_>) -> Option<Meant> {
+    let (word, from) = place.around.word(|c| c.is_ascii_alphabetic() || c == '_');
+    let line = [place.around.before, place.around.at, place.around.behind].concat();
+    let before = line.get(..from).unwrap_or("");
+    let behind = line.get(from + word.len()..).unwrap_or("");
+    let what = word_of_other_language(&word, before, behind)?;
+    meant(format!("`{word}` is no word of NCT"), what)
+}
+
+/// `UI002`: U and D switch outputs and flags. In German instruction lists, U is AND.
+fn switch_of_input(place: &Place<'_>) -> Option<Meant> {
+    let Surroundings { at, behind, .. } = place.around;
+    let written = place.written();
+    let mut rest = written.chars().chain(behind.chars());
+    let switch = rest.next().filter(|c| matches!(c, 'U' | 'D'))?;
+    let name = rest.next().filter(|c| "IVPTHMQ".contains(*c))?;
+    let digits: String = rest.take_while(char::is_ascii_digit).collect();
+    if !place.is(&["9", "56"]) || digits.len() < 2 || at.len() > 4 {
+        return None;
+    }
+    match name {
+        'I' | 'V' | 'P' => meant(
+            format!("{name}{digits} is an input, which {switch} can't switch"),
+            format!(
+                "{switch}{digits} switches output Y{digits}; to do something where the input is on, \
+                 write {name}{digits} … Z"
+            ),
+        ),
+        'T' | 'H' | 'M' => meant(
+            format!("{switch} switches outputs and flags, no timers"),
+            format!("load the time and store it to start the timer: ,50 S{name}{digits}"),
+        ),
+        _ => None,
+    }
+}
+
+/// Addresses with too few or too many digits, or with a point.
+fn digits(place: &Place<'_>) -> Option<Meant> {
+    let Surroundings { before, at, behind } = place.around;
+    if place.code == "NCT-7" && at.starts_with(|c: char| c.is_ascii_digit()) {
+        // A digit that no letter, comma or point introduces: the address in front of it was complete.
+        let first = at.chars().next()?;
+        if before.ends_with('J') || before.ends_with("J0") || before.ends_with("J1") {
+            return meant(
+                format!("`{first}` is one digit too many"),
+                "J0, J1 and J2 end modules; a jump is written G and a label: G010",
+            );
+        }
+        let address = last_address(before)?;
+        let what = match address.chars().next()? {
+            'T' => "20 ms timers are T00 to T49",
+            'H' => "timers of seconds are H00 to H99",
+            'M' => "timers of minutes are M0 to M9; M codes stand in part programs",
+            'Q' => "counters are Q00 to Q31",
+            'F' => "a bit is F and four digits, a word F and three",
+            _ => "a bit has three digits, a word two: I001, LI00",
+        };
+        return meant(format!("`{first}` is one digit too many behind {address}"), what);
+    }
+    if !place.is(&["9", "19"]) {
+        return None;
+    }
+    let written = place.written();
+    let number: String = written.chars().rev().take_while(char::is_ascii_digit).collect();
+    let number: String = number.chars().rev().collect();
+    let letters = written.get(..written.len() - number.len()).unwrap_or("");
+    let point = behind.strip_prefix('.').and_then(|rest| rest.chars().next());
+    if let Some(bit) = point.filter(char::is_ascii_digit)
+        && number.len() <= 2
+        && !number.is_empty()
+    {
+        let letters = letters.replace('Q', "Y");
+        let message = format!("a bit is written without a point, not `{written}.{bit}`");
+        let byte = number.trim_start_matches('0');
+        let byte = if byte.is_empty() { "0" } else { byte };
+        return meant(message, format!("write {letters}{number:0>2}{bit}: byte {byte}, bit {bit}"));
+    }
+    if behind.starts_with(['B', 'W', 'X', 'D']) && number.is_empty() {
+        let (bit, word) = if letters.ends_with('F') { ("0000", "000") } else { ("001", "00") };
+        return letters.ends_with(['I', 'Y', 'V', 'P', 'F']).then(|| {
+            help(format!(
+                "no letter says how long it is: {letters}{bit} is a bit, {letters}{word} a word"
+            ))
+        })?;
+    }
+    if letters == "F" && number.len() == 3 {
+        return help(format!(
+            "F{number} is a word, which LF{number} loads; a bit of it has a fourth digit, F{number}0 to F{number}7"
+        ));
+    }
+    if letters == "G" && matches!(number.len(), 1 | 2) {
+        return help(format!(
+            "a jump has a label of three digits, G{number:0>3}; G codes stand in part programs"
+        ));
+    }
+    let count = match letters.chars().next_back()? {
+        _ if number.is_empty() => return None,
+        'Q' | 'T' | 'H' => 2,
+        'I' | 'Y' | 'V' | 'P' | 'O' | 'U' | 'D' | 'G' | 'C' | ':' if number.len() == 1 => 3,
+        'G' | 'C' | ':' => 3,
+        _ => return None,
+    };
+    let zeros = format!("{number:0>count$}");
+    (number.len() < count).then(|| help(format!("write {count} digits: {letters}{zeros}")))?
+}
+
+/// Operators of other languages.
+fn symbol(place: &Place<'_>) -> Option<Meant> {
+    let Surroundings { before, at, behind } = place.around;
+    let equals = behind.starts_with('=');
+    let unequal = "there is no such relation: write the other case behind E, =5 E … Z";
+    match at {
+        "&" => meant("`&` is no operator", "AND is written A: (I001 A I002)"),
+        "|" => meant("`|` is no operator", "OR is written O: (I001 O I002)"),
+        "^" => meant("`^` is no operator", "the exclusive OR is written X: (I001 X I002)"),
+        "!" if equals => meant("`!=` is no relation", unequal),
+        "!" | "~" if behind.starts_with(|c: char| c.is_ascii_uppercase() || c == '(') => {
+            meant(format!("`{at}` is no operator"), "NOT is written N: NI001")
+        }
+        "<>" => meant("`<>` is no relation", unequal),
+        "==" => meant("`==` is no relation", "equality is written =5 or =LI00"),
+        _ if place.is(&["45"]) && at.starts_with('/') && at.ends_with(char::is_alphabetic) => help(
+            "NOT is written N: NI001; `/` divides register OP by a variable, /LI00, or a number, /5",
+        ),
+        _ if place.is(&["18"]) && at == "L" && behind.starts_with(char::is_alphabetic) => help(
+            "in parentheses stand conditions; load the value in front of them: LQ05 (>5 A I001)",
+        ),
+        _ if place.is(&["44"]) && at == "%" && before.trim().is_empty() => {
+            help("NCT's addresses have no `%`: I001, Y012; a part program is no PLC program")
+        }
+        _ if place.is(&["13"]) && is_block(before, at) => meant(
+            "this looks like a block of a part program",
+            "a PLC program has labels, :010, and statements such as I001 U012 Z",
+        ),
+        _ if place.is(&["17"])
+            && at.starts_with('Q')
+            && behind.trim_start().starts_with(['+', '-']) =>
+        {
+            help(format!("U{at} adds 1 to the counter, D{at} subtracts 1"))
+        }
+        _ if place.is(&["7"]) && matches!(at, "++" | "--") => {
+            help("UQ05 adds 1 to counter Q05, DQ05 subtracts 1")
+        }
+        _ => None,
+    }
+}
+
+/// Whether `N10` stands at the beginning of a line.
+fn is_block(before: &str, at: &str) -> bool {
+    before.trim().is_empty()
+        && at.strip_prefix('N').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
+}
+
+/// Constants without a comma, and those of other languages.
+fn constant(place: &Place<'_>) -> Option<Meant> {
+    let Surroundings { before, at, behind } = place.around;
+    let number: String = [at, behind].concat();
+    let number: String = number.chars().skip(1).take_while(char::is_ascii_digit).collect();
+    let introduced = at.chars().next()?;
+    let label = before.trim_start();
+    if at == ":" && label.len() == 3 && label.bytes().all(|b| b.is_ascii_digit()) {
+        return help(format!("the colon stands in front of the label: :{label}"));
+    }
+    if introduced == 'L' && number.len() == 3 && behind.contains(':') {
+        return meant(
+            "`L` begins no label",
+            format!("a label is a colon and three digits: :{number}"),
+        );
+    }
+    if matches!(introduced, 'L' | 'K' | '#') && !number.is_empty() && place.is(&["51", "7", "44"]) {
+        if introduced == '#' && before.ends_with(|c: char| c.is_ascii_digit()) {
+            return hexadecimal(behind);
+        }
+        return meant(
+            format!("`{introduced}` begins no constant"),
+            format!("a decimal constant begins with a comma: ,{number}"),
+        );
+    }
+    match at {
+        "#" => hexadecimal(behind),
+        "x" if before.ends_with('0') => hexadecimal(behind),
+        "," if behind.starts_with('$') => hexadecimal(behind.get(1..).unwrap_or("")),
+        "," if behind.starts_with('-') => {
+            let value = behind.chars().skip(1).take_while(char::is_ascii_digit).collect::<String>();
+            let value: u32 = value.parse().ok().filter(|value| *value <= 32_768)?;
+            let word = 0x1_0000 - value;
+            help(format!(
+                "a constant has no sign: write its two's complement, .{:04X}",
+                word & 0xFFFF
+            ))
+        }
+        "," => hexadecimal(behind),
+        _ => None,
+    }
+}
+
+/// The help for a hexadecimal number whose digits stand at the beginning of a text.
+fn hexadecimal(text: &str) -> Option<Meant> {
+    let digits: String = text.trim_start().chars().take_while(char::is_ascii_hexdigit).collect();
+    let value = u16::from_str_radix(&digits, 16).ok()?;
+    help(format!("a hexadecimal constant is a point and four digits: .{value:04X}"))
+}
+
+/// The note for a program that is written in small letters throughout: only its first error has it.
+fn note_small_letters(text: &str, found: &mut [Diagnostic]) {
+    let code = text.lines().map(|line| line.split(';').next().unwrap_or(""));
+    let (mut small, mut capital) = (0_usize, 0_usize);
+    for letter in code.flat_map(str::bytes) {
+        small += usize::from(letter.is_ascii_lowercase());
+        capital += usize::from(letter.is_ascii_uppercase());
+    }
+    let is_small = |diagnostic: &&mut Diagnostic| {
+        let at = text.get(diagnostic.span.range()).unwrap_or("");
+        diagnostic.code == "NCT-44" && at.starts_with(|c: char| c.is_ascii_lowercase())
+    };
+    // Comments behind other signs than `;` have small letters too.
+    let comments = found.iter().any(|diagnostic| diagnostic.help.as_deref() == Some(COMMENT));
+    if small > 9 * capital
+        && !comments
+        && let Some(first) = found.iter_mut().find(is_small)
+    {
+        first.notes.push(
+            "the whole program is in small letters; `tr a-z A-Z < FILE` writes it in capitals"
+                .to_owned(),
+        );
+    }
+}

@@ -1,0 +1,396 @@
+//! What people write who know other languages: structured text, instruction lists, BASIC, C, part
+//! programs, Power PMAC. Here an error gets a message and a help that say what was probably meant and
+//! how it is written. Its code and its place stay what they are.
+
+use super::cursor::{Cursor, ParseError};
+use super::online::PERHAPS_A_NAME;
+use super::words::{self, MOTION, ONLINE, PLC};
+use super::words_of_other_languages::{directive, function, operand, statement};
+use crate::common::{Controller, Surroundings};
+
+/// The help for all that was meant as a comment.
+const COMMENT: &str = "a comment begins with `;` or `//` and goes on to the end of the line";
+
+/// What was probably meant: a message in place of the error's own, if that would mislead, and a
+/// help.
+pub(super) type Meant = (Option<String>, String);
+
+/// A meaning with a message of its own.
+pub(super) fn meant(message: impl Into<String>, help: impl Into<String>) -> Option<Meant> {
+    Some((Some(message.into()), help.into()))
+}
+
+/// A meaning of which the error's own message says enough.
+pub(super) fn help(help: impl Into<String>) -> Option<Meant> {
+    Some((None, help.into()))
+}
+
+/// The line around an error.
+pub(super) struct Place<'a> {
+    pub(super) around: Surroundings<'a>,
+    /// The word of letters, digits and `_` around the beginning of the error's place.
+    pub(super) word: String,
+    /// What stands in front of the word on its line.
+    pub(super) before: String,
+    /// What stands behind the word on its line.
+    pub(super) behind: String,
+    /// The last character of the lines before that is no blank.
+    line_before_ends: Option<char>,
+    pub(super) code: &'static str,
+    pub(super) controller: Controller,
+}
+
+impl<'a> Place<'a> {
+    fn new(text: &'a str, error: &ParseError, controller: Controller) -> Self {
+        let (start, end) = (error.at.start as usize, error.at.end as usize);
+        let around = Surroundings::new(text, start, end);
+        let (word, from) = around.word(is_part);
+        let line = [around.before, around.at, around.behind].concat();
+        let before = line.get(..from).unwrap_or("").to_owned();
+        let behind = line.get(from + word.len()..).unwrap_or("").to_owned();
+        let line_start = start.saturating_sub(around.before.len());
+        let earlier = Surroundings::before(text, line_start);
+        let line_before_ends = earlier.trim_end().chars().next_back();
+        let code = error.code;
+        Self { around, word, before, behind, line_before_ends, code, controller }
+    }
+
+    /// Whether nothing but blanks stands in front of the word on its line.
+    pub(super) fn begins_line(&self) -> bool {
+        self.before.trim().is_empty()
+    }
+}
+
+/// Whether a character may be a part of a name.
+fn is_part(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_'
+}
+
+/// What [`explain`] has found out about an error.
+pub(super) enum Explained {
+    /// Nothing: the error is left as it is.
+    No,
+    /// The error says what was probably meant.
+    Yes,
+    /// The error is about this name, which is not defined.
+    UndefinedName(String),
+}
+
+/// Says of an error in `text` what was probably meant, if it looks like a habit from another
+/// language.
+pub(super) fn explain(text: &str, controller: Controller, error: &mut ParseError) -> Explained {
+    let place = Place::new(text, error, controller);
+    if let Some(name) = undefined_name(&place, error) {
+        return Explained::UndefinedName(name);
+    }
+    let meaning = comment(&place)
+        .or_else(|| template(&place))
+        .or_else(|| number(&place))
+        .or_else(|| brace(&place))
+        .or_else(|| assignment(&place))
+        .or_else(|| directive(&place))
+        .or_else(|| definition(&place))
+        .or_else(|| function(&place))
+        .or_else(|| operand(&place))
+        .or_else(|| statement(&place))
+        .or_else(|| quotes(&place));
+    let Some((message, help)) = meaning else { return Explained::No };
+    if let Some(message) = message {
+        error.message = message;
+    }
+    error.help = Some(help);
+    Explained::Yes
+}
+
+/// Signs with which comments begin elsewhere.
+fn comment(place: &Place<'_>) -> Option<Meant> {
+    let Surroundings { before, at, behind } = place.around;
+    let first = before.trim().is_empty();
+    let sign = match at {
+        "(" if behind.starts_with('*') => "(*",
+        "'" if !sends(before) => "'",
+        "?" | "#" | "!" | "*" if first && behind.starts_with(' ') => at,
+        _ if before.trim_end().ends_with("--") && before.trim_end().len() > 2 => "--",
+        "REM" | "Rem" | "rem" if first => at,
+        _ => return None,
+    };
+    meant(format!("`{sign}` begins no comment"), COMMENT)
+}
+
+/// Whether a text ends with a statement's word behind which a text in quotes stands.
+fn sends(before: &str) -> bool {
+    let before = before.trim_end().to_ascii_uppercase();
+    ["CMD", "COMMAND", "SEND", "SENDS", "SENDP", "DISPLAY", "DISP", "="]
+        .iter()
+        .any(|word| before.ends_with(word))
+}
+
+/// Places for values that another tool fills in before the download.
+fn template(place: &Place<'_>) -> Option<Meant> {
+    let Surroundings { before, at, behind } = place.around;
+    let rest = [at, behind].concat();
+    let opened =
+        ["$(", "${", "%(", "{{", "<%", "@{"].iter().find(|sign| rest.starts_with(**sign))?;
+    if *opened == "%(" && before.trim_end().ends_with(|c: char| is_part(c) || c == ')') {
+        return None;
+    }
+    let end = rest.find([')', '}', '>']).map_or(rest.len(), |end| end + 1);
+    let end = end + usize::from(rest.get(end..).is_some_and(|rest| rest.starts_with('}')));
+    let written = rest.get(..end).unwrap_or(&rest);
+    meant(
+        format!("`{written}` is the place of a value that nothing has filled in"),
+        "run the tool that fills this template before; here `--define NAME=VALUE` replaces $(NAME) \
+         and $(NAME=DEFAULT)",
+    )
+}
+
+/// Numbers as other languages write them.
+fn number(place: &Place<'_>) -> Option<Meant> {
+    let Surroundings { before, at, behind } = place.around;
+    let upper = place.word.to_ascii_uppercase();
+    let hexadecimal = |digits: &str| {
+        let valid = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_hexdigit());
+        valid.then(|| help(format!("hexadecimal numbers are written ${digits}")))?
+    };
+    if at == "$" && behind.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        return help("behind `$` stand hexadecimal digits, 0 to 9 and A to F");
+    }
+    if at == "#" {
+        let base = before.trim_end_matches(|c: char| c.is_ascii_digit());
+        let base = before.get(base.len()..).unwrap_or("");
+        let digits: String = behind.chars().take_while(|c| is_part(*c)).collect();
+        let expected = before.trim_end().ends_with(|c: char| "=+-*/(<>&|^%".contains(c));
+        return match base {
+            "2" => u64::from_str_radix(&digits, 2).ok().and_then(decimal),
+            "16" => hexadecimal(&digits.to_ascii_uppercase()),
+            "" if expected => hexadecimal(&digits.to_ascii_uppercase()),
+            _ => None,
+        };
+    }
+    if !upper.starts_with(|c: char| c.is_ascii_digit()) || upper.bytes().all(|b| b.is_ascii_digit())
+    {
+        let comma = at == "," && before.ends_with(|c: char| c.is_ascii_digit());
+        let digits: String = behind.chars().take_while(char::is_ascii_digit).collect();
+        let whole = before.trim_end_matches(|c: char| c.is_ascii_digit());
+        let whole = before.get(whole.len()..).unwrap_or("");
+        return (comma && !digits.is_empty() && before.contains('='))
+            .then(|| help(format!("the decimal sign is a point: {whole}.{digits}")))?;
+    }
+    if let Some(digits) = upper.strip_prefix("0X").or(upper.strip_suffix('H')) {
+        return hexadecimal(digits);
+    }
+    let binary = upper.strip_prefix("0B").or(upper.strip_suffix('B'))?;
+    u64::from_str_radix(binary, 2).ok().and_then(decimal)
+}
+
+/// The help for a binary number.
+fn decimal(value: u64) -> Option<Meant> {
+    help(format!("there are decimal numbers, {value}, and hexadecimal ones, ${value:X}"))
+}
+
+/// Braces and semicolons of C.
+fn brace(place: &Place<'_>) -> Option<Meant> {
+    let sign = place.around.at;
+    matches!(sign, "{" | "}" | "[" | "]").then_some(())?;
+    if matches!(sign, "[" | "]") {
+        return None;
+    }
+    meant(
+        format!("`{sign}` does not stand around statements"),
+        "an IF ends with ENDIF, a WHILE with ENDWHILE, a program with CLOSE",
+    )
+}
+
+/// `:=`, `+=`, `++` and their kind; an assignment in an assignment; a line that goes on.
+fn assignment(place: &Place<'_>) -> Option<Meant> {
+    let Surroundings { before, at, behind } = place.around;
+    let variable = is_variable(at);
+    let rest = behind.trim_start();
+    if variable && place.code == "PMAC-3" && !rest.starts_with('=') && !before.contains('=') {
+        for sign in ["+", "-", "*", "/", "%"] {
+            let Some(rest) = rest.strip_prefix(sign) else { continue };
+            if rest.starts_with('=') {
+                return meant(
+                    format!("`{sign}=` is no assignment"),
+                    format!("write {at}={at}{sign}…"),
+                );
+            }
+            if rest.starts_with(sign) {
+                return meant(
+                    format!("`{sign}{sign}` is no assignment"),
+                    format!("write {at}={at}{sign}1"),
+                );
+            }
+        }
+        if rest.starts_with('[') {
+            return meant(
+                "brackets follow no variable",
+                "each number is a variable of its own, P1; P(P2+1) is the one that a value chooses",
+            );
+        }
+        if let Some(bit) =
+            behind.strip_prefix('.').filter(|r| r.starts_with(|c: char| c.is_ascii_digit()))
+        {
+            let bit: String = bit.chars().take_while(char::is_ascii_digit).collect();
+            return meant(
+                format!("`{at}.{bit}` is no bit"),
+                format!("a bit is an M-variable of its own: M100->Y:$FFC2,{bit}"),
+            );
+        }
+    }
+    let colon = (variable || at == ":") && [at, rest].concat().contains(":=");
+    if colon && (rest.starts_with(":=") || at == ":") {
+        let name = if variable { at } else { before.trim() };
+        return meant("`:=` is no assignment", format!("write {name}=…"));
+    }
+    if at != "=" {
+        return None;
+    }
+    if before.contains('=') {
+        let help = "write an assignment for each variable, and IF (P2>3) P1=1 ELSE P1=0 ENDIF for a \
+                    comparison";
+        return meant("a statement assigns to one variable", help);
+    }
+    let open = place.line_before_ends.filter(|c| "=+-*/%&|^,(".contains(*c))?;
+    is_variable(before.trim()).then(|| {
+        meant(
+            format!("this line goes on with the line before, which ends with `{open}`"),
+            format!("finish the line before: something is missing behind its `{open}`"),
+        )
+    })?
+}
+
+/// Whether a text is a variable: its letter and its number.
+fn is_variable(text: &str) -> bool {
+    let number = text.strip_prefix(|c: char| "IPQMLipqml".contains(c)).unwrap_or("");
+    !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit())
+}
+
+/// How much of a name's beginning the controller takes for a word or a variable of its own.
+fn known_beginning(name: &str) -> usize {
+    let digits = name.bytes().skip(1).take_while(u8::is_ascii_digit).count();
+    if digits > 0 && is_variable(name.get(..=digits).unwrap_or("")) {
+        return digits + 1;
+    }
+    let word = words::find(Cursor::new(name), PLC.or(ONLINE).or(MOTION));
+    word.map_or(0, |(_, behind)| behind.pos)
+}
+
+/// The name without a #define at an error, if there is one: a word of no meaning to which something
+/// is assigned, or a name of which the controller takes the beginning for a word or variable. The
+/// error says so.
+fn undefined_name(place: &Place<'_>, error: &mut ParseError) -> Option<String> {
+    let name = place.word.trim_start_matches(|c: char| c.is_ascii_digit());
+    let known = known_beginning(name);
+    let (beginning, rest) = name.split_at_checked(known)?;
+    if !rest.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
+        return None;
+    }
+    let behind = place.behind.trim_start();
+    let assigned = behind.starts_with('=') && !behind.starts_with("==");
+    if known == 0 {
+        let unknown = error.help.as_deref() == Some(PERHAPS_A_NAME);
+        if !unknown || !assigned || !place.begins_line() || name.len() < 2 {
+            return None;
+        }
+    } else {
+        let compared = behind.starts_with(['!', '<', '>', '~']);
+        let small = rest.contains(|c: char| c.is_ascii_lowercase());
+        let value = small && place.before.trim_end().ends_with('=');
+        if !assigned && !compared && !value && !rest.contains('_') || place.before.contains("->") {
+            return None;
+        }
+        let effect = if beginning.eq_ignore_ascii_case("CLOSE") {
+            format!("`{beginning}` in front of it closes the buffer")
+        } else {
+            format!("only its beginning, `{beginning}`, is known")
+        };
+        error.message = format!("`{name}` is not defined: {effect}");
+    }
+    error.help = Some(format!(
+        "define the name before it is used, for a variable that is free: #define {name} P100"
+    ));
+    Some(name.to_owned())
+}
+
+/// Addresses that hold a name, or are written as elsewhere.
+fn definition(place: &Place<'_>) -> Option<Meant> {
+    let Surroundings { before, at, behind } = place.around;
+    if is_variable(at) && behind.trim_start().starts_with("->") {
+        return help("M-variables stand for parts of the memory: M1->Y:$FFC2,8");
+    }
+    let arrow = before.contains("->");
+    if arrow && before.trim_end().ends_with("->") && at.len() == 1 {
+        return help("a definition names a word of the memory, and its bits: M1->Y:$FFC2,8");
+    }
+    if !arrow {
+        let assigned =
+            before.trim_end().strip_suffix('=').is_some_and(|name| is_variable(name.trim()));
+        let space = matches!(at, "X" | "Y" | "DP" | "L" | "D" | "F" | "x" | "y");
+        return (assigned && space && (behind.starts_with(':') || behind.starts_with('$')))
+            .then(|| help("a definition is written with `->`: M1->Y:$FFC2,8"))?;
+    }
+    let address = at.rsplit(':').next().unwrap_or("");
+    let glued: String = behind.chars().take_while(|c| is_part(*c)).collect();
+    let written = if at.contains(':') || before.ends_with(':') || before.contains('$') {
+        if at.contains(':') { [address, &glued].concat() } else { place.word.clone() }
+    } else {
+        return None;
+    };
+    let name = written.trim_start_matches('$');
+    let upper = name.to_ascii_uppercase();
+    let is_hexadecimal =
+        |digits: &str| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_hexdigit());
+    if let Some(digits) = upper.strip_prefix("0X").or(upper.strip_suffix('H'))
+        && is_hexadecimal(digits)
+    {
+        return meant(
+            format!("`{written}` is no address"),
+            format!("hexadecimal numbers are written ${digits}"),
+        );
+    }
+    if at == "(" || at == "$" && behind.starts_with('(') {
+        return help("an address is a number without parentheses: M1->Y:$FFC2,8");
+    }
+    if behind.starts_with('.') && glued.is_empty() {
+        return help("a comma stands between address and bit: M1->Y:$FFC2,8");
+    }
+    if name.is_empty() || at.contains(':') && glued.is_empty() {
+        return None;
+    }
+    if !written.starts_with('$') && !before.ends_with('$') && is_hexadecimal(name) {
+        return meant(
+            format!("`{written}` is no decimal number"),
+            format!("hexadecimal numbers are written ${name}"),
+        );
+    }
+    if !name.contains(|c: char| c.is_ascii_alphabetic()) {
+        return None;
+    }
+    meant(
+        format!("`{name}` is neither a number nor defined"),
+        format!("write the address, or define the name before: #define {name} …"),
+    )
+}
+
+/// Texts without quotes, or between others.
+fn quotes(place: &Place<'_>) -> Option<Meant> {
+    let Surroundings { before, at, behind } = place.around;
+    if !sends(before) || before.trim_end().ends_with('=') {
+        let text = at == "\"" && before.trim_end().ends_with('=');
+        return text.then(|| help("a variable holds a number; SEND\"text\" writes a text"))?;
+    }
+    let rest = [at, behind].concat();
+    let rest = rest.trim();
+    if rest.starts_with('"') {
+        return None;
+    }
+    let inner = rest.trim_matches('\'');
+    let statement = before.trim();
+    let message = if rest.starts_with('\'') {
+        "a text stands between double quotes"
+    } else {
+        "a text stands between quotes"
+    };
+    meant(message, format!("write {statement}\"{inner}\""))
+}

@@ -1,0 +1,441 @@
+//! What people write who know other languages: structured text, instruction lists, C, part programs.
+//! Here an error of a statement gets a message and a help that say what was probably meant and how
+//! PMI writes it. Its number and its place stay what they are.
+
+use plcc_diag::{Diagnostic, FileId};
+
+use crate::pmi::{
+    analyse::{
+        numbers_of_other_languages::{delay, other_number},
+        specification_section::Section,
+        words_of_other_languages::{declaration, directive, operator, statement, truth_value},
+    },
+    read::{
+        cursor::Cursor,
+        token::{Kind, Token},
+    },
+};
+
+/// The help for all that was meant as a comment.
+const COMMENT: &str = "a comment begins with `?` and goes on to the end of the line";
+
+/// What was probably meant: a message in place of the error's own, if that would mislead, and a
+/// help.
+pub(super) struct Meant {
+    pub(super) message: Option<String>,
+    pub(super) help: String,
+}
+
+impl Meant {
+    pub(super) fn new(message: impl Into<String>, help: impl Into<String>) -> Option<Self> {
+        Some(Self { message: Some(message.into()), help: help.into() })
+    }
+
+    pub(super) fn help(help: impl Into<String>) -> Option<Self> {
+        Some(Self { message: None, help: help.into() })
+    }
+}
+
+/// A statement with an error, and the token at which the error stands.
+pub(super) struct Place<'s, 'c> {
+    cursor: &'s Cursor<'c>,
+    /// The index of that token.
+    at: usize,
+    /// The error's code.
+    pub(super) code: &'static str,
+    /// The part of the specification section in which the statement stands; `None` in the execution
+    /// section.
+    pub(super) section: Option<Section>,
+}
+
+impl<'c> Place<'_, 'c> {
+    fn token(&self, index: usize) -> Option<Token> {
+        self.cursor.tokens.get(index).copied()
+    }
+
+    fn kind(&self, index: usize) -> Option<Kind> {
+        self.token(index).map(|token| token.kind)
+    }
+
+    /// The text of the statement's token `index`; empty where there is none.
+    pub(super) fn word(&self, index: usize) -> &'c str {
+        self.token(index).map_or("", |token| self.cursor.slice(token))
+    }
+
+    /// The text of the token at the error.
+    pub(super) fn found(&self) -> &'c str {
+        self.word(self.at)
+    }
+
+    /// The text of the token in front of the error.
+    fn before(&self) -> &'c str {
+        self.at.checked_sub(1).map_or("", |index| self.word(index))
+    }
+
+    /// The text of the token behind that at the error.
+    fn behind(&self) -> &'c str {
+        self.word(self.at + 1)
+    }
+
+    /// Whether no blank stands between two tokens, of which `index` is the second one.
+    fn is_glued(&self, index: usize) -> bool {
+        let first = index.checked_sub(1).and_then(|index| self.token(index));
+        first.zip(self.token(index)).is_some_and(|(first, second)| first.end == second.start)
+    }
+
+    /// The statement's text from an offset in its file on.
+    fn text_from(&self, offset: u32) -> &'c str {
+        let end = self.cursor.statement.end as usize;
+        self.cursor.text.get(offset as usize..end).unwrap_or("")
+    }
+
+    /// A number such as `16#FF` at the end of the line before that of the error, if the error stands
+    /// on a line that a `#` continues.
+    pub(super) fn number_before_hash(&self) -> Option<&'c str> {
+        let before = self.token(self.at.checked_sub(1)?)?;
+        let between =
+            self.cursor.text.get(before.end as usize..self.token(self.at)?.start as usize)?;
+        let digits =
+            between.strip_prefix('#')?.split(|c: char| !c.is_ascii_alphanumeric()).next()?;
+        let from = before.start as usize;
+        self.cursor.text.get(from..before.end as usize + 1 + digits.len())
+    }
+
+    /// The word of letters, digits and other signs that `is_part` takes, around the beginning of the
+    /// token at the error.
+    pub(super) fn around(&self, is_part: impl Fn(char) -> bool) -> &'c str {
+        let start = self.token(self.at).map_or(0, |token| token.start as usize);
+        let before = self.cursor.text.get(..start).unwrap_or("");
+        let from = before.trim_end_matches(&is_part).len();
+        let rest = self.cursor.text.get(from..).unwrap_or("");
+        rest.get(..rest.find(|c| !is_part(c)).unwrap_or(rest.len())).unwrap_or("")
+    }
+}
+
+/// Says of an error in a statement what was probably meant, if it looks like a habit from another
+/// language. `section` is the part of the specification section in which the statement stands, `None`
+/// in the execution section.
+pub(crate) fn explain(
+    cursor: &Cursor<'_>,
+    section: Option<Section>,
+    mut problem: Box<Diagnostic>,
+) -> Box<Diagnostic> {
+    let start = problem.span.start;
+    let Some(at) = cursor.tokens.iter().position(|token| token.start >= start) else {
+        return problem;
+    };
+    let place = Place { cursor, at, code: problem.code, section };
+    let meant = comment(&place)
+        .or_else(|| assignment(&place, &problem))
+        .or_else(|| symbol(&place))
+        .or_else(|| keyword(&place))
+        .or_else(|| name(&place))
+        .or_else(|| delay(&place))
+        .or_else(|| other_number(&place))
+        .or_else(|| address(&place))
+        .or_else(|| index(&place));
+    if let Some(Meant { message, help }) = meant {
+        problem.message = message.unwrap_or(problem.message);
+        problem.help = Some(help);
+    }
+    problem
+}
+
+/// Comments of other languages, and braces.
+fn comment(place: &Place<'_, '_>) -> Option<Meant> {
+    let Token { end, .. } = place.token(place.at)?;
+    let rest = place.text_from(end);
+    match place.found() {
+        ";" if rest.trim().is_empty() => {
+            return Meant::new(
+                "no `;` ends a statement",
+                "leave the `;` out: a statement ends with its line",
+            );
+        }
+        ";" if rest.contains('=') => {
+            let help = "put each statement on a line of its own; a comment begins with `?`";
+            return Meant::new("`;` neither ends a statement nor begins a comment", help);
+        }
+        ";" => return Meant::new("`;` begins no comment", COMMENT),
+        "{" | "}"
+            if place.cursor.text.get(place.cursor.statement_span().range())?.contains('}')
+                && rest.contains('}') =>
+        {
+            return Meant::new("`{` begins no comment", COMMENT);
+        }
+        sign @ ("{" | "}") => {
+            let help = "the body of an IF begins on the next line and ends with ENDIF";
+            return Meant::new(format!("`{sign}` does not stand around the body of an IF"), help);
+        }
+        "'" if rest.contains('\'') && place.section.is_some() => {
+            return Meant::new("`'` begins no text", "put the text between double quotes: \"…\"");
+        }
+        "'" => return Meant::new("`'` begins no comment", COMMENT),
+        _ => {}
+    }
+    // Two signs that begin a comment elsewhere. Behind an operand, `//` would divide by a negation,
+    // and `--` subtract one.
+    let begins = |first: usize| {
+        let operand = first == 0
+            || matches!(
+                place.kind(first - 1),
+                Some(
+                    Kind::Name
+                        | Kind::Executive
+                        | Kind::Number(_)
+                        | Kind::Text
+                        | Kind::RParen
+                        | Kind::RBracket
+                )
+            );
+        let signs = match (place.kind(first)?, place.kind(first + 1)?) {
+            (Kind::Slash, Kind::Slash) if operand => "//",
+            (Kind::Minus, Kind::Minus) if operand && place.at >= first + 2 => "--",
+            (Kind::Slash, Kind::Star) => "/*",
+            (Kind::LParen, Kind::Star) => "(*",
+            _ => return None,
+        };
+        place.is_glued(first + 1).then_some(signs)
+    };
+    let signs = (0..=place.at).find_map(begins)?;
+    Meant::new(format!("`{signs}` begins no comment"), COMMENT)
+}
+
+/// `:=`, `+=`, `++` and their kind.
+fn assignment(place: &Place<'_, '_>, problem: &Diagnostic) -> Option<Meant> {
+    let name = place.word(0);
+    let colon = |index| place.word(index) == ":" && place.word(index + 1) == "=";
+    let is_label = place.at == 0 && colon(1)
+        || colon(place.at)
+        || place.found() == "=" && place.before() == ":";
+    if is_label {
+        let message = "`:=` is no sign of PMI: an assignment is written with `=`";
+        return Meant::new(message, format!("write {name} = …; a colon stands behind a label"));
+    }
+    // A name that `:=` elsewhere has made a label.
+    let made_label = problem.labels.first().is_some_and(|label| {
+        let behind = place.cursor.text.get(label.span.end as usize..).unwrap_or("").trim_start();
+        label.span.file == problem.span.file
+            && behind.strip_prefix(':').is_some_and(|rest| rest.trim_start().starts_with('='))
+    });
+    if made_label {
+        return Meant::help(
+            "where it is a label an assignment was probably meant: write `=` in place of `:=`",
+        );
+    }
+    if place.at != 1 || place.code != "PMI-11" || place.section.is_some() {
+        return None;
+    }
+    let sign = place.found();
+    let compound = match sign {
+        "+" | "-" | "*" | "%" | "&" | "!" => place.behind() == "=",
+        "|" | "^" => return None,
+        "/=" => true,
+        _ => false,
+    };
+    if compound {
+        let sign = sign.trim_end_matches('=');
+        let message = format!("`{sign}=` is no assignment");
+        return Meant::new(message, format!("write {name} = {name} {sign} …"));
+    }
+    if matches!(sign, "+" | "-") && place.behind() == sign {
+        let message = format!("`{sign}{sign}` is no assignment");
+        return Meant::new(message, format!("write {name} = {name} {sign} 1"));
+    }
+    None
+}
+
+/// Operators that are written with other signs.
+fn symbol(place: &Place<'_, '_>) -> Option<Meant> {
+    let glued = place.is_glued(place.at);
+    let before = if glued { place.before() } else { "" };
+    match (before, place.found()) {
+        (_, "|") => Meant::new("`|` is no operator", "OR is written `!`: A ! B"),
+        (_, "~") => Meant::new("`~` is no operator", "NOT is written `/`: /A"),
+        (_, "^") => {
+            let help = "the exclusive OR of two LOGICALs is A /= B";
+            Meant::new("`^` is no operator", help)
+        }
+        ("&", "&") => Meant::new("`&&` is no operator", "AND is written `&`: A & B"),
+        ("!", "!") => Meant::new("`!!` is no operator", "OR is written `!`: A ! B"),
+        (_, "!") if place.code == "PMI-34" => {
+            Meant::new("`!` is OR, and stands between two operands", "NOT is written `/`: /A")
+        }
+        ("=", "=") => Meant::new("`==` is no operator", "equality is written `=`: A = B"),
+        ("!" | "<", sign @ ("=" | ">")) => Meant::new(
+            format!("`{before}{sign}` is no operator"),
+            "inequality is written `/=`: A /= B",
+        ),
+        ("=", sign @ ("<" | ">")) => {
+            Meant::new(format!("`={sign}` is no operator"), format!("write `{sign}=`: A {sign}= B"))
+        }
+        _ => None,
+    }
+}
+
+/// Keywords of other languages.
+fn keyword(place: &Place<'_, '_>) -> Option<Meant> {
+    let found = place.found();
+    let first = place.word(0);
+    let code = place.code;
+    if code == "PMI-1" {
+        return directive(found);
+    }
+    if matches!(found, "THEN" | "DO") && code == "PMI-5" {
+        let help = format!("leave {found} out: the body begins on the next line");
+        return Meant::new(format!("there is no {found} behind a condition"), help);
+    }
+    let is_if = matches!(first, "IF" | "ELSEIF");
+    if is_if && code == "PMI-11" && place.at == 1 {
+        return Meant::help(format!(
+            "write {first} (condition), without THEN, on a line of its own"
+        ));
+    }
+    if is_if
+        && code == "PMI-5"
+        && matches!(place.kind(place.at), Some(Kind::Name | Kind::Executive))
+    {
+        let from = place.token(place.at)?.start;
+        let rest: String = place.text_from(from).chars().take(30).collect();
+        return Meant::help(format!(
+            "put parentheses around the whole condition, `{rest}` on the next line, and an ENDIF \
+             behind it"
+        ));
+    }
+    if place.section.is_none() && place.at <= 1 && matches!(code, "PMI-11" | "PMI-4" | "PMI-9") {
+        return statement(first, place.word(1));
+    }
+    if place.section.is_some()
+        && let Some(meant) = declaration(place)
+    {
+        return Some(meant);
+    }
+    match code {
+        "PMI-37" | "PMI-34" => operator(found),
+        "PMI-31" => operator(found).or_else(|| truth_value(found)),
+        "PMI-30" => truth_value(found),
+        _ => None,
+    }
+}
+
+/// Names with signs that PMI's names do not have, and codes without `@`.
+fn name(place: &Place<'_, '_>) -> Option<Meant> {
+    if place.found().starts_with('_') {
+        let whole = place.around(|c| c.is_ascii_alphanumeric() || c == '_');
+        let joined: String = whole.chars().filter(|c| *c != '_').collect();
+        let joined = joined.to_ascii_uppercase();
+        let message = format!("`_` has no place in a name: `{whole}`");
+        if place.section.is_none()
+            && let Some(meant) = statement(&joined, "")
+        {
+            return Some(Meant { message: Some(message), help: meant.help });
+        }
+        let help = match joined.as_str() {
+            "ENDIF" | "ELSEIF" | "GOTO" => format!("write {joined}"),
+            "ENDVAR" => "leave it out: a directive goes on until the next one".to_owned(),
+            _ => format!(
+                "a name is a letter and up to five letters and digits, such as {}",
+                joined.get(..6).unwrap_or(&joined)
+            ),
+        };
+        return Meant::new(message, help);
+    }
+    let ports = matches!(place.section, Some(Section::Input | Section::Output));
+    if ports && place.at == 1 && place.is_glued(1) && matches!(place.code, "PMI-11" | "PMI-30") {
+        let whole = place.around(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '.'));
+        let message = format!("`{whole}` is no name");
+        return Meant::new(message, "a name is a letter and up to five letters and digits");
+    }
+    if place.code != "PMI-24" {
+        return None;
+    }
+    let letters = place.found().trim_start_matches('@');
+    let (kind, number) = letters.split_at_checked(1)?;
+    let number: u16 = number.parse().ok()?;
+    matches!(kind, "M" | "G")
+        .then(|| Meant::help(format!("write @{kind}{number:02}/P or @{kind}{number:02}/D")))?
+}
+
+/// Addresses that other languages use as operands: `I0.1`, `%Q0.1`.
+fn address(place: &Place<'_, '_>) -> Option<Meant> {
+    let fraction = |index| place.kind(index).is_some() && place.word(index).starts_with('.');
+    let ports = matches!(place.section, Some(Section::Input | Section::Output));
+    let is_address = place.found() == "%"
+        || ports && place.code == "PMI-30" && place.found().contains('.')
+        || fraction(place.at + 1) && place.is_glued(place.at + 1)
+        || fraction(place.at) && place.is_glued(place.at);
+    if !is_address || matches!(place.section, Some(Section::Timer | Section::Key)) {
+        return None;
+    }
+    let written = place.around(|c| c.is_ascii_alphanumeric() || matches!(c, '%' | '.' | '_'));
+    match place.section {
+        Some(Section::Input | Section::Output) => {
+            let digits = written.trim_start_matches(|c: char| !c.is_ascii_digit());
+            let (port, bit) = digits.split_once('.')?;
+            Meant::new(
+                format!("`{written}` is no line of a port"),
+                format!("a line is written port/bit: {port}/{bit}"),
+            )
+        }
+        Some(_) => None,
+        None => {
+            let help = "declare a name for the line behind $INPUT or $OUTPUT (NAME = port/bit) and \
+                        write the name";
+            Meant::new(format!("the address `{written}` is no operand"), help)
+        }
+    }
+}
+
+/// Indices in parentheses, and more than one of them.
+fn index(place: &Place<'_, '_>) -> Option<Meant> {
+    let array = |index: usize| index.checked_sub(1).map_or("", |index| place.word(index));
+    match (place.code, place.found()) {
+        ("PMI-36", name) if place.behind() == "(" => Meant::new(
+            format!("the index of {name} stands in parentheses"),
+            format!("write {name}[…]"),
+        ),
+        ("PMI-11", "(") if place.at == 1 && place.section.is_none() => {
+            let name = array(place.at);
+            Meant::help(format!("an element of an array is written {name}[…]; nothing is called"))
+        }
+        ("PMI-5", ",") => {
+            let open = (0..place.at).rev().find(|index| place.word(*index) == "[")?;
+            let name = array(open);
+            Meant::new(
+                format!("{name} has one index"),
+                format!("compute one index of several: {name}[10*ROW + COLUMN]"),
+            )
+        }
+        ("PMI-11" | "PMI-34", "[") if place.before() == "]" => Meant::new(
+            "an array has one index",
+            "compute one index of several: LIST[10*ROW + COLUMN]",
+        ),
+        _ => None,
+    }
+}
+
+/// The note for a program that is written in small letters throughout: only its first error has it.
+/// `text` is that of `file`.
+pub(crate) fn note_small_letters(file: FileId, text: &str, diagnostics: &mut [Diagnostic]) {
+    let code = text.lines().map(|line| line.split('?').next().unwrap_or(""));
+    let letters = code.flat_map(|line| line.split('"').step_by(2)).flat_map(str::bytes);
+    let (mut small, mut capital) = (0_usize, 0_usize);
+    for letter in letters {
+        small += usize::from(letter.is_ascii_lowercase());
+        capital += usize::from(letter.is_ascii_uppercase());
+    }
+    let is_small = |diagnostic: &&mut Diagnostic| {
+        let at = text.get(diagnostic.span.range()).unwrap_or("");
+        diagnostic.code == "PMI-5"
+            && diagnostic.span.file == file
+            && at.starts_with(|c: char| c.is_ascii_lowercase())
+    };
+    if small > 9 * capital
+        && let Some(first) = diagnostics.iter_mut().find(is_small)
+    {
+        first.notes.push(
+            "the whole program is in small letters; `tr a-z A-Z < FILE` writes it in capitals"
+                .to_owned(),
+        );
+    }
+}
