@@ -168,11 +168,14 @@ impl Input {
     /// Reads files that are one program, and finds out their language.
     ///
     /// # Errors
-    /// When one can't be read, the language is not clear, or the language takes only one file.
+    /// When one can't be read, the language is not clear or takes only one file, or an option is for
+    /// programs of another language.
     pub(crate) fn read(paths: &[PathBuf], args: &SourceArgs) -> Result<Self, Failure> {
         let raw: Vec<SourceFile> =
             paths.iter().map(|path| SourceFile::read(path)).collect::<Result<_, _>>()?;
-        Self::of(&raw.iter().collect::<Vec<_>>(), args)
+        let input = Self::of(&raw.iter().collect::<Vec<_>>(), args)?;
+        refuse_options_of_others(input.dialect, |other| args.option_of(other))?;
+        Ok(input)
     }
 
     /// Makes one program of files that have been read.
@@ -219,6 +222,25 @@ impl Input {
             compile::check(&mut sources, &files, dialect, &loader, options);
         diagnostics.sort_by_cached_key(|diagnostic| reading_position(&sources, diagnostic.span));
         Program { sources, named_files: files.len(), dialect, checked, diagnostics }
+    }
+}
+
+/// An option that means nothing to a program of language `dialect` is a mistake of the user.
+/// `option_of` gives the first option on the command line that only programs of a language have.
+///
+/// # Errors
+/// When such an option is for another language.
+pub(crate) fn refuse_options_of_others(
+    dialect: Dialect,
+    option_of: impl Fn(Dialect) -> Option<&'static str>,
+) -> Result<(), Failure> {
+    let others = Dialect::ALL.iter().filter(|&&other| other != dialect);
+    match others.copied().find_map(|other| Some((other, option_of(other)?))) {
+        Some((other, option)) => {
+            let (of, is) = (other.name(), dialect.name());
+            Err(Failure::usage(format!("{option} is for {of} programs; this one is {is}")))
+        }
+        None => Ok(()),
     }
 }
 

@@ -194,7 +194,8 @@ fn keep_going_runs_the_plcs_that_have_no_errors() {
         let done = folder.plcc(&line).exits(0).says(&["[PMAC-9]"]);
         assert!(done.stdout.contains("\"P2\":"), "{}", done.stdout);
     }
-    folder.plcc("run b.pmi --ticks 3 --keep-going").exits(1);
+    let done = folder.plcc("run b.pmi --ticks 3 --keep-going").exits(2);
+    done.says(&["--keep-going is for pmac programs; this one is pmi"]);
 }
 
 #[test]
@@ -206,10 +207,23 @@ fn options_of_another_language_are_refused() {
         ("b.plc", "--period 10"),
         ("b.plc", "--background-steps 2"),
         ("c.pmc", "--level0-safepoints 5"),
+        ("a.pmi", "--define SPEED=3"),
+        ("b.plc", "--controller turbo"),
+        ("b.plc", "--keep-going"),
     ] {
         let done = folder.plcc(&format!("run {file} --ticks 1 {option}")).exits(2);
         done.says(&[option.split(' ').next().unwrap()]);
     }
+    for command in ["check a.pmi", "check a.pmi a.pmi", "build b.plc", "bench a.pmi", "xref a.pmi"]
+    {
+        let done = folder.plcc(&format!("{command} --define SPEED=3")).exits(2);
+        done.says(&["--define is for pmac programs"]);
+    }
+    folder.plcc("check a.pmi --dialect PMI --controller pmac").exits(2);
+    // Where programs of several languages are checked, the option is for those that have it.
+    folder.plcc("check a.pmi b.plc c.pmc --controller turbo --define A=1").exits(0);
+    folder.plcc("check . --controller turbo --define A=1").exits(0);
+    folder.plcc("run c.pmc --ticks 1 --controller turbo --define A=1 --keep-going").exits(0);
     folder.plcc("run b.plc --ticks 1 --param 61=1 --const 1=2 --macro 180=1.5").exits(0);
     folder.plcc("run c.pmc --ticks 1 --background-steps 2").exits(0);
 }

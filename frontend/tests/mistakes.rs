@@ -3,6 +3,8 @@
 //! mistakes, and the snapshots hold the diagnostics of all of them, to be read as such a person
 //! would.
 
+#![allow(clippy::unwrap_used)]
+
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -216,6 +216,20 @@ pub(crate) struct SourceArgs {
     pub(crate) deny: Vec<Denied>,
 }
 
+impl SourceArgs {
+    /// The first option among those given that only programs of language `dialect` have, as it is
+    /// written on the command line.
+    pub(crate) fn option_of(&self, dialect: Dialect) -> Option<&'static str> {
+        let given = match dialect {
+            Dialect::Pmi | Dialect::Nct => return None,
+            Dialect::Pmac => {
+                [("--define", !self.define.is_empty()), ("--controller", self.controller.is_some())]
+            }
+        };
+        given.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
+    }
+}
+
 #[derive(Args)]
 pub(crate) struct CheckArgs {
     /// Sources, or folders of sources; - is standard input

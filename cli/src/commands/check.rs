@@ -51,6 +51,9 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
         args.paths.iter().cloned().partition(|path| path.is_dir());
     let mut results = Results::default();
     check_named(&files, args, report, &mut results);
+    if folders.is_empty() {
+        refuse_options(args, &mut results);
+    }
     for path in folders {
         let found = sources_in(&path, args.source.dialect, report);
         if found.is_empty() {
@@ -78,6 +81,19 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
         (true, 0) => DONE,
         (true, _) => ERRORS,
     })
+}
+
+/// Refuses an option that is for another language than that of all programs. Where they are of
+/// several languages, it is for some of them.
+fn refuse_options(args: &CheckArgs, results: &mut Results) {
+    let mut dialects = results.programs.iter().map(|program| program.dialect);
+    if let Some(first) = dialects.next()
+        && dialects.all(|dialect| dialect == first)
+        && let Err(failure) =
+            input::refuse_options_of_others(first, |other| args.source.option_of(other))
+    {
+        results.failures.push(failure);
+    }
 }
 
 /// Prints whether PMAC's statements are computed in integers or in floating point: on standard
@@ -168,7 +184,8 @@ fn check_folder(
     let mut included = HashSet::new();
     let mut checked = Vec::new();
     for path in paths {
-        let input = Input::read(std::slice::from_ref(path), &args.source);
+        let raw = SourceFile::read(path);
+        let input = raw.and_then(|raw| Input::of(&[&raw], &args.source));
         let input = input.map(|input| Input { folder: Some(folder.to_owned()), ..input });
         let result = input.and_then(|input| check_program(input, args, report));
         let place = fs::canonicalize(path).unwrap_or_else(|_| path.clone());

@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use plcc_abi::{Engine, Program};
+use plcc_abi::{Dialect, Engine, Program};
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::files::open_regular;
 use plcc_runtime::pmac::Settings;
@@ -26,6 +26,9 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     }
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
     let program = Input::read(&args.files, &args.source)?.check(&settings.options);
+    input::refuse_options_of_others(program.dialect, |other| {
+        (args.keep_going && other == Dialect::Pmac).then_some("--keep-going")
+    })?;
     let outputs = [args.run.trace_path(), args.run.events.as_deref(), args.run.dump.as_deref()];
     let stdout_taken = outputs.into_iter().flatten().any(output::is_stdout);
     let to = Destination { format: args.message_format, stdout_taken };

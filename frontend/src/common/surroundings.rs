@@ -4,6 +4,10 @@
 /// line with very many errors.
 const REACH: usize = 256;
 
+/// For how many errors of a program it is looked up what was probably meant. A text that is no
+/// program at all may have an error in each of very many lines.
+pub(crate) const EXPLAINED_ERRORS: usize = 1000;
+
 /// A part of a line, and what stands on the same line around it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Surroundings<'a> {

@@ -4,7 +4,7 @@
 
 use plcc_diag::Diagnostic;
 
-use crate::common::Surroundings;
+use crate::common::{EXPLAINED_ERRORS, Surroundings};
 use crate::nct::analyse::words_of_other_languages::word_of_other_language;
 
 /// The help for all that was meant as a comment.
@@ -27,7 +27,8 @@ fn help(help: impl Into<String>) -> Option<Meant> {
 /// Says of each error in `text` what was probably meant, if it looks like a habit from another
 /// language. The errors stand in the order of the text.
 pub(crate) fn explain(text: &str, found: &mut [Diagnostic]) {
-    for diagnostic in found.iter_mut().filter(|diagnostic| diagnostic.is_error()) {
+    let errors = found.iter_mut().filter(|diagnostic| diagnostic.is_error());
+    for diagnostic in errors.take(EXPLAINED_ERRORS) {
         let range = diagnostic.span.range();
         let place = Place {
             around: Surroundings::new(text, range.start, range.end),
@@ -365,6 +366,9 @@ fn hexadecimal(text: &str) -> Option<Meant> {
 
 /// The note for a program that is written in small letters throughout: only its first error has it.
 fn note_small_letters(text: &str, found: &mut [Diagnostic]) {
+    if found.is_empty() {
+        return;
+    }
     let code = text.lines().map(|line| line.split(';').next().unwrap_or(""));
     let (mut small, mut capital) = (0_usize, 0_usize);
     for letter in code.flat_map(str::bytes) {

@@ -283,7 +283,10 @@ fn undefined_name(place: &Place<'_>, error: &mut ParseError) -> Option<String> {
     let name = place.word.trim_start_matches(|c: char| c.is_ascii_digit());
     let known = known_beginning(name);
     let (beginning, rest) = name.split_at_checked(known)?;
-    if !rest.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
+    let is_name = rest.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+    // Statements may stand without blanks between them: ENDIFP2=1.
+    let is_statement = is_variable(rest) || known > 0 && known_beginning(rest) == rest.len();
+    if !is_name || is_statement || !matches!(place.code, "PMAC-3" | "PMAC-5") {
         return None;
     }
     let behind = place.behind.trim_start();

@@ -8,7 +8,7 @@ use super::online::PERHAPS_A_NAME;
 use super::other_languages::{self, Explained};
 use super::recover::next_statement;
 use super::words;
-use crate::common::closest;
+use crate::common::{EXPLAINED_ERRORS, closest};
 use crate::pmac::origin::TextRange;
 
 /// For how many errors similar words and names are looked for. Each search compares with all of them.
@@ -37,16 +37,18 @@ impl DownloadReader<'_> {
         }
         let controller = self.reader.controller;
         let word = self.reader.cur.text_at(at);
-        let similar = match self.differs_in_case(word, &error) {
-            None => match other_languages::explain(&self.preprocessed.text, controller, &mut error)
-            {
-                Explained::No => {
-                    self.similar_word(&error).or_else(|| self.similar_name(word, &error))
-                }
-                Explained::Yes => None,
-                Explained::UndefinedName(name) => self.defined_name_near(&name),
-            },
-            found => found,
+        let explained = match self.differs_in_case(word, &error) {
+            Some(help) => {
+                error.help = Some(help);
+                Explained::Yes
+            }
+            None if self.diagnostics.len() >= EXPLAINED_ERRORS => Explained::No,
+            None => other_languages::explain(&self.preprocessed.text, controller, &mut error),
+        };
+        let similar = match explained {
+            Explained::No => self.similar_word(&error).or_else(|| self.similar_name(word, &error)),
+            Explained::Yes => None,
+            Explained::UndefinedName(name) => self.defined_name_near(&name),
         };
         let help = similar.or(error.help);
         let closed = (error.code == "PMAC-5").then_some(self.closed_by_name).flatten();

@@ -231,7 +231,7 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Meant> {
         "END" | "ENDPLC" | "STOP" if place.begins_line() && letters == word => {
             no_word("a program ends with CLOSE")
         }
-        "P" | "Q" | "M" | "I" if letters == word && *code == "PMAC-3" => {
+        "P" | "Q" | "M" | "I" if letters == word && *code == "PMAC-3" && place.begins_line() => {
             let rest = behind.trim_start();
             let brackets = rest.starts_with('[');
             let what = if brackets {

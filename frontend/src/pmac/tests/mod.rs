@@ -293,7 +293,10 @@ fn misspelt_words_get_a_suggestion() {
     for (body, help) in [
         ("WHIEL (P1=1)\nENDWHILE", "did you mean WHILE?"),
         ("WHILE (P1=1)\nENDWHLE", "did you mean ENDWHILE?"),
-        ("WHITE=1", "did you mean WHILE?"),
+        (
+            "WHITE=1",
+            "define the name before it is used, for a variable that is free: #define WHITE P100",
+        ),
         (
             "SAVE",
             "SAVE can't stand here: statements stand in buffers, and there COMMAND\"…\" gives \
@@ -323,9 +326,15 @@ fn misspelt_names_get_a_defined_name_as_suggestion() {
         ("P1=PUMMP", "did you mean PUMP?"),
         ("pump=1", "did you mean PUMP? capitals count in names"),
         ("P1=LATER", "LATER is defined further down: its #define must come before"),
-        ("VALVE_17=1", "if it is a name, its #define must come before"),
+        ("IF (VALVE_17 > P2)", "did you mean VALVE_18?"),
+        (
+            "WIPER=1",
+            "define the name before it is used, for a variable that is free: #define WIPER P100",
+        ),
+        ("dispvalu=1", "did you mean dispvalve?"),
     ] {
-        let text = format!("#define PUMP P1\nOPEN PLC1\n{line}\nCLOSE\n#define LATER 1\n");
+        let names = "#define PUMP P1\n#define VALVE_18 P2\n#define dispvalve P3\n";
+        let text = format!("{names}OPEN PLC1\n{line}\nCLOSE\n#define LATER 1\n");
         let mut map = SourceMap::new();
         let file = map.add("m", text.as_bytes());
         let (_, found) = check(&mut map, &[file], &MemoryLoader::new(), &Options::default());

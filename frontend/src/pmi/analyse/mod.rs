@@ -17,7 +17,7 @@ mod words_of_other_languages;
 
 use plcc_diag::{Diagnostic, FileId, SourceMap};
 
-use crate::common::{FileLoader, Options};
+use crate::common::{EXPLAINED_ERRORS, FileLoader, Options};
 use crate::pmi::{
     analyse::{
         execution_section::ExecutionSection,
@@ -61,7 +61,10 @@ pub(crate) fn check(
         let section = specification.section;
         if let Err(problem) = specification.statement(&mut cursor) {
             let section = section.or(Some(Section::End));
-            diagnostics.push(*other_languages::explain(&cursor, section, problem));
+            let few = diagnostics.len() < EXPLAINED_ERRORS;
+            let explained =
+                if few { other_languages::explain(&cursor, section, problem) } else { problem };
+            diagnostics.push(*explained);
         }
         if specification.section == Some(Section::End) {
             break;
@@ -86,7 +89,10 @@ pub(crate) fn check(
     for statement in rest {
         let mut cursor = lexer.cursor(*statement);
         if let Err(problem) = execution.statement(&mut cursor) {
-            diagnostics.push(*other_languages::explain(&cursor, None, problem));
+            let few = diagnostics.len() < EXPLAINED_ERRORS;
+            let explained =
+                if few { other_languages::explain(&cursor, None, problem) } else { problem };
+            diagnostics.push(*explained);
         }
     }
     execution.finish(&mut diagnostics);

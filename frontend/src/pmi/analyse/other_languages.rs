@@ -302,7 +302,13 @@ fn keyword(place: &Place<'_, '_>) -> Option<Meant> {
              behind it"
         ));
     }
-    if place.section.is_none() && place.at <= 1 && matches!(code, "PMI-11" | "PMI-4" | "PMI-9") {
+    // Behind a variable whose `=` is missing, an operator would stand.
+    let is_word = matches!(
+        place.kind(1),
+        None | Some(Kind::Name | Kind::Executive | Kind::Number(_) | Kind::LParen | Kind::Bad(_))
+    );
+    let is_first = place.section.is_none() && place.at <= 1;
+    if is_first && is_word && matches!(code, "PMI-11" | "PMI-4" | "PMI-9") {
         return statement(first, place.word(1));
     }
     if place.section.is_some()
@@ -417,6 +423,9 @@ fn index(place: &Place<'_, '_>) -> Option<Meant> {
 /// The note for a program that is written in small letters throughout: only its first error has it.
 /// `text` is that of `file`.
 pub(crate) fn note_small_letters(file: FileId, text: &str, diagnostics: &mut [Diagnostic]) {
+    if diagnostics.is_empty() {
+        return;
+    }
     let code = text.lines().map(|line| line.split('?').next().unwrap_or(""));
     let letters = code.flat_map(|line| line.split('"').step_by(2)).flat_map(str::bytes);
     let (mut small, mut capital) = (0_usize, 0_usize);
