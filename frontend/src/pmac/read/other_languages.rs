@@ -293,7 +293,9 @@ fn undefined_name(place: &Place<'_>, error: &mut ParseError) -> Option<String> {
     let assigned = behind.starts_with('=') && !behind.starts_with("==");
     if known == 0 {
         let unknown = error.help.as_deref() == Some(PERHAPS_A_NAME);
-        if !unknown || !assigned || !place.begins_line() || name.len() < 2 {
+        let is_plc = name.get(..3).is_some_and(|start| start.eq_ignore_ascii_case("PLC"))
+            && name.bytes().skip(3).all(|b| b.is_ascii_digit());
+        if !unknown || !assigned || !place.begins_line() || name.len() < 2 || is_plc {
             return None;
         }
     } else {

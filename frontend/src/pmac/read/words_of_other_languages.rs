@@ -149,7 +149,7 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Meant> {
     }
     if matches!(before.trim().to_ascii_uppercase().as_str(), "IF" | "WHILE")
         && *code == "PMAC-3"
-        && at != "("
+        && !at.starts_with('(')
     {
         let word = before.trim();
         return help(format!(
