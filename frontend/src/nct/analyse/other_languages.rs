@@ -162,6 +162,15 @@ fn last_address(text: &str) -> Option<&str> {
 
 /// Words of other languages.
 fn word(place: &Place<'_>) -> Option<Meant> {
+    // Errors of texts, of numbers out of range, and of what is missing as a whole are no matter of
+    // words.
+    const OF_STATEMENTS: &[&str] = &[
+        "2", "7", "9", "13", "14", "15", "17", "18", "19", "20", "23", "27", "30", "33", "44",
+        "45", "47", "48", "50", "51", "56", "57", "59", "62", "63", "71", "73", "75",
+    ];
+    if !place.is(OF_STATEMENTS) {
+        return None;
+    }
     let (word, from) = place.around.word(|c| c.is_ascii_alphabetic() || c == '_');
     let line = [place.around.before, place.around.at, place.around.behind].concat();
     let before = line.get(..from).unwrap_or("");
@@ -176,24 +185,23 @@ fn switch_of_input(place: &Place<'_>) -> Option<Meant> {
     let written = place.written();
     let mut rest = written.chars().chain(behind.chars());
     let switch = rest.next().filter(|c| matches!(c, 'U' | 'D'))?;
-    let name = rest.next().filter(|c| "IVPTHMQ".contains(*c))?;
+    let name = rest.next().filter(|c| "IPTHM".contains(*c))?;
     let digits: String = rest.take_while(char::is_ascii_digit).collect();
     if !place.is(&["9", "56"]) || digits.len() < 2 || at.len() > 4 {
         return None;
     }
     match name {
-        'I' | 'V' | 'P' => meant(
+        'I' | 'P' => meant(
             format!("{name}{digits} is an input, which {switch} can't switch"),
             format!(
                 "{switch}{digits} switches output Y{digits}; to do something where the input is on, \
                  write {name}{digits} … Z"
             ),
         ),
-        'T' | 'H' | 'M' => meant(
+        _ => meant(
             format!("{switch} switches outputs and flags, no timers"),
             format!("load the time and store it to start the timer: ,50 S{name}{digits}"),
         ),
-        _ => None,
     }
 }
 
@@ -246,7 +254,7 @@ fn digits(place: &Place<'_>) -> Option<Meant> {
             ))
         })?;
     }
-    if letters == "F" && number.len() == 3 {
+    if letters == "F" && number.len() == 3 && !behind.starts_with(|c: char| c.is_ascii_digit()) {
         return help(format!(
             "F{number} is a word, which LF{number} loads; a bit of it has a fourth digit, F{number}0 to F{number}7"
         ));
@@ -291,7 +299,7 @@ fn symbol(place: &Place<'_>) -> Option<Meant> {
         _ if place.is(&["44"]) && at == "%" && before.trim().is_empty() => {
             help("NCT's addresses have no `%`: I001, Y012; a part program is no PLC program")
         }
-        _ if place.is(&["13"]) && is_block(before, at) => meant(
+        _ if place.is(&["13"]) && is_block(before, at, behind) => meant(
             "this looks like a block of a part program",
             "a PLC program has labels, :010, and statements such as I001 U012 Z",
         ),
@@ -308,10 +316,15 @@ fn symbol(place: &Place<'_>) -> Option<Meant> {
     }
 }
 
-/// Whether `N10` stands at the beginning of a line.
-fn is_block(before: &str, at: &str) -> bool {
+/// Whether a block of a part program stands on the line: `N10 G0 X100`.
+fn is_block(before: &str, at: &str, behind: &str) -> bool {
+    let number = |c: char| c.is_ascii_digit();
+    let code = behind.trim_start_matches(number).trim_start();
     before.trim().is_empty()
-        && at.strip_prefix('N').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
+        && at.strip_prefix('N').is_some_and(|rest| rest.starts_with(number))
+        && code
+            .strip_prefix(['G', 'M', 'X', 'Y', 'Z', 'T', 'S', 'F'])
+            .is_some_and(|c| c.starts_with(number))
 }
 
 /// Constants without a comma, and those of other languages.
@@ -352,7 +365,13 @@ fn constant(place: &Place<'_>) -> Option<Meant> {
                 word & 0xFFFF
             ))
         }
-        "," => hexadecimal(behind),
+        "," => {
+            let end = behind.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(behind.len());
+            let word = behind.get(..end).unwrap_or("");
+            let digits = word.strip_suffix('H').unwrap_or(word);
+            let valid = word.len() > 1 && digits.bytes().all(|b| b.is_ascii_hexdigit());
+            if valid { hexadecimal(digits) } else { None }
+        }
         _ => None,
     }
 }

@@ -8,6 +8,8 @@
 //! `ENDIFENDIF`, `CMD"…"`). So a word is looked for at a place, and takes as many of its letters as
 //! stand there.
 
+use std::sync::OnceLock;
+
 use plcc_abi::pmac::PlcOp;
 
 use super::cursor::Cursor;
@@ -377,12 +379,26 @@ const WORDS: &[Word] = &[
 /// The word that stands at `cur`, behind blanks, and has a meaning in one of `contexts`; with a
 /// cursor behind it.
 pub(crate) fn find(mut cur: Cursor<'_>, contexts: Contexts) -> Option<(&'static Word, Cursor<'_>)> {
-    let first = cur.peek().to_ascii_uppercase();
-    WORDS.iter().find_map(|word| {
+    words_with(cur.peek()).iter().find_map(|word| {
         let mut behind = cur;
-        let known = word.spelling.as_bytes().first() == Some(&first) && word.is_in(contexts);
-        (known && word.take(&mut behind, contexts)).then_some((word, behind))
+        (word.is_in(contexts) && word.take(&mut behind, contexts)).then_some((*word, behind))
     })
+}
+
+/// The words that begin with a letter, small or capital, in the order of the table.
+fn words_with(letter: u8) -> &'static [&'static Word] {
+    static BY_LETTER: OnceLock<[Vec<&Word>; 26]> = OnceLock::new();
+    let by_letter = BY_LETTER.get_or_init(|| {
+        std::array::from_fn(|index| {
+            let begins = |word: &&Word| {
+                let first = word.spelling.as_bytes().first();
+                first.is_some_and(|first| usize::from(first.wrapping_sub(b'A')) == index)
+            };
+            WORDS.iter().filter(begins).collect()
+        })
+    });
+    let index = usize::from(letter.to_ascii_uppercase().wrapping_sub(b'A'));
+    by_letter.get(index).map_or(&[], Vec::as_slice)
 }
 
 /// Takes the letter directly behind SEND or COMMAND that names a port, if there is one: the S of

@@ -358,7 +358,12 @@ fn name(place: &Place<'_, '_>) -> Option<Meant> {
     let letters = place.found().trim_start_matches('@');
     let (kind, number) = letters.split_at_checked(1)?;
     let number: u16 = number.parse().ok()?;
-    matches!(kind, "M" | "G")
+    let last = match kind {
+        "M" => 299,
+        "G" => 199,
+        _ => return None,
+    };
+    (number <= last)
         .then(|| Meant::help(format!("write @{kind}{number:02}/P or @{kind}{number:02}/D")))?
 }
 
