@@ -97,10 +97,10 @@ mod tests {
     use super::*;
     use crate::HostFn;
 
-    /// Gives the limits of a list, one after the other.
-    struct Patient(Vec<u64>);
+    /// A host that extends the time to the limits of a list, from the last to the first.
+    struct ExtendingHost(Vec<u64>);
 
-    impl Host for Patient {
+    impl Host for ExtendingHost {
         fn call(&mut self, _: &mut [u8], _: HostFn, _: [u64; 4]) -> u64 {
             0
         }
@@ -114,7 +114,7 @@ mod tests {
     fn a_host_can_give_a_late_scan_more_time() {
         let epoch = Arc::new(AtomicU64::new(9));
         let mut deadline = Deadline::new(Some(TimeLimit { epoch: Arc::clone(&epoch), limit: 10 }));
-        let mut host = Patient(alloc::vec![20]);
+        let mut host = ExtendingHost(alloc::vec![20]);
         assert!(!deadline.is_late() && !deadline.is_over(&mut host));
         epoch.store(10, Ordering::Relaxed);
         assert!(deadline.is_late() && !deadline.is_over(&mut host));

@@ -443,8 +443,8 @@ fn code_is_not_run_on_an_image_or_program_that_does_not_fit() {
     }
 }
 
-/// A host that makes the scan late in one of its calls, and gives it more time as often as it is told.
-struct Clockwork {
+/// A host that makes the scan late in one of its calls, and gives it more time `extensions` times.
+struct LateHost {
     time: TimeLimit,
     calls: u64,
     /// The call, counted from 1, in which the time is up.
@@ -452,14 +452,14 @@ struct Clockwork {
     extensions: u64,
 }
 
-impl Clockwork {
+impl LateHost {
     fn new(late_at: u64, extensions: u64) -> Self {
         let time = TimeLimit { epoch: Arc::new(AtomicU64::new(0)), limit: 1 };
         Self { time, calls: 0, late_at, extensions }
     }
 }
 
-impl Host for Clockwork {
+impl Host for LateHost {
     fn call(&mut self, image: &mut [u8], _: HostFn, _: [u64; 4]) -> u64 {
         self.calls += 1;
         image::write_u64(image, 40, self.calls);
@@ -496,7 +496,7 @@ fn a_scan_ends_behind_the_host_function_in_which_its_time_is_up() {
     for (name, mut engine) in engines(make) {
         for (late_at, extensions, calls) in [(3, 0, 3), (3, 2, 5), (9, 0, 9), (10, 0, 9)] {
             let mut image = [0; IMAGE as usize];
-            let mut host = Clockwork::new(late_at, extensions);
+            let mut host = LateHost::new(late_at, extensions);
             let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut host });
             let ends = late_at == 10;
             let expected = if ends { Outcome::End } else { Outcome::trap(TrapCode::Watchdog) };
@@ -536,7 +536,7 @@ fn endless_loops_end_when_the_time_is_up() {
     };
     for (name, mut engine) in engines(make) {
         let mut image = [0; IMAGE as usize];
-        let mut host = Clockwork::new(1, 0);
+        let mut host = LateHost::new(1, 0);
         let late = std::thread::spawn({
             let epoch = Arc::clone(&host.time.epoch);
             move || {
@@ -567,7 +567,7 @@ fn endless_loops_end_when_the_time_is_up() {
 #[test]
 fn an_epoch_of_an_earlier_scan_stops_nothing() {
     for (name, mut engine) in engines(calls) {
-        let mut host = Clockwork::new(99, 0);
+        let mut host = LateHost::new(99, 0);
         host.time.epoch.store(7, Ordering::Relaxed);
         host.time.limit = 8;
         let mut image = [0; IMAGE as usize];

@@ -115,7 +115,8 @@ impl Speculate<'_> {
     }
 
     /// The plan that checks the variables which a statement loads. `None` if no operation would gain by
-    /// it, or if it takes fewer checks to check the operands of single calls.
+    /// it, if it takes fewer checks to check the operands of single calls, or if the statement is longer
+    /// than [`MAX_STATEMENT`] or would need more than [`MAX_CHECKED`] checks.
     pub(super) fn plan_statement(&mut self, insts: &[Inst]) -> Option<Plan> {
         if insts.len() > MAX_STATEMENT
             || !insts.iter().any(|&inst| self.gains(self.func.inst(inst)))
