@@ -551,7 +551,9 @@ fn endless_loops_end_when_the_time_is_up() {
         late.join().unwrap();
         let expected = if small { Outcome::trap(TrapCode::Watchdog) } else { Outcome::End };
         assert_eq!(outcome, expected, "{name}");
-        assert!(image::read_u32(&image, 0) > 0, "{name}");
+        // The time may be up before the scan begins. Then the engine stops it between its first two
+        // chunks, but code that asks does so only at the end of a round.
+        assert!(small || image::read_u32(&image, 0) > 0, "{name}");
         if small {
             let mut scan = Scan { image: &mut image, host: &mut host };
             let outcome = engine.call(1, None, &mut scan);
