@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::Command;
 
-const START: &str = "cargo run --release -p plcc -- ";
+const START: &str = "$ plcc ";
 
 #[test]
 fn the_main_command_shows_the_outputs_change() {
