@@ -20,6 +20,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use clap::Command;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use plcc_abi::{closest, printable};
 use plcc_runtime::files::{MAX_SETTINGS, read_regular, why_not_read};
 use toml::de::{DeTable, DeValue};
@@ -196,7 +197,8 @@ fn read(text: &str, folder: &Path, command: &Command) -> (Configuration, Vec<Mis
         let message = "the key `artifact` is missing: the program that is to run".into();
         mistakes.push(Mistake { line: 1, message });
     }
-    configuration.options.retain(|word| match refusal(command, word) {
+    let all = configuration.options.clone();
+    configuration.options.retain(|word| match refusal(command, word, &all) {
         Some(message) => {
             mistakes.push(Mistake { line: word.line, message });
             false
@@ -208,10 +210,24 @@ fn read(text: &str, folder: &Path, command: &Command) -> (Configuration, Vec<Mis
     (configuration, mistakes)
 }
 
-/// Why the program does not take an option, if it does not.
-fn refusal(command: &Command, word: &Word) -> Option<String> {
+/// Why the program does not take an option, if it does not. An option that needs another one, as
+/// `--allow` needs `--socket`, is taken if that stands anywhere among all of them.
+fn refusal(command: &Command, word: &Word, all: &[Word]) -> Option<String> {
     let words = ["plcrt", "--realtime", "artifact", word.text.as_str()];
     let error = command.clone().try_get_matches_from(words).err()?;
+    if error.kind() == ErrorKind::MissingRequiredArgument
+        && let Some(ContextValue::Strings(missing)) = error.get(ContextKind::InvalidArg)
+    {
+        // They stand there as in a help text: `--socket <PATH>`.
+        let names = missing.iter().filter_map(|usage| usage.split_whitespace().next());
+        let absent = |name: &&str| {
+            !all.iter().any(|word| word.text.split_once('=').is_some_and(|(of, _)| of == *name))
+        };
+        let absent = names.map(|name| name.trim_end_matches("...")).find(absent)?;
+        let (name, _) = word.text.split_once('=').unwrap_or((&word.text, ""));
+        let key = |name: &str| name.trim_start_matches('-').to_owned();
+        return Some(format!("`{}` needs the key `{}`", key(name), key(absent)));
+    }
     let text = error.to_string();
     let line = text.lines().next().unwrap_or_default();
     Some(line.strip_prefix("error: ").unwrap_or(line).to_owned())
@@ -254,7 +270,8 @@ mod tests {
             .arg(Arg::new("artifact"))
             .arg(option("realtime").num_args(0))
             .arg(option("period").value_parser(clap::value_parser!(f64)))
-            .args(["retain", "log"].map(option))
+            .args(["retain", "log", "socket"].map(option))
+            .arg(option("allow").requires("socket"))
             .arg(option("overrun").value_parser(["skip", "stop"]))
             .arg(option("safe").num_args(1))
     }
@@ -280,6 +297,16 @@ mod tests {
             "--safe=PORT1.0=1",
         ];
         assert_eq!(words, expected);
+    }
+
+    #[test]
+    fn a_key_that_needs_another_one_is_taken_if_that_is_there() {
+        for text in ["socket = \"s\"\nallow = [\"stop\"]\n", "allow = [\"stop\"]\nsocket = \"s\"\n"]
+        {
+            assert_eq!(mistakes(&format!("artifact = \"a\"\n{text}")), []);
+        }
+        let alone = mistakes("artifact = \"a\"\nallow = [\"stop\"]\n");
+        assert_eq!(alone, [(2, "`allow` needs the key `socket`".to_owned())]);
     }
 
     #[test]
