@@ -1,0 +1,93 @@
+//! The Debian package: it is built from the programs under test, and its files are unpacked into a
+//! folder and used there. Where dpkg-deb is missing this is skipped with a word.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use support::programs;
+
+fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+/// Runs a command to its end; it must succeed.
+fn done(command: &mut Command) -> String {
+    let Output { status, stdout, stderr } = command.output().unwrap();
+    assert!(status.success(), "{command:?}: {}", String::from_utf8_lossy(&stderr));
+    String::from_utf8(stdout).unwrap()
+}
+
+#[test]
+fn the_package_holds_programs_that_run() {
+    if Command::new("dpkg-deb").arg("--version").output().is_err() {
+        eprintln!("skipped: dpkg-deb is missing");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut build = Command::new(root().join("scripts/deb"));
+    build.env("DEB_COMPRESSION", "none").arg(programs()).arg(folder.path());
+    done(&mut build);
+    let architecture = done(Command::new("dpkg").arg("--print-architecture"));
+    let name = format!("plcc_{}_{}.deb", env!("CARGO_PKG_VERSION"), architecture.trim());
+    let package = folder.path().join(name);
+
+    let listing = done(Command::new("dpkg-deb").arg("--contents").arg(&package));
+    for (mode, file) in [
+        ("-rwxr-xr-x", "./usr/bin/plcc"),
+        ("-rwxr-xr-x", "./usr/bin/plcrt"),
+        ("-rwxr-xr-x", "./usr/bin/plcctl"),
+        ("-rw-r--r--", "./usr/share/man/man1/plcc.1.gz"),
+        ("-rw-r--r--", "./usr/share/man/man1/plcc-run.1.gz"),
+        ("-rw-r--r--", "./usr/share/man/man1/plcrt.1.gz"),
+        ("-rw-r--r--", "./usr/share/man/man1/plcctl.1.gz"),
+        ("-rw-r--r--", "./usr/share/bash-completion/completions/plcctl"),
+        ("-rw-r--r--", "./usr/share/zsh/vendor-completions/_plcc"),
+        ("-rw-r--r--", "./usr/share/fish/vendor_completions.d/plcrt.fish"),
+        ("-rw-r--r--", "./usr/lib/systemd/system/plcrt@.service"),
+        ("-rw-r--r--", "./usr/lib/sysusers.d/plcrt.conf"),
+        ("-rw-r--r--", "./usr/share/doc/plcc/copyright"),
+        ("-rw-r--r--", "./usr/share/doc/plcc/examples/pmi/lathe.pmi"),
+        ("drwxr-xr-x", "./etc/plcrt/"),
+    ] {
+        let has = |line: &str| {
+            line.starts_with(mode) && line.contains(" root/root ") && line.ends_with(file)
+        };
+        assert!(listing.lines().any(has), "{mode} {file} is missing in\n{listing}");
+    }
+    let control = done(Command::new("dpkg-deb").arg("--field").arg(&package));
+    assert!(control.contains("Package: plcc\n") && control.contains("Depends: libc6 (>= 2."));
+
+    let unpacked = folder.path().join("unpacked");
+    done(Command::new("dpkg").arg("-x").arg(&package).arg(&unpacked));
+    for program in ["plcc", "plcrt", "plcctl"] {
+        let version = done(Command::new(unpacked.join("usr/bin").join(program)).arg("--version"));
+        assert_eq!(version, format!("{program} {}\n", env!("CARGO_PKG_VERSION")));
+    }
+    let example = unpacked.join("usr/share/doc/plcc/examples/pmi/lathe.pmi");
+    let mut check = Command::new(unpacked.join("usr/bin/plcc"));
+    done(check.arg("check").arg(example));
+
+    verify_unit(&unpacked);
+}
+
+/// Has systemd read the unit, with the path of the unpacked program, where systemd is installed.
+fn verify_unit(unpacked: &Path) {
+    let text = fs::read_to_string(root().join("packaging/plcrt@.service")).unwrap();
+    let program = unpacked.join("usr/bin/plcrt");
+    let text = text.replace("/usr/bin/plcrt", program.to_str().unwrap());
+    let text = text.replace("Documentation=man:plcrt(1)\n", "");
+    let unit = unpacked.join("plcrt@.service");
+    fs::write(&unit, text).unwrap();
+    match Command::new("systemd-analyze").arg("verify").arg(&unit).output() {
+        Ok(Output { stderr, .. }) => {
+            let complaints = String::from_utf8_lossy(&stderr);
+            assert!(!complaints.contains("plcrt@"), "{complaints}");
+        }
+        Err(_) => eprintln!("the unit is not verified: systemd-analyze is missing"),
+    }
+}
