@@ -1,5 +1,5 @@
-//! The Debian package: it is built from the programs under test, and its files are unpacked into a
-//! folder and used there. Where dpkg-deb is missing this is skipped with a word.
+//! What is released. The Debian package is built from the programs under test, and its files are
+//! unpacked into a folder and used there; where dpkg-deb is missing this is skipped with a word.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used)]
 
@@ -89,5 +89,48 @@ fn verify_unit(unpacked: &Path) {
             assert!(!complaints.contains("plcrt@"), "{complaints}");
         }
         Err(_) => eprintln!("the unit is not verified: systemd-analyze is missing"),
+    }
+}
+
+/// Runs scripts/release-notes for a tag, in a folder with this changelog.
+fn release_notes(changelog: &str, tag: &str) -> Output {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("scripts")).unwrap();
+    for file in ["scripts/release-notes", "Cargo.toml"] {
+        fs::copy(root().join(file), folder.path().join(file)).unwrap();
+    }
+    fs::write(folder.path().join("CHANGELOG.md"), changelog).unwrap();
+    Command::new(folder.path().join("scripts/release-notes")).arg(tag).output().unwrap()
+}
+
+#[test]
+fn the_notes_of_a_release_are_its_section_of_the_changelog() {
+    let version = env!("CARGO_PKG_VERSION");
+    let tag = format!("v{version}");
+    let changelog = format!(
+        "# Changelog\n\n## [Unreleased]\n\n- later\n\n## [{version}] - 2026-11-22\n\n### Added\n\n\
+         - this\n\n## [0.0.1] - 2026-01-01\n\n- before\n"
+    );
+    let notes = release_notes(&changelog, &tag);
+    assert_eq!(String::from_utf8_lossy(&notes.stdout), "\n### Added\n\n- this\n");
+    for (changelog, tag, part) in [
+        (changelog.as_str(), "v99.0.0", "is not the version"),
+        ("# Changelog\n\n## [Unreleased]\n\n- later\n", tag.as_str(), "has no section"),
+    ] {
+        let refused = release_notes(changelog, tag);
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(String::from_utf8_lossy(&refused.stderr).contains(part));
+    }
+}
+
+#[test]
+fn the_release_workflow_calls_scripts_that_exist() {
+    let workflow = fs::read_to_string(root().join(".github/workflows/release.yml")).unwrap();
+    let words = workflow.split_whitespace();
+    let called: Vec<&str> =
+        words.filter(|word| word.starts_with("scripts/") || word.starts_with(".ci/")).collect();
+    assert_eq!(called, [".ci/run", "scripts/release-notes", "scripts/deb"]);
+    for script in called {
+        assert!(root().join(script).is_file(), "{script}");
     }
 }
