@@ -319,7 +319,11 @@ fn nct_breaks_in_subroutines_and_steps_out_of_them() {
 fn pmac_breaks_in_included_files_and_finds_writers_of_bits() {
     let files = [
         ("mill.pmc", "M11->Y:$FFC2,8\nM12->Y:$FFC2,9\n#include \"plc.h\"\n"),
-        ("plc.h", "I5=2\nOPEN PLC 1 CLEAR\nP1=P1+1\nM12=P1%2\nIF (P1=3)\nM11=1\nENDIF\nCLOSE\n"),
+        (
+            "plc.h",
+            "I5=2\nOPEN PLC 1 CLEAR\nP1=P1+1\nM12=P1%2\nIF (P1=3)\nM11=1\nENDIF\n\
+             IF (P1<4) ADDRESS &2 Q5=P1 ENDIF\nCLOSE\n",
+        ),
     ];
     let folder = Folder::with(&files);
     let (main, included) = (folder.path().join("mill.pmc"), folder.path().join("plc.h"));
@@ -341,6 +345,10 @@ fn pmac_breaks_in_included_files_and_finds_writers_of_bits() {
     // M12 is in the same word as M11, and is written later.
     assert_eq!(client.go("plcc/lastWriter", json!({"name": "M11"})), at("goto", 2, 6));
     assert_eq!(client.accesses()[0], "M11 (written)=0 → 1");
+    // Q-variables of other coordinate systems are no expressions.
+    assert_eq!(client.go("plcc/goToTick", json!({"tick": 9})), at("step", 9, 3));
+    assert_eq!(client.go("plcc/lastChange", json!({"name": "&2Q5"})), at("goto", 2, 8));
+    assert_eq!(client.accesses(), ["P1 (read)=3", "&2Q5 (written)=2 → 3"]);
     let sources = client.ask("loadedSources", json!({}));
     assert_eq!(sources["sources"].as_array().unwrap().len(), 2);
     client.leave();

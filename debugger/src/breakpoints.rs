@@ -327,6 +327,8 @@ pub(crate) struct HitFinder<'a> {
     lines: HashMap<u32, Vec<&'a ActiveLine>>,
     watched: Vec<Watched<'a>>,
     target: Option<&'a Target>,
+    /// The value that it has, where only changes of it are looked for.
+    value: Option<f64>,
     /// The steps that have sent a text, in order.
     pub(crate) texts: Vec<usize>,
     /// How many steps there were.
@@ -354,6 +356,7 @@ impl<'a> HitFinder<'a> {
             lines,
             watched,
             target: None,
+            value: None,
             texts: vec![],
             steps: 0,
             in_step: false,
@@ -378,11 +381,17 @@ impl<'a> HitFinder<'a> {
             lines: HashMap::new(),
             watched: watched.into_iter().collect(),
             target,
+            value: None,
             texts: vec![],
             steps: 0,
             in_step: false,
             hits: vec![],
         }
+    }
+
+    /// The same, but of the writes to the variable only those that change this value of it count.
+    pub(crate) fn changing(self, value: Option<f64>) -> Self {
+        Self { value, ..self }
     }
 
     /// What was found, given the image at the end of the tick.
@@ -458,8 +467,14 @@ impl Observer for HitFinder<'_> {
 
     fn read(&mut self, _: Accessed, _: Value) {}
 
-    fn write(&mut self, variable: Accessed, _: Value) {
+    fn write(&mut self, variable: Accessed, value: Value) {
         if self.in_step && self.target.is_some_and(|target| target.concerns(variable)) {
+            if let Some(last) = &mut self.value {
+                if *last == value.number() {
+                    return;
+                }
+                *last = value.number();
+            }
             self.hits.push(Hit { step: self.current(), what: What::Write });
         }
     }

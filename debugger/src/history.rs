@@ -16,6 +16,8 @@ pub struct TickResult {
     pub events: Vec<Event>,
     /// Why the program was stopped in it, if it was.
     pub stop: Option<Stop>,
+    /// What is to be told of it besides: that it differs from the recorded one, say.
+    pub note: Option<String>,
 }
 
 /// The ticks of a run.
@@ -53,6 +55,14 @@ pub trait History {
 
     /// The executive, in the state behind the tick that was run last.
     fn executive(&mut self) -> &mut dyn Executive;
+
+    /// Looks whether there are further ticks by now, where a recording may still grow.
+    ///
+    /// # Errors
+    /// When it can't be read any more.
+    fn look_for_more(&mut self) -> Result<(), DebugError> {
+        Ok(())
+    }
 
     /// Sets a variable before a tick, as the operator would, or with `force` holds it from there on
     /// (`None` for the value ends that). Later ticks are forgotten.

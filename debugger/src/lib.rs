@@ -16,7 +16,7 @@
 //! ```no_run
 //! use plcc_debugger::{DebugError, Debugger, Direction, Session};
 //!
-//! # fn session() -> Session { unimplemented!() }
+//! # fn session() -> Session<'static> { unimplemented!() }
 //! let mut debugger = Debugger::new(session());
 //! debugger.set_line_breakpoints(0, &[plcc_debugger::LineBreakpoint::at(12)]);
 //! while debugger.run(Direction::Forward, 1000)?.is_none() {}

@@ -138,7 +138,7 @@ fn pmac_class(name: &str) -> &'static str {
     }
 }
 
-impl Debugger {
+impl Debugger<'_> {
     /// The variables that the program declares or names, by class.
     ///
     /// # Errors

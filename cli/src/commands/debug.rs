@@ -25,7 +25,7 @@ pub(crate) fn debug() -> Result<u8, Failure> {
 struct Sources;
 
 impl Launcher for Sources {
-    fn launch(&self, arguments: &LaunchArguments) -> Result<Session, String> {
+    fn launch(&self, arguments: &LaunchArguments) -> Result<Session<'_>, String> {
         let command = run_command(arguments)?;
         launch(&command).map_err(|failure| failure.text("plcc debug"))
     }
@@ -57,7 +57,7 @@ fn run_command(arguments: &LaunchArguments) -> Result<RunCommand, String> {
     }
 }
 
-fn launch(command: &RunCommand) -> Result<Session, Failure> {
+fn launch(command: &RunCommand) -> Result<Session<'static>, Failure> {
     let report = Report::new(clap::ColorChoice::Never);
     let settings = SourceSettings::for_files(&command.source, &command.files, &report)?;
     let program = Input::read(&command.files, &command.source)?.check(&settings.options);

@@ -397,16 +397,13 @@ impl<W: Write> Server<'_, W> {
 }
 
 /// What the statement reads and writes; each name once for reading and once for writing.
-fn accesses(debugger: &mut crate::debugger::Debugger) -> Result<Vec<Shown>, DebugError> {
-    let image = debugger.image()?;
+fn accesses(debugger: &mut crate::debugger::Debugger<'_>) -> Result<Vec<Shown>, DebugError> {
     let mut all: Vec<Shown> = vec![];
     for access in debugger.accesses()? {
-        let program = debugger.program();
-        let Some(full) = program.name(access.variable) else { continue };
+        let Some(full) = debugger.program().name(access.variable) else { continue };
         let now = show_value(access.value);
         let (name, value) = if access.is_write {
-            let before = program.expression(&full).ok();
-            let before = before.map(|before| crate::breakpoints::shown(&before, &image));
+            let before = debugger.evaluate(&full).ok();
             let value = match before.filter(|before| *before != now) {
                 Some(before) => format!("{before} → {now}"),
                 None => now,

@@ -37,7 +37,7 @@ pub trait Launcher {
     ///
     /// # Errors
     /// Why there is none, for people: files that can't be read, errors in the program.
-    fn launch(&self, arguments: &LaunchArguments) -> Result<Session, String>;
+    fn launch(&self, arguments: &LaunchArguments) -> Result<Session<'_>, String>;
 }
 
 /// Serves one client: reads its messages from `from` and answers on `to`, until it disconnects or its

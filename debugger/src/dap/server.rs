@@ -28,7 +28,7 @@ pub(super) struct Server<'a, W> {
     to: W,
     launcher: &'a dyn Launcher,
     seq: i64,
-    pub(super) debugger: Option<Debugger>,
+    pub(super) debugger: Option<Debugger<'a>>,
     pub(super) initialize: InitializeArguments,
     pub(super) launch: LaunchArguments,
     running: Option<Running>,
@@ -196,7 +196,7 @@ impl<'a, W: Write> Server<'a, W> {
             }
             "disconnect" | "terminate" | "configurationDone" | "pause" => Ok(Value::Null),
             "continue" | "reverseContinue" => {
-                self.debugger()?;
+                self.debugger()?.look_for_more()?;
                 self.begin(match request.command.as_str() {
                     "continue" => Direction::Forward,
                     _ => Direction::Back,
@@ -215,7 +215,7 @@ impl<'a, W: Write> Server<'a, W> {
     }
 
     /// The debugger.
-    pub(super) fn debugger(&mut self) -> Result<&mut Debugger, DebugError> {
+    pub(super) fn debugger(&mut self) -> Result<&mut Debugger<'a>, DebugError> {
         self.debugger.as_mut().ok_or_else(|| DebugError::new("nothing was launched yet"))
     }
 
@@ -257,7 +257,8 @@ impl<'a, W: Write> Server<'a, W> {
     }
 
     fn tell_output(&mut self) -> io::Result<()> {
-        let texts = self.debugger.as_mut().map(Debugger::take_output).unwrap_or_default();
+        let texts =
+            self.debugger.as_mut().map(|debugger| debugger.take_output()).unwrap_or_default();
         for text in texts {
             self.tell(&text)?;
         }

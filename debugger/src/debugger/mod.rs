@@ -6,28 +6,28 @@ mod steps;
 
 use plcc_diag::FileId;
 use plcc_frontend::common::{Accessed, StatementInterpreter};
-use plcc_runtime::{Event, Executive, Stop};
+use plcc_runtime::{Executive, Stop};
 
 use crate::DebugError;
 use crate::breakpoints::{Breakpoints, DataBreakpoint, LineBreakpoint, SetBreakpoint};
-use crate::history::History;
+use crate::history::{History, TickResult};
 use crate::observers::Observed;
 use crate::program::DebuggedProgram;
 use crate::trace::{Access, Step, TickTrace, TraceRecorder};
 
 /// What a debugger works on.
-pub struct Session {
+pub struct Session<'a> {
     /// The program.
     pub program: DebuggedProgram,
     /// Its run.
-    pub history: Box<dyn History>,
+    pub history: Box<dyn History + 'a>,
     /// An executive of the program that runs nothing; variables are read from it.
     pub view: Box<dyn Executive + Send>,
     /// Whether variables may be set and forced.
     pub may_change: bool,
 }
 
-impl std::fmt::Debug for Session {
+impl std::fmt::Debug for Session<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Session").field("program", &self.program).finish_non_exhaustive()
     }
@@ -103,8 +103,8 @@ impl Default for StopAt {
 }
 
 /// Where the user stands, breakpoints, and all ways to move.
-pub struct Debugger {
-    session: Session,
+pub struct Debugger<'a> {
+    session: Session<'a>,
     interpreter: Box<dyn StatementInterpreter>,
     placed: Vec<bool>,
     position: Position,
@@ -120,15 +120,15 @@ pub struct Debugger {
     told: u64,
 }
 
-impl std::fmt::Debug for Debugger {
+impl std::fmt::Debug for Debugger<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Debugger").field("position", &self.position).finish_non_exhaustive()
     }
 }
 
-impl Debugger {
+impl<'a> Debugger<'a> {
     /// Begins before the first statement of a run.
-    pub fn new(session: Session) -> Self {
+    pub fn new(session: Session<'a>) -> Self {
         let interpreter = session.program.checked().statement_interpreter();
         let placed = session.program.placed();
         let position = Position { tick: session.history.first(), step: 0 };
@@ -152,8 +152,16 @@ impl Debugger {
     }
 
     /// The run.
-    pub fn history(&self) -> &dyn History {
+    pub fn history(&self) -> &(dyn History + 'a) {
         self.session.history.as_ref()
+    }
+
+    /// Looks whether there are further ticks by now, of a control that is still being recorded.
+    ///
+    /// # Errors
+    /// When the recording can't be read any more.
+    pub fn look_for_more(&mut self) -> Result<(), DebugError> {
+        self.session.history.look_for_more()
     }
 
     /// The length of a tick in nanoseconds.
@@ -221,16 +229,17 @@ impl Debugger {
         let mut engine = Observed::new(self.interpreter.as_mut(), &mut recorder);
         let result = history.run(tick, &mut engine)?;
         let mut trace = recorder.finish(history.executive().image());
-        self.tell(tick, &result.events);
+        self.tell(tick, &result);
         (trace.before, trace.events, trace.stop) = (before, result.events, result.stop);
         Ok(trace)
     }
 
     /// Notes the events of a tick for the user, once.
-    fn tell(&mut self, tick: u64, events: &[Event]) {
+    fn tell(&mut self, tick: u64, result: &TickResult) {
         if tick >= self.told {
             self.told = tick + 1;
-            self.output.extend(events.iter().map(event_text::shown));
+            self.output.extend(result.events.iter().map(event_text::shown));
+            self.output.extend(result.note.clone());
         }
     }
 

@@ -3,7 +3,7 @@
 
 use std::time::{Duration, Instant};
 
-use plcc_runtime::{Event, EventBody};
+use plcc_runtime::{Event, EventBody, Executive, Purpose, Value};
 
 use super::event_text::shown;
 use super::{Debugger, Direction, Position, Session, StopAt, Stopped};
@@ -16,7 +16,7 @@ use crate::observers::Observed;
 /// How many ticks are searched at once on the way back.
 const SEGMENT: u64 = 64;
 
-impl Debugger {
+impl Debugger<'_> {
     /// Runs on, or back, until something is met or about `ticks` ticks were looked through; then
     /// nothing is given, and the next call goes on from there.
     ///
@@ -141,7 +141,7 @@ impl Debugger {
         let mut engine = Observed::new(self.interpreter.as_mut(), &mut finder);
         let result = history.run(tick, &mut engine)?;
         let mut found = finder.finish(history.executive().image());
-        self.tell(tick, &result.events);
+        self.tell(tick, &result);
         if let Some(hit) = self.event_to_stop_at(tick, &found, &result.events)? {
             found.hits.push(hit);
             found.hits.sort_by_key(|hit| hit.step);
@@ -223,13 +223,19 @@ impl Debugger {
         name: &str,
         changes_only: bool,
     ) -> Result<Vec<Hit>, DebugError> {
-        let target = if changes_only { None } else { Some(self.target(name)?) };
         let value = self.session.program.expression(name).ok();
+        // What an expression shows has changed when its value has. Other names have writes alone.
+        let by_value = changes_only && value.is_some();
+        let target = if by_value { None } else { Some(self.target(name)?) };
         let Session { history, .. } = &mut self.session;
         history.go_before(tick)?;
         let image = history.executive().image().to_vec();
-        let mut finder =
-            HitFinder::of_writes(target.as_ref(), value.as_ref(), &self.placed, &image);
+        let before = match changes_only && !by_value {
+            true => number_of(history.executive(), name),
+            false => None,
+        };
+        let finder = HitFinder::of_writes(target.as_ref(), value.as_ref(), &self.placed, &image);
+        let mut finder = finder.changing(before);
         let mut engine = Observed::new(self.interpreter.as_mut(), &mut finder);
         history.run(tick, &mut engine)?;
         Ok(finder.finish(history.executive().image()).hits)
@@ -255,7 +261,6 @@ impl Debugger {
     /// # Errors
     /// When nothing has that name, or nothing has changed it.
     pub fn go_to_last_change(&mut self, name: &str) -> Result<Stopped, DebugError> {
-        self.session.program.expression(name)?;
         self.go_back_to(name, true)
     }
 
@@ -275,5 +280,15 @@ impl Debugger {
         let first = self.history().first();
         let what = if changes_only { "changed" } else { "written" };
         Err(DebugError(format!("nothing has {what} {name} since tick {first}")))
+    }
+}
+
+/// The value of a single variable.
+fn number_of(executive: &mut dyn Executive, name: &str) -> Option<f64> {
+    let variable = executive.find(name, Purpose::Watch).ok()?;
+    match executive.get(variable) {
+        Value::Int(value) => Some(value as f64),
+        Value::Float(value) => Some(value),
+        Value::Array(_) => None,
     }
 }

@@ -6,7 +6,7 @@ use crate::DebugError;
 /// How many ticks are looked through for the next statement, where ticks execute none.
 const MOST_EMPTY_TICKS: u64 = 100_000;
 
-impl Debugger {
+impl Debugger<'_> {
     /// Goes to the beginning of a tick.
     ///
     /// # Errors
@@ -43,6 +43,7 @@ impl Debugger {
     /// When a tick can't be run.
     pub fn step(&mut self, kind: StepKind, direction: Direction) -> Result<Stopped, DebugError> {
         self.is_fresh = false;
+        self.look_for_more()?;
         let Some(from) = self.step_here()? else { return self.neighbour(direction) };
         let mut ticks = 0;
         let begun = self.position.tick;

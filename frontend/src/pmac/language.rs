@@ -106,11 +106,14 @@ impl CheckedProgram for Program {
         self.cross_reference()
     }
 
-    /// Q-variables are those of coordinate system 1. L-variables are not allowed, since only PLCCs
-    /// have them.
+    /// Q-variables are those of coordinate system 1, L-variables those that the download defines.
     fn expression(&self, text: &str) -> Result<Expression, Vec<Diagnostic>> {
-        let sources = &mut SourceMap::new();
-        parse_expression(text, Context { program: self, sources, system: 1, compiled: false })
+        let parse = |compiled| {
+            let sources = &mut SourceMap::new();
+            parse_expression(text, Context { program: self, sources, system: 1, compiled })
+        };
+        // As in a PLC; where that is refused, as in a PLCC, which may use L-variables.
+        parse(false).or_else(|found| parse(true).map_err(|_| found))
     }
 
     fn statement_interpreter(&self) -> Box<dyn StatementInterpreter> {
