@@ -79,7 +79,8 @@ uint64_t plcrt_ticks(struct plcrt *control);
 uint64_t plcrt_tick_ns(struct plcrt *control);
 
 // Finds a variable by its name as the control's users know it, and gives its number for plcrt_read
-// (`purpose` PLCRT_READ) or plcrt_write (PLCRT_WRITE); -1 if it fails.
+// (`purpose` PLCRT_READ) or plcrt_write (PLCRT_WRITE); -1 if it fails. Each call gives a new number, so a
+// variable is best found once.
 //
 // # Safety
 // As for plcrt_tick; `name` is null or a text that ends with a zero.

@@ -232,7 +232,8 @@ pub unsafe extern "C" fn plcrt_tick_ns(control: *mut Plcrt) -> u64 {
 }
 
 /// Finds a variable by its name as the control's users know it, and gives its number for plcrt_read
-/// (`purpose` PLCRT_READ) or plcrt_write (PLCRT_WRITE); -1 if it fails.
+/// (`purpose` PLCRT_READ) or plcrt_write (PLCRT_WRITE); -1 if it fails. Each call gives a new number, so a
+/// variable is best found once.
 ///
 /// # Safety
 /// As for plcrt_tick; `name` is null or a text that ends with a zero.
@@ -340,7 +341,7 @@ pub unsafe extern "C" fn plcrt_write(
             if !value.is_finite() {
                 return Err(format!("{value} is no value of a variable"));
             }
-            plcrt.control.put(*variable, &value.to_string())?;
+            plcrt.control.set_variable(*variable, &value.to_string())?;
             Ok(PlcrtStatus::PlcrtOk)
         })
     }

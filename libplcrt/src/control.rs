@@ -33,7 +33,8 @@ pub struct Control {
     ticks: u64,
     stop: Option<Stop>,
     /// The events of the last tick; kept so that a tick allocates no memory for the list.
-    of_tick: Vec<Event>,
+    events_of_tick: Vec<Event>,
+    /// The events that were not taken yet, the oldest first.
     events: VecDeque<Event>,
     lost_events: u64,
 }
@@ -46,7 +47,10 @@ impl Control {
     /// When the file can't be read or is no artifact for this machine, or an option is wrong.
     pub fn open(path: &Path, options: &str) -> Result<Self, String> {
         let artifact = Artifact::open(path, None);
-        Self::with(artifact.map_err(|error| format!("{}: {error}", path.display()))?, options)
+        Self::from_artifact(
+            artifact.map_err(|error| format!("{}: {error}", path.display()))?,
+            options,
+        )
     }
 
     /// The same, with the bytes of an artifact.
@@ -54,18 +58,27 @@ impl Control {
     /// # Errors
     /// When they are no artifact for this machine, or an option is wrong.
     pub fn load(bytes: &[u8], options: &str) -> Result<Self, String> {
-        Self::with(Artifact::parse(bytes, None).map_err(|error| error.to_string())?, options)
+        let artifact = Artifact::parse(bytes, None).map_err(|error| error.to_string())?;
+        Self::from_artifact(artifact, options)
     }
 
-    fn with(artifact: Artifact, options: &str) -> Result<Self, String> {
+    fn from_artifact(artifact: Artifact, options: &str) -> Result<Self, String> {
         let options = Options::try_parse_from(options.split_whitespace());
         let options = options.map_err(|error| error.render().to_string().trim_end().to_owned())?;
         let engine = NativeEngine::new(&artifact.code, &artifact.program);
         let engine = engine.map_err(|error| error.to_string())?;
         let executive = session::executive(&artifact.program, &options.control, false, None);
         let executive = executive.map_err(|error| error.to_string())?;
-        let (stop, of_tick, events) = (None, vec![], VecDeque::new());
-        Ok(Self { artifact, engine, executive, ticks: 0, stop, of_tick, events, lost_events: 0 })
+        Ok(Self {
+            artifact,
+            engine,
+            executive,
+            ticks: 0,
+            stop: None,
+            events_of_tick: vec![],
+            events: VecDeque::new(),
+            lost_events: 0,
+        })
     }
 
     /// Does one base tick: a PMI scan, an NCT slice, a PMAC servo cycle. Gives whether the program
@@ -74,16 +87,16 @@ impl Control {
         if self.stop.is_some() {
             return false;
         }
-        self.of_tick.clear();
+        self.events_of_tick.clear();
         let tick = self.ticks;
         self.ticks += 1;
-        if let Err(stop) = self.executive.tick(&mut self.engine, &mut self.of_tick) {
+        if let Err(stop) = self.executive.tick(&mut self.engine, &mut self.events_of_tick) {
             let (file, line) = stop.place.clone().map(|place| (place.file, place.line)).unzip();
             let body = EventBody::Stop { code: stop.code.clone(), file, line };
-            self.of_tick.push(Event { tick, body });
+            self.events_of_tick.push(Event { tick, body });
             self.stop = Some(stop);
         }
-        for event in self.of_tick.drain(..) {
+        for event in self.events_of_tick.drain(..) {
             if self.events.len() >= MAX_EVENTS {
                 self.events.pop_front();
                 self.lost_events += 1;
@@ -151,19 +164,19 @@ impl Control {
     ///
     /// # Errors
     /// When the text is no value that the variable can take.
-    pub fn put(&mut self, variable: Settable, value: &str) -> Result<(), String> {
+    pub fn set_variable(&mut self, variable: Settable, value: &str) -> Result<(), String> {
         let setting = self.executive.parse(variable.0, value).map_err(|error| error.to_string())?;
         self.executive.set(variable.0, setting);
         Ok(())
     }
 
-    /// Sets a variable by its name; see [`put`](Self::put).
+    /// Sets a variable by its name; see [`set_variable`](Self::set_variable).
     ///
     /// # Errors
     /// When the program has no such variable, or it can't take the value.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), String> {
         let variable = self.find_settable(name)?;
-        self.put(variable, value)
+        self.set_variable(variable, value)
     }
 
     /// The state as `--dump` writes it: one line of JSON.

@@ -60,7 +60,7 @@ struct Cli {
     man: bool,
 
     /// Takes the artifact and the options of a controller from a file, and runs in real time; an option
-    /// on the command line counts more
+    /// on the command line takes precedence
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
 

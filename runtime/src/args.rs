@@ -49,7 +49,7 @@ pub struct RunArgs {
     )]
     pub ticks: Option<u64>,
 
-    /// Runs the ticks that begin before this time has passed on the machine: 5s, 200ms, 1.5m, 2h
+    /// Runs the ticks that begin before this time of the control has passed: 5s, 200ms, 1.5m, 2h
     #[arg(long = "for", id = "duration", value_name = "TIME", value_parser = duration)]
     pub duration: Option<Duration>,
 

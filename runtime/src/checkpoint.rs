@@ -100,13 +100,13 @@ impl ProgramIdentity {
     /// A checkpoint of an image and a state.
     pub(crate) fn write<S: Serialize>(&self, image: &[u8], state: &S) -> Vec<u8> {
         let payload = Payload { image: Run::pack(image), state };
-        let mut sealed = self.fingerprint.to_le_bytes().to_vec();
+        let mut summed = self.fingerprint.to_le_bytes().to_vec();
         // Writing to memory does not fail; a checkpoint without a payload is refused as damaged.
-        sealed.extend(postcard::to_allocvec(&payload).unwrap_or_default());
+        summed.extend(postcard::to_allocvec(&payload).unwrap_or_default());
         let mut bytes = MAGIC.to_vec();
         bytes.extend(VERSION.to_le_bytes());
-        bytes.extend(crc32fast::hash(&sealed).to_le_bytes());
-        bytes.extend(sealed);
+        bytes.extend(crc32fast::hash(&summed).to_le_bytes());
+        bytes.extend(summed);
         bytes
     }
 
@@ -126,11 +126,11 @@ impl ProgramIdentity {
         if version != VERSION {
             return Err(CheckpointError::Version(version));
         }
-        let (checksum, sealed) = rest.split_first_chunk::<4>().ok_or(damaged.clone())?;
-        if crc32fast::hash(sealed) != u32::from_le_bytes(*checksum) {
+        let (checksum, summed) = rest.split_first_chunk::<4>().ok_or(damaged.clone())?;
+        if crc32fast::hash(summed) != u32::from_le_bytes(*checksum) {
             return Err(damaged);
         }
-        let (fingerprint, payload) = sealed.split_first_chunk::<8>().ok_or(damaged.clone())?;
+        let (fingerprint, payload) = summed.split_first_chunk::<8>().ok_or(damaged.clone())?;
         if u64::from_le_bytes(*fingerprint) != self.fingerprint {
             return Err(CheckpointError::OtherProgram);
         }
@@ -142,10 +142,10 @@ impl ProgramIdentity {
         }
         let mut image = vec![0; size];
         Run::unpack(&payload.image, &mut image);
-        let bits = |&(start, end): &(usize, usize)| {
+        let holds_bits = |&(start, end): &(usize, usize)| {
             image.get(start..end).is_none_or(|bytes| bytes.iter().all(|&byte| byte <= 1))
         };
-        if self.bits.iter().all(bits) { Ok((image, payload.state)) } else { Err(damaged) }
+        if self.bits.iter().all(holds_bits) { Ok((image, payload.state)) } else { Err(damaged) }
     }
 }
 

@@ -1,4 +1,4 @@
-//! What the runtime asks of each control, and the one place where the controls are told apart.
+//! What the runtime asks of each control, and the place where the control of a program is chosen.
 //!
 //! A [`Control`] belongs to the tables of a program: they say which control the program is for. A
 //! further language implements the trait for its tables in its own folder; the two matches below do

@@ -1,4 +1,4 @@
-//! Tells which features that code needs this computer's processor does not have.
+//! Finds the processor features that some code needs and this computer does not have.
 
 /// The features among the given ones that this processor lacks. Features have the names that Rust's
 /// feature detection uses; one that is unknown here counts as lacking.

@@ -59,7 +59,7 @@ pub enum EventBody {
     Display {
         /// What is shown.
         text: DisplayedText,
-        /// Where.
+        /// The number of the character on the display at which the text begins.
         #[serde(skip_serializing_if = "Option::is_none")]
         position: Option<i64>,
     },

@@ -18,7 +18,8 @@ use crate::swap::Plan;
 use crate::watchdog::Watchdog;
 use crate::{CheckpointError, Event, Value};
 
-/// A variable that an executive has found by its name; valid for that executive alone.
+/// A variable that an executive has found by its name. The number is the variable's place among those that
+/// this executive has looked up, from 0, and means nothing to another executive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Variable(pub u32);
 
@@ -28,7 +29,7 @@ pub struct Variable(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct VariableKey(pub(crate) KeyOf);
 
-/// The variable of a [`VariableKey`] in its language.
+/// What a [`VariableKey`] holds: the variable as its language names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum KeyOf {
     Pmi(PmiVariable),
@@ -196,7 +197,8 @@ pub trait Executive {
     /// Reads a variable.
     fn get(&self, variable: Variable) -> Value;
 
-    /// Reads a variable into a value that it had before, so that an array's memory is used again.
+    /// Reads a variable into `value`. Where that holds an earlier value of the same variable, the memory of
+    /// an array in it is used again, and nothing is allocated.
     fn get_into(&self, variable: Variable, value: &mut Value) {
         *value = self.get(variable);
     }
@@ -206,8 +208,8 @@ pub trait Executive {
         false
     }
 
-    /// The variables that the program declares or names, in natural order of their canonical
-    /// spelling.
+    /// The variables that the program declares or names, in natural sort order of their canonical names:
+    /// numbers in names are compared as numbers, so that P2 stands before P10.
     fn declared(&mut self) -> Vec<(String, Variable)>;
 
     /// The canonical spelling of a watched name, as a dump has it.
@@ -217,8 +219,9 @@ pub trait Executive {
     /// any. It allocates nothing but more room for `out`.
     fn retained_into(&self, out: &mut Vec<u8>) -> bool;
 
-    /// A number that no executive of this process has given before, whenever the data may have changed;
-    /// `None` where the control does not notice changes, and the data itself has to be looked at.
+    /// A number that tells whether the data that survives power-off may have changed: if it is the same as
+    /// at an earlier call, the data is the same too. No two executives of a process give the same number.
+    /// `None` where the control does not notice changes, so that the data itself has to be compared.
     fn retained_revision(&self) -> Option<u64> {
         None
     }
@@ -255,7 +258,7 @@ pub trait Executive {
     fn set_image(&mut self, _image: &[u8]) {}
 
     /// The physical outputs, by the names under which [`set_safe_outputs`](Self::set_safe_outputs)
-    /// takes them, in natural order.
+    /// takes them, in natural sort order.
     fn outputs(&mut self) -> Vec<(String, Variable)>;
 
     /// Says what the physical outputs become at a stop. Those that are not named are switched off.
@@ -274,17 +277,22 @@ pub trait Executive {
     fn drive_safe_outputs(&mut self);
 
     /// The whole state between two ticks, as bytes: the image and the state outside it. Events are not
-    /// part of it, since they do not outlive a tick; neither are watchdogs of real time.
+    /// part of it, since they do not outlive a tick; neither is what was measured on the clock, by which
+    /// watchdogs decide in real time.
     fn checkpoint(&self) -> Vec<u8>;
 
-    /// Takes the state of a [`checkpoint`](Self::checkpoint) of the same program. Ticks go on from
-    /// there, in whichever engine has run this executive's ticks so far, or in any engine of the
-    /// program where there were none. The options of the run stay this executive's own.
+    /// Takes the state of a [`checkpoint`](Self::checkpoint) of the same program; ticks go on from there.
+    /// An executive that has run ticks before must keep its engine, whose code may depend on assumptions
+    /// that the process image notes. One that has not may be given any engine of the program. The options
+    /// of the run stay this executive's own.
     ///
     /// # Errors
     /// When the bytes are no checkpoint, are damaged, or belong to another program or version;
     /// nothing is changed then.
     fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError>;
+
+    // From here on methods have defaults that do nothing, for executives in tests. Those of the three
+    // languages have all of them.
 
     /// The keys of a variable: of an array one for each element, in their order.
     fn keys(&self, _variable: Variable) -> Vec<VariableKey> {
@@ -315,20 +323,21 @@ pub trait Executive {
         0
     }
 
-    /// The parts of the process image that the program is known to use, where that is not all of it.
+    /// The parts of the process image that the program is known to use. Empty where all of it counts as
+    /// used.
     fn used_ranges(&self) -> Vec<Range<u32>> {
         vec![]
     }
 
-    /// The canonical names of all variables that were looked up so far, in the order of their
-    /// numbers.
+    /// The canonical names of all variables that were looked up so far: the first is that of
+    /// `Variable(0)`.
     fn found(&self) -> Vec<String> {
         vec![]
     }
 
     /// Takes over the state of an executive of another program of the same control, as `plan` says,
-    /// between two ticks. It neither allocates memory nor waits. Whether both belong to the control
-    /// that the plan is for; if not, nothing is changed.
+    /// between two ticks. It neither allocates memory nor waits. Gives whether both executives belong to
+    /// the control that the plan is for; if not, nothing is changed.
     fn take_over(&mut self, _old: &mut dyn Executive, _plan: &Plan) -> bool {
         false
     }

@@ -7,7 +7,8 @@ use std::path::Path;
 
 use thiserror::Error;
 
-/// How often a file is opened again whose name was given to another file meanwhile.
+/// How often a file is opened at most, when each time its name was given to another file before it could
+/// be locked.
 const MAX_ATTEMPTS: u32 = 100;
 
 /// Why a file can't be opened and locked.

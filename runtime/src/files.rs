@@ -109,7 +109,7 @@ fn special(kind: FileType) -> &'static str {
     }
 }
 
-/// Other systems do not tell them apart.
+/// What a file is that is neither a regular file nor a folder; other systems have fewer kinds.
 #[cfg(not(unix))]
 fn special(_: FileType) -> &'static str {
     "a device"
@@ -124,7 +124,7 @@ fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
     options.custom_flags((OFlags::NONBLOCK | OFlags::NOCTTY).bits() as i32)
 }
 
-/// Other systems open as they do.
+/// On other systems files are opened in the usual way.
 #[cfg(not(target_os = "linux"))]
 fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
     options
@@ -140,10 +140,10 @@ pub fn open_output(path: &Path, append: bool) -> io::Result<File> {
     let options = options.write(true).create(true).append(append).truncate(!append);
     match without_waiting(options).open(path) {
         Ok(file) => {
-            waiting_from_now_on(&file)?;
+            make_blocking(&file)?;
             Ok(file)
         }
-        // The error number of a FIFO that is not open for reading, and of a socket.
+        // A FIFO that nobody has open for reading can't be opened without waiting.
         Err(error) if is_fifo(path) => {
             let message = format!("it is a pipe (FIFO) that nobody reads ({error})");
             Err(io::Error::new(ErrorKind::InvalidInput, message))
@@ -166,14 +166,14 @@ fn is_fifo(_: &Path) -> bool {
 /// Has writes to an open file wait until they are done, which [`without_waiting`] prevents for FIFOs
 /// and terminals.
 #[cfg(target_os = "linux")]
-fn waiting_from_now_on(file: &File) -> io::Result<()> {
+fn make_blocking(file: &File) -> io::Result<()> {
     use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
     let flags = fcntl_getfl(file)?;
     Ok(fcntl_setfl(file, flags - OFlags::NONBLOCK)?)
 }
 
 #[cfg(not(target_os = "linux"))]
-fn waiting_from_now_on(_: &File) -> io::Result<()> {
+fn make_blocking(_: &File) -> io::Result<()> {
     Ok(())
 }
 
@@ -196,9 +196,9 @@ pub(crate) fn resolve_links(path: &Path) -> PathBuf {
     }
 }
 
-/// How often, and after which pause, a file is tried to be replaced that another process replaces at
-/// this moment.
+/// How many attempts are made to replace a file while another process replaces it too.
 const REPLACE_ATTEMPTS: u32 = 200;
+/// The pause between two of these attempts.
 const REPLACE_PAUSE: Duration = Duration::from_millis(5);
 
 /// The file that is to be replaced (where `path` is a link, the file that it points to), and the
@@ -211,8 +211,9 @@ fn target_and_temporary(path: &Path) -> (PathBuf, PathBuf) {
     (target, name.into())
 }
 
-/// Replaces a file as a whole, or creates it. Whatever happens meanwhile, it holds either its old
-/// contents or the new ones. It keeps its permissions.
+/// Replaces a file as a whole, or creates it. At every moment it holds either its old contents or the
+/// new ones, also when this process is killed; only a power failure may leave it with neither, since
+/// nothing is synchronised with the disk. It keeps its permissions.
 ///
 /// # Errors
 /// When it can't be written or is write-protected; it then has its old contents.

@@ -10,7 +10,14 @@
 //!   latching of inputs, timers, events, retained memory. One for each language, in [`pmi`], [`nct`]
 //!   and [`pmac`].
 //! - [`run::Run`]: plays a stimulus to an executive and writes trace and events.
+//! - [`watchdog::Watchdog`], [`safe_outputs::SafeLines`]: stop a scan that takes too long, and say what
+//!   the outputs become at a stop.
+//! - [`retain::RetainedFile`], [`checkpoint`]: the data that survives power-off, in a file; the whole
+//!   state of a control, as bytes.
 //! - [`journal::Journal`]: tells what happens around a program, in the log and on standard error.
+//! - `image_file`, `socket`, [`swap`], behind the feature `args`: other processes see the process image,
+//!   act on the control, and replace its program.
+//! - `supervisor`, behind the feature `args`: the process that watches a control in real time.
 //! - `session`, behind the feature `args`: all of that from the options of a command line to its
 //!   exit status, the same for `plcc run` and `plcrt`.
 //!

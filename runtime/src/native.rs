@@ -208,6 +208,7 @@ impl HostCallState<'_> {
 
 impl Engine for NativeEngine {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+        // A task that does not exist has nothing to execute.
         let Some(labels) = self.tasks.get(task) else { return Outcome::End };
         if self.host_panicked {
             return Outcome::trap(TrapCode::HostPanic);

@@ -1,15 +1,15 @@
-//! An engine that wraps another one and makes a trap of each panic in it.
+//! An engine that wraps another one and makes a trap of each panic in a scan.
 //!
-//! Native code catches a panic of a host function itself, since it must not unwind through compiled
-//! code. The statement interpreter and the IR interpreter unwind. [`PanicBarrier`] gives them the
-//! same outcome: the trap [`TrapCode::HostPanic`], and no further scan. The module `session`
-//! puts it around every engine.
+//! A panic of a host function must not unwind through compiled code, so
+//! [`NativeEngine`](crate::NativeEngine) catches it before that. The statement interpreter and the IR
+//! interpreter unwind. [`PanicBarrier`] gives them the same outcome: the trap
+//! [`TrapCode::HostPanic`], and no further scan. The module `session` puts it around every engine.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use plcc_abi::{Engine, Outcome, ResumePoint, Scan, TrapCode};
 
-/// An engine whose panics are traps.
+/// An engine whose panics in a scan are traps.
 pub struct PanicBarrier<'a> {
     engine: &'a mut dyn Engine,
     /// A panic was caught. No further scan is executed.

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-/// A process that is connected.
+/// A process that is connected to the control's socket.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Peer {
     /// The user's name, or the number as text where there is none.

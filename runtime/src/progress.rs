@@ -15,8 +15,7 @@ use crate::run::{AfterTick, Hook};
 pub(crate) const FIRST_SHOWN_AFTER: Duration = Duration::from_secs(1);
 /// Time between two updates of the line.
 pub(crate) const UPDATE_INTERVAL: Duration = Duration::from_millis(200);
-/// The clock is read once in so many ticks, since reading it takes longer than a
-/// short tick.
+/// The clock is read once in so many ticks, since reading it takes longer than a short tick.
 #[cfg(feature = "args")]
 const TICKS_PER_CLOCK_READ: u64 = 256;
 
@@ -24,10 +23,14 @@ const TICKS_PER_CLOCK_READ: u64 = 256;
 #[cfg(feature = "args")]
 #[derive(Debug)]
 pub(crate) struct Progress {
+    /// How many ticks the whole run has, if that is known.
     ticks: Option<u64>,
     start: Instant,
+    /// When the line is shown or updated next.
     next: Instant,
-    terminal: bool,
+    /// Whether standard error is a terminal.
+    is_terminal: bool,
+    /// Whether the line is shown.
     visible: bool,
 }
 
@@ -36,8 +39,8 @@ impl Progress {
     /// For a run of this many ticks, where that is known.
     pub(crate) fn new(ticks: Option<u64>) -> Self {
         let start = Instant::now();
-        let terminal = io::stderr().is_terminal();
-        Self { ticks, start, next: start + FIRST_SHOWN_AFTER, terminal, visible: false }
+        let is_terminal = io::stderr().is_terminal();
+        Self { ticks, start, next: start + FIRST_SHOWN_AFTER, is_terminal, visible: false }
     }
 
     fn update(&mut self, ticks: u64, now: Instant) {
@@ -64,13 +67,14 @@ impl Hook for Progress {
     /// Updates the line, if standard error is a terminal and the last update is long enough ago.
     #[inline]
     fn after_tick(&mut self, now: &mut AfterTick<'_>) {
-        if self.terminal && now.ticks.is_multiple_of(TICKS_PER_CLOCK_READ) {
+        if self.is_terminal && now.ticks.is_multiple_of(TICKS_PER_CLOCK_READ) {
             self.update(now.ticks, Instant::now());
         }
     }
 }
 
-/// The line's text, such as `42 %, 4200000 of 10000000 ticks, 3 s left`.
+/// The line's text, such as `42 %, 4200000 of 10000000 ticks, 3 s left`, after `ticks` ticks of `all` in
+/// the time `elapsed`. Where `all` is not known, it says how many ticks a second are done.
 pub(crate) fn line(ticks: u64, all: Option<u64>, elapsed: Duration) -> String {
     let rate = ticks as f64 / elapsed.as_secs_f64().max(1e-9);
     match all {

@@ -1,4 +1,4 @@
-//! Safe outputs: what the physical outputs are made when the program no longer drives them.
+//! Safe outputs: what the physical outputs become when the program no longer drives them.
 //!
 //! A control stops its program after a trap, when the watchdog trips, after an error inside plcc, and
 //! by the policy for overruns; a signal ends the run. In each case every physical output takes its
@@ -26,7 +26,7 @@ use std::str::FromStr;
 
 use crate::NameError;
 
-/// What one physical output is made.
+/// What one physical output becomes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SafeValue {
     /// It is switched off: 0.
@@ -49,12 +49,12 @@ impl SafeValue {
     }
 }
 
-/// A physical output by its name, and what it is made.
+/// A physical output by its name, and what it becomes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SafeOutput {
     /// The output's name in the dialect's spelling, see [`Executive::outputs`](crate::Executive::outputs).
     pub name: String,
-    /// What it is made.
+    /// What it becomes.
     pub value: SafeValue,
 }
 
@@ -66,7 +66,7 @@ impl FromStr for SafeOutput {
         let (name, value) = text
             .split_once('=')
             .filter(|(name, value)| !name.trim().is_empty() && !value.trim().is_empty())
-            .ok_or("an output and what it is made are expected, as in PUMP=off or LAMP=hold")?;
+            .ok_or("an output and what it becomes are expected, as in PUMP=off or LAMP=hold")?;
         Ok(Self { name: name.trim().into(), value: SafeValue::parse(value) })
     }
 }
@@ -144,9 +144,9 @@ impl SafeLines {
         &self.0
     }
 
-    /// Whether any of the bits of `mask` in the byte at `offset` is that of a physical output that is
-    /// not held.
-    pub fn has(&self, offset: u32, mask: u8) -> bool {
+    /// Whether [`drive`](Self::drive) sets any of the bits of `mask` in the byte at `offset`: those of
+    /// physical outputs that are not held.
+    pub fn drives(&self, offset: u32, mask: u8) -> bool {
         let found = self.0.binary_search_by_key(&offset, |byte| byte.offset);
         found.is_ok_and(|at| self.0.get(at).is_some_and(|byte| !byte.keep & mask != 0))
     }
@@ -161,7 +161,7 @@ impl SafeLines {
     }
 }
 
-/// That an output has a value which its lines can't carry.
+/// The error of an entry whose value the output's lines can't carry.
 pub(crate) fn does_not_fit(name: &str, value: &str) -> NameError {
     let reason = format!("can't be made `{value}`: its lines can't carry that value");
     NameError::Unfit { name: name.into(), reason }
@@ -172,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_entry_names_an_output_and_what_it_is_made() {
+    fn an_entry_names_an_output_and_what_it_becomes() {
         let read = |text: &str| text.parse::<SafeOutput>().map(|entry| (entry.name, entry.value));
         assert_eq!(read("PUMP=off"), Ok(("PUMP".into(), SafeValue::Off)));
         assert_eq!(read(" O012 = HOLD "), Ok(("O012".into(), SafeValue::Hold)));
@@ -193,7 +193,7 @@ mod tests {
         let mut image = [0, 0, 0, 0xA5];
         lines.drive(&mut image);
         assert_eq!(image, [0, 0x80, 0, 0xA3]);
-        assert!(lines.has(3, 0x04) && !lines.has(3, 0x01) && !lines.has(2, 0xFF));
+        assert!(lines.drives(3, 0x04) && !lines.drives(3, 0x01) && !lines.drives(2, 0xFF));
         lines.set(100, 0xFF, 0xFF);
         lines.drive(&mut image);
         assert_eq!(image, [0, 0x80, 0, 0xA3]);

@@ -39,7 +39,8 @@ pub fn number(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return "0".into();
     }
-    // Rust's `{:e}` gives the shortest digits. Only ties differ, and where the point stands.
+    // Rust's `{:e}` gives the shortest digits, too. ECMAScript's text differs from it where two decimals
+    // are equally short and near, and in the place of the point.
     let text = format!("{:e}", value.abs());
     let text = even_shortest(&text, value.abs()).unwrap_or(text);
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
@@ -63,9 +64,9 @@ pub fn number(value: f64) -> String {
     if value < 0.0 { format!("-{body}") } else { body }
 }
 
-/// Where a positive value lies half-way between two shortest decimals that both read back as it,
-/// Rust writes the upper one, ECMAScript the one whose last digit is even: that one, if it is not
-/// `text`, which has the form of `{:e}`.
+/// The decimal that ECMAScript writes for a positive value whose text by `{:e}` is `text`; `None` if it
+/// is `text` itself. They differ where the value lies half-way between two shortest decimals that both
+/// read back as it: Rust writes the upper one, ECMAScript the one whose last digit is even.
 fn even_shortest(text: &str, value: f64) -> Option<String> {
     let (mantissa, exponent) = text.split_once('e')?;
     let last = mantissa.bytes().last().filter(|digit| digit % 2 == 1)?;

@@ -20,8 +20,8 @@ use plcc_abi::TimeLimit;
 const NEVER: u64 = u64::MAX;
 /// How many periods of the control a scan may take, unless the user says otherwise.
 const PERIODS: u32 = 3;
-/// A scan may always take so long, unless the user says otherwise.
-const LEAST: Duration = Duration::from_millis(50);
+/// The shortest time that a scan may take, unless the user says otherwise.
+const SHORTEST_LIMIT: Duration = Duration::from_millis(50);
 
 /// The thread looks again so soon after a scan was late.
 const AFTER_LATE: Duration = Duration::from_micros(200);
@@ -36,7 +36,7 @@ struct Shared {
     /// See [`TimeLimit::epoch`].
     epoch: Arc<AtomicU64>,
     /// Whether the thread is to end.
-    ends: AtomicBool,
+    stopping: AtomicBool,
 }
 
 impl Shared {
@@ -52,12 +52,12 @@ impl Shared {
 pub struct Watchdog {
     shared: Arc<Shared>,
     limit: Option<Duration>,
-    _thread: Arc<EndsThread>,
+    _stop: Arc<StopOnDrop>,
 }
 
 /// Ends the watchdog's thread when it is dropped.
 #[derive(Debug)]
-struct EndsThread {
+struct StopOnDrop {
     shared: Arc<Shared>,
     thread: JoinHandle<()>,
 }
@@ -74,14 +74,14 @@ pub enum WatchdogLimit {
 /// How long a scan may take on the clock where the user says nothing: three periods of the control, at
 /// least 50 ms.
 pub fn usual_limit(period: Duration) -> Duration {
-    period.saturating_mul(PERIODS).max(LEAST)
+    period.saturating_mul(PERIODS).max(SHORTEST_LIMIT)
 }
 
 impl Watchdog {
     /// Starts the thread. `limit` is how long a scan of any task may take on the clock, if there is
-    /// such a limit. No scan may be given less than `shortest` by [`begin`](Self::begin): that is how
-    /// often the thread wakes up at least. `prepare` is called first in the thread, to give it its
-    /// priority.
+    /// such a limit. `shortest` is the shortest time that [`begin`](Self::begin) will be given; the thread
+    /// never sleeps longer than that, so that it does not miss the end of such a time. `prepare` is
+    /// called first in the thread, to give it its priority.
     ///
     /// # Errors
     /// When the operating system has no thread to give.
@@ -94,19 +94,19 @@ impl Watchdog {
             start: Instant::now(),
             due: AtomicU64::new(NEVER),
             epoch: Arc::new(AtomicU64::new(0)),
-            ends: AtomicBool::new(false),
+            stopping: AtomicBool::new(false),
         });
         let shortest = shortest.min(limit.unwrap_or(shortest)).max(Duration::from_micros(100));
         let seen = Arc::clone(&shared);
         let watch = move || {
             prepare();
-            while !seen.ends.load(Ordering::Relaxed) {
-                thread::park_timeout(look(&seen).min(shortest));
+            while !seen.stopping.load(Ordering::Relaxed) {
+                thread::park_timeout(check_due(&seen).min(shortest));
             }
         };
         let thread = thread::Builder::new().name("watchdog".into()).spawn(watch)?;
-        let ends = EndsThread { shared: Arc::clone(&shared), thread };
-        Ok(Self { shared, limit, _thread: Arc::new(ends) })
+        let stop = StopOnDrop { shared: Arc::clone(&shared), thread };
+        Ok(Self { shared, limit, _stop: Arc::new(stop) })
     }
 
     /// How long a scan of any task may take on the clock, if there is such a limit.
@@ -114,10 +114,12 @@ impl Watchdog {
         self.limit
     }
 
-    /// A scan begins, or goes on, that must have ended when `time` has passed.
+    /// A scan begins, or goes on, that must have ended when `time` has passed. Gives the limit with which
+    /// engines compare the epoch.
     pub fn begin(&self, time: Duration) -> TimeLimit {
         let time = u64::try_from(time.as_nanos()).unwrap_or(NEVER);
-        // An epoch that the thread is about to store is not later than now.
+        // The thread may be about to store an epoch for the scan before. It is not later than now, and
+        // this scan's limit is, so it does not stop this scan.
         let due = self.shared.now().saturating_add(time).clamp(1, NEVER - 1);
         self.shared.due.store(due, Ordering::Relaxed);
         TimeLimit { epoch: Arc::clone(&self.shared.epoch), limit: due }
@@ -134,9 +136,9 @@ impl Watchdog {
     }
 }
 
-/// Stores the time in the epoch if the scan that runs should have ended by now. Gives how long nothing
-/// else is to do, if no other scan begins.
-fn look(shared: &Shared) -> Duration {
+/// Stores the time in the epoch if the scan that runs should have ended by now. Gives how long the thread
+/// may sleep if no other scan begins.
+fn check_due(shared: &Shared) -> Duration {
     let due = shared.due.load(Ordering::Relaxed);
     let now = shared.now();
     if due > now {
@@ -147,9 +149,9 @@ fn look(shared: &Shared) -> Duration {
     AFTER_LATE
 }
 
-impl Drop for EndsThread {
+impl Drop for StopOnDrop {
     fn drop(&mut self) {
-        self.shared.ends.store(true, Ordering::Relaxed);
+        self.shared.stopping.store(true, Ordering::Relaxed);
         // It ends by itself; nobody waits for it.
         self.thread.thread().unpark();
     }
@@ -189,15 +191,15 @@ mod tests {
             start: Instant::now(),
             due: AtomicU64::new(NEVER),
             epoch: Arc::default(),
-            ends: AtomicBool::new(false),
+            stopping: AtomicBool::new(false),
         };
-        assert!(look(&shared) > Duration::from_secs(3600));
+        assert!(check_due(&shared) > Duration::from_secs(3600));
         assert_eq!(shared.epoch.load(Ordering::Relaxed), 0);
         shared.due.store(shared.now() + 3_600_000_000_000, Ordering::Relaxed);
-        let left = look(&shared).as_secs();
+        let left = check_due(&shared).as_secs();
         assert!((3000..3600).contains(&left), "{left}");
         shared.due.store(0, Ordering::Relaxed);
-        look(&shared);
+        check_due(&shared);
         assert_ne!(shared.epoch.load(Ordering::Relaxed), 0);
     }
 }

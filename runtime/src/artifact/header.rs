@@ -76,8 +76,8 @@ pub struct Header {
 /// The digest of an artifact: it names the artifact, since no two have the same.
 pub type ArtifactDigest = [u8; 32];
 
-/// The digest of an artifact with this header, whatever digest and checksum stand in that, and with
-/// this behind it.
+/// The digest of an artifact that consists of the header `head` and of `payload`. The header's own fields
+/// for digest and checksum count as zeros.
 fn digest(head: &[u8], payload: &[u8]) -> ArtifactDigest {
     let part = |range: std::ops::Range<usize>| head.get(range).unwrap_or_default();
     let mut hasher = Sha256::new();

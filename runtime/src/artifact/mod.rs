@@ -1,4 +1,5 @@
-//! Programs compiled ahead of time: what `plcc build` writes and the loader reads.
+//! Programs compiled ahead of time: what `plcc build` writes and the loader (`plcrt`, or a program that
+//! uses this crate) reads.
 //!
 //! An artifact is flat, little endian, and knows its own length:
 //!
@@ -96,7 +97,7 @@ fn write(program: &Program, code: &CodeParts) -> Result<Vec<u8>, ArtifactError> 
 }
 
 impl Artifact {
-    /// Reads and checks a file. With a key, the file must be signed with its private key.
+    /// Reads and checks a file. With a key, the file must be signed with the private key that belongs to it.
     ///
     /// # Errors
     /// When it can't be read or is refused.
@@ -164,8 +165,8 @@ pub struct Inspection {
 }
 
 impl Inspection {
-    /// Reads a file, which may be for another machine. With a key, the file must be signed with its
-    /// private key.
+    /// Reads a file, which may be for another machine. With a key, the file must be signed with the
+    /// private key that belongs to it.
     ///
     /// # Errors
     /// When it can't be read or is refused for another reason than the machine.

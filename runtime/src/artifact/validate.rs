@@ -9,7 +9,8 @@ use super::MAX_IMAGE;
 use super::error::{ArtifactError, inconsistent};
 use crate::control::control;
 
-/// Nothing, or what does not fit, to follow "the program is damaged:".
+/// Nothing, or what does not fit: the end of a sentence that begins with "the artifact is inconsistent:" or
+/// "the program is damaged:".
 pub(crate) type Check = Result<(), String>;
 
 /// An error that says `what` does not fit, unless a condition holds.

@@ -18,7 +18,8 @@ use sequence::{begin_read, begin_write, end_read, end_write, read_word, write_wo
 /// Two writes of two words beside one reader: what the reader accepts belongs to one write.
 #[test]
 fn a_reader_accepts_whole_ticks_only() {
-    // What the reader accepted over all orders: without each of the three, nothing is tested.
+    // How often the reader accepted the words of tick 0, 1 and 2, over all orders. Each must have been
+    // accepted at least once; a reader that never accepts anything would pass the test otherwise.
     let accepted = Arc::new([(); 3].map(|()| std::sync::atomic::AtomicU64::new(0)));
     let seen = Arc::clone(&accepted);
     loom::model(move || {

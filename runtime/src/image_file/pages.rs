@@ -100,7 +100,7 @@ mod tests {
         let size = 40 * PAGE;
         let mut pages = Pages::new(size, &[10..10, 4090..4100, 8 * PAGE as u32..9 * PAGE as u32]);
         assert_eq!(copied(&mut pages, &[]), [0, 1, 8]);
-        // Pages 2 to 10 have been compared, but 8; page 30 is found in one of the next visits.
+        // All pages from 2 to 10 except 8 have been compared; page 30 is found in one of the next visits.
         let visits = (1..).find(|_| copied(&mut pages, &[30]).contains(&30));
         assert_eq!(visits, Some(3));
         assert_eq!(copied(&mut pages, &[]), [0, 1, 8, 30]);

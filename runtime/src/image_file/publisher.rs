@@ -36,8 +36,8 @@ pub struct Publisher {
     image_size: usize,
     /// What the sequence counter holds.
     sequence: u64,
-    /// Holds the lock by which other processes know that the file is in use.
-    _file: File,
+    /// The open file, whose lock tells other processes that it is in use.
+    file: File,
 }
 
 /// Whether a new file may take the place of the one at a path.
@@ -144,14 +144,14 @@ impl Publisher {
             pages: Pages::new(content.image.len(), content.used),
             image_size: content.image.len(),
             sequence: 0,
-            _file: file,
+            file,
         })
     }
 
     /// Whether the file lies in memory (tmpfs), where writing to it never waits for a disk.
     pub fn is_in_memory(&self) -> bool {
         const TMPFS: i64 = 0x0102_1994;
-        rustix::fs::fstatfs(&self._file).is_ok_and(|about| about.f_type == TMPFS)
+        rustix::fs::fstatfs(&self.file).is_ok_and(|about| about.f_type == TMPFS)
     }
 
     /// Writes what the control has reached: the process image after `ticks` ticks, and how many
@@ -184,8 +184,8 @@ impl Publisher {
             let bytes = bytes.get(..PAGE).unwrap_or(bytes);
             bytes.chunks(8).zip(shared.get(page * PAGE / 8..).unwrap_or_default())
         };
-        let copy = |page| page_of(page).for_each(|(bytes, word)| write_word(word, number(bytes)));
-        let differs = |page| page_of(page).any(|(bytes, word)| read_word(word) != number(bytes));
+        let copy = |page| page_of(page).for_each(|(bytes, word)| write_word(word, word_of(bytes)));
+        let differs = |page| page_of(page).any(|(bytes, word)| read_word(word) != word_of(bytes));
         self.pages.visit(copy, differs);
         end_write(counter, self.sequence);
     }
@@ -203,8 +203,8 @@ impl Publisher {
     }
 }
 
-/// Up to eight bytes as the word that holds them in this order, the missing ones 0.
-fn number(bytes: &[u8]) -> u64 {
+/// The word that holds up to eight bytes in their order; missing ones are 0.
+fn word_of(bytes: &[u8]) -> u64 {
     match bytes.first_chunk() {
         Some(bytes) => u64::from_ne_bytes(*bytes),
         None => {

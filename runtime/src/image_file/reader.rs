@@ -41,8 +41,11 @@ fn wrong(what: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, what)
 }
 
-/// The header's numbers that say where the image is: its range in words and its length in bytes.
-fn place(words: &[AtomicU64]) -> io::Result<(std::ops::Range<usize>, usize)> {
+/// Where the process image is in the file, as the header says: its range in words and its length in bytes.
+///
+/// # Errors
+/// When the words are not those of an image file.
+fn image_place(words: &[AtomicU64]) -> io::Result<(std::ops::Range<usize>, usize)> {
     let word = |at: usize| words.get(at / 8).map_or(0, read_word).to_le();
     if word(layout::AT_MAGIC).to_le_bytes() != layout::MAGIC {
         return Err(wrong("it is no image file"));
@@ -51,6 +54,7 @@ fn place(words: &[AtomicU64]) -> io::Result<(std::ops::Range<usize>, usize)> {
     if version != layout::VERSION {
         return Err(wrong("it is an image file of another version"));
     }
+    // The upper half of this word is the 32 bits at `AT_IMAGE_SIZE`.
     let size = (word(layout::AT_DIALECT) >> 32) as usize;
     let from = usize::try_from(word(layout::AT_IMAGE)).unwrap_or(usize::MAX) / 8;
     let range = from..from.saturating_add(size.div_ceil(8));
@@ -67,7 +71,7 @@ impl ImageReader {
     /// When it can't be opened or is no image file.
     pub fn open(path: &Path) -> io::Result<Self> {
         let memory = SharedMemory::map(&open_regular(path)?, Access::Read)?;
-        let (image_words, image_size) = place(memory.words())?;
+        let (image_words, image_size) = image_place(memory.words())?;
         Ok(Self { memory, image_words, image_size })
     }
 
@@ -148,11 +152,11 @@ pub fn drive_safe_outputs(path: &Path) -> io::Result<()> {
     let file = OpenOptions::new().read(true).write(true).open(path)?;
     let memory = SharedMemory::map(&file, Access::Write)?;
     let words = memory.words();
-    let (image_words, image_size) = place(words)?;
-    let number = |at: usize| words.get(at / 8).map_or(0, read_word).to_le();
+    let (image_words, image_size) = image_place(words)?;
+    let word_at = |at: usize| words.get(at / 8).map_or(0, read_word).to_le();
     let counter = words.get(layout::AT_SEQUENCE / 8).ok_or_else(|| wrong("it is too short"))?;
-    let table = usize::try_from(number(layout::AT_SAFE_OUTPUTS)).unwrap_or(usize::MAX);
-    let count = usize::try_from(number(layout::AT_SAFE_OUTPUTS_COUNT)).unwrap_or(0);
+    let table = usize::try_from(word_at(layout::AT_SAFE_OUTPUTS)).unwrap_or(usize::MAX);
+    let count = usize::try_from(word_at(layout::AT_SAFE_OUTPUTS_COUNT)).unwrap_or(0);
     let first = table / SAFE_OUTPUT_SIZE;
     let even = begin_write(counter, read_word(counter));
     for entry in words.iter().skip(first).take(count) {

@@ -45,7 +45,8 @@ impl SharedMemory {
     pub(super) fn words(&self) -> &[AtomicU64] {
         // SAFETY: a mapping begins at a page, which is aligned for words, is as long as `len` says,
         // and stays where it is until `self` is dropped. This process accesses it through this
-        // slice only, and every bit pattern is a valid word. Who maps it for reading only loads.
+        // slice only, and every bit pattern is a valid word. A mapping that is only for reading is only
+        // loaded from.
         unsafe {
             std::slice::from_raw_parts(self.map.as_ptr().cast::<AtomicU64>(), self.map.len() / 8)
         }

@@ -30,8 +30,8 @@ impl Messages {
         self.locations.len()
     }
 
-    /// An event for each flag that is not as it was at the last call, in the order of the flags;
-    /// `shown` are the flags' bytes then.
+    /// Appends an event for each flag that is not as it was at the last call, in the order of the flags.
+    /// `shown` holds the flags' bytes as they were then; `rh` is the offset of RH000 in the image.
     pub(super) fn update(
         &self,
         shown: &mut [u8],

@@ -51,6 +51,7 @@ impl Forces {
             return Err("has no physical line; only outputs of the boards 0 to 3 can be forced");
         }
         let parts = match bit {
+            // A bit concerns one byte only.
             Some(bit) => {
                 [(1 << bit, word.map(|word| if word & 1 != 0 { 0xFF } else { 0 })), (0, None)]
             }

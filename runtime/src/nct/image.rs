@@ -9,7 +9,8 @@ use plcc_abi::nct::{FlagLocation, LINE_BYTES, NctTables, context, layout::region
 
 use super::state::{Modules, SavedInputs};
 
-/// The places of what the executive touches.
+/// Where the parts of the image begin that the executive uses. `rh` to `rp` are the registers of these
+/// letters, 16 bits each.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Places {
     pub(super) context: u32,
@@ -21,7 +22,9 @@ pub(super) struct Places {
     pub(super) h: u32,
     pub(super) m: u32,
     pub(super) rp: u32,
+    /// The input image that is shown: its bytes, and its bits that are kept as one byte each.
     input: [Range<usize>; 2],
+    /// The one before it, with which it is compared.
     previous: [Range<usize>; 2],
 }
 
@@ -108,7 +111,8 @@ impl Image {
         self.places.input.each_ref().map(Range::len)
     }
 
-    /// Puts :000's input images in, or :001's.
+    /// Has the process image hold the input images of :000 (`level0`), or those of :001. The others are kept
+    /// in `modules`.
     pub(super) fn show(&mut self, modules: &mut Modules, level0: bool) {
         if modules.level0_inputs == level0 {
             return;
@@ -133,7 +137,7 @@ impl Image {
         }
     }
 
-    /// With :000's images shown: takes a new image from :001's.
+    /// Copies the inputs of :001 into the input image of :000, which must be the one that is shown.
     pub(super) fn synchronise(&mut self, modules: &Modules) {
         self.age_inputs();
         for (range, from) in self.places.input.iter().zip(&modules.saved_inputs.input) {
@@ -158,7 +162,8 @@ impl Image {
         }
     }
 
-    /// Puts a module's registers in, with fuel for its call.
+    /// Puts a module's registers and input images in. `fuel` is the number of safepoints that its next call
+    /// may pass; `stops` says whether it is stopped or suspended when they are used up.
     pub(super) fn enter(&mut self, modules: &mut Modules, module: Module, fuel: u32, stops: bool) {
         self.show(modules, module == 0);
         let context = self.places.context;
@@ -182,7 +187,7 @@ impl Image {
         }
     }
 
-    /// Counts the words at a place down by `times`, those that are above 0, to 0 at most.
+    /// Lowers each of the `count` words from `offset` on by `times`, but to no less than 0.
     pub(super) fn count_down(&mut self, offset: u32, count: u16, times: u64) {
         let times = u16::try_from(times).unwrap_or(u16::MAX);
         for i in 0..u32::from(count) {

@@ -11,7 +11,7 @@ const MAGAZINE: u16 = 61;
 const FRACTIONS: usize = 1000;
 /// Macro variables from #2000 on hold integers.
 const INTEGERS_FROM: u16 = 2000;
-/// Numbers are four decimal digits at most.
+/// Macro variables and parameters have numbers below this.
 const NUMBERS: usize = 10_000;
 /// The largest shift count.
 const MAX_SHIFT: u8 = 8;
@@ -135,11 +135,14 @@ fn macro_cell(number: u16) -> Option<Cell> {
     }
 }
 
-/// A register area that is right.
+/// What MR or MW is to copy, read from a register area in which nothing is wrong.
 struct Request {
+    /// How many bytes the number has.
     size: u16,
+    /// By how many places the decimal point moves.
     shift: u8,
     cell: Cell,
+    /// The local variable.
     address: u16,
 }
 

@@ -23,8 +23,8 @@ pub(super) const MAX_SAFEPOINTS: u32 = 1_000_000;
 /// In real time a module is suspended after so many safepoints in any case, so that its time is
 /// looked at also where there is no watchdog.
 const REAL_TIME_STEP: u32 = 1000;
-/// What :001 and :000 get of a slice in real time (NCT 1.2).
-pub(super) const REAL_TIME_SLICE: Duration = Duration::from_millis(5);
+/// The time that :001 and :000 together get in each slice in real time (NCT 1.2).
+pub(super) const SHARE_OF_SLICE: Duration = Duration::from_millis(5);
 
 impl NctExecutive {
     /// The time limits of a module, if it has any.
@@ -44,8 +44,8 @@ impl NctExecutive {
         Share { time, began: Instant::now(), is_suspended }
     }
 
-    /// Calls a module once, with fuel for so many safepoints; `stops` says whether it is stopped or
-    /// suspended when they are used up.
+    /// Calls a module once. It may pass `fuel` safepoints; `stops` says whether it is stopped or suspended
+    /// when they are used up.
     fn call(
         &mut self,
         engine: &mut dyn Engine,
@@ -91,7 +91,7 @@ impl NctExecutive {
     ) -> Result<(), Stop> {
         let time = match module {
             2 => Duration::from_millis(self.period_ms),
-            _ => REAL_TIME_SLICE,
+            _ => SHARE_OF_SLICE,
         };
         let share = self.share(began, time, false);
         let outcome = if self.time(share).is_none() {
@@ -151,7 +151,7 @@ impl NctExecutive {
         if self.state.level0_starts || !self.state.synchronised {
             self.image.synchronise(&self.state.modules);
         }
-        let share = self.share(began, REAL_TIME_SLICE, true);
+        let share = self.share(began, SHARE_OF_SLICE, true);
         let mut fuel = if self.realtime { REAL_TIME_STEP } else { self.level0_safepoints };
         let outcome = loop {
             let outcome = self.call(engine, 0, fuel, false, share);

@@ -22,7 +22,7 @@ use super::events::Messages;
 use super::forces::Forces;
 use super::image::{Image, Module};
 use super::memory::NcMemory;
-use super::modules::{MAX_SAFEPOINTS, REAL_TIME_SLICE};
+use super::modules::{MAX_SAFEPOINTS, SHARE_OF_SLICE};
 use super::outputs;
 use super::state::State;
 use super::time::UsedBefore;
@@ -34,11 +34,14 @@ const SLICE_MS: u64 = 20;
 /// Slices in a second and in a minute.
 const SECOND: u64 = 50;
 const MINUTE: u64 = 3000;
-/// Y541 and Y546.
+/// Y541: where it is 1 in slice 0, :000 sees the inputs of each slice, else those of the slice in which it
+/// began.
 const NO_SYNCHRONISATION: (usize, u8) = (54, 1);
+/// Y546, by which the program enables :002.
 const LEVEL2_ENABLE: (usize, u8) = (54, 6);
-/// I510 and I543.
+/// I510, which is 1 in the first slice.
 const FIRST_CALL: (usize, u8) = (51, 0);
+/// I543, which is 1 when :000 begins at its label.
 const LEVEL0_START: (usize, u8) = (54, 3);
 
 /// What may be chosen when a program is run.
@@ -138,8 +141,8 @@ impl NctExecutive {
         self.tables.outputs.get(byte).is_some_and(|location| location.bit(&self.image.bytes, bit))
     }
 
-    /// Timers go down (NCT 2.4), by the time of `slices` slices from the present one on. None has passed
-    /// before slice 0.
+    /// Lets the timers go down (NCT 2.4) by the time of `slices` slices from the present one on. Before slice 0
+    /// no time has passed.
     fn count(&mut self, slices: u64) {
         let from = self.state.tick.max(1);
         let end = self.state.tick.saturating_add(slices).max(from);
@@ -154,7 +157,8 @@ impl NctExecutive {
         }
     }
 
-    /// Fills :001's input image.
+    /// Copies the physical inputs and the NC's flags into the input image of :001, with forced values in
+    /// their place.
     fn latch(&mut self) {
         self.image.show(&mut self.state.modules, false);
         self.image.age_inputs();
@@ -174,7 +178,7 @@ impl NctExecutive {
         self.image.set_input_bit(LEVEL0_START.0, LEVEL0_START.1, self.state.level0_starts);
     }
 
-    /// The physical outputs take the output image.
+    /// Copies the output image to the physical outputs, and forced values over them.
     fn drive_lines(&mut self) {
         for (byte, location) in self.tables.outputs.iter().take(self.boards * 10).enumerate() {
             let value = location.read(&self.image.bytes);
@@ -244,8 +248,8 @@ impl NctExecutive {
         Ok(())
     }
 
-    /// All modules of a tick.
-    fn modules(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
+    /// Runs the modules of a tick, each when it is due.
+    fn run_modules(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
         if self.has_level2 && self.output(LEVEL2_ENABLE) {
             self.run_level2(engine)?;
         }
@@ -257,7 +261,7 @@ impl NctExecutive {
             self.state.synchronised = !self.output(NO_SYNCHRONISATION);
         }
         self.run_level0(engine, began)?;
-        self.end_share(1, began, REAL_TIME_SLICE);
+        self.end_share(1, began, SHARE_OF_SLICE);
         self.drive_lines();
         if self.has_level2 {
             for _ in 1..SLICE_MS / self.period_ms {
@@ -291,7 +295,7 @@ impl Executive for NctExecutive {
     }
 
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
-        let result = self.modules(engine);
+        let result = self.run_modules(engine);
         if result.is_err() {
             self.image.show(&mut self.state.modules, false);
             self.drive_safe_outputs();
@@ -408,7 +412,7 @@ impl Executive for NctExecutive {
 
     fn shortest_time_limit(&self) -> Option<Duration> {
         let level2 = self.has_level2.then(|| Duration::from_millis(self.period_ms));
-        Some(level2.unwrap_or(REAL_TIME_SLICE).min(REAL_TIME_SLICE))
+        Some(level2.unwrap_or(SHARE_OF_SLICE).min(SHARE_OF_SLICE))
     }
 
     fn set_watchdog(&mut self, watchdog: Watchdog) {

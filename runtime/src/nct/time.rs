@@ -5,12 +5,12 @@
 //! processor time of the thread that runs the scans: another program that takes the processor away
 //! for a while does not stop the PLC. Besides, `--watchdog` limits the time on the clock.
 //!
-//! Reading processor time is a call of the operating system, so it is done only when a module may have
-//! used its share up, when as much time has passed on the clock, and not at the beginning of each share.
-//! What had been used then is known exactly if it was read at the beginning, which is done for modules
-//! that took long in the slice before. Otherwise it counts from the moment at which the module was found
-//! to be late: it is stopped after its share of processor time at the earliest, after twice that at the
-//! latest.
+//! Reading processor time is a call of the operating system, so it is not done for every module in every
+//! slice. For a module that took long in the slice before, it is read at the beginning of its share; what
+//! the module has used is then known exactly. For the others it is first read when as much time has passed
+//! on the clock as their share is, since none can have used its share up before, and is counted from that
+//! moment on. Such a module is stopped when it has used its share of processor time at the earliest, and
+//! twice its share at the latest.
 
 use std::cell::Cell;
 use std::time::{Duration, Instant};
@@ -19,8 +19,8 @@ use plcc_abi::TimeLimit;
 
 use crate::watchdog::Watchdog;
 
-/// No limit is renewed for a shorter time than this, since each renewal costs time too.
-const LEAST: Duration = Duration::from_micros(50);
+/// The shortest time for which a limit is renewed, since each renewal costs time too.
+const SHORTEST_RENEWAL: Duration = Duration::from_micros(50);
 
 /// What is known of the processor time that the thread had used when a share began, or when the module
 /// was first found to be late.
@@ -113,7 +113,7 @@ impl ModuleTime<'_> {
     /// is then looked at only where the module is suspended, every so many safepoints.
     pub(super) fn limit(&self) -> Option<TimeLimit> {
         let limits = self.left_of_share().into_iter().chain(self.left_on_clock());
-        Some(self.watchdog?.begin(limits.min()?.max(LEAST)))
+        Some(self.watchdog?.begin(limits.min()?.max(SHORTEST_RENEWAL)))
     }
 
     /// What [`Host::extend_time`](plcc_abi::Host::extend_time) gives for it.

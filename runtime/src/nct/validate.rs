@@ -9,7 +9,7 @@ use crate::artifact::validate::{Check, Image, ensure};
 /// there, and that every name exists.
 pub(super) fn tables(tables: &NctTables, program: &Program) -> Check {
     let image = Image::new(program.image_size);
-    // Texts and settings are looked up with care by whoever uses them.
+    // Texts and settings are not checked here: each access to them checks its index.
     let NctTables { inputs, previous, outputs, flags, named, .. } = tables;
     let groups = [
         ("inputs", inputs, IMAGE_BYTES),

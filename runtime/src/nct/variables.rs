@@ -10,7 +10,7 @@ use crate::{NameError, Purpose, Setting, ValueError, Variable};
 use super::image::Image;
 use super::state::Modules;
 
-/// The names that were asked for; a [`Variable`] is an index.
+/// The names that were looked up, into which a [`Variable`] is an index.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Names {
     list: Vec<NctName>,
@@ -31,7 +31,7 @@ impl Names {
         self.list.get(variable.0 as usize).copied()
     }
 
-    /// How many were asked for.
+    /// How many variables were looked up.
     pub(super) fn count(&self) -> u32 {
         self.list.len() as u32
     }
@@ -51,7 +51,7 @@ impl Names {
         let board = usize::from(line / 10);
         if purpose == Purpose::Stimulus && board < 4 && board >= boards {
             return Err(unfit(format!(
-                "is on an interface board that the machine of {boards} lacks"
+                "is on an interface board that the machine does not have (boards: {boards})"
             )));
         }
         Ok(self.add(name))
@@ -69,7 +69,7 @@ pub(super) fn parse(text: &str) -> Result<Setting, ValueError> {
     text.parse().map(Setting::Int).map_err(|_| unfit("is beyond any variable's range"))
 }
 
-/// The variables, to be read.
+/// What is needed to read the variables.
 pub(super) struct View<'a> {
     pub(super) image: &'a Image,
     pub(super) modules: &'a Modules,
@@ -117,7 +117,7 @@ impl View<'_> {
     }
 }
 
-/// The variables, to be set by the machine or the operator.
+/// What is needed to set the variables as the machine or the operator would.
 pub(super) struct Target<'a> {
     pub(super) image: &'a mut Image,
     pub(super) tables: &'a NctTables,

@@ -140,7 +140,7 @@ impl Control {
         self.state.saved.exists.then_some(&self.state.saved.image)
     }
 
-    /// Keeps what an image, or what is before the reference definitions in it, holds.
+    /// Keeps the regions `p q i mdef` of an image. It may end behind them.
     pub(super) fn save(&mut self, image: &[u8]) {
         let saved = &mut self.state.saved;
         if let Some(now) = image.get(..saved.image.len()) {
@@ -201,6 +201,7 @@ impl Control {
         }
     }
 
+    /// Carries out a definition of M-variables that the program makes, by its index in the tables.
     fn define(&mut self, image: &mut [u8], index: u32) {
         let Some(define) = self.tables.defines.get(index as usize).copied() else {
             return;
@@ -213,6 +214,7 @@ impl Control {
     }
 }
 
+/// The space of an argument: 0 is X, all others are Y.
 fn space(number: u64) -> Space {
     if number as u32 == 0 { Space::X } else { Space::Y }
 }

@@ -383,7 +383,8 @@ impl Executive for PmacExecutive {
         if !plcs.all(|plc| self.identity.can_resume(plc.task, plc.resume)) {
             return Err(CheckpointError::Damaged);
         }
-        // Code that runs on this image has definitions built in, whatever was built in elsewhere.
+        // The code of this executive's engine keeps the definitions that it assumes. Those that the code
+        // assumed where the checkpoint was taken do not matter here.
         Definitions::new(&mut image, &self.control.layout).keep_assumptions_of(&self.image);
         self.image = image;
         self.control.state = state;

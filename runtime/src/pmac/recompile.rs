@@ -103,7 +103,7 @@ impl Compiler {
         Self::Thread(requests, answers)
     }
 
-    /// Asks for code; whether the compiler took the request.
+    /// Asks for code. Gives whether the compiler took the request.
     fn request(&mut self, request: Request) -> bool {
         match self {
             Self::BetweenTicks(recompiler, answer) => {

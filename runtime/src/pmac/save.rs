@@ -23,14 +23,16 @@ const MARK: [u8; 8] = *b"PMACSAV2";
 
 /// What a retained file holds.
 #[derive(Deserialize)]
-struct Saved {
-    /// Of the download that it belongs to.
+struct FileContent {
+    /// The fingerprint of the download that saved it.
     fingerprint: u64,
     /// The image's regions `p q i mdef`.
     runs: Vec<Run>,
-    /// Of files that have it, the image after the load of that download.
+    /// The image after the load of that download; `None` in files of earlier versions. It stands behind the
+    /// fields above, and `unpack` fills it in.
     #[serde(skip)]
     after_load: Option<Vec<Run>>,
+    /// The controller of that download; likewise.
     #[serde(skip)]
     controller: Option<Controller>,
 }
@@ -97,14 +99,15 @@ pub(super) fn pack(kept: &[u8], origin: &Origin, out: &mut Vec<u8>) -> bool {
 }
 
 /// What bytes of a retained file hold, of this version or of an earlier one.
-fn unpack(bytes: &[u8]) -> Option<Saved> {
+fn unpack(bytes: &[u8]) -> Option<FileContent> {
     if !bytes.starts_with(&MARK) {
         return postcard::from_bytes(bytes).ok();
     }
-    type Content = ([u8; 8], Saved, Vec<Run>, Controller);
+    type Content = ([u8; 8], FileContent, Vec<Run>, Controller);
     let ((_, saved, after_load, controller), rest) =
         postcard::take_from_bytes::<Content>(bytes).ok()?;
-    let complete = Saved { after_load: Some(after_load), controller: Some(controller), ..saved };
+    let complete =
+        FileContent { after_load: Some(after_load), controller: Some(controller), ..saved };
     rest.is_empty().then_some(complete)
 }
 
@@ -115,7 +118,7 @@ fn image_of(runs: &[Run], layout: &Layout) -> Vec<u8> {
     image
 }
 
-impl Saved {
+impl FileContent {
     /// The controller on which this was saved. Earlier versions did not write it down; a Turbo PMAC's
     /// I-variables, some of which are never 0, lie behind everything that a PMAC saves.
     fn controller(&self) -> Controller {

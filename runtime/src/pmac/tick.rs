@@ -18,7 +18,11 @@ use crate::watchdog::Watchdog;
 /// What housekeeping sets the watchdog's register to.
 const WATCHDOG_START: u32 = 4095;
 
-/// The bit of the global status that says that an interrupt took longer than until the next.
+/// By how much each real-time interrupt lowers that register: after 512 interrupts without housekeeping it
+/// is 0.
+const WATCHDOG_STEP: u32 = 8;
+
+/// The bit of the global status that says that an interrupt was not done when the next one was due.
 const REENTRY: u32 = 1 << 22;
 
 /// A servo cycle in 1/8388608 ms, the default of I10.
@@ -44,7 +48,7 @@ impl Clocks {
     pub(super) fn new(layout: &Layout) -> Self {
         let word = |space, address| match layout.place(space, address) {
             Place::Word(offset) => offset,
-            // None of these addresses is anything else.
+            // Each of these addresses is a word of the image.
             _ => u32::MAX,
         };
         Self {
@@ -55,7 +59,7 @@ impl Clocks {
                 word(Space::X, 0x701),
                 word(Space::Y, 0x701),
             ],
-            // The guide tells it for PMAC only; an offset outside the image is never anything.
+            // The guide names it for PMAC only. At an offset outside the image nothing is read or written.
             watchdog: match layout.controller {
                 Controller::Pmac => word(Space::Y, 0x1F),
                 Controller::Turbo => u32::MAX,
@@ -66,9 +70,7 @@ impl Clocks {
             },
         }
     }
-}
 
-impl Clocks {
     /// The parts of the image that the executive itself changes.
     pub(super) fn ranges(&self) -> impl Iterator<Item = Range<u32>> {
         let words = [self.cycles, self.watchdog, self.status].into_iter().chain(self.timers);
@@ -117,11 +119,11 @@ impl PmacExecutive {
     /// The servo cycle counter X:0 goes up, the timers go down, by a number of cycles.
     fn count_time(&mut self, cycles: u64) {
         let layout = self.control.layout;
-        let words = self.clocks;
-        let count = read_u32(&self.image, words.cycles).wrapping_add(cycles as u32) & 0xFF_FFFF;
-        write_u32(&mut self.image, words.cycles, count);
+        let clocks = self.clocks;
+        let count = read_u32(&self.image, clocks.cycles).wrapping_add(cycles as u32) & 0xFF_FFFF;
+        write_u32(&mut self.image, clocks.cycles, count);
         let passed = i64::try_from(cycles).unwrap_or(i64::MAX);
-        for offset in words.timers {
+        for offset in clocks.timers {
             let time = sign_extend(u64::from(read_u32(&self.image, offset)), 24);
             let time = time.saturating_sub(passed).max(TIMER_END) as u32 & 0xFF_FFFF;
             write_u32(&mut self.image, offset, time);
@@ -141,7 +143,7 @@ impl PmacExecutive {
 
     /// The real-time interrupt: PLC0, then PLCC0.
     fn interrupt(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
-        let left = read_u32(&self.image, self.clocks.watchdog).saturating_sub(8);
+        let left = read_u32(&self.image, self.clocks.watchdog).saturating_sub(WATCHDOG_STEP);
         write_u32(&mut self.image, self.clocks.watchdog, left);
         if let Some(watchdog) = &mut self.watchdog {
             watchdog.interrupt()?;
@@ -158,8 +160,8 @@ impl PmacExecutive {
         Ok(())
     }
 
-    /// The time of a servo cycle in seconds. I10 only tells it, so 0 does not stop the clock: it is
-    /// then as long as the default says.
+    /// The time of a servo cycle in seconds, as I10 says. On a PMAC I10 only tells the programs that time and
+    /// sets nothing, so 0 does not stop the clock: the time is the default then.
     pub(super) fn cycle_seconds(&self) -> f64 {
         let units = read_f64(&self.image, self.control.layout.i_offset(10));
         (if units > 0.0 { units } else { SERVO_CYCLE }) / 8_388_608e3
@@ -225,7 +227,8 @@ impl PmacExecutive {
         Ok(())
     }
 
-    /// One scan of a task; where the next goes on.
+    /// Runs one scan of a task. Gives the resume point at which the next one goes on; `None` if that begins at
+    /// the top.
     fn run(
         &mut self,
         context: u32,

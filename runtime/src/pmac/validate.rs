@@ -49,7 +49,9 @@ fn tables(tables: &PmacTables, image: Image) -> Check {
     }
     for define in defines {
         let fits = define.first <= define.last && define.last < layout.count;
-        ensure(fits && sound(define.definition), || "a definition makes no sense".into())?;
+        ensure(fits && sound(define.definition), || {
+            "a definition names bits or variables that do not exist".into()
+        })?;
     }
     let rising = ranges.is_sorted_by_key(|&(number, _)| number)
         && l.is_sorted_by_key(|&(number, _)| number)

@@ -6,22 +6,28 @@ use std::time::{Duration, Instant};
 
 use crate::Stop;
 
-/// Longest time between interrupts.
-const SLOWEST: Duration = Duration::from_millis(20);
-/// How many late interrupts in a row trip it: a hiccup of the host is no failure.
-const LATE: u32 = 25;
-/// Interrupts without background.
-const INTERRUPTS: u32 = 512;
+/// The longest time between two interrupts; one that comes later is late.
+const LONGEST_INTERVAL: Duration = Duration::from_millis(20);
+/// How many late interrupts in a row trip the watchdog: a short pause of the computer is no failure.
+const MAX_LATE: u32 = 25;
+/// How many interrupts without background trip it.
+const MAX_INTERRUPTS_ALONE: u32 = 512;
+/// The shortest time between interrupts with which the time of background is measured, in seconds: 512 of
+/// them are 0.64 s. With a shorter one a short pause of the computer would trip the watchdog.
+const SHORTEST_INTERVAL: f64 = 0.001_25;
 
 const STARVED: &str = "background was not done within 512 real-time interrupts";
 
-/// When things last happened.
+/// When interrupts came and background was done, by which failures are noticed.
 #[derive(Debug, Default)]
 pub(super) struct Watchdog {
+    /// When the last interrupt came.
     interrupt: Option<Instant>,
+    /// How many interrupts in a row were late.
     late: u32,
-    /// Interrupts since background was done.
+    /// How many interrupts came since background was done.
     alone: u32,
+    /// When background was last done.
     background: Option<Instant>,
 }
 
@@ -43,22 +49,22 @@ impl Watchdog {
 
     fn interrupt_at(&mut self, now: Instant) -> Result<(), Stop> {
         let last = self.interrupt.replace(now);
-        let is_late = last.is_some_and(|last| now.saturating_duration_since(last) > SLOWEST);
+        let is_late =
+            last.is_some_and(|last| now.saturating_duration_since(last) > LONGEST_INTERVAL);
         self.late = if is_late { self.late + 1 } else { 0 };
-        if self.late >= LATE {
+        if self.late >= MAX_LATE {
             return Err(trip("the real-time interrupt came less than 50 times a second"));
         }
         self.alone += 1;
-        if self.alone >= INTERRUPTS { Err(trip(STARVED)) } else { Ok(()) }
+        if self.alone >= MAX_INTERRUPTS_ALONE { Err(trip(STARVED)) } else { Ok(()) }
     }
 
     fn background_at(&mut self, now: Instant, interval: f64) -> Result<(), Stop> {
         self.alone = 0;
         let last = self.background.replace(now);
         let passed = last.map_or(Duration::ZERO, |last| now.saturating_duration_since(last));
-        // Never less than the slowest interrupts would allow.
-        if passed.as_secs_f64() > f64::from(INTERRUPTS) * interval.max(SLOWEST.as_secs_f64() / 16.0)
-        {
+        let longest = f64::from(MAX_INTERRUPTS_ALONE) * interval.max(SHORTEST_INTERVAL);
+        if passed.as_secs_f64() > longest {
             return Err(trip(STARVED));
         }
         Ok(())
@@ -77,7 +83,7 @@ mod tests {
     fn only_late_interrupts_in_a_row_trip_the_watchdog() {
         let mut watchdog = Watchdog::default();
         let mut now = Instant::now();
-        for _ in 0..LATE {
+        for _ in 0..MAX_LATE {
             assert_eq!(watchdog.interrupt_at(now), Ok(()));
             now += Duration::from_millis(30);
         }
@@ -94,12 +100,12 @@ mod tests {
         let mut watchdog = Watchdog::default();
         let now = Instant::now();
         for _ in 0..2 {
-            for _ in 1..INTERRUPTS {
+            for _ in 1..MAX_INTERRUPTS_ALONE {
                 assert_eq!(watchdog.interrupt_at(now), Ok(()));
             }
             assert_eq!(watchdog.background_at(now, 0.001), Ok(()));
         }
-        for _ in 1..INTERRUPTS {
+        for _ in 1..MAX_INTERRUPTS_ALONE {
             assert_eq!(watchdog.interrupt_at(now), Ok(()));
         }
         assert!(watchdog.interrupt_at(now).is_err());

@@ -31,7 +31,7 @@ fn as_assigned(lines: Lines, value: i64) -> i16 {
 }
 
 impl Forces {
-    /// Forces the symbol of an index.
+    /// Forces the symbol with this index.
     ///
     /// # Errors
     /// When it is neither an input nor an output, can't have the value, or there are too many
@@ -53,7 +53,7 @@ impl Forces {
         self.list.set(index, Force { lines, input, value: as_assigned(lines, value) })
     }
 
-    /// Ends the force on the symbol of an index.
+    /// Ends the force on the symbol with this index.
     pub(super) fn remove(&mut self, index: u32) {
         self.list.remove(&index);
     }

@@ -25,7 +25,7 @@ impl PmiArgs {
     }
 }
 
-/// A PMI control at power-up.
+/// The executive of a PMI control at power-up, as the options say.
 pub(super) fn executive(
     program: &Program,
     choices: &Choices<'_>,
@@ -42,7 +42,7 @@ fn period(text: &str) -> Result<Duration, String> {
     let period = seconds(number, 0.001).filter(|period| period.as_secs() < 3600);
     period
         .filter(|period| !period.is_zero())
-        .ok_or_else(|| "it is more than 0, at most an hour".into())
+        .ok_or_else(|| "it is more than 0 and less than an hour".into())
 }
 
 #[cfg(test)]

@@ -11,8 +11,8 @@ pub(super) fn variable_type(lines: Lines) -> Type {
     }
 }
 
-/// The lines' bits, at the place they have in their port.
-fn mask(lines: Lines) -> u8 {
+/// The bits of lines in the byte of their port.
+pub(super) fn mask(lines: Lines) -> u8 {
     let bits = 1u16.checked_shl(lines.count.into()).unwrap_or(0).wrapping_sub(1);
     (bits << (lines.low & 7)) as u8
 }
@@ -64,7 +64,7 @@ pub(super) fn drive(image: &mut [u8], ports: u32, lines: Lines, value: i16) {
     write_u8(image, at, others | bits);
 }
 
-/// The bits that lines have in their port, and those of them that are 1 for a value.
+/// The bits of lines in the byte of their port, and those of them that are 1 for a value.
 pub(super) fn bits(lines: Lines, value: i16) -> (u8, u8) {
     let mask = mask(lines);
     (mask, (encode(lines, value) << (lines.low & 7)) & mask)

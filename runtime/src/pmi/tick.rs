@@ -27,7 +27,7 @@ use super::{macros, outputs, port_lines, validate};
 /// The unit of timers in nanoseconds.
 const TIMER_UNIT: u64 = 20_000_000;
 
-/// What can be chosen for a run.
+/// The settings of a PMI control that can be chosen for a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PmiOptions {
     /// Time between two scans in nanoseconds, 20 ms on the control.
@@ -58,12 +58,16 @@ pub struct PmiExecutive {
     pub(super) names: Names,
     timers: Vec<Timer>,
     flipflops: Vec<FlipFlop>,
+    /// The physical lines of each input, and the offset of its variable in the image.
     inputs: Vec<(Lines, u32)>,
+    /// The same for each output.
     pub(super) outputs: Vec<(Lines, u32)>,
     safe_lines: SafeLines,
     watchdog: Option<Watchdog>,
     announcements: Announcements,
+    /// The variables that the executive itself sets.
     pub(super) special: Special,
+    /// The offset of port 0 in the image.
     pub(super) ports: u32,
     period_ns: u64,
     pub(super) state: State,
@@ -111,7 +115,8 @@ impl PmiExecutive {
         })
     }
 
-    /// What is over when a tick begins: the pulse of @CRSET.
+    /// Begins a tick, if nothing has begun it yet: ends the pulse of @CRSET. A stimulus begins the tick too,
+    /// before the scan, so that what it sets stays.
     fn begin(&mut self) {
         if !self.state.tick_begun {
             self.state.tick_begun = true;
@@ -119,7 +124,7 @@ impl PmiExecutive {
         }
     }
 
-    /// The timers go down by the time of ticks.
+    /// Lets the timers go down by the time of `ticks` ticks.
     fn count_down(&mut self, ticks: u64) {
         let time = self.period_ns.saturating_mul(ticks);
         self.state.timer_remainder = self.state.timer_remainder.saturating_add(time);
@@ -131,6 +136,7 @@ impl PmiExecutive {
         }
     }
 
+    /// Copies the physical lines into the inputs' variables, then the values of forced inputs.
     fn latch(&mut self) {
         for &(lines, offset) in &self.inputs {
             let port = read_u8(&self.image, self.ports + u32::from(lines.port));
@@ -144,6 +150,7 @@ impl PmiExecutive {
         });
     }
 
+    /// Puts the outputs' values on their physical lines, then those of forced outputs.
     fn drive(&mut self) {
         for &(lines, offset) in &self.outputs {
             let value = value(&self.image, port_lines::variable_type(lines), offset) as i16;
@@ -152,7 +159,8 @@ impl PmiExecutive {
         self.forces.apply_to_outputs(&mut self.image, self.ports);
     }
 
-    /// Assigns from outside, with what an assignment sets off.
+    /// Assigns to the symbol with this index from outside. Of an input its lines are set; a timer or a
+    /// flip-flop reacts as to an assignment of the program.
     fn assign(&mut self, index: u32, element: u32, number: i64) {
         let Some(symbol) = self.names.symbol(index) else { return };
         let (ty, role) = (symbol.ty, symbol.role);

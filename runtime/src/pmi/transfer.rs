@@ -5,10 +5,10 @@ use plcc_abi::image::{read_u8, write_u8};
 use plcc_abi::natural_cmp;
 use plcc_abi::pmi::{Announcement, FlipFlop, Format, Lines, PmiTables, Role, Symbol, Timer, Type};
 
-use super::PmiExecutive;
+use super::{PmiExecutive, port_lines};
 use crate::swap::{Change, Comparison, Plan, Row};
 
-/// Some bytes of both images.
+/// Bytes that are copied from the old image to the new one: their offsets in each, and how many they are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Copied {
     from: u32,
@@ -23,10 +23,11 @@ pub struct PmiTransfer {
     /// Lines that outputs of the old program drive and none of the new one does: offset of the port
     /// in the new image, and their bits. They go off.
     cleared_lines: Vec<(u32, u8)>,
-    /// Faults and messages by their numbers in both programs.
+    /// For each fault or message that both programs have: its number in the old one and in the new one.
     announced: Vec<(usize, usize)>,
 }
 
+/// Physical lines, for people.
 fn lines_text(lines: Lines) -> String {
     let Lines { port, low, count, format } = lines;
     let format = match format {
@@ -66,15 +67,10 @@ fn name_at(tables: &PmiTables, offset: u32) -> Option<&str> {
     found.map(|symbol| symbol.name.as_str())
 }
 
-/// The bits of lines in their port.
-fn bits(lines: Lines) -> u8 {
-    let bits = 1_u16.checked_shl(lines.count.into()).unwrap_or(0).wrapping_sub(1);
-    (bits << (lines.low & 7)) as u8
-}
-
+/// The port and the bits in it of each output of a program.
 fn driven(tables: &PmiTables) -> impl Iterator<Item = (u16, u8)> + '_ {
     tables.symbols.iter().filter_map(|symbol| match symbol.role {
-        Role::Output(lines) => Some((lines.port, bits(lines))),
+        Role::Output(lines) => Some((lines.port, port_lines::mask(lines))),
         _ => None,
     })
 }

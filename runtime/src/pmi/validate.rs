@@ -23,7 +23,9 @@ pub(super) fn tables(tables: &PmiTables, program: &Program) -> Check {
             Role::TimerControl(index) => (index as usize) < timers.len(),
             Role::FlipFlopPin(index) => (index as usize) < flipflops.len(),
         };
-        ensure(fits, || format!("its variable `{name}` belongs to nothing"))?;
+        ensure(fits, || {
+            format!("its variable `{name}` has a line, timer or flip-flop that does not exist")
+        })?;
     }
     for Timer { kind: _, control, delayed, counter, preset: _ } in timers {
         image.check(*control, 1, "a timer")?;

@@ -10,17 +10,17 @@ use crate::{NameError, Purpose, Variable};
 /// What a name stands for in a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum PmiVariable {
-    /// The symbol of an index, whole.
+    /// The symbol with this index, of an array all of it.
     Symbol(u32),
-    /// An element of the symbol of an index.
+    /// An element of an array: the index of its symbol, and the element's.
     Element(u32, u32),
-    /// The counter of the timer of an index.
+    /// The counter of the timer with this index.
     Counter(u32),
     /// A physical line: port and bit.
     Line(u16, u8),
 }
 
-/// All names of a program; a [`Variable`] is an index into those that were asked for.
+/// All names of a program, and those that were looked up, into which a [`Variable`] is an index.
 #[derive(Clone, Debug)]
 pub(super) struct Names {
     pub(super) symbols: Vec<Symbol>,
@@ -46,7 +46,7 @@ impl Names {
         self.found.get(variable.0 as usize).copied()
     }
 
-    /// How many were asked for.
+    /// How many variables were looked up.
     pub(super) fn count(&self) -> u32 {
         self.found.len() as u32
     }

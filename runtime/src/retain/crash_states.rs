@@ -121,7 +121,8 @@ impl Medium {
         let mut names = BTreeMap::new();
         // Changes of names that are not on the medium, with whether they ever will be.
         let mut open_names: Vec<(NameChange, bool)> = vec![];
-        // For each file the bytes that are on the medium, and those that are not.
+        // For each file the bytes that are on the medium, those that are not, and whether a `sync` of it
+        // has failed, so that they never will be.
         let mut files: Vec<(Vec<u8>, Vec<u8>, bool)> =
             vec![Default::default(); self.contents.len()];
         for operation in &self.operations[..operations] {

@@ -71,11 +71,21 @@ pub struct Retained {
 pub enum RetainError {
     /// Neither it nor its copy is whole.
     #[error(
-        "{0} can't be used as the retained file ({1}), nor can its copy {2} ({3}); if --retain names \
-         the right file, put back a saved copy, or remove both to begin with nothing retained"
+        "{path} can't be used as the retained file ({why}), nor can its copy {copy} ({copy_why}); if \
+         --retain names the right file, put back a saved copy, or remove both to begin with nothing \
+         retained"
     )]
-    Damaged(PathBuf, String, PathBuf, String),
-    /// It is of another language.
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Why it can't be used.
+        why: String,
+        /// Its copy.
+        copy: PathBuf,
+        /// Why the copy can't be used.
+        copy_why: String,
+    },
+    /// It is of another language, whose name is given.
     #[error("the retained file {0} belongs to a program in another language ({1})")]
     Foreign(PathBuf, &'static str),
     /// Another process uses it.
@@ -210,7 +220,7 @@ impl<S: Storage> Copies<S> {
 
     fn load(&mut self) -> Result<Option<Retained>, RetainError> {
         let (path, copy) = (self.path.clone(), self.copy.clone());
-        let whole = |bytes: Option<Vec<u8>>| match bytes {
+        let decoded = |bytes: Option<Vec<u8>>| match bytes {
             Some(bytes) => decode(&bytes),
             None => Err("it is missing".into()),
         };
@@ -220,8 +230,8 @@ impl<S: Storage> Copies<S> {
         if first.is_none() && matches!(second, Ok(None)) {
             return Ok(None);
         }
-        let first = whole(first);
-        let second = second.map_err(|error| error.to_string()).and_then(whole);
+        let first = decoded(first);
+        let second = second.map_err(|error| error.to_string()).and_then(decoded);
         let (shown, copy_shown) = (path.display(), copy.display());
         let mut warnings = vec![];
         let known = [&first, &second].into_iter().flatten().map(|state| state.generation).max();
@@ -251,7 +261,9 @@ impl<S: Storage> Copies<S> {
                 ));
                 state
             }
-            (Err(why), Err(worse)) => return Err(RetainError::Damaged(path, why, copy, worse)),
+            (Err(why), Err(copy_why)) => {
+                return Err(RetainError::Damaged { path, why, copy, copy_why });
+            }
         };
         if state.dialect != self.dialect {
             return Err(RetainError::Foreign(path, state.dialect.name()));

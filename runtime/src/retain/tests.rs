@@ -1,3 +1,5 @@
+//! Retained files on the real disk: generations, copies, locks, links and permissions.
+
 use super::*;
 
 /// A folder that goes away with the test.
@@ -87,9 +89,9 @@ fn the_copy_stands_in_for_a_damaged_file() {
     assert!(found.warnings[0].contains("it is missing"), "{found:?}");
     fs::write(&file, "").unwrap();
     fs::write(&copy, "nonsense").unwrap();
-    assert!(matches!(load(&file), Err(RetainError::Damaged(..))));
+    assert!(matches!(load(&file), Err(RetainError::Damaged { .. })));
     fs::remove_file(&copy).unwrap();
-    assert!(matches!(load(&file), Err(RetainError::Damaged(..))));
+    assert!(matches!(load(&file), Err(RetainError::Damaged { .. })));
 }
 
 #[test]

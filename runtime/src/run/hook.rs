@@ -11,11 +11,12 @@ use crate::{Executive, Stop};
 /// In real time an implementation must not wait, allocate memory or make a system call, but to read the
 /// clock: what needs one of these is handed to another thread.
 pub trait Hook {
-    /// Called when a tick begins: it is due, and neither its stimulus nor anything else of it was done.
-    /// The first tick is among them.
+    /// Called for every tick, also the first one, when it is due and nothing of it is done yet, not even its
+    /// stimulus.
     fn before_tick(&mut self, _now: &mut BeforeTick<'_>) {}
 
-    /// Called when a tick has ended and was reported, also the one in which the program was stopped.
+    /// Called for every tick, also the one in which the program was stopped, when it has ended and its
+    /// trace and events are written.
     fn after_tick(&mut self, _now: &mut AfterTick<'_>) {}
 }
 
@@ -27,8 +28,8 @@ pub struct BeforeTick<'a> {
     pub executive: &'a mut dyn Executive,
     /// The engine that executes its program.
     pub engine: &'a mut dyn Engine,
-    /// Set by a hook that has stopped the program for now: the tick is not done, and hooks are asked
-    /// again when the time of the next one has come. Its number stays the same.
+    /// Set by a hook while the program is to stand still: the tick is not done, and hooks are called again
+    /// when the next tick is due, which has the same number.
     pub hold: bool,
     /// Where the hook tells what it did.
     pub journal: &'a mut ScanJournal,

@@ -8,7 +8,10 @@ use crate::{Executive, Purpose, Setting, Variable};
 /// At most this many mistakes of a stimulus are reported, the rest is counted.
 const MAX_ERRORS: usize = 20;
 
-/// A longer name, in bytes, is refused, and messages show no more characters of a line or value.
+/// The longest name, in bytes. Longer ones are refused before they are looked up.
+const MAX_NAME: usize = 60;
+
+/// How many characters of a line or a value a message shows at most.
 const MAX_SHOWN: usize = 60;
 
 /// A row whose name was found and whose value was checked.
@@ -59,13 +62,14 @@ impl Stimulus {
         let mut reader = Reader { executive, names: HashMap::new() };
         let mut rows: Vec<Row> = vec![];
         let mut errors = StimulusError { lines: vec![], more: 0 };
-        let mut header = false;
+        let mut has_header = false;
         for (line, number) in lines(text).zip(1u64..) {
             if line.trim().is_empty() {
                 continue;
             }
-            let row = if header { reader.row(line) } else { self::header(line).map(|()| None) };
-            header = true;
+            let row =
+                if has_header { reader.row(line).map(Some) } else { header(line).map(|()| None) };
+            has_header = true;
             match row {
                 Ok(row) => rows.extend(row),
                 Err(message) if errors.lines.len() < MAX_ERRORS => {
@@ -74,7 +78,7 @@ impl Stimulus {
                 Err(_) => errors.more += 1,
             }
         }
-        if !header {
+        if !has_header {
             let message = "the header `tick,name,value` is missing".to_owned();
             errors.lines.push(LineError { line: 1, message });
         }
@@ -98,6 +102,7 @@ impl Stimulus {
 #[derive(Clone, Debug)]
 pub struct Player {
     stimulus: Stimulus,
+    /// The index of the row that is applied next.
     next: usize,
     /// The tick at which the table was last begun.
     start: u64,
@@ -112,9 +117,8 @@ impl Player {
         Self { stimulus, next: 0, start: 0, period }
     }
 
-    /// Applies the rows of a tick. It has to be called for every tick, from 0, in order.
-    ///
-    /// Ticks before the one that [`next_after`](Self::next_after) gives may be left out.
+    /// Applies the rows of a tick. It is called for ticks in rising order, from 0. Only ticks before the one
+    /// that [`next_after`](Self::next_after) gives may be left out, since they have no rows.
     #[inline]
     pub fn apply(&mut self, tick: u64, executive: &mut dyn Executive) {
         if let Some(period) = self.period
@@ -130,9 +134,7 @@ impl Player {
             self.next += 1;
         }
     }
-}
 
-impl Player {
     /// Goes on from `tick`, as if everything before it had been applied.
     pub fn seek(&mut self, tick: u64) {
         self.start = self.period.map_or(0, |period| tick / period * period);
@@ -174,6 +176,7 @@ fn fields(line: &str) -> Option<[&str; 3]> {
     parts.next().is_none().then_some(fields)
 }
 
+/// Checks that a line is the header.
 fn header(line: &str) -> Result<(), String> {
     match fields(line) {
         Some([tick, name, value])
@@ -196,13 +199,15 @@ fn shown(line: &str) -> String {
     }
 }
 
+/// Reads rows for an executive.
 struct Reader<'a, 't> {
     executive: &'a mut dyn Executive,
+    /// The names that were looked up already.
     names: HashMap<&'t str, Variable>,
 }
 
 impl<'t> Reader<'_, 't> {
-    fn row(&mut self, line: &'t str) -> Result<Option<Row>, String> {
+    fn row(&mut self, line: &'t str) -> Result<Row, String> {
         let Some([tick, name, value]) = fields(line) else {
             return Err(format!("`{}` is no row of three fields tick,name,value", shown(line)));
         };
@@ -211,7 +216,7 @@ impl<'t> Reader<'_, 't> {
             return Err(format!("`{tick}` is no tick: ticks are whole numbers from 0"));
         }
         let tick = tick.parse().map_err(|_| format!("tick {} is too large", shown(tick)))?;
-        if name.len() > MAX_SHOWN {
+        if name.len() > MAX_NAME {
             return Err(format!("`{}` is too long for a name", shown(name)));
         }
         let variable = match self.names.get(name) {
@@ -228,6 +233,6 @@ impl<'t> Reader<'_, 't> {
             error.value = shown(&error.value);
             format!("{name}: {error}")
         })?;
-        Ok(Some(Row { tick, variable, value }))
+        Ok(Row { tick, variable, value })
     }
 }

@@ -12,12 +12,15 @@ use serde::Serialize;
 
 use crate::journal::{EntryKind, ScanJournal};
 
-/// Buckets of a histogram for each doubling of the time, so that a percentile is exact to one eighth.
+/// The binary logarithm of how many buckets a histogram has for each doubling of the time: there are
+/// eight, so that a percentile is exact to one eighth.
 const SPLIT: u32 = 3;
-/// Times from 2 to this power of nanoseconds on (18 minutes) share the last bucket.
+/// The binary logarithm of the time, in nanoseconds, from which on all times share the last bucket: 2^40 ns
+/// are 18 minutes.
 const LARGEST: u32 = 40;
 /// Time between two warnings of ticks that need most of their time.
 const BUDGET_INTERVAL: Duration = Duration::from_secs(60);
+/// How many buckets a histogram has.
 const BUCKETS: usize = ((LARGEST - SPLIT + 2) << SPLIT) as usize;
 
 /// The times that one thing took. One thread records.
@@ -63,7 +66,7 @@ impl Default for Times {
     }
 }
 
-/// The bucket of a time.
+/// The bucket to which a time in nanoseconds belongs, from 0.
 fn bucket(ns: u64) -> usize {
     let highest = ns.checked_ilog2().unwrap_or(0);
     if highest < SPLIT {
@@ -77,7 +80,7 @@ fn bucket(ns: u64) -> usize {
 }
 
 /// The largest time that belongs to a bucket, in nanoseconds.
-fn end_of(bucket: usize) -> u64 {
+fn largest_in(bucket: usize) -> u64 {
     let bucket = bucket as u64;
     let (doubling, part) = (bucket >> SPLIT, bucket & ((1 << SPLIT) - 1));
     match doubling.checked_sub(1) {
@@ -86,7 +89,8 @@ fn end_of(bucket: usize) -> u64 {
     }
 }
 
-/// Only one thread writes, so that no other value can come between reading and writing.
+/// Adds to a number that only one thread changes, so that no other value can come between reading and
+/// writing.
 fn add(to: &AtomicU64, value: u64) {
     to.store(to.load(Ordering::Relaxed).wrapping_add(value), Ordering::Relaxed);
 }
@@ -124,7 +128,7 @@ impl Times {
                 seen += count;
                 seen >= wanted.max(1)
             });
-            microseconds(within.map_or(0, end_of).min(max_ns))
+            microseconds(within.map_or(0, largest_in).min(max_ns))
         };
         let mean = self.sum_ns.load(Ordering::Relaxed).checked_div(count).unwrap_or(0);
         TimesSummary {
@@ -142,7 +146,7 @@ impl Times {
     pub fn histogram(&self) -> Vec<(f64, u64)> {
         let counts = self.buckets.iter().map(|bucket| bucket.load(Ordering::Relaxed));
         let filled = counts.enumerate().filter(|&(_, count)| count > 0);
-        filled.map(|(bucket, count)| (microseconds(end_of(bucket)), count)).collect()
+        filled.map(|(bucket, count)| (microseconds(largest_in(bucket)), count)).collect()
     }
 }
 
@@ -219,12 +223,13 @@ impl Timing {
     }
 }
 
-/// Tells of ticks that need more than four fifths of their time: of the first one at once, then at most
-/// once a minute.
+/// Writes entries about ticks that need more than four fifths of their time: about the first one at once,
+/// then at most one a minute.
 #[derive(Debug, Default)]
 pub(super) struct Budget {
-    told_at: Option<Instant>,
-    /// How many there were since then, and the longest.
+    /// When the last entry was written.
+    reported_at: Option<Instant>,
+    /// How many such ticks there were since then, and the longest.
     count: u64,
     longest: Duration,
 }
@@ -244,11 +249,11 @@ impl Budget {
         }
         self.count += 1;
         self.longest = self.longest.max(taken);
-        let since = self.told_at.map(|at| now.saturating_duration_since(at));
+        let since = self.reported_at.map(|at| now.saturating_duration_since(at));
         if since.is_none_or(|since| since >= BUDGET_INTERVAL) {
             let Self { count, longest, .. } = *self;
             journal.write(tick, EntryKind::Budget { taken: longest, period, count });
-            *self = Self { told_at: Some(now), ..Self::default() };
+            *self = Self { reported_at: Some(now), ..Self::default() };
         }
     }
 }
@@ -296,7 +301,7 @@ mod tests {
         for ns in (0..200_000).chain((18..40).map(|power| 1 << power)) {
             let bucket = bucket(ns);
             assert!(bucket >= last && bucket < BUCKETS, "{ns}");
-            assert!(ns <= end_of(bucket) && end_of(bucket) <= ns + ns / 8 + 1, "{ns}");
+            assert!(ns <= largest_in(bucket) && largest_in(bucket) <= ns + ns / 8 + 1, "{ns}");
             last = bucket;
         }
         assert_eq!(bucket(u64::MAX), BUCKETS - 1);

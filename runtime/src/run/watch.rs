@@ -13,7 +13,7 @@ pub struct Watch {
 impl Watch {
     /// Finds the variables of lists `NAME,NAME…`. A name with `*` (any characters) or `?` (one
     /// character) is a pattern: it stands for the variables of a dump whose names it matches, in
-    /// natural sort order and in any case, without those that stand in the list before it.
+    /// natural sort order and whatever the case of letters, without those that stand in the list before it.
     ///
     /// # Errors
     /// Every name that nothing has, and every pattern that matches nothing.

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// How far a control is.
+/// At which stage of its run a control is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// It has not begun its first tick.
@@ -16,11 +16,12 @@ pub enum Phase {
 /// What is sent: 32 bytes, numbers little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Heartbeat {
-    /// How far the control is.
+    /// At which stage of its run the control is.
     pub phase: Phase,
     /// How many ticks have begun.
     pub ticks: u64,
-    /// A number that grows for as long as the thread that runs the ticks goes on.
+    /// A number that grows for as long as the thread that runs the ticks goes on, also while a user has
+    /// stopped the program.
     pub rounds: u64,
     /// After how much time without a further tick the control is taken to hang.
     pub limit: Duration,

@@ -13,9 +13,10 @@ use crate::journal::Journal;
 
 /// Time between two heartbeats.
 const INTERVAL: Duration = Duration::from_millis(5);
-/// A control is taken to hang when it has begun no tick for this many periods…
+/// After how many periods without a tick a control is taken to hang.
 const PERIODS: u32 = 10;
-/// …and at least for this time: a computer that is busy is no control that hangs.
+/// The shortest time without a tick after which a control is taken to hang, however short its period is:
+/// the computer may be busy for a while.
 const SHORTEST_LIMIT: Duration = Duration::from_secs(2);
 
 /// The connection to the supervisor. A thread sends heartbeats, and ends the run when the supervisor has
@@ -25,34 +26,41 @@ pub(crate) struct Link {
     sender: Arc<Sender>,
 }
 
-/// What sends heartbeats. Two threads do.
+/// Sends heartbeats, for two threads.
 #[derive(Debug)]
 struct Sender {
-    /// The connection, and whether no more ticks are run. A lock holds them together, so that no earlier
-    /// heartbeat follows the one that says so.
-    state: Mutex<(UnixStream, bool)>,
+    connection: Mutex<Connection>,
     limit: Duration,
     journal: Journal,
 }
 
+/// The connection, with what was last said by it. One lock holds both, so that no heartbeat of a control
+/// that runs can follow the one that says that the run ends.
+#[derive(Debug)]
+struct Connection {
+    stream: UnixStream,
+    /// Whether the run ends: no more ticks are run.
+    ending: bool,
+}
+
 impl Sender {
-    /// Sends a heartbeat, where `ending` says so the one that the run ends, and gives whether the run
-    /// ends.
+    /// Sends a heartbeat. `ending` says that the run ends from now on. Gives whether the run ends.
     ///
     /// # Errors
     /// When the supervisor has died.
     fn send(&self, ending: bool) -> io::Result<bool> {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let (stream, ended) = &mut *state;
-        *ended |= ending;
+        let mut connection = self.connection.lock().unwrap_or_else(PoisonError::into_inner);
+        connection.ending |= ending;
+        let ending = connection.ending;
         let (ticks, rounds, limit) = (self.journal.ticks(), self.journal.rounds(), self.limit);
-        let phase = match (*ended, ticks) {
+        let phase = match (ending, ticks) {
             (true, _) => Phase::Ending,
             (false, 0) => Phase::Starting,
             (false, _) => Phase::Running,
         };
-        stream.write_all(&Heartbeat { phase, ticks, rounds, limit }.to_bytes())?;
-        Ok(*ended)
+        let heartbeat = Heartbeat { phase, ticks, rounds, limit };
+        connection.stream.write_all(&heartbeat.to_bytes())?;
+        Ok(ending)
     }
 }
 
@@ -73,8 +81,8 @@ impl Link {
         stream.set_read_timeout(Some(INTERVAL))?;
         let reader = stream.try_clone()?;
         let limit = period.saturating_mul(PERIODS).max(SHORTEST_LIMIT);
-        let state = Mutex::new((stream, false));
-        let sender = Arc::new(Sender { state, limit, journal: journal.clone() });
+        let connection = Mutex::new(Connection { stream, ending: false });
+        let sender = Arc::new(Sender { connection, limit, journal: journal.clone() });
         let (sending, interrupt) = (Arc::clone(&sender), Arc::clone(interrupt));
         let run = move || run(reader, &sending, &interrupt);
         thread::Builder::new().name("supervisor".into()).spawn(run)?;

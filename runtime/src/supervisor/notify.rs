@@ -11,14 +11,20 @@ use std::time::{Duration, Instant};
 /// Time between two writes to the hardware watchdog.
 const FEED_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Where the notification socket of systemd is, and how often it wants to hear that all is well.
+/// Tells systemd and the hardware watchdog that the control is well, as far as there are such.
 #[derive(Debug)]
 pub(super) struct Notifier {
+    /// A socket, and the address at which systemd listens.
     socket: Option<(UnixDatagram, SocketAddr)>,
+    /// How often systemd wants to hear that all is well, if it does.
     interval: Option<Duration>,
+    /// When it is told that next.
     next: Instant,
+    /// The hardware watchdog.
     device: Option<File>,
+    /// When it is written to next.
     next_feed: Instant,
+    /// Whether systemd was told that the control runs.
     ready: bool,
 }
 
@@ -74,7 +80,7 @@ impl Notifier {
         self.feed(b"V");
     }
 
-    /// Something else that the user of `systemctl status` should read.
+    /// Sends systemd a sentence that `systemctl status` shows.
     pub(super) fn status(&mut self, text: &str) {
         self.send(&format!("STATUS={text}\n"));
     }
@@ -88,7 +94,7 @@ impl Notifier {
 
     fn feed(&mut self, bytes: &[u8]) {
         if let Some(device) = &mut self.device {
-            // When it can't be written, it does what it is there for.
+            // When it can't be written, it restarts the computer, as it should.
             let _ = device.write_all(bytes);
         }
     }

@@ -53,7 +53,7 @@ impl Row {
 pub struct Comparison {
     /// How many variables keep their values.
     pub kept: usize,
-    /// What is not the same, in natural order of the names.
+    /// What is not the same, in natural sort order of the names.
     pub rows: Vec<Row>,
     /// How the state of the running program becomes that of the new one, for
     /// [`Executive::take_over`](crate::Executive::take_over).

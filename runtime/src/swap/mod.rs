@@ -2,11 +2,11 @@
 //! ticks, and takes its state over.
 //!
 //! The socket's thread prepares it: it reads the new artifact, makes its engine and executive, and
-//! compares the layouts ([`Comparison`]). Variables belong together by their names; a value is kept where
-//! type and number of elements are the same. What changes the meaning of a variable or
-//! the tasks (another type, an input on another line, a task that goes) is refused unless it is named. What is copied
-//! where is decided beforehand, as a `Plan`; the thread that runs the ticks only carries it out
-//! (`Replacement`), without allocating or freeing memory.
+//! compares the two programs ([`Comparison`]). Variables of the same name belong together; a value is kept
+//! where type and number of elements are the same. What changes the meaning of a variable, or the tasks
+//! (another type, an input on another line, a task that goes), is refused unless the user accepts it by its
+//! name. What is copied where is decided beforehand, as a [`Plan`]. The thread that runs the ticks only
+//! carries it out (`Replacement`), without allocating or freeing memory.
 //!
 //! What is particular to a control stands in its folder, in `transfer.rs`.
 

@@ -25,7 +25,8 @@ pub struct ReplaceableExecutive {
 }
 
 impl ReplaceableExecutive {
-    /// Begins with the executive of the program for which ticks are given the engine.
+    /// Begins with the executive of a program. The engine that [`tick`](Executive::tick) is given must be
+    /// one of that program.
     pub fn new(executive: Box<dyn Executive + Send>) -> Self {
         Self { executive, engine: None, watchdog: None }
     }
