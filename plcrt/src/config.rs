@@ -84,7 +84,7 @@ pub(crate) struct Configuration {
     pub(crate) options: Vec<Word>,
 }
 
-/// The mistakes of a configuration, for people.
+/// The mistakes of the configuration file at a path, as a message for people.
 #[derive(Debug)]
 pub(crate) struct Mistakes<'a>(pub(crate) &'a Path, pub(crate) &'a [Mistake]);
 
@@ -98,10 +98,11 @@ impl fmt::Display for Mistakes<'_> {
     }
 }
 
-/// Reads a configuration file for a program with the options of `command`.
+/// Reads a configuration file for a program with the options of `command`. Gives what it says, and all its
+/// mistakes.
 ///
 /// # Errors
-/// When the file can't be read. Its mistakes are given beside what could be read.
+/// When the file can't be read.
 pub(crate) fn open(
     path: &Path,
     command: &Command,
@@ -193,7 +194,9 @@ fn read(text: &str, folder: &Path, command: &Command) -> (Configuration, Vec<Mis
             Err(expected) => wrong(line, format!("`{name}`: {expected}")),
         }
     }
-    if configuration.artifact.is_none() && !text.contains("artifact") {
+    // A line with the key and a wrong value has a mistake of its own.
+    let names_artifact = text.lines().any(|line| line.trim_start().starts_with("artifact"));
+    if configuration.artifact.is_none() && !names_artifact {
         let message = "the key `artifact` is missing: the program that is to run".into();
         mistakes.push(Mistake { line: 1, message });
     }
@@ -331,6 +334,8 @@ mod tests {
         assert_eq!(found[0].0, 2, "{found:?}");
         assert!(found[0].1.starts_with("this is not valid TOML: "), "{found:?}");
         assert!(found.iter().any(|(line, _)| *line == 3), "{found:?}");
-        assert_eq!(mistakes("")[0].0, 1);
+        for text in ["", "# the artifact comes later\n", "log = \"artifact.jsonl\"\n"] {
+            assert!(mistakes(text)[0].1.contains("`artifact` is missing"), "{text}");
+        }
     }
 }

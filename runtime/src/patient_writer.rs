@@ -15,14 +15,14 @@ const LONGEST_RETRY: Duration = Duration::from_secs(1);
 
 /// What became of an attempt to write.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Progress {
+pub(crate) enum WriteOutcome {
     /// Everything is written.
     Done,
     /// Everything is written, for the first time after an error.
     Recovered,
     /// The file took nothing or only a part; the rest is kept for a later attempt.
     Waiting,
-    /// As `Waiting`, and this error is the first one since the file last took something.
+    /// As `Waiting`, and this error is the first one since everything was last written.
     Failed(ErrorKind, String),
     /// Nobody will ever read it again (a pipe whose reader has left). All bytes are thrown away,
     /// now and from now on.
@@ -33,9 +33,13 @@ pub(crate) enum Progress {
 #[derive(Debug)]
 pub(crate) struct PatientWriter<W> {
     to: W,
+    /// The bytes that are to be written, those that are written already among them.
     pending: Vec<u8>,
+    /// How many of them are written.
     written: usize,
+    /// After an error: when the next attempt is made, and the pause before it.
     retry: Option<(Instant, Duration)>,
+    /// Whether the reader has left.
     closed: bool,
 }
 
@@ -62,13 +66,13 @@ impl<W: Write> PatientWriter<W> {
 
     /// Tries to write everything that waits. After an error nothing is tried until its retry time
     /// has come; `now` is the present time.
-    pub(crate) fn write(&mut self, now: Instant) -> Progress {
+    pub(crate) fn write(&mut self, now: Instant) -> WriteOutcome {
         if self.closed {
             self.pending.clear();
-            return Progress::Closed;
+            return WriteOutcome::Closed;
         }
         if self.retry.is_some_and(|(at, _)| now < at) {
-            return Progress::Waiting;
+            return WriteOutcome::Waiting;
         }
         while let Some(rest) = self.pending.get(self.written..).filter(|rest| !rest.is_empty()) {
             let error = match self.to.write(rest) {
@@ -85,32 +89,30 @@ impl<W: Write> PatientWriter<W> {
         self.pending.clear();
         self.written = 0;
         match self.retry.take() {
-            Some(_) => Progress::Recovered,
-            None => Progress::Done,
+            Some(_) => WriteOutcome::Recovered,
+            None => WriteOutcome::Done,
         }
     }
 
-    fn failed(&mut self, error: &io::Error, now: Instant) -> Progress {
+    fn failed(&mut self, error: &io::Error, now: Instant) -> WriteOutcome {
         if error.kind() == ErrorKind::BrokenPipe {
             self.closed = true;
             self.pending.clear();
-            return Progress::Closed;
+            return WriteOutcome::Closed;
         }
-        let wait = match self.retry {
-            Some((_, last)) => (last * 2).min(LONGEST_RETRY),
-            None => FIRST_RETRY,
-        };
-        let first = self.retry.is_none();
-        // A file that was opened by somebody else as one that never blocks is merely full.
+        // Another process may have set the open file, which both share, to refuse bytes rather than to
+        // wait (`O_NONBLOCK`). Then this error says that there is no room at present.
         if error.kind() == ErrorKind::WouldBlock {
             std::thread::sleep(Duration::from_millis(1));
-            return Progress::Waiting;
+            return WriteOutcome::Waiting;
         }
-        self.retry = Some((now + wait, wait));
+        let first = self.retry.is_none();
+        let pause = self.retry.map_or(FIRST_RETRY, |(_, former)| (former * 2).min(LONGEST_RETRY));
+        self.retry = Some((now + pause, pause));
         if first {
-            Progress::Failed(error.kind(), crate::files::why_not_written(error))
+            WriteOutcome::Failed(error.kind(), crate::files::why_not_written(error))
         } else {
-            Progress::Waiting
+            WriteOutcome::Waiting
         }
     }
 }
@@ -147,16 +149,16 @@ mod tests {
         let now = Instant::now();
         let mut writer = PatientWriter::new(&mut disk);
         writer.buffer().extend(b"first line\n");
-        assert!(matches!(writer.write(now), Progress::Failed(ErrorKind::StorageFull, _)));
+        assert!(matches!(writer.write(now), WriteOutcome::Failed(ErrorKind::StorageFull, _)));
         writer.buffer().extend(b"second line\n");
-        assert_eq!(writer.write(now), Progress::Waiting, "the retry time has not come");
+        assert_eq!(writer.write(now), WriteOutcome::Waiting, "the retry time has not come");
         let later = now + FIRST_RETRY;
-        assert_eq!(writer.write(later), Progress::Waiting, "an error is told once");
+        assert_eq!(writer.write(later), WriteOutcome::Waiting, "an error is told once");
         writer.to.room = 1000;
-        assert_eq!(writer.write(later + FIRST_RETRY * 2), Progress::Recovered);
+        assert_eq!(writer.write(later + FIRST_RETRY * 2), WriteOutcome::Recovered);
         assert!(writer.is_empty());
         writer.buffer().extend(b"third line\n");
-        assert_eq!(writer.write(later + FIRST_RETRY * 2), Progress::Done);
+        assert_eq!(writer.write(later + FIRST_RETRY * 2), WriteOutcome::Done);
         assert_eq!(disk.taken, b"first line\nsecond line\nthird line\n");
     }
 
@@ -166,7 +168,7 @@ mod tests {
         drop(reader);
         let mut writer = PatientWriter::new(to);
         writer.buffer().extend(b"line\n");
-        assert_eq!(writer.write(Instant::now()), Progress::Closed);
+        assert_eq!(writer.write(Instant::now()), WriteOutcome::Closed);
         assert!(writer.is_closed() && writer.is_empty());
     }
 }

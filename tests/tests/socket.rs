@@ -513,6 +513,32 @@ fn pmi_programs_are_exchanged_and_taken_back() {
     assert_eq!(events.lines().count(), 1, "a fault that stays is told once: {events}");
 }
 
+/// The image file of the new program shows the outputs as they are, also if no tick of it has run.
+#[test]
+fn outputs_stay_safe_when_a_stopped_program_is_exchanged() {
+    let shop = Shop::new("swap-stopped");
+    let artifact = shop.build("pump", Dialect::Pmi, PUMP);
+    let image = shop.path("image");
+    let image_option = image.to_str().unwrap();
+    let options = ["--allow", "swap,stop", "--image", image_option, "--safe", "LAMP=1"];
+    let control = shop.start(&artifact, &options);
+    let seen = || {
+        let reader = ImageReader::open(&image).unwrap();
+        let snapshot = reader.read().unwrap();
+        (reader.generation(), snapshot.state, snapshot.image)
+    };
+    control.ask(&json!({"request": "stop"}));
+    let (_, _, stopped) = seen();
+    for (generation, request) in
+        [(1, json!({"request": "swap", "path": artifact})), (2, json!({"request": "rollback"}))]
+    {
+        control.ask(&request);
+        assert!(seen() == (generation, Some(State::Stopped), stopped.clone()), "{request}");
+    }
+    let (status, text) = control.end();
+    assert_eq!(status, Some(130), "{text}");
+}
+
 #[test]
 fn what_is_no_other_version_of_the_program_is_refused() {
     let shop = Shop::new("swap-refused");

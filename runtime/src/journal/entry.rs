@@ -24,7 +24,8 @@ pub struct Entry {
 }
 
 /// What happened. The variants' names, in lower case and with `_` between words, are the key
-/// `kind` of a line in the log; the fields are further keys. Times are in milliseconds.
+/// `kind` of a line in the log; the fields are further keys. The name of a time's key ends with its unit:
+/// `_ms`, or `_us` in `timing`.
 ///
 /// The thread that runs the ticks may make only entries that hold no allocated memory.
 #[derive(Clone, Debug, Serialize)]
@@ -47,7 +48,7 @@ pub enum EntryKind {
     },
     /// The control stopped the program.
     Stopped {
-        /// In which tick.
+        /// In which tick, for the sentence; a line of the log has its key `tick`.
         #[serde(skip)]
         at: u64,
         /// The stop's code, as in the events.
@@ -119,7 +120,8 @@ pub enum EntryKind {
         #[serde(flatten)]
         by: Peer,
     },
-    /// A tick needed more than four fifths of its time.
+    /// A tick needed more than four fifths of its time. So that the log stays short, one entry may stand
+    /// for several such ticks.
     Budget {
         /// How long the longest of them took.
         #[serde(rename = "taken_ms", serialize_with = "milliseconds")]
@@ -127,7 +129,7 @@ pub enum EntryKind {
         /// The time from one tick to the next.
         #[serde(rename = "period_ms", serialize_with = "milliseconds")]
         period: Duration,
-        /// How many did since the last entry of this kind.
+        /// How many such ticks there were since the last entry of this kind.
         count: u64,
     },
     /// How long ticks took and how late they began, at the end of a run in real time.

@@ -43,7 +43,7 @@ use std::time::{Duration, SystemTime};
 pub use entry::{Entry, EntryKind, Severity};
 use queued::Queued;
 
-/// How many entries of the scan's thread wait at most to be written.
+/// How many entries of the thread that runs the ticks wait at most to be written.
 const SCAN_QUEUE: usize = 1024;
 /// How long the end of a run waits for the journal's lines to be written.
 const END_WAIT: Duration = Duration::from_secs(1);
@@ -57,8 +57,8 @@ pub struct Destinations {
     pub log: Option<File>,
     /// Standard error, or what stands for it: sentences for people.
     pub console: Option<File>,
-    /// Whether `console` is a terminal, on which a line shows how many ticks have run. Only in real
-    /// time; the number is how many there will be in all, if that is known.
+    /// In real time, where `console` is a terminal on which a line is to show how many ticks have run: the
+    /// number of ticks that the whole run has, if that is known. `None` shows no such line.
     pub progress: Option<Option<u64>>,
 }
 
@@ -99,7 +99,8 @@ impl LossCounter {
     }
 }
 
-/// Writes entries; each thread but the scan's has a clone.
+/// Writes entries. Each thread has a clone, but in real time the thread that runs the ticks has a
+/// [`ScanJournal`].
 #[derive(Clone, Debug)]
 pub struct Journal {
     shared: Arc<Shared>,
@@ -215,8 +216,8 @@ impl Journal {
         self.write(EntryKind::Error { text: text.into() });
     }
 
-    /// Has the journal tell whenever a counter has grown: at once, then at most once a second. In
-    /// simulated time nothing is lost, and nothing is told.
+    /// Has the journal write an entry whenever a counter has grown, but at most one a second for each
+    /// counter. In simulated time nothing is lost, and nothing is written.
     pub fn tell_losses(&self, output: &'static str, counter: LossCounter) {
         if let Mode::Queued(queued) = &self.shared.mode {
             queued.tell_losses(output, counter);

@@ -11,12 +11,12 @@ use std::time::{Duration, Instant, SystemTime};
 
 use super::sink::Sink;
 use super::{Entry, EntryKind, Journal, LossCounter, Mode, NO_TICK, line, sentence};
-use crate::patient_writer::Progress;
+use crate::patient_writer::WriteOutcome;
 
-/// How many entries of other threads wait at most.
+/// How many entries of other threads than the one that runs the ticks wait at most.
 const MAX_ENTRIES: usize = 4096;
-/// Time between two looks at the queue of the scan's thread, which wakes nobody, since that would be
-/// a system call.
+/// Time between two looks at the queue of the thread that runs the ticks. That thread wakes nobody, since
+/// that would be a system call.
 const INTERVAL: Duration = Duration::from_millis(20);
 /// Time between two sentences on standard error about overruns, or about losses of one output.
 const SELDOM: Duration = Duration::from_secs(1);
@@ -33,8 +33,12 @@ pub(super) struct Queued {
 #[derive(Debug, Default)]
 struct State {
     entries: VecDeque<Entry>,
+    /// How many entries found no room since the last entry about that.
+    lost: u64,
     losses: Vec<Losses>,
+    /// Whether the run has ended, so that the collecting thread is to end.
     closing: bool,
+    /// Whether it has handed all lines on.
     finished: bool,
 }
 
@@ -43,8 +47,9 @@ struct State {
 struct Losses {
     output: &'static str,
     counter: LossCounter,
-    told: u64,
-    told_at: Option<Instant>,
+    /// What the counter was when an entry was last written about it, and when that was.
+    reported: u64,
+    reported_at: Option<Instant>,
 }
 
 impl Queued {
@@ -62,17 +67,19 @@ impl Queued {
     }
 
     pub(super) fn tell_losses(&self, output: &'static str, counter: LossCounter) {
-        let told = counter.total();
-        self.lock().losses.push(Losses { output, counter, told, told_at: None });
+        let reported = counter.total();
+        self.lock().losses.push(Losses { output, counter, reported, reported_at: None });
     }
 
     /// Adds an entry; never waits for a file.
     pub(super) fn put(&self, entry: Entry) {
         let mut state = self.lock();
-        // The collecting thread waits for nobody, so this happens only where entries are made
-        // faster than they can be formatted.
+        // The collecting thread waits for nobody, so there is no room only where entries are made faster
+        // than they can be formatted.
         if state.entries.len() < MAX_ENTRIES {
             state.entries.push_back(entry);
+        } else {
+            state.lost += 1;
         }
         drop(state);
         self.changed.notify_all();
@@ -99,10 +106,11 @@ impl Queued {
             && let Some(console) = &self.console
         {
             let output = log.name();
-            let (_, news) = log.news();
+            let (count, outcomes) = log.take_reports();
+            let lost = (count > 0).then_some(EntryKind::Lost { output, count });
             let stuck = (!complete).then_some(EntryKind::OutputStuck { output });
-            let troubles = news.into_iter().filter_map(|progress| kind_of(output, progress));
-            for kind in troubles.chain(stuck) {
+            let troubles = outcomes.into_iter().filter_map(|outcome| trouble(output, outcome));
+            for kind in troubles.chain(lost).chain(stuck) {
                 console.push(sentence(&Entry { time: SystemTime::now(), tick: None, kind }));
             }
         }
@@ -140,6 +148,7 @@ pub(super) fn start(
     Ok(())
 }
 
+/// What the collecting thread works on.
 struct Collector {
     journal: Journal,
     scan: rtrb::Consumer<Entry>,
@@ -147,11 +156,11 @@ struct Collector {
     progress: Option<ProgressLine>,
 }
 
-/// Overruns that were not yet told on standard error.
+/// Overruns about which no sentence was printed yet.
 #[derive(Debug, Default)]
 struct Overruns {
-    told_at: Option<Instant>,
-    /// How many there were since then, and the longest.
+    reported_at: Option<Instant>,
+    /// How many there were since the last sentence, and the longest.
     count: u64,
     longest: Duration,
 }
@@ -167,7 +176,11 @@ impl Collector {
             }
             let closing = state.closing;
             let mut entries: Vec<Entry> = state.entries.drain(..).collect();
+            let lost = std::mem::take(&mut state.lost);
             drop(state);
+            if lost > 0 {
+                entries.push(self.entry(EntryKind::Lost { output: "log", count: lost }));
+            }
             while let Ok(entry) = self.scan.pop() {
                 entries.push(entry);
             }
@@ -175,9 +188,9 @@ impl Collector {
             self.collect_troubles(&mut entries);
             self.collect_losses(&mut entries, closing);
             for entry in entries {
-                self.tell(&entry);
+                self.hand_on(&entry);
             }
-            self.tell_overruns(closing);
+            self.print_overruns(closing);
             self.show_progress(closing);
             if closing {
                 let Mode::Queued(queued) = &self.journal.shared.mode else { return };
@@ -193,14 +206,14 @@ impl Collector {
         Entry { time: SystemTime::now(), tick: tick.filter(|&tick| tick != NO_TICK), kind }
     }
 
-    /// What the threads that write have met with.
+    /// Adds entries on what has kept the writing threads from writing.
     fn collect_troubles(&self, entries: &mut Vec<Entry>) {
         let Mode::Queued(queued) = &self.journal.shared.mode else { return };
         for sink in [&queued.log, &queued.console].into_iter().flatten() {
             let output = sink.name();
-            let (lost, news) = sink.news();
-            for progress in news {
-                if let Some(kind) = kind_of(output, progress) {
+            let (lost, outcomes) = sink.take_reports();
+            for outcome in outcomes {
+                if let Some(kind) = trouble(output, outcome) {
                     entries.push(self.entry(kind));
                 }
             }
@@ -210,44 +223,46 @@ impl Collector {
         }
     }
 
-    /// What counters say that outputs have lost.
+    /// Adds entries on what outputs have lost, as their counters say.
     fn collect_losses(&self, entries: &mut Vec<Entry>, closing: bool) {
         let Mode::Queued(queued) = &self.journal.shared.mode else { return };
         let now = Instant::now();
         for losses in &mut queued.lock().losses {
             let total = losses.counter.total();
-            let recent = losses.told_at.is_some_and(|at| now.duration_since(at) < SELDOM);
-            if total != losses.told && (closing || !recent) {
-                let count = total.wrapping_sub(losses.told);
+            let recent = losses.reported_at.is_some_and(|at| now.duration_since(at) < SELDOM);
+            if total != losses.reported && (closing || !recent) {
+                let count = total.wrapping_sub(losses.reported);
                 entries.push(self.entry(EntryKind::Lost { output: losses.output, count }));
-                (losses.told, losses.told_at) = (total, Some(now));
+                (losses.reported, losses.reported_at) = (total, Some(now));
             }
         }
     }
 
-    fn tell(&mut self, entry: &Entry) {
+    /// Hands an entry on to the threads that write, as a line of the log and as a sentence. Of overruns
+    /// that follow each other too soon no sentence is made at once.
+    fn hand_on(&mut self, entry: &Entry) {
         let Mode::Queued(queued) = &self.journal.shared.mode else { return };
         queued.write_log(entry);
         if let EntryKind::Overrun { late, .. } = entry.kind {
             let now = Instant::now();
-            if self.overruns.told_at.is_some_and(|at| now.duration_since(at) < SELDOM) {
+            if self.overruns.reported_at.is_some_and(|at| now.duration_since(at) < SELDOM) {
                 self.overruns.count += 1;
                 self.overruns.longest = self.overruns.longest.max(late);
                 return;
             }
-            self.overruns.told_at = Some(now);
+            self.overruns.reported_at = Some(now);
         }
         self.print(sentence(entry));
     }
 
-    /// Tells of the overruns that came too soon after one that was told.
-    fn tell_overruns(&mut self, closing: bool) {
-        let Overruns { told_at, count, longest } = self.overruns;
-        let recent = told_at.is_some_and(|at| at.elapsed() < SELDOM);
+    /// Prints a sentence about the overruns that came too soon after one that was printed.
+    fn print_overruns(&mut self, closing: bool) {
+        let Overruns { reported_at, count, longest } = self.overruns;
+        let recent = reported_at.is_some_and(|at| at.elapsed() < SELDOM);
         if count == 0 || (recent && !closing) {
             return;
         }
-        self.overruns = Overruns { told_at: Some(Instant::now()), ..Overruns::default() };
+        self.overruns = Overruns { reported_at: Some(Instant::now()), ..Overruns::default() };
         let late = longest.as_secs_f64() * 1000.0;
         let more = if count == 1 { "overrun" } else { "overruns" };
         self.print(format!("warning: {count} more {more}, the longest of {late:.1} ms\n"));
@@ -276,22 +291,25 @@ impl Collector {
     }
 }
 
-/// What an entry says of how writing an output went.
-fn kind_of(output: &'static str, progress: Progress) -> Option<EntryKind> {
-    match progress {
-        Progress::Done | Progress::Waiting => None,
-        Progress::Recovered => Some(EntryKind::OutputRecovered { output }),
-        Progress::Failed(_, error) => Some(EntryKind::OutputFailed { output, error }),
-        Progress::Closed => Some(EntryKind::OutputClosed { output }),
+/// The entry that tells how an attempt to write an output went, where that is worth one.
+fn trouble(output: &'static str, outcome: WriteOutcome) -> Option<EntryKind> {
+    match outcome {
+        WriteOutcome::Done | WriteOutcome::Waiting => None,
+        WriteOutcome::Recovered => Some(EntryKind::OutputRecovered { output }),
+        WriteOutcome::Failed(_, error) => Some(EntryKind::OutputFailed { output, error }),
+        WriteOutcome::Closed => Some(EntryKind::OutputClosed { output }),
     }
 }
 
 /// The line on a terminal that says how many ticks have run.
 #[derive(Debug)]
 struct ProgressLine {
+    /// How many ticks the whole run has, if that is known.
     ticks: Option<u64>,
     start: Instant,
+    /// When the line is shown or updated next.
     next: Instant,
+    /// Whether the line is shown.
     visible: bool,
 }
 
@@ -311,5 +329,21 @@ impl ProgressLine {
         self.visible = true;
         let line = crate::progress::line(ticks, self.ticks, now.duration_since(self.start));
         Some(format!("\r{line}\x1b[K"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_that_find_no_room_are_counted() {
+        let queued = Queued::new(None, None).unwrap();
+        for _ in 0..MAX_ENTRIES + 3 {
+            let kind = EntryKind::Note { text: "note".into() };
+            queued.put(Entry { time: SystemTime::now(), tick: None, kind });
+        }
+        let state = queued.lock();
+        assert_eq!((state.entries.len(), state.lost), (MAX_ENTRIES, 3));
     }
 }

@@ -8,7 +8,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::patient_writer::{PatientWriter, Progress};
+use crate::patient_writer::{PatientWriter, WriteOutcome};
 
 /// How many bytes of lines wait at most; what comes then is lost.
 const MAX_WAITING: usize = 1 << 20;
@@ -25,10 +25,15 @@ pub(super) struct Sink {
 #[derive(Debug, Default)]
 struct State {
     lines: VecDeque<String>,
+    /// How many bytes they have.
     bytes: usize,
+    /// How many lines found no room since that was last asked for.
     lost: u64,
-    news: Vec<Progress>,
+    /// How attempts to write went since that was last asked for; each outcome once.
+    outcomes: Vec<WriteOutcome>,
+    /// Whether the thread is to end when all lines are written.
     closing: bool,
+    /// Whether it has ended.
     finished: bool,
 }
 
@@ -68,9 +73,9 @@ impl Sink {
     }
 
     /// How many lines were lost and how writing went, since this was last called.
-    pub(super) fn news(&self) -> (u64, Vec<Progress>) {
+    pub(super) fn take_reports(&self) -> (u64, Vec<WriteOutcome>) {
         let mut state = self.lock();
-        (std::mem::take(&mut state.lost), std::mem::take(&mut state.news))
+        (std::mem::take(&mut state.lost), std::mem::take(&mut state.outcomes))
     }
 
     /// Has the thread end when all lines are written, and waits for that at most until `deadline`;
@@ -94,7 +99,8 @@ impl Sink {
         let mut writer = PatientWriter::new(to);
         loop {
             let mut state = self.lock();
-            // Lines are taken only when all earlier ones are written, so that their number is bounded.
+            // Lines are taken out of the queue only when all earlier ones are written: what waits in the
+            // writer is then never more than the queue holds.
             while state.lines.is_empty() && writer.is_empty() && !state.closing {
                 state = self.shared.1.wait(state).unwrap_or_else(PoisonError::into_inner);
             }
@@ -110,16 +116,16 @@ impl Sink {
                 }
             }
             drop(state);
-            let progress = writer.write(Instant::now());
-            match &progress {
-                Progress::Done => continue,
-                Progress::Waiting => thread::sleep(RETRY),
-                Progress::Closed | Progress::Failed(..) | Progress::Recovered => {}
+            let outcome = writer.write(Instant::now());
+            match &outcome {
+                WriteOutcome::Done => continue,
+                WriteOutcome::Waiting => thread::sleep(RETRY),
+                WriteOutcome::Closed | WriteOutcome::Failed(..) | WriteOutcome::Recovered => {}
             }
             let mut state = self.lock();
-            let known = progress == Progress::Waiting || state.news.contains(&progress);
-            if !known {
-                state.news.push(progress);
+            let is_news = outcome != WriteOutcome::Waiting && !state.outcomes.contains(&outcome);
+            if is_news {
+                state.outcomes.push(outcome);
             }
             if writer.is_closed() {
                 state.lost += state.lines.len() as u64;

@@ -40,7 +40,7 @@ pub(crate) fn compare(
         Some(names.join(", "))
     };
     row("tasks", tasks(old), tasks(new), true);
-    let control = |tables: &NctTables| Some(format!("{:?}", tables.settings.control));
+    let control = |tables: &NctTables| Some(tables.settings.control.name().to_owned());
     row("control", control(was), control(is), true);
     let boards = |tables: &NctTables| Some(tables.settings.boards.unwrap_or(4).to_string());
     row("boards", boards(was), boards(is), true);

@@ -57,7 +57,7 @@ pub struct Run<'a> {
     /// In real time, the queues by which other threads write trace and events, in the place of `trace` and
     /// `events`.
     pub queues: Option<&'a mut ReportQueues>,
-    /// How many ticks are run; `None` runs until the flag `interrupt` is set.
+    /// How many ticks are run; `None` runs until the program is stopped or the flag `interrupt` is set.
     pub ticks: Option<u64>,
     /// The clock that says when each tick begins; without one the ticks follow each other as fast
     /// as they can.
@@ -140,7 +140,7 @@ impl Run<'_> {
     /// written.
     pub fn go(mut self) -> End {
         let mut end = End::default();
-        end.failure = self.ticks(&mut end).and_then(|()| self.flush()).err();
+        end.failure = self.run_ticks(&mut end).and_then(|()| self.flush()).err();
         // A program that was stopped has had its outputs made safe by the executive.
         if end.interrupted || end.failure.is_some() {
             self.executive.drive_safe_outputs();
@@ -148,7 +148,8 @@ impl Run<'_> {
         end
     }
 
-    fn ticks(&mut self, end: &mut End) -> Result<(), RunError> {
+    /// Runs the ticks and notes in `end` how far the run comes.
+    fn run_ticks(&mut self, end: &mut End) -> Result<(), RunError> {
         let watch = std::mem::take(&mut self.watch);
         let mut trace = Trace::new(watch, self.trace_format, self.executive);
         if let Some(out) = &mut self.trace {
@@ -158,6 +159,8 @@ impl Run<'_> {
         let mut events_of_tick: Vec<Event> = Vec::with_capacity(64);
         let mut budget = Budget::default();
         let mut pacer = self.clock.map(|clock| (Pacer::new(self.overrun), clock));
+        // Whether a hook has the program stand still.
+        let mut held = false;
         while self.ticks.is_none_or(|ticks| end.ticks < ticks) {
             let mut beginning = Beginning::default();
             if let Some((pacer, clock)) = &mut pacer {
@@ -165,6 +168,10 @@ impl Run<'_> {
                 let left = self.ticks.map(|ticks| ticks - end.ticks);
                 beginning = pacer.wait(*clock, tick, left, self.interrupt).unwrap_or_default();
                 end.punctuality = pacer.punctuality();
+            }
+            if held {
+                // Time stands still for the program, so none of its ticks is late.
+                beginning = Beginning { late: beginning.late, ..Beginning::default() };
             }
             if self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
                 end.interrupted = true;
@@ -186,7 +193,7 @@ impl Run<'_> {
             let tick = end.ticks;
             let tick_ns = self.executive.tick_ns();
             self.journal.begin_tick(tick);
-            let mut hold = false;
+            held = false;
             for hook in &mut self.hooks {
                 let mut now = BeforeTick {
                     tick,
@@ -196,9 +203,9 @@ impl Run<'_> {
                     journal: &mut self.journal,
                 };
                 hook.before_tick(&mut now);
-                hold |= now.hold;
+                held |= now.hold;
             }
-            if hold {
+            if held {
                 continue;
             }
             end.ticks += 1;
@@ -253,8 +260,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Lets the time of ticks pass that are not run, from the tick `first` on. Their stimulus acts in order,
-    /// and each row before the timers go down by its tick.
+    /// Skips `count` ticks, from the tick `first` on: their time passes, and their stimulus acts, in order.
+    /// The rows of a skipped tick act before the timers go down by the time of that tick.
     fn skip(&mut self, first: u64, count: u64) {
         let (mut tick, end) = (first, first.saturating_add(count));
         while tick < end {

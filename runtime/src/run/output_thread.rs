@@ -8,7 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::journal::{EntryKind, Journal};
-use crate::patient_writer::{PatientWriter, Progress};
+use crate::patient_writer::{PatientWriter, WriteOutcome};
 
 /// Time between two looks at an empty queue, and between two attempts to write. The thread that fills the
 /// queue wakes nobody, since that would be a system call.
@@ -93,14 +93,16 @@ fn run(
                 continue;
             }
         }
-        let told = writer.is_closed();
+        let was_closed = writer.is_closed();
         match writer.write(Instant::now()) {
-            Progress::Done => {}
-            Progress::Waiting => thread::sleep(INTERVAL),
-            Progress::Recovered => journal.write(EntryKind::OutputRecovered { output }),
-            Progress::Failed(_, error) => journal.write(EntryKind::OutputFailed { output, error }),
-            Progress::Closed if told => {}
-            Progress::Closed => journal.write(EntryKind::OutputClosed { output }),
+            WriteOutcome::Done => {}
+            WriteOutcome::Waiting => thread::sleep(INTERVAL),
+            WriteOutcome::Recovered => journal.write(EntryKind::OutputRecovered { output }),
+            WriteOutcome::Failed(_, error) => {
+                journal.write(EntryKind::OutputFailed { output, error })
+            }
+            WriteOutcome::Closed if was_closed => {}
+            WriteOutcome::Closed => journal.write(EntryKind::OutputClosed { output }),
         }
     }
 }

@@ -488,6 +488,43 @@ fn an_overrun_can_stop_the_program() {
     assert!(trace.ends_with("2,2,A,12\n"), "{trace}");
 }
 
+/// Has the program stand still before tick 2, for three rounds, the first of which takes 4.5 ms.
+struct Holding {
+    clock: SetClock,
+    rounds: u32,
+}
+
+impl Hook for Holding {
+    fn before_tick(&mut self, now: &mut BeforeTick<'_>) {
+        if now.tick == 2 && self.rounds < 3 {
+            let time = if self.rounds == 0 { 4500 } else { 0 };
+            self.clock.sleep(Duration::from_micros(time));
+            self.rounds += 1;
+            now.hold = true;
+        }
+    }
+}
+
+#[test]
+fn no_tick_is_skipped_while_the_program_stands_still() {
+    for overrun in [OverrunPolicy::Skip, OverrunPolicy::Stop] {
+        let mut control = Control::default();
+        let clock = control.clock.clone();
+        let mut hook = Holding { clock: clock.clone(), rounds: 0 };
+        let end = Run {
+            ticks: Some(8),
+            clock: Some(&clock),
+            overrun,
+            hooks: vec![&mut hook],
+            ..Run::new(&mut control, &mut Idle)
+        }
+        .go();
+        assert_eq!(hook.rounds, 3);
+        assert_eq!((control.skipped, control.log.borrow().len(), end.ticks), (0, 8, 8));
+        assert!(end.stop.is_none());
+    }
+}
+
 #[test]
 fn a_stimulus_that_repeats_is_applied_to_skipped_ticks_too() {
     let mut control = Control::default();

@@ -9,8 +9,9 @@ use crate::control::{Choices, control, option_of};
 
 use super::SessionError;
 
-/// Makes the executive of a program. `machine` is the machine file of the run, where one is given;
-/// else the one that the program was compiled with holds.
+/// Makes the executive of a program, set as `args` say; `realtime` says whether the clock will pace its
+/// ticks. `machine` is the machine file of the run; without one, the settings hold with which the program
+/// was compiled.
 ///
 /// # Errors
 /// When an option is for another language, or the program's tables do not fit together.
@@ -32,7 +33,7 @@ pub fn takes_machine_file(program: &Program) -> bool {
     control(&program.tables).takes_machine_file()
 }
 
-/// An option that means nothing to the program's control is a mistake of the user.
+/// Refuses options that are for controls of another language than `dialect`.
 fn check(args: &ControlArgs, dialect: Dialect) -> Result<(), SessionError> {
     for &other in Dialect::ALL.iter().filter(|&&other| other != dialect) {
         if let Some(option) = option_of(other, args) {

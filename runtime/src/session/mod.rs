@@ -39,7 +39,7 @@ use crate::{Executive, PanicBarrier};
 pub use executive::{executive, takes_machine_file};
 pub use output::write_whole;
 use output::{check_paths, check_retained, check_writable, open};
-use outside::{Outside, Shown};
+use outside::{Outside, StatusSources};
 use reports::Reports;
 use retained_data::RetainedData;
 use signals::EndSignals;
@@ -92,8 +92,8 @@ pub fn run_with_clock(
     }
 }
 
-/// Writes a message for people to standard error; that fails silently, since there is nowhere else to
-/// say so.
+/// Writes a message for people to standard error. If that fails, nothing is said, since there is nowhere
+/// else to say it.
 fn message(kind: &str, text: impl Display) {
     let text = text.to_string();
     let _ = writeln!(std::io::stderr(), "{kind}: {}", plcc_abi::printable(&text));
@@ -183,10 +183,10 @@ impl Job<'_> {
         };
 
         let timing = Arc::new(Timing::new(program));
-        let uses_numbers = !watch.is_empty() || args.stimulus.is_some();
-        let shown = Shown { retained: &retained, timing: &timing };
+        let has_variables = !watch.is_empty() || args.stimulus.is_some();
+        let sources = StatusSources { retained: &retained, timing: &timing };
         let mut outside =
-            Outside::start(program, args, machine, executive, uses_numbers, shown, journal)?;
+            Outside::start(program, args, machine, executive, has_variables, sources, journal)?;
         let mut reports = Reports::open(args, &watch, executive, journal)?;
         let mut progress = Progress::new(ticks);
         if args.realtime

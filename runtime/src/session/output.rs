@@ -138,10 +138,11 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// Checks before the first tick that a file that is written after the last one can be written. A FIFO
 /// is opened, so that its reader waits until the file that is returned is closed.
 pub(super) fn check_writable(path: &Path) -> Result<Option<File>, SessionError> {
-    let is_device = fs::metadata(path).is_ok_and(|about| !about.is_file() && !about.is_dir());
+    // A FIFO, a socket or a device.
+    let is_special = fs::metadata(path).is_ok_and(|about| !about.is_file() && !about.is_dir());
     let checked = if is_stdout(path) {
         Ok(None)
-    } else if is_device {
+    } else if is_special {
         open_output(path, false).map(Some)
     } else {
         can_replace(path).map(|()| None)
@@ -168,6 +169,8 @@ pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), Sessi
         option("--dump", &args.dump),
         option("--log", &args.log),
         option("--retain", &args.retain),
+        option("--image", &args.image),
+        option("--socket", &args.socket),
     ];
     let outputs = outputs.into_iter().flatten().chain(beside.into_iter().flatten());
     let read = args.reads.iter().map(|path| ("the machine file or the artifact", path.clone()));

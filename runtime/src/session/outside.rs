@@ -44,8 +44,8 @@ fn configured(
     Ok(executive)
 }
 
-/// The engine of a program that takes another one's place. Its scans count for the tasks of the same
-/// names; those of tasks that the first program lacks are not recorded.
+/// The engine of a program that takes another one's place. The times of its scans are recorded for the
+/// tasks of the same names in the first program; those of further tasks are not recorded.
 struct TimedByName {
     engine: NativeEngine,
     timing: Arc<Timing>,
@@ -77,7 +77,8 @@ impl Engine for TimedByName {
     }
 }
 
-/// Reads an artifact for an online change. With a key it must be signed, as the first one.
+/// Reads an artifact for an online change. With a key it must be signed, as the artifact that the run
+/// began with.
 fn load(path: &Path, key: Option<&PublicKey>, timing: &Arc<Timing>) -> Result<Loaded, String> {
     let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let artifact = Artifact::open(path, key).map_err(|error| named(&error))?;
@@ -88,9 +89,9 @@ fn load(path: &Path, key: Option<&PublicKey>, timing: &Arc<Timing>) -> Result<Lo
     Ok(Loaded { code, program: artifact.program, engine })
 }
 
-/// What the socket's status tells besides the control's variables.
-pub(super) struct Shown<'a> {
-    /// How the retained file is.
+/// What the socket shows of a run besides the control and its variables.
+pub(super) struct StatusSources<'a> {
+    /// Where the retained data is kept, and whether that works.
     pub(super) retained: &'a RetainedData,
     /// How long ticks take.
     pub(super) timing: &'a Arc<Timing>,
@@ -98,15 +99,15 @@ pub(super) struct Shown<'a> {
 
 impl Outside {
     /// Makes what the options ask for; `None` where they ask for neither. `executive` is the one that
-    /// will run, with all variables looked up that trace and stimulus use; `uses_numbers` says
-    /// whether they use any.
+    /// will run, with all variables looked up that trace and stimulus use; `has_variables` says
+    /// whether these use any, whose numbers must then be the same after an online change.
     pub(super) fn start(
         program: &Program,
         args: &RunArgs,
         machine: Option<&Machine>,
         executive: &dyn Executive,
-        uses_numbers: bool,
-        shown: Shown<'_>,
+        has_variables: bool,
+        sources: StatusSources<'_>,
         journal: &Journal,
     ) -> Result<Option<Self>, SessionError> {
         if args.image.is_none() && args.socket.is_none() {
@@ -142,20 +143,21 @@ impl Outside {
             let own = configured(program, args, machine).map_err(SessionError)?;
             let (for_scan, for_socket) = queues();
             let (options, machine) = (args.clone(), machine.cloned());
-            let (timing, timing_of_swapped) = (Arc::clone(shown.timing), Arc::clone(shown.timing));
+            let (timing, timing_of_swapped) =
+                (Arc::clone(sources.timing), Arc::clone(sources.timing));
             let key = args.public_key().map_err(SessionError)?;
             let surroundings = Surroundings {
                 program: Arc::new(program.clone()),
                 code: args.code,
                 allow: args.allow.clone(),
                 image: args.image.clone(),
-                found: if uses_numbers { executive.found() } else { vec![] },
+                found: if has_variables { executive.found() } else { vec![] },
                 load: Box::new(move |path| load(path, key.as_ref(), &timing_of_swapped)),
                 make_executive: Box::new(move |program| {
                     configured(program, &options, machine.as_ref())
                 }),
                 timing: Box::new(move || json!(timing.summary())),
-                retained: shown.retained.status(args),
+                retained: sources.retained.status(args),
                 journal: journal.clone(),
             };
             let requests = Requests::new(own, for_socket, Arc::clone(&reached), surroundings);

@@ -1,8 +1,8 @@
 //! What a control that is paced by the clock requests of the operating system: a real-time priority,
 //! so that it runs before ordinary programs, and memory that is never swapped out.
 //!
-//! Threads inherit the priority. Those that write files or compile are therefore started before it
-//! is requested, and none after.
+//! Threads inherit the priority. Those that write files or compile while ticks run are therefore started
+//! before it is requested.
 
 /// Priorities are 1 to 99. This one is above all ordinary programs and below the threads of the
 /// kernel.
@@ -62,7 +62,8 @@ fn raise_priority(priority: u8) -> Result<(), String> {
     })
 }
 
-/// Locks what there is, and what comes where no bound could turn that into a failed allocation.
+/// Locks the process's memory. Memory that it takes later is locked too, but only where the amount is not
+/// limited: with a limit, an allocation beyond it would fail.
 #[cfg(target_os = "linux")]
 fn lock_memory() -> Result<(), String> {
     use rustix::mm::{MlockAllFlags, mlockall};

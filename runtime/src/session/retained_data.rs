@@ -53,8 +53,8 @@ impl RetainedData {
         Ok(Self::Continually(writer))
     }
 
-    /// Says of the retained file, whenever it is asked, how it is: null without one, else its path and
-    /// why it can't be written at present (null if it can).
+    /// A function that tells about the retained file whenever it is called: JSON null if the run has none,
+    /// else an object with its path (`file`) and why it can't be written at present (`error`, null if it can).
     pub(super) fn status(&self, args: &RunArgs) -> RetainedStatus {
         let file = args.retain.as_ref().map(|path| path.display().to_string());
         let trouble = match self {

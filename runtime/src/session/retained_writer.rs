@@ -55,6 +55,7 @@ impl RetainedTrouble {
 /// The side of the thread that runs the ticks.
 pub(super) struct RetainedWriter {
     path: PathBuf,
+    /// When the data is handed over next.
     next: Instant,
     /// Buffers that may be filled.
     free: Consumer<Vec<u8>>,
@@ -197,18 +198,23 @@ struct Writer {
     newest: Option<Vec<u8>>,
     /// The state that was written last.
     written: Option<Vec<u8>>,
+    /// What keeps the file from being written, if anything does.
     trouble: Option<Trouble>,
-    /// Where others see that.
+    /// Where other threads see that.
     shown_trouble: RetainedTrouble,
 }
 
-/// That the file can't be written.
+/// What is known while the file can't be written.
 struct Trouble {
+    /// When the first attempt failed.
     since: Instant,
+    /// How many attempts have failed.
     attempts: u64,
     /// Why the last attempt failed.
     error: String,
+    /// When the next attempt is made.
     next: Instant,
+    /// The pause after that attempt, if it fails.
     pause: Duration,
 }
 
@@ -246,7 +252,7 @@ impl Writer {
     }
 
     fn give_back(&mut self, buffer: Vec<u8>) {
-        // The last state has a buffer more than there is room for; it is freed.
+        // There is room for every buffer, and for that of the last state.
         let _ = self.used.push(buffer);
     }
 

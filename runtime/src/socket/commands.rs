@@ -35,7 +35,7 @@ pub(crate) struct Batch {
     pub(crate) done: usize,
     /// How many forces are in effect afterwards, for a batch that forces.
     pub(crate) forces: u64,
-    /// The tick before which the first was done.
+    /// The tick before which the first item was done.
     pub(crate) first_tick: u64,
 }
 
@@ -94,8 +94,9 @@ pub(crate) fn queues() -> (ScanEnd, SocketEnd) {
     (ScanEnd { commands, answers }, SocketEnd { commands: to_scan, answers: from_scan })
 }
 
-/// What the socket's thread may look at while ticks run: each a word of its own, so that the state
-/// may be one of the next tick.
+/// How far the run has come, for the socket's thread to look at while ticks run. The two numbers are
+/// stored one after the other, so that a reader may get the state of one tick and the number of the
+/// next.
 #[derive(Debug, Default)]
 pub(crate) struct Reached {
     ticks: AtomicU64,

@@ -7,18 +7,21 @@ use std::time::{Duration, Instant};
 use super::protocol::MAX_REQUEST;
 use crate::Peer;
 
-/// Requests a second that a client may make in the long run.
+/// Requests a second that a client may make in the long run. Together with [`BURST`] it makes a token
+/// bucket: each request takes a token, and tokens come at this rate.
 const RATE: f64 = 200.0;
-/// Requests that it may make at once after a rest.
+/// Requests that a client may make at once after a rest: as many tokens as are kept at most.
 const BURST: f64 = 100.0;
 /// A client that takes nothing of a reply for so long is disconnected.
 const STALL: Duration = Duration::from_secs(10);
 
-/// Whether a connection goes on.
+/// Whether a connection is still of use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Goes {
-    On,
-    Away,
+pub(super) enum Connected {
+    /// It goes on.
+    Open,
+    /// The client has left, or nothing more is to be sent: the connection is to be dropped.
+    Closed,
 }
 
 /// A client.
@@ -26,18 +29,24 @@ pub(super) enum Goes {
 pub(super) struct Connection {
     pub(super) stream: UnixStream,
     pub(super) peer: Peer,
+    /// A number that no other connection of the server has.
     pub(super) number: u64,
-    /// Whether a request waits for its answer; meanwhile no other one is taken from it.
+    /// Whether a request of this client waits for its answer; meanwhile no other one is taken.
     pub(super) waits: bool,
-    /// When it last sent or took something.
+    /// When the client last sent or took something.
     pub(super) last_active: Instant,
     /// Whether the connection ends when the reply is sent.
     pub(super) ends: bool,
+    /// What was read and not yet taken as a request.
     input: Vec<u8>,
+    /// The reply that is being sent.
     output: Vec<u8>,
+    /// How many bytes of it are sent.
     sent: usize,
+    /// How many requests the client may make now.
     tokens: f64,
-    counted: Instant,
+    /// When `tokens` was last brought up to date.
+    refilled_at: Instant,
 }
 
 impl Connection {
@@ -53,7 +62,7 @@ impl Connection {
             output: vec![],
             sent: 0,
             tokens: BURST,
-            counted: now,
+            refilled_at: now,
         }
     }
 
@@ -62,8 +71,8 @@ impl Connection {
         self.sent < self.output.len()
     }
 
-    /// Whether bytes are to be read: what came before is answered and taken, and it has not asked too
-    /// often.
+    /// Whether bytes are to be read: the client has its reply to everything before, and has not asked
+    /// too often.
     pub(super) fn wants_input(&mut self, now: Instant) -> bool {
         self.refill(now);
         !self.waits
@@ -73,34 +82,35 @@ impl Connection {
             && self.input.len() <= MAX_REQUEST
     }
 
-    /// When it may ask again, if it has asked too often.
+    /// Whether the client has asked so often that it has to wait.
     pub(super) fn is_limited(&self) -> bool {
         self.tokens < 1.0
     }
 
+    /// Adds the tokens of the time that has passed.
     fn refill(&mut self, now: Instant) {
-        let passed = now.saturating_duration_since(self.counted).as_secs_f64();
-        self.counted = now;
+        let passed = now.saturating_duration_since(self.refilled_at).as_secs_f64();
+        self.refilled_at = now;
         self.tokens = (self.tokens + passed * RATE).min(BURST);
     }
 
     /// Reads what is there.
-    pub(super) fn read(&mut self, now: Instant) -> Goes {
+    pub(super) fn read(&mut self, now: Instant) -> Connected {
         let mut bytes = [0; 8192];
         match self.stream.read(&mut bytes) {
-            Ok(0) => Goes::Away,
+            Ok(0) => Connected::Closed,
             Ok(count) => {
                 self.last_active = now;
                 self.input.extend(bytes.get(..count).unwrap_or_default());
-                Goes::On
+                Connected::Open
             }
-            Err(error) if is_passing(error.kind()) => Goes::On,
-            Err(_) => Goes::Away,
+            Err(error) if is_transient(error.kind()) => Connected::Open,
+            Err(_) => Connected::Closed,
         }
     }
 
-    /// The next whole line that was read, without its line feed, if a request may be taken now; or
-    /// an error for one that is too long.
+    /// The next whole line that was read, without its line feed. `None` if there is none, or no request
+    /// may be taken now; an error if the line is too long.
     pub(super) fn next_line(&mut self, now: Instant) -> Option<Result<Vec<u8>, ()>> {
         self.refill(now);
         if self.waits || self.ends || self.has_output() || self.tokens < 1.0 {
@@ -119,7 +129,7 @@ impl Connection {
     }
 
     /// Puts a reply into the output, and sends as much of it as is taken.
-    pub(super) fn send(&mut self, reply: Vec<u8>, now: Instant) -> Goes {
+    pub(super) fn send(&mut self, reply: Vec<u8>, now: Instant) -> Connected {
         self.waits = false;
         (self.output, self.sent) = (reply, 0);
         self.last_active = now;
@@ -127,32 +137,32 @@ impl Connection {
     }
 
     /// Sends as much as is taken.
-    pub(super) fn flush(&mut self, now: Instant) -> Goes {
+    pub(super) fn flush(&mut self, now: Instant) -> Connected {
         while let Some(rest) = self.output.get(self.sent..).filter(|rest| !rest.is_empty()) {
             match self.stream.write(rest) {
-                Ok(0) => return Goes::Away,
+                Ok(0) => return Connected::Closed,
                 Ok(count) => {
                     self.sent += count;
                     self.last_active = now;
                 }
-                Err(error) if is_passing(error.kind()) => return Goes::On,
-                Err(_) => return Goes::Away,
+                Err(error) if is_transient(error.kind()) => return Connected::Open,
+                Err(_) => return Connected::Closed,
             }
         }
         (self.output, self.sent) = (vec![], 0);
-        if self.ends { Goes::Away } else { Goes::On }
+        if self.ends { Connected::Closed } else { Connected::Open }
     }
 
-    /// Whether the client is still there, for a connection that is not to be read now.
-    pub(super) fn check_alive(&self) -> Goes {
+    /// Looks whether the client has left, for a connection from which nothing is to be read now.
+    pub(super) fn check_alive(&self) -> Connected {
         use rustix::net::RecvFlags;
         let mut byte = [0_u8];
         let peeked =
             rustix::net::recv(&self.stream, &mut byte[..], RecvFlags::PEEK | RecvFlags::DONTWAIT);
         match peeked {
-            Ok((_, 0)) => Goes::Away,
-            Ok(_) | Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => Goes::On,
-            Err(_) => Goes::Away,
+            Ok((_, 0)) => Connected::Closed,
+            Ok(_) | Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => Connected::Open,
+            Err(_) => Connected::Closed,
         }
     }
 
@@ -162,7 +172,8 @@ impl Connection {
     }
 }
 
-fn is_passing(kind: ErrorKind) -> bool {
+/// Whether an error of a socket only means that the operation is to be tried again later.
+fn is_transient(kind: ErrorKind) -> bool {
     matches!(kind, ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }
 
@@ -182,22 +193,22 @@ mod tests {
     fn lines_come_one_at_a_time_as_replies_are_taken() {
         let (mut connection, mut client, now) = connection();
         client.write_all(b"one\ntwo\nthr").unwrap();
-        assert_eq!(connection.read(now), Goes::On);
+        assert_eq!(connection.read(now), Connected::Open);
         assert_eq!(connection.next_line(now), Some(Ok(b"one".to_vec())));
         connection.waits = true;
         assert_eq!(connection.next_line(now), None, "the first waits for its answer");
-        assert_eq!(connection.send(b"reply\n".to_vec(), now), Goes::On);
+        assert_eq!(connection.send(b"reply\n".to_vec(), now), Connected::Open);
         assert_eq!(connection.next_line(now), Some(Ok(b"two".to_vec())));
         assert_eq!(connection.next_line(now), None, "the third is not whole");
         drop(client);
-        assert_eq!(connection.read(now), Goes::Away);
+        assert_eq!(connection.read(now), Connected::Closed);
     }
 
     #[test]
     fn a_flood_is_slowed_down_to_the_rate() {
         let (mut connection, mut client, now) = connection();
         client.write_all(&b"x\n".repeat(1000)).unwrap();
-        assert_eq!(connection.read(now), Goes::On);
+        assert_eq!(connection.read(now), Connected::Open);
         let mut taken = |at: Instant| std::iter::from_fn(|| connection.next_line(at)).count();
         assert_eq!(taken(now), BURST as usize);
         assert_eq!(taken(now + Duration::from_millis(100)), (RATE / 10.0) as usize);
@@ -212,7 +223,7 @@ mod tests {
             let _ = client.write_all(&vec![b'x'; 1 << 20]);
         });
         while connection.next_line(now).is_none() {
-            assert_eq!(connection.read(now), Goes::On);
+            assert_eq!(connection.read(now), Connected::Open);
         }
         assert!(connection.input.len() <= MAX_REQUEST + 8192);
         drop(connection);
@@ -222,7 +233,7 @@ mod tests {
     #[test]
     fn a_client_that_takes_no_reply_is_known() {
         let (mut connection, _client, now) = connection();
-        assert_eq!(connection.send(vec![b'x'; 4 << 20], now), Goes::On);
+        assert_eq!(connection.send(vec![b'x'; 4 << 20], now), Connected::Open);
         assert!(connection.has_output() && !connection.wants_input(now));
         assert!(!connection.has_stalled(now + STALL));
         assert!(connection.has_stalled(now + STALL + Duration::from_millis(1)));

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::commands::{Answer, Batch, Command, Reached, ScanEnd};
+use super::commands::{Answer, Batch, Command, Item, Reached, ScanEnd};
 use crate::Executive;
 use crate::image_file::{Publisher, State};
 use crate::run::{AfterTick, BeforeTick, Hook};
@@ -20,10 +20,13 @@ pub(crate) struct OutsideHook {
     socket: Option<ScanEnd>,
     publisher: Option<Publisher>,
     reached: Arc<Reached>,
-    /// A batch of which a part is done.
+    /// A command with a batch of which a part is done.
     unfinished: Option<Command>,
+    /// How many forces are in effect.
     forces: u64,
+    /// What the image file and the socket were told last.
     state: State,
+    /// Whether a client has stopped the program.
     held: bool,
 }
 
@@ -37,7 +40,8 @@ impl OutsideHook {
         Self { socket, publisher, reached, unfinished: None, forces: 0, state, held: false }
     }
 
-    /// Writes the image file for the last time, when the run has ended.
+    /// Writes the image file for the last time, when the run has ended. A program that the control has
+    /// stopped stays stopped in it.
     pub(crate) fn end(&mut self, ticks: u64, executive: &dyn Executive) {
         if self.state != State::Stopped || self.held {
             self.state = State::Ended;
@@ -45,7 +49,8 @@ impl OutsideHook {
         self.publish(ticks, executive);
     }
 
-    /// Carries out a command as far as `left` variables allow; gives it back if it is not done.
+    /// Carries out a command, but for no more variables than `left`, which it lowers by those that it
+    /// has done. Gives whether the whole command is done.
     fn carry_out(
         &mut self,
         command: &mut Command,
@@ -84,6 +89,8 @@ impl OutsideHook {
                     Some(own) => replacement.carry_out(own, &mut self.publisher),
                     None => replacement.fail("the run has an executive that can't be replaced"),
                 }
+                // Nothing is written of the new program yet. While it is held, no tick does that.
+                self.state = State::Prepared;
                 true
             }
         }
@@ -99,12 +106,12 @@ impl OutsideHook {
     }
 }
 
-/// Does as many items of a batch as are left for this tick; whether the batch is done.
+/// Does as many items of a batch as `left` allows before this tick. Gives whether the batch is done.
 fn do_items(
     batch: &mut Batch,
     tick: u64,
     left: &mut usize,
-    mut act: impl FnMut(&mut super::commands::Item),
+    mut act: impl FnMut(&mut Item),
 ) -> bool {
     if batch.done == 0 {
         batch.first_tick = tick;

@@ -1,5 +1,6 @@
-//! Control over a Unix socket (`--socket`): other processes of the same user look at a running
-//! control, set and force variables, stop and start the program, and replace it by another version.
+//! Control over a Unix socket (`--socket`): other processes of the same user, or of root, look at a
+//! running control, set and force variables, stop and start the program, and replace it by another
+//! version.
 //!
 //! A thread of its own serves the socket. What needs the program it hands to the thread that runs the
 //! ticks, by a queue of fixed length, and that thread carries out a bounded number of commands before
@@ -24,6 +25,8 @@ mod program;
 mod protocol;
 mod requests;
 mod server;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use commands::{Reached, queues};
 pub(crate) use hook::OutsideHook;

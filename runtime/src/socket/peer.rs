@@ -21,13 +21,13 @@ impl Peer {
         Ok(Self { user: user(uid), uid, pid, command })
     }
 
-    /// Whether the process may use the control of a process of this user.
+    /// Whether the process may use the control of the user with the number `own`: that user and root may.
     pub(crate) fn is_admitted(&self, own: u32) -> bool {
         self.uid == own || self.uid == 0
     }
 }
 
-/// The name of a user.
+/// The name of a user, or the number as text if `/etc/passwd` does not have it.
 fn user(uid: u32) -> String {
     let users = fs::read_to_string("/etc/passwd").unwrap_or_default();
     let found = users.lines().find_map(|line| {

@@ -21,7 +21,7 @@ pub(super) struct Force {
     pub(super) text: String,
 }
 
-/// A name of a request, and how many items of its batch belong to it.
+/// A name in a request, and which items of its batch belong to it: as many as it has elements.
 #[derive(Clone, Debug)]
 pub(super) struct Named {
     pub(super) name: String,
@@ -29,7 +29,8 @@ pub(super) struct Named {
     pub(super) elements: Option<usize>,
 }
 
-/// A program with what acts on it.
+/// The program that the socket serves, with the executive in which names are looked up, and the forces
+/// in effect.
 pub(super) struct Served {
     pub(super) program: Arc<Program>,
     /// A number that stands for its machine code; `None` where that is not known.
@@ -40,6 +41,7 @@ pub(super) struct Served {
     pub(super) forces: Vec<Force>,
 }
 
+/// The failure of a request with a name that can't be used.
 fn unknown(error: &NameError) -> Failure {
     Failure::new("not_found", error.to_string())
 }
@@ -117,8 +119,8 @@ impl Served {
         Ok(items)
     }
 
-    /// Forces variables of the own executive; what is to be forced in the one that runs. All of them
-    /// are forced, or none.
+    /// Forces variables of this executive: all of them, or, if one can't be forced, none. Gives what is to
+    /// be forced in the executive that runs.
     pub(super) fn force(&mut self, assignments: &[Assignment]) -> Result<Vec<Item>, Failure> {
         let mut forces: Vec<Force> = vec![];
         for assignment in assignments {
@@ -136,7 +138,7 @@ impl Served {
             if let Err(why) = self.executive.force(force.key, Some(force.setting)) {
                 for done in forces.iter().take(number) {
                     let before = self.forces.iter().find(|old| old.key == done.key);
-                    // It was as it is made here before.
+                    // It had this force before, so it can have it again.
                     let _ = self.executive.force(done.key, before.map(|old| old.setting));
                 }
                 return Err(Failure::new("refused", format!("`{}` {why}", force.name)));
@@ -155,8 +157,8 @@ impl Served {
         Ok(items)
     }
 
-    /// Ends forces of the own executive: those of some variables, or all. What is to be done in the
-    /// one that runs, and the names.
+    /// Ends forces of this executive: those of some variables, or all. Gives the names, and what is to be
+    /// done in the executive that runs.
     pub(super) fn unforce(
         &mut self,
         names: &[String],
@@ -192,10 +194,10 @@ impl Served {
         Ok((ended.iter().map(|force| force.name.clone()).collect(), items.collect()))
     }
 
-    /// Forces what is forced in another program in this one too.
-    pub(super) fn take_forces(&mut self, of: &Self) -> Result<(), String> {
+    /// Ends the forces of this executive and takes over those of another program.
+    pub(super) fn take_forces(&mut self, other: &Self) -> Result<(), String> {
         self.unforce(&[], true).map_err(|failure| failure.message)?;
-        for force in &of.forces {
+        for force in &other.forces {
             let missing = |why: String| {
                 format!(
                     "{} is forced, and the new program can't do that ({why}); end its force",
@@ -220,8 +222,8 @@ impl Served {
         Json::Array(entries.collect())
     }
 
-    /// The variables whose names match a pattern, behind the name `after`: at most `count`, and
-    /// whether there are more.
+    /// The variables whose names match a pattern, those behind the name `after`, at most `count`. The second
+    /// value says whether there are more.
     pub(super) fn list(
         &mut self,
         pattern: Option<&str>,

@@ -7,7 +7,7 @@ use serde_json::{Map, Value as Json, json};
 pub const VERSION: u64 = 1;
 /// The longest request in bytes, with its line feed.
 pub const MAX_REQUEST: usize = 64 << 10;
-/// How many variables one request may name, patterns replaced.
+/// How many variables one request may name, each pattern counted as the variables that it matches.
 pub(super) const MAX_NAMES: usize = 10_000;
 
 /// A variable and the value that it shall have.
@@ -140,11 +140,11 @@ impl Request {
 /// Why a request was not carried out.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Failure {
-    /// A word for programs.
+    /// A word by which programs tell failures apart.
     pub(crate) code: &'static str,
     /// A sentence for people.
     pub(crate) message: String,
-    /// What the sentence is about, for `swap`: the comparison.
+    /// For `swap`, the comparison that the sentence is about.
     #[serde(flatten)]
     pub(crate) details: Map<String, Json>,
 }

@@ -34,10 +34,11 @@ pub type MakeExecutive = Box<dyn Fn(&Program) -> Result<Box<dyn Executive + Send
 /// Gives the timing of the ticks so far.
 pub type Timing = Box<dyn Fn() -> Json + Send>;
 
-/// Says how the retained file is: null without one, else an object.
+/// Says which file holds the retained data, and why it can't be written, if it can't: JSON null where
+/// there is no such file, else an object.
 pub type RetainedStatus = Box<dyn Fn() -> Json + Send>;
 
-/// What the socket's thread needs of the run.
+/// What the socket's thread needs of the run around it.
 pub struct Surroundings {
     /// The program that runs at the beginning.
     pub program: Arc<Program>,
@@ -47,7 +48,8 @@ pub struct Surroundings {
     pub allow: Vec<Permission>,
     /// The image file, which an online change makes anew.
     pub image: Option<PathBuf>,
-    /// The names that the trace and the stimulus use, by the numbers of their variables.
+    /// The names of the variables that the trace and the stimulus use: the first is that of the variable
+    /// with the number 0, and so on. Another program must give them the same numbers.
     pub found: Vec<String>,
     /// Reads artifacts.
     pub load: Load,
@@ -57,30 +59,32 @@ pub struct Surroundings {
     pub timing: Timing,
     /// Says how the retained file is.
     pub retained: RetainedStatus,
-    /// Where it is written who did what.
+    /// Where entries are written that say who did what.
     pub journal: Journal,
 }
 
-/// What comes of a request.
-pub(super) enum Outcome {
+/// What becomes of a request.
+pub(super) enum Handled {
     /// It is done or refused.
     Done(Result<Json, Failure>),
-    /// The thread that runs the ticks does it.
+    /// The thread that runs the ticks carries it out; the reply waits for its answer.
     Waits,
 }
 
-/// What is done when an answer comes.
-enum Then {
-    /// The values are shown.
+/// What is done when the thread that runs the ticks has answered a command.
+enum OnAnswer {
+    /// The values are put into the reply, under these names.
     Show(Vec<Named>),
-    /// It is written in the journal who did what.
+    /// These entries, which say who did what, are written into the journal.
     Tell(Vec<EntryKind>),
-    /// The program is another one now.
+    /// The online change is finished.
     Exchange(Box<Exchange>),
 }
 
-/// An online change that is under way.
+/// An online change that is under way, as the socket's thread remembers it. The other thread has the
+/// [`Replacement`] meanwhile.
 struct Exchange {
+    /// The program that is about to run.
     next: Served,
     comparison: Comparison,
     rollback: bool,
@@ -98,13 +102,20 @@ struct Previous {
 pub(crate) struct Requests {
     served: Served,
     previous: Option<Previous>,
-    end: SocketEnd,
+    queues: SocketEnd,
     reached: Arc<Reached>,
-    then: VecDeque<Then>,
+    /// What is done with the next answers, in the order in which they come.
+    on_answers: VecDeque<OnAnswer>,
+    /// Whether an online change is under way.
     replacing: bool,
+    /// How many online changes there have been, rollbacks among them.
     generation: u64,
     surroundings: Surroundings,
     pub(super) journal: Journal,
+}
+
+fn busy() -> Failure {
+    Failure::new("busy", "too many requests wait for the next tick")
 }
 
 fn refused(message: impl Into<String>) -> Failure {
@@ -112,27 +123,36 @@ fn refused(message: impl Into<String>) -> Failure {
 }
 
 impl Requests {
-    /// For a run; `executive` is one of its program, for looking up names only.
+    /// Requests to a run. `executive` is another executive of its program, which never runs: it looks up
+    /// names, and checks values and forces.
     pub(crate) fn new(
         executive: Box<dyn Executive + Send>,
-        end: SocketEnd,
+        queues: SocketEnd,
         reached: Arc<Reached>,
         surroundings: Surroundings,
     ) -> Self {
         let served = Served::new(Arc::clone(&surroundings.program), surroundings.code, executive);
         let journal = surroundings.journal.clone();
-        let then = VecDeque::new();
-        let (previous, replacing, generation) = (None, false, 0);
-        Self { served, previous, end, reached, then, replacing, generation, surroundings, journal }
+        Self {
+            served,
+            previous: None,
+            queues,
+            reached,
+            on_answers: VecDeque::new(),
+            replacing: false,
+            generation: 0,
+            surroundings,
+            journal,
+        }
     }
 
-    /// Whether an online change is under way, until whose end no request is taken.
+    /// Whether an online change is under way. Until it has ended no request is taken.
     pub(super) fn is_replacing(&self) -> bool {
         self.replacing
     }
 
     /// Carries out a request, or has it carried out.
-    pub(super) fn handle(&mut self, request: Request, by: &Peer) -> Outcome {
+    pub(super) fn handle(&mut self, request: Request, by: &Peer) -> Handled {
         if let Some(needed) = request.needs()
             && !self.surroundings.allow.contains(&needed)
         {
@@ -141,72 +161,84 @@ impl Requests {
                 EntryKind::Refused { what: format!("a request that needs {what}"), by: by.clone() };
             self.journal.write(kind);
             let text = format!("the control was started without --allow {what}");
-            return Outcome::Done(Err(Failure::new("denied", text)));
+            return Handled::Done(Err(Failure::new("denied", text)));
         }
-        self.carry_out(request, by).unwrap_or_else(|failure| Outcome::Done(Err(failure)))
+        self.carry_out(request, by).unwrap_or_else(|failure| Handled::Done(Err(failure)))
     }
 
-    fn carry_out(&mut self, request: Request, by: &Peer) -> Result<Outcome, Failure> {
+    fn carry_out(&mut self, request: Request, by: &Peer) -> Result<Handled, Failure> {
         match request {
-            Request::Status => Ok(Outcome::Done(Ok(self.status()))),
-            Request::Stat => Ok(Outcome::Done(Ok(self.stat()))),
+            Request::Status => Ok(Handled::Done(Ok(self.status()))),
+            Request::Stat => Ok(Handled::Done(Ok(self.stat()))),
             Request::List { pattern, after } => {
                 let (pattern, after) = (pattern.as_deref(), after.as_deref());
                 let (variables, more) = self.served.list(pattern, after, MAX_NAMES);
-                Ok(Outcome::Done(Ok(json!({"variables": variables, "more": more}))))
+                Ok(Handled::Done(Ok(json!({"variables": variables, "more": more}))))
             }
             Request::Get { names } => {
                 let (named, items) = self.served.items_to_read(&names)?;
-                self.ask(Command::Read(Box::new(Batch::new(items))), Then::Show(named))
+                self.ask(Command::Read(Box::new(Batch::new(items))), OnAnswer::Show(named))
             }
             Request::Set { values } => {
                 let items = self.served.items_to_write(&values)?;
-                let told = values.into_iter().map(|assignment| {
+                let entries = values.into_iter().map(|assignment| {
                     let value = assignment.text();
                     EntryKind::Write { name: assignment.name, value, by: by.clone() }
                 });
-                let then = Then::Tell(told.collect());
-                self.ask(Command::Write(Box::new(Batch::new(items))), then)
+                let on_answer = OnAnswer::Tell(entries.collect());
+                self.ask(Command::Write(Box::new(Batch::new(items))), on_answer)
             }
             Request::Force { values } => {
+                // Checked before anything is noted as forced.
+                self.check_room()?;
                 let items = self.served.force(&values)?;
-                let told = values.into_iter().map(|assignment| {
+                let entries = values.into_iter().map(|assignment| {
                     let value = Some(assignment.text());
                     EntryKind::Force { name: assignment.name, value, by: by.clone() }
                 });
-                self.ask_to_force(items, told.collect())
+                self.ask_to_force(items, entries.collect())
             }
             Request::Unforce { names, all } => {
+                self.check_room()?;
                 let (names, items) = self.served.unforce(&names, all)?;
-                let told = names.into_iter();
-                let told = told.map(|name| EntryKind::Force { name, value: None, by: by.clone() });
-                self.ask_to_force(items, told.collect())
+                let entries = names.into_iter();
+                let entries =
+                    entries.map(|name| EntryKind::Force { name, value: None, by: by.clone() });
+                self.ask_to_force(items, entries.collect())
             }
             Request::Stop => {
-                let told = EntryKind::Control { request: "stop", by: by.clone() };
-                self.ask(Command::Stop, Then::Tell(vec![told]))
+                let entry = EntryKind::Control { request: "stop", by: by.clone() };
+                self.ask(Command::Stop, OnAnswer::Tell(vec![entry]))
             }
             Request::Start => {
-                let told = EntryKind::Control { request: "start", by: by.clone() };
-                self.ask(Command::Start, Then::Tell(vec![told]))
+                let entry = EntryKind::Control { request: "start", by: by.clone() };
+                self.ask(Command::Start, OnAnswer::Tell(vec![entry]))
             }
             Request::Swap { path, accept, dry_run } => self.swap(&path, &accept, dry_run, by),
             Request::Rollback => self.rollback(by),
         }
     }
 
-    fn ask_to_force(&mut self, items: Vec<Item>, told: Vec<EntryKind>) -> Result<Outcome, Failure> {
+    fn ask_to_force(
+        &mut self,
+        items: Vec<Item>,
+        entries: Vec<EntryKind>,
+    ) -> Result<Handled, Failure> {
         let forces = self.served.forces.len() as u64;
         let batch = Batch { forces, ..Batch::new(items) };
-        self.ask(Command::Force(Box::new(batch)), Then::Tell(told))
+        self.ask(Command::Force(Box::new(batch)), OnAnswer::Tell(entries))
     }
 
     /// Hands a command to the thread that runs the ticks.
-    fn ask(&mut self, command: Command, then: Then) -> Result<Outcome, Failure> {
-        let busy = |_| Failure::new("busy", "too many requests wait for the next tick");
-        self.end.commands.push(command).map_err(busy)?;
-        self.then.push_back(then);
-        Ok(Outcome::Waits)
+    fn ask(&mut self, command: Command, on_answer: OnAnswer) -> Result<Handled, Failure> {
+        self.queues.commands.push(command).map_err(|_| busy())?;
+        self.on_answers.push_back(on_answer);
+        Ok(Handled::Waits)
+    }
+
+    /// Refuses a request that needs room in the queue when there is none.
+    fn check_room(&self) -> Result<(), Failure> {
+        if self.queues.commands.slots() == 0 { Err(busy()) } else { Ok(()) }
     }
 
     fn status(&self) -> Json {
@@ -235,17 +267,17 @@ impl Requests {
         timing
     }
 
-    /// The reply to the request that has waited longest, if its answer has come.
+    /// The reply to the request that has waited longest; `None` as long as its answer has not come.
     pub(super) fn next_answer(&mut self) -> Option<Result<Json, Failure>> {
-        let Answer { command, tick, took } = self.end.answers.pop().ok()?;
-        let then = self.then.pop_front()?;
-        Some(match (command, then) {
-            (Command::Read(batch), Then::Show(named)) => Ok(values(&named, &batch, tick)),
-            (Command::Replace(replacement), Then::Exchange(exchange)) => {
+        let Answer { command, tick, took } = self.queues.answers.pop().ok()?;
+        let on_answer = self.on_answers.pop_front()?;
+        Some(match (command, on_answer) {
+            (Command::Read(batch), OnAnswer::Show(named)) => Ok(values(&named, &batch, tick)),
+            (Command::Replace(replacement), OnAnswer::Exchange(exchange)) => {
                 self.replacing = false;
                 self.exchange(*replacement, *exchange, tick, took)
             }
-            (_, Then::Tell(entries)) => {
+            (_, OnAnswer::Tell(entries)) => {
                 let count = entries.len();
                 entries.into_iter().for_each(|entry| self.journal.write(entry));
                 Ok(json!({"ticks": tick, "count": count, "forces": self.served.forces_json()}))
@@ -262,12 +294,12 @@ impl Requests {
         accept: &[String],
         dry_run: bool,
         by: &Peer,
-    ) -> Result<Outcome, Failure> {
+    ) -> Result<Handled, Failure> {
         let Loaded { program, code, engine } = (self.surroundings.load)(path).map_err(refused)?;
         let same_code = self.served.code == Some(code);
         let comparison = compare(&self.served.program, &program, same_code).map_err(refused)?;
         if dry_run {
-            return Ok(Outcome::Done(Ok(comparison_json(&comparison))));
+            return Ok(Handled::Done(Ok(comparison_json(&comparison))));
         }
         let names: Vec<&str> = comparison.refused(accept).map(|row| row.name.as_str()).collect();
         if !names.is_empty() {
@@ -290,12 +322,12 @@ impl Requests {
         self.replace(exchange, executive, Some(engine))
     }
 
-    /// Has the program run again that the last online change replaced. Nothing of it is refused.
-    fn rollback(&mut self, by: &Peer) -> Result<Outcome, Failure> {
+    /// Has the program run again that the last online change replaced. Changes need not be accepted.
+    fn rollback(&mut self, by: &Peer) -> Result<Handled, Failure> {
         let Some(Previous { served: next, mut executive, engine }) = self.previous.take() else {
             return Err(refused("there was no online change that could be taken back"));
         };
-        // The forces that were in effect when it was replaced; it gets those of now.
+        // It still has the forces that were in effect when it was replaced. It gets those of now later.
         for force in &next.forces {
             // Ending a force never fails.
             let _ = executive.force(force.key, None);
@@ -313,7 +345,7 @@ impl Requests {
         mut exchange: Exchange,
         mut executive: Box<dyn Executive + Send>,
         engine: Option<Box<dyn Engine + Send>>,
-    ) -> Result<Outcome, Failure> {
+    ) -> Result<Handled, Failure> {
         let publisher = match self.prepare(&mut exchange.next, executive.as_mut()) {
             Ok(publisher) => publisher,
             Err(failure) => {
@@ -324,7 +356,7 @@ impl Requests {
         let plan = exchange.comparison.plan.clone();
         let replacement = Replacement { executive, engine, plan, publisher, failure: None };
         self.replacing = true;
-        self.ask(Command::Replace(Box::new(replacement)), Then::Exchange(Box::new(exchange)))
+        self.ask(Command::Replace(Box::new(replacement)), OnAnswer::Exchange(Box::new(exchange)))
     }
 
     /// Puts a program that was to run again back to where it waited.
@@ -346,9 +378,7 @@ impl Requests {
         next: &mut Served,
         executive: &mut (dyn Executive + Send),
     ) -> Result<Option<Publisher>, Failure> {
-        if self.end.commands.slots() == 0 {
-            return Err(Failure::new("busy", "too many requests wait for the next tick"));
-        }
+        self.check_room()?;
         next.take_forces(&self.served).map_err(refused)?;
         for force in &next.forces {
             let forced = executive.force(force.key, Some(force.setting));

@@ -16,9 +16,9 @@ use std::time::{Duration, Instant};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use thiserror::Error;
 
-use super::connection::{Connection, Goes};
+use super::connection::{Connected, Connection};
 use super::protocol::{Envelope, Failure, MAX_REQUEST, reply};
-use super::requests::{Outcome, Requests};
+use super::requests::{Handled, Requests};
 use crate::Peer;
 use crate::files::why_not_written;
 use crate::journal::EntryKind;
@@ -121,12 +121,13 @@ struct Waiting {
     id: serde_json::Value,
 }
 
+/// What the socket's thread works on.
 struct Loop {
     listener: UnixListener,
     requests: Requests,
     connections: Vec<Connection>,
     next_number: u64,
-    /// In the order in which their answers will come.
+    /// The requests that wait, in the order in which their answers will come.
     waiting: VecDeque<Waiting>,
     own_user: u32,
 }
@@ -150,7 +151,8 @@ impl Loop {
         }
     }
 
-    /// Waits until something can be done: for the listener and each connection, whether it is ready.
+    /// Waits until something can be done. Gives whether the listener is ready, and then for each
+    /// connection whether that is.
     fn wait(&mut self) -> Vec<bool> {
         let now = Instant::now();
         let mut limited = false;
@@ -212,7 +214,7 @@ impl Loop {
             self.requests.journal.write(EntryKind::Refused { what: "the socket".into(), by });
             connection.ends = true;
             let failure = Err(Failure::new("denied", text));
-            if connection.send(reply(&serde_json::Value::Null, failure), now) == Goes::Away {
+            if connection.send(reply(&serde_json::Value::Null, failure), now) == Connected::Closed {
                 return;
             }
         }
@@ -228,7 +230,7 @@ impl Loop {
             let Some(at) = found else { continue };
             let bytes = reply(&id, result);
             if let Some(connection) = self.connections.get_mut(at)
-                && connection.send(bytes, now) == Goes::Away
+                && connection.send(bytes, now) == Connected::Closed
             {
                 self.connections.remove(at);
             }
@@ -237,11 +239,9 @@ impl Loop {
 
     /// Reads and sends on connections that are ready, and takes requests.
     fn serve(&mut self, ready: &[bool], now: Instant) {
-        let mut number = 0;
         let mut ready = ready.iter().copied();
         let Self { connections, requests, waiting, .. } = self;
         connections.retain_mut(|connection| {
-            number += 1;
             let ready = ready.next().unwrap_or(false);
             if connection.has_stalled(now) {
                 return false;
@@ -250,11 +250,11 @@ impl Loop {
                 let goes = match connection.has_output() {
                     true => connection.flush(now),
                     false if connection.wants_input(now) => connection.read(now),
-                    false if connection.is_limited() => Goes::On,
+                    false if connection.is_limited() => Connected::Open,
                     // It waits for an answer, and its client has gone.
                     false => connection.check_alive(),
                 };
-                if goes == Goes::Away {
+                if goes == Connected::Closed {
                     return false;
                 }
             }
@@ -266,20 +266,20 @@ impl Loop {
                     let text = format!("a request has at most {MAX_REQUEST} bytes");
                     let failure = Err(Failure::new("too_large", text));
                     return connection.send(reply(&serde_json::Value::Null, failure), now)
-                        == Goes::On;
+                        == Connected::Open;
                 };
                 let Envelope { id, request } = Envelope::parse(&line);
                 let outcome = match request {
                     Ok(request) => requests.handle(request, &connection.peer),
-                    Err(failure) => Outcome::Done(Err(failure)),
+                    Err(failure) => Handled::Done(Err(failure)),
                 };
                 match outcome {
-                    Outcome::Done(result) => {
-                        if connection.send(reply(&id, result), now) == Goes::Away {
+                    Handled::Done(result) => {
+                        if connection.send(reply(&id, result), now) == Connected::Closed {
                             return false;
                         }
                     }
-                    Outcome::Waits => {
+                    Handled::Waits => {
                         connection.waits = true;
                         waiting.push_back(Waiting { client: connection.number, id });
                     }

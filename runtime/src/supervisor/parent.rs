@@ -9,7 +9,7 @@ use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -25,11 +25,12 @@ use crate::journal::{Destinations, EntryKind, Journal, JournalOwner};
 use crate::session::{STOPPED, USAGE, ignores_hangup};
 
 /// How long the supervisor waits for a heartbeat before it looks at the clock.
-const LOOK: Duration = Duration::from_millis(5);
-/// A control that sends no heartbeat for this time hangs as a whole process.
+const HEARTBEAT_WAIT: Duration = Duration::from_millis(5);
+/// After how much time without a heartbeat the whole process of a control is taken to hang.
 const SILENCE: Duration = Duration::from_secs(3);
-/// How long a control may take from its start to its first tick, and from its last tick to its end.
-const OUTSIDE_TICKS: Duration = Duration::from_secs(60);
+/// The longest time that a control may take from its start to its first tick, and from its last tick to
+/// its end.
+const LONGEST_START_AND_END: Duration = Duration::from_secs(60);
 /// Time from a death to the next start.
 const RESTART_WAIT: Duration = Duration::from_secs(1);
 
@@ -62,10 +63,11 @@ enum Ending {
 /// # Errors
 /// When no process can be started.
 pub fn supervise(supervision: &Supervision) -> Result<u8, String> {
-    let process: Arc<AtomicU32> = Arc::default();
-    // The first one is started before this process has any thread.
+    let signals: Arc<Signalled> = Arc::default();
+    // The first control is started before signals are listened for. One that comes earlier ends this
+    // process as usual, and then the control, which notices that its supervisor has died.
     let mut child = Some(Supervised::start(&supervision.words)?);
-    let mut journal: Option<JournalOwner> = None;
+    let mut journal_owner: Option<JournalOwner> = None;
     let mut notifier = Notifier::new(supervision.device.as_deref())?;
     let mut restarts = 0;
     loop {
@@ -73,32 +75,67 @@ pub fn supervise(supervision: &Supervision) -> Result<u8, String> {
             Some(running) => running,
             None => Supervised::start(&supervision.words)?,
         };
-        process.store(running.child.id(), Ordering::Relaxed);
-        if journal.is_none() {
-            pass_signals_on(&process)?;
-            journal = Some(start_journal(supervision.log.as_deref())?);
+        signals.set_child(running.child.id());
+        if journal_owner.is_none() {
+            pass_signals_on(&signals)?;
+            journal_owner = Some(start_journal(supervision.log.as_deref())?);
         }
-        let Some(owner) = &journal else { return Err("there is no journal".into()) };
-        let told = owner.journal();
-        let ending = running.watch(&mut notifier, supervision.image.as_deref(), &told);
-        process.store(0, Ordering::Relaxed);
+        let Some(owner) = &journal_owner else { return Err("there is no journal".into()) };
+        let journal = owner.journal();
+        let ending = running.watch(&mut notifier, supervision.image.as_deref(), &journal);
+        signals.set_child(0);
         match ending {
             Ending::Exit(status) => {
                 notifier.end();
-                finish(journal);
+                finish(journal_owner);
                 return Ok(status);
             }
             Ending::Death(how) => {
                 notifier.status(&how);
-                let again = restarts < supervision.restart && !running.was_to_end;
-                told.write(EntryKind::ControlDied { how: how.clone(), restart: again });
+                let is_to_end = || signals.is_to_end.load(Ordering::SeqCst);
+                let again = restarts < supervision.restart && !running.was_to_end && !is_to_end();
+                journal.write(EntryKind::ControlDied { how: how.clone(), restart: again });
                 if !again {
-                    finish(journal);
+                    finish(journal_owner);
                     return Ok(STOPPED);
                 }
                 restarts += 1;
                 thread::sleep(RESTART_WAIT);
+                if is_to_end() {
+                    journal.note("a signal has come: the control is not started again");
+                    finish(journal_owner);
+                    return Ok(STOPPED);
+                }
             }
+        }
+    }
+}
+
+/// What the thread that passes signals on shares with the one that watches the control.
+#[derive(Debug, Default)]
+struct Signalled {
+    /// The number of the control's process; 0 while there is none.
+    child: AtomicU32,
+    /// Whether a signal has come that ends a run.
+    is_to_end: AtomicBool,
+}
+
+impl Signalled {
+    /// Notes the number of the control's process, 0 for none. A signal that came when the process was being
+    /// started is made up for.
+    fn set_child(&self, child: u32) {
+        self.child.store(child, Ordering::SeqCst);
+        if self.is_to_end.load(Ordering::SeqCst) {
+            self.pass_on(Signal::TERM);
+        }
+    }
+
+    /// Sends the control's process a signal, if there is one.
+    fn pass_on(&self, signal: Signal) {
+        let child = self.child.load(Ordering::SeqCst);
+        if let Some(id) = i32::try_from(child).ok().and_then(Pid::from_raw) {
+            // A child that has just ended takes no signal.
+            let _ = kill_process(id, signal);
         }
     }
 }
@@ -110,14 +147,15 @@ fn start_journal(log: Option<&Path>) -> Result<JournalOwner, String> {
     started.map(|(owner, _)| owner).map_err(|error| format!("no thread can be started: {error}"))
 }
 
-fn finish(journal: Option<JournalOwner>) {
+fn finish(owner: Option<JournalOwner>) {
     // In real time what goes wrong with a log was told.
-    let _ = journal.map(JournalOwner::finish);
+    let _ = owner.map(JournalOwner::finish);
 }
 
-/// Passes the signals that end a run on to the child, whose number is 0 where there is none. A terminal
-/// sends Ctrl-C to both processes; the child takes signals within a second as one.
-fn pass_signals_on(process: &Arc<AtomicU32>) -> Result<(), String> {
+/// Starts a thread that passes the signals that end a run on to the child, if there is one, and notes that
+/// one has come. A terminal sends Ctrl-C to both processes; the child takes signals within a second as
+/// one.
+fn pass_signals_on(signalled: &Arc<Signalled>) -> Result<(), String> {
     let failed = |error: io::Error| format!("signals can't be listened for: {error}");
     let mut wanted = vec![consts::SIGINT, consts::SIGTERM, consts::SIGQUIT];
     // A process that was started to survive its terminal goes on, and so does its child.
@@ -127,13 +165,12 @@ fn pass_signals_on(process: &Arc<AtomicU32>) -> Result<(), String> {
     #[cfg(target_os = "linux")]
     wanted.push(Signal::POWER.as_raw());
     let mut signals = Signals::new(wanted).map_err(failed)?;
-    let process = Arc::clone(process);
+    let signalled = Arc::clone(signalled);
     let pass_on = move || {
         for signal in signals.forever() {
-            let id = i32::try_from(process.load(Ordering::Relaxed)).ok().and_then(Pid::from_raw);
-            if let (Some(id), Some(signal)) = (id, Signal::from_named_raw(signal)) {
-                // A child that has just ended takes no signal.
-                let _ = kill_process(id, signal);
+            signalled.is_to_end.store(true, Ordering::SeqCst);
+            if let Some(signal) = Signal::from_named_raw(signal) {
+                signalled.pass_on(signal);
             }
         }
     };
@@ -153,7 +190,7 @@ impl Supervised {
     fn start(words: &[OsString]) -> Result<Self, String> {
         let failed = |error: io::Error| format!("the control's process can't be started: {error}");
         let (stream, theirs) = UnixStream::pair().map_err(failed)?;
-        stream.set_read_timeout(Some(LOOK)).map_err(failed)?;
+        stream.set_read_timeout(Some(HEARTBEAT_WAIT)).map_err(failed)?;
         let program = Path::new("/proc/self/exe");
         let child = Command::new(program)
             .args(words)
@@ -228,7 +265,8 @@ impl Supervised {
     }
 }
 
-/// Why a control that is silent or stands still is taken to hang, if it is.
+/// Why a control is taken to hang, if it is. `last` is its last heartbeat, `silent` the time since that, and
+/// `still` the time since the last one that told of a further tick.
 fn hang(last: Option<Heartbeat>, silent: Duration, still: Duration) -> Option<String> {
     let running = last.filter(|last| last.phase == Phase::Running);
     match running {
@@ -241,7 +279,7 @@ fn hang(last: Option<Heartbeat>, silent: Duration, still: Duration) -> Option<St
             Some(format!("it hung: the process did nothing for {:.1} s", silent.as_secs_f64()))
         }
         Some(_) => None,
-        None if still > OUTSIDE_TICKS => Some(format!(
+        None if still > LONGEST_START_AND_END => Some(format!(
             "it hung: it has run no tick for {:.0} s and has not ended",
             still.as_secs_f64()
         )),

@@ -124,6 +124,19 @@ fn a_control_is_restarted_as_often_as_was_said() {
     assert_eq!(shop.read("log.jsonl").matches("\"kind\":\"control_died\"").count(), 2);
 }
 
+/// A signal that comes after a control has died and before the next one is started is not lost.
+#[test]
+fn a_signal_before_a_restart_ends_the_supervisor() {
+    let shop = shop("pause");
+    let mut supervisor = shop.command(&format!("{RUN} --restart 1")).spawn().unwrap();
+    signal("-KILL", control_of(&supervisor, &shop));
+    until("it is not told", || shop.read("log.jsonl").contains("\"restart\":true"));
+    signal("-TERM", supervisor.id());
+    // 130 where the computer is so busy that the next control has been started meanwhile.
+    let status = wait(&mut supervisor).code();
+    assert!(matches!(status, Some(3 | 130)), "{status:?}");
+}
+
 #[test]
 fn a_control_that_stands_still_is_killed() {
     let shop = shop("stopped");

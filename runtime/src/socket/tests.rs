@@ -1,0 +1,72 @@
+//! Requests to a run whose thread carries out no command.
+
+use plcc_abi::pmi::{Format, Lines, PORTS, PmiTables, Role, Symbol, Type};
+use plcc_abi::{Program, Tables, Task};
+use serde_json::{Value as Json, json};
+
+use super::commands::queues;
+use super::protocol::{Assignment, Permission, Request};
+use super::requests::{Handled, Requests, Surroundings};
+use crate::Peer;
+use crate::journal::Journal;
+use crate::pmi::{PmiExecutive, PmiOptions};
+
+fn program() -> Program {
+    let lines = Lines { port: 0, low: 0, count: 1, format: Format::Bit };
+    let symbol = Symbol {
+        name: "LAMP".into(),
+        ty: Type::Logical,
+        offset: 0,
+        elements: None,
+        role: Role::Output(lines),
+        dumped: true,
+        retained: false,
+    };
+    let tables = PmiTables { symbols: vec![symbol], ports: 8, ..PmiTables::default() };
+    Program {
+        files: vec!["lamp.pmi".into()],
+        image_size: 8 + PORTS,
+        regions: vec![],
+        tasks: vec![Task { name: "scan".into(), entry: 0, resume_points: vec![] }],
+        tables: Tables::Pmi(tables),
+    }
+}
+
+fn status(requests: &mut Requests) -> Json {
+    let by = Peer { user: "somebody".into(), uid: 1, pid: 1, command: "test".into() };
+    match requests.handle(Request::Status, &by) {
+        Handled::Done(Ok(status)) => status,
+        _ => panic!("the status is always told"),
+    }
+}
+
+#[test]
+fn a_force_that_finds_no_room_in_the_queue_is_not_in_effect() {
+    let program = program();
+    let executive = PmiExecutive::new(&program, PmiOptions::default()).unwrap();
+    let (_scan_end, socket_end) = queues();
+    let surroundings = Surroundings {
+        program: std::sync::Arc::new(program),
+        code: None,
+        allow: vec![Permission::Force, Permission::Stop],
+        image: None,
+        found: vec![],
+        load: Box::new(|_| Err(String::new())),
+        make_executive: Box::new(|_| Err(String::new())),
+        timing: Box::new(|| Json::Null),
+        retained: Box::new(|| Json::Null),
+        journal: Journal::discarding(),
+    };
+    let reached = std::sync::Arc::default();
+    let mut requests = Requests::new(Box::new(executive), socket_end, reached, surroundings);
+    let by = Peer { user: "somebody".into(), uid: 1, pid: 1, command: "test".into() };
+    let force =
+        || Request::Force { values: vec![Assignment { name: "LAMP".into(), value: 1.into() }] };
+    assert!(matches!(requests.handle(force(), &by), Handled::Waits));
+    while matches!(requests.handle(Request::Stop, &by), Handled::Waits) {}
+    for request in [Request::Unforce { names: vec![], all: true }, force()] {
+        let Handled::Done(Err(failure)) = requests.handle(request, &by) else { panic!("done") };
+        assert_eq!(failure.code, "busy");
+        assert_eq!(status(&mut requests)["forces"], json!([{"name": "LAMP", "value": "1"}]));
+    }
+}
