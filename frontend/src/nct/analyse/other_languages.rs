@@ -10,6 +10,13 @@ use crate::nct::analyse::words_of_other_languages::word_of_other_language;
 /// The help for all that was meant as a comment.
 const COMMENT: &str = "a comment begins with `;` and goes on to the end of the line";
 
+/// The numbers of the errors that a statement has because of how it is written. The others are about
+/// texts, numbers out of range, and what is missing as a whole.
+const OF_STATEMENTS: &[&str] = &[
+    "2", "7", "9", "13", "14", "15", "17", "18", "19", "20", "23", "27", "30", "31", "33", "44",
+    "45", "47", "48", "50", "51", "56", "57", "59", "62", "63", "71", "73", "75",
+];
+
 /// What was probably meant: a message in place of the error's own, if that would mislead, and a
 /// help.
 type Meant = (Option<String>, String);
@@ -34,6 +41,9 @@ pub(crate) fn explain(text: &str, found: &mut [Diagnostic]) {
             around: Surroundings::new(text, range.start, range.end),
             code: diagnostic.code,
         };
+        if !place.is(OF_STATEMENTS) {
+            continue;
+        }
         let meaning = comment(&place)
             .or_else(|| assignment(&place))
             .or_else(|| word(&place))
@@ -109,6 +119,7 @@ fn comment(place: &Place<'_>) -> Option<Meant> {
         (_, Some(sign)) => meant(format!("`{sign}` in front of this begins no comment"), COMMENT),
         (c, _) if c.is_ascii_lowercase() => {
             let (word, _) = place.around.word(|c| c.is_ascii_alphanumeric());
+            let word = word.trim_start_matches(|c: char| c.is_ascii_digit());
             let capitals = word.to_ascii_uppercase();
             let written = format!("statements are written in capitals: `{capitals}`");
             let perhaps_text = word.len() > 1 && word.chars().all(char::is_alphabetic);
@@ -162,15 +173,6 @@ fn last_address(text: &str) -> Option<&str> {
 
 /// Words of other languages.
 fn word(place: &Place<'_>) -> Option<Meant> {
-    // Errors of texts, of numbers out of range, and of what is missing as a whole are no matter of
-    // words.
-    const OF_STATEMENTS: &[&str] = &[
-        "2", "7", "9", "13", "14", "15", "17", "18", "19", "20", "23", "27", "30", "33", "44",
-        "45", "47", "48", "50", "51", "56", "57", "59", "62", "63", "71", "73", "75",
-    ];
-    if !place.is(OF_STATEMENTS) {
-        return None;
-    }
     let (word, from) = place.around.word(|c| c.is_ascii_alphabetic() || c == '_');
     let line = [place.around.before, place.around.at, place.around.behind].concat();
     let before = line.get(..from).unwrap_or("");
@@ -259,10 +261,14 @@ fn digits(place: &Place<'_>) -> Option<Meant> {
             "F{number} is a word, which LF{number} loads; a bit of it has a fourth digit, F{number}0 to F{number}7"
         ));
     }
-    if letters == "G" && matches!(number.len(), 1 | 2) {
+    if letters == "G" && matches!(number.len(), 1 | 2) && !behind.starts_with(['O', 'I']) {
         return help(format!(
             "a jump has a label of three digits, G{number:0>3}; G codes stand in part programs"
         ));
+    }
+    // The letter O or I in the place of a digit has a help of its own.
+    if behind.starts_with(['O', 'I', 'l']) {
+        return None;
     }
     let count = match letters.chars().next_back()? {
         _ if number.is_empty() => return None,

@@ -79,6 +79,10 @@ pub(super) enum Explained {
 /// Says of an error in `text` what was probably meant, if it looks like a habit from another
 /// language.
 pub(super) fn explain(text: &str, controller: Controller, error: &mut ParseError) -> Explained {
+    // The other errors are about numbers, structure and limits, whatever the language.
+    if !matches!(error.code, "PMAC-3" | "PMAC-5") {
+        return Explained::No;
+    }
     let place = Place::new(text, error, controller);
     if let Some(name) = undefined_name(&place, error) {
         return Explained::UndefinedName(name);
@@ -152,7 +156,8 @@ fn number(place: &Place<'_>) -> Option<Meant> {
         let valid = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_hexdigit());
         valid.then(|| help(format!("hexadecimal numbers are written ${digits}")))?
     };
-    if at == "$" && behind.starts_with(|c: char| c.is_ascii_alphabetic()) {
+    let letter = |c: char| c.is_ascii_alphabetic() && !c.is_ascii_hexdigit();
+    if at == "$" && behind.starts_with(letter) {
         return help("behind `$` stand hexadecimal digits, 0 to 9 and A to F");
     }
     if at == "#" {
@@ -239,8 +244,8 @@ fn assignment(place: &Place<'_>) -> Option<Meant> {
         }
     }
     let colon = (variable || at == ":") && [at, rest].concat().contains(":=");
-    if colon && (rest.starts_with(":=") || at == ":") {
-        let name = if variable { at } else { before.trim() };
+    let name = if variable { at } else { before.trim().trim_end_matches('=') };
+    if colon && is_variable(name) && (rest.starts_with(":=") || at == ":") {
         return meant("`:=` is no assignment", format!("write {name}=…"));
     }
     if at != "=" {
@@ -286,7 +291,8 @@ fn undefined_name(place: &Place<'_>, error: &mut ParseError) -> Option<String> {
     let is_name = rest.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
     // Statements may stand without blanks between them: ENDIFP2=1.
     let is_statement = is_variable(rest) || known > 0 && known_beginning(rest) == rest.len();
-    if !is_name || is_statement || !matches!(place.code, "PMAC-3" | "PMAC-5") {
+    let is_directive = place.before.trim_end().ends_with('#');
+    if !is_name || is_statement || is_directive {
         return None;
     }
     let behind = place.behind.trim_start();
@@ -337,8 +343,11 @@ fn definition(place: &Place<'_>) -> Option<Meant> {
     }
     let address = at.rsplit(':').next().unwrap_or("");
     let glued: String = behind.chars().take_while(|c| is_part(*c)).collect();
-    let written = if at.contains(':') || before.ends_with(':') || before.contains('$') {
-        if at.contains(':') { [address, &glued].concat() } else { place.word.clone() }
+    let defined_as = before.rsplit("->").next().unwrap_or("").trim_start();
+    let written = if at.contains(':') {
+        [address, &glued].concat()
+    } else if defined_as.contains([':', '$']) && !defined_as.contains([',', ' ', '\t']) {
+        place.word.clone()
     } else {
         return None;
     };
@@ -387,7 +396,7 @@ fn quotes(place: &Place<'_>) -> Option<Meant> {
     }
     let rest = [at, behind].concat();
     let rest = rest.trim();
-    if rest.starts_with('"') {
+    if rest.contains('"') || !rest.starts_with(|c: char| c.is_alphanumeric() || "#&'".contains(c)) {
         return None;
     }
     let inner = rest.trim_matches('\'');

@@ -32,6 +32,10 @@ pub(super) fn directive(place: &Place<'_>) -> Option<Meant> {
             "inc" | "includ" | "inlcude" | "import" | "using" => {
                 meant(format!("`#{name}` is no directive"), format!("write #include {rest}"))
             }
+            glued if glued.starts_with("define") && glued.len() > "define".len() => meant(
+                format!("`{first}` is no directive"),
+                "a blank stands between #define and the name",
+            ),
             _ => None,
         };
     }
@@ -67,6 +71,7 @@ pub(super) fn function(place: &Place<'_>) -> Option<Meant> {
         } else {
             digits.to_owned()
         };
+        let value = if value.is_empty() { "…".to_owned() } else { value };
         let message = format!("the value of {} stands in parentheses", known.0);
         return meant(message, format!("write {}({value})", known.0));
     }
@@ -136,8 +141,8 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Meant> {
     let letters = word.trim_end_matches(|c: char| c.is_ascii_digit());
     let Place { before, behind, code, .. } = place;
     let at = place.around.at;
-    let opens = before.trim().to_ascii_uppercase().starts_with("OPEN PLC");
-    if opens && word.starts_with(|c: char| c.is_ascii_alphabetic()) {
+    let opens = matches!(before.trim().to_ascii_uppercase().as_str(), "OPEN PLC" | "OPEN PLCC");
+    if opens && word.starts_with(|c: char| c.is_ascii_alphabetic()) && word != "CLEAR" {
         return meant(
             format!("a PLC has a number, 0 to 31, and `{}` is none", place.word),
             format!("write OPEN PLC 1 CLEAR, or before it #define {} 1", place.word),
@@ -147,15 +152,26 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Meant> {
     if unnumbered || opens {
         return help("PLCs have the numbers 0 to 31: OPEN PLC 1 CLEAR");
     }
-    if matches!(before.trim().to_ascii_uppercase().as_str(), "IF" | "WHILE")
+    if matches!(before.trim().to_ascii_uppercase().as_str(), "IF" | "WHILE" | "AND" | "OR")
         && *code == "PMAC-3"
         && !at.starts_with('(')
     {
+        let condition = [place.word.as_str(), behind].concat();
+        let upper = condition.to_ascii_uppercase();
+        let end = [" THEN", " DO"].iter().filter_map(|word| upper.find(word)).min();
+        let condition = condition.get(..end.unwrap_or(condition.len())).unwrap_or("").trim();
+        let compares = condition.contains(['=', '<', '>']) && !condition.contains(['(', ')']);
+        let condition = if compares { condition.replace("==", "=") } else { "P1=1".to_owned() };
         let word = before.trim();
-        return help(format!(
-            "a condition stands in parentheses: {word} (P1=1), without THEN or DO"
-        ));
+        return help(format!("a condition stands in parentheses: {word} ({condition})"));
     }
+    let in_expression = before.trim_end().ends_with(|c: char| "=+-*/(<>&|^%".contains(c));
+    if in_expression && at != "," {
+        return None;
+    }
+    let index = before.rfind('(').and_then(|open| before.get(..open)).unwrap_or("");
+    let in_index = index.ends_with(|c: char| "PQMIpqmi".contains(c));
+    let ends_line = behind.trim().is_empty();
     let no_word = |help: &str| meant(format!("`{}` is no statement of a PLC", place.word), help);
     match letters {
         "THEN" | "DO" | "BEGIN" if !place.before.contains("=") || *code == "PMAC-3" => {
@@ -210,7 +226,10 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Meant> {
         }
         "LD" | "LDN" | "LDI" | "OUT" | "ST" | "STN" | "U" | "UN" | "A" | "AN" | "O" | "AND"
         | "OR" | "ANI" | "ORI" | "MOV" | "MOVE"
-            if place.begins_line() && at == place.word && behind.starts_with(' ') =>
+            if place.begins_line()
+                && at == place.word
+                && behind.starts_with(' ')
+                && behind.trim_start().starts_with(|c: char| c.is_ascii_alphabetic()) =>
         {
             no_word("there are no instruction lists: write M3=M1&M2 or IF (M1=1) … ENDIF")
         }
@@ -228,7 +247,11 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Meant> {
             )
         }
         "PRINT" | "PRINTF" | "WRITE" | "ECHO" | "MSG" => no_word("SEND\"text\" writes a text"),
-        "END" | "ENDPLC" | "STOP" if place.begins_line() && letters == word => {
+        "END" | "ENDPLC" | "STOP"
+            if place.begins_line()
+                && letters == word
+                && (ends_line || behind.starts_with(" PLC")) =>
+        {
             no_word("a program ends with CLOSE")
         }
         "P" | "Q" | "M" | "I" if letters == word && *code == "PMAC-3" && place.begins_line() => {
@@ -241,7 +264,7 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Meant> {
             };
             (brackets || rest.starts_with(['=', '-', '+'])).then(|| help(what))?
         }
-        "M" if at == place.word && *code == "PMAC-3" && !before.contains(['=', '(']) => {
+        "M" if at == place.word && *code == "PMAC-3" && place.begins_line() && ends_line => {
             help(format!("{at}=1 switches the variable on; M codes stand in motion programs"))
         }
         _ if at == "#" && place.around.behind.starts_with(|c: char| c.is_ascii_digit()) => {
@@ -251,7 +274,7 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Meant> {
         _ if at == "," && before.contains("\"") => {
             help("a statement writes one text: SEND\"a\" SEND\"b\"")
         }
-        _ if at == "," && before.contains('(') && *code == "PMAC-3" => {
+        _ if at == "," && in_index && *code == "PMAC-3" => {
             help("a variable has one number: P(10*P1+P2)")
         }
         _ => None,

@@ -37,6 +37,9 @@ pub(super) fn delay(place: &Place<'_, '_>) -> Option<Meant> {
 
 /// Hexadecimal and binary numbers, numbers with an exponent.
 pub(super) fn other_number(place: &Place<'_, '_>) -> Option<Meant> {
+    if place.code == "PMI-1" {
+        return None;
+    }
     let written = place.around(|c| c.is_ascii_alphanumeric() || matches!(c, '#' | '$'));
     if let Some(value) = value_of(written) {
         let message = format!("`{written}` is no number of PMI");

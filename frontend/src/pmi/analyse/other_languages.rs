@@ -205,10 +205,11 @@ fn comment(place: &Place<'_, '_>) -> Option<Meant> {
 fn assignment(place: &Place<'_, '_>, problem: &Diagnostic) -> Option<Meant> {
     let name = place.word(0);
     let colon = |index| place.word(index) == ":" && place.word(index + 1) == "=";
-    let is_label = place.at == 0 && colon(1)
+    let named = matches!(place.kind(0), Some(Kind::Name | Kind::Executive));
+    let is_label = place.at == 0 && place.kind(0) == Some(Kind::Name) && colon(1)
         || colon(place.at)
         || place.found() == "=" && place.before() == ":";
-    if is_label {
+    if is_label && named {
         let message = "`:=` is no sign of PMI: an assignment is written with `=`";
         return Meant::new(message, format!("write {name} = …; a colon stands behind a label"));
     }
@@ -349,8 +350,10 @@ fn name(place: &Place<'_, '_>) -> Option<Meant> {
     let ports = matches!(place.section, Some(Section::Input | Section::Output));
     if ports && place.at == 1 && place.is_glued(1) && matches!(place.code, "PMI-11" | "PMI-30") {
         let whole = place.around(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '.'));
-        let message = format!("`{whole}` is no name");
-        return Meant::new(message, "a name is a letter and up to five letters and digits");
+        if whole.contains(['-', '.']) {
+            let message = format!("`{whole}` is no name");
+            return Meant::new(message, "a name is a letter and up to five letters and digits");
+        }
     }
     if place.code != "PMI-24" {
         return None;
@@ -371,7 +374,13 @@ fn name(place: &Place<'_, '_>) -> Option<Meant> {
 fn address(place: &Place<'_, '_>) -> Option<Meant> {
     let fraction = |index| place.kind(index).is_some() && place.word(index).starts_with('.');
     let ports = matches!(place.section, Some(Section::Input | Section::Output));
-    let is_address = place.found() == "%"
+    if matches!(place.kind(place.at), Some(Kind::Executive)) || place.code == "PMI-11" {
+        return None;
+    }
+    let percent = place.found() == "%"
+        && matches!(place.kind(place.at + 1), Some(Kind::Name))
+        && fraction(place.at + 2);
+    let is_address = percent
         || ports && place.code == "PMI-30" && place.found().contains('.')
         || fraction(place.at + 1) && place.is_glued(place.at + 1)
         || fraction(place.at) && place.is_glued(place.at);
@@ -382,7 +391,7 @@ fn address(place: &Place<'_, '_>) -> Option<Meant> {
     match place.section {
         Some(Section::Input | Section::Output) => {
             let digits = written.trim_start_matches(|c: char| !c.is_ascii_digit());
-            let (port, bit) = digits.split_once('.')?;
+            let (port, bit) = digits.split_once('.').filter(|(_, bit)| !bit.is_empty())?;
             Meant::new(
                 format!("`{written}` is no line of a port"),
                 format!("a line is written port/bit: {port}/{bit}"),
