@@ -82,7 +82,8 @@ fn standard_error() -> Option<File> {
     None
 }
 
-/// A counter of what an output has lost. The thread that runs the ticks counts; the journal tells.
+/// A counter of what an output has lost. The thread that runs the ticks counts, and the journal writes
+/// entries about it.
 #[derive(Clone, Debug, Default)]
 pub struct LossCounter(Arc<AtomicU64>);
 
@@ -322,8 +323,8 @@ impl JournalOwner {
     /// destination, and threads that are stuck in writing are left behind.
     ///
     /// # Errors
-    /// In simulated time: why the log could not be written. In real time that was told, and is no
-    /// error.
+    /// In simulated time: why the log could not be written. In real time an entry says so, and
+    /// that is no error.
     pub fn finish(self) -> Result<(), String> {
         match &self.journal.shared.mode {
             Mode::Discarding => Ok(()),

@@ -79,7 +79,7 @@ pub(super) struct Control {
     pub(super) running: u32,
     /// The events of this tick so far.
     pub(super) events: Vec<Event>,
-    /// This download, as what it saves tells it.
+    /// This download, as it is noted in what it saves.
     pub(super) origin: Arc<Origin>,
     /// The download that has saved what is kept now: this one, or one that ran before an online
     /// change.

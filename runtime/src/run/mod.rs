@@ -65,14 +65,14 @@ pub struct Run<'a> {
     /// What is done about ticks that begin too late, where a clock paces them.
     pub overrun: OverrunPolicy,
     /// Where it is recorded how late ticks begin and how long they take, where a clock paces them. A tick
-    /// that needs more than four fifths of its time is told to the journal.
+    /// that needs more than four fifths of its time gets an entry in the journal.
     pub timing: Option<&'a Timing>,
     /// A flag that, once set, ends the run before its next tick. The physical outputs then take their
     /// safe values, as they do where an output of the run fails.
     pub interrupt: Option<&'a AtomicBool>,
     /// What else is done before and after each tick, in this order.
     pub hooks: Vec<&'a mut dyn Hook>,
-    /// Where this thread tells of overruns and the like.
+    /// Where this thread writes entries about overruns and the like.
     pub journal: ScanJournal,
 }
 

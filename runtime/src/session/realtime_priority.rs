@@ -41,7 +41,8 @@ pub(super) fn request() -> Result<(), String> {
 /// permitted: the watchdog must run also while a scan does.
 pub(super) fn raise_above_scans() {
     #[cfg(target_os = "linux")]
-    // Where it is not permitted, the request of the scan's thread fails too, and that is told.
+    // Where that is not permitted, the same request for the scan's thread fails too, and the journal says
+    // so.
     let _ = raise_priority(PRIORITY + 1);
 }
 

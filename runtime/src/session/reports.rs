@@ -1,6 +1,6 @@
 //! Where trace, events and dump of a run go. In simulated time the thread that runs the ticks writes
-//! them, so that nothing is lost and a failure ends the run. In real time other threads write them, and
-//! no failure does more than to be told.
+//! them, so that nothing is lost and a failure ends the run. In real time other threads write them;
+//! the journal reports a failure, which has no other effect.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -79,7 +79,7 @@ impl Reports {
 /// Writes the dump's text.
 ///
 /// # Errors
-/// In simulated time, when it can't be written. In real time the journal tells it.
+/// In simulated time, when it can't be written. In real time the journal reports that instead.
 pub(super) fn write_dump(
     path: &Path,
     text: Vec<u8>,

@@ -106,7 +106,7 @@ impl RetainedWriter {
         let flag = Arc::clone(&ending);
         let thread = thread::Builder::new().name("retain".into()).spawn(move || {
             let result = writer.run(&flag);
-            // The lock is given back before the end of the run is told.
+            // The lock is given back before the run learns that everything is written.
             drop(writer);
             let _ = tell.send(result);
         });

@@ -45,7 +45,7 @@ impl Batch {
     }
 }
 
-/// What is asked.
+/// What the socket's thread asks for.
 #[derive(Debug)]
 pub(crate) enum Command {
     /// Read variables.

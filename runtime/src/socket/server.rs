@@ -167,7 +167,7 @@ impl Loop {
                 } else if input {
                     PollFlags::IN
                 } else {
-                    // That the client has gone is told in any case.
+                    // `poll` reports in any case that a client has gone.
                     PollFlags::empty()
                 }
             })

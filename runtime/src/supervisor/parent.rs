@@ -148,7 +148,7 @@ fn start_journal(log: Option<&Path>) -> Result<JournalOwner, String> {
 }
 
 fn finish(owner: Option<JournalOwner>) {
-    // In real time what goes wrong with a log was told.
+    // What went wrong with the log has been written to standard error.
     let _ = owner.map(JournalOwner::finish);
 }
 
