@@ -1,5 +1,5 @@
 //! `plcc debug` over its standard input and output, as an editor talks to it.
-#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 mod support;
 
