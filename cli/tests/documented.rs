@@ -19,7 +19,7 @@
 //! another computer or the network; one fenced as ```` ```text ```` holds none. No line of another block may
 //! begin with one of our programs.
 #![cfg(unix)]
-#![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic)]
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::indexing_slicing, clippy::panic)]
 
 mod support;
 
@@ -169,15 +169,15 @@ fn script(blocks: Vec<Block>) -> (String, Vec<Shown>) {
     for block in blocks {
         if let Some(name) = block.file() {
             let text = block.lines.join("\n");
-            let _ = write!(script, "cat >{name} <<'END OF FILE'\n{text}\nEND OF FILE\n");
+            let _ = writeln!(script, "cat >{name} <<'END OF FILE'\n{text}\nEND OF FILE");
         } else if block.is_session() {
             for shown in commands(&block) {
                 let Shown { line, command, background, .. } = &shown;
                 let _ = if *background {
-                    let _ = write!(ends, "begin {line}; cat .out{line}; end {line}\n");
-                    write!(script, "(exec {command}) >.out{line} 2>&1 </dev/null &\n")
+                    let _ = writeln!(ends, "begin {line}; cat .out{line}; end {line}");
+                    writeln!(script, "(exec {command}) >.out{line} 2>&1 </dev/null &")
                 } else {
-                    write!(script, "begin {line}\n{command}\nend {line}\n")
+                    writeln!(script, "begin {line}\n{command}\nend {line}")
                 };
                 all.push(shown);
             }

@@ -13,16 +13,17 @@
 //! - [`Debugger`]: where the user stands, breakpoints, and all ways to move.
 //! - [`dap`]: the Debug Adapter Protocol, by which editors use all of this (`plcc debug`).
 //!
-//! ```no_run
+//! ```
 //! use plcc_debugger::{DebugError, Debugger, Direction, Session};
 //!
-//! # fn session() -> Session<'static> { unimplemented!() }
-//! let mut debugger = Debugger::new(session());
+//! # fn example(session: Session<'_>) -> Result<(), DebugError> {
+//! let mut debugger = Debugger::new(session);
 //! debugger.set_line_breakpoints(0, &[plcc_debugger::LineBreakpoint::at(12)]);
 //! while debugger.run(Direction::Forward, 1000)?.is_none() {}
 //! println!("tick {}", debugger.position().tick);
 //! debugger.go_to_last_writer("LS27")?;
-//! # Ok::<(), DebugError>(())
+//! # Ok(())
+//! # }
 //! ```
 
 pub mod breakpoints;
