@@ -106,16 +106,23 @@ pub(crate) fn is_standard_input(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
+/// Reads the text of a machine file.
+///
+/// # Errors
+/// When it can't be read.
+pub(crate) fn machine_text(path: &Path) -> Result<String, Failure> {
+    let bytes = read_regular(path, MAX_SETTINGS);
+    let bytes = bytes.map_err(|error| Failure::file(path, why_not_read(&error)))?;
+    let text = String::from_utf8_lossy(&bytes);
+    Ok(text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned())
+}
+
 /// Reads a machine file.
 ///
 /// # Errors
 /// When it can't be read or is not valid.
 pub(crate) fn machine(path: &Path) -> Result<Machine, Failure> {
-    let bytes = read_regular(path, MAX_SETTINGS);
-    let bytes = bytes.map_err(|error| Failure::file(path, why_not_read(&error)))?;
-    let text = String::from_utf8_lossy(&bytes);
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    Machine::parse(text).map_err(|error| {
+    Machine::parse(&machine_text(path)?).map_err(|error| {
         let error = error.to_string();
         Failure::file(path, format!("it is not a valid machine file: {}", error.trim_end()))
     })

@@ -30,6 +30,8 @@ mod input;
 mod object_args;
 mod output;
 pub mod recompile;
+pub mod recorded;
+mod replay_input;
 mod report;
 mod signing;
 
@@ -59,6 +61,8 @@ fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
         args::Command::Build(args) => commands::build::build(&args, report),
         args::Command::Key { command } => commands::key::key(&command),
         args::Command::Run(args) => commands::run::run(&args, report),
+        args::Command::Replay(args) => commands::replay::replay(&args, report),
+        args::Command::Convert(args) => commands::convert::convert(&args, report),
         args::Command::Bench(args) => commands::bench::bench(&args, report),
         args::Command::Debug => commands::debug::debug(),
         args::Command::Explain(args) => commands::explain::explain(&args),

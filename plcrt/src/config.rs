@@ -46,6 +46,7 @@ const KEYS: &[(&str, Kind)] = &[
     ("period", Kind::Number),
     ("retain", Kind::Path),
     ("record", Kind::Path),
+    ("keep", Kind::Text),
     ("socket", Kind::Path),
     ("image", Kind::Path),
     ("log", Kind::Path),

@@ -9,6 +9,7 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::{CommandFactory, Parser};
 use config::{Mistake, Mistakes};
@@ -18,6 +19,7 @@ use plcc_runtime::args::RunArgs;
 use plcc_runtime::artifact::Inspection;
 use plcc_runtime::artifact::signature::PublicKey;
 use plcc_runtime::files::{MAX_SETTINGS, read_regular, why_not_read, why_not_written};
+use plcc_runtime::record::RecordedProgram;
 use plcc_runtime::supervisor::{self, Supervision};
 use plcc_runtime::{Artifact, ArtifactError, NativeEngine, session};
 
@@ -134,12 +136,25 @@ fn configured(path: &Path, artifact: Option<&Path>, words: &[OsString]) -> Resul
     if artifact.is_none() {
         all.extend(configuration.artifact.map(|(_, path)| path.into_os_string()));
     }
+    if !configuration.options.iter().any(|word| word.text.starts_with("--record=")) {
+        all.push(default_record(path, &configuration.options));
+    }
     all.extend(configuration.options.into_iter().map(|word| word.text.into()));
     all.extend(words.iter().skip(1).cloned());
     Cli::try_parse_from(all).map_err(|error| {
         let text = error.to_string();
         text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned()
     })
+}
+
+/// Where a control with a configuration is recorded that does not say it: beside the retained file, if
+/// there is one, else beside the configuration.
+fn default_record(path: &Path, options: &[config::Word]) -> OsString {
+    let mut retained = options.iter().filter_map(|word| word.text.strip_prefix("--retain="));
+    let beside = retained.next_back().map_or(path, Path::new);
+    let mut word = OsString::from("--record=");
+    word.push(beside.with_extension("plcrec"));
+    word
 }
 
 /// Finds the mistakes of a configuration, also those that only the program's control knows.
@@ -203,14 +218,16 @@ fn run_here(cli: &Cli) -> Result<u8, String> {
             Inspection::open(path, key.as_ref()).map_err(|error| failure(path, &error))?;
         return print(info::info(&artifact, key.is_some()).as_bytes());
     }
-    let artifact = open(path, key.as_ref())?;
+    let (artifact, bytes) =
+        Artifact::open_with_bytes(path, key.as_ref()).map_err(|error| failure(path, &error))?;
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let mut engine = engine.map_err(|error| named(&error))?;
     let machine =
         cli.machine.as_deref().map(|path| machine(path, &artifact.program)).transpose()?;
     let reads = cli.machine.iter().chain(&cli.artifact).cloned().collect();
     let (code, supervised) = (Some(artifact.code_number()), cli.supervised);
-    let run = RunArgs { reads, code, supervised, ..cli.run.clone() };
+    let recorded = cli.run.record.as_ref().map(|_| Arc::new(RecordedProgram::Artifact(bytes)));
+    let run = RunArgs { reads, code, supervised, program: recorded, ..cli.run.clone() };
     Ok(session::run(&artifact.program, &mut engine, &run, machine.as_ref()))
 }
 

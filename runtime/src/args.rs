@@ -2,9 +2,11 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
+use serde::{Deserialize, Serialize};
 
 use crate::artifact::signature::PublicKey;
 use crate::files::why_not_read;
@@ -13,13 +15,14 @@ use crate::socket::Permission;
 pub use crate::nct::NctArgs;
 pub use crate::pmac::PmacArgs;
 pub use crate::pmi::PmiArgs;
+use crate::record::{Keep, RecordedProgram};
 use crate::run::OverrunPolicy;
 use crate::safe_outputs::SafeOutput;
 use crate::watchdog::WatchdogLimit;
 
 /// The settings of the control; part of [`RunArgs`], and of other commands that execute programs.
 /// Each language has its own options.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
 #[command(next_help_heading = "Control")]
 pub struct ControlArgs {
     /// PMI's.
@@ -114,6 +117,20 @@ pub struct RunArgs {
     #[arg(long, requires = "retain")]
     pub retain_must_exist: bool,
 
+    /// Records the run, so that `plcc replay` can run every tick again: all that acts on the control, what
+    /// the clock decides, and its state now and then. With --realtime it goes on behind what is in the
+    /// file
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+
+    /// How much the record keeps: 200MB, 10min, 2h [default: 200MB]
+    #[arg(long, value_name = "SIZE|TIME")]
+    pub keep: Option<Keep>,
+
+    /// Records nothing, also where a configuration says so
+    #[arg(long)]
+    pub no_record: bool,
+
     /// A file that always shows the process image after the last whole tick, for other processes to
     /// map into their memory; best below /dev/shm or /run
     #[arg(long, value_name = "FILE")]
@@ -149,6 +166,10 @@ pub struct RunArgs {
     /// change knows whether suspended tasks can go on where they were.
     #[arg(skip)]
     pub code: Option<u64>,
+
+    /// The program, for its record.
+    #[arg(skip)]
+    pub program: Option<Arc<RecordedProgram>>,
 
     /// Whether standard input is the connection to a supervisor of this process.
     #[arg(skip)]

@@ -17,9 +17,10 @@
 //! any values, but no worse ones than the program itself could have stored.
 
 use std::hash::Hasher;
+use std::ops::Range;
 
 use plcc_abi::pmac::Run;
-use plcc_abi::{Program, ResumePoint};
+use plcc_abi::{Program, Region, ResumePoint};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use thiserror::Error;
 
@@ -27,7 +28,7 @@ use crate::fingerprint::Fnv;
 
 const MAGIC: [u8; 8] = *b"PLCCSTAT";
 /// The version of the form and of every dialect's state.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Why bytes are no checkpoint that an executive can take. The executive is unchanged.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -46,8 +47,76 @@ pub enum CheckpointError {
     OtherProgram,
 }
 
-/// What is written behind the header.
-#[derive(Serialize, Deserialize)]
+/// Serialises bytes as one piece, in the form that postcard gives a list of them, but without handling
+/// each alone. For use with `#[serde(with = "…")]`.
+pub(crate) mod bytes {
+    use std::fmt;
+
+    use serde::de::{Error, Visitor};
+    use serde::{Deserializer, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(bytes: &[u8], to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_bytes(bytes)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<u8>, D::Error> {
+        struct Bytes;
+
+        impl Visitor<'_> for Bytes {
+            type Value = Vec<u8>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("bytes")
+            }
+
+            fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Vec<u8>, E> {
+                Ok(bytes.to_vec())
+            }
+        }
+
+        from.deserialize_bytes(Bytes)
+    }
+}
+
+/// Appends a state in the form of a checkpoint. It allocates nothing but more room for `out`.
+pub(crate) fn write_state<S: Serialize>(state: &S, out: &mut Vec<u8>) {
+    let length = out.len();
+    match postcard::to_extend(state, std::mem::take(out)) {
+        Ok(bytes) => *out = bytes,
+        // Writing to memory does not fail; a checkpoint without a state is refused as damaged.
+        Err(_) => out.truncate(length),
+    }
+}
+
+/// A checkpoint of a program with this fingerprint, of its image and of what
+/// [`state_into`](crate::Executive::state_into) gave.
+pub(crate) fn seal(fingerprint: u64, image: &[u8], state: &[u8]) -> Vec<u8> {
+    let mut sealed = fingerprint.to_le_bytes().to_vec();
+    // Writing to memory does not fail; a checkpoint without a payload is refused as damaged.
+    sealed.extend(postcard::to_allocvec(&Run::pack(image)).unwrap_or_default());
+    sealed.extend(state);
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend(crc32fast::hash(&sealed).to_le_bytes());
+    bytes.extend(sealed);
+    bytes
+}
+
+/// The parts of a range that are outside some others, which are sorted and do not overlap.
+pub(crate) fn without(whole: Range<u32>, holes: &[Range<u32>]) -> Vec<Range<u32>> {
+    let mut rest = vec![];
+    let mut from = whole.start;
+    for hole in holes {
+        rest.push(from..hole.start.clamp(from, whole.end));
+        from = hole.end.clamp(from, whole.end);
+    }
+    rest.push(from..whole.end);
+    rest.retain(|range| !range.is_empty());
+    rest
+}
+
+/// What was written behind the header.
+#[derive(Deserialize)]
 struct Payload<S> {
     /// The image, without its zeros.
     image: Vec<Run>,
@@ -58,6 +127,8 @@ struct Payload<S> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ProgramIdentity {
     fingerprint: u64,
+    /// The range of the image that each region with a name has.
+    regions: Vec<(String, Range<u32>)>,
     /// The ranges of the image (start, end) in which every byte is 0 or 1.
     bits: Vec<(usize, usize)>,
     /// How many resume points each task has.
@@ -75,8 +146,11 @@ impl ProgramIdentity {
         // Writing to memory does not fail.
         hasher.write(&postcard::to_allocvec(&identity).unwrap_or_default());
         let bits = program.regions.iter().filter(|region| region.bits);
+        let range = |region: &Region| region.offset..region.offset.saturating_add(region.size);
+        let named = program.regions.iter().map(|region| (region.name.clone(), range(region)));
         Self {
             fingerprint: hasher.finish(),
+            regions: named.collect(),
             bits: bits
                 .map(|region| {
                     (region.offset as usize, region.offset as usize + region.size as usize)
@@ -91,6 +165,20 @@ impl ProgramIdentity {
         self.fingerprint
     }
 
+    /// An image of `size` bytes without the regions of these names and without `further`.
+    pub(crate) fn image_without(
+        &self,
+        size: usize,
+        names: &[&str],
+        further: &[Range<u32>],
+    ) -> Vec<Range<u32>> {
+        let regions = self.regions.iter().filter(|(name, _)| names.contains(&name.as_str()));
+        let mut holes: Vec<Range<u32>> = regions.map(|(_, range)| range.clone()).collect();
+        holes.extend_from_slice(further);
+        holes.sort_by_key(|range| range.start);
+        without(0..u32::try_from(size).unwrap_or(u32::MAX), &holes)
+    }
+
     /// Whether a task can go on at `from`: `None` is its beginning, else it must have that resume point.
     pub(crate) fn can_resume(&self, task: usize, from: Option<ResumePoint>) -> bool {
         let count = self.resume_points.get(task).copied().unwrap_or(0);
@@ -99,15 +187,9 @@ impl ProgramIdentity {
 
     /// A checkpoint of an image and a state.
     pub(crate) fn write<S: Serialize>(&self, image: &[u8], state: &S) -> Vec<u8> {
-        let payload = Payload { image: Run::pack(image), state };
-        let mut summed = self.fingerprint.to_le_bytes().to_vec();
-        // Writing to memory does not fail; a checkpoint without a payload is refused as damaged.
-        summed.extend(postcard::to_allocvec(&payload).unwrap_or_default());
-        let mut bytes = MAGIC.to_vec();
-        bytes.extend(VERSION.to_le_bytes());
-        bytes.extend(crc32fast::hash(&summed).to_le_bytes());
-        bytes.extend(summed);
-        bytes
+        let mut bytes = vec![];
+        write_state(state, &mut bytes);
+        seal(self.fingerprint, image, &bytes)
     }
 
     /// The image and the state of a checkpoint of this program; the image must have `size` bytes.

@@ -9,6 +9,7 @@ use std::time::Duration;
 use plcc_abi::nct::NctName;
 use plcc_abi::pmac::PmacName;
 use plcc_abi::{Engine, SourceLine, TrapCode};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::pmi::PmiVariable;
@@ -16,7 +17,7 @@ use crate::retain::Restored;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
 use crate::watchdog::Watchdog;
-use crate::{CheckpointError, Event, Value};
+use crate::{CheckpointError, ClockDecision, Event, Value};
 
 /// A variable that an executive has found by its name. The number is the variable's place among those that
 /// this executive has looked up, from 0, and means nothing to another executive.
@@ -26,11 +27,11 @@ pub struct Variable(pub u32);
 /// A single variable, or an element of an array, by what it is rather than by a number in one
 /// executive's list. It means the same to all executives of a program, so that one thread can look a
 /// name up in an executive of its own and another thread can use the key.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct VariableKey(pub(crate) KeyOf);
 
 /// What a [`VariableKey`] holds: the variable as its language names it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub(crate) enum KeyOf {
     Pmi(PmiVariable),
     Nct(NctName),
@@ -50,7 +51,7 @@ pub enum Purpose {
 }
 
 /// A value for [`Executive::set`], already checked to fit its variable.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Setting {
     /// An integer.
     Int(i64),
@@ -293,6 +294,27 @@ pub trait Executive {
 
     // From here on methods have defaults that do nothing, for executives in tests. Those of the three
     // languages have all of them.
+
+    /// Appends the state outside the process image, in the form in which a checkpoint holds it behind
+    /// the image. It allocates nothing but more room for `_out`.
+    fn state_into(&self, _out: &mut Vec<u8>) {}
+
+    /// Sorted ranges of the process image that hold the same bytes in every engine between two ticks:
+    /// all but the places that engines use in their own way while a scan runs, or while their code
+    /// assumes something of the program.
+    fn compared_ranges(&self) -> Vec<Range<u32>> {
+        vec![]
+    }
+
+    /// What the clock alone has decided in the last tick, such as how far a module came within its
+    /// time. Empty where every run of the tick goes the same way.
+    fn clock_decisions(&self) -> &[ClockDecision] {
+        &[]
+    }
+
+    /// Has the next tick go as it went when the clock decided `_decisions`, whatever the clock says
+    /// now; `None` leaves it to the clock again.
+    fn follow_clock(&mut self, _decisions: Option<&[ClockDecision]>) {}
 
     /// The keys of a variable: of an array one for each element, in their order.
     fn keys(&self, _variable: Variable) -> Vec<VariableKey> {

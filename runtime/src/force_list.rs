@@ -1,10 +1,12 @@
 //! The list of forces in effect that the executives of PMI and PMAC keep: bounded, and allocated once, so
 //! that forcing allocates nothing in the scan's thread.
 
+use serde::{Deserialize, Serialize};
+
 use crate::executive::MAX_FORCES;
 
 /// Forces, each under a key that says which variable is forced.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct ForceList<K, F> {
     list: Vec<(K, F)>,
 }
@@ -36,6 +38,12 @@ impl<K: PartialEq, F> ForceList<K, F> {
     /// Ends the force of a key, if there is one.
     pub(crate) fn remove(&mut self, key: &K) {
         self.list.retain(|(known, _)| known != key);
+    }
+
+    /// The same list with room for all forces there can be; `None` where it has more than that.
+    pub(crate) fn with_room(mut self) -> Option<Self> {
+        self.list.reserve(MAX_FORCES.checked_sub(self.list.len())?);
+        Some(self)
     }
 
     /// The forces, in the order in which they were first set.

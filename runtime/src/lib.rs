@@ -43,6 +43,7 @@
 pub mod args;
 pub mod artifact;
 pub mod checkpoint;
+mod clock_decisions;
 mod control;
 pub mod cpu;
 pub mod event;
@@ -63,6 +64,7 @@ pub mod perf;
 pub mod pmac;
 pub mod pmi;
 mod progress;
+pub mod record;
 pub mod retain;
 pub mod run;
 pub mod safe_outputs;
@@ -78,6 +80,7 @@ pub mod watchdog;
 
 pub use artifact::{Artifact, ArtifactError};
 pub use checkpoint::CheckpointError;
+pub use clock_decisions::{ClockDecision, Trip};
 pub use event::{DisplayedText, Event, EventBody};
 pub use executive::{
     Executive, NameError, Place, Purpose, Setting, Stop, ValueError, Variable, VariableKey,

@@ -24,10 +24,12 @@
 
 use std::str::FromStr;
 
+use serde::{Deserialize, Serialize};
+
 use crate::NameError;
 
 /// What one physical output becomes.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SafeValue {
     /// It is switched off: 0.
     Off,
@@ -50,7 +52,7 @@ impl SafeValue {
 }
 
 /// A physical output by its name, and what it becomes.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SafeOutput {
     /// The output's name in the dialect's spelling, see [`Executive::outputs`](crate::Executive::outputs).
     pub name: String,

@@ -8,6 +8,8 @@ use plcc_abi::{Dialect, Engine, Program};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
 use plcc_runtime::args::ControlArgs;
+use plcc_runtime::record::{RecordFile, Recorder};
+use plcc_runtime::swap::ReplaceableExecutive;
 use plcc_runtime::{Event, Executive, Purpose, Variable, session};
 
 use crate::compile::{Compiled, compile, compile_sources};
@@ -74,13 +76,36 @@ impl Bench {
         Ok(Self { compiled, ticks, rows, args })
     }
 
+    /// The executive of a program of [`Compiled::engine`], at power-up.
+    ///
+    /// # Errors
+    /// The program's tables do not fit together.
+    pub fn executive(&self, program: &Program) -> Result<Box<dyn Executive + Send>, String> {
+        session::executive(program, &self.args, false, None).map_err(|error| error.to_string())
+    }
+
+    /// A control at power-up that is recorded.
+    ///
+    /// # Errors
+    /// As [`machine`](Self::machine).
+    pub fn recorded_machine(
+        &self,
+        program: &Program,
+        file: RecordFile,
+    ) -> Result<Machine<'_>, String> {
+        let mut executive = ReplaceableExecutive::new(self.executive(program)?);
+        let declared = executive.declared();
+        executive.record(Recorder::to_file(file, &executive));
+        let executive = Box::new(executive);
+        Ok(Machine { bench: self, executive, declared, tick: 0, stopped: false })
+    }
+
     /// A control at power-up, for a program of [`Compiled::engine`].
     ///
     /// # Errors
     /// The program's tables do not fit together.
     pub fn machine(&self, program: &Program) -> Result<Machine<'_>, String> {
-        let executive = session::executive(program, &self.args, false, None);
-        let mut executive = executive.map_err(|error| error.to_string())?;
+        let mut executive = self.executive(program)?;
         let declared = executive.declared();
         Ok(Machine { bench: self, executive, declared, tick: 0, stopped: false })
     }
@@ -133,6 +158,17 @@ impl Machine<'_> {
     /// restored.
     pub fn go_on(&mut self, tick: u64, stopped: bool) {
         (self.tick, self.stopped) = (tick, stopped);
+    }
+
+    /// Ends the record of a recorded control.
+    ///
+    /// # Errors
+    /// The record could not be written.
+    pub fn end_record(&mut self) -> Result<(), String> {
+        let executive = self.executive.as_any_mut();
+        let executive = executive.and_then(|it| it.downcast_mut::<ReplaceableExecutive>());
+        let executive = executive.ok_or("the control is not recorded")?;
+        executive.end_record(None).map_err(|error| error.to_string())
     }
 
     /// Whether the program was stopped.

@@ -14,11 +14,14 @@ use std::time::{Duration, Instant};
 
 use plcc::compile;
 use plcc::disk::Disk;
+use plcc::recorded::{Found, ReplayEngine};
 use plcc_abi::Dialect;
 use plcc_codegen::{OptLevel, Target};
 use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
 use plcc_runtime::image_file::{ImageReader, State};
+use plcc_runtime::record::{Recording, Replayer};
+use plcc_runtime::session::replay::recorded_executive;
 use serde_json::{Value as Json, json};
 
 /// A program of the workspace, built once from the sources under test.
@@ -604,7 +607,7 @@ fn nct_programs_are_exchanged() {
     let same = shop.path("same.plcx");
     fs::copy(&artifact, &same).unwrap();
     let two = shop.build("two", Dialect::Nct, source_two);
-    let control = shop.start(&artifact, &["--allow", "write,force,swap"]);
+    let control = shop.start(&artifact, &["--allow", "write,force,swap", "--record", "r.plcrec"]);
     control.assign("set", "T05", 30_000);
     control.assign("set", "F700", 0x1234);
     control.assign("force", "I012", 1);
@@ -621,6 +624,8 @@ fn nct_programs_are_exchanged() {
     let timer = control.get("T05").as_i64().unwrap();
     assert!((29_000..30_000).contains(&timer), "{timer}");
     assert_eq!(control.get("F510"), 1, "the new program runs");
+    assert_eq!(control.end().0, Some(130));
+    assert_eq!(replayed_programs(&shop.path("r.plcrec")), 3);
 }
 
 #[test]
@@ -638,7 +643,7 @@ fn pmac_programs_are_exchanged() {
     let same = shop.path("same.plcx");
     fs::copy(&artifact, &same).unwrap();
     let two = shop.build("two", Dialect::Pmac, &moved);
-    let control = shop.start(&artifact, &["--allow", "write,force,swap"]);
+    let control = shop.start(&artifact, &["--allow", "write,force,swap", "--record", "r.plcrec"]);
     control.assign("set", "P100", "2.5");
     for _ in 0..3 {
         control.tick();
@@ -671,6 +676,28 @@ fn pmac_programs_are_exchanged() {
     assert_eq!(control.get("I5"), 2);
     let (exit, text) = control.end();
     assert_eq!(exit, Some(130), "{text}");
+    assert_eq!(replayed_programs(&shop.path("r.plcrec")), 4);
+}
+
+/// Runs a recorded run again, through all its online changes, writes and forces; every tick must go as it was
+/// recorded. Gives how many programs ran, one after the other.
+fn replayed_programs(record: &Path) -> usize {
+    let recording = Recording::open(record).unwrap();
+    let run = recording.last_run().unwrap();
+    let generations = run.generations();
+    for &generation in &generations {
+        let found = Found::in_record(run.program_of(generation).unwrap()).unwrap();
+        let mut engine = found.engine(ReplayEngine::Aot).unwrap();
+        let executive = recorded_executive(&run.header, &found.program).unwrap();
+        let mut replayer = Replayer::new(&recording, run, generation, executive);
+        while let Some(replayed) = replayer.step(engine.as_mut(), &mut vec![]).unwrap() {
+            assert!(replayed.matches && !replayed.after_gap, "{generation}: {replayed:?}");
+        }
+        if Some(&generation) == generations.last() {
+            assert!(replayer.end().unwrap().1, "the hash behind the last tick");
+        }
+    }
+    generations.len()
 }
 
 /// What clients do in [`no_client_delays_a_tick`].

@@ -29,7 +29,9 @@ fn folder(name: &str) -> Folder {
 
 /// The options of the runs: in real time, with retained data that changes.
 fn options(artifact: &str) -> Vec<String> {
-    let words = format!("{artifact} --realtime --no-supervisor --retain {artifact}.kept");
+    let words = format!(
+        "{artifact} --realtime --no-supervisor --retain {artifact}.kept --record {artifact}.plcrec"
+    );
     words.split(' ').map(str::to_owned).collect()
 }
 

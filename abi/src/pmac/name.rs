@@ -10,10 +10,12 @@
 use alloc::{format, string::String};
 use core::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use super::{Controller, Definition, Field, Kind, Layout, Variable};
 
 /// A variable or a place of memory, as users name it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum PmacName {
     /// A variable.
     Variable(Variable),

@@ -1,5 +1,6 @@
 //! The commands and options of `plcc`, with their help texts.
 
+mod recorded;
 mod values;
 
 use std::path::PathBuf;
@@ -11,6 +12,7 @@ use plcc_diag::lints::Lint;
 use plcc_runtime::args::{ControlArgs, RunArgs};
 
 use crate::object_args::ObjectArgs;
+pub(crate) use recorded::{ConvertArgs, ConvertFormat, ReplayArgs};
 pub(crate) use values::{
     ControllerArg, Denied, EngineArg, FormatArg, LimitsArg, OptArg, PassArgs, RecompileAfter,
 };
@@ -108,6 +110,30 @@ Examples:
 Exit status: 0 done; 1 the source has errors; 2 wrong usage, or a file that can't be read or written \
 or is not valid; 3 the program was stopped by a run-time fault; 130 Ctrl-C or SIGTERM.")]
     Run(Box<RunCommand>),
+
+    /// Runs a recorded run again, and checks that every tick goes as it was recorded
+    #[command(after_help = "\
+The program is taken from the record. Sources of it, named behind the record, let an artifact that was \
+recorded on a controller run in the other engines; they must be those that it was built from.
+
+Examples:
+  plcc run lathe.pmi --ticks 5000 --stimulus lathe.csv --record lathe.plcrec
+  plcc replay lathe.plcrec
+  plcc replay lathe.plcrec --engine interp --from 1200 --to 1300 --watch MCHON,SPDL
+  plcc replay lathe.plcrec lathe.pmi --events -
+
+Exit status: 0 every tick went as recorded; 1 one did not, or the source has errors; 2 wrong usage, or a \
+file that can't be read or written or is not valid.")]
+    Replay(Box<ReplayArgs>),
+
+    /// Writes the values of a recorded run in a format of other programs
+    #[command(after_help = "\
+VCD and FST are opened by GTKWave and other waveform viewers, CSV by spreadsheets.
+
+Examples:
+  plcc convert lathe.plcrec --to fst -o lathe.fst
+  plcc convert lathe.plcrec --to csv --watch 'SP*,@FRO' --from 1000 --until 2000")]
+    Convert(Box<ConvertArgs>),
 
     /// Times a scan in each engine, side by side
     #[command(after_help = "\

@@ -2,11 +2,13 @@
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use plcc_abi::{Dialect, Engine, Program};
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::files::open_regular;
 use plcc_runtime::pmac::Settings;
+use plcc_runtime::record::RecordedProgram;
 use plcc_runtime::{Artifact, NativeEngine, session};
 
 use crate::args::{EngineArg, FormatArg, RecompileAfter, RunCommand};
@@ -15,6 +17,7 @@ use crate::failure::{ERRORS, Failure};
 use crate::input::{self, Input, SourceSettings};
 use crate::output;
 use crate::recompile::recompiling;
+use crate::recorded::recorded_sources;
 use crate::report::{Count, Destination, Report, count_of};
 
 pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
@@ -57,7 +60,16 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
         Err(error) => return report.not_compiled(error, &program.sources, to),
     };
     let reads = settings.machine.iter().cloned().collect();
-    let run = RunArgs { reads, ..args.run.clone() };
+    let recorded = match (&args.run.record, &settings.machine) {
+        (None, _) => None,
+        (Some(_), path) => {
+            let machine = path.as_deref().map(input::machine_text).transpose()?;
+            let (sources, named) = (&program.sources, program.named_files);
+            let options = &settings.options;
+            Some(Arc::new(recorded_sources(program.dialect, sources, named, options, machine)))
+        }
+    };
+    let run = RunArgs { reads, program: recorded, ..args.run.clone() };
     Ok(session::run(&tables, engine.as_mut(), &run, settings.machine_file()))
 }
 
@@ -163,8 +175,8 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
         report.warn(&format!("{option} changes nothing: {path} is an artifact, compiled already"));
     }
     let key = args.run.public_key().map_err(Failure::Usage)?;
-    let artifact =
-        Artifact::open(path, key.as_ref()).map_err(|error| Failure::file(path, error))?;
+    let (artifact, bytes) = Artifact::open_with_bytes(path, key.as_ref())
+        .map_err(|error| Failure::file(path, error))?;
     let dialect = artifact.program.dialect();
     if source.dialect.is_some_and(|named| named != dialect) {
         return Err(Failure::file(
@@ -175,6 +187,8 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let mut engine = engine.map_err(|error| Failure::file(path, error))?;
     let reads = source.machine.iter().cloned().chain([path.to_owned()]).collect();
-    let run = RunArgs { reads, code: Some(artifact.code_number()), ..args.run.clone() };
+    let recorded = args.run.record.as_ref().map(|_| Arc::new(RecordedProgram::Artifact(bytes)));
+    let code = Some(artifact.code_number());
+    let run = RunArgs { reads, code, program: recorded, ..args.run.clone() };
     Ok(session::run(&artifact.program, &mut engine, &run, machine.as_ref()))
 }

@@ -105,6 +105,18 @@ impl Artifact {
         Self::parse(&Self::bytes(path)?, key)
     }
 
+    /// Does what [`open`](Self::open) does, and gives the file's bytes too.
+    ///
+    /// # Errors
+    /// When it can't be read or is refused.
+    pub fn open_with_bytes(
+        path: &Path,
+        key: Option<&PublicKey>,
+    ) -> Result<(Self, Vec<u8>), ArtifactError> {
+        let bytes = Self::bytes(path)?;
+        Ok((Self::parse(&bytes, key)?, bytes))
+    }
+
     /// The bytes of a file, one more than allowed where it is longer than any artifact may be.
     fn bytes(path: &Path) -> Result<Vec<u8>, ArtifactError> {
         let fail = |source| ArtifactError::Read { path: path.to_owned(), source };

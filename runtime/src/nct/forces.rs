@@ -3,9 +3,10 @@
 
 use plcc_abi::image::{read_u8, write_u8};
 use plcc_abi::nct::{IMAGE_BYTES, LINE_BYTES, NctName};
+use serde::{Deserialize, Serialize};
 
 /// Some bits of a byte and their values.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 struct ForcedBits {
     mask: u8,
     value: u8,
@@ -18,18 +19,18 @@ impl ForcedBits {
 }
 
 /// The forces in effect. They take the same memory whether there are any or not.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Forces {
-    inputs: [ForcedBits; IMAGE_BYTES],
-    outputs: [ForcedBits; LINE_BYTES],
+    inputs: Vec<ForcedBits>,
+    outputs: Vec<ForcedBits>,
     any_output: bool,
 }
 
 impl Default for Forces {
     fn default() -> Self {
         Self {
-            inputs: [ForcedBits::default(); IMAGE_BYTES],
-            outputs: [ForcedBits::default(); LINE_BYTES],
+            inputs: vec![ForcedBits::default(); IMAGE_BYTES],
+            outputs: vec![ForcedBits::default(); LINE_BYTES],
             any_output: false,
         }
     }
@@ -67,6 +68,11 @@ impl Forces {
         }
         self.any_output = self.outputs.iter().any(|forced| forced.mask != 0);
         Ok(())
+    }
+
+    /// Whether the lists have the lengths of another value's, which is the program's own.
+    pub(super) fn fits(&self, own: &Self) -> bool {
+        self.inputs.len() == own.inputs.len() && self.outputs.len() == own.outputs.len()
     }
 
     /// A byte of the inputs as the program sees it, where the lines or the NC say `value`.

@@ -184,6 +184,9 @@ impl Image {
             && let Some(place) = place.get(..saved.len())
         {
             saved.copy_from_slice(place);
+            // They are given anew with each call, and depend on the clock.
+            write_u32(saved, context::FUEL, 0);
+            write_u8(saved, context::ON_EMPTY, 0);
         }
     }
 

@@ -10,7 +10,7 @@ use plcc_abi::image::read_u32;
 use plcc_abi::nct::context;
 use plcc_abi::{Engine, Outcome, Scan, TrapCode};
 
-use crate::Stop;
+use crate::{ClockDecision, Stop};
 
 use super::host::NctHost;
 use super::image::Module;
@@ -73,7 +73,7 @@ impl NctExecutive {
             watchdog.end();
         }
         // A program may also store into the lines themselves.
-        self.forces.apply_to_outputs(&mut self.image.bytes, self.image.places.lines_out);
+        self.state.forces.apply_to_outputs(&mut self.image.bytes, self.image.places.lines_out);
         outcome
     }
 
@@ -94,11 +94,17 @@ impl NctExecutive {
             _ => SHARE_OF_SLICE,
         };
         let share = self.share(began, time, false);
-        let outcome = if self.time(share).is_none() {
+        let outcome = if self.decisions.followed().is_some() {
+            self.run_as_decided(engine, module)
+        } else if self.time(share).is_none() {
             self.call(engine, module, MAX_SAFEPOINTS, true, share)
         } else {
-            self.run_with_limits(engine, module, share)
+            let mut passed = 0;
+            let outcome = self.run_with_limits(engine, module, share, &mut passed);
+            self.note(outcome, passed);
+            outcome
         };
+        self.calls += 1;
         match outcome {
             Outcome::End | Outcome::Suspended(_) => Ok(()),
             Outcome::Trap(trap) => Err(self.stop(module, trap)),
@@ -111,6 +117,7 @@ impl NctExecutive {
         engine: &mut dyn Engine,
         module: Module,
         share: Share,
+        passed: &mut u32,
     ) -> Outcome {
         let mut fuel = if self.realtime { REAL_TIME_STEP } else { MAX_SAFEPOINTS };
         loop {
@@ -119,12 +126,51 @@ impl NctExecutive {
                 return outcome;
             }
             let left = self.fuel_left();
+            *passed = passed.saturating_add(fuel.saturating_sub(left));
             let has_fuel = self.realtime || left > 0;
             if !has_fuel || self.time(share).is_some_and(|time| time.is_over()) {
                 return self.stop_at_safepoint(engine, module, share);
             }
             fuel = if self.realtime { REAL_TIME_STEP } else { left };
         }
+    }
+
+    /// Notes how a call of a module that is watched by the clock has ended, unless it came to its end.
+    /// It passed `passed` safepoints before the one at which it was stopped, if it was.
+    fn note(&mut self, outcome: Outcome, passed: u32) {
+        let call = self.calls;
+        self.decisions.note(match outcome {
+            Outcome::Suspended(_) => ClockDecision::Suspended { call, safepoints: passed },
+            Outcome::Trap(trap) => match trap.code {
+                TrapCode::Timeout => {
+                    ClockDecision::Stopped { call, safepoints: passed.saturating_add(1) }
+                }
+                TrapCode::Watchdog => ClockDecision::Cut,
+                // The program itself is to blame.
+                _ => return,
+            },
+            Outcome::End => return,
+        });
+    }
+
+    /// Runs a module as far as the followed decisions say; to its end where they say nothing of it.
+    fn run_as_decided(&mut self, engine: &mut dyn Engine, module: Module) -> Outcome {
+        let this = self.calls;
+        let mut decided = self.decisions.followed().unwrap_or_default().iter();
+        let limit = decided.find_map(|decision| match *decision {
+            ClockDecision::Suspended { call, safepoints } if call == this => {
+                Some((safepoints, false))
+            }
+            ClockDecision::Stopped { call, safepoints } if call == this => Some((safepoints, true)),
+            _ => None,
+        });
+        let (fuel, stops) = limit.unwrap_or((u32::MAX, true));
+        let share = Share { time: None, began: Instant::now(), is_suspended: !stops };
+        let outcome = self.call(engine, module, fuel, stops, share);
+        if let Some((safepoints, stops)) = limit {
+            self.note(outcome, safepoints.saturating_sub(u32::from(stops)));
+        }
+        outcome
     }
 
     /// Lets a module that was suspended go on to its next safepoint, where it is stopped, by a trap
@@ -152,14 +198,20 @@ impl NctExecutive {
             self.image.synchronise(&self.state.modules);
         }
         let share = self.share(began, SHARE_OF_SLICE, true);
+        let mut passed = 0_u32;
         let mut fuel = if self.realtime { REAL_TIME_STEP } else { self.level0_safepoints };
+        let follows = self.decisions.followed().is_some();
         let outcome = loop {
+            if follows {
+                break self.run_as_decided(engine, 0);
+            }
             let outcome = self.call(engine, 0, fuel, false, share);
             if outcome.resume_point().is_none() {
                 break outcome;
             }
-            let Some(time) = self.time(share) else { break outcome };
             let left = self.fuel_left();
+            passed = passed.saturating_add(fuel.saturating_sub(left));
+            let Some(time) = self.time(share) else { break outcome };
             if time.is_over() {
                 break self.stop_at_safepoint(engine, 0, share);
             }
@@ -168,6 +220,10 @@ impl NctExecutive {
             }
             fuel = if self.realtime { REAL_TIME_STEP } else { left };
         };
+        if !follows && self.time(share).is_some() {
+            self.note(outcome, passed);
+        }
+        self.calls += 1;
         self.image.show(&mut self.state.modules, false);
         match outcome {
             Outcome::End => self.state.level0_starts = true,

@@ -3,13 +3,14 @@
 use clap::Args;
 use plcc_abi::Program;
 use plcc_abi::nct::{NctControl, NctTables};
+use serde::{Deserialize, Serialize};
 
 use super::{NctExecutive, NctOptions};
 use crate::Executive;
 use crate::control::Choices;
 
 /// The options of an NCT control.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
 pub struct NctArgs {
     /// NCT: sets an NC parameter, as in --param 61=24; 61 is MAGAZINE, 62 PLC_TAB (repeatable)
     #[arg(long, value_name = "N=VALUE", value_parser = parameter)]

@@ -4,6 +4,7 @@ use plcc_abi::ResumePoint;
 use plcc_abi::nct::{IMAGE_BYTES, MODULES, context};
 use serde::{Deserialize, Serialize};
 
+use super::forces::Forces;
 use super::memory::NcMemory;
 
 /// All of it.
@@ -27,6 +28,8 @@ pub(super) struct State {
     pub(super) modules: Modules,
     /// The NC's memory, as MR and MW reach it.
     pub(super) memory: NcMemory,
+    /// The forces in effect.
+    pub(super) forces: Forces,
 }
 
 /// What belongs to the modules while they do not run.
@@ -66,6 +69,7 @@ impl State {
                 registers: [(); MODULES].map(|()| vec![0; context::SIZE as usize]),
             },
             memory,
+            forces: Forces::default(),
         }
     }
 
@@ -83,5 +87,6 @@ impl State {
             && lengths(self) == lengths(own)
             && registers(self) == registers(own)
             && self.memory.fits(&own.memory)
+            && self.forces.fits(&own.forces)
     }
 }

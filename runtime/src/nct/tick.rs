@@ -1,25 +1,26 @@
 //! The 20 ms slice (NCT 1.2, 1.3).
 
 use std::any::Any;
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use plcc_abi::image::{read_u8, write_u8, write_u16};
-use plcc_abi::nct::{self, IMAGE_BYTES, LINE_BYTES, NctName, NctSettings, NctTables};
+use plcc_abi::nct::{self, IMAGE_BYTES, LINE_BYTES, NctName, NctSettings, NctTables, context};
 use plcc_abi::{Engine, Program, Tables, Trap, TrapCode};
 use thiserror::Error;
 
-use crate::checkpoint::{CheckpointError, ProgramIdentity};
+use crate::checkpoint::{CheckpointError, ProgramIdentity, write_state};
+use crate::clock_decisions::ClockDecisions;
 use crate::executive::KeyOf;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
 use crate::watchdog::Watchdog;
 use crate::{
-    Event, Executive, NameError, Place, Purpose, Restored, Setting, Stop, Value, ValueError,
-    Variable, VariableKey,
+    ClockDecision, Event, Executive, NameError, Place, Purpose, Restored, Setting, Stop, Value,
+    ValueError, Variable, VariableKey,
 };
 
 use super::events::Messages;
-use super::forces::Forces;
 use super::image::{Image, Module};
 use super::memory::NcMemory;
 use super::modules::{MAX_SAFEPOINTS, SHARE_OF_SLICE};
@@ -75,8 +76,10 @@ pub struct NctExecutive {
     messages: Messages,
     pub(super) names: Names,
     pub(super) state: State,
-    pub(super) forces: Forces,
     identity: ProgramIdentity,
+    pub(super) decisions: ClockDecisions,
+    /// How many calls of modules this tick has begun.
+    pub(super) calls: u32,
     /// The names of the program's sources.
     files: Vec<String>,
     has_level2: bool,
@@ -117,8 +120,9 @@ impl NctExecutive {
         let messages = Messages::new(tables);
         Ok(Self {
             state: State::new(memory, image.input_lengths(), messages.count()),
-            forces: Forces::default(),
             identity: ProgramIdentity::new(program),
+            decisions: ClockDecisions::default(),
+            calls: 0,
             safe_lines: outputs::all_off(image.places.lines_out),
             files: program.files.clone(),
             image,
@@ -168,7 +172,7 @@ impl NctExecutive {
             } else {
                 self.state.nc_flags.get(byte).copied().unwrap_or(0)
             };
-            let value = self.forces.input(byte, value);
+            let value = self.state.forces.input(byte, value);
             if let Some(last) = self.state.latched.get_mut(byte).filter(|last| **last != value) {
                 *last = value;
                 self.image.set_input(byte, value);
@@ -184,7 +188,7 @@ impl NctExecutive {
             let value = location.read(&self.image.bytes);
             write_u8(&mut self.image.bytes, self.image.places.lines_out + byte as u32, value);
         }
-        self.forces.apply_to_outputs(&mut self.image.bytes, self.image.places.lines_out);
+        self.state.forces.apply_to_outputs(&mut self.image.bytes, self.image.places.lines_out);
     }
 
     /// Why a module was stopped.
@@ -295,6 +299,8 @@ impl Executive for NctExecutive {
     }
 
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
+        self.decisions.begin_tick();
+        self.calls = 0;
         let result = self.run_modules(engine);
         if result.is_err() {
             self.image.show(&mut self.state.modules, false);
@@ -351,7 +357,9 @@ impl Executive for NctExecutive {
 
     fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
         match key.0 {
-            KeyOf::Nct(name) => self.forces.set(name, value.map(|value| value.integer() as u16)),
+            KeyOf::Nct(name) => {
+                self.state.forces.set(name, value.map(|value| value.integer() as u16))
+            }
             _ => Err("can't be forced"),
         }
     }
@@ -448,6 +456,25 @@ impl Executive for NctExecutive {
 
     fn checkpoint(&self) -> Vec<u8> {
         self.identity.write(&self.image.bytes, &self.state)
+    }
+
+    fn state_into(&self, out: &mut Vec<u8>) {
+        write_state(&self.state, out);
+    }
+
+    fn compared_ranges(&self) -> Vec<Range<u32>> {
+        // How much fuel a call gets at a time depends on the clock.
+        let context = self.image.places.context;
+        let fuel = context + context::FUEL..context + context::ON_EMPTY + 1;
+        self.identity.image_without(self.image.bytes.len(), &["scratch", "waiting"], &[fuel])
+    }
+
+    fn clock_decisions(&self) -> &[ClockDecision] {
+        self.decisions.noted()
+    }
+
+    fn follow_clock(&mut self, decisions: Option<&[ClockDecision]>) {
+        self.decisions.follow(decisions);
     }
 
     fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {

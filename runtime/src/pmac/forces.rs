@@ -5,11 +5,12 @@
 //! servo cycle, for inputs, and after it, for outputs.
 
 use plcc_abi::pmac::{Definition, Memory, PmacName};
+use serde::{Deserialize, Serialize};
 
 use crate::force_list::ForceList;
 
 /// A force on one field of memory.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Force {
     /// Where the variable was when it was forced.
     field: Definition,
@@ -17,7 +18,7 @@ struct Force {
 }
 
 /// The forces in effect.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Forces {
     /// By the names of their variables.
     list: ForceList<PmacName, Force>,
@@ -38,6 +39,12 @@ impl Forces {
             return Err("is no field of an X or Y word of memory, and can't be forced");
         };
         self.list.set(name, Force { field, value })
+    }
+
+    /// Makes room for all forces there can be, as at power-up, so that forcing allocates nothing.
+    /// `None` where there are more than that.
+    pub(super) fn with_room(self) -> Option<Self> {
+        Some(Self { list: self.list.with_room()? })
     }
 
     /// Ends the force on the variable of a name.

@@ -37,16 +37,16 @@ use plcc_abi::{
     },
 };
 
-use crate::checkpoint::{CheckpointError, ProgramIdentity};
+use crate::checkpoint::{CheckpointError, ProgramIdentity, without, write_state};
+use crate::clock_decisions::ClockDecisions;
 use crate::executive::KeyOf;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
 use crate::watchdog::Watchdog as ScanWatchdog;
 use crate::{
-    Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value, ValueError, Variable,
-    VariableKey,
+    ClockDecision, Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value,
+    ValueError, Variable, VariableKey,
 };
-use forces::Forces;
 use host::Control;
 #[cfg(feature = "args")]
 pub use options::PmacArgs;
@@ -78,8 +78,8 @@ pub struct PmacExecutive {
     control: Control,
     options: PmacOptions,
     watchdog: Option<Watchdog>,
-    forces: Forces,
     identity: ProgramIdentity,
+    decisions: ClockDecisions,
     clocks: Clocks,
     safe_lines: SafeLines,
     /// What limits the time of a single scan.
@@ -106,8 +106,8 @@ impl PmacExecutive {
             watchdog: options.realtime.then(Watchdog::default),
             scan_watchdog: None,
             options,
-            forces: Forces::default(),
             identity: ProgramIdentity::new(program),
+            decisions: ClockDecisions::default(),
             clocks: Clocks::new(&layout),
             found: Vec::new(),
             index: HashMap::new(),
@@ -197,7 +197,7 @@ impl PmacExecutive {
     fn apply_forces(&mut self) {
         let Control { layout, state, .. } = &mut self.control;
         let image = &mut self.image;
-        self.forces.apply(&mut Memory { image, layout, sparse: &mut state.sparse });
+        state.forces.apply(&mut Memory { image, layout, sparse: &mut state.sparse });
     }
 
     fn remember(&mut self, name: PmacName) -> Variable {
@@ -215,6 +215,7 @@ impl Executive for PmacExecutive {
     }
 
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
+        self.decisions.begin_tick();
         engine.begin_tick(&mut self.image);
         self.apply_forces();
         let result = self.servo_cycle(engine);
@@ -268,11 +269,13 @@ impl Executive for PmacExecutive {
 
     fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
         let KeyOf::Pmac(name) = key.0 else { return Err("can't be forced") };
+        let field = self.field(name);
+        let forces = &mut self.control.state.forces;
         match value {
-            Some(Setting::Int(value)) => self.forces.set(name, self.field(name), value as f64),
-            Some(Setting::Float(value)) => self.forces.set(name, self.field(name), value),
+            Some(Setting::Int(value)) => forces.set(name, field, value as f64),
+            Some(Setting::Float(value)) => forces.set(name, field, value),
             None => {
-                self.forces.remove(name);
+                forces.remove(name);
                 Ok(())
             }
         }
@@ -374,6 +377,28 @@ impl Executive for PmacExecutive {
 
     fn checkpoint(&self) -> Vec<u8> {
         self.identity.write(&self.image, &self.control.state)
+    }
+
+    fn state_into(&self, out: &mut Vec<u8>) {
+        write_state(&self.control.state, out);
+    }
+
+    fn compared_ranges(&self) -> Vec<Range<u32>> {
+        // What code assumes of definitions depends on the code.
+        let layout = &self.control.layout;
+        let assumed = [
+            layout.reference_definitions..layout.thumbwheels,
+            layout.differing_definitions..layout.q_base,
+        ];
+        without(0..u32::try_from(self.image.len()).unwrap_or(u32::MAX), &assumed)
+    }
+
+    fn clock_decisions(&self) -> &[ClockDecision] {
+        self.decisions.noted()
+    }
+
+    fn follow_clock(&mut self, decisions: Option<&[ClockDecision]>) {
+        self.decisions.follow(decisions);
     }
 
     fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {

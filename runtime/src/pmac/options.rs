@@ -2,13 +2,14 @@
 
 use clap::Args;
 use plcc_abi::Program;
+use serde::{Deserialize, Serialize};
 
 use super::{PmacExecutive, PmacOptions};
 use crate::Executive;
 use crate::control::Choices;
 
 /// The options of a PMAC.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
 pub struct PmacArgs {
     /// PMAC: background steps in each servo cycle [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100_000))]

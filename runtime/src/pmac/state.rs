@@ -6,6 +6,8 @@ use plcc_abi::ResumePoint;
 use plcc_abi::pmac::{Layout, PlcOp, PmacTables, Run, SparseMemory};
 use serde::{Deserialize, Serialize};
 
+use super::forces::Forces;
+
 /// All of it. Variables, the words of memory that have a place, the definitions of M-variables and
 /// the timers are in the image.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -23,6 +25,8 @@ pub(super) struct State {
     /// Memory that has no place in the image.
     pub(super) sparse: SparseMemory,
     pub(super) saved: Saved,
+    /// The forces in effect.
+    pub(super) forces: Forces,
 }
 
 /// What the last SAVE kept.
@@ -30,6 +34,7 @@ pub(super) struct State {
 pub(super) struct Saved {
     /// The image's regions `p q i mdef`. There is room for them from the start, so that SAVE is
     /// nothing but copying.
+    #[serde(with = "crate::checkpoint::bytes")]
     pub(super) image: Vec<u8>,
     /// Whether there was a SAVE.
     pub(super) exists: bool,
@@ -166,6 +171,7 @@ impl State {
             queue: VecDeque::with_capacity(64),
             sparse: tables.sparse.clone(),
             saved: Saved { image, exists: tables.save },
+            forces: Forces::default(),
         }
     }
 
@@ -183,6 +189,7 @@ impl State {
         }
         // As much room as at power-up, so that scans need not allocate.
         self.queue.reserve(64);
+        self.forces = self.forces.with_room()?;
         fits.then_some(self)
     }
 }

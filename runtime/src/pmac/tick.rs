@@ -11,9 +11,9 @@ use plcc_abi::{
     },
 };
 
-use super::{PmacExecutive, state::Status};
-use crate::Stop;
+use super::{PmacExecutive, state::Status, watchdog};
 use crate::watchdog::Watchdog;
+use crate::{ClockDecision, Stop, Trip};
 
 /// What housekeeping sets the watchdog's register to.
 const WATCHDOG_START: u32 = 4095;
@@ -97,8 +97,8 @@ impl PmacExecutive {
         } else {
             self.control.state.until_interrupt -= 1;
         }
-        for _ in 0..self.options.background_steps {
-            self.background_step(engine)?;
+        for step in 0..self.options.background_steps {
+            self.background_step(engine, step)?;
         }
         Ok(())
     }
@@ -145,15 +145,14 @@ impl PmacExecutive {
     fn interrupt(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
         let left = read_u32(&self.image, self.clocks.watchdog).saturating_sub(WATCHDOG_STEP);
         write_u32(&mut self.image, self.clocks.watchdog, left);
-        if let Some(watchdog) = &mut self.watchdog {
-            watchdog.interrupt()?;
-        }
+        self.watch_interrupt()?;
         if matches!(self.i(5), 1 | 3) {
             self.run_if_enabled(false, 0, engine)?;
             self.run_if_enabled(true, 0, engine)?;
         }
         let interval = self.interrupt_interval();
-        if self.watchdog.as_ref().is_some_and(|watchdog| watchdog.is_overdue(interval)) {
+        if self.is_overdue(interval) {
+            self.decisions.note(ClockDecision::Overdue);
             let status = read_u32(&self.image, self.clocks.status) | REENTRY;
             write_u32(&mut self.image, self.clocks.status, status);
         }
@@ -173,7 +172,7 @@ impl PmacExecutive {
     }
 
     /// The next interpreted PLC, all PLCCs, housekeeping, commands.
-    fn background_step(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
+    fn background_step(&mut self, engine: &mut dyn Engine, step: u32) -> Result<(), Stop> {
         if self.background_on()
             && let Some(number) = self.next_plc()
         {
@@ -187,7 +186,7 @@ impl PmacExecutive {
             self.run_if_enabled(true, number, engine)?;
             from = number + 1;
         }
-        self.housekeeping()?;
+        self.housekeeping(step)?;
         self.do_commands(engine)
     }
 
@@ -246,22 +245,54 @@ impl PmacExecutive {
         match outcome {
             Outcome::End => Ok(None),
             Outcome::Suspended(point) => Ok(Some(point)),
-            Outcome::Trap(Trap { code: TrapCode::Watchdog, .. }) => Err(Stop {
-                code: "WATCHDOG".into(),
-                message: format!("{} took longer than the watchdog allows", program_name(context)),
-                place: None,
-            }),
+            Outcome::Trap(Trap { code: TrapCode::Watchdog, .. }) => {
+                self.decisions.note(ClockDecision::Cut);
+                let message =
+                    format!("{} took longer than the watchdog allows", program_name(context));
+                Err(Stop { code: "WATCHDOG".into(), message, place: None })
+            }
             // PMAC's programs have no traps of their own.
             Outcome::Trap(trap) => Err(Stop::internal_error(trap.code)),
         }
     }
 
-    fn housekeeping(&mut self) -> Result<(), Stop> {
+    fn housekeeping(&mut self, step: u32) -> Result<(), Stop> {
         write_u32(&mut self.image, self.clocks.watchdog, WATCHDOG_START);
         let interval = self.interrupt_interval();
-        match &mut self.watchdog {
-            Some(watchdog) => watchdog.background(interval),
-            None => Ok(()),
+        let tripped = ClockDecision::BackgroundTripped { step };
+        let in_time = match (self.decisions.followed(), &mut self.watchdog) {
+            (Some(_), _) => !self.decisions.follows(tripped),
+            (None, Some(watchdog)) => watchdog.background(interval),
+            (None, None) => true,
+        };
+        if in_time {
+            return Ok(());
+        }
+        self.decisions.note(tripped);
+        Err(watchdog::stop(Trip::Starved))
+    }
+
+    /// Has the watchdog see that a real-time interrupt came.
+    fn watch_interrupt(&mut self) -> Result<(), Stop> {
+        let trip = match (self.decisions.followed(), &mut self.watchdog) {
+            (Some(followed), _) => followed.iter().find_map(|decision| match decision {
+                ClockDecision::InterruptTripped(trip) => Some(*trip),
+                _ => None,
+            }),
+            (None, Some(watchdog)) => watchdog.interrupt(),
+            (None, None) => None,
+        };
+        let Some(trip) = trip else { return Ok(()) };
+        self.decisions.note(ClockDecision::InterruptTripped(trip));
+        Err(watchdog::stop(trip))
+    }
+
+    /// Whether more time than an interval has passed since the real-time interrupt came.
+    fn is_overdue(&self, interval: f64) -> bool {
+        match (self.decisions.followed(), &self.watchdog) {
+            (Some(_), _) => self.decisions.follows(ClockDecision::Overdue),
+            (None, Some(watchdog)) => watchdog.is_overdue(interval),
+            (None, None) => false,
         }
     }
 

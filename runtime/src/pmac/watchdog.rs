@@ -4,7 +4,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::Stop;
+use crate::{Stop, Trip};
 
 /// The longest time between two interrupts; one that comes later is late.
 const LONGEST_INTERVAL: Duration = Duration::from_millis(20);
@@ -15,8 +15,6 @@ const MAX_INTERRUPTS_ALONE: u32 = 512;
 /// The shortest time between interrupts with which the time of background is measured, in seconds: 512 of
 /// them are 0.64 s. With a shorter one a short pause of the computer would trip the watchdog.
 const SHORTEST_INTERVAL: f64 = 0.001_25;
-
-const STARVED: &str = "background was not done within 512 real-time interrupts";
 
 /// When interrupts came and background was done, by which failures are noticed.
 #[derive(Debug, Default)]
@@ -32,13 +30,13 @@ pub(super) struct Watchdog {
 }
 
 impl Watchdog {
-    /// A real-time interrupt comes.
-    pub(super) fn interrupt(&mut self) -> Result<(), Stop> {
+    /// A real-time interrupt comes. Why the watchdog trips, if it does.
+    pub(super) fn interrupt(&mut self) -> Option<Trip> {
         self.interrupt_at(Instant::now())
     }
 
-    /// Background is done; `interval` is the time between interrupts in seconds.
-    pub(super) fn background(&mut self, interval: f64) -> Result<(), Stop> {
+    /// Background is done; `interval` is the time between interrupts in seconds. Whether it came in time.
+    pub(super) fn background(&mut self, interval: f64) -> bool {
         self.background_at(Instant::now(), interval)
     }
 
@@ -47,31 +45,33 @@ impl Watchdog {
         self.interrupt.is_some_and(|last| last.elapsed().as_secs_f64() > interval)
     }
 
-    fn interrupt_at(&mut self, now: Instant) -> Result<(), Stop> {
+    fn interrupt_at(&mut self, now: Instant) -> Option<Trip> {
         let last = self.interrupt.replace(now);
         let is_late =
             last.is_some_and(|last| now.saturating_duration_since(last) > LONGEST_INTERVAL);
         self.late = if is_late { self.late + 1 } else { 0 };
         if self.late >= MAX_LATE {
-            return Err(trip("the real-time interrupt came less than 50 times a second"));
+            return Some(Trip::Slow);
         }
         self.alone += 1;
-        if self.alone >= MAX_INTERRUPTS_ALONE { Err(trip(STARVED)) } else { Ok(()) }
+        (self.alone >= MAX_INTERRUPTS_ALONE).then_some(Trip::Starved)
     }
 
-    fn background_at(&mut self, now: Instant, interval: f64) -> Result<(), Stop> {
+    fn background_at(&mut self, now: Instant, interval: f64) -> bool {
         self.alone = 0;
         let last = self.background.replace(now);
         let passed = last.map_or(Duration::ZERO, |last| now.saturating_duration_since(last));
         let longest = f64::from(MAX_INTERRUPTS_ALONE) * interval.max(SHORTEST_INTERVAL);
-        if passed.as_secs_f64() > longest {
-            return Err(trip(STARVED));
-        }
-        Ok(())
+        passed.as_secs_f64() <= longest
     }
 }
 
-fn trip(message: &str) -> Stop {
+/// The stop of a program for which the watchdog has tripped.
+pub(super) fn stop(trip: Trip) -> Stop {
+    let message = match trip {
+        Trip::Slow => "the real-time interrupt came less than 50 times a second",
+        Trip::Starved => "background was not done within 512 real-time interrupts",
+    };
     Stop { code: "WATCHDOG".into(), message: message.into(), place: None }
 }
 
@@ -84,14 +84,14 @@ mod tests {
         let mut watchdog = Watchdog::default();
         let mut now = Instant::now();
         for _ in 0..MAX_LATE {
-            assert_eq!(watchdog.interrupt_at(now), Ok(()));
+            assert_eq!(watchdog.interrupt_at(now), None);
             now += Duration::from_millis(30);
         }
-        assert!(watchdog.interrupt_at(now).is_err());
+        assert!(watchdog.interrupt_at(now).is_some());
         let mut watchdog = Watchdog::default();
         for step in 0..500 {
             now += Duration::from_millis(if step % 20 == 0 { 100 } else { 1 });
-            assert_eq!(watchdog.interrupt_at(now), Ok(()));
+            assert_eq!(watchdog.interrupt_at(now), None);
         }
     }
 
@@ -101,22 +101,22 @@ mod tests {
         let now = Instant::now();
         for _ in 0..2 {
             for _ in 1..MAX_INTERRUPTS_ALONE {
-                assert_eq!(watchdog.interrupt_at(now), Ok(()));
+                assert_eq!(watchdog.interrupt_at(now), None);
             }
-            assert_eq!(watchdog.background_at(now, 0.001), Ok(()));
+            assert!(watchdog.background_at(now, 0.001));
         }
         for _ in 1..MAX_INTERRUPTS_ALONE {
-            assert_eq!(watchdog.interrupt_at(now), Ok(()));
+            assert_eq!(watchdog.interrupt_at(now), None);
         }
-        assert!(watchdog.interrupt_at(now).is_err());
+        assert!(watchdog.interrupt_at(now).is_some());
     }
 
     #[test]
     fn background_that_does_not_run_trips_the_watchdog() {
         let mut watchdog = Watchdog::default();
         let start = Instant::now();
-        assert_eq!(watchdog.background_at(start, 0.001), Ok(()));
-        assert_eq!(watchdog.background_at(start + Duration::from_millis(500), 0.001), Ok(()));
-        assert!(watchdog.background_at(start + Duration::from_millis(1500), 0.001).is_err());
+        assert!(watchdog.background_at(start, 0.001));
+        assert!(watchdog.background_at(start + Duration::from_millis(500), 0.001));
+        assert!(!watchdog.background_at(start + Duration::from_millis(1500), 0.001));
     }
 }

@@ -5,12 +5,13 @@
 //! has the value on its lines; the variable stays what the program assigns.
 
 use plcc_abi::pmi::{Format, Lines, Role, Symbol};
+use serde::{Deserialize, Serialize};
 
 use super::port_lines;
 use crate::force_list::ForceList;
 
 /// A force on one input or output.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Force {
     lines: Lines,
     /// Where the input's variable is; `None` for an output.
@@ -19,7 +20,7 @@ struct Force {
 }
 
 /// The forces in effect.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Forces {
     /// By the indices of their symbols.
     list: ForceList<u32, Force>,
@@ -51,6 +52,12 @@ impl Forces {
             return Err("has lines that can't carry this value in BCD");
         }
         self.list.set(index, Force { lines, input, value: as_assigned(lines, value) })
+    }
+
+    /// Makes room for all forces there can be, as at power-up, so that forcing allocates nothing.
+    /// `None` where there are more than that.
+    pub(super) fn with_room(self) -> Option<Self> {
+        Some(Self { list: self.list.with_room()? })
     }
 
     /// Ends the force on the symbol with this index.

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use clap::Args;
 use plcc_abi::Program;
+use serde::{Deserialize, Serialize};
 
 use super::{PmiExecutive, PmiOptions};
 use crate::Executive;
@@ -11,7 +12,7 @@ use crate::args::{decimal, seconds};
 use crate::control::Choices;
 
 /// The options of a PMI control.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
 pub struct PmiArgs {
     /// PMI: time between two scans in milliseconds [default: 20]
     #[arg(long, value_name = "MS", value_parser = period)]

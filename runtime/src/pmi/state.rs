@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::forces::Forces;
+
 /// All of it. Variables, timers' counters, flip-flops' last clocks and the port lines are in the
 /// image.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -15,4 +17,6 @@ pub(super) struct State {
     /// Which of the faults and messages were on at the end of the last scan, in the order of the
     /// tables: faults first.
     pub(super) announced: Vec<bool>,
+    /// The forces in effect.
+    pub(super) forces: Forces,
 }

@@ -1,24 +1,25 @@
 //! The scan (rulings, Scan): time, inputs, program, outputs, faults and messages.
 
 use std::any::Any;
+use std::ops::Range;
 
 use plcc_abi::image::{read_u8, write_i16, write_i32, write_u8};
 use plcc_abi::pmi::{FlipFlop, Lines, PORTS, Role, Special, Timer, Type};
 use plcc_abi::{Engine, Outcome, Program, Scan, Tables, TrapCode};
 use thiserror::Error;
 
-use crate::checkpoint::{CheckpointError, ProgramIdentity};
+use crate::checkpoint::{CheckpointError, ProgramIdentity, write_state};
+use crate::clock_decisions::ClockDecisions;
 use crate::executive::KeyOf;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
 use crate::watchdog::Watchdog;
 use crate::{
-    Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value, ValueError, Variable,
-    VariableKey,
+    ClockDecision, Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value,
+    ValueError, Variable, VariableKey,
 };
 
 use super::events::{Announcements, value};
-use super::forces::Forces;
 use super::host::PmiHost;
 use super::state::State;
 use super::variables::{Names, PmiVariable};
@@ -71,8 +72,8 @@ pub struct PmiExecutive {
     pub(super) ports: u32,
     period_ns: u64,
     pub(super) state: State,
-    forces: Forces,
     identity: ProgramIdentity,
+    decisions: ClockDecisions,
     /// The names of the program's sources.
     pub(super) files: Vec<String>,
 }
@@ -109,8 +110,8 @@ impl PmiExecutive {
             image,
             period_ns: options.period_ns.max(1),
             state: State { announced, ..State::default() },
-            forces: Forces::default(),
             identity: ProgramIdentity::new(program),
+            decisions: ClockDecisions::default(),
             files: program.files.clone(),
         })
     }
@@ -145,7 +146,7 @@ impl PmiExecutive {
             write(&mut self.image, ty, offset, value.into());
         }
         let image = &mut self.image;
-        self.forces.apply_to_inputs(|lines, offset, value| {
+        self.state.forces.apply_to_inputs(|lines, offset, value| {
             write(image, port_lines::variable_type(lines), offset, value.into());
         });
     }
@@ -156,7 +157,7 @@ impl PmiExecutive {
             let value = value(&self.image, port_lines::variable_type(lines), offset) as i16;
             port_lines::drive(&mut self.image, self.ports, lines, value);
         }
-        self.forces.apply_to_outputs(&mut self.image, self.ports);
+        self.state.forces.apply_to_outputs(&mut self.image, self.ports);
     }
 
     /// Assigns to the symbol with this index from outside. Of an input its lines are set; a timer or a
@@ -253,6 +254,7 @@ impl Executive for PmiExecutive {
     }
 
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
+        self.decisions.begin_tick();
         self.begin();
         // No time has passed before the first scan.
         if self.state.tick > 0 {
@@ -274,6 +276,9 @@ impl Executive for PmiExecutive {
             }
             Outcome::Trap(trap) => {
                 self.emergency_stop();
+                if trap.code == TrapCode::Watchdog {
+                    self.decisions.note(ClockDecision::Cut);
+                }
                 Err(self.stop(trap))
             }
         };
@@ -361,9 +366,9 @@ impl Executive for PmiExecutive {
             return Err("is neither an input nor an output, and can't be forced");
         };
         match (value, self.names.symbol(index)) {
-            (Some(value), Some(symbol)) => self.forces.set(index, symbol, value.integer()),
+            (Some(value), Some(symbol)) => self.state.forces.set(index, symbol, value.integer()),
             _ => {
-                self.forces.remove(index);
+                self.state.forces.remove(index);
                 Ok(())
             }
         }
@@ -462,11 +467,25 @@ impl Executive for PmiExecutive {
         self.identity.write(&self.image, &self.state)
     }
 
+    fn state_into(&self, out: &mut Vec<u8>) {
+        write_state(&self.state, out);
+    }
+
+    fn compared_ranges(&self) -> Vec<Range<u32>> {
+        self.identity.image_without(self.image.len(), &["scratch"], &[])
+    }
+
+    fn clock_decisions(&self) -> &[ClockDecision] {
+        self.decisions.noted()
+    }
+
     fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {
         let (image, state): (_, State) = self.identity.read(self.image.len(), checkpoint)?;
         if state.announced.len() != self.state.announced.len() {
             return Err(CheckpointError::Damaged);
         }
+        let forces = state.forces.with_room().ok_or(CheckpointError::Damaged)?;
+        let state = State { forces, ..state };
         (self.image, self.state) = (image, state);
         Ok(())
     }

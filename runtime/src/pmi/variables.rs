@@ -4,11 +4,12 @@ use std::collections::HashMap;
 
 use plcc_abi::closest;
 use plcc_abi::pmi::{PmiName, PmiNameError, PmiTables, Role, Symbol, Timer};
+use serde::{Deserialize, Serialize};
 
 use crate::{NameError, Purpose, Variable};
 
 /// What a name stands for in a program.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub(crate) enum PmiVariable {
     /// The symbol with this index, of an array all of it.
     Symbol(u32),

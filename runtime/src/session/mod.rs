@@ -6,6 +6,8 @@ mod executive;
 mod output;
 mod outside;
 mod realtime_priority;
+mod record;
+pub mod replay;
 mod reports;
 mod retained_data;
 mod retained_writer;
@@ -40,6 +42,7 @@ pub use executive::{executive, takes_machine_file};
 pub use output::write_whole;
 use output::{check_paths, check_retained, check_writable, open};
 use outside::{Outside, StatusSources};
+use record::Record;
 use reports::Reports;
 use retained_data::RetainedData;
 use signals::EndSignals;
@@ -150,8 +153,8 @@ impl Job<'_> {
     fn run(&self, engine: &mut dyn Engine, scan: ScanJournal) -> Result<u8, SessionError> {
         let Self { program, args, machine, clock, journal } = *self;
         let executive = executive(program, &args.control, args.realtime, machine)?;
-        let mut executive = ReplaceableExecutive::new(executive);
-        let executive: &mut dyn Executive = &mut executive;
+        let mut replaceable = ReplaceableExecutive::new(executive);
+        let executive: &mut dyn Executive = &mut replaceable;
         executive.set_safe_outputs(&args.safe).map_err(|errors| {
             let errors: Vec<String> = errors.iter().map(|e| format!("--safe: {e}")).collect();
             SessionError(errors.join("\nerror: "))
@@ -184,7 +187,10 @@ impl Job<'_> {
 
         let timing = Arc::new(Timing::new(program));
         let has_variables = !watch.is_empty() || args.stimulus.is_some();
-        let sources = StatusSources { retained: &retained, timing: &timing };
+        let record = Record::start(args, machine, &mut replaceable, journal)?;
+        let executive: &mut dyn Executive = &mut replaceable;
+        let recorded = record.programs();
+        let sources = StatusSources { retained: &retained, timing: &timing, recorded };
         let mut outside =
             Outside::start(program, args, machine, executive, has_variables, sources, journal)?;
         let mut reports = Reports::open(args, &watch, executive, journal)?;
@@ -235,6 +241,8 @@ impl Job<'_> {
             outside.hook.end(end.ticks, executive);
         }
 
+        let recorded = record.finish(&mut replaceable, &end, journal);
+        let executive: &mut dyn Executive = &mut replaceable;
         if args.realtime {
             journal.write(EntryKind::Timing { summary: Box::new(timing.summary()) });
         }
@@ -247,6 +255,7 @@ impl Job<'_> {
         };
         // What survives power-off is saved first, in case that the power fails now.
         check(retained.finish(executive));
+        check(recorded);
         if let Some(path) = &args.dump {
             let mut text = vec![];
             // Writing to memory does not fail.
@@ -289,6 +298,9 @@ fn warn_of_idle_options(args: &RunArgs, journal: &Journal) {
     }
     if args.repeat && args.stimulus.is_none() {
         journal.warn("--repeat changes nothing: there is no --stimulus");
+    }
+    if args.keep.is_some() && args.record.is_none() {
+        journal.warn("--keep changes nothing: there is no --record");
     }
 }
 

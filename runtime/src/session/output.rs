@@ -171,6 +171,7 @@ pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), Sessi
         option("--retain", &args.retain),
         option("--image", &args.image),
         option("--socket", &args.socket),
+        option("--record", &args.record.clone().filter(|_| !args.no_record)),
     ];
     let outputs = outputs.into_iter().flatten().chain(beside.into_iter().flatten());
     let read = args.reads.iter().map(|path| ("the machine file or the artifact", path.clone()));

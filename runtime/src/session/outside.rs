@@ -13,6 +13,7 @@ use crate::args::RunArgs;
 use crate::artifact::signature::PublicKey;
 use crate::image_file::{Content, Publisher};
 use crate::journal::Journal;
+use crate::record::{RecordedProgram, RecordedPrograms};
 use crate::run::Timing;
 use crate::socket::{Loaded, OutsideHook, Reached, Requests, Server, Surroundings, queues};
 use crate::{Artifact, Executive, NativeEngine};
@@ -79,14 +80,22 @@ impl Engine for TimedByName {
 
 /// Reads an artifact for an online change. With a key it must be signed, as the artifact that the run
 /// began with.
-fn load(path: &Path, key: Option<&PublicKey>, timing: &Arc<Timing>) -> Result<Loaded, String> {
+fn load(
+    path: &Path,
+    key: Option<&PublicKey>,
+    timing: &Arc<Timing>,
+    record: Option<&RecordedPrograms>,
+) -> Result<Loaded, String> {
     let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-    let artifact = Artifact::open(path, key).map_err(|error| named(&error))?;
+    let (artifact, bytes) = Artifact::open_with_bytes(path, key).map_err(|error| named(&error))?;
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let engine = engine.map_err(|error| named(&error))?;
     let code = artifact.code_number();
     let engine = Box::new(TimedByName::new(engine, &artifact.program, timing));
-    Ok(Loaded { code, program: artifact.program, engine })
+    let record = record.cloned();
+    let put_into_record =
+        Box::new(move || record.map_or(0, |record| record.add(RecordedProgram::Artifact(bytes))));
+    Ok(Loaded { code, program: artifact.program, engine, put_into_record })
 }
 
 /// What the socket shows of a run besides the control and its variables.
@@ -95,6 +104,8 @@ pub(super) struct StatusSources<'a> {
     pub(super) retained: &'a RetainedData,
     /// How long ticks take.
     pub(super) timing: &'a Arc<Timing>,
+    /// Where the record of the run is told the programs of online changes.
+    pub(super) recorded: Option<RecordedPrograms>,
 }
 
 impl Outside {
@@ -146,13 +157,16 @@ impl Outside {
             let (timing, timing_of_swapped) =
                 (Arc::clone(sources.timing), Arc::clone(sources.timing));
             let key = args.public_key().map_err(SessionError)?;
+            let recorded = sources.recorded;
             let surroundings = Surroundings {
                 program: Arc::new(program.clone()),
                 code: args.code,
                 allow: args.allow.clone(),
                 image: args.image.clone(),
                 found: if has_variables { executive.found() } else { vec![] },
-                load: Box::new(move |path| load(path, key.as_ref(), &timing_of_swapped)),
+                load: Box::new(move |path| {
+                    load(path, key.as_ref(), &timing_of_swapped, recorded.as_ref())
+                }),
                 make_executive: Box::new(move |program| {
                     configured(program, &options, machine.as_ref())
                 }),

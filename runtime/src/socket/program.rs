@@ -39,6 +39,8 @@ pub(super) struct Served {
     pub(super) title: String,
     pub(super) executive: Box<dyn Executive + Send>,
     pub(super) forces: Vec<Force>,
+    /// Its number in the record of the run.
+    pub(super) recorded: u16,
 }
 
 /// The failure of a request with a name that can't be used.
@@ -57,7 +59,7 @@ impl Served {
         executive: Box<dyn Executive + Send>,
     ) -> Self {
         let title = program.files.first().cloned().unwrap_or_default();
-        Self { program, code, title, executive, forces: vec![] }
+        Self { program, code, title, executive, forces: vec![], recorded: 0 }
     }
 
     /// The variables that names and patterns stand for, in this order.

@@ -25,6 +25,8 @@ pub struct Loaded {
     pub code: u64,
     /// Its engine.
     pub engine: Box<dyn Engine + Send>,
+    /// Puts it into the record of the run, when it is really to run, and gives its number there.
+    pub put_into_record: Box<dyn FnOnce() -> u16 + Send>,
 }
 
 /// Reads artifacts for online changes.
@@ -295,7 +297,8 @@ impl Requests {
         dry_run: bool,
         by: &Peer,
     ) -> Result<Handled, Failure> {
-        let Loaded { program, code, engine } = (self.surroundings.load)(path).map_err(refused)?;
+        let Loaded { program, code, engine, put_into_record } =
+            (self.surroundings.load)(path).map_err(refused)?;
         let same_code = self.served.code == Some(code);
         let comparison = compare(&self.served.program, &program, same_code).map_err(refused)?;
         if dry_run {
@@ -318,6 +321,7 @@ impl Requests {
         let own = make(&program).map_err(refused)?;
         let mut next = Served::new(Arc::new(program), Some(code), own);
         next.title = path.display().to_string();
+        next.recorded = put_into_record();
         let exchange = Exchange { next, comparison, rollback: false, by: by.clone() };
         self.replace(exchange, executive, Some(engine))
     }
@@ -354,7 +358,9 @@ impl Requests {
             }
         };
         let plan = exchange.comparison.plan.clone();
-        let replacement = Replacement { executive, engine, plan, publisher, failure: None };
+        let recorded = exchange.next.recorded;
+        let replacement =
+            Replacement { executive, engine, plan, recorded, publisher, failure: None };
         self.replacing = true;
         self.ask(Command::Replace(Box::new(replacement)), OnAnswer::Exchange(Box::new(exchange)))
     }

@@ -1,17 +1,19 @@
 //! An executive that another one can replace between two ticks.
 
 use std::any::Any;
+use std::io;
 use std::ops::Range;
 use std::time::Duration;
 
 use plcc_abi::Engine;
 
 use super::Plan;
+use crate::record::{Action, Recorder};
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::watchdog::Watchdog;
 use crate::{
-    CheckpointError, Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value,
-    ValueError, Variable, VariableKey,
+    CheckpointError, ClockDecision, Event, Executive, NameError, Purpose, Restored, Setting, Stop,
+    Value, ValueError, Variable, VariableKey,
 };
 
 /// The executive of whichever program runs now.
@@ -22,13 +24,35 @@ pub struct ReplaceableExecutive {
     engine: Option<Box<dyn Engine + Send>>,
     /// What watches the scans of every program.
     watchdog: Option<Watchdog>,
+    /// What records the run.
+    recorder: Option<Box<Recorder>>,
 }
 
 impl ReplaceableExecutive {
     /// Begins with the executive of a program. The engine that [`tick`](Executive::tick) is given must be
     /// one of that program.
     pub fn new(executive: Box<dyn Executive + Send>) -> Self {
-        Self { executive, engine: None, watchdog: None }
+        Self { executive, engine: None, watchdog: None, recorder: None }
+    }
+
+    /// Has a recorder note from now on what acts on the control and what its ticks do.
+    pub fn record(&mut self, recorder: Recorder) {
+        self.recorder = Some(Box::new(recorder));
+    }
+
+    /// Ends the record, if there is one. `stop` is why the control stopped the program, if it did.
+    ///
+    /// # Errors
+    /// Why the record could not be written, in simulated time.
+    pub fn end_record(&mut self, stop: Option<&Stop>) -> io::Result<()> {
+        self.recorder.take().map_or(Ok(()), |recorder| recorder.end(stop))
+    }
+
+    /// Has something noted that is about to act on the control.
+    fn note(&mut self, action: Action) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.act(self.executive.as_ref(), action);
+        }
     }
 
     /// The executive of the program that runs.
@@ -41,12 +65,16 @@ impl ReplaceableExecutive {
         &mut self,
         executive: &mut Box<dyn Executive + Send>,
         engine: &mut Option<Box<dyn Engine + Send>>,
+        program: u16,
     ) {
         if let Some(watchdog) = &self.watchdog {
             executive.set_watchdog(watchdog.clone());
         }
         std::mem::swap(&mut self.executive, executive);
         std::mem::swap(&mut self.engine, engine);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.replaced(self.executive.as_ref(), program);
+        }
     }
 }
 
@@ -58,13 +86,23 @@ impl Executive for ReplaceableExecutive {
     }
 
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
-        match &mut self.engine {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.begin(self.executive.as_ref());
+        }
+        let first = events.len();
+        let result = match &mut self.engine {
             Some(own) => self.executive.tick(own.as_mut(), events),
             None => self.executive.tick(engine, events),
+        };
+        if let Some(recorder) = &mut self.recorder {
+            let events = events.get(first..).unwrap_or_default();
+            recorder.end_tick(self.executive.as_ref(), events, result.as_ref().copied());
         }
+        result
     }
 
     fn skip_ticks(&mut self, count: u64) {
+        self.note(Action::Skip(count));
         self.executive.skip_ticks(count);
     }
 
@@ -77,6 +115,9 @@ impl Executive for ReplaceableExecutive {
     }
 
     fn set(&mut self, variable: Variable, value: Setting) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.set(self.executive.as_ref(), variable, value);
+        }
         self.executive.set(variable, value);
     }
 
@@ -150,6 +191,7 @@ impl Executive for ReplaceableExecutive {
     }
 
     fn drive_safe_outputs(&mut self) {
+        self.note(Action::SafeOutputs);
         self.executive.drive_safe_outputs();
     }
 
@@ -161,6 +203,22 @@ impl Executive for ReplaceableExecutive {
         self.executive.resume(checkpoint)
     }
 
+    fn state_into(&self, out: &mut Vec<u8>) {
+        self.executive.state_into(out);
+    }
+
+    fn compared_ranges(&self) -> Vec<Range<u32>> {
+        self.executive.compared_ranges()
+    }
+
+    fn clock_decisions(&self) -> &[ClockDecision] {
+        self.executive.clock_decisions()
+    }
+
+    fn follow_clock(&mut self, decisions: Option<&[ClockDecision]>) {
+        self.executive.follow_clock(decisions);
+    }
+
     fn keys(&self, variable: Variable) -> Vec<VariableKey> {
         self.executive.keys(variable)
     }
@@ -170,10 +228,12 @@ impl Executive for ReplaceableExecutive {
     }
 
     fn write(&mut self, key: VariableKey, value: Setting) {
+        self.note(Action::Write(key, value));
         self.executive.write(key, value);
     }
 
     fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
+        self.note(Action::Force(key, value));
         self.executive.force(key, value)
     }
 

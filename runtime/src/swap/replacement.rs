@@ -12,6 +12,8 @@ pub(crate) struct Replacement {
     /// The engine of its program; `None` for the engine with which the run began.
     pub(crate) engine: Option<Box<dyn Engine + Send>>,
     pub(crate) plan: Plan,
+    /// The number of its program in a record: 0 for the one with which the run began.
+    pub(crate) recorded: u16,
     /// Its image file.
     pub(crate) publisher: Option<Publisher>,
     /// Why it could not be carried out; nothing has changed then.
@@ -34,7 +36,7 @@ impl Replacement {
         if !self.executive.take_over(running.current(), &self.plan) {
             return self.fail("the programs are for different controls");
         }
-        running.replace(&mut self.executive, &mut self.engine);
+        running.replace(&mut self.executive, &mut self.engine, self.recorded);
         std::mem::swap(publisher, &mut self.publisher);
     }
 

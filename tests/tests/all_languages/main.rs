@@ -11,6 +11,7 @@ mod fuzz_replay;
 mod lints;
 mod loader;
 mod no_fault;
+mod replay;
 mod safe_outputs;
 mod session;
 mod stops;

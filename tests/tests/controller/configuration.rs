@@ -40,7 +40,7 @@ fn every_mistake_of_a_configuration_is_told_with_its_line() {
     fs::write(shop.path("good.toml"), "artifact = \"p.plcx\"\n[safe]\nLAMP = 1\n").unwrap();
     let good = plcrt(&shop, "--check-config good.toml");
     assert_eq!(good.status.code(), Some(0), "{good:?}");
-    let bad = "artifact = \"p.plcx\"\noverun = \"skip\"\nrecord = \"r\"\noverrun = \"sometimes\"\n\
+    let bad = "artifact = \"p.plcx\"\noverun = \"skip\"\nrecord = 5\noverrun = \"sometimes\"\n\
                [safe]\nLMAP = \"off\"\nLAMP = 1\n";
     fs::write(shop.path("bad.toml"), bad).unwrap();
     let output = plcrt(&shop, "--check-config bad.toml");
@@ -50,7 +50,7 @@ fn every_mistake_of_a_configuration_is_told_with_its_line() {
     assert_eq!(lines.len(), 4, "{text}");
     for (line, parts) in lines.iter().zip([
         ["bad.toml:2: ", "did you mean `overrun`?"],
-        ["bad.toml:3: ", "`record` is not available"],
+        ["bad.toml:3: ", "`record`: a path in quotes"],
         ["bad.toml:4: ", "sometimes"],
         ["bad.toml:6: ", "LMAP"],
     ]) {

@@ -5,6 +5,7 @@
 
 mod configuration;
 mod outputs;
+mod record;
 mod shop;
 #[cfg(target_os = "linux")]
 mod supervisor;

@@ -1,0 +1,107 @@
+//! The options of the commands that read records: `plcc replay` and `plcc convert`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::{EngineArg, SourceArgs};
+
+#[derive(Args)]
+pub(crate) struct ReplayArgs {
+    /// The record
+    #[arg(value_name = "FILE")]
+    pub(crate) record: PathBuf,
+
+    /// The program, where it is not to be taken from the record: its sources, or an artifact
+    #[arg(value_name = "PROGRAM")]
+    pub(crate) files: Vec<PathBuf>,
+
+    /// The engine that executes the program [default: jit; an artifact is always aot]
+    #[arg(long, value_name = "ENGINE")]
+    pub(crate) engine: Option<EngineArg>,
+
+    /// The run, where the record has several, counted from 1 [default: the last one]
+    #[arg(long, value_name = "N")]
+    pub(crate) run: Option<usize>,
+
+    /// The first tick that is shown; those before it, from the nearest checkpoint on, are run too
+    #[arg(long, value_name = "TICK")]
+    pub(crate) from: Option<u64>,
+
+    /// The last tick
+    #[arg(long, value_name = "TICK")]
+    pub(crate) to: Option<u64>,
+
+    /// Variables for the trace and the dump, as `plcc run` takes them
+    #[arg(long, value_name = "NAME,NAME…")]
+    pub(crate) watch: Vec<String>,
+
+    /// Writes a row `tick,name,value` whenever a watched variable changes (- is standard output);
+    /// a file whose name ends in .vcd becomes a value change dump for waveform viewers
+    #[arg(long, value_name = "OUT.csv|OUT.vcd")]
+    pub(crate) trace: Option<PathBuf>,
+
+    /// Adds the time at which its tick began to each row of the trace: `tick,ms,name,value`
+    #[arg(long)]
+    pub(crate) time: bool,
+
+    /// Writes what the program reports, a JSON object a line (- is standard output)
+    #[arg(long, value_name = "OUT.jsonl")]
+    pub(crate) events: Option<PathBuf>,
+
+    /// Writes all variables after the last tick as JSON (- is standard output)
+    #[arg(long, value_name = "OUT.json")]
+    pub(crate) dump: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+}
+
+/// The formats of `plcc convert`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ConvertFormat {
+    /// A value change dump (IEEE 1364)
+    Vcd,
+    /// GTKWave's fast signal trace: a small file that is opened quickly
+    Fst,
+    /// A table `tick,ms,name,value`
+    Csv,
+}
+
+#[derive(Args)]
+pub(crate) struct ConvertArgs {
+    /// The record
+    #[arg(value_name = "FILE")]
+    pub(crate) record: PathBuf,
+
+    /// The program, where it is not to be taken from the record: its sources, or an artifact
+    #[arg(value_name = "PROGRAM")]
+    pub(crate) files: Vec<PathBuf>,
+
+    /// The format
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) to: ConvertFormat,
+
+    /// The output file [default: the record's name with the format's ending, in the current folder]
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// The variables [default: all that the program declares or names]
+    #[arg(long, value_name = "NAME,NAME…")]
+    pub(crate) watch: Vec<String>,
+
+    /// The run, where the record has several, counted from 1 [default: the last one]
+    #[arg(long, value_name = "N")]
+    pub(crate) run: Option<usize>,
+
+    /// The first tick
+    #[arg(long, value_name = "TICK")]
+    pub(crate) from: Option<u64>,
+
+    /// The last tick
+    #[arg(long, value_name = "TICK")]
+    pub(crate) until: Option<u64>,
+
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+}

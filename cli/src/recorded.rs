@@ -1,0 +1,241 @@
+//! Programs in records: how `plcc run --record` puts the sources of a program in, and how an engine is
+//! made of what a record holds.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use plcc_abi::{Dialect, Engine, Program};
+use plcc_codegen::{OptLevel, Target};
+use plcc_diag::{FileId, SourceMap};
+use plcc_frontend::common::{Controller, FileLoader, Limits, Machine, Options};
+use plcc_runtime::record::{RecordedFile, RecordedProgram, RecordedSources};
+use plcc_runtime::{Artifact, NativeEngine};
+use serde::{Deserialize, Serialize};
+
+use crate::compile::{self, Checked, CompileError};
+
+/// The options of the compiler, as a record holds them.
+#[derive(Serialize, Deserialize)]
+struct RecordedOptions {
+    original_limits: bool,
+    defines: Vec<(String, String)>,
+    turbo: bool,
+    /// The text of the machine file.
+    machine: Option<String>,
+    include_dirs: Vec<PathBuf>,
+}
+
+/// The sources of a program for its record. `named` is how many of them were named, `machine` the text
+/// of the machine file, if there is one.
+pub(crate) fn recorded_sources(
+    dialect: Dialect,
+    sources: &SourceMap,
+    named: usize,
+    options: &Options,
+    machine: Option<String>,
+) -> RecordedProgram {
+    let files = (0..u32::try_from(sources.len()).unwrap_or(u32::MAX)).map(FileId);
+    let options = RecordedOptions {
+        original_limits: options.limits == Limits::Original,
+        defines: options.defines.clone(),
+        turbo: options.controller == Controller::Turbo,
+        machine,
+        include_dirs: options.include_dirs.clone(),
+    };
+    RecordedProgram::Sources(RecordedSources {
+        dialect: dialect.name().into(),
+        files: files
+            .map(|file| RecordedFile {
+                path: sources.path(file).into(),
+                text: sources.text(file).into(),
+            })
+            .collect(),
+        named,
+        // JSON of these fields does not fail.
+        options: serde_json::to_vec(&options).unwrap_or_default(),
+    })
+}
+
+/// The included files of a record in the place of those on the disk.
+struct RecordedFiles(BTreeMap<PathBuf, Vec<u8>>);
+
+impl FileLoader for RecordedFiles {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        self.0.get(path).cloned().ok_or_else(|| io::ErrorKind::NotFound.into())
+    }
+
+    fn list(&self, dir: &Path) -> Vec<String> {
+        let inside = self.0.keys().filter(|path| path.parent() == Some(dir));
+        inside.filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect()
+    }
+}
+
+/// An engine in which recorded ticks can be run again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReplayEngine {
+    /// The statement interpreter.
+    Interpreter,
+    /// Compiled just in time.
+    Jit,
+    /// The artifact, or the sources compiled ahead of time.
+    Aot,
+}
+
+/// A program that was found for a record.
+#[derive(Debug)]
+pub struct Found {
+    /// What the executive needs.
+    pub program: Program,
+    /// The checked program, where its sources are known.
+    pub checked: Option<Checked>,
+    /// The sources.
+    pub sources: SourceMap,
+    artifact: Option<Artifact>,
+}
+
+impl Found {
+    /// The program that a record itself holds.
+    ///
+    /// # Errors
+    /// When it holds none, or one that can't be used here.
+    pub fn in_record(recorded: &RecordedProgram) -> Result<Self, String> {
+        match recorded {
+            RecordedProgram::Unknown => {
+                Err("the record does not hold the program; name it behind the record".into())
+            }
+            RecordedProgram::Artifact(bytes) => {
+                let artifact = Artifact::parse(bytes, None);
+                Self::of_artifact(artifact.map_err(|error| {
+                    format!("the artifact in the record can't be used here: {error}")
+                })?)
+            }
+            RecordedProgram::Sources(recorded) => Self::of_recorded_sources(recorded),
+        }
+    }
+
+    fn of_recorded_sources(recorded: &RecordedSources) -> Result<Self, String> {
+        let unusable =
+            || "the program in the record can't be read: another version of plcc has recorded it";
+        let named = |dialect: &&Dialect| dialect.name() == recorded.dialect;
+        let dialect = *Dialect::ALL.iter().find(named).ok_or_else(unusable)?;
+        let options: RecordedOptions =
+            serde_json::from_slice(&recorded.options).map_err(|_| unusable())?;
+        let machine = options.machine.as_deref().map(Machine::parse).transpose();
+        let options = Options {
+            limits: if options.original_limits { Limits::Original } else { Limits::None },
+            defines: options.defines,
+            controller: if options.turbo { Controller::Turbo } else { Controller::Pmac },
+            machine: machine.map_err(|_| unusable())?.unwrap_or_default(),
+            include_dirs: options.include_dirs,
+            ..Options::default()
+        };
+        let mut sources = SourceMap::new();
+        let files = || recorded.files.iter();
+        let ids: Vec<FileId> = files()
+            .take(recorded.named)
+            .map(|file| sources.add(file.path.clone(), file.text.as_bytes()))
+            .collect();
+        let included = files().skip(recorded.named);
+        let included =
+            included.map(|file| (PathBuf::from(&file.path), file.text.clone().into_bytes()));
+        let loader = RecordedFiles(included.collect());
+        let (checked, _) = compile::check(&mut sources, &ids, dialect, &loader, &options);
+        let checked = checked.ok_or("the program in the record has errors for this plcc")?;
+        Self::of_checked(checked, sources).map_err(|error| error.to_string())
+    }
+
+    fn of_artifact(artifact: Artifact) -> Result<Self, String> {
+        let program = artifact.program.clone();
+        Ok(Self { program, checked: None, sources: SourceMap::new(), artifact: Some(artifact) })
+    }
+
+    /// A checked program.
+    ///
+    /// # Errors
+    /// When it can't be lowered.
+    pub fn of_checked(checked: Checked, sources: SourceMap) -> Result<Self, CompileError> {
+        let program = checked.lower()?.program;
+        Ok(Self { program, checked: Some(checked), sources, artifact: None })
+    }
+
+    /// A program from the disk in the place of the recorded one.
+    ///
+    /// # Errors
+    /// When it is another program than the recorded one.
+    pub fn in_place_of(self, recorded: &RecordedProgram) -> Result<Self, String> {
+        let same = match recorded {
+            RecordedProgram::Unknown => true,
+            RecordedProgram::Artifact(bytes) => {
+                let recorded = Artifact::parse(bytes, None).map_err(|error| error.to_string())?;
+                self.code_number()? == recorded.code_number()
+            }
+            RecordedProgram::Sources(recorded) => (0..)
+                .zip(&recorded.files)
+                .all(|(id, file)| self.sources.text(FileId(id)) == file.text),
+        };
+        if same {
+            return Ok(self);
+        }
+        Err("it is another program than the one that was recorded, or was compiled with other \
+             options or by another plcc"
+            .into())
+    }
+
+    /// The number of its machine code when compiled ahead of time.
+    fn code_number(&self) -> Result<u64, String> {
+        if let Some(artifact) = &self.artifact {
+            return Ok(artifact.code_number());
+        }
+        let number = |checked: &Checked| {
+            let lowered = checked.optimized(OptLevel::Speed)?;
+            let code = compile::code(&lowered, &Target::host_baseline()?)?;
+            let bytes = compile::artifact(&lowered.program, &code)?;
+            Ok::<u64, CompileError>(Artifact::parse(&bytes, None)?.code_number())
+        };
+        let checked = self.checked.as_ref().ok_or("it has no code")?;
+        number(checked).map_err(|error| error.to_string())
+    }
+
+    /// An engine of the program.
+    ///
+    /// # Errors
+    /// When there is none of that kind: an artifact has neither statements nor a compiler.
+    pub fn engine(&self, engine: ReplayEngine) -> Result<Box<dyn Engine>, String> {
+        if let Some(artifact) = &self.artifact {
+            let native = NativeEngine::new(&artifact.code, &artifact.program);
+            return match engine {
+                ReplayEngine::Aot => Ok(Box::new(native.map_err(|error| error.to_string())?)),
+                ReplayEngine::Interpreter | ReplayEngine::Jit => {
+                    Err("the record holds an artifact, which only --engine aot can run; name the \
+                     program's sources behind the record for the others"
+                        .into())
+                }
+            };
+        }
+        let checked = self.checked.as_ref().ok_or("the program has no sources")?;
+        let compiled = || -> Result<Box<dyn Engine>, CompileError> {
+            let lowered = checked.optimized(OptLevel::Speed)?;
+            Ok(match engine {
+                ReplayEngine::Interpreter => checked.interpreter(),
+                ReplayEngine::Jit => Box::new(compile::jit(&lowered)?.0),
+                ReplayEngine::Aot => Box::new(compile::aot(&lowered)?.0),
+            })
+        };
+        compiled().map_err(|error| error.to_string())
+    }
+
+    /// The engine that is taken where none is asked for.
+    pub fn usual_engine(&self) -> ReplayEngine {
+        if self.artifact.is_some() { ReplayEngine::Aot } else { ReplayEngine::Jit }
+    }
+
+    /// Another engine than this one, for comparison; `None` where there is no other.
+    pub fn other_engine(&self, engine: ReplayEngine) -> Option<ReplayEngine> {
+        match (&self.artifact, engine) {
+            (Some(_), _) => None,
+            (None, ReplayEngine::Interpreter) => Some(ReplayEngine::Jit),
+            (None, _) => Some(ReplayEngine::Interpreter),
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! What `plcc replay` and `plcc convert` begin with: a record, one of its runs, and the program.
+
+use std::path::{Path, PathBuf};
+
+use plcc_runtime::record::{RecordedProgram, RecordedRun, Recording, Replayer};
+use plcc_runtime::session::replay::recorded_executive;
+use plcc_runtime::{Artifact, Executive};
+
+use crate::args::{EngineArg, SourceArgs};
+use crate::failure::Failure;
+use crate::input::{Input, SourceSettings};
+use crate::recorded::{Found, ReplayEngine};
+use crate::report::{Report, count_of};
+
+/// A run of a record, chosen by its number; the last one without a number.
+///
+/// # Errors
+/// When there is no such run.
+pub(crate) fn chosen_run<'r>(
+    recording: &'r Recording,
+    number: Option<usize>,
+    path: &Path,
+) -> Result<&'r RecordedRun, Failure> {
+    let runs = recording.runs();
+    let index = number.unwrap_or(runs.len()).checked_sub(1);
+    index.and_then(|index| runs.get(index)).ok_or_else(|| {
+        Failure::file(
+            path,
+            format!("it has {}; they are counted from 1", count_of(runs.len(), "run")),
+        )
+    })
+}
+
+/// The program of a run: the one on the disk, where files are named, else the one in the record.
+///
+/// # Errors
+/// When there is none, it has errors, or is another one than the recorded one.
+pub(crate) fn program(
+    record: &Path,
+    recorded: &RecordedProgram,
+    files: &[PathBuf],
+    source: &SourceArgs,
+    report: &Report,
+) -> Result<Found, Failure> {
+    let Some(first) = files.first() else {
+        return Found::in_record(recorded).map_err(|why| Failure::file(record, why));
+    };
+    let found = if let Ok((_, bytes)) = Artifact::open_with_bytes(first, None) {
+        Found::in_record(&RecordedProgram::Artifact(bytes))
+    } else {
+        let settings = SourceSettings::for_files(source, files, report)?;
+        let program = Input::read(files, source)?.check(&settings.options);
+        let checked = program.checked.ok_or_else(|| {
+            Failure::file(first, "the program has errors; `plcc check` shows them")
+        })?;
+        Found::of_checked(checked, program.sources).map_err(|error| error.to_string())
+    };
+    let found = found.and_then(|found| found.in_place_of(recorded));
+    found.map_err(|why| Failure::file(first, why))
+}
+
+/// The engine that was asked for, or else the usual one.
+pub(crate) fn engine_of(found: &Found, asked: Option<EngineArg>) -> ReplayEngine {
+    match asked {
+        None => found.usual_engine(),
+        Some(EngineArg::Interp) => ReplayEngine::Interpreter,
+        Some(EngineArg::Jit) => ReplayEngine::Jit,
+        Some(EngineArg::Aot) => ReplayEngine::Aot,
+    }
+}
+
+/// A replay of a run's ticks with its program of a generation, and its executive set as the run was.
+///
+/// # Errors
+/// When the options of the run can't be used.
+pub(crate) fn replayer<'r>(
+    record: &Path,
+    recording: &'r Recording,
+    run: &'r RecordedRun,
+    generation: u16,
+    found: &Found,
+) -> Result<Replayer<'r>, Failure> {
+    let executive: Box<dyn Executive + Send> = recorded_executive(&run.header, &found.program)
+        .map_err(|error| Failure::file(record, error))?;
+    Ok(Replayer::new(recording, run, generation, executive))
+}

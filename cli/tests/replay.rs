@@ -1,0 +1,108 @@
+//! `plcc run --record`, `plcc replay` and `plcc convert`
+
+#![allow(clippy::unwrap_used, clippy::indexing_slicing)]
+
+mod support;
+
+use std::fs;
+use std::process::Command;
+
+use support::{COUNTER, Folder, PLC1, SLICES, STOPS};
+
+/// A stimulus that changes the counters of the programs.
+fn stimulus(name: &str) -> String {
+    format!("tick,name,value\n2,{name},7\n5,{name},1\n5,{name},2\n")
+}
+
+/// A replay writes the same trace, events and dump as the run, in every engine.
+#[test]
+fn a_replay_writes_what_the_run_has_written() {
+    let files = [("a.pmi", COUNTER), ("s.pmi", STOPS), ("b.plc", SLICES), ("c.pmc", PLC1)];
+    let folder = Folder::with(&files);
+    for (file, names, set, status) in [
+        ("a.pmi", "N,OUT", "N", 0),
+        ("s.pmi", "A,N", "A[0]", 3),
+        ("b.plc", "F020,OP1", "F020", 0),
+        ("c.pmc", "P1", "P1", 0),
+    ] {
+        folder.write("s.csv", stimulus(set));
+        let outputs =
+            format!("--watch {names} --trace t.csv --events e.jsonl --dump d.json --time");
+        let read = || ["t.csv", "e.jsonl", "d.json"].map(|name| folder.read(name));
+        let run = format!("run {file} --ticks 9 --stimulus s.csv --record r.plcrec {outputs}");
+        folder.plcc(&run).exits(status);
+        let expected = read();
+        for engine in ["interp", "jit", "aot"] {
+            let replay = format!("replay r.plcrec --engine {engine} {outputs}");
+            folder.plcc(&replay).exits(0).says(&["went as they were recorded"]);
+            assert_eq!(read(), expected, "{file} {engine}");
+        }
+        folder.plcc(&format!("replay r.plcrec {file} {outputs}")).exits(0);
+        assert_eq!(read(), expected, "{file} from the disk");
+        let part =
+            folder.plcc(&format!("replay r.plcrec --from 2 --to 3 --watch {names}")).exits(0);
+        assert!(
+            part.stdout.lines().skip(1).all(|row| row.starts_with(['2', '3'])),
+            "{}",
+            part.stdout
+        );
+    }
+}
+
+#[test]
+fn included_files_and_the_machine_file_are_in_the_record() {
+    let folder = Folder::with(&[
+        ("main.pmc", "#include \"more.pmc\"\nI5=2\nOPEN PLC 1 CLEAR\nP1=P1+STEP\nCLOSE\n"),
+        ("more.pmc", "#define STEP 3\n"),
+    ]);
+    folder.plcc("run main.pmc --ticks 5 --record r.plcrec --dump d.json").exits(0);
+    let expected = folder.read("d.json");
+    fs::remove_file(folder.path().join("more.pmc")).unwrap();
+    fs::remove_file(folder.path().join("main.pmc")).unwrap();
+    folder.plcc("replay r.plcrec --dump d.json").exits(0);
+    assert_eq!(folder.read("d.json"), expected);
+}
+
+#[test]
+fn what_does_not_fit_a_record_is_refused() {
+    let folder = Folder::with(&[("a.pmi", COUNTER), ("other.pmi", STOPS), ("r.txt", "no record")]);
+    folder.plcc("run a.pmi --ticks 5 --record r.plcrec").exits(0);
+    folder.plcc("replay r.txt").exits(2).says(&["r.txt is no record"]);
+    folder.plcc("replay missing.plcrec").exits(2).says(&["there is no such file"]);
+    folder.plcc("replay r.plcrec other.pmi").exits(2).says(&["another program"]);
+    folder.plcc("replay r.plcrec --from 9").exits(2).says(&["ticks from 0 to 4"]);
+    folder.plcc("replay r.plcrec --run 2").exits(2).says(&["it has 1 run"]);
+    folder.plcc("run a.pmi --ticks 5 --record a.pmi").exits(2).says(&["--record would overwrite"]);
+    folder.plcc("build a.pmi").exits(0);
+    folder.plcc("run a.plcx --ticks 5 --record r.plcrec").exits(0);
+    folder.plcc("replay r.plcrec").exits(0);
+    folder.plcc("replay r.plcrec --engine interp").exits(2).says(&["name the program's sources"]);
+    folder.plcc("replay r.plcrec a.pmi --engine interp").exits(0);
+    folder.plcc("replay r.plcrec other.pmi").exits(2).says(&["another program"]);
+}
+
+#[test]
+fn a_record_becomes_a_table_and_waveforms() {
+    let folder = Folder::with(&[("a.pmi", COUNTER), ("c.pmc", PLC1)]);
+    for (file, row, change) in [("a.pmi", "3,60.000,N,4", "b100 "), ("c.pmc", "2,", "r3 ")] {
+        folder.plcc(&format!("run {file} --ticks 6 --record r.plcrec")).exits(0);
+        folder.plcc("convert r.plcrec --to csv -o out.csv").exits(0);
+        let table = folder.read("out.csv");
+        assert!(table.starts_with("tick,ms,name,value\n"), "{table}");
+        let with = |text: &str, part: &str| text.lines().any(|line| line.starts_with(part));
+        assert!(with(&table, row) || table.contains(row), "{table}");
+        folder.plcc("convert r.plcrec --to vcd").exits(0);
+        assert!(with(&folder.read("r.vcd"), change), "{}", folder.read("r.vcd"));
+        folder.plcc("convert r.plcrec --to fst").exits(0);
+        assert!(fs::metadata(folder.path().join("r.fst")).unwrap().len() > 100);
+        // GTKWave's own tool, where it is installed.
+        let mut tool = Command::new("fst2vcd");
+        match tool.args(["-f", "r.fst"]).current_dir(folder.path()).output() {
+            Ok(output) => {
+                let text = String::from_utf8_lossy(&output.stdout).into_owned();
+                assert!(output.status.success() && text.contains("$enddefinitions"), "{text}");
+            }
+            Err(_) => eprintln!("skipped: fst2vcd is missing here"),
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! The flight recorder: everything that a control can't compute again, written to a file while it runs,
+//! so that every tick can be run again later, in any engine, with every intermediate value.
+//!
+//! A tick follows from the state before it, from what acts on the control from outside, and from what
+//! the clock decides. So a record holds a checkpoint now and then, and for each tick the writes, forces and skipped
+//! ticks before it, its [clock decisions](crate::ClockDecision), its events, and a hash of the state behind it,
+//! by which a replay is checked.
+//!
+//! - [`Recorder`] belongs to the thread that runs the ticks. In real time it puts what it records into a queue
+//!   of fixed size; it neither waits, nor allocates memory, nor calls the operating system. A thread of
+//!   its own ([`RecordThread`]) writes. In simulated time the recorder writes by itself.
+//! - [`Recording`] is a record that is read, also while it is being written, also where its end is cut
+//!   off or some of it is damaged.
+//! - [`Replayer`] brings an executive into the state before any recorded tick, and runs it on from there
+//!   tick by tick in whichever engine it is given.
+//!
+//! ```no_run
+//! use plcc_runtime::record::{Recording, Replayer};
+//! # fn f(executive: Box<dyn plcc_runtime::Executive + Send>, mut engine: Box<dyn plcc_abi::Engine>)
+//! # -> Result<(), Box<dyn std::error::Error>> {
+//! let recording = Recording::open("lathe.plcrec".as_ref())?;
+//! let run = recording.last_run().ok_or("nothing is recorded")?;
+//! // The executive is made of the recorded program with the recorded options; see `session::replay`.
+//! let mut replayer = Replayer::new(&recording, run, 0, executive);
+//! replayer.go_to(1200, engine.as_mut())?;
+//! let mut events = vec![];
+//! while let Some(tick) = replayer.step(engine.as_mut(), &mut events)? {
+//!     println!("tick {}: {}", tick.tick, if tick.matches { "as recorded" } else { "differs" });
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! A record is a row of [blocks](mod@block), each with a checksum, most of them compressed. It has two parts at most: when `FILE`
+//! has half the size that is kept, it becomes `FILE.1`, whose former content goes, and a new `FILE` begins.
+
+mod block;
+mod entry;
+mod file;
+mod keep;
+mod recorded_event;
+mod recorder;
+mod recording;
+mod replay;
+mod run_header;
+mod state_hash;
+mod thread;
+
+pub use entry::{Action, RecordedStop, TickRecord};
+pub use file::{Appending, RecordFile};
+pub use keep::Keep;
+pub use recorder::Recorder;
+pub use recording::{Gap, RecordError, RecordedRun, Recording, RunEnd, Span};
+pub use replay::{Difference, ReplayError, Replayed, Replayer, differing_variables};
+pub use run_header::{RecordedFile, RecordedProgram, RecordedSources, RunHeader};
+pub use thread::{RecordThread, RecordedPrograms};

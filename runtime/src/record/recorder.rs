@@ -1,0 +1,274 @@
+//! The side of the thread that runs the ticks: notes what acts on the control, takes checkpoints, and hands
+//! both over to be written.
+
+use std::borrow::Cow;
+use std::io::{self, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, SystemTime};
+
+use rtrb::Producer;
+
+use super::entry::{self, Action, Entry, RecordedStop};
+use super::file::{FrameKind, RecordFile};
+use super::state_hash::StateHash;
+use super::thread::{FRAME_HEADER, frame_header};
+use crate::{Event, Executive, Setting, Stop, Variable, VariableKey};
+
+/// Time of the machine from one checkpoint to the next.
+const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(30);
+/// How many ticks are between two checkpoints at most.
+const MOST_TICKS: u64 = 1 << 16;
+/// Room for what is recorded of one tick, so that no tick allocates memory for it.
+const TICK_ROOM: usize = 1 << 16;
+
+/// Where a recorder puts what it records.
+enum Sink {
+    /// Into the file itself, in simulated time.
+    File(Box<RecordFile>),
+    /// Into the queue of the thread that writes, in real time.
+    Queue(Producer<u8>),
+}
+
+/// Records a run. A [`ReplaceableExecutive`](crate::swap::ReplaceableExecutive) has one where its run is
+/// recorded, and tells it everything that acts on the control.
+pub struct Recorder {
+    sink: Sink,
+    /// Why the file could not be written, which ends the record in simulated time.
+    failure: Option<io::Error>,
+    hash: StateHash,
+    /// The number of the next tick, and how many are skipped before it.
+    next_tick: u64,
+    skipped: u64,
+    /// How many online changes there were, and the number of the program that runs now.
+    generation: u16,
+    program: u16,
+    /// The keys of the variables that the stimulus sets, by the variables' numbers.
+    keys: Vec<Option<VariableKey>>,
+    /// What was noted of the next tick so far.
+    entries: Vec<u8>,
+    /// Room for the state outside the image.
+    state: Vec<u8>,
+    /// A checkpoint is to be taken before anything of the next tick is done. While none can be handed
+    /// over, ticks are lost.
+    due: bool,
+    lost: u64,
+    interval: u64,
+    since_checkpoint: u64,
+    wants_checkpoint: Arc<AtomicBool>,
+    /// Whether the program was stopped in a tick that is recorded.
+    stopped: bool,
+}
+
+impl std::fmt::Debug for Recorder {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Recorder").field("next_tick", &self.next_tick).finish_non_exhaustive()
+    }
+}
+
+impl Recorder {
+    /// Records into a file that this thread itself writes, for simulated time. `executive` is the one
+    /// that will run, at power-up, with all variables looked up that the stimulus sets.
+    pub fn to_file(file: RecordFile, executive: &dyn Executive) -> Self {
+        let wants_checkpoint = file.wants_checkpoint();
+        Self::new(Sink::File(Box::new(file)), wants_checkpoint, executive)
+    }
+
+    /// Records into the queue of a [`RecordThread`](super::RecordThread).
+    pub(super) fn to_queue(
+        queue: Producer<u8>,
+        wants_checkpoint: Arc<AtomicBool>,
+        executive: &dyn Executive,
+    ) -> Self {
+        Self::new(Sink::Queue(queue), wants_checkpoint, executive)
+    }
+
+    fn new(sink: Sink, wants_checkpoint: Arc<AtomicBool>, executive: &dyn Executive) -> Self {
+        let known = u32::try_from(executive.found().len()).unwrap_or(0);
+        let key = |number| executive.keys(Variable(number)).first().copied();
+        let mut state = vec![];
+        executive.state_into(&mut state);
+        // Queues and sparse memory may grow.
+        state.reserve(state.len() + TICK_ROOM);
+        let tick_ns = executive.tick_ns().max(1);
+        let interval = CHECKPOINT_INTERVAL.as_nanos() as u64 / tick_ns;
+        Self {
+            sink,
+            failure: None,
+            hash: StateHash::new(executive),
+            next_tick: 0,
+            skipped: 0,
+            generation: 0,
+            program: 0,
+            keys: (0..known).map(key).collect(),
+            entries: Vec::with_capacity(TICK_ROOM),
+            state,
+            due: true,
+            lost: 0,
+            interval: interval.clamp(1, MOST_TICKS),
+            since_checkpoint: 0,
+            wants_checkpoint,
+            stopped: false,
+        }
+    }
+
+    /// Something is about to happen to the control: takes a checkpoint if one is due. Between two ticks
+    /// it may be called as often as one likes.
+    pub(crate) fn begin(&mut self, executive: &dyn Executive) {
+        if self.wants_checkpoint.load(Ordering::Relaxed) {
+            self.wants_checkpoint.store(false, Ordering::Relaxed);
+            self.due = true;
+        }
+        if self.due && self.entries.is_empty() {
+            self.take_checkpoint(executive);
+        }
+    }
+
+    /// A variable is about to be set by the stimulus.
+    pub(crate) fn set(&mut self, executive: &dyn Executive, variable: Variable, value: Setting) {
+        let known = self.keys.get(variable.0 as usize).copied();
+        // Variables that were looked up later are not among them; they have a key all the same.
+        let key = known.unwrap_or_else(|| executive.keys(variable).first().copied());
+        if let Some(key) = key {
+            self.act(executive, Action::Write(key, value));
+        }
+    }
+
+    /// Something is about to act on the control.
+    pub(crate) fn act(&mut self, executive: &dyn Executive, action: Action) {
+        self.begin(executive);
+        if let Action::Skip(count) = action {
+            self.skipped = self.skipped.saturating_add(count);
+        }
+        if !self.due {
+            Entry::Action(action).write(&mut self.entries);
+        }
+    }
+
+    /// A tick has ended, with these events.
+    pub(crate) fn end_tick(
+        &mut self,
+        executive: &dyn Executive,
+        events: &[Event],
+        result: Result<(), &Stop>,
+    ) {
+        let first = self.next_tick;
+        let ticks = self.skipped.saturating_add(1);
+        self.next_tick = self.next_tick.saturating_add(ticks);
+        self.skipped = 0;
+        if self.due {
+            self.entries.clear();
+            self.lost = self.lost.saturating_add(ticks);
+            return;
+        }
+        for decision in executive.clock_decisions() {
+            Entry::Clock(*decision).write(&mut self.entries);
+        }
+        for event in events {
+            Entry::Event((&event.body).into()).write(&mut self.entries);
+        }
+        if let Err(stop) = result {
+            Entry::Stop(Cow::Owned(RecordedStop::from(stop))).write(&mut self.entries);
+            self.stopped = true;
+        }
+        entry::end_tick(self.hash.add(executive.image()), &mut self.entries);
+        let entries = std::mem::take(&mut self.entries);
+        let written = self.push(FrameKind::Tick, first, &[&entries]);
+        self.entries = entries;
+        self.entries.clear();
+        if !written {
+            (self.due, self.lost) = (true, ticks);
+            return;
+        }
+        self.since_checkpoint = self.since_checkpoint.saturating_add(ticks);
+        if self.since_checkpoint >= self.interval {
+            self.due = true;
+        }
+    }
+
+    /// Another program has taken the place of the one that ran: that of this number, which `executive`
+    /// runs.
+    pub(crate) fn replaced(&mut self, executive: &dyn Executive, program: u16) {
+        // What acted on the control since the last tick is in the state that was taken over.
+        self.entries.clear();
+        self.next_tick = self.next_tick.saturating_add(self.skipped);
+        (self.skipped, self.program, self.due) = (0, program, true);
+        self.generation = self.generation.wrapping_add(1);
+        let hash = self.hash.value();
+        self.hash = StateHash::new(executive);
+        self.hash.set(hash);
+    }
+
+    /// The run has ended. `stop` is why the control stopped the program, if it did.
+    ///
+    /// # Errors
+    /// Why the record could not be written, in simulated time.
+    pub(crate) fn end(mut self, stop: Option<&Stop>) -> io::Result<()> {
+        if let Some(stop) = stop.filter(|_| !self.stopped) {
+            Entry::Stop(Cow::Owned(RecordedStop::from(stop))).write(&mut self.entries);
+        }
+        if self.lost > 0 {
+            self.push(FrameKind::Gap, self.next_tick, &[&self.lost.to_le_bytes()]);
+        }
+        let hash = self.hash.value().to_le_bytes();
+        let entries = std::mem::take(&mut self.entries);
+        self.push(FrameKind::End, self.next_tick, &[&hash, &entries]);
+        self.failure.map_or(Ok(()), Err)
+    }
+
+    /// Takes a checkpoint and hands it over, if there is room for it.
+    fn take_checkpoint(&mut self, executive: &dyn Executive) {
+        let image = executive.image();
+        self.state.clear();
+        executive.state_into(&mut self.state);
+        let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+        let mut head = [0; 32];
+        let numbers = [
+            u64::from(self.program) | u64::from(self.generation) << 16 | (image.len() as u64) << 32,
+            self.hash.value(),
+            now.as_millis() as u64,
+            executive.fingerprint(),
+        ];
+        for (place, number) in head.chunks_exact_mut(8).zip(numbers) {
+            place.copy_from_slice(&number.to_le_bytes());
+        }
+        if let Sink::Queue(queue) = &self.sink {
+            // The ticks behind it need some room, too.
+            let needed = head.len() + image.len() + self.state.len() + TICK_ROOM;
+            if queue.slots() < needed {
+                return;
+            }
+        }
+        if self.lost > 0 {
+            self.push(FrameKind::Gap, self.next_tick, &[&self.lost.to_le_bytes()]);
+        }
+        let state = std::mem::take(&mut self.state);
+        let written = self.push(FrameKind::Checkpoint, self.next_tick, &[&head, image, &state]);
+        self.state = state;
+        if written {
+            (self.due, self.lost, self.since_checkpoint) = (false, 0, 0);
+        }
+    }
+
+    /// Hands a frame over; whether there was room for it.
+    fn push(&mut self, kind: FrameKind, tick: u64, parts: &[&[u8]]) -> bool {
+        match &mut self.sink {
+            Sink::File(file) => {
+                if self.failure.is_none() {
+                    self.failure = file.take(kind, tick, parts).err();
+                }
+                self.failure.is_none()
+            }
+            Sink::Queue(queue) => {
+                let length = parts.iter().map(|part| part.len()).sum::<usize>();
+                if queue.slots() < FRAME_HEADER + length {
+                    return false;
+                }
+                let header = frame_header(kind, length, tick);
+                // There is room for all of it, and nobody else puts anything in.
+                let written = queue.write_all(&header);
+                written.is_ok() && parts.iter().all(|part| queue.write_all(part).is_ok())
+            }
+        }
+    }
+}

@@ -1,0 +1,363 @@
+//! Reads records, also while they are being written, also damaged ones.
+
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use super::block::{self, Block, Kind};
+use super::entry::{Action, RecordedStop, TickRecord, read_ticks, read_trailing};
+use super::run_header::{RecordedProgram, RunHeader, VERSION};
+use crate::files::{open_regular, why_not_read};
+
+/// Why a record can't be read.
+#[derive(Debug, Error)]
+pub enum RecordError {
+    /// The file can't be read.
+    #[error("{} can't be read: {}", .0.display(), why_not_read(.1))]
+    Read(PathBuf, io::Error),
+    /// It holds no block of a record.
+    #[error("{} is no record", .0.display())]
+    NoRecord(PathBuf),
+    /// Another version of plcc has written it.
+    #[error("the record has version {0}, this plcc reads version {VERSION}")]
+    Version(u32),
+    /// A block has a right checksum, and holds what plcc does not write.
+    #[error("the record is damaged at tick {0}")]
+    Damaged(u64),
+}
+
+/// The path of the older part of a record.
+pub(super) fn older_part(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".1");
+    name.into()
+}
+
+/// One of the files of a record.
+#[derive(Debug)]
+struct Part {
+    path: PathBuf,
+    file: File,
+    /// How far it was read.
+    read: u64,
+}
+
+/// Where a block is.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    part: usize,
+    block: Block,
+}
+
+/// A record.
+#[derive(Debug)]
+pub struct Recording {
+    parts: Vec<Part>,
+    runs: Vec<RecordedRun>,
+    /// How many bytes of the files belong to no whole block.
+    damaged: u64,
+}
+
+/// A run in a record, from its power-up to its end, or what is kept of that.
+#[derive(Debug)]
+pub struct RecordedRun {
+    /// What the record says of the run.
+    pub header: RunHeader,
+    /// The programs by their numbers: the first one, and those of online changes. A program whose
+    /// ticks are no longer kept is [`RecordedProgram::Unknown`].
+    pub programs: Vec<RecordedProgram>,
+    /// The stretches between two checkpoints, by rising ticks.
+    pub spans: Vec<Span>,
+    /// The ticks that are missing between two stretches.
+    pub gaps: Vec<Gap>,
+    /// How the run ended; `None` where the process died, or the run goes on.
+    pub end: Option<RunEnd>,
+    /// Whether what comes next can't be used before a checkpoint, and if so, whether the recorder has lost
+    /// ticks; else the file is damaged.
+    broken: Option<bool>,
+}
+
+/// Ticks that are not in a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Gap {
+    /// The first tick behind them.
+    pub before: u64,
+    /// Whether the recorder itself has lost them, since the file could not be written fast enough. Else
+    /// the file is damaged there.
+    pub lost: bool,
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunEnd {
+    /// The number of ticks.
+    pub ticks: u64,
+    /// The whole hash behind the last tick.
+    pub hash: u64,
+    /// What acted on the control behind the last tick: its outputs were made safe, say.
+    pub actions: Vec<Action>,
+    /// Why the control stopped the program, where that was not in a tick: the tick began too late.
+    pub stop: Option<RecordedStop>,
+}
+
+/// What a record holds from one checkpoint to the next.
+#[derive(Debug)]
+pub struct Span {
+    /// The number of the first tick, before which the checkpoint was taken.
+    pub first: u64,
+    /// How many online changes there were before.
+    pub generation: u16,
+    /// The number of the program among those of the run.
+    pub program: u16,
+    /// When the checkpoint was taken, in milliseconds since 1970.
+    pub time_ms: u64,
+    /// Whether the stretch follows the one before without a gap.
+    pub follows: bool,
+    /// The whole hash before the first tick.
+    pub(super) hash: u64,
+    pub(super) fingerprint: u64,
+    checkpoint: Place,
+    ticks: Vec<Place>,
+}
+
+/// A checkpoint in a record.
+pub(super) struct StoredCheckpoint {
+    pub(super) image: Vec<u8>,
+    pub(super) state: Vec<u8>,
+}
+
+impl Recording {
+    /// Reads which runs and ticks a record has. `path` is that of its newest part; the older one is read
+    /// too, if it exists.
+    ///
+    /// # Errors
+    /// When the file can't be read, or is no record of this version.
+    pub fn open(path: &Path) -> Result<Self, RecordError> {
+        let failed = |error| RecordError::Read(path.to_owned(), error);
+        let newest = open_regular(path).map_err(failed)?;
+        let older = older_part(path);
+        let mut parts = vec![];
+        if let Ok(file) = open_regular(&older) {
+            parts.push(Part { path: older, file, read: 0 });
+        }
+        parts.push(Part { path: path.to_owned(), file: newest, read: 0 });
+        let mut recording = Self { parts, runs: vec![], damaged: 0 };
+        recording.refresh()?;
+        if recording.runs.is_empty() {
+            return Err(RecordError::NoRecord(path.to_owned()));
+        }
+        Ok(recording)
+    }
+
+    /// Takes in what was written since the record was opened or refreshed. When the files were exchanged
+    /// meanwhile, the record has to be opened again to see the new one.
+    ///
+    /// # Errors
+    /// When the file can't be read.
+    pub fn refresh(&mut self) -> Result<(), RecordError> {
+        for number in 0..self.parts.len() {
+            let Some(part) = self.parts.get(number) else { break };
+            let failed = |error| RecordError::Read(part.path.clone(), error);
+            let length = part.file.metadata().map_err(failed)?.len();
+            let mut at = part.read;
+            let mut found = vec![];
+            while let Some((block, before)) = block::find(&part.file, at, length).map_err(failed)? {
+                at = block.end();
+                found.push((block, before));
+            }
+            for (block, before) in found {
+                self.take(Place { part: number, block }, before)?;
+            }
+            if let Some(part) = self.parts.get_mut(number) {
+                part.read = at;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes in a block that stands behind `before` bytes of damage.
+    fn take(&mut self, place: Place, before: u64) -> Result<(), RecordError> {
+        self.damaged += before;
+        let Block { kind, tick, .. } = place.block;
+        if kind == Kind::Start {
+            let header: RunHeader = self.decoded(place)?;
+            if header.version != VERSION {
+                return Err(RecordError::Version(header.version));
+            }
+            // Behind the beginning of another part the same run goes on.
+            if self.runs.last().is_none_or(|run| run.header.run != header.run) {
+                self.runs.push(RecordedRun {
+                    header,
+                    programs: vec![],
+                    spans: vec![],
+                    gaps: vec![],
+                    end: None,
+                    broken: None,
+                });
+            }
+            return Ok(());
+        }
+        let content = match kind {
+            Kind::Ticks => vec![],
+            _ => self.content(place)?,
+        };
+        // Blocks before the first beginning belong to nothing that is known.
+        let Some(run) = self.runs.last_mut() else { return Ok(()) };
+        if before > 0 {
+            run.broken.get_or_insert(false);
+        }
+        let damaged = || RecordError::Damaged(tick);
+        match kind {
+            Kind::Start => {}
+            Kind::Program => {
+                let (number, program): (u16, RecordedProgram) =
+                    postcard::from_bytes(&content).map_err(|_| damaged())?;
+                let index = usize::from(number);
+                if index >= run.programs.len() {
+                    run.programs.resize(index + 1, RecordedProgram::Unknown);
+                }
+                if let Some(slot) = run.programs.get_mut(index) {
+                    *slot = program;
+                }
+            }
+            Kind::Checkpoint => {
+                let (numbers, _) = checkpoint_head(&content).ok_or_else(damaged)?;
+                let [program, hash, time_ms, fingerprint] = numbers;
+                let gap = run.broken.take().map(|lost| Gap { before: tick, lost });
+                run.spans.push(Span {
+                    first: tick,
+                    generation: (program >> 16) as u16,
+                    program: program as u16,
+                    time_ms,
+                    follows: gap.is_none() && !run.spans.is_empty(),
+                    hash,
+                    fingerprint,
+                    checkpoint: place,
+                    ticks: vec![],
+                });
+                run.gaps.extend(gap);
+            }
+            Kind::Ticks => {
+                // Ticks behind damage can't be used before the next checkpoint.
+                if let Some(span) = run.spans.last_mut().filter(|_| run.broken.is_none()) {
+                    span.ticks.push(place);
+                }
+            }
+            Kind::Gap => run.broken = Some(true),
+            Kind::End => {
+                let (hash, rest) = content.split_first_chunk::<8>().ok_or_else(damaged)?;
+                let (actions, stop) = read_trailing(rest).ok_or_else(damaged)?;
+                run.end =
+                    Some(RunEnd { ticks: tick, hash: u64::from_le_bytes(*hash), actions, stop });
+            }
+        }
+        Ok(())
+    }
+
+    /// What a block holds.
+    fn content(&self, place: Place) -> Result<Vec<u8>, RecordError> {
+        let damaged = RecordError::Damaged(place.block.tick);
+        let Some(part) = self.parts.get(place.part) else { return Err(damaged) };
+        place.block.read(&part.file).map_err(|error| RecordError::Read(part.path.clone(), error))
+    }
+
+    fn decoded<T: serde::de::DeserializeOwned>(&self, place: Place) -> Result<T, RecordError> {
+        let content = self.content(place)?;
+        postcard::from_bytes(&content).map_err(|_| RecordError::Damaged(place.block.tick))
+    }
+
+    /// The runs in the order in which they were recorded.
+    pub fn runs(&self) -> &[RecordedRun] {
+        &self.runs
+    }
+
+    /// The run that was recorded last.
+    pub fn last_run(&self) -> Option<&RecordedRun> {
+        self.runs.last()
+    }
+
+    /// How many bytes of the record belong to no whole block: damage, or a block of which the end is
+    /// missing.
+    pub fn damaged_bytes(&self) -> u64 {
+        let open = self.parts.iter().map(|part| {
+            let length = part.file.metadata().map_or(0, |metadata| metadata.len());
+            length.saturating_sub(part.read)
+        });
+        self.damaged + open.sum::<u64>()
+    }
+
+    /// The recorded ticks of a span, in order.
+    ///
+    /// # Errors
+    /// When the file can't be read or is damaged.
+    pub fn ticks(&self, span: &Span) -> Result<Vec<TickRecord>, RecordError> {
+        let mut ticks = vec![];
+        let mut next = span.first;
+        for place in &span.ticks {
+            let content = self.content(*place)?;
+            if place.block.tick != next {
+                return Err(RecordError::Damaged(next));
+            }
+            let read = read_ticks(&content, &mut next).ok_or(RecordError::Damaged(next))?;
+            ticks.extend(read);
+        }
+        Ok(ticks)
+    }
+
+    /// The number of the first tick behind a span's last one.
+    ///
+    /// # Errors
+    /// When the file can't be read or is damaged.
+    pub fn end_of(&self, span: &Span) -> Result<u64, RecordError> {
+        let Some(place) = span.ticks.last() else { return Ok(span.first) };
+        let mut next = place.block.tick;
+        let content = self.content(*place)?;
+        read_ticks(&content, &mut next).ok_or(RecordError::Damaged(next))?;
+        Ok(next)
+    }
+
+    /// The checkpoint with which a span begins.
+    pub(super) fn checkpoint(&self, span: &Span) -> Result<StoredCheckpoint, RecordError> {
+        let content = self.content(span.checkpoint)?;
+        let damaged = || RecordError::Damaged(span.first);
+        let (numbers, rest) = checkpoint_head(&content).ok_or_else(damaged)?;
+        let [first, ..] = numbers;
+        let (image, state) = rest.split_at_checked((first >> 32) as usize).ok_or_else(damaged)?;
+        Ok(StoredCheckpoint { image: image.to_vec(), state: state.to_vec() })
+    }
+}
+
+/// The four numbers with which a checkpoint begins (program, generation and length of the image, hash, time,
+/// fingerprint), and the image and the state behind them.
+fn checkpoint_head(content: &[u8]) -> Option<([u64; 4], &[u8])> {
+    let mut numbers = [0; 4];
+    let mut rest = content;
+    for number in &mut numbers {
+        let bytes;
+        (bytes, rest) = rest.split_first_chunk::<8>()?;
+        *number = u64::from_le_bytes(*bytes);
+    }
+    Some((numbers, rest))
+}
+
+impl RecordedRun {
+    /// The generations whose ticks are kept: how many online changes there were before each.
+    pub fn generations(&self) -> Vec<u16> {
+        let mut all: Vec<u16> = self.spans.iter().map(|span| span.generation).collect();
+        all.dedup();
+        all
+    }
+
+    /// The program that ran after so many online changes.
+    pub fn program_of(&self, generation: u16) -> Option<&RecordedProgram> {
+        let span = self.spans.iter().find(|span| span.generation == generation)?;
+        self.programs.get(usize::from(span.program))
+    }
+
+    /// The number of the first tick that is kept.
+    pub fn first_tick(&self) -> u64 {
+        self.spans.first().map_or(0, |span| span.first)
+    }
+}

@@ -1,0 +1,317 @@
+//! Runs recorded ticks again, in any engine, and compares them with what was recorded.
+
+use plcc_abi::{Engine, Program};
+use thiserror::Error;
+
+use super::entry::{Action, RecordedStop, TickRecord};
+use super::recording::{RecordError, RecordedRun, Recording, RunEnd};
+use super::state_hash::StateHash;
+use crate::checkpoint::seal;
+use crate::{CheckpointError, Event, Executive, Stop};
+
+/// Why ticks can't be run again.
+#[derive(Debug, Error)]
+pub enum ReplayError {
+    /// The record can't be read.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The executive does not take the recorded state: it is of another program.
+    #[error("the recorded state can't be restored: {0}")]
+    Checkpoint(#[from] CheckpointError),
+    /// The tick is not in the record.
+    #[error("tick {tick} is not in the record, which has the ticks from {first} to {last}")]
+    NotKept {
+        /// The tick that was asked for.
+        tick: u64,
+        /// The first tick that is kept.
+        first: u64,
+        /// The last one.
+        last: u64,
+    },
+}
+
+/// How a replayed tick differs from the recorded one.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Difference {
+    /// The state behind it has another hash.
+    State,
+    /// The state before it is another one than that of the recorded checkpoint, whose image this is.
+    Checkpoint(Vec<u8>),
+    /// Its events are others.
+    Events,
+    /// One was stopped, the other not, or for another reason.
+    Stop,
+}
+
+/// A tick that was run again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Replayed {
+    /// Its number.
+    pub tick: u64,
+    /// Whether it went as recorded.
+    pub matches: bool,
+    /// How it differs, if it does.
+    pub difference: Option<Difference>,
+    /// Why the control stopped the program in it, if it did.
+    pub stop: Option<Stop>,
+    /// Whether a scan of it was stopped in its middle, by the watchdog. Such a tick is not run again:
+    /// what acted on the control before it was done, no more. It is the last one.
+    pub cut: bool,
+    /// Whether ticks before it are missing, so that it began with a recorded checkpoint.
+    pub after_gap: bool,
+}
+
+/// Brings an executive into the state before any recorded tick, and runs it on from there.
+///
+/// The executive is made of the recorded program with the recorded options; `session::replay` does
+/// that. The engine is given to each step, and another one can be given to the next, so that one may
+/// go to a tick quickly in compiled code, and then watch the statement interpreter. Native code of a
+/// PMAC must be one that is not [recompiled](crate::pmac::Recompiling) meanwhile.
+pub struct Replayer<'r> {
+    recording: &'r Recording,
+    run: &'r RecordedRun,
+    generation: u16,
+    executive: Box<dyn Executive + Send>,
+    hash: StateHash,
+    /// The span whose ticks these are.
+    span: Option<usize>,
+    ticks: Vec<TickRecord>,
+    /// Which of them is the next.
+    at: usize,
+    /// Whether ticks are missing before the next one.
+    after_gap: bool,
+    /// How the state before the next tick differs from the checkpoint.
+    difference: Option<Difference>,
+    /// Whether the last tick was cut.
+    cut: bool,
+}
+
+impl<'r> Replayer<'r> {
+    /// A replay of the ticks that a run did after `generation` online changes, with the program that ran
+    /// then ([`RecordedRun::program_of`]). It begins before the first one that is kept.
+    pub fn new(
+        recording: &'r Recording,
+        run: &'r RecordedRun,
+        generation: u16,
+        executive: Box<dyn Executive + Send>,
+    ) -> Self {
+        let hash = StateHash::new(executive.as_ref());
+        Self {
+            recording,
+            run,
+            generation,
+            executive,
+            hash,
+            span: None,
+            ticks: vec![],
+            at: 0,
+            after_gap: false,
+            difference: None,
+            cut: false,
+        }
+    }
+
+    /// The executive, in the state before the next tick.
+    pub fn executive(&mut self) -> &mut dyn Executive {
+        self.executive.as_mut()
+    }
+
+    /// The recorded tick that [`step`](Self::step) runs next; `None` behind the last one, and before
+    /// anything was restored.
+    pub fn next(&self) -> Option<&TickRecord> {
+        self.ticks.get(self.at)
+    }
+
+    /// The first and the last tick that are kept of this generation.
+    ///
+    /// # Errors
+    /// When the record can't be read.
+    pub fn range(&self) -> Result<(u64, u64), ReplayError> {
+        let spans = || self.run.spans.iter().filter(|span| span.generation == self.generation);
+        let first = spans().next().map_or(0, |span| span.first);
+        let mut end = first;
+        for span in spans().rev() {
+            end = self.recording.end_of(span)?;
+            if end > span.first {
+                break;
+            }
+        }
+        Ok((first, end.saturating_sub(1)))
+    }
+
+    /// Brings the executive into the state before a tick; where that was skipped, before the next one
+    /// that was run. It begins with the nearest checkpoint before, unless the present state is nearer.
+    ///
+    /// # Errors
+    /// When the tick is not in the record, the record can't be read, or belongs to another program.
+    pub fn go_to(&mut self, tick: u64, engine: &mut dyn Engine) -> Result<(), ReplayError> {
+        let spans = self.run.spans.iter().enumerate();
+        let mut spans = spans.filter(|(_, span)| span.generation == self.generation);
+        let nearest = spans.rfind(|(_, span)| span.first <= tick).map(|(index, _)| index);
+        let Some(nearest) = nearest else { return Err(self.not_kept(tick)?) };
+        let is_near = self.span == Some(nearest) && self.next().is_some_and(|it| it.tick <= tick);
+        if !is_near {
+            self.restore(nearest)?;
+        }
+        let mut events = vec![];
+        loop {
+            match self.next().map(|next| next.tick) {
+                Some(next) if next >= tick => return Ok(()),
+                Some(_) => {}
+                None if self.enter_next_span()? => continue,
+                None => return Err(self.not_kept(tick)?),
+            }
+            self.step(engine, &mut events)?;
+            events.clear();
+        }
+    }
+
+    fn not_kept(&self, tick: u64) -> Result<ReplayError, ReplayError> {
+        let (first, last) = self.range()?;
+        Ok(ReplayError::NotKept { tick, first, last })
+    }
+
+    /// Restores the checkpoint with which a span begins.
+    fn restore(&mut self, index: usize) -> Result<(), ReplayError> {
+        let Some(span) = self.run.spans.get(index) else { return Ok(()) };
+        let stored = self.recording.checkpoint(span)?;
+        self.executive.resume(&seal(span.fingerprint, &stored.image, &stored.state))?;
+        self.hash.set(span.hash);
+        self.ticks = self.recording.ticks(span)?;
+        (self.at, self.span, self.cut) = (0, Some(index), false);
+        (self.after_gap, self.difference) = (false, None);
+        Ok(())
+    }
+
+    /// Goes on with the ticks of the next span; whether there is one.
+    fn enter_next_span(&mut self) -> Result<bool, ReplayError> {
+        let next = self.span.map_or(0, |span| span + 1);
+        let spans = self.run.spans.iter().enumerate().skip(next);
+        let found = spans.into_iter().find(|(_, span)| span.generation == self.generation);
+        let Some((index, span)) = found else { return Ok(false) };
+        if self.span.is_none() || index > next || !span.follows {
+            let after_gap = self.span.is_some();
+            self.restore(index)?;
+            self.after_gap = after_gap;
+            return Ok(true);
+        }
+        // The state goes on by itself, and must have become that of the checkpoint.
+        let stored = self.recording.checkpoint(span)?;
+        if !self.is_in_state(&stored.image, &stored.state) || self.hash.value() != span.hash {
+            self.difference = Some(Difference::Checkpoint(stored.image));
+        }
+        self.ticks = self.recording.ticks(span)?;
+        (self.at, self.span) = (0, Some(index));
+        Ok(true)
+    }
+
+    /// Whether the executive has this image, but for what engines may use in their own way, and this
+    /// state outside it.
+    fn is_in_state(&self, image: &[u8], state: &[u8]) -> bool {
+        let mut own = vec![];
+        self.executive.state_into(&mut own);
+        let here = self.executive.image();
+        let same = |range: &std::ops::Range<u32>| {
+            let range = range.start as usize..range.end as usize;
+            here.get(range.clone()) == image.get(range)
+        };
+        own == state
+            && here.len() == image.len()
+            && self.executive.compared_ranges().iter().all(same)
+    }
+
+    /// Does what acted on the control before the next tick, and runs it. Its events are appended to
+    /// `events`. `None` behind the last tick.
+    ///
+    /// # Errors
+    /// When the record can't be read, or belongs to another program.
+    pub fn step(
+        &mut self,
+        engine: &mut dyn Engine,
+        events: &mut Vec<Event>,
+    ) -> Result<Option<Replayed>, ReplayError> {
+        while self.at >= self.ticks.len() {
+            if self.cut || !self.enter_next_span()? {
+                return Ok(None);
+            }
+        }
+        let Some(record) = self.ticks.get(self.at) else { return Ok(None) };
+        self.at += 1;
+        for action in &record.actions {
+            act(self.executive.as_mut(), action);
+        }
+        let after_gap = std::mem::take(&mut self.after_gap);
+        if record.is_cut() {
+            self.cut = true;
+            return Ok(Some(Replayed {
+                tick: record.tick,
+                matches: true,
+                difference: None,
+                stop: record.stop.clone().map(Stop::from),
+                cut: true,
+                after_gap,
+            }));
+        }
+        if self.run.header.clocked {
+            self.executive.follow_clock(Some(&record.decisions));
+        }
+        let from = events.len();
+        let stop = self.executive.tick(engine, events).err();
+        let hash = self.hash.add(self.executive.image());
+        let difference = self.difference.take().or_else(|| {
+            if stop.as_ref().map(RecordedStop::from) != record.stop {
+                Some(Difference::Stop)
+            } else if events.get(from..) != Some(&record.events) {
+                Some(Difference::Events)
+            } else {
+                (hash != record.hash).then_some(Difference::State)
+            }
+        });
+        let (tick, matches) = (record.tick, difference.is_none());
+        Ok(Some(Replayed { tick, matches, difference, stop, cut: false, after_gap }))
+    }
+
+    /// Behind the last tick of a run that has ended: does what acted on the control then, and says how
+    /// the run ended, and whether the whole hash is the recorded one.
+    pub fn end(&mut self) -> Option<(&'r RunEnd, bool)> {
+        let end = self.run.end.as_ref()?;
+        for action in &end.actions {
+            act(self.executive.as_mut(), action);
+        }
+        Some((end, self.cut || self.hash.value() == end.hash))
+    }
+}
+
+/// Has something act on a control as it did when it was recorded.
+fn act(executive: &mut dyn Executive, action: &Action) {
+    match *action {
+        Action::Write(key, value) => executive.write(key, value),
+        // It was refused then, too, if it is now.
+        Action::Force(key, value) => drop(executive.force(key, value)),
+        Action::Skip(count) => executive.skip_ticks(count),
+        Action::SafeOutputs => executive.drive_safe_outputs(),
+    }
+}
+
+/// The variables of a program that differ between two images, with the bytes that they have in each.
+pub fn differing_variables(
+    program: &Program,
+    a: &[u8],
+    b: &[u8],
+) -> Vec<(String, Vec<u8>, Vec<u8>)> {
+    let mut found = vec![];
+    for symbol in program.tables.symbols() {
+        for element in 0..symbol.elements {
+            let size = symbol.ty.size();
+            let from = (symbol.offset + element * size) as usize;
+            let range = from..from + size as usize;
+            let (Some(one), Some(other)) = (a.get(range.clone()), b.get(range)) else { continue };
+            if one != other {
+                let index =
+                    if symbol.elements > 1 { format!("[{element}]") } else { String::new() };
+                found.push((format!("{}{index}", symbol.name), one.to_vec(), other.to_vec()));
+            }
+        }
+    }
+    found
+}

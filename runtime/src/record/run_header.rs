@@ -1,0 +1,81 @@
+//! What a record says of a run before its first tick: the run itself, and its program.
+
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+/// The version of everything in a record.
+pub(super) const VERSION: u32 = 1;
+
+/// A run, as a record describes it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunHeader {
+    /// The version of the record's form.
+    pub(super) version: u32,
+    /// A number that tells this run from others in the same file.
+    pub run: u64,
+    /// When it began, in milliseconds since 1970.
+    pub began_ms: u64,
+    /// The version of plcc that recorded it.
+    pub recorded_by: String,
+    /// The time from one tick to the next in nanoseconds, as the run began.
+    pub tick_ns: u64,
+    /// Whether the clock takes part in what a tick does: the run was in real time, or watched by a
+    /// watchdog. A replay then follows the recorded decisions.
+    pub clocked: bool,
+    /// The options of the run, in the form of whoever made the recorder
+    /// (`session::replay::RunSettings`).
+    #[serde(with = "crate::checkpoint::bytes")]
+    pub settings: Vec<u8>,
+}
+
+impl RunHeader {
+    /// A run that begins now: `began` is the time since 1970, `tick_ns` the time from one tick to the next
+    /// in nanoseconds. `clocked` says whether the clock takes part in what a tick does. `settings` are the
+    /// options of the run, which only whoever replays it has to understand.
+    pub fn new(began: Duration, tick_ns: u64, clocked: bool, settings: Vec<u8>) -> Self {
+        Self {
+            version: VERSION,
+            run: began.as_nanos() as u64,
+            began_ms: began.as_millis() as u64,
+            recorded_by: env!("CARGO_PKG_VERSION").into(),
+            tick_ns,
+            clocked,
+            settings,
+        }
+    }
+}
+
+/// A program in a record.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum RecordedProgram {
+    /// An artifact, the bytes of its file.
+    Artifact(#[serde(with = "crate::checkpoint::bytes")] Vec<u8>),
+    /// Sources.
+    Sources(RecordedSources),
+    /// The program is not in the record, since it was not known to the recorder.
+    Unknown,
+}
+
+/// The sources of a program.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordedSources {
+    /// The language's name.
+    pub dialect: String,
+    /// The files: first those that were named, then those that they include.
+    pub files: Vec<RecordedFile>,
+    /// How many were named.
+    pub named: usize,
+    /// The options of the compiler, in its own form.
+    #[serde(with = "crate::checkpoint::bytes")]
+    pub options: Vec<u8>,
+}
+
+/// A source file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordedFile {
+    /// Its path as it was given.
+    pub path: String,
+    /// Its text, decoded.
+    pub text: String,
+}

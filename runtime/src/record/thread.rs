@@ -1,0 +1,237 @@
+//! The thread that writes a record in real time.
+//!
+//! The thread that runs the ticks puts frames into a queue of bytes; this thread looks at the queue every
+//! 20 ms, and writes what has come to the file once a second. Where the file can't be written, it says
+//! so once, throws away what comes until the next checkpoint, asks for one every two seconds, and tries again with that.
+
+use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use rtrb::{Consumer, Producer, RingBuffer};
+
+use super::file::{FrameKind, Programs, RecordFile};
+use super::recorder::Recorder;
+use super::run_header::RecordedProgram;
+use crate::Executive;
+use crate::files::why_not_written;
+use crate::journal::{EntryKind, Journal};
+
+/// How often the thread looks at the queue. It is not woken, since waking it is a system call.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
+/// How often ticks are written.
+const WRITE_INTERVAL: Duration = Duration::from_millis(900);
+/// Time from a failure to the next attempt.
+const RETRY_INTERVAL: Duration = Duration::from_secs(2);
+/// How long the end of a run waits until the record is written.
+const END_WAIT: Duration = Duration::from_secs(2);
+/// The queue has room for so many bytes besides two checkpoints.
+const QUEUE: usize = 1 << 20;
+
+/// The length of what stands before each frame in the queue: its kind, its length and the tick.
+pub(super) const FRAME_HEADER: usize = 13;
+
+/// What stands before a frame in the queue.
+pub(super) fn frame_header(kind: FrameKind, length: usize, tick: u64) -> [u8; FRAME_HEADER] {
+    let [a, b, c, d, ..] = (length as u64).to_le_bytes();
+    let [e, f, g, h, i, j, k, l] = tick.to_le_bytes();
+    [kind as u8, a, b, c, d, e, f, g, h, i, j, k, l]
+}
+
+/// Kind, length and tick of a frame.
+fn read_frame_header(bytes: &[u8]) -> Option<(FrameKind, usize, u64)> {
+    let (kind, rest) = bytes.split_first()?;
+    let (length, rest) = rest.split_first_chunk::<4>()?;
+    let tick = rest.first_chunk::<8>()?;
+    let kinds = [FrameKind::Tick, FrameKind::Checkpoint, FrameKind::Gap, FrameKind::End];
+    let kind = kinds.into_iter().find(|known| *known as u8 == *kind)?;
+    Some((kind, u32::from_le_bytes(*length) as usize, u64::from_le_bytes(*tick)))
+}
+
+/// The thread, and what the thread of the run knows of it.
+#[derive(Debug)]
+pub struct RecordThread {
+    shown: String,
+    programs: Programs,
+    ending: Arc<AtomicBool>,
+    result: Receiver<Result<(), String>>,
+    thread: JoinHandle<()>,
+}
+
+impl RecordThread {
+    /// Starts the thread. `executive` is the one that will run, at power-up, with all variables looked up
+    /// that the stimulus sets.
+    ///
+    /// # Errors
+    /// When no thread can be started.
+    pub fn start(
+        file: RecordFile,
+        executive: &dyn Executive,
+        journal: Journal,
+    ) -> io::Result<(Recorder, Self)> {
+        let mut state = vec![];
+        executive.state_into(&mut state);
+        let checkpoint = executive.image().len() + state.len();
+        let (mut queue, mut frames) = RingBuffer::<u8>::new(QUEUE + 2 * checkpoint);
+        touch(&mut queue, &mut frames);
+        let wants_checkpoint = file.wants_checkpoint();
+        let (programs, shown) = (file.programs(), file.path().display().to_string());
+        let ending = Arc::new(AtomicBool::new(false));
+        let (tell, result) = sync_channel(1);
+        let flag = Arc::clone(&ending);
+        let mut writer = Writer {
+            file,
+            shown: shown.clone(),
+            journal,
+            frames,
+            bytes: vec![],
+            trouble: None,
+            written: Instant::now(),
+        };
+        let thread = thread::Builder::new().name("record".into()).spawn(move || {
+            // A mistake in plcc must not end more than the record.
+            let end = catch_unwind(AssertUnwindSafe(|| writer.run(&flag)));
+            let failed = Err("an internal error of plcc".to_owned());
+            let _ = tell.send(end.unwrap_or(failed));
+        })?;
+        let recorder = Recorder::to_queue(queue, wants_checkpoint, executive);
+        Ok((recorder, Self { shown, programs, ending, result, thread }))
+    }
+
+    /// Where the programs of online changes are told.
+    pub fn programs(&self) -> RecordedPrograms {
+        RecordedPrograms(Arc::clone(&self.programs))
+    }
+
+    /// Has everything written that waits, and waits for that at most two seconds. The recorder must have
+    /// been ended before.
+    ///
+    /// # Errors
+    /// When it could not be written.
+    pub fn finish(self) -> Result<(), String> {
+        self.ending.store(true, Ordering::Release);
+        self.thread.thread().unpark();
+        // A thread that is stuck in writing is left behind.
+        let result = self.result.recv_timeout(END_WAIT);
+        let result = result.unwrap_or_else(|_| Err("it takes too long".into()));
+        result.map_err(|why| format!("the end of the record {} is missing: {why}", self.shown))
+    }
+}
+
+/// The programs of a run that a record has, for whoever prepares online changes.
+#[derive(Clone, Debug)]
+pub struct RecordedPrograms(Programs);
+
+impl RecordedPrograms {
+    /// Adds a program. Gives its number.
+    pub fn add(&self, program: RecordedProgram) -> u16 {
+        let mut programs = self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        programs.push(program);
+        u16::try_from(programs.len().saturating_sub(1)).unwrap_or(u16::MAX)
+    }
+}
+
+/// Has the operating system give all memory of a queue now, and not in a tick.
+fn touch(queue: &mut Producer<u8>, frames: &mut Consumer<u8>) {
+    while let Ok(()) = queue.push(0) {}
+    while frames.pop().is_ok() {}
+}
+
+/// The side of the thread that writes.
+struct Writer {
+    file: RecordFile,
+    /// The file's path, for people.
+    shown: String,
+    journal: Journal,
+    frames: Consumer<u8>,
+    /// What was taken from the queue and is no whole frame yet.
+    bytes: Vec<u8>,
+    /// Why the file can't be written at present, and when a checkpoint was last asked for.
+    trouble: Option<(String, Instant)>,
+    /// When ticks were last written.
+    written: Instant,
+}
+
+impl Writer {
+    /// Writes until the run ends and everything is written.
+    fn run(&mut self, ending: &AtomicBool) -> Result<(), String> {
+        loop {
+            // The flag is read first: what was put into the queue before it was set is found then.
+            let ends = ending.load(Ordering::Acquire);
+            self.take_frames();
+            if ends || self.written.elapsed() >= WRITE_INTERVAL {
+                self.written = Instant::now();
+                let result = if self.trouble.is_none() { self.file.flush() } else { Ok(()) };
+                self.note(result);
+            }
+            if ends {
+                return self.trouble.take().map_or(Ok(()), |(why, _)| Err(why));
+            }
+            if let Some((_, asked)) = &mut self.trouble
+                && asked.elapsed() >= RETRY_INTERVAL
+            {
+                *asked = Instant::now();
+                self.file.ask_for_checkpoint();
+            }
+            thread::park_timeout(POLL_INTERVAL);
+        }
+    }
+
+    /// Takes the whole frames that are in the queue.
+    fn take_frames(&mut self) {
+        let waiting = self.frames.slots();
+        if let Ok(chunk) = self.frames.read_chunk(waiting) {
+            let (first, second) = chunk.as_slices();
+            self.bytes.extend_from_slice(first);
+            self.bytes.extend_from_slice(second);
+            chunk.commit_all();
+        }
+        let bytes = std::mem::take(&mut self.bytes);
+        let mut rest = bytes.as_slice();
+        while let Some((kind, length, tick)) = read_frame_header(rest)
+            && let Some(content) = rest.get(FRAME_HEADER..FRAME_HEADER + length)
+        {
+            self.take(kind, tick, content);
+            rest = rest.get(FRAME_HEADER + length..).unwrap_or_default();
+        }
+        self.bytes = rest.to_vec();
+    }
+
+    fn take(&mut self, kind: FrameKind, tick: u64, content: &[u8]) {
+        if kind == FrameKind::Gap
+            && let Some(count) = content.first_chunk::<8>()
+        {
+            let count = u64::from_le_bytes(*count);
+            self.journal.write(EntryKind::Lost { output: "record", count });
+        }
+        if self.trouble.is_some() {
+            if kind != FrameKind::Checkpoint {
+                return;
+            }
+            let result = self.file.take(kind, tick, &[content]);
+            if result.is_ok() {
+                self.trouble = None;
+                let text =
+                    format!("the record {} is written again, from tick {tick} on", self.shown);
+                self.journal.note(text);
+            }
+            return;
+        }
+        let result = self.file.take(kind, tick, &[content]);
+        self.note(result);
+    }
+
+    /// Tells a failure, the first time.
+    fn note(&mut self, result: io::Result<()>) {
+        if let Err(error) = result {
+            let why = why_not_written(&error);
+            let text = format!("the record {} can't be written at present: {why}", self.shown);
+            self.journal.warn(text);
+            self.trouble = Some((why, Instant::now()));
+        }
+    }
+}
