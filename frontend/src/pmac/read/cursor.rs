@@ -15,6 +15,9 @@ pub(crate) struct ParseError {
     pub(crate) help: Option<String>,
 }
 
+/// The end of the message that something is missing at the end of a line.
+pub(crate) const MISSING: &str = "is missing behind this";
+
 /// What a rule of the parser has read, or its error.
 pub(crate) type Parsed<T> = Result<T, ParseError>;
 
@@ -169,7 +172,7 @@ impl<'a> Cursor<'a> {
             self.pos = solid.len() + line;
             let last = solid.chars().next_back().map_or(0, char::len_utf8);
             let at = TextRange::new(solid.len() - last, solid.len());
-            return syntax(at, format!("{wanted} is missing behind this"));
+            return syntax(at, format!("{wanted} {MISSING}"));
         }
         self.expected_at_once(wanted)
     }

@@ -2,7 +2,7 @@
 //! programs, Power PMAC. Here an error gets a message and a help that say what was probably meant and
 //! how it is written. Its code and its place stay what they are.
 
-use super::cursor::{Cursor, ParseError};
+use super::cursor::{Cursor, MISSING, ParseError};
 use super::online::PERHAPS_A_NAME;
 use super::words::{self, MOTION, ONLINE, PLC};
 use super::words_of_other_languages::{directive, function, operand, statement};
@@ -84,6 +84,13 @@ pub(super) fn explain(text: &str, controller: Controller, error: &mut ParseError
         return Explained::No;
     }
     let place = Place::new(text, error, controller);
+    if error.message.ends_with(MISSING) {
+        let operator = place.around.at.starts_with(|c: char| "=+-*/%&|^,".contains(c));
+        if error.help.is_none() && operator {
+            error.help = Some("finish the expression on this line".to_owned());
+        }
+        return Explained::No;
+    }
     if let Some(name) = undefined_name(&place, error) {
         return Explained::UndefinedName(name);
     }

@@ -166,7 +166,7 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Meant> {
         return help(format!("a condition stands in parentheses: {word} ({condition})"));
     }
     let in_expression = before.trim_end().ends_with(|c: char| "=+-*/(<>&|^%".contains(c));
-    if in_expression && at != "," {
+    if in_expression && at != "," || before.contains("->") {
         return None;
     }
     let index = before.rfind('(').and_then(|open| before.get(..open)).unwrap_or("");
@@ -229,7 +229,8 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Meant> {
             if place.begins_line()
                 && at == place.word
                 && behind.starts_with(' ')
-                && behind.trim_start().starts_with(|c: char| c.is_ascii_alphabetic()) =>
+                && behind.trim_start().starts_with(|c: char| c.is_ascii_alphabetic())
+                && !behind.contains(['=', '<', '>']) =>
         {
             no_word("there are no instruction lists: write M3=M1&M2 or IF (M1=1) … ENDIF")
         }
@@ -269,6 +270,7 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Meant> {
         }
         _ if at == "#" && place.around.behind.starts_with(|c: char| c.is_ascii_digit()) => {
             let command = place.around.behind.split_whitespace().next().unwrap_or("");
+            let command = command.trim_end_matches('"');
             help(format!("a PLC gives it with COMMAND\"#{command}\""))
         }
         _ if at == "," && before.contains("\"") => {
