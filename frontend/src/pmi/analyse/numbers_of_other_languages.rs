@@ -15,6 +15,9 @@ pub(super) fn delay(place: &Place<'_, '_>) -> Option<Meant> {
     let value = written.rsplit('#').next().unwrap_or("");
     let unit = value.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
     let number = value.get(..value.len() - unit.len()).unwrap_or("");
+    if unit.is_empty() && !number.contains('.') {
+        return None;
+    }
     let milliseconds_each = match unit.to_ascii_uppercase().as_str() {
         "" | "S" | "SEC" => 1000.0,
         "MS" => 1.0,

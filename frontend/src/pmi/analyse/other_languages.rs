@@ -148,7 +148,7 @@ fn comment(place: &Place<'_, '_>) -> Option<Meant> {
     match place.found() {
         ";" if rest.trim().is_empty() => {
             return Meant::new(
-                "no `;` ends a statement",
+                "a statement does not end with `;`",
                 "leave the `;` out: a statement ends with its line",
             );
         }
@@ -282,7 +282,7 @@ fn keyword(place: &Place<'_, '_>) -> Option<Meant> {
     if code == "PMI-1" {
         return directive(found);
     }
-    if matches!(found, "THEN" | "DO") && code == "PMI-5" {
+    if matches!(found, "THEN" | "DO") && code == "PMI-5" && place.section.is_none() {
         let help = format!("leave {found} out: the body begins on the next line");
         return Meant::new(format!("there is no {found} behind a condition"), help);
     }
@@ -361,9 +361,11 @@ fn name(place: &Place<'_, '_>) -> Option<Meant> {
     let letters = place.found().trim_start_matches('@');
     let (kind, number) = letters.split_at_checked(1)?;
     let number: u16 = number.parse().ok()?;
-    let last = match kind {
-        "M" => 299,
-        "G" => 199,
+    let last = match (kind, place.section) {
+        ("M", Some(Section::MCode)) => 299,
+        ("G", Some(Section::GCode)) => 199,
+        ("M", _) => return Meant::help("M codes stand behind $MCODE"),
+        ("G", _) => return Meant::help("G codes stand behind $GCODE"),
         _ => return None,
     };
     (number <= last)
@@ -374,7 +376,8 @@ fn name(place: &Place<'_, '_>) -> Option<Meant> {
 fn address(place: &Place<'_, '_>) -> Option<Meant> {
     let fraction = |index| place.kind(index).is_some() && place.word(index).starts_with('.');
     let ports = matches!(place.section, Some(Section::Input | Section::Output));
-    if matches!(place.kind(place.at), Some(Kind::Executive)) || place.code == "PMI-11" {
+    let executive = place.found().starts_with('@') || place.before().starts_with('@');
+    if executive || !matches!(place.code, "PMI-12" | "PMI-30" | "PMI-31" | "PMI-34") {
         return None;
     }
     let percent = place.found() == "%"
@@ -388,6 +391,9 @@ fn address(place: &Place<'_, '_>) -> Option<Meant> {
         return None;
     }
     let written = place.around(|c| c.is_ascii_alphanumeric() || matches!(c, '%' | '.' | '_'));
+    if written.starts_with('.') && !ports {
+        return None;
+    }
     match place.section {
         Some(Section::Input | Section::Output) => {
             let digits = written.trim_start_matches(|c: char| !c.is_ascii_digit());
