@@ -422,3 +422,43 @@ fn no_message_brings_the_adapter_down() {
     client.ask("pause", json!({}));
     client.leave();
 }
+
+/// The stories of docs/debugger.md: from the end of a run to the statement that set the stop off. Each
+/// row is a variable, and the tick and line of the statement that changed it last.
+fn story(program: &str, stimulus: &str, ticks: u64, requests: &[(&str, u64, u64)]) {
+    assert!(requests.len() <= 5);
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let program = root.join(program);
+    let mut client = Client::launch(
+        json!({"program": program, "stimulus": root.join(stimulus), "ticks": ticks}),
+        json!([]),
+    );
+    assert_eq!(client.stopped().0, "pause", "the end of the run");
+    for &(name, tick, line) in requests {
+        let arrived = client.go("plcc/lastChange", json!({"name": name}));
+        assert_eq!(arrived, at("goto", tick, line), "{name}");
+    }
+    client.leave();
+}
+
+#[test]
+fn the_stories_of_the_documentation_end_where_they_say() {
+    story(
+        "examples/pmi/lathe.pmi",
+        "docs/debugger/lathe.csv",
+        300,
+        &[("MCHON", 200, 166), ("@ESTOP", 200, 45)],
+    );
+    story(
+        "examples/nct/sample.plc",
+        "examples/nct/sample.csv",
+        1011,
+        &[("Y710", 1010, 427), ("I655", 1010, 57), ("F0114", 981, 989)],
+    );
+    story(
+        "examples/pmac/mill.pmc",
+        "examples/pmac/mill/encoder/stimulus.csv",
+        400,
+        &[("P30", 182, 103), ("L5", 181, 194), ("L4", 181, 188), ("L3", 140, 184)],
+    );
+}

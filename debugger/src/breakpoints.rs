@@ -153,6 +153,7 @@ impl Breakpoints {
             answers.push(SetBreakpoint { id, place });
         }
         self.lines.insert(file, active);
+        self.forget_hits();
         answers
     }
 
@@ -173,7 +174,15 @@ impl Breakpoints {
             answers.push(SetBreakpoint { id, place });
         }
         self.data = active;
+        self.forget_hits();
         answers
+    }
+
+    /// Forgets the hits of breakpoints that are gone.
+    fn forget_hits(&mut self) {
+        let lines = self.lines.values().flat_map(HashMap::values).flatten().map(|line| line.id);
+        let known: Vec<i64> = lines.chain(self.data.iter().map(|data| data.id)).collect();
+        self.hits.retain(|id, _| known.contains(id));
     }
 
     /// Whether there is any, so that ticks have to be observed.

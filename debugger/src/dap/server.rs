@@ -234,7 +234,7 @@ impl<'a, W: Write> Server<'a, W> {
         if self.launch.realtime && running.direction == Direction::Forward {
             let tick_ns = u128::from(debugger.tick_ns().max(1));
             let due = (running.begun.elapsed().as_nanos() / tick_ns) as u64 + 1;
-            ticks = due.saturating_sub(debugger.position().tick - running.first_tick);
+            ticks = due.saturating_sub(debugger.position().tick.saturating_sub(running.first_tick));
             if ticks == 0 {
                 std::thread::sleep(Duration::from_millis(1));
                 return Ok(());

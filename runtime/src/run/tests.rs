@@ -302,6 +302,30 @@ fn a_stimulus_can_begin_again() {
 }
 
 #[test]
+fn a_player_goes_on_from_any_tick_as_if_it_had_played_all_before() {
+    let table = b"tick,name,value\n0,A,1\n2,A,2\n2,A,3\n5,A,4\n";
+    let stimulus = Stimulus::parse(table, &mut Control::default()).unwrap();
+    for (repeat, beyond) in [(false, [9, 9, 9]), (true, [1, 9, 3])] {
+        // What A becomes in each tick from one on; 9 where no row sets it.
+        let played = |from: u64| -> Vec<i64> {
+            let mut player = Player::new(stimulus.clone(), repeat);
+            player.seek(from);
+            let value = |tick| {
+                let mut control = Control { values: [9, 0], ..Control::default() };
+                player.apply(tick, &mut control);
+                control.values[0]
+            };
+            (from..20).map(value).collect()
+        };
+        let all = played(0);
+        assert_eq!((&all[..6], &all[6..9]), (&[1, 9, 3, 9, 9, 4][..], &beyond[..]));
+        for from in 1..20 {
+            assert_eq!(played(from), all[from as usize..], "from {from}");
+        }
+    }
+}
+
+#[test]
 fn a_stimulus_may_have_any_line_ends_quotes_and_blanks() {
     let plain = stimulus(b"tick,name,value\n1,A,2\n0,P10,3\n").unwrap();
     for other in [

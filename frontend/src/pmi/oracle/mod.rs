@@ -83,7 +83,6 @@ impl Interpreter {
     ///
     /// # Errors
     /// When an index was outside its array, and when the scan took too long.
-    #[inline]
     fn scan<O: Observer>(
         &mut self,
         image: &mut [u8],

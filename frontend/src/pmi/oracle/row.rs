@@ -22,6 +22,10 @@ pub(super) struct Place {
 }
 
 impl Place {
+    fn logical(offset: u32) -> Self {
+        Self { offset, ty: Type::Logical }
+    }
+
     pub(super) fn read(self, image: &[u8]) -> i32 {
         match self.ty {
             Type::Logical => i32::from(read_u8(image, self.offset)),
@@ -31,7 +35,7 @@ impl Place {
     }
 
     /// Reads the value and tells the observer.
-    #[inline]
+    #[inline(always)]
     fn load<O: Observer>(self, image: &[u8], observer: &mut O) -> i32 {
         let value = self.read(image);
         observer.read(Accessed::Pmi(self.offset), self.ty.observed(value));
@@ -184,33 +188,34 @@ impl Rows {
         let codes = codes.get(row.from as usize..row.to as usize).unwrap_or(&[]);
         let stack = stack.as_mut_slice();
         let (mut value, mut waiting) = (0, 0usize);
-        let mut load = |offset, ty| Place { offset, ty }.load(image, observer);
         for code in codes {
             let next = match *code {
                 Code::Const(next) => next,
-                Code::Logical(offset) => load(offset, Type::Logical),
-                Code::NotLogical(offset) => load(offset, Type::Logical) ^ 1,
-                Code::Integer(offset) => load(offset, Type::Integer),
-                Code::Long(offset) => load(offset, Type::Long),
+                Code::Logical(offset) => Place::logical(offset).load(image, observer),
+                Code::NotLogical(offset) => Place::logical(offset).load(image, observer) ^ 1,
+                Code::Integer(offset) => Place { offset, ty: Type::Integer }.load(image, observer),
+                Code::Long(offset) => Place { offset, ty: Type::Long }.load(image, observer),
                 Code::And(offset) => {
-                    value = i32::from(value != 0) & load(offset, Type::Logical);
+                    value = i32::from(value != 0) & Place::logical(offset).load(image, observer);
                     continue;
                 }
                 Code::AndNot(offset) => {
-                    value = i32::from(value != 0) & (load(offset, Type::Logical) ^ 1);
+                    value =
+                        i32::from(value != 0) & (Place::logical(offset).load(image, observer) ^ 1);
                     continue;
                 }
                 Code::Or(offset) => {
-                    value = i32::from(value != 0) | load(offset, Type::Logical);
+                    value = i32::from(value != 0) | Place::logical(offset).load(image, observer);
                     continue;
                 }
                 Code::OrNot(offset) => {
-                    value = i32::from(value != 0) | (load(offset, Type::Logical) ^ 1);
+                    value =
+                        i32::from(value != 0) | (Place::logical(offset).load(image, observer) ^ 1);
                     continue;
                 }
                 Code::Element(array) => {
                     match arrays.get(array as usize)?.at(value) {
-                        Ok(Place { offset, ty }) => value = load(offset, ty),
+                        Ok(element) => value = element.load(image, observer),
                         Err(element) => {
                             *missing = Some(element);
                             return None;
