@@ -100,7 +100,8 @@ fn release_notes(changelog: &str, tag: &str) -> Output {
         fs::copy(root().join(file), folder.path().join(file)).unwrap();
     }
     fs::write(folder.path().join("CHANGELOG.md"), changelog).unwrap();
-    Command::new(folder.path().join("scripts/release-notes")).arg(tag).output().unwrap()
+    let script = folder.path().join("scripts/release-notes");
+    Command::new("bash").arg(script).arg(tag).output().unwrap()
 }
 
 #[test]

@@ -29,5 +29,5 @@ fn the_test_command_is_that_of_continuous_integration() {
     let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
     assert!(readme.lines().any(|line| line == "scripts/test"));
     let ci = std::fs::read_to_string(root.join(".ci/run")).unwrap();
-    assert!(ci.lines().any(|line| line == "exec scripts/test"));
+    assert!(ci.lines().any(|line| line == "scripts/test"));
 }
