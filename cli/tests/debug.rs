@@ -423,21 +423,39 @@ fn no_message_brings_the_adapter_down() {
     client.leave();
 }
 
-/// The stories of docs/debugger.md: from the end of a run to the statement that set the stop off. Each
-/// row is a variable, and the tick and line of the statement that changed it last.
+/// The stories of docs/debugger.md: from the end of a recording to the statement that set the stop off.
+/// Each row is a variable, and the tick and line of the statement that changed it last.
 fn story(program: &str, stimulus: &str, ticks: u64, requests: &[(&str, u64, u64)]) {
     assert!(requests.len() <= 5);
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let program = root.join(program);
-    let mut client = Client::launch(
-        json!({"program": program, "stimulus": root.join(stimulus), "ticks": ticks}),
-        json!([]),
-    );
-    assert_eq!(client.stopped().0, "pause", "the end of the run");
+    let (program, stimulus) = (root.join(program), root.join(stimulus));
+    let folder = Folder::with(&[]);
+    let record = folder.path().join("machine.plcrec");
+    let recorded = Command::new(env!("CARGO_BIN_EXE_plcc"))
+        .arg("run")
+        .arg(program)
+        .arg("--stimulus")
+        .arg(stimulus)
+        .arg("--record")
+        .arg(&record)
+        .args(["--ticks", &ticks.to_string()])
+        .output()
+        .unwrap();
+    assert!(recorded.status.success(), "{}", String::from_utf8_lossy(&recorded.stderr));
+    let mut client = Client::new();
+    client.ask("attach", json!({"recording": record}));
+    client.event("initialized");
+    client.ask("configurationDone", json!({}));
+    let (reason, tick, _) = client.stopped();
+    assert_eq!((reason.as_str(), tick), ("entry", ticks - 1), "the end of the recording");
     for &(name, tick, line) in requests {
         let arrived = client.go("plcc/lastChange", json!({"name": name}));
         assert_eq!(arrived, at("goto", tick, line), "{name}");
     }
+    let reason = client.refused("setVariable", json!({"name": requests[0].0, "value": "1"}));
+    assert!(reason.starts_with("a recording can't be changed"), "{reason}");
+    assert_eq!(client.go("reverseContinue", json!({})).1, 0, "the beginning of the recording");
+    assert_eq!(client.go("continue", json!({})).1, ticks - 1);
     client.leave();
 }
 
@@ -461,4 +479,39 @@ fn the_stories_of_the_documentation_end_where_they_say() {
         400,
         &[("P30", 182, 103), ("L5", 181, 194), ("L4", 181, 188), ("L3", 140, 184)],
     );
+}
+
+/// A control that runs is looked at by the recording that it writes: it is not stopped, and what it adds
+/// is found.
+#[test]
+fn a_control_that_runs_is_followed_by_its_recording() {
+    let folder = Folder::with(&[("count.pmi", PMI)]);
+    let record = folder.path().join("count.plcrec");
+    let mut control = Command::new(env!("CARGO_BIN_EXE_plcc"))
+        .args(["run", "count.pmi", "--realtime", "--record"])
+        .arg(&record)
+        .current_dir(folder.path())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut client = Client::new();
+    // The recorder needs a moment until a tick is in the file.
+    loop {
+        assert!(control.try_wait().unwrap().is_none(), "the control has ended");
+        if client.answer("attach", json!({"recording": record}))["success"] == true {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    client.ask("configurationDone", json!({}));
+    let (_, seen, _) = client.stopped();
+    while client.go("continue", json!({})).1 == seen {
+        assert!(control.try_wait().unwrap().is_none(), "the control has ended");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert_eq!(client.go("plcc/goToTick", json!({"tick": 0})), at("step", 0, 6));
+    assert!(control.try_wait().unwrap().is_none(), "the control was stopped");
+    control.kill().unwrap();
+    control.wait().unwrap();
+    client.leave();
 }

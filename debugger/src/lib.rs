@@ -9,7 +9,7 @@
 //! - [`DebuggedProgram`]: a program with its sources, the places of its statements and the names of
 //!   its variables.
 //! - [`History`]: the ticks of a run. [`Launched`] is a run in simulated time that the debugger makes
-//!   itself.
+//!   itself, [`Recorded`] a recording.
 //! - [`Debugger`]: where the user stands, breakpoints, and all ways to move.
 //! - [`dap`]: the Debug Adapter Protocol, by which editors use all of this (`plcc debug`).
 //!
@@ -33,6 +33,7 @@ pub mod history;
 mod names;
 pub mod observers;
 pub mod program;
+pub mod recorded;
 pub mod trace;
 pub mod variables;
 
@@ -42,6 +43,7 @@ pub use breakpoints::{Breakpoints, DataBreakpoint, LineBreakpoint};
 pub use debugger::{Debugger, Direction, Position, Session, StepKind, Stopped};
 pub use history::{History, Launched};
 pub use program::DebuggedProgram;
+pub use recorded::Recorded;
 
 /// Why something that the user asked for can't be done; the text is for people.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

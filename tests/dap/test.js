@@ -152,6 +152,31 @@ describe('plcc debug', () => {
     assert.ok((await accesses()).includes('P30 (written) 0 → 5'));
   });
 
+  it('PMAC: a recording, from its end back', async () => {
+    const { execFileSync } = require('node:child_process');
+    const fs = require('node:fs');
+    const folder = fs.mkdtempSync(path.join(require('node:os').tmpdir(), 'plcc-dap-'));
+    const program = example('pmac/mill.pmc');
+    const recording = path.join(folder, 'mill.plcrec');
+    const stimulus = example('pmac/mill/encoder/stimulus.csv');
+    const options = ['--stimulus', stimulus, '--ticks', '400', '--record', recording];
+    execFileSync(plcc, ['run', program, ...options], { stdio: 'ignore' });
+    const initialized = client.waitForEvent('initialized');
+    await client.initializeRequest();
+    await client.attachRequest({ recording });
+    await initialized;
+    const [stopped] = await Promise.all([
+      client.waitForEvent('stopped'),
+      client.configurationDoneRequest(),
+    ]);
+    assert.strictEqual((await where(stopped)).tick, 399);
+    const fault = await go('plcc/lastChange', { name: 'P30' });
+    assert.strictEqual(fault.line, lineOf(program, 'FAULT=FAULT_ENCODER'));
+    const moved = await go('plcc/lastChange', { name: 'L3' });
+    assert.deepStrictEqual([moved.tick, moved.line], [140, lineOf(program, 'L3=L1')]);
+    fs.rmSync(folder, { recursive: true });
+  });
+
   it('stops at the entry where it is told to, and at nothing else', async () => {
     const program = example('pmi/lathe.pmi');
     const first = await launch({ program, ticks: 20, stopOnEntry: true }, program, []);

@@ -156,11 +156,15 @@ impl<'a> Debugger<'a> {
         self.session.history.as_ref()
     }
 
-    /// Looks whether there are further ticks by now, of a control that is still being recorded.
+    /// At the end of what is known, looks whether there are further ticks by now, of a control that is
+    /// still being recorded.
     ///
     /// # Errors
     /// When the recording can't be read any more.
     pub fn look_for_more(&mut self) -> Result<(), DebugError> {
+        if self.position.tick.saturating_add(1) < self.history().known() {
+            return Ok(());
+        }
         self.session.history.look_for_more()
     }
 

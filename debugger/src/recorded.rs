@@ -1,0 +1,107 @@
+//! The ticks of a recording, as the debugger runs them again.
+
+use plcc_abi::Engine;
+use plcc_runtime::Executive;
+use plcc_runtime::record::{ReplayError, Replayer};
+
+use crate::DebugError;
+use crate::history::{History, TickResult};
+
+/// Makes a replayer of a recording as it is now; `None` if nothing was added since the last time.
+pub type Reopen<'r> = Box<dyn Fn() -> Result<Option<Replayer<'r>>, DebugError> + 'r>;
+
+/// The ticks of a recording.
+pub struct Recorded<'r> {
+    replayer: Replayer<'r>,
+    /// Runs the ticks that nobody looks at.
+    engine: Box<dyn Engine>,
+    reopen: Reopen<'r>,
+    first: u64,
+    /// The tick behind the last one.
+    end: u64,
+}
+
+impl std::fmt::Debug for Recorded<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Recorded").field("first", &self.first).field("end", &self.end).finish()
+    }
+}
+
+fn failed(error: ReplayError) -> DebugError {
+    DebugError(error.to_string())
+}
+
+impl<'r> Recorded<'r> {
+    /// A recording, of which `reopen` makes a replayer. `engine` is any of the recorded program.
+    ///
+    /// # Errors
+    /// When the recording can't be read.
+    pub fn new(engine: Box<dyn Engine>, reopen: Reopen<'r>) -> Result<Self, DebugError> {
+        let replayer = reopen()?.ok_or_else(|| DebugError::new("the recording is empty"))?;
+        let (first, last) = replayer.range().map_err(failed)?;
+        Ok(Self { replayer, engine, reopen, first, end: last.saturating_add(1) })
+    }
+
+    /// Whether the tick was left out by the clock: it was not run, so nothing can be run again.
+    fn was_skipped(&self, tick: u64) -> bool {
+        self.replayer.next().is_some_and(|next| next.tick > tick)
+    }
+}
+
+impl History for Recorded<'_> {
+    fn first(&self) -> u64 {
+        self.first
+    }
+
+    fn known(&self) -> u64 {
+        self.end
+    }
+
+    fn goes_on(&self) -> bool {
+        false
+    }
+
+    fn go_before(&mut self, tick: u64) -> Result<(), DebugError> {
+        self.replayer.go_to(tick, self.engine.as_mut()).map_err(failed)
+    }
+
+    fn run(&mut self, tick: u64, engine: &mut dyn Engine) -> Result<TickResult, DebugError> {
+        self.go_before(tick)?;
+        let mut result = TickResult::default();
+        if self.was_skipped(tick) {
+            return Ok(result);
+        }
+        let replayed = self.replayer.step(engine, &mut result.events).map_err(failed)?;
+        let Some(replayed) = replayed else {
+            return Err(DebugError(format!("tick {tick} is not in the recording")));
+        };
+        result.stop = replayed.stop;
+        if replayed.cut {
+            result.note = Some(format!(
+                "tick {tick} was stopped in its middle by the watchdog; it is not run again"
+            ));
+        } else if !replayed.matches {
+            result.note = Some(format!(
+                "tick {tick} differs from the recorded one; `plcc replay` says in which variable"
+            ));
+        }
+        Ok(result)
+    }
+
+    fn executive(&mut self) -> &mut dyn Executive {
+        self.replayer.executive()
+    }
+
+    fn look_for_more(&mut self) -> Result<(), DebugError> {
+        if let Some(replayer) = (self.reopen)()? {
+            let (first, last) = replayer.range().map_err(failed)?;
+            (self.first, self.end) = (first, last.saturating_add(1));
+            self.replayer = replayer;
+        }
+        Ok(())
+    }
+
+    fn change(&mut self, _: u64, _: &str, _: Option<&str>, _: bool) -> Result<(), DebugError> {
+        Err(DebugError::new("a recording can't be changed"))
+    }
+}
