@@ -4,6 +4,8 @@
 //! ```text
 //! cargo bench -p plcc-benches --bench kernels -- [--seed N] [--percent N] [--rounds N] [--only TEXT]
 //! cargo bench -p plcc-benches --bench kernels -- --without PASSES [--seed N] …
+//! cargo bench -p plcc-benches --bench kernels -- --write FOLDER [--seed N] …
+//! cargo bench -p plcc-benches --bench kernels -- --scans N [--seed N] …
 //! ```
 //!
 //! The programs take turns in short rounds, so that a machine that gets slower or faster for a while
@@ -17,6 +19,11 @@
 //! With `--without -gates,-narrow` no C is compiled. Instead each kernel is compiled with all passes and
 //! without those, and the two take turns: the columns are bytes of code and the times with static and
 //! with random inputs, each with all passes, without those, and the ratio of the first to the second.
+//!
+//! `--write` only writes the source text of each kernel to a folder, for `plcc build --emit`. `--scans`
+//! times nothing and runs that many scans of each kernel with static inputs: what callgrind counts in
+//! two such runs differs by the instructions of the further scans, which no other load of the machine
+//! changes.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -44,11 +51,22 @@ struct Options {
     only: String,
     /// Changes of the set of all passes.
     without: Option<String>,
+    /// The folder for source texts.
+    write: Option<String>,
+    /// How many scans to run without timing them.
+    scans: Option<usize>,
 }
 
 fn options() -> Result<Options, Box<dyn Error>> {
-    let mut options =
-        Options { seed: 1, percent: 100, rounds: 15, only: String::new(), without: None };
+    let mut options = Options {
+        seed: 1,
+        percent: 100,
+        rounds: 15,
+        only: String::new(),
+        without: None,
+        write: None,
+        scans: None,
+    };
     // Cargo passes `--bench`.
     let mut args = std::env::args().skip(1).filter(|arg| arg != "--bench");
     while let Some(arg) = args.next() {
@@ -59,6 +77,8 @@ fn options() -> Result<Options, Box<dyn Error>> {
             "--rounds" => options.rounds = value.parse()?,
             "--only" => options.only = value,
             "--without" => options.without = Some(value),
+            "--write" => options.write = Some(value),
+            "--scans" => options.scans = Some(value.parse()?),
             _ => return Err(format!("there is no option {arg}").into()),
         }
     }
@@ -72,6 +92,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let options = options()?;
     if let Some(without) = &options.without {
         return compare_passes(&options, PassSet::ALL.with_changes(without)?);
+    }
+    if let Some(folder) = &options.write {
+        return write_sources(&options, Path::new(folder));
+    }
+    if let Some(scans) = options.scans {
+        return run_scans(&options, scans);
     }
     let compilers = Compiler::installed(&["gcc", "clang", "clang-19"]);
     if compilers.is_empty() {
@@ -96,12 +122,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::temp_dir().join(format!("plcc-kernels-{}", std::process::id()));
     std::fs::create_dir_all(&folder)?;
     let mut groups: BTreeMap<&str, Vec<Ratios>> = BTreeMap::new();
-    for kernel in families::all(options.seed, options.percent) {
-        let group = kernel.language.group();
-        if format!("{group} {}", kernel.name).contains(&options.only) {
-            let ratios = measure(&kernel, &compilers, &folder, &options)?;
-            groups.entry(group).or_default().push(ratios);
-        }
+    for (_, kernel) in chosen(&options) {
+        let ratios = measure(&kernel, &compilers, &folder, &options)?;
+        groups.entry(kernel.language.group()).or_default().push(ratios);
     }
     std::fs::remove_dir_all(&folder)?;
     let mut all = vec![];
@@ -110,6 +133,38 @@ fn main() -> Result<(), Box<dyn Error>> {
         all.extend(ratios);
     }
     print_means("all", all.into_iter());
+    Ok(())
+}
+
+/// The kernels that the command line asks for, each with its full name.
+fn chosen(options: &Options) -> impl Iterator<Item = (String, Kernel)> {
+    let all = families::all(options.seed, options.percent).into_iter();
+    let named = all.map(|kernel| (format!("{} {}", kernel.language.group(), kernel.name), kernel));
+    named.filter(|(name, _)| name.contains(&options.only))
+}
+
+/// Writes the source text of each kernel to a file of its own.
+fn write_sources(options: &Options, folder: &Path) -> Result<(), Box<dyn Error>> {
+    std::fs::create_dir_all(folder)?;
+    for (name, kernel) in chosen(options) {
+        let ending = match kernel.language.group() {
+            "pmi" => "pmi",
+            "nct" => "plc",
+            _ => "pmc",
+        };
+        let path = folder.join(format!("{}.{ending}", name.replace(' ', "-")));
+        std::fs::write(path, kernel.source())?;
+    }
+    Ok(())
+}
+
+/// Runs scans of each kernel with static inputs.
+fn run_scans(options: &Options, scans: usize) -> Result<(), Box<dyn Error>> {
+    for (name, kernel) in chosen(options) {
+        let mut subject = Subject::new(&kernel, options.seed, PassSet::ALL)?;
+        subject.run(Inputs::Static, scans, true);
+        println!("{name}: {scans} scans, {} bytes of code", subject.compiled.code_bytes);
+    }
     Ok(())
 }
 
@@ -128,11 +183,7 @@ fn compare_passes(options: &Options, without: PassSet) -> Result<(), Box<dyn Err
         "without",
         "ratio"
     );
-    for kernel in families::all(options.seed, options.percent) {
-        let name = format!("{} {}", kernel.language.group(), kernel.name);
-        if !name.contains(&options.only) {
-            continue;
-        }
+    for (name, kernel) in chosen(options) {
         let mut subjects = [
             Subject::new(&kernel, options.seed, PassSet::ALL)?,
             Subject::new(&kernel, options.seed, without)?,
