@@ -245,7 +245,9 @@ impl Gen {
     }
 
     fn action(&mut self) {
-        match self.rng.below(20) {
+        match self.rng.below(23) {
+            20 | 21 => self.bits_of_word(),
+            22 => self.states(),
             0..8 => self.store(),
             8 => self.host_call(),
             9 | 10 => self.diamond(),
@@ -339,6 +341,80 @@ impl Gen {
         self.b.ins().set_cold(false);
         self.b.ins().switch_to(join);
         self.pool.extend(param.map(|param| (param, ty)));
+    }
+
+    /// Puts bits and fields into a word, one after the other, and reads some of them.
+    fn bits_of_word(&mut self) {
+        let at = Address::fixed(RegionId(1), 4 * self.rng.below(3) as u32);
+        for _ in 0..1 + self.rng.below(5) {
+            if self.rng.chance(20) {
+                self.diamond();
+            }
+            let shift = self.rng.below(24) as i64;
+            let word = self.b.ins().load(Type::I32, at);
+            if self.rng.chance(40) {
+                let low = self.b.ins().binary_imm(BinaryOp::Lshr, word, shift);
+                let bit = self.b.ins().binary_imm(BinaryOp::And, low, 1);
+                let truth = self.b.ins().icmp_imm(IntCond::Ne, bit, 0);
+                self.pool.extend([(bit, Type::I32), (truth, Type::I1), (word, Type::I32)]);
+            }
+            let width = if self.rng.chance(70) { 1 } else { 1 + self.rng.below(4) };
+            let mask = ((1i64 << width) - 1) << shift;
+            let field = match self.rng.chance(60) {
+                true => {
+                    let truth = self.value(Type::I1);
+                    self.b.ins().zextend_or_trunc(Type::I32, truth)
+                }
+                false => self.value(Type::I32),
+            };
+            let field = self.b.ins().binary_imm(BinaryOp::Shl, field, shift);
+            let field = self.b.ins().binary_imm(BinaryOp::And, field, mask);
+            let rest = self.b.ins().binary_imm(BinaryOp::And, word, 0xFF_FFFF & !mask);
+            let word = self.b.ins().binary(BinaryOp::Or, rest, field);
+            self.b.ins().store(at, word);
+        }
+    }
+
+    /// A row of conditions on the number of a state, whose statements may change it.
+    fn states(&mut self) {
+        let ty = *self.rng.pick(&[Type::I16, Type::I32, Type::F64]);
+        let at = Address::fixed(RegionId(1), 24);
+        let is_field = ty == Type::I32 && self.rng.chance(50);
+        let constant = |b: &mut ChunkBuilder, number: usize| match ty {
+            Type::F64 => b.ins().fconst(number as f64),
+            ty => b.ins().iconst(ty, number as i64),
+        };
+        if self.rng.chance(70) {
+            let first = constant(&mut self.b, self.rng.below(10));
+            self.b.ins().store(at, first);
+        }
+        let kept = self.pool.len();
+        for state in 0..6 + self.rng.below(6) {
+            let now = self.b.ins().load(ty, at);
+            let number = constant(&mut self.b, state);
+            let ins = self.b.ins();
+            let is_here = match ty {
+                Type::F64 => ins.fcmp(FloatCond::Eq, now, number),
+                _ if is_field => {
+                    let field = ins.binary_imm(BinaryOp::And, now, 0xFF_FFFF);
+                    ins.icmp(IntCond::Eq, field, number)
+                }
+                _ => ins.icmp(IntCond::Eq, now, number),
+            };
+            let (arm, next) = (ins.create_block(), ins.create_block());
+            ins.brif(is_here, arm, next);
+            self.b.ins().switch_to(arm);
+            if self.rng.chance(40) {
+                self.diamond();
+            }
+            if self.rng.chance(60) {
+                let other = constant(&mut self.b, self.rng.below(10));
+                self.b.ins().store(at, other);
+            }
+            self.b.ins().jump(next, &[]);
+            self.pool.truncate(kept);
+            self.b.ins().switch_to(next);
+        }
     }
 
     /// A double that is a number, so that its bits are the same everywhere.

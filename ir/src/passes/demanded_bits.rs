@@ -13,15 +13,23 @@
 //! parameters have been visited.
 
 use super::graph::Graph;
-use super::value_range::mask;
+use super::value_range::{ValueRanges, mask};
 use crate::{BinaryOp, ConvertOp, FuncData, InstData, Type, UnaryOp, Value};
 
 /// At one use no more instructions than this are skipped.
-const MAX_SKIPPED: usize = 8;
+const MAX_SKIPPED: usize = 32;
 
 /// Runs the pass.
 pub(super) fn run(func: &mut FuncData) {
     let graph = Graph::new(func);
+    let mut ranges = ValueRanges::new(func);
+    for &block in &graph.order {
+        for &inst in &func.block(block).insts {
+            if let Some(result) = func.result(inst) {
+                ranges.note(func, result, func.inst(inst));
+            }
+        }
+    }
     // For each value the bits that its uses demand.
     let mut demanded_bits = vec![0u64; func.value_count()];
     for &block in graph.order.iter().rev() {
@@ -43,7 +51,7 @@ pub(super) fn run(func: &mut FuncData) {
             let original = data;
             data.for_each_arg_mut(|value| {
                 let bits = demanded(func, &original, number, bits);
-                *value = without_unneeded(func, *value, bits);
+                *value = without_unneeded(func, &ranges, *value, bits);
                 demanded_bits[value.index()] |= bits;
                 number += 1;
             });
@@ -117,9 +125,9 @@ fn demanded_by_binary(
 }
 
 /// A value that has the same bits in the places of `bits`, but is computed by fewer instructions.
-fn without_unneeded(func: &FuncData, mut value: Value, bits: u64) -> Value {
+fn without_unneeded(func: &FuncData, ranges: &ValueRanges, mut value: Value, bits: u64) -> Value {
     for _ in 0..MAX_SKIPPED {
-        match operand_with_same_bits(func, value, bits & mask(func.ty(value))) {
+        match operand_with_same_bits(func, ranges, value, bits & mask(func.ty(value))) {
             Some(next) => value = next,
             None => break,
         }
@@ -128,12 +136,26 @@ fn without_unneeded(func: &FuncData, mut value: Value, bits: u64) -> Value {
 }
 
 /// The operand of the instruction that defines a value, if the instruction changes none of `bits`.
-fn operand_with_same_bits(func: &FuncData, value: Value, bits: u64) -> Option<Value> {
+fn operand_with_same_bits(
+    func: &FuncData,
+    ranges: &ValueRanges,
+    value: Value,
+    bits: u64,
+) -> Option<Value> {
     let &InstData::Binary { op, args: [a, b] } = func.def_inst(value)? else { return None };
+    if op == BinaryOp::Or {
+        // One operand has none of the bits: they come from the other.
+        if ranges.possible_ones(b) & bits == 0 {
+            return Some(a);
+        }
+        if ranges.possible_ones(a) & bits == 0 {
+            return Some(b);
+        }
+    }
     let number = func.constant(b)? as u64;
     match op {
         BinaryOp::And if bits & !number == 0 => Some(a),
-        BinaryOp::Or | BinaryOp::Xor if bits & number == 0 => Some(a),
+        BinaryOp::Xor if bits & number == 0 => Some(a),
         // Shifted left and right again: only the bits at the top differ.
         BinaryOp::Ashr | BinaryOp::Lshr => {
             let ty = func.ty(value);

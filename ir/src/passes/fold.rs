@@ -72,15 +72,18 @@ pub(super) struct Fold<'a> {
     out: Vec<crate::Inst>,
     /// The statement of the current instruction.
     loc: SourceLoc,
+    /// Whether truth values that are bits of words are combined as words.
+    pub(super) combine_bits: bool,
 }
 
-/// Runs the pass.
-pub(super) fn run(func: &mut FuncData) {
+/// Runs the pass. With `combine_bits`, truth values that are bits of words are combined as words.
+pub(super) fn run(func: &mut FuncData, combine_bits: bool) {
     let graph = Graph::new(func);
     let mut values = Substitution::new(func);
     let ranges = ValueRanges::new(func);
     let uses = count_uses(func);
-    let mut fold = Fold { func, ranges, uses, out: vec![], loc: SourceLoc::NONE };
+    let loc = SourceLoc::NONE;
+    let mut fold = Fold { func, ranges, uses, out: vec![], loc, combine_bits };
     for &block in &graph.order {
         let insts = std::mem::take(&mut fold.func.blocks[block.index()].insts);
         fold.out.reserve(insts.len());
@@ -111,6 +114,7 @@ pub(super) fn run(func: &mut FuncData) {
                 }
             }
             if let Some(value) = same {
+                fold.move_uses(&values, inst, result, value);
                 values.replace(result, value);
                 continue;
             }
@@ -225,6 +229,16 @@ impl Fold<'_> {
     /// goes.
     pub(super) fn is_used_once(&self, value: Value) -> bool {
         self.uses.get(value.index()).is_none_or(|&uses| uses < 2)
+    }
+
+    /// Counts the uses of an instruction's result as uses of the value that replaces it.
+    fn move_uses(&mut self, values: &Substitution, inst: crate::Inst, result: Value, by: Value) {
+        let moved = self.uses.get(result.index()).copied().unwrap_or(0);
+        let mut gone = 0;
+        self.func.inst(inst).for_each_arg(|arg| gone += u32::from(values.get(arg) == by));
+        if let Some(uses) = self.uses.get_mut(by.index()) {
+            *uses = (*uses + moved).saturating_sub(gone);
+        }
     }
 
     /// The operand of the NOT that defines a value; `None` if it is defined by something else.

@@ -136,6 +136,9 @@ impl Fold<'_> {
             B::Mul => {
                 self.combine_consts(op, ty, a, c).or_else(|| self.product_with_truth(ty, [a, b]))
             }
+            B::Or if let Some(x) = self.cleared_where_set(ty, a, bits) => {
+                Some(Simpler::binary(op, x, b))
+            }
             B::Add | B::Or | B::Xor => self.combine_consts(op, ty, a, c),
             B::Shl if let Some(simpler) = self.shift_lowest_bit(ty, a, c) => Some(simpler),
             B::Shl | B::Lshr => {
@@ -172,6 +175,14 @@ impl Fold<'_> {
         None
     }
 
+    /// If a value is `x & c`, and all bits that are 0 in `c` are set afterwards (they are among
+    /// `bits`): `x`.
+    fn cleared_where_set(&self, ty: Type, a: Value, bits: u64) -> Option<Value> {
+        let [x, kept] = self.operands(a, BinaryOp::And)?;
+        let kept = self.func.constant(kept)? as u64;
+        ((kept | bits) & mask(ty) == mask(ty)).then_some(x)
+    }
+
     /// `(x & c) op (y & c)` becomes `(x op y) & c`, for AND, OR and XOR.
     fn common_mask(&mut self, op: BinaryOp, [a, b]: [Value; 2]) -> Option<Simpler> {
         let ([x, mask], [y, other]) =
@@ -182,6 +193,21 @@ impl Fold<'_> {
         }
         let both = self.insert(InstData::Binary { op, args: [x, y] })?;
         Some(Simpler::binary(BinaryOp::And, both, mask))
+    }
+
+    /// `(x & !y) | (!x & y)` becomes `x ^ y`, in any order of the operands.
+    fn exclusive_or(&mut self, [a, b]: [Value; 2]) -> Option<Simpler> {
+        let one_without_other = |value| {
+            let [p, q] = self.operands(value, BinaryOp::And)?;
+            match (self.not_of(p), self.not_of(q)) {
+                (None, Some(y)) => Some((p, y)),
+                (Some(y), None) => Some((q, y)),
+                _ => None,
+            }
+        };
+        let ((x, y), (z, w)) = (one_without_other(a)?, one_without_other(b)?);
+        let is_same = (x, y) == (w, z) && self.is_used_once(a) && self.is_used_once(b);
+        is_same.then(|| Simpler::binary(BinaryOp::Xor, x, y))
     }
 
     /// Rules for two different operands that are no constants.
@@ -210,6 +236,7 @@ impl Fold<'_> {
             }
             BinaryOp::And | BinaryOp::Or | BinaryOp::Xor
                 if ty == Type::I1
+                    && self.combine_bits
                     && let Some(simpler) = self.combine_bits(op, [a, b]) =>
             {
                 Some(simpler)
@@ -225,6 +252,11 @@ impl Fold<'_> {
                 }
                 if within(self, b, a) {
                     return Some(Simpler::Value(b));
+                }
+                if op == BinaryOp::Or
+                    && let Some(simpler) = self.exclusive_or([a, b])
+                {
+                    return Some(simpler);
                 }
                 self.de_morgan(op, dual, (a, not_a), (b, not_b))
             }

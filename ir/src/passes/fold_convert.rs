@@ -52,6 +52,13 @@ impl Fold<'_> {
                 Some(Simpler::convert(op, to, x))
             }
             (ConvertOp::Sext, ConvertOp::Zext) => Some(Simpler::convert(inner, to, x)),
+            // The bit stays where it is; it may be wanted in another place of a word.
+            (ConvertOp::Zext, ConvertOp::Trunc)
+                if from == Type::I1 && first == to && self.combine_bits =>
+            {
+                let one = self.insert_const(to, 1)?;
+                Some(Simpler::binary(BinaryOp::And, x, one))
+            }
             (ConvertOp::Trunc, ConvertOp::Trunc) => Some(Simpler::convert(op, to, x)),
             (ConvertOp::Trunc, ConvertOp::Zext | ConvertOp::Sext) => {
                 Some(match to.bits().cmp(&first.bits()) {

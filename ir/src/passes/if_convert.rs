@@ -40,21 +40,22 @@ struct Arm {
     to: BlockCall,
 }
 
-/// Runs the pass; gives whether it changed anything.
-pub(super) fn run(func: &mut FuncData) -> bool {
+/// Runs the pass; gives whether it changed anything. With `keep_branches`, only branches are converted
+/// that change nothing but bits ([`changes_bits_only`]).
+pub(super) fn run(func: &mut FuncData, keep_branches: bool) -> bool {
     let Graph { order, mut edges, sole_predecessor: _ } = Graph::new(func);
     let mut changed = false;
     // Backwards, so that inner branches come before those around them.
     for &block in order.iter().rev() {
         if edges[block.index()] > 0 {
-            changed |= convert(func, block, &mut edges);
+            changed |= convert(func, block, &mut edges, keep_branches);
         }
     }
     changed
 }
 
 /// Converts the branch at the end of a block; gives whether that was possible.
-fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
+fn convert(func: &mut FuncData, block: Block, edges: &mut [u32], keep_branches: bool) -> bool {
     let Some(Terminator::Brif { cond, then, otherwise }) = &func.block(block).terminator else {
         return false;
     };
@@ -82,6 +83,9 @@ fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
         _ => None,
     };
     if a + b > MAX_COST + if common.is_some() { SAVED_BY_COMMON_STORE } else { 0 } {
+        return false;
+    }
+    if keep_branches && !changes_bits_only(func, [&then, &otherwise], common.is_some()) {
         return false;
     }
     let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
@@ -160,6 +164,36 @@ fn cost(func: &FuncData, block: Block) -> Option<u32> {
         }
     }
     Some(sum)
+}
+
+/// Whether what two ways change are truth values, bits of words, and places to which both store
+/// constants: then there is no choice between numbers, which takes more instructions than a branch.
+fn changes_bits_only(func: &FuncData, ways: [&Arm; 2], is_common: bool) -> bool {
+    let is_bit = |value: Value| {
+        func.ty(value) == Type::I1
+            || match func.def_inst(value) {
+                Some(InstData::Binary { op: BinaryOp::And | BinaryOp::Or, args }) => {
+                    args.iter().any(|&arg| func.constant(arg).is_some() || is_masked(func, arg))
+                }
+                Some(InstData::Iconst { .. }) => is_common,
+                _ => false,
+            }
+    };
+    ways.into_iter().all(|way| {
+        let insts = way.block.map_or(&[][..], |block| &func.block(block).insts);
+        insts.iter().all(|&inst| match func.inst(inst) {
+            InstData::Store { value, .. } => is_bit(*value),
+            _ => true,
+        }) && way.to.args.iter().all(|&arg| func.ty(arg) == Type::I1)
+    })
+}
+
+/// Whether a value is a word of which some bits were cleared.
+fn is_masked(func: &FuncData, value: Value) -> bool {
+    matches!(
+        func.def_inst(value),
+        Some(InstData::Binary { op: BinaryOp::And, args: [_, mask] }) if func.constant(*mask).is_some()
+    )
 }
 
 /// The store with which a block ends, if it is the only one and its address is fixed.

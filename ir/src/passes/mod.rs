@@ -10,6 +10,7 @@
 //! | `thread-tests` | skips tests whose result is known from where control comes |
 //! | `switches` | makes a switch of a row of comparisons with constants |
 //! | `if-convert` | makes selects of short branches |
+//! | `packed-bits` | collects bits that are put one by one into the same word, and stores it once |
 //! | `narrow` | computes with truth values instead of integers of which only one bit matters |
 //! | `demanded-bits` | goes around instructions that change only bits nobody uses |
 //! | `cse` | computes the same thing once (common subexpressions) |
@@ -19,6 +20,7 @@
 //! | `compact` | numbers what is left again without gaps |
 //! | `wide-bits` | no pass over IR: code generation computes with truth values in 32 bits |
 //! | `reload-bits` | no pass: in long programs `forward` does not replace loads of truth values |
+//! | `by-length` | no pass: in short programs `if-convert` leaves branches that guard numbers, in long ones `packed-bits` is left out |
 //!
 //! # What every pass must keep
 //! - A module that the [verifier](crate::verify) accepts before a pass is accepted behind it. Debug
@@ -54,6 +56,7 @@ mod if_convert;
 mod image_bytes;
 mod integers;
 mod narrow;
+mod packed_bits;
 mod speculate;
 mod speculation_plan;
 mod substitution;
@@ -100,6 +103,8 @@ pub enum Pass {
     Switches,
     /// If-conversion: selects made of short branches.
     IfConvert,
+    /// One store for all bits that a block puts into a word.
+    PackedBits,
     /// Truth values instead of integers.
     Narrow,
     /// Goes around operations on bits that nobody uses.
@@ -120,11 +125,14 @@ pub enum Pass {
     /// [`Forward`](Self::Forward) does not replace loads of truth values in long programs, so that they
     /// are loaded again.
     ReloadBits,
+    /// What [`IfConvert`](Self::IfConvert) converts, and whether [`PackedBits`](Self::PackedBits)
+    /// runs, depends on the length of the program ([`thresholds::LONG_FROM`]).
+    ByLength,
 }
 
 impl Pass {
     /// Every pass, in the order of the table at the head of the module.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 19] = [
         Self::Integers,
         Self::Speculate,
         Self::Branches,
@@ -133,6 +141,7 @@ impl Pass {
         Self::ThreadTests,
         Self::Switches,
         Self::IfConvert,
+        Self::PackedBits,
         Self::Narrow,
         Self::DemandedBits,
         Self::Cse,
@@ -142,6 +151,7 @@ impl Pass {
         Self::Compact,
         Self::WideBits,
         Self::ReloadBits,
+        Self::ByLength,
     ];
 
     /// Its name, as in that table.
@@ -155,6 +165,7 @@ impl Pass {
             Self::ThreadTests => "thread-tests",
             Self::Switches => "switches",
             Self::IfConvert => "if-convert",
+            Self::PackedBits => "packed-bits",
             Self::Narrow => "narrow",
             Self::DemandedBits => "demanded-bits",
             Self::Cse => "cse",
@@ -164,6 +175,7 @@ impl Pass {
             Self::Compact => "compact",
             Self::WideBits => "wide-bits",
             Self::ReloadBits => "reload-bits",
+            Self::ByLength => "by-length",
         }
     }
 
@@ -181,17 +193,18 @@ impl Pass {
         func: &mut FuncData,
         bytes: &mut ImageBytes,
         dead: &mut DeadBytes,
-        reload_bits: bool,
+        options: PassOptions,
     ) -> bool {
         match self {
             Self::Integers => return integers::run(func, &module.finite_regions),
             Self::Speculate => return speculate::run(func, &module.finite_regions),
             Self::Branches => branches::run(func),
-            Self::Forward => return forward::run(func, bytes, reload_bits),
-            Self::Fold => fold::run(func),
+            Self::Forward => return forward::run(func, bytes, options.reload_bits),
+            Self::Fold => fold::run(func, options.combine_bits),
             Self::ThreadTests => return thread_tests::run(func, bytes),
             Self::Switches => return switches::run(func),
-            Self::IfConvert => return if_convert::run(func),
+            Self::IfConvert => return if_convert::run(func, options.keep_branches),
+            Self::PackedBits => return packed_bits::run(func, bytes),
             Self::Narrow => return narrow::run(func),
             Self::DemandedBits => demanded_bits::run(func),
             Self::Cse => cse::run(func),
@@ -199,10 +212,24 @@ impl Pass {
             Self::Dce => dce::run(func),
             Self::Gates => gates::run(func),
             Self::Compact => compact::run(func),
-            Self::WideBits | Self::ReloadBits => return false,
+            Self::WideBits | Self::ReloadBits | Self::ByLength => return false,
         }
         true
     }
+}
+
+/// In which way passes run that have more than one.
+#[derive(Clone, Copy, Debug)]
+struct PassOptions {
+    /// `forward`: whether truth values are loaded again rather than forwarded.
+    reload_bits: bool,
+    /// `fold`: whether truth values that are bits of words are combined as words. Then it is no
+    /// longer seen which bit each of them is; so `packed-bits` comes first.
+    combine_bits: bool,
+    /// `if-convert`: whether branches stay unless they change nothing but bits.
+    keep_branches: bool,
+    /// Whether `packed-bits` pays.
+    collect_bits: bool,
 }
 
 /// A set of passes: those that may run.
@@ -299,13 +326,24 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         if stage.pass(Pass::ThreadTests) {
             stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
         }
-        let switched = stage.pass(Pass::Switches);
-        if stage.pass(Pass::IfConvert) || switched {
+        if stage.pass(Pass::Switches) {
             stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
         }
-        if stage.pass(Pass::Narrow) {
-            stage.pass(Pass::Fold);
+        if stage.pass(Pass::IfConvert) {
+            stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
+            // Where branches have gone, more tests are reached on one way alone.
+            if stage.pass(Pass::ThreadTests) {
+                stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
+            }
+            if stage.pass(Pass::Switches) {
+                stage.all(&[Pass::Branches, Pass::Forward, Pass::Fold]);
+            }
         }
+        if stage.options.collect_bits && stage.pass(Pass::PackedBits) {
+            stage.all(&[Pass::DemandedBits, Pass::Dce, Pass::Forward, Pass::Cse, Pass::Fold]);
+        }
+        stage.options.combine_bits = true;
+        stage.all(&[Pass::Narrow, Pass::Fold]);
         stage.all(&[Pass::DemandedBits, Pass::Cse, Pass::DeadStores, Pass::Dce, Pass::Gates]);
         stage.pass(Pass::Compact);
     });
@@ -319,7 +357,10 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
 /// Runs passes in the order given over every function of a verified module. For tests and
 /// experiments; any order keeps the rules.
 pub fn run(module: &mut Module, passes: &[Pass]) {
-    each(module, PassSet::ALL, |stage| stage.all(passes));
+    each(module, PassSet::ALL.without(Pass::ByLength), |stage| {
+        stage.options.combine_bits = true;
+        stage.all(passes);
+    });
 }
 
 /// A function that is being optimised, with what its passes share with those of other functions.
@@ -328,8 +369,7 @@ struct Stage<'a> {
     func: FuncData,
     passes: PassSet,
     times: &'a mut PassTimes,
-    /// Whether truth values are loaded again rather than forwarded.
-    reload_bits: bool,
+    options: PassOptions,
     bytes: &'a mut ImageBytes,
     dead: &'a mut DeadBytes,
 }
@@ -348,8 +388,7 @@ impl Stage<'_> {
             return false;
         }
         let start = Instant::now();
-        let changed =
-            pass.run(self.module, &mut self.func, self.bytes, self.dead, self.reload_bits);
+        let changed = pass.run(self.module, &mut self.func, self.bytes, self.dead, self.options);
         let time = start.elapsed();
         match self.times.iter_mut().find(|(known, _)| *known == pass) {
             Some((_, sum)) => *sum += time,
@@ -372,12 +411,20 @@ fn each(module: &mut Module, passes: PassSet, order: impl Fn(&mut Stage<'_>)) ->
     let mut times = vec![];
     let length: usize = module.funcs.iter().map(|func| func.inst_count()).sum();
     let reload_bits = passes.contains(Pass::ReloadBits) && length > thresholds::RELOAD_BITS_FROM;
+    let is_long = length >= thresholds::LONG_FROM;
+    let by_length = passes.contains(Pass::ByLength);
     let mut bytes = ImageBytes::new(module);
     let mut dead = DeadBytes::new(module.label_count);
     for index in (0..module.funcs.len()).rev() {
         let func = std::mem::take(&mut module.funcs[index]);
         let (bytes, dead, times) = (&mut bytes, &mut dead, &mut times);
-        let mut stage = Stage { module, func, passes, times, reload_bits, bytes, dead };
+        let options = PassOptions {
+            reload_bits,
+            combine_bits: false,
+            keep_branches: by_length && !is_long,
+            collect_bits: !(by_length && is_long),
+        };
+        let mut stage = Stage { module, func, passes, times, options, bytes, dead };
         order(&mut stage);
         module.funcs[index] = stage.func;
     }

@@ -7,29 +7,40 @@
 //! block2: …
 //! ```
 //!
-//! The comparisons must be of equality, of the same integer of at most 32 bits, at least
-//! [`MIN_TESTS`] of them, and the constants must lie close together. The blocks between may hold a
-//! few instructions without effects; these are done before the switch.
+//! The comparisons must be of equality, of the same number, at least [`MIN_TESTS`] of them, and the
+//! constants must be integers that lie close together. The blocks between may hold a few
+//! instructions without effects, also a load of the same number again; these are done before the
+//! switch.
+//!
+//! The number is an integer of at most 32 bits, or a double, which may be compared as the integer
+//! with the same bits. A double is converted to an integer and back; if that gives another number, no
+//! comparison holds.
 
 use super::graph::Graph;
 use crate::{
-    BinaryOp, Block, BlockData, ConvertOp, FuncData, InstData, IntCond, Terminator, Type, Value,
+    BinaryOp, Block, BlockData, ConvertOp, FloatCond, FuncData, InstData, IntCond, Terminator,
+    Type, Value,
 };
 
 /// Fewer comparisons than this stay branches: the machine predicts a branch well, and a jump
 /// through a table badly.
 const MIN_TESTS: usize = 5;
+/// The same for doubles, whose conversion takes as long as some comparisons.
+const MIN_TESTS_OF_DOUBLES: usize = 8;
 /// The table of a switch has at most four entries for each comparison, and this many more.
 const MAX_EXTRA_ENTRIES: u64 = 8;
 /// If the least constant is below this, the table begins at 0, which saves a subtraction.
 const START_AT_ZERO_BELOW: u64 = 4;
 /// A block between two comparisons may have no more instructions than this.
-const MAX_INSTS: usize = 4;
+const MAX_INSTS: usize = 5;
 
 /// A branch that compares a value with a number: to `then` if they are equal, else to
 /// `otherwise`.
 struct Test {
     value: Value,
+    /// How far both are shifted left before they are compared, as fields of words are.
+    shift: u32,
+    /// The number, shifted already.
     number: i64,
     then: Block,
     otherwise: Block,
@@ -48,12 +59,14 @@ pub(super) fn run(func: &mut FuncData) -> bool {
 /// Replaces the row of branches that begins at the end of a block; gives whether there was one.
 fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     let Some(first) = test(func, block) else { return false };
-    let value = first.value;
+    let (value, shift) = (first.value, first.shift);
+    let may_load = has_no_effect_behind(func, block, value);
     let mut tests = vec![(first.number, first.then)];
     let mut links = vec![];
     let mut next = first.otherwise;
     while let Some(link) = test(func, next)
-        && link.value == value
+        && link.shift == shift
+        && (link.value == value || may_load && is_same_load(func, link.value, value))
         && graph.sole_predecessor[next.index()].is_some()
         && is_cheap(func, next)
     {
@@ -62,13 +75,23 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
         next = link.otherwise;
     }
     let ty = func.ty(value);
-    if tests.len() < MIN_TESTS || !matches!(ty, Type::I8 | Type::I16 | Type::I32) {
+    let is_double = matches!(ty, Type::I64 | Type::F64);
+    if tests.len() < if is_double { MIN_TESTS_OF_DOUBLES } else { MIN_TESTS } || ty == Type::I1 {
         return false;
+    }
+    if is_double {
+        for (number, _) in &mut tests {
+            let double = f64::from_bits(*number as u64);
+            let is_integer = f64::from(double as i32) == double && double.is_sign_positive();
+            if !is_integer {
+                return false;
+            }
+            *number = double as i64;
+        }
     }
     // A switch takes an unsigned number. A field of a word is compared with its lowest bit in a
     // higher place; the bits below are 0 in all numbers.
-    let mask = (1 << ty.bits()) - 1;
-    let shift = shifted_left(func, value);
+    let mask = (1 << ty.bits().min(32)) - 1;
     if tests.iter().any(|(number, _)| number & ((1 << shift) - 1) != 0) {
         return false;
     }
@@ -98,13 +121,16 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
         func.result(inst)
     };
     let mut arg = value;
-    if shift > 0
-        && let Some(by) = push(func, InstData::Iconst { ty, value: shift.into() })
-    {
-        let moved = InstData::Binary { op: BinaryOp::Lshr, args: [arg, by] };
-        arg = push(func, moved).unwrap_or(arg);
+    if is_double {
+        arg = integer_of(func, &mut push, value).unwrap_or(arg);
     }
-    if ty != Type::I32 {
+    if shift > 0
+        && let Some(kept) = push(func, InstData::Iconst { ty, value: mask >> shift })
+    {
+        let field = InstData::Binary { op: BinaryOp::And, args: [arg, kept] };
+        arg = push(func, field).unwrap_or(arg);
+    }
+    if matches!(ty, Type::I8 | Type::I16) {
         let wide = InstData::Convert { op: ConvertOp::Zext, to: Type::I32, arg };
         arg = push(func, wide).unwrap_or(arg);
     }
@@ -121,13 +147,73 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     true
 }
 
-/// How far the value of a shift left by a constant was shifted; 0 for other values.
-fn shifted_left(func: &FuncData, value: Value) -> u32 {
-    let Some(&InstData::Binary { op: BinaryOp::Shl, args: [_, by] }) = func.def_inst(value) else {
-        return 0;
+/// The integer that a double is, an `i32`; -1, which a switch takes as a large number, if it is none.
+/// The value is a double, or an `i64` with the bits of one.
+fn integer_of(
+    func: &mut FuncData,
+    push: &mut impl FnMut(&mut FuncData, InstData) -> Option<Value>,
+    value: Value,
+) -> Option<Value> {
+    let convert = |op, to, arg| InstData::Convert { op, to, arg };
+    let is_bits = func.ty(value) == Type::I64;
+    let double = match is_bits {
+        true => push(func, convert(ConvertOp::Bitcast, Type::F64, value))?,
+        false => value,
     };
-    let by = func.constant(by).and_then(|by| u32::try_from(by).ok());
-    by.filter(|&by| by < func.ty(value).bits()).unwrap_or(0)
+    let integer = push(func, convert(ConvertOp::FloatToInt, Type::I32, double))?;
+    let back = push(func, convert(ConvertOp::IntToFloat, Type::F64, integer))?;
+    let is_equal = match is_bits {
+        true => {
+            let back = push(func, convert(ConvertOp::Bitcast, Type::I64, back))?;
+            push(func, InstData::Icmp { cond: IntCond::Eq, args: [back, value] })?
+        }
+        false => push(func, InstData::Fcmp { cond: FloatCond::Eq, args: [back, value] })?,
+    };
+    let other = push(func, InstData::Iconst { ty: Type::I32, value: -1 })?;
+    push(func, InstData::Select { cond: is_equal, args: [integer, other] })
+}
+
+/// Whether a value is computed in a block and nothing behind it there has an effect, so that what it
+/// was loaded from is the same at the end of the block.
+fn has_no_effect_behind(func: &FuncData, block: Block, value: Value) -> bool {
+    let insts = func.block(block).insts.iter().rev();
+    let mut behind = insts.take_while(|&&inst| !func.inst(inst).has_effect());
+    behind.any(|&inst| func.result(inst) == Some(value))
+}
+
+/// Whether two values are loads of the same variable.
+fn is_same_load(func: &FuncData, a: Value, b: Value) -> bool {
+    match (func.def_inst(a), func.def_inst(b)) {
+        (Some(InstData::Load { ty, at }), Some(InstData::Load { ty: other, at: from })) => {
+            (ty, at) == (other, from) && at.index.is_none() && !at.volatile
+        }
+        _ => false,
+    }
+}
+
+/// The word and the number that a comparison of a field compares: the field is shifted left until
+/// nothing is above it, or the bits above it are cleared, and then compared with a number. Gives the
+/// word, how far it must be shifted left so that the field is at the top, and the number, shifted
+/// by the same distance.
+pub(super) fn compared_field(func: &FuncData, value: Value, number: i64) -> (Value, u32, i64) {
+    let whole = (value, 0, number);
+    let ty = func.ty(value);
+    let Some(&InstData::Binary { op, args: [x, by] }) = func.def_inst(value) else { return whole };
+    let Some(by) = func.constant(by) else { return whole };
+    match op {
+        BinaryOp::Shl if (0..i64::from(ty.bits())).contains(&by) => (x, by as u32, number),
+        BinaryOp::And if matches!(ty, Type::I16 | Type::I32) => {
+            let mask = by as u64 & super::value_range::mask(ty);
+            let width = mask.trailing_ones();
+            let is_low = width > 0 && mask >> width == 0;
+            if !is_low || number as u64 & !mask != 0 {
+                return whole;
+            }
+            let shift = ty.bits() - width;
+            (x, shift, ty.wrap(number << shift))
+        }
+        _ => whole,
+    }
 }
 
 /// The terminator of a block as a test; `None` if it is something else.
@@ -138,24 +224,34 @@ fn test(func: &FuncData, block: Block) -> Option<Test> {
     if !then.args.is_empty() || !otherwise.args.is_empty() {
         return None;
     }
-    let &InstData::Icmp { cond, args: [value, number] } = func.def_inst(*cond)? else {
-        return None;
-    };
-    let number = func.constant(number)?;
-    let (then, otherwise) = match cond {
-        IntCond::Eq => (then.block, otherwise.block),
-        IntCond::Ne => (otherwise.block, then.block),
+    let (value, number, is_equality) = match *func.def_inst(*cond)? {
+        InstData::Icmp { cond: IntCond::Eq, args: [value, number] } => (value, number, true),
+        InstData::Icmp { cond: IntCond::Ne, args: [value, number] } => (value, number, false),
+        InstData::Fcmp { cond: FloatCond::Eq, args: [value, number] } => (value, number, true),
+        InstData::Fcmp { cond: FloatCond::Ne, args: [value, number] } => (value, number, false),
         _ => return None,
     };
-    Some(Test { value, number, then, otherwise })
+    let (value, shift, number) = compared_field(func, value, func.constant(number)?);
+    let (then, otherwise) = match is_equality {
+        true => (then.block, otherwise.block),
+        false => (otherwise.block, then.block),
+    };
+    Some(Test { value, shift, number, then, otherwise })
 }
 
 /// Whether a block has no parameters and, with its comparison, at most [`MAX_INSTS`] instructions, none
 /// of which reads or writes the image or calls the host.
 fn is_cheap(func: &FuncData, block: Block) -> bool {
     let data = func.block(block);
-    let cheap = |data: &InstData| {
-        matches!(data, InstData::Iconst { .. } | InstData::Icmp { .. } | InstData::Unary { .. })
+    let cheap = |data: &InstData| match data {
+        InstData::Load { ty: _, at } => at.index.is_none() && !at.volatile,
+        InstData::Binary { op, args: _ } => matches!(op, BinaryOp::Shl | BinaryOp::And),
+        InstData::Iconst { .. }
+        | InstData::Fconst { .. }
+        | InstData::Icmp { .. }
+        | InstData::Fcmp { .. }
+        | InstData::Unary { .. } => true,
+        _ => false,
     };
     data.params.is_empty()
         && data.insts.len() <= MAX_INSTS

@@ -23,15 +23,16 @@
 
 use super::graph::Graph;
 use super::image_bytes::ImageBytes;
+use super::switches::compared_field;
 use crate::{
-    Address, BinaryOp, Block, BlockCall, FloatCond, FuncData, InstData, IntCond, Terminator, Type,
-    Value, eval,
+    Address, Block, BlockCall, FloatCond, FuncData, InstData, IntCond, Terminator, Type, Value,
+    eval,
 };
 
 /// How many tests are skipped at once; a longer row takes further runs of the pass.
 const MAX_SKIPPED: usize = 256;
-/// How many blocks backwards a variable's value is looked for.
-const MAX_BLOCKS: usize = 6;
+/// In how many blocks a variable's value is looked for at most.
+const MAX_BLOCKS: usize = 12;
 
 /// A variable as tests read it: its address, its type, and the number of bits by which it is shifted left
 /// before it is compared. (A field at the top of a word is compared so; for others that is 0.)
@@ -52,10 +53,17 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
     let users = users_of_values(func);
     let tests: Vec<Option<Test>> =
         (0..func.block_count()).map(|index| test(func, Block(index as u32), &users)).collect();
+    let mut predecessors = vec![vec![]; func.block_count()];
+    for &block in &graph.order {
+        if let Some(terminator) = &func.block(block).terminator {
+            terminator.for_each_block(|next, _| predecessors[next.index()].push(block));
+        }
+    }
     let mut changed = false;
     for &block in &graph.order {
         let Some(mut terminator) = func.block(block).terminator.clone() else { continue };
-        let finder = Finder { func, graph: &graph, tests: &tests, bytes };
+        let finder =
+            Finder { func, graph: &graph, predecessors: &predecessors, tests: &tests, bytes };
         // The values of variables at the end of this block, as far as they were asked for.
         let mut known: Vec<(Variable, Option<i64>)> = vec![];
         let moved = match &mut terminator {
@@ -92,15 +100,7 @@ fn test(func: &FuncData, block: Block, users: &[Users]) -> Option<Test> {
         InstData::Fcmp { cond: FloatCond::Eq, args } => (args, true),
         _ => return None,
     };
-    let number = func.constant(args[1])?;
-    let (loaded, shift) = match *func.def_inst(args[0])? {
-        InstData::Load { .. } => (args[0], 0),
-        InstData::Binary { op: BinaryOp::Shl, args: [x, by] } => {
-            let by = func.constant(by)?;
-            (x, u32::try_from(by).ok().filter(|&by| by < func.ty(x).bits())?)
-        }
-        _ => return None,
-    };
+    let (loaded, shift, number) = compared_field(func, args[0], func.constant(args[1])?);
     let InstData::Load { ty, at } = *func.def_inst(loaded)? else { return None };
     let is_own = |inst: &crate::Inst| {
         let used_here = |value: Value| match users[value.index()] {
@@ -162,6 +162,8 @@ fn users_of_values(func: &FuncData) -> Vec<Users> {
 struct Finder<'a> {
     func: &'a FuncData,
     graph: &'a Graph,
+    /// For each block the blocks from which edges lead to it.
+    predecessors: &'a [Vec<Block>],
     tests: &'a [Option<Test>],
     bytes: &'a ImageBytes,
 }
@@ -217,36 +219,49 @@ impl Finder<'_> {
 
     /// What a variable holds at the end of a block; `None` if that is not known.
     fn at_end(&self, block: Block, variable: &Variable) -> Option<i64> {
+        let mut blocks = MAX_BLOCKS;
+        self.search(block, variable, &mut blocks)
+    }
+
+    /// The same, looking at no more than `blocks` blocks.
+    fn search(&self, block: Block, variable: &Variable, blocks: &mut usize) -> Option<i64> {
+        *blocks = blocks.checked_sub(1)?;
         let (at, ty, shift) = variable;
         let bytes = self.bytes.bytes(at, *ty);
-        let mut block = block;
-        for _ in 0..MAX_BLOCKS {
-            let insts = self.func.block(block).insts.iter().rev();
-            for data in insts.map(|&inst| self.func.inst(inst)) {
-                match data {
-                    InstData::Store { at: to, value }
-                        if to == at && self.func.ty(*value) == *ty =>
-                    {
-                        let stored = self.func.constant(*value)?;
-                        let by = i64::from(*shift);
-                        return Some(if by == 0 { stored } else { ty.wrap(stored << by) });
-                    }
-                    InstData::Store { at: to, value } => {
-                        let written = self.bytes.bytes(to, self.func.ty(*value));
-                        if written.start < bytes.end && bytes.start < written.end {
-                            return None;
-                        }
-                    }
-                    data if data.has_effect() => return None,
-                    _ => {}
+        let insts = self.func.block(block).insts.iter().rev();
+        for data in insts.map(|&inst| self.func.inst(inst)) {
+            match data {
+                InstData::Store { at: to, value } if to == at && self.func.ty(*value) == *ty => {
+                    let stored = self.func.constant(*value)?;
+                    let by = i64::from(*shift);
+                    return Some(if by == 0 { stored } else { ty.wrap(stored << by) });
                 }
+                InstData::Store { at: to, value } => {
+                    let written = self.bytes.bytes(to, self.func.ty(*value));
+                    if written.start < bytes.end && bytes.start < written.end {
+                        return None;
+                    }
+                }
+                data if data.has_effect() => return None,
+                _ => {}
             }
-            let before = self.graph.sole_predecessor.get(block.index()).copied().flatten()?;
-            if let Some(number) = self.along_edge(before, block, variable) {
-                return Some(number);
-            }
-            block = before;
         }
-        None
+        // It is known at the beginning if it is the same on all edges that lead here.
+        let before = self.predecessors.get(block.index())?;
+        if self.graph.edges.get(block.index()).copied() != u32::try_from(before.len()).ok() {
+            return None;
+        }
+        let mut found = None;
+        for &other in before {
+            let value = match self.along_edge(other, block, variable) {
+                Some(value) => value,
+                None => self.search(other, variable, blocks)?,
+            };
+            if found.is_some_and(|found| found != value) {
+                return None;
+            }
+            found = Some(value);
+        }
+        found
     }
 }

@@ -1,0 +1,425 @@
+//! Collects bits that are put one by one into the same word of the image, and stores the word once.
+//!
+//! A PMAC keeps bits in words of 24 bits. A program that sets one after the other loads, changes and
+//! stores the same word again and again, and each of these steps has to wait for the one before.
+//!
+//! ```text
+//! v1: i32 = load words:0                 v1: i32 = load words:0
+//! v2: i32 = and v1, ~1                   v2: i32 = and v1, ~1
+//! v3: i32 = or v2, v8                    v3: i32 = or v2, v8
+//! store words:0, v3                ==>
+//! v4: i32 = load words:0                 v4: i32 = load words:0     (as before the block)
+//! v5: i32 = and v4, ~2                   v6: i32 = and v4, ~1
+//! v6: i32 = or v5, v9                    v7: i32 = or v6, v8        (takes the place of v4)
+//! store words:0, v6                      …
+//! …                                      store words:0, (load words:0 & ~3) | v8 | v9
+//! ```
+//!
+//! The pass does this for words of which a function replaces bits at least twice. It keeps the bits that were
+//! replaced, in their places, in a value of their own ([`Word::bits`]), and puts them into the word
+//! where somebody may see it, at latest at the end of the block. Branches whose two ways meet again, and
+//! touch none of these words and nothing that others can see, count as part of the block. A load in between finds the word as
+//! it was before the first store; the replaced bits are put into what it gives. Most loads are there
+//! for a single bit: then `demanded-bits` goes on to the truth value that was put there, or to the
+//! load, so that nothing waits for a store.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use super::graph::Graph;
+use super::image_bytes::ImageBytes;
+use super::substitution::Substitution;
+use super::value_range::{ValueRanges, mask};
+use crate::{
+    Address, BinaryOp, Block, FuncData, Inst, InstData, SourceLoc, Terminator, Type, Value,
+};
+
+/// Of so many words bits are collected at the same time; that of the word whose first bit was
+/// replaced first ends when there is one more.
+const MAX_WORDS: usize = 32;
+
+/// A value is followed through this many instructions to the word that it was made of.
+const MAX_DEPTH: usize = 48;
+
+/// A word of which bits have been replaced, and which has not been stored since.
+struct Word {
+    at: Address,
+    ty: Type,
+    /// Its bytes in the image.
+    bytes: Range<usize>,
+    /// Which bits have been replaced.
+    replaced: u64,
+    /// The replaced bits, in their places; all other bits are 0. `None` if they are all 0.
+    bits: Option<Value>,
+    /// Values that are equal to the whole word as it should be now.
+    current: Vec<Value>,
+    /// The statement that replaced bits last.
+    loc: SourceLoc,
+}
+
+/// How a value differs from a word: which of the word's bits it has, and what it has in the other
+/// places (`None` for zeros).
+type Change = (u64, Option<Value>);
+
+/// The function that is being changed.
+struct Collector<'a> {
+    func: &'a mut FuncData,
+    bytes: &'a ImageBytes,
+    candidates: HashMap<Address, Type>,
+    ranges: ValueRanges,
+    /// The words with bits that wait to be stored.
+    words: Vec<Word>,
+    /// For blocks where the two ways of a branch meet, the words whose bits still wait there.
+    waiting: HashMap<Block, Vec<Word>>,
+    /// The instructions of the current block so far.
+    out: Vec<Inst>,
+    loc: SourceLoc,
+}
+
+/// Runs the pass; gives whether it changed anything.
+pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
+    let graph = Graph::new(func);
+    let candidates = candidates(func, &graph);
+    if candidates.is_empty() {
+        return false;
+    }
+    let mut values = Substitution::new(func);
+    let ranges = ValueRanges::new(func);
+    let (words, waiting, out) = (vec![], HashMap::new(), vec![]);
+    let mut collector =
+        Collector { func, bytes, candidates, ranges, words, waiting, out, loc: SourceLoc::NONE };
+    for &block in &graph.order {
+        collector.block(&graph, block, &mut values);
+    }
+    true
+}
+
+/// The words of which a function replaces bits at least twice, always as numbers of one type.
+fn candidates(func: &FuncData, graph: &Graph) -> HashMap<Address, Type> {
+    let mut stores: HashMap<Address, (Type, u32)> = HashMap::new();
+    for &inst in graph.order.iter().flat_map(|&block| &func.block(block).insts) {
+        if let InstData::Store { at, value } = func.inst(inst)
+            && is_word(at, func.ty(*value))
+            && let Some(InstData::Binary { op: BinaryOp::And | BinaryOp::Or, .. }) =
+                func.def_inst(*value)
+        {
+            let (ty, count) = stores.entry(*at).or_insert((func.ty(*value), 0));
+            if *ty == func.ty(*value) {
+                *count += 1;
+            }
+        }
+    }
+    stores.into_iter().filter(|(_, (_, count))| *count > 1).map(|(at, (ty, _))| (at, ty)).collect()
+}
+
+/// Whether an access may be one of a word with bits.
+fn is_word(at: &Address, ty: Type) -> bool {
+    at.index.is_none() && !at.volatile && matches!(ty, Type::I8 | Type::I16 | Type::I32)
+}
+
+impl Collector<'_> {
+    fn block(&mut self, graph: &Graph, block: Block, values: &mut Substitution) {
+        self.words = self.waiting.remove(&block).unwrap_or_default();
+        let insts = std::mem::take(&mut self.func.blocks[block.index()].insts);
+        for inst in insts {
+            self.loc = self.func.loc(inst);
+            let mut data = *self.func.inst(inst);
+            values.inst(&mut data);
+            self.func.insts[inst.index()] = data;
+            match data {
+                InstData::Load { ty, at } => {
+                    let found = self.words.iter().position(|word| word.at == at && word.ty == ty);
+                    match (found, self.func.result(inst)) {
+                        (Some(word), Some(result)) => self.load(word, inst, result, values),
+                        _ => {
+                            self.store_overlapping(&at, ty);
+                            self.push(inst);
+                        }
+                    }
+                }
+                InstData::Store { at, value }
+                    if self.candidates.get(&at) == Some(&self.func.ty(value)) =>
+                {
+                    self.store(at, value);
+                }
+                InstData::Store { at, value } => {
+                    let ty = self.func.ty(value);
+                    self.store_overlapping(&at, ty);
+                    self.push(inst);
+                }
+                data => {
+                    if data.has_effect() {
+                        self.store_all();
+                    }
+                    self.push(inst);
+                }
+            }
+        }
+        match self.meeting(graph, block) {
+            Some(meeting) => {
+                let words = std::mem::take(&mut self.words);
+                self.waiting.insert(meeting, words);
+            }
+            None => self.store_all(),
+        }
+        let data = &mut self.func.blocks[block.index()];
+        data.insts = std::mem::take(&mut self.out);
+        if let Some(terminator) = &mut data.terminator {
+            values.terminator(terminator);
+        }
+    }
+
+    /// The block where the two ways of the branch at the end of a block meet again, if nothing on them
+    /// touches the words that wait, and control reaches it on these ways alone.
+    fn meeting(&self, graph: &Graph, block: Block) -> Option<Block> {
+        let Some(Terminator::Brif { cond: _, then, otherwise }) =
+            &self.func.block(block).terminator
+        else {
+            return None;
+        };
+        let (then, otherwise) = (then.block, otherwise.block);
+        if self.words.is_empty() || then == otherwise {
+            return None;
+        }
+        let edges = |to: Block| graph.edges.get(to.index()).copied().unwrap_or(0);
+        // The block behind one that is reached from here alone, if nothing in it matters.
+        let behind = |way: Block| {
+            let data = self.func.block(way);
+            let Some(Terminator::Jump(next)) = &data.terminator else { return None };
+            let is_plain = data.insts.iter().all(|&inst| self.leaves_words(inst));
+            (edges(way) == 1 && is_plain).then_some(next.block)
+        };
+        let (a, b) = (behind(then), behind(otherwise));
+        let meeting = match (a, b) {
+            (Some(a), Some(b)) if a == b => a,
+            (Some(a), _) if a == otherwise => a,
+            (_, Some(b)) if b == then => b,
+            _ => return None,
+        };
+        (meeting != block && edges(meeting) == 2).then_some(meeting)
+    }
+
+    /// Whether an instruction neither changes a word that waits nor lets others see it.
+    fn leaves_words(&self, inst: Inst) -> bool {
+        let (at, ty) = match self.func.inst(inst) {
+            InstData::Store { at, value } => (at, self.func.ty(*value)),
+            InstData::Load { ty, at } => (at, *ty),
+            data => return !data.has_effect(),
+        };
+        let bytes = self.bytes.bytes(at, ty);
+        let touches = |word: &Word| word.bytes.start < bytes.end && bytes.start < word.bytes.end;
+        !at.volatile && !self.words.iter().any(touches)
+    }
+
+    /// Keeps an instruction.
+    fn push(&mut self, inst: Inst) {
+        self.out.push(inst);
+        if let Some(result) = self.func.result(inst) {
+            let data = *self.func.inst(inst);
+            self.ranges.note(self.func, result, &data);
+        }
+    }
+
+    /// Adds an instruction and gives its result.
+    fn insert(&mut self, data: InstData) -> Option<Value> {
+        let inst = self.func.append(data, self.loc);
+        self.push(inst);
+        self.func.result(inst)
+    }
+
+    /// Adds an operation with a constant and gives its result.
+    fn insert_and(&mut self, ty: Type, value: Value, kept: u64) -> Option<Value> {
+        let constant = InstData::Iconst { ty, value: ty.wrap(kept as i64) };
+        let constant = self.insert(constant)?;
+        self.insert(InstData::Binary { op: BinaryOp::And, args: [value, constant] })
+    }
+
+    /// The bits of two values, of which one may be missing.
+    fn insert_or(&mut self, a: Option<Value>, b: Option<Value>) -> Option<Value> {
+        match (a, b) {
+            (Some(a), Some(b)) => self.insert(InstData::Binary { op: BinaryOp::Or, args: [a, b] }),
+            (a, b) => a.or(b),
+        }
+    }
+
+    /// Some bits of a value, of which others may be 1.
+    fn only(&mut self, ty: Type, value: Option<Value>, kept: u64) -> Option<Value> {
+        let value = value?;
+        match self.ranges.possible_ones(value) & !kept {
+            0 => Some(value),
+            _ => self.insert_and(ty, value, kept),
+        }
+    }
+
+    /// A load of a word with bits that wait: what it loads is the word as it was, into which these
+    /// bits are put.
+    fn load(&mut self, number: usize, inst: Inst, result: Value, values: &mut Substitution) {
+        let Some(&Word { ty, replaced, bits, .. }) = self.words.get(number) else { return };
+        self.push(inst);
+        let whole = self.with_bits(ty, result, replaced, bits);
+        if let (Some(whole), Some(word)) = (whole, self.words.get_mut(number)) {
+            values.replace(result, whole);
+            word.current.push(whole);
+        }
+    }
+
+    /// A word with some bits replaced.
+    fn with_bits(
+        &mut self,
+        ty: Type,
+        word: Value,
+        replaced: u64,
+        bits: Option<Value>,
+    ) -> Option<Value> {
+        match mask(ty) & !replaced {
+            0 if bits.is_some() => bits,
+            kept => {
+                let rest = self.insert_and(ty, word, kept);
+                self.insert_or(rest, bits)
+            }
+        }
+    }
+
+    /// A store to a word: finds out which bits it replaces, and lets them wait.
+    fn store(&mut self, at: Address, value: Value) {
+        let ty = self.func.ty(value);
+        let number = match self.words.iter().position(|word| word.at == at && word.ty == ty) {
+            Some(number) => number,
+            None => {
+                self.store_overlapping(&at, ty);
+                if self.words.len() >= MAX_WORDS {
+                    let first = self.words.remove(0);
+                    self.store_word(&first);
+                }
+                let bytes = self.bytes.bytes(&at, ty);
+                let current = self.loaded(&at, ty);
+                let (replaced, bits, loc) = (0, None, self.loc);
+                self.words.push(Word { at, ty, bytes, replaced, bits, current, loc });
+                self.words.len() - 1
+            }
+        };
+        let Some(word) = self.words.get_mut(number) else { return };
+        let (replaced, bits) = (word.replaced, word.bits);
+        let current = std::mem::take(&mut word.current);
+        let (kept, new) = self.change(ty, &current, value, MAX_DEPTH).unwrap_or((0, Some(value)));
+        let kept = kept & mask(ty);
+        let rest = self.only(ty, bits, kept);
+        let bits = self.insert_or(rest, new);
+        let loc = self.loc;
+        if let Some(word) = self.words.get_mut(number) {
+            word.replaced = replaced | mask(ty) & !kept;
+            word.bits = bits;
+            word.current = vec![value];
+            word.loc = loc;
+        }
+    }
+
+    /// The values of the current block that were loaded from a word which no store has changed
+    /// since.
+    fn loaded(&self, at: &Address, ty: Type) -> Vec<Value> {
+        let bytes = self.bytes.bytes(at, ty);
+        let mut found = vec![];
+        for &inst in self.out.iter().rev().take(4 * MAX_DEPTH) {
+            match self.func.inst(inst) {
+                InstData::Load { ty: loaded, at: from } if from == at && *loaded == ty => {
+                    found.extend(self.func.result(inst));
+                }
+                InstData::Store { at: to, value } => {
+                    let written = self.bytes.bytes(to, self.func.ty(*value));
+                    if written.start < bytes.end && bytes.start < written.end {
+                        break;
+                    }
+                }
+                data if data.has_effect() => break,
+                _ => {}
+            }
+        }
+        found
+    }
+
+    /// How a value differs from a word to which the values `current` are equal; `None` if it was not
+    /// made from that word.
+    fn change(
+        &mut self,
+        ty: Type,
+        current: &[Value],
+        value: Value,
+        depth: usize,
+    ) -> Option<Change> {
+        if current.contains(&value) {
+            return Some((mask(ty), None));
+        }
+        let InstData::Binary { op, args: [a, b] } = *self.func.def_inst(value)? else {
+            return None;
+        };
+        let depth = depth.checked_sub(1)?;
+        match op {
+            BinaryOp::And => {
+                let constant = self.func.constant(b)? as u64 & mask(ty);
+                let (kept, new) = self.change(ty, current, a, depth)?;
+                Some((kept & constant, self.only(ty, new, constant)))
+            }
+            BinaryOp::Or => {
+                let (change, other) = match self.change(ty, current, a, depth) {
+                    Some(change) => (change, b),
+                    None => (self.change(ty, current, b, depth)?, a),
+                };
+                let (kept, new) = change;
+                match self.func.constant(other) {
+                    Some(ones) => {
+                        let ones = ones as u64 & mask(ty);
+                        let rest = self.only(ty, new, !ones);
+                        Some((kept & !ones, self.insert_or(rest, Some(other))))
+                    }
+                    None if self.ranges.possible_ones(other) & kept == 0 => {
+                        Some((kept, self.insert_or(new, Some(other))))
+                    }
+                    None => None,
+                }
+            }
+            _ => None,
+        }
+    }
+
+    /// Puts the bits that wait into a word and stores it.
+    fn store_word(&mut self, word: &Word) {
+        let loc = std::mem::replace(&mut self.loc, word.loc);
+        if word.replaced != 0 {
+            let value = match (mask(word.ty) & !word.replaced, word.bits) {
+                (0, Some(bits)) => Some(bits),
+                _ => {
+                    let old = self.insert(InstData::Load { ty: word.ty, at: word.at });
+                    old.and_then(|old| self.with_bits(word.ty, old, word.replaced, word.bits))
+                }
+            };
+            if let Some(value) = value {
+                self.insert(InstData::Store { at: word.at, value });
+            }
+        }
+        self.loc = loc;
+    }
+
+    /// Stores the words that an access may touch.
+    fn store_overlapping(&mut self, at: &Address, ty: Type) {
+        if self.words.is_empty() {
+            return;
+        }
+        let bytes = self.bytes.bytes(at, ty);
+        let mut number = 0;
+        while let Some(word) = self.words.get(number) {
+            if at.volatile || word.bytes.start < bytes.end && bytes.start < word.bytes.end {
+                let word = self.words.remove(number);
+                self.store_word(&word);
+            } else {
+                number += 1;
+            }
+        }
+    }
+
+    /// Stores all words with bits that wait.
+    fn store_all(&mut self) {
+        for word in std::mem::take(&mut self.words) {
+            self.store_word(&word);
+        }
+    }
+}
