@@ -22,10 +22,12 @@ pub const WIDE_BITS_FROM: usize = 3000;
 
 /// If a module has fewer instructions than this before the passes, it counts as short.
 ///
-/// In a short module a branch becomes a select only where it changes truth values and bits of words,
-/// which then takes fewer instructions. The processor learns how the branches of such a program go,
-/// even if inputs change, and those that guard numbers often skip what a select would have to do. In
-/// longer programs branches that are predicted wrongly cost more.
+/// In a short module a branch becomes a select only where that takes few instructions: where it
+/// changes truth values and bits of words, chooses which number is stored, or changes a number that
+/// was stored just before. The processor learns how the branches of such a program go, even if inputs
+/// change, and others often skip what a select would have to do. In longer programs branches that
+/// are predicted wrongly cost more. For the same reason only long rows of comparisons become
+/// switches there.
 ///
 /// And only in a short module bits of words are collected (`packed-bits`). In a long one so many
 /// truth values would have to be kept until their word is stored that the code becomes longer, and
