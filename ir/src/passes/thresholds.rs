@@ -32,4 +32,4 @@ pub const WIDE_BITS_FROM: usize = 3000;
 /// And only in a short module bits of words are collected (`packed-bits`). In a long one so many
 /// truth values would have to be kept until their word is stored that the code becomes longer, and
 /// the processor finds enough to do while a statement waits for another.
-pub const LONG_FROM: usize = 8000;
+pub const LONG_FROM: usize = 20_000;
