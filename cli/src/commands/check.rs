@@ -52,7 +52,7 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
     let mut results = Results::default();
     check_named(&files, args, report, &mut results);
     if folders.is_empty() {
-        refuse_options(args, &mut results);
+        refuse_options(args, &results)?;
     }
     for path in folders {
         let found = sources_in(&path, args.source.dialect, report);
@@ -85,14 +85,13 @@ pub(crate) fn check(args: &CheckArgs, report: &Report) -> Result<u8, Failure> {
 
 /// Refuses an option that is for another language than that of all programs. Where they are of
 /// several languages, it is for some of them.
-fn refuse_options(args: &CheckArgs, results: &mut Results) {
+fn refuse_options(args: &CheckArgs, results: &Results) -> Result<(), Failure> {
     let mut dialects = results.programs.iter().map(|program| program.dialect);
-    if let Some(first) = dialects.next()
-        && dialects.all(|dialect| dialect == first)
-        && let Err(failure) =
+    match dialects.next() {
+        Some(first) if dialects.all(|dialect| dialect == first) => {
             input::refuse_options_of_others(first, |other| args.source.option_of(other))
-    {
-        results.failures.push(failure);
+        }
+        _ => Ok(()),
     }
 }
 
