@@ -1,7 +1,7 @@
 //! Runs the commands of the documentation and compares what they print with what the page shows.
 //!
 //! Each page is one session of a shell, in a folder of its own that holds `examples/` and, of a page
-//! `docs/NAME.md`, what lies in `docs/NAME/`. In a page
+//! `docs/NAME.md`, what lies in `docs/NAME/`, there and in the folder itself. In a page
 //!
 //! - a block fenced as ```` ```LANGUAGE FILE ```` (a second word with a point in it) is written to that
 //!   file, as a reader would save it;
@@ -254,6 +254,7 @@ fn run(page: &Path) -> Vec<String> {
     let own = path.with_extension("");
     if own.is_dir() {
         copy(&own, folder.path());
+        copy(&own, &folder.path().join(page.with_extension("")));
     }
     let found = std::env::var("PATH").unwrap_or_default();
     let output = Command::new("timeout")
