@@ -310,6 +310,10 @@ fn nct_breaks_in_subroutines_and_steps_out_of_them() {
     assert_eq!(client.go("plcc/goToTick", json!({"tick": 9})).0, "step");
     assert_eq!(client.go("plcc/lastWriter", json!({"name": "Y012"})), at("goto", 3, 12));
     assert_eq!(client.accesses(), ["Y012 (written)=0 → 1"]);
+    // The condition stands in the same line, the statement before it in line 11.
+    assert_eq!(client.go("stepBack", json!({})), at("step", 3, 12));
+    assert_eq!(client.go("stepIn", json!({})), at("step", 3, 12));
+    assert_eq!(client.go("stepBack", json!({"granularity": "line"})), at("step", 3, 11));
     assert_eq!(client.go("plcc/lastWriter", json!({"name": "F020"})), at("goto", 3, 4));
     assert_eq!(client.accesses(), ["F020 (written)=3 → 4"]);
     client.leave();

@@ -185,9 +185,9 @@ impl Breakpoints {
         self.hits.retain(|id, _| known.contains(id));
     }
 
-    /// Whether there is any, so that ticks have to be observed.
-    pub fn is_empty(&self) -> bool {
-        self.data.is_empty() && self.lines.values().all(HashMap::is_empty)
+    /// Whether there are data breakpoints.
+    pub(crate) fn have_data(&self) -> bool {
+        !self.data.is_empty()
     }
 
     /// Counts a hit, and says whether it stops.

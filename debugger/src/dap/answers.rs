@@ -370,10 +370,25 @@ impl<W: Write> Server<'_, W> {
         Ok(json!({"content": self.debugger()?.program().sources().text(file)}))
     }
 
+    /// A step; with the granularity `line` it goes on as long as it stays in the line, since NCT has
+    /// several statements in one.
     fn step(&mut self, arguments: &StepArguments, kind: StepKind, way: Direction) -> Answer {
-        // A line is not finer than what is asked for: PMI and NCT have several statements in one.
-        let kind = if arguments.granularity == "instruction" { StepKind::Statement } else { kind };
-        self.move_by(kind, way)
+        let by_line = arguments.granularity == "line";
+        let from = self.line_here()?;
+        loop {
+            let stopped = self.debugger()?.step(kind, way)?;
+            if !by_line || stopped != Stopped::Step || self.line_here()? != from {
+                return Ok((Value::Null, Some(stopped)));
+            }
+        }
+    }
+
+    /// Tick, file and line of the statement at the position.
+    fn line_here(&mut self) -> Result<Option<(u64, FileId, u32)>, DebugError> {
+        let debugger = self.debugger()?;
+        let tick = debugger.position().tick;
+        let place = debugger.step_here()?.and_then(|step| debugger.program().place(step.statement));
+        Ok(place.map(|place| (tick, place.file, place.line)))
     }
 
     fn move_by(&mut self, kind: StepKind, way: Direction) -> Answer {

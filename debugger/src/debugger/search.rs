@@ -136,7 +136,11 @@ impl Debugger<'_> {
     fn find_hits(&mut self, tick: u64) -> Result<(Found, TickResult), DebugError> {
         let Session { history, .. } = &mut self.session;
         history.go_before(tick)?;
-        let image = history.executive().image().to_vec();
+        // Only changes are compared with what was before.
+        let image = match self.breakpoints.have_data() {
+            true => history.executive().image().to_vec(),
+            false => vec![],
+        };
         let mut finder = HitFinder::of(&self.breakpoints, &self.placed, &image);
         let mut engine = Observed::new(self.interpreter.as_mut(), &mut finder);
         let result = history.run(tick, &mut engine)?;
