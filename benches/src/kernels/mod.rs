@@ -170,8 +170,9 @@ impl Kernel {
     }
 }
 
-/// How many scans' inputs there are; scan `n` sees pattern `n % PATTERNS`.
-pub const PATTERNS: usize = 256;
+/// How many scans' inputs there are; scan `n` sees pattern `n % PATTERNS`. There are so many that the
+/// processor can't learn how branches go with random inputs: of 256 it does.
+pub const PATTERNS: usize = 4096;
 
 /// How much the inputs change from scan to scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -28,8 +28,6 @@ use crate::{
 /// The instructions of both ways may cost no more than this together, in cycles, roughly. It is
 /// about half of what a wrongly predicted branch costs.
 const MAX_COST: u32 = 8;
-/// In so many instructions before a branch a store is looked for.
-const MAX_LOOKED_AT: usize = 64;
 /// The cost of a store, with the load of the value that it writes back if its way is not taken.
 const STORE_COST: u32 = 3;
 /// Ways that end with stores to the same place may cost this much more: only one of the two stores is left,
@@ -42,22 +40,21 @@ struct Arm {
     to: BlockCall,
 }
 
-/// Runs the pass; gives whether it changed anything. With `is_short`, the program is short, and only
-/// branches are converted for which a choice takes few instructions ([`is_simple`]).
-pub(super) fn run(func: &mut FuncData, is_short: bool) -> bool {
+/// Runs the pass; gives whether it changed anything.
+pub(super) fn run(func: &mut FuncData) -> bool {
     let Graph { order, mut edges, sole_predecessor: _ } = Graph::new(func);
     let mut changed = false;
     // Backwards, so that inner branches come before those around them.
     for &block in order.iter().rev() {
         if edges[block.index()] > 0 {
-            changed |= convert(func, block, &mut edges, is_short);
+            changed |= convert(func, block, &mut edges);
         }
     }
     changed
 }
 
 /// Converts the branch at the end of a block; gives whether that was possible.
-fn convert(func: &mut FuncData, block: Block, edges: &mut [u32], is_short: bool) -> bool {
+fn convert(func: &mut FuncData, block: Block, edges: &mut [u32]) -> bool {
     let Some(Terminator::Brif { cond, then, otherwise }) = &func.block(block).terminator else {
         return false;
     };
@@ -85,10 +82,6 @@ fn convert(func: &mut FuncData, block: Block, edges: &mut [u32], is_short: bool)
         _ => None,
     };
     if a + b > MAX_COST + if common.is_some() { SAVED_BY_COMMON_STORE } else { 0 } {
-        return false;
-    }
-    let before = &func.block(block).insts;
-    if is_short && !is_simple(func, [&then, &otherwise], common.is_some(), before) {
         return false;
     }
     let mut insts = std::mem::take(&mut func.blocks[block.index()].insts);
@@ -167,41 +160,6 @@ fn cost(func: &FuncData, block: Block) -> Option<u32> {
         }
     }
     Some(sum)
-}
-
-/// Whether a choice takes few instructions: what two ways change are truth values, bits of words,
-/// the place to which both store (`has_common`), and places to which the block before the branch has
-/// stored (`before` are its instructions). Other places would have to be loaded and stored for
-/// nothing when the way is not taken.
-fn is_simple(func: &FuncData, ways: [&Arm; 2], has_common: bool, before: &[Inst]) -> bool {
-    let is_bit = |value: Value| {
-        func.ty(value) == Type::I1
-            || match func.def_inst(value) {
-                Some(InstData::Binary { op: BinaryOp::And | BinaryOp::Or, args }) => {
-                    args.iter().any(|&arg| func.constant(arg).is_some() || is_masked(func, arg))
-                }
-                _ => false,
-            }
-    };
-    let was_stored = |to: Address| {
-        let mut before = before.iter().rev().take(MAX_LOOKED_AT).map(|&inst| func.inst(inst));
-        before.any(|data| matches!(data, InstData::Store { at, .. } if *at == to))
-    };
-    ways.into_iter().all(|way| {
-        let insts = way.block.map_or(&[][..], |block| &func.block(block).insts);
-        insts.iter().all(|&inst| match *func.inst(inst) {
-            InstData::Store { at, value } => has_common || is_bit(value) || was_stored(at),
-            _ => true,
-        }) && way.to.args.iter().all(|&arg| func.ty(arg) == Type::I1)
-    })
-}
-
-/// Whether a value is a word of which some bits were cleared.
-fn is_masked(func: &FuncData, value: Value) -> bool {
-    matches!(
-        func.def_inst(value),
-        Some(InstData::Binary { op: BinaryOp::And, args: [_, mask] }) if func.constant(*mask).is_some()
-    )
 }
 
 /// The store with which a block ends, if it is the only one and its address is fixed.

@@ -20,7 +20,7 @@
 //! | `compact` | numbers what is left again without gaps |
 //! | `wide-bits` | no pass over IR: code generation computes with truth values in 32 bits |
 //! | `reload-bits` | no pass: in long programs `forward` does not replace loads of truth values |
-//! | `by-length` | no pass: in short programs `if-convert` and `switches` leave more branches, in long ones `packed-bits` is left out |
+//! | `by-length` | no pass: `packed-bits` is left out in long programs |
 //!
 //! # What every pass must keep
 //! - A module that the [verifier](crate::verify) accepts before a pass is accepted behind it. Debug
@@ -125,9 +125,7 @@ pub enum Pass {
     /// [`Forward`](Self::Forward) does not replace loads of truth values in long programs, so that they
     /// are loaded again.
     ReloadBits,
-    /// What [`IfConvert`](Self::IfConvert) and [`Switches`](Self::Switches) convert, and whether
-    /// [`PackedBits`](Self::PackedBits) runs, depends on the length of the program
-    /// ([`thresholds::LONG_FROM`]).
+    /// [`PackedBits`](Self::PackedBits) is left out in long programs ([`thresholds::LONG_FROM`]).
     ByLength,
 }
 
@@ -203,8 +201,8 @@ impl Pass {
             Self::Forward => return forward::run(func, bytes, options.reload_bits),
             Self::Fold => fold::run(func, options.combine_bits),
             Self::ThreadTests => return thread_tests::run(func, bytes),
-            Self::Switches => return switches::run(func, options.is_short),
-            Self::IfConvert => return if_convert::run(func, options.is_short),
+            Self::Switches => return switches::run(func),
+            Self::IfConvert => return if_convert::run(func),
             Self::PackedBits => return packed_bits::run(func, bytes),
             Self::Narrow => return narrow::run(func),
             Self::DemandedBits => demanded_bits::run(func),
@@ -227,8 +225,6 @@ struct PassOptions {
     /// `fold`: whether truth values that are bits of words are combined as words. Then it is no
     /// longer seen which bit each of them is; so `packed-bits` comes first.
     combine_bits: bool,
-    /// `if-convert` and `switches`: whether the program is short, so that more branches stay.
-    is_short: bool,
     /// Whether `packed-bits` pays.
     collect_bits: bool,
 }
@@ -419,12 +415,8 @@ fn each(module: &mut Module, passes: PassSet, order: impl Fn(&mut Stage<'_>)) ->
     for index in (0..module.funcs.len()).rev() {
         let func = std::mem::take(&mut module.funcs[index]);
         let (bytes, dead, times) = (&mut bytes, &mut dead, &mut times);
-        let options = PassOptions {
-            reload_bits,
-            combine_bits: false,
-            is_short: by_length && !is_long,
-            collect_bits: !(by_length && is_long),
-        };
+        let options =
+            PassOptions { reload_bits, combine_bits: false, collect_bits: !(by_length && is_long) };
         let mut stage = Stage { module, func, passes, times, options, bytes, dead };
         order(&mut stage);
         module.funcs[index] = stage.func;

@@ -7,8 +7,7 @@
 //! block2: …
 //! ```
 //!
-//! The comparisons must be of equality, of the same number, at least [`MIN_TESTS`] of them (in a short
-//! program more), and the
+//! The comparisons must be of equality, of the same number, at least [`MIN_TESTS`] of them, and the
 //! constants must be integers that lie close together. The blocks between may hold a few
 //! instructions without effects, also a load of the same number again; these are done before the
 //! switch.
@@ -28,9 +27,6 @@ use crate::{
 const MIN_TESTS: usize = 5;
 /// The same for doubles, whose conversion takes as long as some comparisons.
 const MIN_TESTS_OF_DOUBLES: usize = 8;
-/// The same in a short program. There the processor learns how the branches of a row go together,
-/// also when the number changes, and fails to predict the jump through the table.
-const MIN_TESTS_IF_SHORT: usize = 32;
 /// The table of a switch has at most four entries for each comparison, and this many more.
 const MAX_EXTRA_ENTRIES: u64 = 8;
 /// If the least constant is below this, the table begins at 0, which saves a subtraction.
@@ -50,19 +46,18 @@ struct Test {
     otherwise: Block,
 }
 
-/// Runs the pass; gives whether it changed anything. `is_short` says that the program is short, so
-/// that only long rows are replaced ([`MIN_TESTS_IF_SHORT`]).
-pub(super) fn run(func: &mut FuncData, is_short: bool) -> bool {
+/// Runs the pass; gives whether it changed anything.
+pub(super) fn run(func: &mut FuncData) -> bool {
     let graph = Graph::new(func);
     let mut changed = false;
     for &block in &graph.order {
-        changed |= convert(func, &graph, block, is_short);
+        changed |= convert(func, &graph, block);
     }
     changed
 }
 
 /// Replaces the row of branches that begins at the end of a block; gives whether there was one.
-fn convert(func: &mut FuncData, graph: &Graph, block: Block, is_short: bool) -> bool {
+fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     let Some(first) = test(func, block) else { return false };
     let (value, shift) = (first.value, first.shift);
     let may_load = has_no_effect_behind(func, block, value);
@@ -81,11 +76,7 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block, is_short: bool) -> 
     }
     let ty = func.ty(value);
     let is_double = matches!(ty, Type::I64 | Type::F64);
-    let enough = match (is_short, is_double) {
-        (true, _) => MIN_TESTS_IF_SHORT,
-        (false, true) => MIN_TESTS_OF_DOUBLES,
-        (false, false) => MIN_TESTS,
-    };
+    let enough = if is_double { MIN_TESTS_OF_DOUBLES } else { MIN_TESTS };
     if tests.len() < enough || ty == Type::I1 {
         return false;
     }

@@ -20,16 +20,8 @@ pub const STORED_RECENTLY: u32 = 100;
 /// take 5 to 10 % longer with 32 bits, and those of 500 take 10 to 25 % less.
 pub const WIDE_BITS_FROM: usize = 3000;
 
-/// If a module has fewer instructions than this before the passes, it counts as short.
-///
-/// In a short module a branch becomes a select only where that takes few instructions: where it
-/// changes truth values and bits of words, chooses which number is stored, or changes a number that
-/// was stored just before. The processor learns how the branches of such a program go, even if inputs
-/// change, and others often skip what a select would have to do. In longer programs branches that
-/// are predicted wrongly cost more. For the same reason only long rows of comparisons become
-/// switches there.
-///
-/// And only in a short module bits of words are collected (`packed-bits`). In a long one so many
-/// truth values would have to be kept until their word is stored that the code becomes longer, and
-/// the processor finds enough to do while a statement waits for another.
+/// If a module has fewer instructions than this before the passes, it counts as short, and bits of
+/// words are collected (`packed-bits`). In a long one so many truth values would have to be kept until
+/// their word is stored that the code becomes longer, and the processor finds enough to do while a
+/// statement waits for another.
 pub const LONG_FROM: usize = 20_000;
