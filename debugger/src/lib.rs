@@ -30,6 +30,7 @@ pub mod breakpoints;
 pub mod dap;
 mod debugger;
 pub mod history;
+mod hits;
 mod names;
 pub mod observers;
 pub mod program;

@@ -8,8 +8,8 @@ use plcc_runtime::{Event, EventBody, Executive, Purpose, Value};
 use super::event_text::shown;
 use super::{Debugger, Direction, Position, Session, StopAt, Stopped};
 use crate::DebugError;
-use crate::breakpoints::{Found, Hit, HitFinder, What};
 use crate::history::TickResult;
+use crate::hits::{Found, Hit, HitFinder, What};
 use crate::names::Target;
 use crate::observers::Observed;
 
