@@ -44,6 +44,8 @@ mod recording;
 mod replay;
 mod run_header;
 mod state_hash;
+#[cfg(test)]
+mod tests;
 mod thread;
 
 pub use entry::{Action, RecordedStop, TickRecord};

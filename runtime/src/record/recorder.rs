@@ -218,6 +218,10 @@ impl Recorder {
 
     /// Takes a checkpoint and hands it over, if there is room for it.
     fn take_checkpoint(&mut self, executive: &dyn Executive) {
+        // Ticks that were skipped while none could be taken are in the state.
+        self.next_tick = self.next_tick.saturating_add(self.skipped);
+        self.lost = self.lost.saturating_add(self.skipped);
+        self.skipped = 0;
         let image = executive.image();
         self.state.clear();
         executive.state_into(&mut self.state);

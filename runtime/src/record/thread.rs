@@ -43,7 +43,7 @@ pub(super) fn frame_header(kind: FrameKind, length: usize, tick: u64) -> [u8; FR
 }
 
 /// Kind, length and tick of a frame.
-fn read_frame_header(bytes: &[u8]) -> Option<(FrameKind, usize, u64)> {
+pub(super) fn read_frame_header(bytes: &[u8]) -> Option<(FrameKind, usize, u64)> {
     let (kind, rest) = bytes.split_first()?;
     let (length, rest) = rest.split_first_chunk::<4>()?;
     let tick = rest.first_chunk::<8>()?;

@@ -104,10 +104,14 @@ fn a_killed_control_leaves_its_record() {
             let mut engine = from_disk.engine(ReplayEngine::Interpreter).unwrap();
             let executive = recorded_executive(&run.header, &from_disk.program).unwrap();
             let mut replayer = Replayer::new(&recording, run, 0, executive);
-            for _ in 0..first {
-                let replayed = replayer.step(engine.as_mut(), &mut vec![]).unwrap().unwrap();
+            let mut done = 0;
+            while done < first
+                && let Some(replayed) = replayer.step(engine.as_mut(), &mut vec![]).unwrap()
+            {
                 assert!(replayed.matches, "{dialect:?}: {replayed:?}");
+                done = replayed.tick + 1;
             }
+            assert!(done >= first, "{dialect:?}: {done}");
         }
     }
 }
@@ -126,6 +130,21 @@ fn a_module_that_takes_too_long_is_stopped_in_the_replay_too() {
         let (ticks, stop) = replay(&recording, run, &found, engine);
         assert_eq!(ticks, 1);
         assert_eq!(stop.unwrap().code, "PLC TIMEOUT1");
+    }
+}
+
+/// A record that can't be written is an error in simulated time. In real time it is told, and the control
+/// runs all the same.
+#[test]
+fn a_record_that_can_not_be_written_stops_no_control() {
+    let shop = Shop::new("unwritten", Dialect::Pmi, PMI);
+    let exit = |args: &str| wait(&mut shop.command(args).spawn().unwrap()).code();
+    for path in ["/dev/full", "missing/r.plcrec"] {
+        let options = format!("--ticks 5 --period 1 --dump d.json --log log.jsonl --record {path}");
+        assert_eq!(exit(&options), Some(2), "{path}");
+        assert_eq!(exit(&format!("{options} --realtime --no-supervisor")), Some(0), "{path}");
+        assert!(shop.read("d.json").contains("\"ticks\":5,"), "{path}");
+        assert!(shop.read("log.jsonl").contains("the run is not recorded"), "{path}");
     }
 }
 
