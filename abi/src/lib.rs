@@ -37,6 +37,7 @@ pub mod code;
 pub mod context;
 pub mod deadline;
 pub mod engine;
+mod fingerprint;
 pub mod function_marker;
 pub mod host;
 pub mod image;
@@ -59,6 +60,7 @@ pub use code::{Code, CodeError, CodeLine, CodeMemory, CodeParts, FunctionRange};
 pub use context::{RawOutcome, ScanContext};
 pub use deadline::{Deadline, TimeLimit};
 pub use engine::{Engine, Host, ResumePoint, Scan};
+pub use fingerprint::Fnv;
 pub use host::{HostFn, HostType, IntegerForm};
 pub use natural_order::natural_cmp;
 pub use outcome::{MissingElement, Outcome, SourceLine, Trap, TrapCode, TrapSite};
@@ -72,4 +74,4 @@ pub use symbols::{BitField, ImageSymbol, ImageType};
 /// The version of everything in this crate. An artifact of another version is refused, so it is
 /// raised with every change after which an older artifact would be misread: of the tables, the
 /// context, outcomes, or the numbers of host functions and trap codes.
-pub const ABI_VERSION: u32 = 4;
+pub const ABI_VERSION: u32 = 5;

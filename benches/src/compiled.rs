@@ -64,7 +64,9 @@ pub fn pmi(source: &str, passes: impl Into<PassSet>) -> Result<Compiled, String>
     let (program, diagnostics) = pmi::check(&mut sources, file, &loader, &unlimited());
     times.check = start.elapsed();
     let Some(program) = program else {
-        return Err(diagnostics.first().map_or_else(String::new, |first| first.message.clone()));
+        return Err(diagnostics
+            .first()
+            .map_or_else(String::new, |first| first.message.to_string()));
     };
     let start = Instant::now();
     let lowered = program.lower().map_err(|error| error.to_string())?;
@@ -85,7 +87,7 @@ pub fn pmac(source: &str, passes: impl Into<PassSet>) -> Result<Compiled, String
     let (program, all) = pmac::check(&mut sources, &[file], &loader, &unlimited());
     times.check = start.elapsed();
     if let Some(error) = all.iter().find(|d| d.is_error()) {
-        return Err(error.message.clone());
+        return Err(error.message.to_string());
     }
     let program = program.ok_or("no program")?;
     let start = Instant::now();
@@ -107,7 +109,7 @@ pub fn nct(source: &str, passes: impl Into<PassSet>) -> Result<Compiled, String>
     let (program, all) = nct::check(&mut sources, file, &loader, &unlimited());
     times.check = start.elapsed();
     let Some(program) = program else {
-        return Err(all.first().map_or_else(String::new, |first| first.message.clone()));
+        return Err(all.first().map_or_else(String::new, |first| first.message.to_string()));
     };
     let start = Instant::now();
     let lowered = program.lower().map_err(|error| error.to_string())?;

@@ -2,7 +2,7 @@
 
 use plcc_abi::{Code, Dialect, Engine, Program};
 use plcc_codegen::{CodegenError, JitMemory, PassSet, Target};
-use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
+use plcc_diag::{Diagnostic, FileId, MessageText, SourceMap, Span};
 use plcc_frontend::common::{
     CrossReference, FileLoader, InternalError, LowerError, Lowered, Options,
 };
@@ -143,7 +143,7 @@ impl CompileError {
 }
 
 /// The diagnostic for a program that is too long, at the statement with which it becomes so.
-fn too_long(code: &'static str, statement: Statement, what: &str) -> Diagnostic {
+fn too_long(code: &'static str, statement: Statement, what: impl Into<MessageText>) -> Diagnostic {
     let Statement { file, start, end, .. } = statement;
     Diagnostic::error(code, Span { file: FileId(file), start, end }, what).help("split the program")
 }

@@ -47,7 +47,7 @@ pub fn line(map: &SourceMap, diagnostic: &Diagnostic) -> String {
             .push(Include { file: map.path(at.file), line: map.line_col(at.file, at.start).0 });
         file = at.file;
     }
-    let labels = diagnostic.labels.iter().map(|label| {
+    let labels = diagnostic.labels().iter().map(|label| {
         let (line, column) = map.line_col(label.span.file, label.span.start);
         Cow::from(if label.span.file == span.file {
             format!("line {line}, column {column}: {}", label.text)
@@ -55,7 +55,7 @@ pub fn line(map: &SourceMap, diagnostic: &Diagnostic) -> String {
             format!("{}, line {line}, column {column}: {}", map.path(label.span.file), label.text)
         })
     });
-    let notes = diagnostic.notes.iter().chain(&diagnostic.help).map(|note| note.as_str().into());
+    let notes = diagnostic.notes().iter().chain(&diagnostic.help).map(|note| Cow::from(&**note));
     let object = JsonDiagnostic {
         code: diagnostic.code,
         lint: lint_of_code(diagnostic.code).map(|lint| lint.name),

@@ -26,7 +26,7 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
     let shown = drawable(map, diagnostic.span);
     // Labels that cannot be drawn in the excerpt become notes.
     let (drawn, as_notes): (Vec<&crate::Label>, Vec<_>) = diagnostic
-        .labels
+        .labels()
         .iter()
         .partition(|label| can_be_drawn_with(map, shown, drawable(map, label.span)));
     let labels = drawn.iter().map(|label| drawable(map, label.span));
@@ -66,7 +66,7 @@ pub fn draw(map: &SourceMap, diagnostic: &Diagnostic, color: bool) -> String {
         report = report.with_note(format!("included from {path}:{line}"));
         file = at.file;
     }
-    for note in &diagnostic.notes {
+    for note in diagnostic.notes() {
         report = report.with_note(printable(note));
     }
     if let Some(help) = &diagnostic.help {
@@ -282,7 +282,8 @@ mod tests {
         let mut map = SourceMap::new();
         let id = map.add("m.pmc", b"OPEN PROG 1\n");
         let warning = Diagnostic::warning("PMAC-N1", Span::new(id, 0, 4), "skipped");
-        let note = Diagnostic { severity: Severity::Note, ..warning };
+        let mut note = warning;
+        note.severity = Severity::Note;
         assert!(!super::draw(&map, &note, false).contains('\u{1b}'));
         assert!(super::draw(&map, &note, true).contains('\u{1b}'));
     }

@@ -32,11 +32,11 @@ fn found(language: &str, check: impl Fn(&mut SourceMap, &str, &[u8]) -> Vec<Diag
             let at = sources.slice(d.span).lines().next().unwrap_or("");
             writeln!(out, "{line}:{column} {source}").unwrap();
             writeln!(out, "    {} `{at}` {}", d.code, d.message).unwrap();
-            for label in &d.labels {
+            for label in d.labels() {
                 let (line, column) = sources.line_col(label.span.file, label.span.start);
                 writeln!(out, "    at {line}:{column}: {}", label.text).unwrap();
             }
-            for note in &d.notes {
+            for note in d.notes() {
                 writeln!(out, "    note: {note}").unwrap();
             }
             if let Some(help) = &d.help {

@@ -23,7 +23,7 @@ fn errors(text: &[u8], controller: Controller) -> usize {
         program.explain_arithmetic();
     }
     for diagnostic in &all {
-        let labels = diagnostic.labels.iter().map(|label| label.span);
+        let labels = diagnostic.labels().iter().map(|label| label.span);
         for span in labels.chain([diagnostic.span]) {
             let inside = sources.text(span.file).get(span.range()).is_some();
             assert!(span.start <= span.end && inside, "{diagnostic:?}\n{text:?}");

@@ -1,7 +1,6 @@
 //! The loader for the controller: runs an artifact that `plcc build` has made. Neither it nor what it
 //! depends on contains a compiler.
 
-mod config;
 mod info;
 
 use std::ffi::OsString;
@@ -12,12 +11,12 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::{CommandFactory, Parser};
-use config::{Mistake, Mistakes};
 use plcc_abi::machine::Machine;
 use plcc_abi::{Program, printable};
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::artifact::Inspection;
 use plcc_runtime::artifact::signature::PublicKey;
+use plcc_runtime::configuration::{self, Mistake, Mistakes};
 use plcc_runtime::files::{MAX_SETTINGS, read_regular, why_not_read, why_not_written};
 use plcc_runtime::record::RecordedProgram;
 use plcc_runtime::supervisor::{self, Supervision};
@@ -128,7 +127,7 @@ fn run(cli: Cli, words: &[OsString]) -> Result<u8, String> {
 /// # Errors
 /// When the file can't be read or has mistakes.
 fn configured(path: &Path, artifact: Option<&Path>, words: &[OsString]) -> Result<Cli, String> {
-    let (configuration, mistakes) = config::open(path, &Cli::command())?;
+    let (configuration, mistakes) = configuration::open(path, &Cli::command())?;
     if !mistakes.is_empty() {
         return Err(Mistakes(path, &mistakes).to_string());
     }
@@ -149,7 +148,7 @@ fn configured(path: &Path, artifact: Option<&Path>, words: &[OsString]) -> Resul
 
 /// Where a control with a configuration is recorded that does not say it: beside the retained file, if
 /// there is one, else beside the configuration.
-fn default_record(path: &Path, options: &[config::Word]) -> OsString {
+fn default_record(path: &Path, options: &[configuration::Word]) -> OsString {
     let mut retained = options.iter().filter_map(|word| word.text.strip_prefix("--retain="));
     let beside = retained.next_back().map_or(path, Path::new);
     let mut word = OsString::from("--record=");
@@ -162,7 +161,7 @@ fn default_record(path: &Path, options: &[config::Word]) -> OsString {
 /// # Errors
 /// All of them.
 fn check_config(path: &Path) -> Result<u8, String> {
-    let (configuration, mut mistakes) = config::open(path, &Cli::command())?;
+    let (configuration, mut mistakes) = configuration::open(path, &Cli::command())?;
     let wrong = |line: usize, message: String| Mistake { line, message };
     if let Some((line, artifact)) = &configuration.artifact {
         let options = configuration.options.iter().map(|word| word.text.as_str());
@@ -225,9 +224,9 @@ fn run_here(cli: &Cli) -> Result<u8, String> {
     let machine =
         cli.machine.as_deref().map(|path| machine(path, &artifact.program)).transpose()?;
     let reads = cli.machine.iter().chain(&cli.artifact).cloned().collect();
-    let (code, supervised) = (Some(artifact.code_number()), cli.supervised);
     let recorded = cli.run.record.as_ref().map(|_| Arc::new(RecordedProgram::Artifact(bytes)));
-    let run = RunArgs { reads, code, supervised, program: recorded, ..cli.run.clone() };
+    let supervised = cli.supervised;
+    let run = RunArgs { reads, supervised, program: recorded, ..cli.run.clone() };
     Ok(session::run(&artifact.program, &mut engine, &run, machine.as_ref()))
 }
 

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::artifact::signature::PublicKey;
 use crate::files::why_not_read;
-use crate::socket::Permission;
+use crate::socket::{AllowedUser, Permission};
 
 pub use crate::nct::NctArgs;
 pub use crate::pmac::PmacArgs;
@@ -146,6 +146,10 @@ pub struct RunArgs {
     #[arg(long, value_name = "WHAT,WHAT…", value_delimiter = ',', requires = "socket")]
     pub allow: Vec<Permission>,
 
+    /// A user who may use the socket besides the one who runs the control and root, by name or number
+    #[arg(long, value_name = "USER,USER…", value_delimiter = ',', requires = "socket")]
+    pub allow_user: Vec<AllowedUser>,
+
     /// How long a scan of any task may take on the clock before the program is stopped: 50ms, 500us, 1s.
     /// In real time three periods of the control, at least 50ms, without this option; `off` is no limit.
     /// In simulated time there is none without it
@@ -161,11 +165,6 @@ pub struct RunArgs {
     /// `plcc key new` makes
     #[arg(long, value_name = "PUBKEY")]
     pub key: Option<PathBuf>,
-
-    /// A number that stands for the machine code that runs, where an artifact is run: by it an online
-    /// change knows whether suspended tasks can go on where they were.
-    #[arg(skip)]
-    pub code: Option<u64>,
 
     /// The program, for its record.
     #[arg(skip)]

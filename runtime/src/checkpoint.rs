@@ -24,7 +24,7 @@ use plcc_abi::{Program, Region, ResumePoint};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use thiserror::Error;
 
-use crate::fingerprint::Fnv;
+use plcc_abi::Fnv;
 
 const MAGIC: [u8; 8] = *b"PLCCSTAT";
 /// The version of the form and of every dialect's state.

@@ -44,13 +44,14 @@ pub mod args;
 pub mod artifact;
 pub mod checkpoint;
 mod clock_decisions;
+#[cfg(feature = "args")]
+pub mod configuration;
 mod control;
 pub mod cpu;
 pub mod event;
 pub mod executive;
 mod file_lock;
 pub mod files;
-mod fingerprint;
 mod force_list;
 #[cfg(feature = "args")]
 pub mod image_file;

@@ -8,7 +8,7 @@ head=$'target\tpart\thow\tresult\tseconds'
 
 units() {
   local target part
-  for target in parse_pmi parse_nct parse_pmac artifact ir_text retained key; do
+  for target in parse_pmi parse_nct parse_pmac artifact ir_text retained key configuration socket; do
     for part in 1 2 3 4; do echo "$target-$part"; done
   done
 }

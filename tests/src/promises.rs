@@ -5,18 +5,21 @@
 
 #![allow(clippy::panic)]
 
+use std::path::Path;
 use std::sync::OnceLock;
 
+use clap::{Arg, Args, Command};
 use plcc::compile::{Checked, CompileError, check};
 use plcc_abi::{Dialect, Program};
 use plcc_codegen::{OptLevel, Target, emit};
 use plcc_diag::{Diagnostic, SourceMap, render};
 use plcc_frontend::common::{Controller, Limits, MemoryLoader, Options};
 use plcc_ir::{Module, passes, text, verify};
-use plcc_runtime::args::ControlArgs;
+use plcc_runtime::args::{ControlArgs, RunArgs};
 use plcc_runtime::artifact::header;
 use plcc_runtime::artifact::signature::{self, PublicKey};
-use plcc_runtime::{Artifact, artifact, retain, session};
+use plcc_runtime::socket::Dialogue;
+use plcc_runtime::{Artifact, artifact, configuration, retain, session};
 
 use crate::no_fault::faults;
 
@@ -24,7 +27,7 @@ use crate::no_fault::faults;
 pub type Promise = fn(&[u8]);
 
 /// The promises for each kind of input, with the name of its fuzz target.
-pub const PROMISES: [(&str, Promise); 7] = [
+pub const PROMISES: [(&str, Promise); 9] = [
     ("parse_pmi", parse_pmi),
     ("parse_nct", parse_nct),
     ("parse_pmac", parse_pmac),
@@ -32,6 +35,8 @@ pub const PROMISES: [(&str, Promise); 7] = [
     ("ir_text", ir_text),
     ("retained", retained),
     ("key", key),
+    ("configuration", configuration),
+    ("socket", socket),
 ];
 
 /// Takes the bytes as a PMI program: checks it with the limits of the original control and without
@@ -214,6 +219,67 @@ pub fn key(bytes: &[u8]) {
         assert!(key.verify(artifact, &signature).is_err());
     }
     assert_eq!(key.to_string().len(), 64);
+}
+
+/// Takes the bytes as the configuration of a controller. Each mistake is in a line of the text; without
+/// mistakes the configuration is a command line that is accepted.
+pub fn configuration(bytes: &[u8]) {
+    static COMMAND: OnceLock<Command> = OnceLock::new();
+    let command = COMMAND.get_or_init(|| {
+        let command = Command::new("plcrt").arg(Arg::new("artifact")).args_override_self(true);
+        RunArgs::augment_args(command.arg(Arg::new("restart").long("restart")))
+    });
+    let text = String::from_utf8_lossy(bytes);
+    let (read, mistakes) = configuration::read(&text, Path::new("etc"), command);
+    let last = text.bytes().filter(|&byte| byte == b'\n').count() + 1;
+    for mistake in &mistakes {
+        assert!((1..=last).contains(&mistake.line) && !mistake.message.is_empty(), "{mistake:?}");
+    }
+    for word in &read.options {
+        assert!((1..=last).contains(&word.line) && word.text.starts_with("--"), "{word:?}");
+    }
+    if mistakes.is_empty() {
+        let words = read.options.iter().map(|word| word.text.as_str());
+        let words = ["plcrt", "--realtime", "artifact"].into_iter().chain(words);
+        let taken = command.clone().try_get_matches_from(words);
+        assert!(taken.is_ok() && read.artifact.is_some(), "{:?}", taken.err());
+    }
+}
+
+/// Takes the bytes as lines that a client of the socket sends to a control: each has a reply, which is an
+/// object in one line and says whether the request was carried out. A control of PMI, NCT or PMAC is
+/// asked, as the number of bytes says.
+pub fn socket(bytes: &[u8]) {
+    static PROGRAMS: OnceLock<Vec<Program>> = OnceLock::new();
+    let programs = PROGRAMS.get_or_init(|| {
+        artifacts()
+            .into_iter()
+            .map(|(name, bytes)| match Artifact::parse(&bytes, None) {
+                Ok(artifact) => artifact.program,
+                Err(error) => panic!("{name}: {error}"),
+            })
+            .collect()
+    });
+    let Some(program) = programs.get(bytes.len() % programs.len()) else { return };
+    let make = |program: &Program| {
+        session::executive(program, &ControlArgs::default(), true, None)
+            .map_err(|error| error.to_string())
+    };
+    let dialogue = Dialogue::new(program.clone(), Box::new(make));
+    let mut dialogue = dialogue.unwrap_or_else(|error| panic!("{error}"));
+    for line in bytes.split(|&byte| byte == b'\n').take(50) {
+        let reply = dialogue.reply(line);
+        let lines = reply.iter().filter(|&&byte| byte == b'\n').count();
+        assert!(lines == 1 && reply.ends_with(b"\n"), "the reply has {lines} lines");
+        let reply: serde_json::Value = match serde_json::from_slice(&reply) {
+            Ok(reply) => reply,
+            Err(error) => panic!("{error}: {}", String::from_utf8_lossy(&reply)),
+        };
+        let is_result = reply.get("result").is_some_and(serde_json::Value::is_object);
+        let is_error = reply.pointer("/error/message").is_some_and(serde_json::Value::is_string);
+        let ok = reply.get("ok").and_then(serde_json::Value::as_bool);
+        assert!(ok == Some(is_result || !is_error) && is_result != is_error, "{reply}");
+    }
 }
 
 /// Takes the bytes as IR in its text form: it is either refused with a line and column, or read. If

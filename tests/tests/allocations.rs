@@ -60,7 +60,7 @@ fn acting_from_outside_allocates_nothing() {
         let variable = old.find(name, Purpose::Watch).unwrap();
         let key = old.keys(variable).into_iter().next().unwrap();
         let setting = old.parse(variable, "1").unwrap();
-        let plan = compare(&program, &program, true).unwrap().plan;
+        let plan = compare(&program, &program).unwrap().plan;
 
         let region = Region::new(ALLOCATOR);
         publisher.publish(old.image(), 50, 0, State::Running, 0);

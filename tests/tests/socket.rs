@@ -599,17 +599,24 @@ fn what_is_no_other_version_of_the_program_is_refused() {
 #[test]
 fn nct_programs_are_exchanged() {
     let shop = Shop::new("swap-nct");
-    // :000 counts F500 in a loop that it never leaves, in both programs.
-    let source = ":001 LRH060 A1 SF510 J1\n:000 LF500 +.1 SF500 :010 LF502 +.1 SF502 G010 J0\n";
-    let source_two =
-        ":001 LRH060 +.1 SF510 J1\n:000 LF500 +.1 SF500 :010 LF502 +.1 SF502 G010 J0\n";
-    let artifact = shop.build("one", Dialect::Nct, source);
+    // :000 counts its beginnings in F500, and in F506 how often it comes back from a subroutine, which
+    // loops while F700 is 1.
+    let module = ":000 LF500 +.1 SF500 C020 LF506 +.1 SF506 J0\n";
+    let subroutine = ":020 :010 LF502 +.1 SF502 (F7000)G010Z R\n";
+    let source = format!(":001 LRH060 A1 SF510 J1\n{module}{subroutine}");
+    // The other call, which stands before it, gives the call in :000 another number.
+    let two = ":001 LRH060 +.1 SF510 C030 J1\n:030 LF512 +.1 SF512 (F5140)G030Z R\n";
+    let two = format!("{two}{module}{subroutine}");
+    let three = two.replace("LF502 +.1", "LF502 +.2");
+    let artifact = shop.build("one", Dialect::Nct, &source);
     let same = shop.path("same.plcx");
     fs::copy(&artifact, &same).unwrap();
-    let two = shop.build("two", Dialect::Nct, source_two);
+    let two = shop.build("two", Dialect::Nct, &two);
+    let three = shop.build("three", Dialect::Nct, &three);
     let control = shop.start(&artifact, &["--allow", "write,force,swap", "--record", "r.plcrec"]);
     control.assign("set", "T05", 30_000);
-    control.assign("set", "F700", 0x1234);
+    control.assign("set", "F600", 0x1234);
+    control.assign("set", "F700", 1);
     control.assign("force", "I012", 1);
     control.tick();
     let starts = control.get("F500");
@@ -617,15 +624,26 @@ fn nct_programs_are_exchanged() {
     control.tick();
     assert_eq!(control.get("F500"), starts, "with the same code :000 goes on where it was");
     let done = control.ask(&json!({"request": "swap", "path": two}));
-    assert_eq!(changes(&done), pairs(&[]));
+    assert_eq!(changes(&done), pairs(&[("F512", "new"), ("F5140", "new")]));
     control.tick();
-    assert_eq!(control.get("F500"), starts.as_i64().unwrap() + 1, "else it begins at its label");
-    assert_eq!((control.get("F700"), control.get("I012")), (0x1234.into(), 1.into()));
+    assert_eq!(control.get("F500"), starts, "it does where only another module has changed");
+    let ends = control.get("F506").as_i64().unwrap();
+    control.assign("set", "F700", 0);
+    control.tick();
+    assert!(control.get("F506").as_i64().unwrap() > ends, "it goes on behind its own call");
+    control.assign("set", "F700", 1);
+    control.tick();
+    let starts = control.get("F500").as_i64().unwrap();
+    control.ask(&json!({"request": "swap", "path": three}));
+    control.tick();
+    let begun = control.get("F500");
+    assert_eq!(begun, starts + 1, "where its subroutine has changed it begins at its label");
+    assert_eq!((control.get("F600"), control.get("I012")), (0x1234.into(), 1.into()));
     let timer = control.get("T05").as_i64().unwrap();
     assert!((29_000..30_000).contains(&timer), "{timer}");
     assert_eq!(control.get("F510"), 1, "the new program runs");
     assert_eq!(control.end().0, Some(130));
-    assert_eq!(replayed_programs(&shop.path("r.plcrec")), 3);
+    assert_eq!(replayed_programs(&shop.path("r.plcrec")), 4);
 }
 
 #[test]
@@ -643,6 +661,8 @@ fn pmac_programs_are_exchanged() {
     let same = shop.path("same.plcx");
     fs::copy(&artifact, &same).unwrap();
     let two = shop.build("two", Dialect::Pmac, &moved);
+    let other = source.replace("P3=P3+1", "P3=P3+2");
+    let three = shop.build("three", Dialect::Pmac, &other);
     let control = shop.start(&artifact, &["--allow", "write,force,swap", "--record", "r.plcrec"]);
     control.assign("set", "P100", "2.5");
     for _ in 0..3 {
@@ -662,7 +682,7 @@ fn pmac_programs_are_exchanged() {
     for _ in 0..6 {
         control.tick();
     }
-    assert_eq!(control.get("P2"), 2, "with other code it begins at its top");
+    assert_eq!(control.get("P2"), 1, "it does where only other PLCs have changed");
     assert_eq!(control.get("P100"), 2.5);
     assert_eq!(control.get("P5"), 1, "on-line commands are not executed again");
     assert_eq!((control.get("I5"), control.get("Y:$FFC2")), (3.into(), 768.into()));
@@ -673,10 +693,15 @@ fn pmac_programs_are_exchanged() {
     for _ in 0..6 {
         control.tick();
     }
-    assert_eq!(control.get("I5"), 2);
+    assert_eq!((control.get("I5"), control.get("P2")), (2.into(), 1.into()));
+    control.ask(&json!({"request": "swap", "path": three}));
+    for _ in 0..3 {
+        control.tick();
+    }
+    assert_eq!(control.get("P2"), 2, "where its own statements have changed it begins at its top");
     let (exit, text) = control.end();
     assert_eq!(exit, Some(130), "{text}");
-    assert_eq!(replayed_programs(&shop.path("r.plcrec")), 4);
+    assert_eq!(replayed_programs(&shop.path("r.plcrec")), 5);
 }
 
 /// Runs a recorded run again, through all its online changes, writes and forces; every tick must go as it was

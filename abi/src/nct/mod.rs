@@ -34,4 +34,4 @@ pub use layout::{
 pub use name::{NctName, NctNameError};
 pub use settings::{NctControl, NctSettings, ToolPot};
 pub(crate) use symbols::symbols;
-pub use tables::NctTables;
+pub use tables::{NctTables, ReachableCode};

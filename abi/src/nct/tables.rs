@@ -6,6 +6,20 @@ use serde::{Deserialize, Serialize};
 
 use super::{FlagLocation, NctName, NctSettings};
 
+/// The code that a module can reach: its own statements and those of all subroutines and labels that they
+/// lead to. By it an online change knows a suspended module again. Statements are numbered from 0 over
+/// all those that can be reached, in the source's order.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ReachableCode {
+    /// A hash of these statements.
+    pub fingerprint: u64,
+    /// For each resume point of the program the number of its statement, `None` where the module can't
+    /// reach it.
+    pub resume_points: Vec<Option<u32>>,
+    /// The numbers of the calls among the statements; a call's number is its return address.
+    pub calls: Vec<u32>,
+}
+
 /// The tables of an NCT program. Its tasks are `:000`, `:001` and, where there is one, `:002`, in
 /// this order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -28,6 +42,8 @@ pub struct NctTables {
     pub info: String,
     /// The variables that the program names, each once, in natural sort order. A dump shows these.
     pub named: Vec<NctName>,
+    /// The code that each module can reach, in the order of the tasks.
+    pub reachable: Vec<ReachableCode>,
     /// What the machine file said when the program was compiled.
     pub settings: NctSettings,
 }

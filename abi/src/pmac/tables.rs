@@ -49,6 +49,9 @@ pub struct Program {
     pub enabled: bool,
     /// Whether it is paused after load: only RESUME starts it then.
     pub paused: bool,
+    /// A hash of its statements and all that they name by a number. Two programs with the same one have
+    /// the same WHILE statements at the same resume points, whatever else is in their downloads.
+    pub fingerprint: u64,
 }
 
 /// Something that a statement sends to the world outside: a text, a value or a command.

@@ -188,7 +188,6 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
     let mut engine = engine.map_err(|error| Failure::file(path, error))?;
     let reads = source.machine.iter().cloned().chain([path.to_owned()]).collect();
     let recorded = args.run.record.as_ref().map(|_| Arc::new(RecordedProgram::Artifact(bytes)));
-    let code = Some(artifact.code_number());
-    let run = RunArgs { reads, code, program: recorded, ..args.run.clone() };
+    let run = RunArgs { reads, program: recorded, ..args.run.clone() };
     Ok(session::run(&artifact.program, &mut engine, &run, machine.as_ref()))
 }

@@ -13,6 +13,7 @@ mod language;
 mod layout;
 mod lower;
 mod oracle;
+mod reachable;
 mod read;
 mod reference;
 mod status_flags;

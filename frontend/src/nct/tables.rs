@@ -8,6 +8,7 @@ use plcc_abi::{
 use crate::nct::{
     ast::{Bit, ConditionPart, Op, Operand, Place, Program, Space, Test, Texts, Word},
     layout::Layout,
+    reachable::reachable,
 };
 
 /// The modules that the program has, in the order of their tasks: number, and index of the first
@@ -116,6 +117,7 @@ pub(crate) fn program(
         texts199: messages,
         info,
         named: named(program),
+        reachable: reachable(program),
         settings,
     };
     AbiProgram {

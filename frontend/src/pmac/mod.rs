@@ -17,6 +17,7 @@ mod analyse;
 mod ast;
 mod explain_arithmetic;
 pub mod expression;
+mod fingerprint;
 mod language;
 mod lower;
 mod oracle;
@@ -75,7 +76,7 @@ pub fn check(
     {
         let what =
             if suppressed_errors == 1 { "1 error" } else { &format!("{suppressed_errors} errors") };
-        missing.notes.push(format!("not shown: {what} at names that this file may define"));
+        missing.add_note(format!("not shown: {what} at names that this file may define"));
     }
     diagnostics.extend(found);
     diagnostics.extend(out_of_range::warnings(&download));

@@ -5,6 +5,7 @@ use plcc_abi::{Program, Tables, Task};
 
 use super::analyse::load::Loaded;
 use super::ast::{Download, Expr, Op, Stmt, StmtKind, Target};
+use super::fingerprint::fingerprint;
 use super::outputs;
 use super::tasks::{TaskKind, tasks};
 
@@ -25,7 +26,8 @@ pub(crate) fn program(
             let states = if compiled { loaded.plccs } else { loaded.plcs };
             let enabled = states.enabled & (1 << number) != 0;
             let paused = states.paused & (1 << number) != 0;
-            programs.push(PlcProgram { number, compiled, task, enabled, paused });
+            let fingerprint = fingerprint(download, code);
+            programs.push(PlcProgram { number, compiled, task, enabled, paused, fingerprint });
             add_named(download, code, &mut named);
             first_command = task + 1;
         }

@@ -61,7 +61,7 @@ impl Program {
         let mut ops = vec![];
         let parsed = Parser::new(&mut cursor, &mut names, &mut ops, self.limits).parse(Until::End);
         let parsed = parsed.map_err(|mut problem| {
-            let help = diagnostic::default_help(problem.code).map(str::to_owned);
+            let help = diagnostic::default_help(problem.code).map(Into::into);
             problem.help = problem.help.or(help);
             vec![*problem]
         })?;

@@ -33,6 +33,7 @@ pub mod signature;
 mod tests;
 pub(crate) mod validate;
 
+use plcc_abi::Fnv;
 use std::hash::Hasher;
 use std::io::Read;
 use std::path::Path;
@@ -44,8 +45,6 @@ pub use error::ArtifactError;
 use error::inconsistent;
 use header::{ArtifactDigest, Header};
 use signature::PublicKey;
-
-use crate::fingerprint::Fnv;
 
 /// The longest artifact that is read, in bytes.
 pub const MAX_FILE: u64 = 512 << 20;

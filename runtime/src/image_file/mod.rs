@@ -3,7 +3,7 @@
 //!
 //! [`Publisher`] writes it, after each tick, in the scan's thread: it copies words into mapped memory,
 //! without a system call, a lock or an allocation. [`ImageReader`] reads it in another process and
-//! gives whole ticks. [`drive_safe_outputs`] is for the supervisor of a control that has died.
+//! gives whole ticks. [`OutputDriver`] is for the supervisor of a control that has died.
 //! `docs/image.md` explains the file byte by byte, for programs in other languages.
 //!
 //! | file | holds |
@@ -13,10 +13,12 @@
 //! | `pages.rs` | which parts of a large image are copied after each tick |
 //! | `content.rs` | the bytes of a new file |
 //! | `publisher.rs`, `reader.rs` | the two sides |
+//! | `output_driver.rs` | safe outputs when the writer has died |
 //! | `shared_memory.rs` | the mapped file as atomic words |
 
 mod content;
 pub mod layout;
+mod output_driver;
 mod pages;
 mod publisher;
 mod reader;
@@ -35,5 +37,6 @@ mod atomics {
 
 pub use content::Content;
 pub use layout::State;
+pub use output_driver::OutputDriver;
 pub use publisher::{ImageFileError, Publisher};
-pub use reader::{ImageReader, Snapshot, drive_safe_outputs};
+pub use reader::{ImageReader, Snapshot};

@@ -1,12 +1,11 @@
-//! The reading side of an image file, and what a supervisor does with it.
+//! The reading side of an image file.
 
-use std::fs::OpenOptions;
 use std::io;
 use std::path::Path;
 use std::sync::atomic::AtomicU64;
 
-use super::layout::{self, SAFE_OUTPUT_SIZE, State};
-use super::sequence::{begin_read, begin_write, end_read, end_write, read_word, write_word};
+use super::layout::{self, State};
+use super::sequence::{begin_read, end_read, read_word};
 use super::shared_memory::{Access, SharedMemory};
 use crate::files::open_regular;
 
@@ -37,7 +36,7 @@ pub struct ImageReader {
     image_size: usize,
 }
 
-fn wrong(what: &str) -> io::Error {
+pub(super) fn wrong(what: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, what)
 }
 
@@ -45,7 +44,7 @@ fn wrong(what: &str) -> io::Error {
 ///
 /// # Errors
 /// When the words are not those of an image file.
-fn image_place(words: &[AtomicU64]) -> io::Result<(std::ops::Range<usize>, usize)> {
+pub(super) fn image_place(words: &[AtomicU64]) -> io::Result<(std::ops::Range<usize>, usize)> {
     let word = |at: usize| words.get(at / 8).map_or(0, read_word).to_le();
     if word(layout::AT_MAGIC).to_le_bytes() != layout::MAGIC {
         return Err(wrong("it is no image file"));
@@ -140,42 +139,4 @@ impl ImageReader {
         }
         None
     }
-}
-
-/// Writes the safe outputs into the image file of a process that has died, with the state
-/// [`State::Dead`]. It may have died while it wrote, so that the rest of the image belongs to two
-/// ticks.
-///
-/// # Errors
-/// When the file can't be opened or is no image file.
-pub fn drive_safe_outputs(path: &Path) -> io::Result<()> {
-    let file = OpenOptions::new().read(true).write(true).open(path)?;
-    let memory = SharedMemory::map(&file, Access::Write)?;
-    let words = memory.words();
-    let (image_words, image_size) = image_place(words)?;
-    let word_at = |at: usize| words.get(at / 8).map_or(0, read_word).to_le();
-    let counter = words.get(layout::AT_SEQUENCE / 8).ok_or_else(|| wrong("it is too short"))?;
-    let table = usize::try_from(word_at(layout::AT_SAFE_OUTPUTS)).unwrap_or(usize::MAX);
-    let count = usize::try_from(word_at(layout::AT_SAFE_OUTPUTS_COUNT)).unwrap_or(0);
-    let first = table / SAFE_OUTPUT_SIZE;
-    let even = begin_write(counter, read_word(counter));
-    for entry in words.iter().skip(first).take(count) {
-        let [a, b, c, d, mask, value, ..] = read_word(entry).to_ne_bytes();
-        let offset = u32::from_le_bytes([a, b, c, d]) as usize;
-        if offset >= image_size {
-            continue;
-        }
-        if let Some(word) = words.get(image_words.start + offset / 8) {
-            let mut bytes = read_word(word).to_ne_bytes();
-            if let Some(byte) = bytes.get_mut(offset % 8) {
-                *byte = *byte & !mask | value & mask;
-            }
-            write_word(word, u64::from_ne_bytes(bytes));
-        }
-    }
-    if let Some(word) = words.get(layout::AT_STATE / 8) {
-        write_word(word, State::Dead.number().to_le());
-    }
-    end_write(counter, even);
-    Ok(())
 }

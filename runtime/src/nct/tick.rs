@@ -375,7 +375,7 @@ impl Executive for NctExecutive {
     fn take_over(&mut self, old: &mut dyn Executive, plan: &Plan) -> bool {
         let old = old.as_any_mut().and_then(|old| old.downcast_mut::<Self>());
         let (Some(old), Plan::Nct(plan)) = (old, plan) else { return false };
-        self.take_over_from(old, *plan);
+        self.take_over_from(old, plan);
         true
     }
 

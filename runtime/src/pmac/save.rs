@@ -14,8 +14,8 @@ use serde::ser::{Serialize, SerializeSeq, Serializer};
 use super::PmacExecutive;
 use super::carry_over::{self, Variables};
 use crate::Restored;
-use crate::fingerprint::Fnv;
 use crate::retain::append_postcard;
+use plcc_abi::Fnv;
 
 /// The first bytes of what is saved. What earlier versions saved begins with a fingerprint, and none
 /// is this word.

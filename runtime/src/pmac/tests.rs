@@ -77,6 +77,7 @@ impl Download {
             task,
             enabled: true,
             paused: false,
+            fingerprint: 0,
         });
     }
 
@@ -236,8 +237,14 @@ fn a_plc_that_disables_itself_finishes_its_scan() {
 fn enable_starts_at_the_top_and_resume_does_not() {
     let mut download = Download::new(Controller::Pmac);
     let waiting = download.task("PLC3", |_| Outcome::Suspended(ResumePoint(2)));
-    let entry =
-        pmac::Program { number: 3, compiled: false, task: waiting, enabled: true, paused: false };
+    let entry = pmac::Program {
+        number: 3,
+        compiled: false,
+        task: waiting,
+        enabled: true,
+        paused: false,
+        fingerprint: 0,
+    };
     download.tables.programs.push(entry);
     let mut step = 0;
     download.plc("PLC0", move |scan| {
@@ -467,7 +474,14 @@ fn a_tick_lasts_as_i10_says() {
 fn a_trap_stops_the_control() {
     let mut download = Download::new(Controller::Pmac);
     let task = download.task("PLC1", |_| Outcome::trap(plcc_abi::TrapCode::BadLabel));
-    let entry = pmac::Program { number: 1, compiled: false, task, enabled: true, paused: false };
+    let entry = pmac::Program {
+        number: 1,
+        compiled: false,
+        task,
+        enabled: true,
+        paused: false,
+        fingerprint: 0,
+    };
     download.tables.programs.push(entry);
     let (mut executive, mut script) = download.start();
     let stop = executive.tick(&mut script, &mut Vec::new()).unwrap_err();

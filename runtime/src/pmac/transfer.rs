@@ -4,7 +4,7 @@
 //! The on-line commands of the new download are not executed again. Only what it sets up differently is
 //! taken from it: definitions of M-variables and values of I-variables that differ between the two
 //! downloads as they are after load. A PLC keeps whether it is enabled, disabled or paused. It goes
-//! on in its WHILE only if the code of both programs is the same; else it begins at its top.
+//! on in its WHILE only if its own statements are the same in both downloads; else it begins at its top.
 
 use plcc_abi::image::{read_f64, read_u64, write_f64};
 use plcc_abi::pmac::{Definition, Definitions, Field, Layout, PmacName, PmacTables, Run};
@@ -22,8 +22,10 @@ pub struct PmacTransfer {
     definitions: Vec<(u32, u64)>,
     /// The values of I-variables that it sets differently: offset and value.
     settings: Vec<(u32, f64)>,
-    /// Whether suspended PLCs go on where they were.
-    same_code: bool,
+    /// Bit n is set where PLC n has the same statements in both, so that it goes on where it was suspended.
+    same_plcs: u32,
+    /// The same of the PLCCs.
+    same_plccs: u32,
 }
 
 /// The image of a download after load.
@@ -55,7 +57,6 @@ pub(crate) fn compare(
     was: &PmacTables,
     _new: &Program,
     is: &PmacTables,
-    same_code: bool,
 ) -> Result<Comparison, String> {
     if was.controller != is.controller {
         return Err("it is for another controller (PMAC or Turbo PMAC)".into());
@@ -102,11 +103,23 @@ pub(crate) fn compare(
         }
     }
     rows.sort_by(|a, b| natural_cmp(&a.name, &b.name));
+    let [same_plcs, same_plccs] = [false, true].map(|compiled| {
+        let same = |plc: &&plcc_abi::pmac::Program| {
+            let is_same = |other: &plcc_abi::pmac::Program| {
+                (other.number, other.compiled, other.fingerprint)
+                    == (plc.number, plc.compiled, plc.fingerprint)
+            };
+            plc.compiled == compiled && was.programs.iter().any(is_same)
+        };
+        let numbers =
+            is.programs.iter().filter(same).filter_map(|plc| 1u32.checked_shl(plc.number));
+        numbers.fold(0, |set, bit| set | bit)
+    });
     let kept = is.named.iter().filter(|name| was.named.contains(name)).count();
     Ok(Comparison {
         kept,
         rows,
-        plan: Plan::Pmac(PmacTransfer { definitions, settings, same_code }),
+        plan: Plan::Pmac(PmacTransfer { definitions, settings, same_plcs, same_plccs }),
     })
 }
 
@@ -140,8 +153,8 @@ impl PmacExecutive {
         state.tick = was.tick;
         state.until_interrupt = was.until_interrupt;
         state.last_plc = was.last_plc;
-        state.plcs.take_over(&was.plcs, plan.same_code);
-        state.plccs.take_over(&was.plccs, plan.same_code);
+        state.plcs.take_over(&was.plcs, plan.same_plcs);
+        state.plccs.take_over(&was.plccs, plan.same_plccs);
         // Commands belong to their program. Between two ticks none waits, unless there are no
         // background steps.
         state.queue.clear();
@@ -157,16 +170,17 @@ impl PmacExecutive {
 
 impl Plcs {
     /// Takes over which PLCs run, and where they are, from the PLCs of another download. PLCs that it
-    /// lacks stay as they are after load.
-    fn take_over(&mut self, old: &Self, same_code: bool) {
+    /// lacks stay as they are after load. In `same` bit n is set where PLC n has the same statements.
+    fn take_over(&mut self, old: &Self, same: u32) {
         for (number, was) in (0..).zip(old.all()) {
             let Some(plc) = self.get_mut(number) else { return };
             if plc.status == Status::Absent || was.status == Status::Absent {
                 continue;
             }
             plc.status = was.status;
-            plc.restart = was.restart || !same_code;
-            plc.resume = was.resume.filter(|_| same_code);
+            let is_same = same.checked_shr(number).unwrap_or(0) & 1 != 0;
+            plc.restart = was.restart || !is_same;
+            plc.resume = was.resume.filter(|_| is_same);
             self.update_enabled_bit(number);
         }
     }

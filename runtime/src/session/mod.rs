@@ -5,7 +5,7 @@
 mod executive;
 mod output;
 mod outside;
-mod realtime_priority;
+pub(crate) mod realtime_priority;
 mod record;
 pub mod replay;
 mod reports;

@@ -90,12 +90,11 @@ fn load(
     let (artifact, bytes) = Artifact::open_with_bytes(path, key).map_err(|error| named(&error))?;
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let engine = engine.map_err(|error| named(&error))?;
-    let code = artifact.code_number();
     let engine = Box::new(TimedByName::new(engine, &artifact.program, timing));
     let record = record.cloned();
     let put_into_record =
         Box::new(move || record.map_or(0, |record| record.add(RecordedProgram::Artifact(bytes))));
-    Ok(Loaded { code, program: artifact.program, engine, put_into_record })
+    Ok(Loaded { program: artifact.program, engine, put_into_record })
 }
 
 /// What the socket shows of a run besides the control and its variables.
@@ -160,7 +159,6 @@ impl Outside {
             let recorded = sources.recorded;
             let surroundings = Surroundings {
                 program: Arc::new(program.clone()),
-                code: args.code,
                 allow: args.allow.clone(),
                 image: args.image.clone(),
                 found: if has_variables { executive.found() } else { vec![] },
@@ -175,7 +173,8 @@ impl Outside {
                 journal: journal.clone(),
             };
             let requests = Requests::new(own, for_socket, Arc::clone(&reached), surroundings);
-            server = Some(Server::start(path, requests).map_err(|e| error(&e))?);
+            let users: Vec<u32> = args.allow_user.iter().map(|user| user.0).collect();
+            server = Some(Server::start(path, &users, requests).map_err(|e| error(&e))?);
             scan_end = Some(for_scan);
         }
         let hook = OutsideHook::new(scan_end, publisher, reached);

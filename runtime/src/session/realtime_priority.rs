@@ -39,7 +39,7 @@ pub(super) fn request() -> Result<(), String> {
 
 /// Gives this thread a real-time priority above that of the thread that runs the scans, if that is
 /// permitted: the watchdog must run also while a scan does.
-pub(super) fn raise_above_scans() {
+pub(crate) fn raise_above_scans() {
     #[cfg(target_os = "linux")]
     // Where that is not permitted, the same request for the scan's thread fails too, and the journal says
     // so.
@@ -65,8 +65,11 @@ fn raise_priority(priority: u8) -> Result<(), String> {
 
 /// Locks the process's memory. Memory that it takes later is locked too, but only where the amount is not
 /// limited: with a limit, an allocation beyond it would fail.
+///
+/// # Errors
+/// Why it is not permitted.
 #[cfg(target_os = "linux")]
-fn lock_memory() -> Result<(), String> {
+pub(crate) fn lock_memory() -> Result<(), String> {
     use rustix::mm::{MlockAllFlags, mlockall};
     use rustix::process::{Resource, getrlimit};
     let unbounded = getrlimit(Resource::Memlock).current.is_none();

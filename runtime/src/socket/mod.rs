@@ -15,10 +15,12 @@
 //! | `requests.rs` | what each request does |
 //! | `program.rs` | the program as the socket's thread knows it |
 //! | `commands.rs` | what goes between the two threads |
+//! | `dialogue.rs` | requests and replies without a socket, for fuzzing |
 //! | `hook.rs` | the side of the thread that runs the ticks; it also writes the image file |
 
 mod commands;
 mod connection;
+mod dialogue;
 mod hook;
 mod peer;
 mod program;
@@ -29,7 +31,9 @@ mod server;
 mod tests;
 
 pub(crate) use commands::{Reached, queues};
+pub use dialogue::Dialogue;
 pub(crate) use hook::OutsideHook;
+pub use peer::AllowedUser;
 pub use protocol::{MAX_REQUEST, Permission, VERSION};
 pub(crate) use requests::Requests;
 pub use requests::{Load, Loaded, MakeExecutive, RetainedStatus, Surroundings, Timing};

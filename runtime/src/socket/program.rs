@@ -33,8 +33,6 @@ pub(super) struct Named {
 /// in effect.
 pub(super) struct Served {
     pub(super) program: Arc<Program>,
-    /// A number that stands for its machine code; `None` where that is not known.
-    pub(super) code: Option<u64>,
     /// The artifact or source, for people.
     pub(super) title: String,
     pub(super) executive: Box<dyn Executive + Send>,
@@ -53,13 +51,9 @@ fn too_many() -> Failure {
 }
 
 impl Served {
-    pub(super) fn new(
-        program: Arc<Program>,
-        code: Option<u64>,
-        executive: Box<dyn Executive + Send>,
-    ) -> Self {
+    pub(super) fn new(program: Arc<Program>, executive: Box<dyn Executive + Send>) -> Self {
         let title = program.files.first().cloned().unwrap_or_default();
-        Self { program, code, title, executive, forces: vec![], recorded: 0 }
+        Self { program, title, executive, forces: vec![], recorded: 0 }
     }
 
     /// The variables that names and patterns stand for, in this order.

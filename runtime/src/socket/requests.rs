@@ -21,8 +21,6 @@ use crate::{Executive, Peer, Purpose, Value, Variable};
 pub struct Loaded {
     /// Its program.
     pub program: Program,
-    /// A number that stands for its machine code.
-    pub code: u64,
     /// Its engine.
     pub engine: Box<dyn Engine + Send>,
     /// Puts it into the record of the run, when it is really to run, and gives its number there.
@@ -44,8 +42,6 @@ pub type RetainedStatus = Box<dyn Fn() -> Json + Send>;
 pub struct Surroundings {
     /// The program that runs at the beginning.
     pub program: Arc<Program>,
-    /// A number that stands for its machine code, if that is known.
-    pub code: Option<u64>,
     /// What clients may do besides reading.
     pub allow: Vec<Permission>,
     /// The image file, which an online change makes anew.
@@ -133,7 +129,7 @@ impl Requests {
         reached: Arc<Reached>,
         surroundings: Surroundings,
     ) -> Self {
-        let served = Served::new(Arc::clone(&surroundings.program), surroundings.code, executive);
+        let served = Served::new(Arc::clone(&surroundings.program), executive);
         let journal = surroundings.journal.clone();
         Self {
             served,
@@ -297,10 +293,9 @@ impl Requests {
         dry_run: bool,
         by: &Peer,
     ) -> Result<Handled, Failure> {
-        let Loaded { program, code, engine, put_into_record } =
+        let Loaded { program, engine, put_into_record } =
             (self.surroundings.load)(path).map_err(refused)?;
-        let same_code = self.served.code == Some(code);
-        let comparison = compare(&self.served.program, &program, same_code).map_err(refused)?;
+        let comparison = compare(&self.served.program, &program).map_err(refused)?;
         if dry_run {
             return Ok(Handled::Done(Ok(comparison_json(&comparison))));
         }
@@ -319,7 +314,7 @@ impl Requests {
         let make = &self.surroundings.make_executive;
         let executive = make(&program).map_err(refused)?;
         let own = make(&program).map_err(refused)?;
-        let mut next = Served::new(Arc::new(program), Some(code), own);
+        let mut next = Served::new(Arc::new(program), own);
         next.title = path.display().to_string();
         next.recorded = put_into_record();
         let exchange = Exchange { next, comparison, rollback: false, by: by.clone() };
@@ -336,9 +331,7 @@ impl Requests {
             // Ending a force never fails.
             let _ = executive.force(force.key, None);
         }
-        let same_code = next.code.is_some() && next.code == self.served.code;
-        let comparison =
-            compare(&self.served.program, &next.program, same_code).map_err(refused)?;
+        let comparison = compare(&self.served.program, &next.program).map_err(refused)?;
         let exchange = Exchange { next, comparison, rollback: true, by: by.clone() };
         self.replace(exchange, executive, engine)
     }

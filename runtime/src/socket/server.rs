@@ -45,8 +45,8 @@ pub enum SocketError {
     Io(PathBuf, io::Error),
 }
 
-/// Opens the socket. One that a dead process has left behind is replaced.
-fn open(path: &Path) -> Result<UnixListener, SocketError> {
+/// Opens the socket, with this mode. One that a dead process has left behind is replaced.
+fn open(path: &Path, mode: u32) -> Result<UnixListener, SocketError> {
     let failed = |error| SocketError::Io(path.to_owned(), error);
     match fs::symlink_metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
@@ -70,7 +70,7 @@ fn open(path: &Path) -> Result<UnixListener, SocketError> {
     let beside = PathBuf::from(beside);
     let _ = fs::remove_file(&beside);
     let listener = UnixListener::bind(&beside).map_err(failed)?;
-    let result = fs::set_permissions(&beside, fs::Permissions::from_mode(0o600))
+    let result = fs::set_permissions(&beside, fs::Permissions::from_mode(mode))
         .and_then(|()| listener.set_nonblocking(true))
         .and_then(|()| fs::rename(&beside, path));
     result.map_err(|error| {
@@ -89,15 +89,22 @@ pub(crate) struct Server {
 }
 
 impl Server {
-    /// Opens the socket and starts the thread.
+    /// Opens the socket and starts the thread. Besides the own user and root, these users are served.
     ///
     /// # Errors
     /// When the socket is in use or can't be opened, or there is no thread.
-    pub(crate) fn start(path: &Path, requests: Requests) -> Result<Self, SocketError> {
-        let listener = open(path)?;
+    pub(crate) fn start(
+        path: &Path,
+        users: &[u32],
+        requests: Requests,
+    ) -> Result<Self, SocketError> {
+        // Who connects is checked in any case.
+        let mode = if users.is_empty() { 0o600 } else { 0o666 };
+        let listener = open(path, mode)?;
+        let users = users.to_vec();
         let ends = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&ends);
-        let body = move || Loop::new(listener, requests).run(&flag);
+        let body = move || Loop::new(listener, users, requests).run(&flag);
         let thread = thread::Builder::new().name("socket".into()).spawn(body);
         let thread = thread.map_err(|error| SocketError::Io(path.to_owned(), error))?;
         Ok(Self { path: path.to_owned(), ends, thread: Some(thread) })
@@ -130,13 +137,15 @@ struct Loop {
     /// The requests that wait, in the order in which their answers will come.
     waiting: VecDeque<Waiting>,
     own_user: u32,
+    /// Other users who are served.
+    users: Vec<u32>,
 }
 
 impl Loop {
-    fn new(listener: UnixListener, requests: Requests) -> Self {
+    fn new(listener: UnixListener, users: Vec<u32>, requests: Requests) -> Self {
         let own_user = rustix::process::geteuid().as_raw();
         let (connections, waiting) = (vec![], VecDeque::new());
-        Self { listener, requests, connections, next_number: 0, waiting, own_user }
+        Self { listener, requests, connections, next_number: 0, waiting, own_user, users }
     }
 
     fn run(&mut self, ends: &AtomicBool) {
@@ -196,7 +205,7 @@ impl Loop {
             return;
         }
         let Ok(peer) = Peer::of(&stream) else { return };
-        let admitted = peer.is_admitted(self.own_user);
+        let admitted = peer.is_admitted(self.own_user, &self.users);
         if self.connections.len() >= MAX_CLIENTS {
             // The one that has done nothing for the longest time makes room.
             let idle = self.connections.iter().enumerate().filter(|(_, c)| !c.waits);
@@ -209,7 +218,7 @@ impl Loop {
         let mut connection = Connection::new(stream, peer, self.next_number, now);
         self.next_number += 1;
         if !admitted {
-            let text = "the socket is for the user who runs the control, and for root";
+            let text = "the socket is for the user who runs the control, for root, and for those whom --allow-user names";
             let by = connection.peer.clone();
             self.requests.journal.write(EntryKind::Refused { what: "the socket".into(), by });
             connection.ends = true;
@@ -299,16 +308,17 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("plcc-socket-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
         let path = folder.join("socket");
-        let first = open(&path).unwrap();
+        let first = open(&path, 0o600).unwrap();
         assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
-        assert!(matches!(open(&path), Err(SocketError::InUse(_))));
+        assert!(matches!(open(&path, 0o600), Err(SocketError::InUse(_))));
         drop(first);
-        let second = open(&path).unwrap();
+        let second = open(&path, 0o666).unwrap();
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o666);
         drop(second);
         fs::remove_file(&path).unwrap();
         fs::write(&path, "text").unwrap();
-        assert!(matches!(open(&path), Err(SocketError::Other(_))));
-        assert!(matches!(open(&folder.join("no/socket")), Err(SocketError::Io(..))));
+        assert!(matches!(open(&path, 0o600), Err(SocketError::Other(_))));
+        assert!(matches!(open(&folder.join("no/socket"), 0o600), Err(SocketError::Io(..))));
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "nothing is left over");
         fs::remove_dir_all(&folder).unwrap();
     }

@@ -47,7 +47,6 @@ fn a_force_that_finds_no_room_in_the_queue_is_not_in_effect() {
     let (_scan_end, socket_end) = queues();
     let surroundings = Surroundings {
         program: std::sync::Arc::new(program),
-        code: None,
         allow: vec![Permission::Force, Permission::Stop],
         image: None,
         found: vec![],

@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use super::{Heartbeat, Phase};
 use crate::journal::Journal;
+use crate::session::realtime_priority;
 
 /// Time between two heartbeats.
 const INTERVAL: Duration = Duration::from_millis(5);
@@ -97,6 +98,8 @@ impl Link {
 }
 
 fn run(mut reader: UnixStream, sender: &Sender, interrupt: &AtomicBool) {
+    // It must notice the supervisor's death however busy the computer is, and has little to do.
+    realtime_priority::raise_above_scans();
     loop {
         let sent = sender.send(false);
         // The supervisor sends nothing: what is read is the end of the connection, or the time that it was

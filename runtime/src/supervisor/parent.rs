@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read};
-use std::os::fd::OwnedFd;
+use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
@@ -13,19 +13,23 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open};
 use signal_hook::consts;
 use signal_hook::iterator::Signals;
 
 use super::link::is_timeout;
 use super::notify::Notifier;
 use super::{Heartbeat, Phase};
-use crate::image_file;
+use crate::image_file::OutputDriver;
 use crate::journal::{Destinations, EntryKind, Journal, JournalOwner};
-use crate::session::{STOPPED, USAGE, ignores_hangup};
+use crate::session::{STOPPED, USAGE, ignores_hangup, realtime_priority};
 
-/// How long the supervisor waits for a heartbeat before it looks at the clock.
-const HEARTBEAT_WAIT: Duration = Duration::from_millis(5);
+/// How long the supervisor waits for a heartbeat before it looks at the clock, in nanoseconds.
+const HEARTBEAT_WAIT: i64 = 5_000_000;
+/// Has `pidfd_open` give the end of one thread rather than that of a whole process (`PIDFD_THREAD`, which
+/// is the number of `O_EXCL`).
+const OF_ONE_THREAD: PidfdFlags = PidfdFlags::from_bits_retain(rustix::fs::OFlags::EXCL.bits());
 /// After how much time without a heartbeat the whole process of a control is taken to hang.
 const SILENCE: Duration = Duration::from_secs(3);
 /// The longest time that a control may take from its start to its first tick, and from its last tick to
@@ -82,7 +86,7 @@ pub fn supervise(supervision: &Supervision) -> Result<u8, String> {
         }
         let Some(owner) = &journal_owner else { return Err("there is no journal".into()) };
         let journal = owner.journal();
-        let ending = running.watch(&mut notifier, supervision.image.as_deref(), &journal);
+        let ending = running.watch(&mut notifier, supervision.image.as_deref(), &journal)?;
         signals.set_child(0);
         match ending {
             Ending::Exit(status) => {
@@ -182,6 +186,10 @@ fn pass_signals_on(signalled: &Arc<Signalled>) -> Result<(), String> {
 struct Supervised {
     child: Child,
     stream: UnixStream,
+    /// Becomes readable when the control's first thread ends, which runs the ticks; `None` on kernels before
+    /// Linux 6.9. The end of the connection comes later: all threads must have ended, and those without a
+    /// real-time priority wait for their turn before they do.
+    thread: Option<OwnedFd>,
     /// Whether it has said that it ends.
     was_to_end: bool,
 }
@@ -190,7 +198,7 @@ impl Supervised {
     fn start(words: &[OsString]) -> Result<Self, String> {
         let failed = |error: io::Error| format!("the control's process can't be started: {error}");
         let (stream, theirs) = UnixStream::pair().map_err(failed)?;
-        stream.set_read_timeout(Some(HEARTBEAT_WAIT)).map_err(failed)?;
+        stream.set_nonblocking(true).map_err(failed)?;
         let program = Path::new("/proc/self/exe");
         let child = Command::new(program)
             .args(words)
@@ -198,29 +206,93 @@ impl Supervised {
             .stdin(Stdio::from(OwnedFd::from(theirs)))
             .spawn()
             .map_err(failed)?;
-        Ok(Self { child, stream, was_to_end: false })
+        let id = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
+        let thread = id.and_then(|id| pidfd_open(id, OF_ONE_THREAD).ok());
+        Ok(Self { child, stream, thread, was_to_end: false })
     }
 
-    /// Watches the control until it has ended.
+    /// Waits for something to read from the control, for the end of the thread that runs its ticks, or a
+    /// few milliseconds. Gives whether that thread has ended.
+    fn wait(&self) -> bool {
+        let timeout = Timespec { tv_sec: 0, tv_nsec: HEARTBEAT_WAIT };
+        let stream = PollFd::from_borrowed_fd(self.stream.as_fd(), PollFlags::IN);
+        let Some(thread) = &self.thread else {
+            // Whatever came, reading tells.
+            let _ = poll(&mut [stream], Some(&timeout));
+            return false;
+        };
+        let mut both = [stream, PollFd::from_borrowed_fd(thread.as_fd(), PollFlags::IN)];
+        let _ = poll(&mut both, Some(&timeout));
+        let [_, thread] = &both;
+        thread.revents().contains(PollFlags::IN)
+    }
+
+    /// Watches the control until it has ended. A thread of its own does so, since it gets a real-time
+    /// priority, which a control that is started later must not inherit.
     fn watch(
         &mut self,
         notifier: &mut Notifier,
         image: Option<&Path>,
         journal: &Journal,
-    ) -> Ending {
+    ) -> Result<Ending, String> {
+        let (last, hung) = thread::scope(|scope| {
+            let watch = || self.watch_until_safe(notifier, image, journal);
+            let builder = thread::Builder::new().name("watch".into());
+            let watching = builder
+                .spawn_scoped(scope, watch)
+                .map_err(|error| format!("no thread can be started: {error}"))?;
+            watching.join().map_err(|_| "the thread that watches the control has failed".to_owned())
+        })?;
+        let was_running = last.is_some_and(|last| last.phase == Phase::Running);
+        if let Some(why) = hung {
+            keep_image(image, journal);
+            return Ok(Ending::Death(why));
+        }
+        let status = match self.child.wait() {
+            Ok(status) => status,
+            Err(error) => return Ok(Ending::Death(format!("it can't be waited for: {error}"))),
+        };
+        Ok(match status.code() {
+            Some(code) => Ending::Exit(u8::try_from(code).unwrap_or(USAGE)),
+            None => {
+                keep_image(image.filter(|_| was_running), journal);
+                let ticks = last.map_or(0, |last| last.ticks);
+                Ending::Death(format!("it was killed by {} after {ticks} ticks", killer(status)))
+            }
+        })
+    }
+
+    /// Watches the control until the thread that runs its ticks has ended, or hangs and is killed, and makes
+    /// the outputs safe. Gives the last heartbeat, and why it hung.
+    fn watch_until_safe(
+        &mut self,
+        notifier: &mut Notifier,
+        image: Option<&Path>,
+        journal: &Journal,
+    ) -> (Option<Heartbeat>, Option<String>) {
+        // This thread must run at once when the control dies: before ordinary programs and before the
+        // control's scans, and without reading memory back from a disk. Where that is not permitted, the
+        // control's own note says so.
+        realtime_priority::raise_above_scans();
+        let _ = realtime_priority::lock_memory();
+        let mut outputs = Outputs { path: image, mapped: None, journal };
         let mut now = Instant::now();
         let (mut heard, mut ticked) = (now, now);
         let mut last: Option<Heartbeat> = None;
         let mut bytes = [0; Heartbeat::SIZE];
         let mut filled = 0;
         loop {
+            let has_ended = self.wait();
             let rest = bytes.get_mut(filled..).unwrap_or_default();
-            match self.stream.read(rest) {
+            let nothing = match self.stream.read(rest) {
                 Ok(0) => break,
-                Ok(count) => filled += count,
-                Err(error) if is_timeout(&error) => {}
+                Ok(count) => {
+                    filled += count;
+                    false
+                }
+                Err(error) if is_timeout(&error) => true,
                 Err(_) => break,
-            }
+            };
             now = Instant::now();
             if filled == bytes.len() {
                 filled = 0;
@@ -230,38 +302,34 @@ impl Supervised {
                     ticked = now;
                 }
                 self.was_to_end = heartbeat.phase == Phase::Ending;
-                last = Some(heartbeat);
                 if heartbeat.phase == Phase::Running {
+                    if last.is_none_or(|last| last.phase != Phase::Running) {
+                        outputs.prepare();
+                    }
                     notifier.well(heartbeat.ticks, now);
                 }
+                last = Some(heartbeat);
+            }
+            // What it has sent before its end is read first.
+            if has_ended && nothing {
+                break;
             }
             if let Some(why) = hang(last, now.duration_since(heard), now.duration_since(ticked)) {
                 // The outputs first: the process may take a while to die.
-                make_safe(image, journal);
+                outputs.make_safe();
                 let _ = self.child.kill();
                 let _ = self.child.wait();
                 // It may have written the image once more.
-                make_safe(image, journal);
-                keep_image(image, journal);
-                return Ending::Death(why);
+                outputs.make_safe();
+                return (last, Some(why));
             }
         }
         // The process is gone, or is about to go. A control that has said that it ends has made its
         // outputs safe itself.
-        let image = image.filter(|_| last.is_some_and(|last| last.phase == Phase::Running));
-        make_safe(image, journal);
-        let status = match self.child.wait() {
-            Ok(status) => status,
-            Err(error) => return Ending::Death(format!("it can't be waited for: {error}")),
-        };
-        match status.code() {
-            Some(code) => Ending::Exit(u8::try_from(code).unwrap_or(USAGE)),
-            None => {
-                keep_image(image, journal);
-                let ticks = last.map_or(0, |last| last.ticks);
-                Ending::Death(format!("it was killed by {} after {ticks} ticks", killer(status)))
-            }
+        if last.is_some_and(|last| last.phase == Phase::Running) {
+            outputs.make_safe();
         }
+        (last, None)
     }
 }
 
@@ -296,16 +364,44 @@ fn killer(status: ExitStatus) -> String {
     }
 }
 
-/// Gives the outputs in the image file their safe values.
-fn make_safe(image: Option<&Path>, journal: &Journal) {
-    let Some(path) = image else { return };
-    if let Err(error) = image_file::drive_safe_outputs(path)
-        && error.kind() != ErrorKind::NotFound
-    {
-        journal.error(format!(
-            "the outputs in the image file {} can't be made safe: {error}",
-            path.display()
-        ));
+/// The outputs in the image file, which get their safe values when the control dies.
+struct Outputs<'a> {
+    path: Option<&'a Path>,
+    /// The file, mapped before it is needed.
+    mapped: Option<OutputDriver>,
+    journal: &'a Journal,
+}
+
+impl Outputs<'_> {
+    /// Maps the image file, which the control has made by now.
+    fn prepare(&mut self) {
+        self.mapped = self.path.and_then(|path| OutputDriver::open(path).ok());
+    }
+
+    /// Gives the outputs their safe values.
+    fn make_safe(&self) {
+        let Some(path) = self.path else { return };
+        let mut result = Ok(());
+        if let Some(mapped) = &self.mapped {
+            result = mapped.drive();
+            if mapped.is_at(path) {
+                return self.note(path, result);
+            }
+        }
+        // It could not be mapped before, or an online change has put another file in its place.
+        result = result.and(OutputDriver::open(path).and_then(|driver| driver.drive()));
+        self.note(path, result);
+    }
+
+    fn note(&self, path: &Path, result: io::Result<()>) {
+        if let Err(error) = result
+            && error.kind() != ErrorKind::NotFound
+        {
+            self.journal.error(format!(
+                "the outputs in the image file {} can't be made safe: {error}",
+                path.display()
+            ));
+        }
     }
 }
 

@@ -37,18 +37,15 @@ pub enum Plan {
     Pmac(PmacTransfer),
 }
 
-/// Compares two programs. `same_code` says whether their machine code is the same, so that suspended
-/// tasks can go on where they were.
+/// Compares two programs.
 ///
 /// # Errors
 /// When the new one is for another control, so that nothing could be taken over.
-pub fn compare(old: &Program, new: &Program, same_code: bool) -> Result<Comparison, String> {
+pub fn compare(old: &Program, new: &Program) -> Result<Comparison, String> {
     match (&old.tables, &new.tables) {
         (Tables::Pmi(old), Tables::Pmi(new)) => Ok(crate::pmi::compare(old, new)),
-        (Tables::Nct(was), Tables::Nct(is)) => {
-            Ok(crate::nct::compare(old, was, new, is, same_code))
-        }
-        (Tables::Pmac(was), Tables::Pmac(is)) => crate::pmac::compare(old, was, new, is, same_code),
+        (Tables::Nct(was), Tables::Nct(is)) => Ok(crate::nct::compare(old, was, new, is)),
+        (Tables::Pmac(was), Tables::Pmac(is)) => crate::pmac::compare(old, was, new, is),
         _ => {
             let (was, is) = (old.dialect().name(), new.dialect().name());
             Err(format!("it is a {is} program, and a {was} program is running"))

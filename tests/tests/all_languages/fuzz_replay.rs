@@ -151,6 +151,16 @@ fn retained_keeps_its_promises_on_saved_and_changed_inputs() {
 }
 
 #[test]
+fn configuration_keeps_its_promises_on_saved_and_changed_inputs() {
+    replay("configuration", &[], &[], 1500);
+}
+
+#[test]
+fn socket_keeps_its_promises_on_saved_and_changed_inputs() {
+    replay("socket", &[], &[], 400);
+}
+
+#[test]
 fn key_keeps_its_promises_on_saved_and_changed_inputs() {
     replay("key", &[], &[], 2000);
 }

@@ -2,13 +2,15 @@
 
 use std::fs;
 use std::os::unix::net::UnixDatagram;
-use std::process::{Child, Command};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use plcc_abi::Dialect;
 use plcc_runtime::args::ControlArgs;
 use plcc_runtime::image_file::{ImageReader, State};
+use plcc_runtime::safe_outputs::SafeByte;
 use plcc_runtime::{Artifact, session};
+use rustix::process::{Pid, Signal, kill_process};
 
 use crate::shop::{Shop, wait};
 
@@ -209,13 +211,26 @@ fn kills() -> u32 {
     std::env::var("PLCC_KILLS").map_or(50, |text| text.parse().unwrap())
 }
 
-/// Whether the outputs in the image of a control have their safe values.
-fn is_safe(shop: &Shop, image: &[u8]) -> bool {
+/// What the safe outputs of a control are.
+fn safe_bytes(shop: &Shop) -> Vec<SafeByte> {
     let artifact = Artifact::open(&shop.path("p.plcx"), None).unwrap();
     let control = ControlArgs::default();
     let executive = session::executive(&artifact.program, &control, true, None).unwrap();
-    let mut bytes = executive.safe_lines().bytes().iter();
-    bytes.all(|byte| image.get(byte.offset as usize).unwrap() & !byte.keep == byte.set)
+    executive.safe_lines().bytes().to_vec()
+}
+
+/// Whether the outputs in an image have their safe values.
+fn is_safe(safe: &[SafeByte], image: &[u8]) -> bool {
+    safe.iter().all(|byte| image.get(byte.offset as usize).unwrap() & !byte.keep == byte.set)
+}
+
+/// Has this thread run before all that it measures, where that is permitted: else the times are those
+/// after which it has had its turn. The processes that it starts are ordinary ones.
+fn run_before_all_others() {
+    let thread = fs::read_link("/proc/thread-self").unwrap();
+    let thread = thread.file_name().unwrap();
+    let args = ["--reset-on-fork", "--fifo", "--pid", "60"];
+    let _ = Command::new("chrt").args(args).arg(thread).stderr(Stdio::null()).status();
 }
 
 /// Kills a process of a pair at random moments, and writes how long it takes until the image file has the
@@ -223,6 +238,8 @@ fn is_safe(shop: &Shop, image: &[u8]) -> bool {
 fn kill_at_random(name: &str, supervisor_dies: bool) {
     let shop = shop(name);
     let image = shop.path("image");
+    let safe = safe_bytes(&shop);
+    run_before_all_others();
     let mut times = vec![];
     for kill in 0..kills() {
         let _ = fs::remove_file(shop.path("t.csv"));
@@ -230,12 +247,14 @@ fn kill_at_random(name: &str, supervisor_dies: bool) {
         let mut supervisor = shop.command(args).spawn().unwrap();
         let control = control_of(&supervisor, &shop);
         let reader = ImageReader::open(&image).unwrap();
-        assert!(!is_safe(&shop, &reader.read().unwrap().image), "the lamp is on");
+        assert!(!is_safe(&safe, &reader.read().unwrap().image), "the lamp is on");
         // Anywhere in a period of 20 ms.
         std::thread::sleep(Duration::from_micros(u64::from(kill) * 7_919 % 20_000));
+        let victim = if supervisor_dies { supervisor.id() } else { control };
+        let victim = Pid::from_raw(i32::try_from(victim).unwrap()).unwrap();
         let start = Instant::now();
-        signal("-KILL", if supervisor_dies { supervisor.id() } else { control });
-        while !reader.read().is_some_and(|snapshot| is_safe(&shop, &snapshot.image)) {
+        kill_process(victim, Signal::KILL).unwrap();
+        while !reader.read().is_some_and(|snapshot| is_safe(&safe, &snapshot.image)) {
             assert!(start.elapsed() < LONG, "the outputs stay on");
             std::thread::sleep(Duration::from_micros(200));
         }

@@ -53,9 +53,9 @@ pub(crate) fn explain(text: &str, found: &mut [Diagnostic]) {
             .or_else(|| constant(&place));
         if let Some((message, help)) = meaning {
             if let Some(message) = message {
-                diagnostic.message = message;
+                diagnostic.message = message.into();
             }
-            diagnostic.help = Some(help);
+            diagnostic.help = Some(help.into());
         }
     }
     note_small_letters(text, found);
@@ -410,7 +410,7 @@ fn note_small_letters(text: &str, found: &mut [Diagnostic]) {
         && !comments
         && let Some(first) = found.iter_mut().find(is_small)
     {
-        first.notes.push(
+        first.add_note(
             "the whole program is in small letters; `tr a-z A-Z < FILE` writes it in capitals"
                 .to_owned(),
         );

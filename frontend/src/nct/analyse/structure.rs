@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use plcc_diag::{Diagnostic, FileId, Span};
+use plcc_diag::{Diagnostic, FileId, MessageText, Span};
 
 use crate::nct::{
     ast::{Op, Opens, Stmt},
@@ -100,7 +100,13 @@ pub(crate) fn check(
 }
 
 impl Checker<'_> {
-    fn error(&mut self, number: u8, span: Span, message: impl Into<String>, help: &str) {
+    fn error(
+        &mut self,
+        number: u8,
+        span: Span,
+        message: impl Into<MessageText>,
+        help: impl Into<MessageText>,
+    ) {
         self.found.push(*error(number, span, message, help));
     }
 
@@ -291,7 +297,7 @@ impl Checker<'_> {
                     Some(other) => format!("did you mean :{other:03}?"),
                     None => format!("write :{label:03} where the program is to go on"),
                 };
-                self.error(53, span, message, &help);
+                self.error(53, span, message, help);
             }
         }
     }
@@ -316,7 +322,7 @@ impl Checker<'_> {
                 let message = format!("there is no module :{label:03}");
                 let help =
                     format!("write :{label:03} and J{label}, with nothing between if need be");
-                self.error(number, self.last, message, &help);
+                self.error(number, self.last, message, help);
             }
         }
         for module in 0..3_u8 {
@@ -327,7 +333,7 @@ impl Checker<'_> {
             let message = format!("there is no J{module}");
             let help = format!("write J{module} where module :{module:03} ends");
             if module < 2 {
-                self.error(61, self.last, message, &help);
+                self.error(61, self.last, message, help);
             } else {
                 let at = self.labels.get(2).copied().flatten().unwrap_or(0);
                 let span = self.span(at as usize);

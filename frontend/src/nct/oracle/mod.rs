@@ -20,7 +20,8 @@ use crate::nct::{
     ast::{Op, Operand, Place, Program, Word},
     layout::Layout,
 };
-use run::{NAMED, Next, Run};
+pub(super) use run::NAMED;
+use run::{Next, Run};
 
 /// The statement interpreter.
 pub struct Interpreter {
@@ -63,7 +64,7 @@ impl Interpreter {
 
 /// The statements at which a task can be suspended: those with a safepoint before them, which are
 /// the labels that something jumps back to or calls.
-fn resume_points(program: &Program) -> Vec<usize> {
+pub(super) fn resume_points(program: &Program) -> Vec<usize> {
     let at = |label: u16| Some(program.labels.get(usize::from(label)).copied().flatten()? as usize);
     let mut points = vec![];
     for (from, stmt) in program.stmts.iter().enumerate() {

@@ -43,7 +43,7 @@ pub(super) struct Run<'a, O> {
 }
 
 /// The labels to which an indirect jump or call can lead (NCT 4.11).
-pub(super) const NAMED: std::ops::RangeInclusive<u16> = 3..=196;
+pub(in crate::nct) const NAMED: std::ops::RangeInclusive<u16> = 3..=196;
 
 // `step`, `condition` and `test` are inlined into the loop of the interpreter, which makes it a third
 // faster: `Run` then stays in registers. The compiler does not do so by itself, since expressions

@@ -1,6 +1,6 @@
 //! The errors of the manual's list (NCT 6.3), and how the parser makes them.
 
-use plcc_diag::{Diagnostic, Span};
+use plcc_diag::{Diagnostic, MessageText, Span};
 
 /// An error of a statement that could not be read.
 pub(crate) type SyntaxError = Box<Diagnostic>;
@@ -31,8 +31,8 @@ codes! {
 pub(crate) fn error(
     number: u8,
     span: Span,
-    message: impl Into<String>,
-    help: impl Into<String>,
+    message: impl Into<MessageText>,
+    help: impl Into<MessageText>,
 ) -> SyntaxError {
     Box::new(Diagnostic::error(code(number), span, message).help(help))
 }

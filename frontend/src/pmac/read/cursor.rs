@@ -4,6 +4,8 @@
 //! without blanks (`P1=0P2=1`), and some words may be split (`END IF`). So each rule of the parser
 //! asks the cursor for the words that it can use.
 
+use plcc_diag::MessageText;
+
 use crate::pmac::origin::TextRange;
 
 /// An error in the text: its code, its place in the preprocessed text, and what to do about it.
@@ -11,8 +13,8 @@ use crate::pmac::origin::TextRange;
 pub(crate) struct ParseError {
     pub(crate) code: &'static str,
     pub(crate) at: TextRange,
-    pub(crate) message: String,
-    pub(crate) help: Option<String>,
+    pub(crate) message: MessageText,
+    pub(crate) help: Option<MessageText>,
 }
 
 /// The end of the message that something is missing at the end of a line.
@@ -22,15 +24,15 @@ pub(crate) const MISSING: &str = "is missing behind this";
 pub(crate) type Parsed<T> = Result<T, ParseError>;
 
 /// The error `PMAC-3` (ERR003 of the controller) at a place.
-pub(crate) fn syntax<T>(at: TextRange, message: impl Into<String>) -> Parsed<T> {
+pub(crate) fn syntax<T>(at: TextRange, message: impl Into<MessageText>) -> Parsed<T> {
     Err(ParseError { code: "PMAC-3", at, message: message.into(), help: None })
 }
 
 /// The same with what to do about it.
 pub(crate) fn syntax_help<T>(
     at: TextRange,
-    message: impl Into<String>,
-    help: impl Into<String>,
+    message: impl Into<MessageText>,
+    help: impl Into<MessageText>,
 ) -> Parsed<T> {
     Err(ParseError { code: "PMAC-3", at, message: message.into(), help: Some(help.into()) })
 }
@@ -184,7 +186,7 @@ impl<'a> Cursor<'a> {
             return Err(ParseError {
                 code: "PMAC-4",
                 at: TextRange::new(self.pos, self.pos + c.len_utf8()),
-                message: format!("`{c}` is no character of this language"),
+                message: format!("`{c}` is no character of this language").into(),
                 help: Some("only texts in quotes and comments may hold it".into()),
             });
         }

@@ -323,8 +323,8 @@ impl DownloadReader<'_> {
                 self.report(ParseError {
                     code: "PMAC-3",
                     at: used.at,
-                    message: format!("L{number} is not defined"),
-                    help: Some(format!("define it: L{number}->Y:$FFC2,8,1")),
+                    message: format!("L{number} is not defined").into(),
+                    help: Some(format!("define it: L{number}->Y:$FFC2,8,1").into()),
                 });
             }
         }

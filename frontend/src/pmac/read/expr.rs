@@ -2,6 +2,7 @@
 //! instead of recursion (the shunting-yard algorithm).
 
 use plcc_abi::pmac::Kind;
+use plcc_diag::MessageText;
 
 use super::cursor::{Cursor, ParseError, Parsed, syntax, syntax_help};
 use super::ranges::{RangeBudget, UsedL};
@@ -118,13 +119,17 @@ impl<'a> Reader<'a> {
     }
 
     /// The error `PMAC-X1` for a number that is too large for the controller.
-    pub(crate) fn beyond_controller(&self, at: TextRange, message: String) -> ParseError {
+    pub(crate) fn beyond_controller(
+        &self,
+        at: TextRange,
+        message: impl Into<MessageText>,
+    ) -> ParseError {
         let help = if self.is_turbo() {
-            "Turbo PMAC has no more than that".to_owned()
+            "Turbo PMAC has no more than that"
         } else {
-            "a program for Turbo PMAC needs --controller turbo".to_owned()
+            "a program for Turbo PMAC needs --controller turbo"
         };
-        ParseError { code: "PMAC-X1", at, message, help: Some(help) }
+        ParseError { code: "PMAC-X1", at, message: message.into(), help: Some(help.into()) }
     }
 
     /// The kind of the variable that begins at the cursor, if one does: a letter, then a number or

@@ -245,7 +245,7 @@ impl Reader<'_> {
         Err(ParseError {
             code: "PMAC-5",
             at,
-            message: format!("`{what}` is for programs, and no buffer is open"),
+            message: format!("`{what}` is for programs, and no buffer is open").into(),
             help: Some("open one with OPEN PLC n CLEAR; a CLOSE may stand too early".into()),
         })
     }

@@ -7,6 +7,7 @@ use super::online::PERHAPS_A_NAME;
 use super::words::{self, MOTION, ONLINE, PLC};
 use super::words_of_other_languages::{directive, function, operand, statement};
 use crate::common::{Controller, Surroundings};
+use plcc_diag::MessageText;
 
 /// The help for all that was meant as a comment.
 const COMMENT: &str = "a comment begins with `;` or `//` and goes on to the end of the line";
@@ -87,7 +88,7 @@ pub(super) fn explain(text: &str, controller: Controller, error: &mut ParseError
     if error.message.ends_with(MISSING) {
         let operator = place.around.at.starts_with(|c: char| "=+-*/%&|^,".contains(c));
         if error.help.is_none() && operator {
-            error.help = Some("finish the expression on this line".to_owned());
+            error.help = Some("finish the expression on this line".into());
         }
         return Explained::No;
     }
@@ -107,9 +108,9 @@ pub(super) fn explain(text: &str, controller: Controller, error: &mut ParseError
         .or_else(|| quotes(&place));
     let Some((message, help)) = meaning else { return Explained::No };
     if let Some(message) = message {
-        error.message = message;
+        error.message = message.into();
     }
-    error.help = Some(help);
+    error.help = Some(help.into());
     Explained::Yes
 }
 
@@ -323,11 +324,11 @@ fn undefined_name(place: &Place<'_>, error: &mut ParseError) -> Option<String> {
         } else {
             format!("only its beginning, `{beginning}`, is known")
         };
-        error.message = format!("`{name}` is not defined: {effect}");
+        error.message = format!("`{name}` is not defined: {effect}").into();
     }
-    error.help = Some(format!(
+    error.help = Some(MessageText::from(format!(
         "define the name before it is used, for a variable that is free: #define {name} P100"
-    ));
+    )));
     Some(name.to_owned())
 }
 

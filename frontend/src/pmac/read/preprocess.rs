@@ -8,7 +8,7 @@
 
 use std::collections::HashMap;
 
-use plcc_diag::{Diagnostic, FileId, SourceMap, Span};
+use plcc_diag::{Diagnostic, FileId, MessageText, SourceMap, Span};
 
 use super::comments::{ends_inside_comment, strip_comment};
 use super::directives::template_definition;
@@ -308,7 +308,7 @@ impl<'a> Preprocessor<'a> {
         !line.is_replaced() || self.spend(length, line.span(0..length))
     }
 
-    pub(super) fn error(&mut self, at: Span, code: &'static str, message: impl Into<String>) {
+    pub(super) fn error(&mut self, at: Span, code: &'static str, message: impl Into<MessageText>) {
         self.diagnostics.push(Diagnostic::error(code, at, message));
     }
 

@@ -1,6 +1,6 @@
 //! Errors of statements: which are reported, with which help, and where reading goes on behind one.
 
-use plcc_diag::Diagnostic;
+use plcc_diag::{Diagnostic, MessageText};
 
 use super::cursor::ParseError;
 use super::download::DownloadReader;
@@ -70,7 +70,7 @@ impl DownloadReader<'_> {
 
     /// The help that names the word of the language which is similar to the unknown word at the
     /// error. Only the first errors are worth the search.
-    fn similar_word(&self, error: &ParseError) -> Option<String> {
+    fn similar_word(&self, error: &ParseError) -> Option<MessageText> {
         let unknown = error.help.as_ref().is_some_and(|help| help == PERHAPS_A_NAME);
         if !unknown || self.diagnostics.len() >= SEARCHED_ERRORS {
             return None;
@@ -80,19 +80,20 @@ impl DownloadReader<'_> {
         let whole = self.reader.cur.glued_word(error.at);
         let near = |word: &str| closest(word, words::suggested());
         let word = near(what).or_else(|| near(whole))?;
-        Some(if word.eq_ignore_ascii_case(what) {
+        let help = if word.eq_ignore_ascii_case(what) {
             format!(
                 "{word} can't stand here: statements stand in buffers, and there COMMAND\"…\" gives \
                  on-line commands"
             )
         } else {
             format!("did you mean {word}?")
-        })
+        };
+        Some(help.into())
     }
 
     /// The help that names a defined name which is similar to the word at the error, if the error
     /// has no other help.
-    fn similar_name(&self, word: &str, error: &ParseError) -> Option<String> {
+    fn similar_name(&self, word: &str, error: &ParseError) -> Option<MessageText> {
         let is_word = word.starts_with(|c: char| c.is_alphabetic() || c == '_');
         let unhelped = error.help.as_ref().is_none_or(|help| help == PERHAPS_A_NAME);
         if is_word && unhelped { self.defined_name_near(word) } else { None }
@@ -100,26 +101,27 @@ impl DownloadReader<'_> {
 
     /// The help that names a defined name which differs from the word at the error in its capitals
     /// alone, if the error has no other help.
-    fn differs_in_case(&self, word: &str, error: &ParseError) -> Option<String> {
+    fn differs_in_case(&self, word: &str, error: &ParseError) -> Option<MessageText> {
         let help = self.similar_name(word, error)?;
         help.ends_with(CAPITALS_COUNT).then_some(help)
     }
 
     /// The help that names a defined name which is similar to an undefined one. Only the first
     /// errors are worth the search.
-    fn defined_name_near(&self, word: &str) -> Option<String> {
+    fn defined_name_near(&self, word: &str) -> Option<MessageText> {
         if self.diagnostics.len() >= SEARCHED_ERRORS {
             return None;
         }
         let name =
             closest(word, self.preprocessed.names.iter().map(|defined| defined.name.as_str()))?;
-        Some(if name.eq_ignore_ascii_case(word) && name != word {
+        let help = if name.eq_ignore_ascii_case(word) && name != word {
             format!("did you mean {name}? {CAPITALS_COUNT}")
         } else if name == word {
             format!("{name} is defined further down: its #define must come before")
         } else {
             format!("did you mean {name}?")
-        })
+        };
+        Some(help.into())
     }
 
     /// Whether the text at a place, or the word in front of it on the same line, may be a name that

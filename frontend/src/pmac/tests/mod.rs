@@ -16,7 +16,7 @@ fn codes_for(text: &str, controller: Controller) -> Vec<(&'static str, u32, Stri
     let (_, diagnostics) = check(&mut map, &[file], &MemoryLoader::new(), &options);
     diagnostics
         .iter()
-        .map(|d| (d.code, map.line_col(d.span.file, d.span.start).0, d.message.clone()))
+        .map(|d| (d.code, map.line_col(d.span.file, d.span.start).0, d.message.to_string()))
         .collect()
 }
 
@@ -433,7 +433,7 @@ fn errors_in_expanded_macros_show_the_definition() {
     let (_, diagnostics) = check(&mut map, &[file], &MemoryLoader::new(), &Options::default());
     let found = diagnostics.iter().find(|d| d.is_error()).unwrap();
     assert_eq!(map.line_col(file, found.span.start), (3, 1));
-    assert_eq!(map.line_col(file, found.labels[0].span.start).0, 1);
+    assert_eq!(map.line_col(file, found.labels()[0].span.start).0, 1);
 }
 
 #[test]

@@ -267,7 +267,7 @@ impl<'a> ExecutionSection<'a> {
             let what = format!("`(` is expected behind {word}, not {}", cursor.found());
             return Err(cursor
                 .error_here(11, what)
-                .help_if_none(&format!("write {word}(condition)"))
+                .help_if_none(format!("write {word}(condition)"))
                 .into());
         }
         let parsed = self.parser(cursor).parse(Until::Condition)?;
@@ -394,7 +394,7 @@ impl<'a> ExecutionSection<'a> {
 
     /// Refuses anything more in the statement behind `word`. An empty `help` stands for the usual
     /// one.
-    fn expect_end_behind(&self, cursor: &Cursor<'_>, word: &str, help: &str) -> Result {
+    fn expect_end_behind(&self, cursor: &Cursor<'_>, word: &str, help: &'static str) -> Result {
         if cursor.kind().is_none() {
             return Ok(());
         }

@@ -15,7 +15,7 @@ pub(crate) mod ports;
 pub(crate) mod specification_section;
 mod words_of_other_languages;
 
-use plcc_diag::{Diagnostic, FileId, SourceMap};
+use plcc_diag::{Diagnostic, FileId, MessageText, SourceMap};
 
 use crate::common::{EXPLAINED_ERRORS, FileLoader, Options};
 use crate::pmi::{
@@ -101,7 +101,7 @@ pub(crate) fn check(
         step.line = sources.line_col(step.span.file, step.span.start).0;
     }
     for diagnostic in diagnostics.iter_mut().filter(|d| d.is_error() && d.help.is_none()) {
-        diagnostic.help = diagnostic::default_help(diagnostic.code).map(str::to_owned);
+        diagnostic.help = diagnostic::default_help(diagnostic.code).map(MessageText::from);
     }
     diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
     other_languages::note_small_letters(file, sources.text(file), &mut diagnostics);

@@ -135,8 +135,10 @@ pub(crate) fn explain(
         .or_else(|| address(&place))
         .or_else(|| index(&place));
     if let Some(Meant { message, help }) = meant {
-        problem.message = message.unwrap_or(problem.message);
-        problem.help = Some(help);
+        if let Some(message) = message {
+            problem.message = message.into();
+        }
+        problem.help = Some(help.into());
     }
     problem
 }
@@ -214,7 +216,7 @@ fn assignment(place: &Place<'_, '_>, problem: &Diagnostic) -> Option<Meant> {
         return Meant::new(message, format!("write {name} = …; a colon stands behind a label"));
     }
     // A name that `:=` elsewhere has made a label.
-    let made_label = problem.labels.first().is_some_and(|label| {
+    let made_label = problem.labels().first().is_some_and(|label| {
         let behind = place.cursor.text.get(label.span.end as usize..).unwrap_or("").trim_start();
         label.span.file == problem.span.file
             && behind.strip_prefix(':').is_some_and(|rest| rest.trim_start().starts_with('='))
@@ -462,7 +464,7 @@ pub(crate) fn note_small_letters(file: FileId, text: &str, diagnostics: &mut [Di
     if small > 9 * capital
         && let Some(first) = diagnostics.iter_mut().find(is_small)
     {
-        first.notes.push(
+        first.add_note(
             "the whole program is in small letters; `tr a-z A-Z < FILE` writes it in capitals"
                 .to_owned(),
         );

@@ -2,7 +2,7 @@
 //! all declarations share. `declaration.rs` and `ports.rs` read the others.
 
 use plcc_abi::pmi::Type;
-use plcc_diag::{Diagnostic, Span};
+use plcc_diag::{Diagnostic, MessageText, Span};
 
 use crate::common::{Limits, closest};
 use crate::pmi::{
@@ -422,12 +422,11 @@ impl<'a> SpecificationSection<'a> {
             if !matches!(when, Some(("P" | "D", _))) {
                 let place = when.map_or(cursor.span(), |(_, span)| span);
                 let what = format!("{name} needs /P (prompt) or /D (delayed)");
-                let problem = cursor.error_here(25, what);
+                let mut problem = cursor.error_here(25, what);
                 // The error points at a wrong word, not at what stands behind it.
-                let problem = Diagnostic {
-                    span: if when.is_some() { place } else { problem.span },
-                    ..problem
-                };
+                if when.is_some() {
+                    problem.span = place;
+                }
                 return Err(problem
                     .help_if_none(
                         "P: before the block's motion, D: after it; write for instance @M03/P",
@@ -473,11 +472,11 @@ pub(crate) fn array_in_text(span: Span) -> Diagnostic {
 /// Adds a help without replacing the one that an error has.
 pub(crate) trait HelpIfNone {
     /// The same with `text` as its help, unless it has one.
-    fn help_if_none(self, text: &str) -> Self;
+    fn help_if_none(self, text: impl Into<MessageText>) -> Self;
 }
 
 impl HelpIfNone for Diagnostic {
-    fn help_if_none(self, text: &str) -> Self {
+    fn help_if_none(self, text: impl Into<MessageText>) -> Self {
         if self.help.is_some() { self } else { self.help(text) }
     }
 }

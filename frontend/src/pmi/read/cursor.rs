@@ -1,6 +1,6 @@
 //! A cursor over the tokens of one statement.
 
-use plcc_diag::{Diagnostic, FileId, Span};
+use plcc_diag::{Diagnostic, FileId, MessageText, Span};
 
 use crate::pmi::read::{
     diagnostic::error,
@@ -86,7 +86,7 @@ impl<'a> Cursor<'a> {
     /// An error at the next token: the manual's error `number` with `message`. If what stands there
     /// is no token, or the file ends there inside a statement, the error is the one for that
     /// instead.
-    pub(crate) fn error_here(&self, number: u8, message: impl Into<String>) -> Diagnostic {
+    pub(crate) fn error_here(&self, number: u8, message: impl Into<MessageText>) -> Diagnostic {
         match self.kind() {
             Some(Kind::Bad(fault)) => self.bad(fault),
             None if self.statement.open => {

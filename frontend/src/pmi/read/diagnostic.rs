@@ -1,6 +1,6 @@
 //! Errors by the manual's numbers (PMI 4.5), and the warnings.
 
-use plcc_diag::{Diagnostic, Span};
+use plcc_diag::{Diagnostic, MessageText, Span};
 
 /// Makes the function that turns an error's number into its code.
 macro_rules! codes {
@@ -34,7 +34,7 @@ pub(crate) const AUXAXIS: &str = "PMI-W3";
 pub(crate) const LONG_TEXT: &str = "PMI-W4";
 
 /// The manual's error `number`.
-pub(crate) fn error(number: u8, span: Span, message: impl Into<String>) -> Diagnostic {
+pub(crate) fn error(number: u8, span: Span, message: impl Into<MessageText>) -> Diagnostic {
     Diagnostic::error(code(number), span, message)
 }
 

@@ -5,7 +5,7 @@
 mod operation;
 
 use plcc_abi::pmi::Type;
-use plcc_diag::Diagnostic;
+use plcc_diag::{Diagnostic, MessageText};
 
 use crate::common::Limits;
 use crate::pmi::{
@@ -221,8 +221,8 @@ impl<'p, 'c> Parser<'p, 'c> {
     fn refuse<T>(
         &self,
         number: u8,
-        message: impl Into<String>,
-        help: &str,
+        message: impl Into<MessageText>,
+        help: &'static str,
     ) -> Result<T, Box<Diagnostic>> {
         let problem = self.cursor.error_here(number, message);
         Err(Box::new(if problem.help.is_none() { problem.help(help) } else { problem }))

@@ -19,10 +19,10 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::files::{MAX_SETTINGS, read_regular, why_not_read};
 use clap::Command;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use plcc_abi::{closest, printable};
-use plcc_runtime::files::{MAX_SETTINGS, read_regular, why_not_read};
 use toml::de::{DeTable, DeValue};
 
 /// What the value of a key is.
@@ -55,39 +55,45 @@ const KEYS: &[(&str, Kind)] = &[
     ("restart", Kind::Number),
     ("key", Kind::Path),
     ("allow", Kind::List),
+    ("allow-user", Kind::List),
     ("safe", Kind::Safe),
 ];
 
 /// Something that is wrong with a configuration.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Mistake {
+pub struct Mistake {
     /// The line, from 1.
-    pub(crate) line: usize,
+    pub line: usize,
     /// What is wrong, as a sentence without a full stop.
-    pub(crate) message: String,
+    pub message: String,
 }
 
 /// A word of a command line that a configuration stands for.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Word {
+pub struct Word {
     /// The line of the key, from 1.
-    pub(crate) line: usize,
+    pub line: usize,
     /// The word, such as `--overrun=skip`.
-    pub(crate) text: String,
+    pub text: String,
 }
 
 /// What a configuration says.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Configuration {
+pub struct Configuration {
     /// The artifact, with the line of its key.
-    pub(crate) artifact: Option<(usize, PathBuf)>,
+    pub artifact: Option<(usize, PathBuf)>,
     /// The options.
-    pub(crate) options: Vec<Word>,
+    pub options: Vec<Word>,
 }
 
 /// The mistakes of the configuration file at a path, as a message for people.
 #[derive(Debug)]
-pub(crate) struct Mistakes<'a>(pub(crate) &'a Path, pub(crate) &'a [Mistake]);
+pub struct Mistakes<'a>(
+    /// The file.
+    pub &'a Path,
+    /// What is wrong in it.
+    pub &'a [Mistake],
+);
 
 impl fmt::Display for Mistakes<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -104,10 +110,7 @@ impl fmt::Display for Mistakes<'_> {
 ///
 /// # Errors
 /// When the file can't be read.
-pub(crate) fn open(
-    path: &Path,
-    command: &Command,
-) -> Result<(Configuration, Vec<Mistake>), String> {
+pub fn open(path: &Path, command: &Command) -> Result<(Configuration, Vec<Mistake>), String> {
     let failed = |error| format!("{}: {}", path.display(), why_not_read(&error));
     let bytes = read_regular(path, MAX_SETTINGS).map_err(failed)?;
     let text = String::from_utf8_lossy(&bytes);
@@ -117,7 +120,7 @@ pub(crate) fn open(
 
 /// Reads the text of a configuration that lies in a folder, and finds all its mistakes, in the order
 /// of their lines.
-fn read(text: &str, folder: &Path, command: &Command) -> (Configuration, Vec<Mistake>) {
+pub fn read(text: &str, folder: &Path, command: &Command) -> (Configuration, Vec<Mistake>) {
     let (table, errors) = DeTable::parse_recoverable(text);
     let line_of = |at: usize| {
         let before = text.as_bytes().get(..at).unwrap_or_default();

@@ -1,0 +1,84 @@
+//! Which statements a module can reach, for online changes: [`ReachableCode`].
+//!
+//! A module is more than the statements from its label to its `J`: it calls subroutines and jumps to
+//! labels that stand elsewhere, and shares them with other modules. So the statements are collected along
+//! all branches. Numbers that count over the whole program are left out of the hash or replaced, so that
+//! another module's change does not alter it.
+
+use std::fmt::Write;
+use std::hash::Hasher;
+
+use plcc_abi::Fnv;
+use plcc_abi::nct::ReachableCode;
+
+use super::ast::{Op, Program};
+use super::oracle::{NAMED, resume_points};
+use super::tables::modules;
+
+/// The code that each module can reach, in the order of the tasks.
+pub(super) fn reachable(program: &Program) -> Vec<ReachableCode> {
+    let points = resume_points(program);
+    modules(program).map(|(_, entry)| code(program, &points, entry)).collect()
+}
+
+/// The code that is reached from a statement on. `points` are the program's resume points.
+fn code(program: &Program, points: &[usize], entry: usize) -> ReachableCode {
+    let statements = statements_from(program, entry);
+    // The number of a statement that is reached, or would have stood there.
+    let number = |at: usize| statements.partition_point(|&other| other < at) as u32;
+    let mut hash = Fnv::default();
+    for &at in &statements {
+        let Some(stmt) = program.stmts.get(at) else { continue };
+        // Writing to a hash does not fail.
+        let _ = match stmt.op {
+            Op::If { first, count, otherwise } => {
+                let range = first as usize..(first as usize).saturating_add(count as usize);
+                let parts = program.condition_parts.get(range).unwrap_or_default();
+                write!(hash, "If {parts:?} {};", number(otherwise as usize))
+            }
+            Op::Else { end } => write!(hash, "Else {};", number(end as usize)),
+            op => write!(hash, "{op:?};"),
+        };
+    }
+    let is_call = |op: &Op| matches!(op, Op::Call(_) | Op::CallIndirect(_));
+    let calls = program.stmts.iter().enumerate().filter(|(_, stmt)| is_call(&stmt.op));
+    let calls = (0u32..).zip(calls).filter(|(_, (at, _))| statements.binary_search(at).is_ok());
+    ReachableCode {
+        fingerprint: hash.finish(),
+        resume_points: points
+            .iter()
+            .map(|point| Some(statements.binary_search(point).ok()? as u32))
+            .collect(),
+        calls: calls.map(|(call, _)| call).collect(),
+    }
+}
+
+/// The indices of the statements that can be reached from one of them, in the source's order.
+fn statements_from(program: &Program, entry: usize) -> Vec<usize> {
+    let target =
+        |label: u16| Some(program.labels.get(usize::from(label)).copied().flatten()? as usize);
+    let mut is_reached = vec![false; program.stmts.len()];
+    let mut open = vec![entry];
+    while let Some(at) = open.pop() {
+        let (Some(stmt), Some(reached)) = (program.stmts.get(at), is_reached.get_mut(at)) else {
+            continue;
+        };
+        if std::mem::replace(reached, true) {
+            continue;
+        }
+        let next = at + 1;
+        match stmt.op {
+            Op::If { otherwise, .. } => {
+                open.extend([next, otherwise as usize, otherwise as usize + 1])
+            }
+            Op::Else { end } => open.extend([end as usize, end as usize + 1]),
+            Op::Goto(label) => open.extend(target(label)),
+            Op::GotoIndirect(_) => open.extend(NAMED.filter_map(target)),
+            Op::Call(label) => open.extend(target(label).into_iter().chain([next])),
+            Op::CallIndirect(_) => open.extend(NAMED.filter_map(target).chain([next])),
+            Op::Return | Op::End(_) => {}
+            _ => open.push(next),
+        }
+    }
+    is_reached.iter().enumerate().filter(|(_, reached)| **reached).map(|(at, _)| at).collect()
+}
