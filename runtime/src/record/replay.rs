@@ -158,7 +158,13 @@ impl<'r> Replayer<'r> {
             match self.next().map(|next| next.tick) {
                 Some(next) if next >= tick => return Ok(()),
                 Some(_) => {}
-                None if self.enter_next_span()? => continue,
+                None if self.enter_next_span()? => {
+                    // The tick is one of those that are missing.
+                    if self.after_gap && self.next().is_some_and(|next| next.tick > tick) {
+                        return Err(self.not_kept(tick)?);
+                    }
+                    continue;
+                }
                 None => return Err(self.not_kept(tick)?),
             }
             self.step(engine, &mut events)?;
