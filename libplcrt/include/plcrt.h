@@ -84,7 +84,9 @@ uint64_t plcrt_tick_ns(struct plcrt *control);
 //
 // # Safety
 // As for plcrt_tick; `name` is null or a text that ends with a zero.
-int64_t plcrt_find(struct plcrt *control, const char *name, uint32_t purpose);
+int64_t plcrt_find(struct plcrt *control,
+                   const char *name,
+                   uint32_t purpose);
 
 // The value of a variable that was found to be read, and of an array its element with an index; the
 // index of another variable is 0. Integers of a control have at most 48 bits, so a double holds them
