@@ -28,12 +28,15 @@ const PMAC: &str = "I5=3\nOPEN PLC 0 CLEAR\nP2=P2+1\nCLOSE\nOPEN PLC 1 CLEAR\nP1
 /// The program in a record, or that of these sources, if there are any.
 fn program(run: &RecordedRun, source: Option<(Dialect, &str)>) -> Found {
     let Some((dialect, source)) = source else {
-        return Found::in_record(&run.programs[0]).unwrap();
+        return Found::in_record(run.programs.first().unwrap()).unwrap();
     };
     let mut sources = SourceMap::new();
     let file = sources.add("p", source.as_bytes());
     let (checked, _) = compile::check(&mut sources, &[file], dialect, &Disk, &Options::default());
-    Found::of_checked(checked.unwrap(), sources).unwrap().in_place_of(&run.programs[0]).unwrap()
+    Found::of_checked(checked.unwrap(), sources)
+        .unwrap()
+        .in_place_of(run.programs.first().unwrap())
+        .unwrap()
 }
 
 /// Runs all ticks of a run again, which must go as recorded. Gives their number, and how the program was
