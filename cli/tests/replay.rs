@@ -106,3 +106,22 @@ fn a_record_becomes_a_table_and_waveforms() {
         }
     }
 }
+
+/// The stimulus of `a.pmi` has the name that the table of `a.plcrec` would get.
+#[test]
+fn converting_overwrites_neither_a_stimulus_nor_the_record() {
+    let folder = Folder::with(&[("a.pmi", COUNTER)]);
+    folder.write("a.csv", stimulus("N"));
+    folder.plcc("run a.pmi --ticks 6 --stimulus a.csv --record a.plcrec").exits(0);
+    let record = fs::read(folder.path().join("a.plcrec")).unwrap();
+    folder.plcc("convert a.plcrec --to csv").exits(2).says(&["a.csv", "-o names another file"]);
+    assert_eq!(folder.read("a.csv"), stimulus("N"));
+    for output in ["a.plcrec", "./a.plcrec", "a.pmi"] {
+        let convert = format!("convert a.plcrec a.pmi --to vcd -o {output}");
+        folder.plcc(&convert).exits(2).says(&["is not overwritten"]);
+    }
+    assert_eq!(fs::read(folder.path().join("a.plcrec")).unwrap(), record);
+    assert_eq!(folder.read("a.pmi"), COUNTER);
+    folder.plcc("convert a.plcrec --to csv -o a.csv").exits(0);
+    assert!(folder.read("a.csv").starts_with("tick,ms,name,value\n"));
+}

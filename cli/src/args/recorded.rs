@@ -82,7 +82,8 @@ pub(crate) struct ConvertArgs {
     #[arg(long, value_name = "FORMAT")]
     pub(crate) to: ConvertFormat,
 
-    /// The output file [default: the record's name with the format's ending, in the current folder]
+    /// The output file [default: the record's name with the format's ending, in the current folder;
+    /// a table is not written over a file that is there]
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: Option<PathBuf>,
 

@@ -1,7 +1,7 @@
 //! `plcc convert`: the values of a recorded run as a table, a VCD or an FST. They come from a replay,
 //! since a record holds no values, but all that they follow from.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -46,6 +46,7 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
     let until = args.until.unwrap_or(last);
     replayer.go_to(from, engine.as_mut()).map_err(|error| failed(&error))?;
     let to = args.output.clone().unwrap_or_else(|| named(path, args.to));
+    overwrites_nothing(&to, args)?;
     let not_written = |error: io::Error| Failure::file(&to, why_not_written(&error));
     let mut out =
         Waveform::create(&to, args.to, watch, replayer.executive()).map_err(not_written)?;
@@ -77,6 +78,34 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
         report.warn(&format!("an online change followed; the values end with tick {next}"));
     }
     Ok(status)
+}
+
+/// Refuses an output that would overwrite the record, the older part of its ring or the program. A
+/// table that is not named is not written over a file that is there: the stimulus of `lathe.pmi` is
+/// usually called `lathe.csv`, as is the table of `lathe.plcrec`.
+fn overwrites_nothing(to: &Path, args: &ConvertArgs) -> Result<(), Failure> {
+    if output::is_stdout(to) {
+        return Ok(());
+    }
+    let Ok(place) = fs::canonicalize(to) else { return Ok(()) };
+    let mut older = args.record.clone().into_os_string();
+    older.push(".1");
+    let older = PathBuf::from(older);
+    let mut read = [&args.record, &older].into_iter().chain(&args.files);
+    if read.any(|file| fs::canonicalize(file).is_ok_and(|file| file == place)) {
+        return Err(Failure::file(
+            to,
+            "it is read for this and is not overwritten; -o has to name another file",
+        ));
+    }
+    if args.output.is_none() && args.to == ConvertFormat::Csv {
+        return Err(Failure::file(
+            to,
+            "it exists already, perhaps as a stimulus; -o names another file, or this one to \
+             overwrite it",
+        ));
+    }
+    Ok(())
 }
 
 /// The output file where none is named.
