@@ -75,10 +75,16 @@ pub(crate) fn check(
     diagnostics.append(&mut specification.warnings);
     // A file that ends in the middle of a statement has an error already.
     if !ended && diagnostics.iter().all(|diagnostic| diagnostic.code != "PMI-2") {
-        diagnostics.push(
-            error(2, text.last, "the file ends without $END")
-                .help("put $END between the declarations and the logic"),
-        );
+        let missing = error(2, text.last, "the file ends without $END");
+        let mut ends = text.statements.iter().filter_map(|statement| {
+            let cursor = lexer.cursor(*statement);
+            let [word] = cursor.tokens else { return None };
+            (cursor.slice(*word) == "END").then(|| cursor.span_of(*word))
+        });
+        diagnostics.push(match ends.next() {
+            Some(end) => missing.label(end, "this END has no `$`").help("write $END there"),
+            None => missing.help("put $END between the declarations and the logic"),
+        });
     }
 
     for statement in rest {

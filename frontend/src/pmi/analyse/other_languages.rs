@@ -136,7 +136,13 @@ pub(crate) fn explain(
         .or_else(|| index(&place));
     if let Some(Meant { message, help }) = meant {
         if let Some(message) = message {
-            problem.message = message.into();
+            if problem.code == "PMI-10" {
+                // The label shows an earlier declaration, which is beside the point: what was meant
+                // is no declaration.
+                *problem = Diagnostic::error(problem.code, problem.span, message);
+            } else {
+                problem.message = message.into();
+            }
         }
         problem.help = Some(help.into());
     }
@@ -288,6 +294,12 @@ fn keyword(place: &Place<'_, '_>) -> Option<Meant> {
         let help = format!("leave {found} out: the body begins on the next line");
         return Meant::new(format!("there is no {found} behind a condition"), help);
     }
+    let is_keyword = matches!(first, "IF" | "ELSEIF" | "ELSE" | "ENDIF" | "GOTO");
+    if is_keyword && code == "PMI-10" && place.section.is_some() && place.behind() != "=" {
+        let help = "statements stand behind $END: write $END on a line of its own in front of the \
+                    first one";
+        return Meant::new(format!("{first} stands in front of $END"), help);
+    }
     let is_if = matches!(first, "IF" | "ELSEIF");
     if is_if && code == "PMI-11" && place.at == 1 {
         return Meant::help(format!(
@@ -299,7 +311,15 @@ fn keyword(place: &Place<'_, '_>) -> Option<Meant> {
         && matches!(place.kind(place.at), Some(Kind::Name | Kind::Executive))
     {
         let from = place.token(place.at)?.start;
-        let rest: String = place.text_from(from).chars().take(30).collect();
+        let rest = place.text_from(from).trim_end();
+        let rest = rest.strip_suffix("ENDIF").unwrap_or(rest).trim_end();
+        let rest: String = rest.chars().take(30).collect();
+        if place.before() == ")" {
+            return Meant::help(format!(
+                "write the condition, `{rest}` and ENDIF on lines of their own; one pair of \
+                 parentheses stands around the whole condition"
+            ));
+        }
         return Meant::help(format!(
             "put parentheses around the whole condition, `{rest}` on the next line, and an ENDIF \
              behind it"
