@@ -539,7 +539,7 @@ pub static CODES: &[CodeInfo] = &[
     page(
         "NCT-W9",
         "subroutine that runs on into the next one",
-        "Lint falls-through. No R ends the subroutine, so the subroutine or module behind it runs as well.",
+        "Lint falls-through. No R ends the subroutine, so the subroutine or module behind it runs as well. If it is the last one, the program ends there, and what called it does not go on.",
         "wrong: :010 U012 :011 U013 R\nright: :010 U012 R :011 U013 R",
     ),
     page(

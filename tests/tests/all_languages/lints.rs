@@ -117,6 +117,12 @@ const CASES: &[Case] = &[
         ":001 C010 C011 J1 :000 J0\n:010 U012 R\n:011 U013 R",
     ),
     nct(
+        "falls-through",
+        3,
+        ":001 C010 U013 J1 :000 J0\n:010 U012\nI000 U014 Z",
+        ":001 C010 U013 J1 :000 J0\n:010 U012\nI000 U014 Z R",
+    ),
+    nct(
         "strobe-without-fin",
         2,
         ":001\nI520 U012 Z\nJ1 :000 J0",

@@ -198,6 +198,11 @@ fn unreachable(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>) {
     }
 }
 
+/// Whether execution never goes on with the statement behind one.
+const fn ends_routine(op: Op) -> bool {
+    matches!(op, Op::Goto(_) | Op::Return | Op::End(_) | Op::Text)
+}
+
 /// Subroutines whose end is missing, so that the next subroutine or module runs too. A label that is
 /// only jumped to belongs to the routine before it.
 fn falls_through(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>) {
@@ -216,10 +221,7 @@ fn falls_through(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>)
         if let Op::Label(label) = stmt.op {
             let begins = label <= 2 || called.contains(&label);
             let runs_on = at.checked_sub(1).and_then(|at| reached.get(at)).is_some_and(|m| *m != 0)
-                && !matches!(
-                    before,
-                    Some(Op::Goto(_) | Op::Return | Op::End(_) | Op::Text | Op::Label(_)) | None
-                );
+                && before.is_some_and(|op| !ends_routine(op) && !matches!(op, Op::Label(_)));
             if let Some((from, place)) = routine
                 && begins
                 && runs_on
@@ -238,6 +240,23 @@ fn falls_through(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>)
             }
         }
         before = Some(stmt.op);
+    }
+    // Behind the last statement no R can come any more. (Behind a module J0 to J2 must stand, and a
+    // program that could run into texts has error 74.)
+    if let Some((from, place)) = routine
+        && let Some(last) = program.stmts.last()
+        && reached.get(program.stmts.len() - 1).is_some_and(|modules| *modules != 0)
+        && !ends_routine(last.op)
+    {
+        let message = format!(
+            "the program ends in the subroutine :{from:03}, since no R ends it; what called it does \
+             not go on"
+        );
+        found.push(
+            Diagnostic::warning("NCT-W9", last.span, message)
+                .label(place, "this subroutine")
+                .help("write R behind this"),
+        );
     }
 }
 
