@@ -24,6 +24,12 @@ pub(super) const HEADER: usize = 24;
 const MAX_CONTENT: u32 = 768 << 20;
 /// LZ4 makes at most so many bytes of one.
 const MAX_RATIO: u64 = 256;
+/// The longest content of a block of ticks, in bytes. One is written as soon as it has 256 KiB, so that only
+/// the last tick of it may be long.
+const MAX_TICKS_CONTENT: u32 = 64 << 20;
+/// How many bytes of a file are read at least for blocks whose checksums are wrong, before the search for
+/// further ones is given up; of large files four times their length.
+const MOST_WASTED: u64 = 256 << 20;
 /// How much of a file is searched for a marker at a time.
 const WINDOW: usize = 1 << 16;
 
@@ -47,6 +53,11 @@ pub(super) enum Kind {
 impl Kind {
     const ALL: [Self; 6] =
         [Self::Start, Self::Program, Self::Checkpoint, Self::Ticks, Self::Gap, Self::End];
+
+    /// The longest content of such a block, in bytes.
+    fn max_content(self) -> u32 {
+        if self == Self::Ticks { MAX_TICKS_CONTENT } else { MAX_CONTENT }
+    }
 
     fn number(self) -> u8 {
         match self {
@@ -122,11 +133,12 @@ fn read_at(mut file: &File, buffer: &mut [u8], at: u64) -> io::Result<()> {
     file.read_exact(buffer)
 }
 
-/// The block at an offset of a file of `length` bytes; `None` where none is, or not all of it.
+/// The block at an offset of a file of `length` bytes; `None` where none is, or not all of it. To `wasted`
+/// are added the bytes that were read of one whose checksum is wrong.
 ///
 /// # Errors
 /// When the file can't be read.
-fn block_at(file: &File, at: u64, length: u64) -> io::Result<Option<Block>> {
+fn block_at(file: &File, at: u64, length: u64, wasted: &mut u64) -> io::Result<Option<Block>> {
     if length.saturating_sub(at) < HEADER as u64 {
         return Ok(None);
     }
@@ -145,7 +157,7 @@ fn block_at(file: &File, at: u64, length: u64) -> io::Result<Option<Block>> {
     let (stored, content) = (number(0), number(4));
     let tick = u64::from(number(8)) | u64::from(number(12)) << 32;
     let begins = at + HEADER as u64;
-    let possible = content <= MAX_CONTENT
+    let possible = content <= kind.max_content()
         && stored <= content
         && u64::from(content) <= u64::from(stored) * MAX_RATIO + 64
         && u64::from(stored) <= length.saturating_sub(begins);
@@ -156,19 +168,31 @@ fn block_at(file: &File, at: u64, length: u64) -> io::Result<Option<Block>> {
     read_at(file, &mut bytes, begins)?;
     let head = header.get(MARKER.len()..HEADER - 4).unwrap_or_default();
     let right = checksum(head, &bytes) == number(16);
+    if !right {
+        *wasted = wasted.saturating_add(stored.into());
+    }
     Ok(right.then_some(Block { kind, tick, at: begins, stored, content }))
 }
 
 /// The next block from an offset on, and how many bytes before it are none; `None` where no whole block
-/// follows.
+/// follows. `wasted` counts the bytes that all searches in this file have read in vain: headers that overlap
+/// would have each byte read as often as there are headers, so the search ends when these are too many.
 ///
 /// # Errors
 /// When the file can't be read.
-pub(super) fn find(file: &File, from: u64, length: u64) -> io::Result<Option<(Block, u64)>> {
+pub(super) fn find(
+    file: &File,
+    from: u64,
+    length: u64,
+    wasted: &mut u64,
+) -> io::Result<Option<(Block, u64)>> {
     let mut at = from;
     loop {
-        if let Some(block) = block_at(file, at, length)? {
+        if let Some(block) = block_at(file, at, length, wasted)? {
             return Ok(Some((block, at - from)));
+        }
+        if *wasted > MOST_WASTED.max(length.saturating_mul(4)) {
+            return Ok(None);
         }
         let Some(next) = marker_behind(file, at, length)? else { return Ok(None) };
         at = next;

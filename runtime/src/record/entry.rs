@@ -8,6 +8,7 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
+use super::MOST_TICKS;
 use super::recorded_event::RecordedEvent;
 use crate::{ClockDecision, Event, Place, Setting, Stop, VariableKey};
 
@@ -111,7 +112,7 @@ impl TickRecord {
 }
 
 /// Reads the ticks of a block. The first one follows the position `next`, which is moved behind the last
-/// one. `None` where the bytes are no ticks.
+/// one. `None` where the bytes are no ticks, or are more than lie between two checkpoints.
 pub(super) fn read_ticks(mut bytes: &[u8], next: &mut u64) -> Option<Vec<TickRecord>> {
     let mut ticks = vec![];
     let mut now = TickRecord::default();
@@ -119,7 +120,7 @@ pub(super) fn read_ticks(mut bytes: &[u8], next: &mut u64) -> Option<Vec<TickRec
         if first != ENTRY {
             let (hash, rest) = bytes.split_first_chunk::<2>()?;
             now.hash = u16::from_be_bytes(*hash);
-            if now.hash & !0x7FFF != 0 {
+            if now.hash & !0x7FFF != 0 || ticks.len() as u64 >= MOST_TICKS {
                 return None;
             }
             now.tick = *next;

@@ -11,7 +11,7 @@ use std::time::Duration;
 use super::block::{self, Kind};
 use super::run_header::{RecordedProgram, RunHeader};
 use super::{Keep, recording::older_part};
-use crate::file_lock::{LockError, open_locked};
+use crate::file_lock::{LockError, has_name, open_locked};
 
 /// So many bytes of ticks make a block.
 const FULL_BLOCK: usize = 1 << 18;
@@ -49,6 +49,8 @@ pub struct RecordFile {
     file: File,
     /// How long the present part is, in bytes.
     size: u64,
+    /// Whether a part has been begun whose beginning could not be written whole.
+    begins: bool,
     /// The first tick of this run in the present part.
     first: Option<u64>,
     header: RunHeader,
@@ -74,6 +76,8 @@ impl RecordFile {
         header: RunHeader,
         program: RecordedProgram,
     ) -> io::Result<Self> {
+        // What a link points to is the record: parts are renamed, which a link does not follow.
+        let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let mut file = open(path)?;
         if appending == Appending::No {
             file.set_len(0)?;
@@ -84,10 +88,11 @@ impl RecordFile {
         }
         let size = file.seek(SeekFrom::End(0))?;
         let mut record = Self {
-            path: path.to_owned(),
+            path: path.clone(),
             keep,
             file,
             size,
+            begins: true,
             first: None,
             header,
             programs: Arc::new(Mutex::new(vec![program])),
@@ -137,8 +142,10 @@ impl RecordFile {
             }
             FrameKind::Checkpoint => {
                 self.flush()?;
-                if self.is_full(tick) {
+                if self.is_full(tick) || !has_name(&self.file, &self.path) {
                     self.rotate(tick)?;
+                } else if self.begins {
+                    self.begin_part(tick)?;
                 }
                 let content = parts.concat();
                 let program = content.first_chunk::<2>().copied().map(u16::from_le_bytes);
@@ -171,7 +178,7 @@ impl RecordFile {
         self.pending = pending;
         self.pending.clear();
         written?;
-        if self.is_full(self.pending_tick) {
+        if self.is_full(self.pending_tick) || !has_name(&self.file, &self.path) {
             self.ask_for_checkpoint();
         }
         Ok(())
@@ -188,19 +195,27 @@ impl RecordFile {
         }
     }
 
-    /// Has a new file take the place of the present one, which becomes the older part.
+    /// Has a new file take the place of the present one, which becomes the older part. Where somebody has
+    /// removed or renamed the present one, or an earlier attempt came no further than that, the new one is
+    /// begun all the same.
     fn rotate(&mut self, tick: u64) -> io::Result<()> {
-        fs::rename(&self.path, older_part(&self.path))?;
+        if has_name(&self.file, &self.path) {
+            fs::rename(&self.path, older_part(&self.path))?;
+        }
         self.file = open(&self.path)?;
-        self.file.set_len(0)?;
-        (self.size, self.first, self.program) = (0, None, None);
+        // What somebody else has put there stays.
+        self.size = self.file.seek(SeekFrom::End(0))?;
+        (self.first, self.program) = (None, None);
         self.begin_part(tick)
     }
 
     /// Writes what a part begins with.
     fn begin_part(&mut self, tick: u64) -> io::Result<()> {
+        self.begins = true;
         let header = encoded(&self.header)?;
-        self.write(Kind::Start, tick, &header)
+        self.write(Kind::Start, tick, &header)?;
+        self.begins = false;
+        Ok(())
     }
 
     /// Writes the program of a number, unless it was the last one that was written into this part.

@@ -56,3 +56,6 @@ pub use recording::{Gap, RecordError, RecordedRun, Recording, RunEnd, Span};
 pub use replay::{Difference, ReplayError, Replayed, Replayer, differing_variables};
 pub use run_header::{RecordedFile, RecordedProgram, RecordedSources, RunHeader};
 pub use thread::{RecordThread, RecordedPrograms};
+
+/// How many ticks are between two checkpoints at most.
+const MOST_TICKS: u64 = 1 << 16;

@@ -9,6 +9,7 @@ use std::time::{Duration, SystemTime};
 
 use rtrb::Producer;
 
+use super::MOST_TICKS;
 use super::entry::{self, Action, Entry, RecordedStop};
 use super::file::{FrameKind, RecordFile};
 use super::state_hash::StateHash;
@@ -17,8 +18,6 @@ use crate::{Event, Executive, Setting, Stop, Variable, VariableKey};
 
 /// Time of the machine from one checkpoint to the next.
 const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(30);
-/// How many ticks are between two checkpoints at most.
-const MOST_TICKS: u64 = 1 << 16;
 /// Room for what is recorded of one tick, so that no tick allocates memory for it.
 const TICK_ROOM: usize = 1 << 16;
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use super::MOST_TICKS;
 use super::block::{self, Block, Kind};
 use super::entry::{Action, RecordedStop, TickRecord, read_ticks, read_trailing};
 use super::run_header::{RecordedProgram, RunHeader, VERSION};
@@ -137,7 +138,9 @@ impl Recording {
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         let failed = |error| RecordError::Read(path.to_owned(), error);
         let newest = open_regular(path).map_err(failed)?;
-        let older = older_part(path);
+        // A link's older part lies beside what it points to.
+        let place = std::fs::canonicalize(path);
+        let older = older_part(place.as_deref().unwrap_or(path));
         let mut parts = vec![];
         if let Ok(file) = open_regular(&older) {
             parts.push(Part { path: older, file, read: 0 });
@@ -162,8 +165,10 @@ impl Recording {
             let failed = |error| RecordError::Read(part.path.clone(), error);
             let length = part.file.metadata().map_err(failed)?.len();
             let mut at = part.read;
-            let mut found = vec![];
-            while let Some((block, before)) = block::find(&part.file, at, length).map_err(failed)? {
+            let (mut found, mut wasted) = (vec![], 0);
+            while let Some((block, before)) =
+                block::find(&part.file, at, length, &mut wasted).map_err(failed)?
+            {
                 at = block.end();
                 found.push((block, before));
             }
@@ -302,6 +307,9 @@ impl Recording {
             }
             let read = read_ticks(&content, &mut next).ok_or(RecordError::Damaged(next))?;
             ticks.extend(read);
+            if ticks.len() as u64 > MOST_TICKS {
+                return Err(RecordError::Damaged(next));
+            }
         }
         Ok(ticks)
     }

@@ -106,3 +106,131 @@ fn frames_are_read_as_they_were_written() {
     assert_eq!(read_frame_header(&header), Some((FrameKind::Gap, 0x0102_0304, u64::MAX - 5)));
     assert_eq!(read_frame_header(&header[..FRAME_HEADER - 1]), None);
 }
+
+/// A new record for a test, and a control that records into it in simulated time.
+fn recorded(name: &str) -> (std::path::PathBuf, ReplaceableExecutive) {
+    let folder = std::env::temp_dir().join(format!("plcc-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("r.plcrec");
+    let header = RunHeader::new(Duration::ZERO, 20_000_000, false, vec![]);
+    let program = RecordedProgram::Unknown;
+    let file = RecordFile::create(&path, Keep::default(), Appending::No, header, program).unwrap();
+    let mut control = ReplaceableExecutive::new(executive());
+    control.record(Recorder::to_file(file, &control));
+    (path, control)
+}
+
+#[test]
+fn a_record_that_is_removed_is_begun_again() {
+    let folder = std::env::temp_dir().join(format!("plcc-removed-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("r.plcrec");
+    let header = RunHeader::new(Duration::ZERO, 20_000_000, false, vec![]);
+    let create = RecordFile::create;
+    let program = RecordedProgram::Unknown;
+    let mut file = create(&path, Keep::default(), Appending::No, header, program).unwrap();
+    let wants_checkpoint = file.wants_checkpoint();
+    let (queue, mut frames) = RingBuffer::new(80_000);
+    let mut control = ReplaceableExecutive::new(executive());
+    control.record(Recorder::to_queue(queue, file.wants_checkpoint(), &control));
+    control.tick(&mut Counter, &mut vec![]).unwrap();
+    drain(&mut frames, &mut file);
+    let is_wanted = || wants_checkpoint.load(std::sync::atomic::Ordering::Relaxed);
+    file.flush().unwrap();
+    assert!(!is_wanted());
+
+    // Somebody removes the file: it is noticed with the next ticks, and the checkpoint begins another one.
+    std::fs::remove_file(&path).unwrap();
+    control.tick(&mut Counter, &mut vec![]).unwrap();
+    drain(&mut frames, &mut file);
+    file.flush().unwrap();
+    assert!(is_wanted());
+    // The whole folder goes: the checkpoint can't be written before it is there again.
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(file.take(FrameKind::Checkpoint, 2, &[&[0; 32]]).is_err());
+    std::fs::create_dir_all(&folder).unwrap();
+    control.tick(&mut Counter, &mut vec![]).unwrap();
+    control.end_record(None).unwrap();
+    drain(&mut frames, &mut file);
+
+    let recording = Recording::open(&path).unwrap();
+    let run = recording.last_run().unwrap();
+    assert_eq!((run.first_tick(), run.end.as_ref().unwrap().ticks), (2, 3));
+    let mut replayer = Replayer::new(&recording, run, 0, executive());
+    let replayed = replayer.step(&mut Counter, &mut vec![]).unwrap().unwrap();
+    assert!(replayed.matches && replayed.tick == 2, "{replayed:?}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// Appends a block with a right checksum behind a record's file.
+fn append(path: &std::path::Path, bytes: &[u8]) {
+    use std::io::Write;
+    let mut file = std::fs::OpenOptions::new().append(true).open(path).unwrap();
+    file.write_all(bytes).unwrap();
+}
+
+#[test]
+fn a_small_block_with_very_many_ticks_is_damage() {
+    let (path, mut control) = recorded("many-ticks");
+    control.tick(&mut Counter, &mut vec![]).unwrap();
+    control.end_record(None).unwrap();
+    for (size, is_block) in [(16 << 20, true), (65 << 20, false)] {
+        let mut block = vec![];
+        super::block::write(super::block::Kind::Ticks, 1, &vec![0; size], &mut block);
+        assert!(block.len() < 300_000);
+        append(&path, &block);
+        let recording = Recording::open(&path).unwrap();
+        assert_eq!(recording.damaged_bytes(), if is_block { 0 } else { block.len() as u64 });
+        let span = recording.last_run().unwrap().spans.last().unwrap();
+        assert!(matches!(recording.ticks(span), Err(RecordError::Damaged(_))));
+        assert!(matches!(recording.end_of(span), Err(RecordError::Damaged(_))));
+    }
+    std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
+}
+
+/// Headers that overlap, each of a block to the end of the file: reading every one of them whole would take
+/// hours.
+#[test]
+fn a_record_full_of_headers_is_searched_only_so_long() {
+    let (path, mut control) = recorded("headers");
+    control.tick(&mut Counter, &mut vec![]).unwrap();
+    control.end_record(None).unwrap();
+    let mut header = vec![];
+    super::block::write(super::block::Kind::Checkpoint, 1, &[], &mut header);
+    let (count, size) = (100_000_usize, header.len());
+    let length = (count * size / 2) as u32;
+    for field in [4, 8] {
+        header[field..field + 4].copy_from_slice(&length.to_le_bytes());
+    }
+    append(&path, &header.repeat(count));
+    let recording = Recording::open(&path).unwrap();
+    assert_eq!(recording.damaged_bytes(), (count * size) as u64);
+    assert_eq!(recording.last_run().unwrap().spans.len(), 1);
+    std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_to_a_record_is_followed() {
+    let folder = std::env::temp_dir().join(format!("plcc-linked-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("disk")).unwrap();
+    let (path, link) = (folder.join("disk/r.plcrec"), folder.join("r.plcrec"));
+    std::fs::write(&path, "").unwrap();
+    std::os::unix::fs::symlink(&path, &link).unwrap();
+    let header = RunHeader::new(Duration::ZERO, 20_000_000, false, vec![]);
+    let (keep, program) = (Keep::Time(Duration::from_secs(1)), RecordedProgram::Unknown);
+    let file = RecordFile::create(&link, keep, Appending::No, header, program).unwrap();
+    let wants_checkpoint = file.wants_checkpoint();
+    let mut control = ReplaceableExecutive::new(executive());
+    control.record(Recorder::to_file(file, &control));
+    for _ in 0..80 {
+        wants_checkpoint.store(true, std::sync::atomic::Ordering::Relaxed);
+        control.tick(&mut Counter, &mut vec![]).unwrap();
+    }
+    control.end_record(None).unwrap();
+    assert!(folder.join("disk/r.plcrec.1").exists() && link.is_symlink());
+    let recording = Recording::open(&link).unwrap();
+    let run = recording.last_run().unwrap();
+    assert_eq!((run.first_tick(), run.end.as_ref().unwrap().ticks), (0, 80));
+    std::fs::remove_dir_all(&folder).unwrap();
+}
