@@ -1,5 +1,6 @@
 //! What `plcc replay` and `plcc convert` begin with: a record, one of its runs, and the program.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use plcc_runtime::record::{RecordedProgram, RecordedRun, Recording, Replayer};
@@ -9,13 +10,14 @@ use plcc_runtime::{Artifact, Executive};
 use crate::args::{EngineArg, SourceArgs};
 use crate::failure::Failure;
 use crate::input::{Input, SourceSettings};
+use crate::output;
 use crate::recorded::{Found, ReplayEngine};
 use crate::report::{Report, count_of};
 
 /// A run of a record, chosen by its number; the last one without a number.
 ///
 /// # Errors
-/// When there is no such run.
+/// When there is no such run, or not a single checkpoint of it is whole.
 pub(crate) fn chosen_run<'r>(
     recording: &'r Recording,
     number: Option<usize>,
@@ -23,12 +25,42 @@ pub(crate) fn chosen_run<'r>(
 ) -> Result<&'r RecordedRun, Failure> {
     let runs = recording.runs();
     let index = number.unwrap_or(runs.len()).checked_sub(1);
-    index.and_then(|index| runs.get(index)).ok_or_else(|| {
+    let run = index.and_then(|index| runs.get(index)).ok_or_else(|| {
         Failure::file(
             path,
             format!("it has {}; they are counted from 1", count_of(runs.len(), "run")),
         )
-    })
+    })?;
+    if run.spans.is_empty() {
+        let what = "nothing of this run can be replayed: it has no whole checkpoint";
+        return Err(Failure::file(path, what));
+    }
+    Ok(run)
+}
+
+/// Refuses outputs that would overwrite the record, or the program that is named in the place of the
+/// recorded one.
+///
+/// # Errors
+/// The first such output.
+pub(crate) fn check_outputs<'p>(
+    record: &Path,
+    files: &[PathBuf],
+    outputs: impl IntoIterator<Item = &'p Path>,
+) -> Result<(), Failure> {
+    let mut older = record.as_os_str().to_owned();
+    older.push(".1");
+    let older = PathBuf::from(older);
+    let read = [record, older.as_path()].into_iter().chain(files.iter().map(PathBuf::as_path));
+    let read: Vec<PathBuf> = read.filter_map(|path| fs::canonicalize(path).ok()).collect();
+    for output in outputs.into_iter().filter(|path| !output::is_stdout(path)) {
+        if fs::canonicalize(output).is_ok_and(|place| read.contains(&place)) {
+            let what =
+                "it is read for this and is not overwritten; name another file for the output";
+            return Err(Failure::file(output, what));
+        }
+    }
+    Ok(())
 }
 
 /// The program of a run: the one on the disk, where files are named, else the one in the record.

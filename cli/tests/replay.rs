@@ -125,3 +125,42 @@ fn converting_overwrites_neither_a_stimulus_nor_the_record() {
     folder.plcc("convert a.plcrec --to csv -o a.csv").exits(0);
     assert!(folder.read("a.csv").starts_with("tick,ms,name,value\n"));
 }
+
+/// The record, its older part and the program are not overwritten by what is made of them.
+#[test]
+fn no_output_overwrites_what_is_read() {
+    let folder = Folder::with(&[("a.pmi", COUNTER)]);
+    folder.plcc("run a.pmi --ticks 5 --record r.csv").exits(0);
+    folder.write("r.csv.1", "older");
+    let bytes =
+        || ["r.csv", "a.pmi", "r.csv.1"].map(|name| fs::read(folder.path().join(name)).unwrap());
+    let before = bytes();
+    for command in [
+        "convert r.csv --to csv",
+        "convert r.csv --to fst -o ./r.csv",
+        "convert r.csv --to csv -o r.csv.1",
+        "convert r.csv a.pmi --to vcd -o a.pmi",
+        "replay r.csv --trace r.csv --watch N",
+        "replay r.csv --events r.csv",
+        "replay r.csv --dump r.csv",
+        "replay r.csv a.pmi --dump a.pmi",
+    ] {
+        folder.plcc(command).exits(2).says(&["is not overwritten"]);
+        assert_eq!(bytes(), before, "{command}");
+    }
+}
+
+/// A record that is cut within its first checkpoint has nothing that went as recorded.
+#[test]
+fn a_record_without_a_whole_checkpoint_is_no_success() {
+    let folder = Folder::with(&[("a.pmi", COUNTER)]);
+    folder.plcc("run a.pmi --ticks 5 --record r.plcrec").exits(0);
+    let bytes = fs::read(folder.path().join("r.plcrec")).unwrap();
+    let checkpoint = bytes.windows(4).position(|bytes| bytes == b"\x89RB\x03").unwrap();
+    folder.write("r.plcrec", &bytes[..checkpoint + 40]);
+    for command in ["replay r.plcrec", "convert r.plcrec --to csv"] {
+        folder.plcc(command).exits(2).says(&["it has no whole checkpoint"]);
+    }
+    folder.write("r.plcrec", &bytes);
+    folder.plcc("replay r.plcrec --from 3 --to 2").exits(2).says(&["--from 3 is behind --to 2"]);
+}

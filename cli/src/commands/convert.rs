@@ -1,7 +1,7 @@
 //! `plcc convert`: the values of a recorded run as a table, a VCD or an FST. They come from a replay,
 //! since a record holds no values, but all that they follow from.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ use plcc_runtime::{Executive, Value, Variable};
 use crate::args::{ConvertArgs, ConvertFormat};
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::output;
-use crate::replay_input::{chosen_run, engine_of, program, replayer};
+use crate::replay_input::{check_outputs, chosen_run, engine_of, program, replayer};
 use crate::report::Report;
 
 /// An FST's values are written whenever so many bytes of them wait.
@@ -26,6 +26,8 @@ const PORTION: usize = 32 << 20;
 pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure> {
     let path = &args.record;
     let recording = Recording::open(path).map_err(|error| Failure::usage(error.to_string()))?;
+    let to = args.output.clone().unwrap_or_else(|| named(path, args.to));
+    overwrites_nothing(&to, args)?;
     let run = chosen_run(&recording, args.run, path)?;
     let failed = |error: &dyn std::fmt::Display| Failure::file(path, error);
     let generation = run.spans.first().map_or(0, |span| span.generation);
@@ -45,8 +47,6 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
     let from = args.from.unwrap_or(first).max(first);
     let until = args.until.unwrap_or(last);
     replayer.go_to(from, engine.as_mut()).map_err(|error| failed(&error))?;
-    let to = args.output.clone().unwrap_or_else(|| named(path, args.to));
-    overwrites_nothing(&to, args)?;
     let not_written = |error: io::Error| Failure::file(&to, why_not_written(&error));
     let mut out =
         Waveform::create(&to, args.to, watch, replayer.executive()).map_err(not_written)?;
@@ -87,18 +87,8 @@ fn overwrites_nothing(to: &Path, args: &ConvertArgs) -> Result<(), Failure> {
     if output::is_stdout(to) {
         return Ok(());
     }
-    let Ok(place) = fs::canonicalize(to) else { return Ok(()) };
-    let mut older = args.record.clone().into_os_string();
-    older.push(".1");
-    let older = PathBuf::from(older);
-    let mut read = [&args.record, &older].into_iter().chain(&args.files);
-    if read.any(|file| fs::canonicalize(file).is_ok_and(|file| file == place)) {
-        return Err(Failure::file(
-            to,
-            "it is read for this and is not overwritten; -o has to name another file",
-        ));
-    }
-    if args.output.is_none() && args.to == ConvertFormat::Csv {
+    check_outputs(&args.record, &args.files, [to])?;
+    if args.output.is_none() && args.to == ConvertFormat::Csv && to.exists() {
         return Err(Failure::file(
             to,
             "it exists already, perhaps as a stimulus; -o names another file, or this one to \

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use plcc_runtime::record::{
     Difference, RecordedRun, Recording, ReplayError, Replayed, Replayer, differing_variables,
@@ -14,7 +14,7 @@ use crate::args::ReplayArgs;
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::output;
 use crate::recorded::{Found, ReplayEngine};
-use crate::replay_input::{chosen_run, engine_of, program, replayer};
+use crate::replay_input::{check_outputs, chosen_run, engine_of, program, replayer};
 use crate::report::Report;
 
 /// At most so many differing variables are named.
@@ -23,6 +23,13 @@ const MAX_SHOWN: usize = 5;
 pub(crate) fn replay(args: &ReplayArgs, report: &Report) -> Result<u8, Failure> {
     let path = &args.record;
     let recording = Recording::open(path).map_err(|error| Failure::usage(error.to_string()))?;
+    let outputs = [&args.trace, &args.events, &args.dump];
+    check_outputs(path, &args.files, outputs.into_iter().flatten().map(PathBuf::as_path))?;
+    if let (Some(from), Some(to)) = (args.from, args.to)
+        && from > to
+    {
+        return Err(Failure::usage(format!("--from {from} is behind --to {to}")));
+    }
     let run = chosen_run(&recording, args.run, path)?;
     tell_damage(&recording, run, report);
     let mut status = DONE;
@@ -32,7 +39,7 @@ pub(crate) fn replay(args: &ReplayArgs, report: &Report) -> Result<u8, Failure> 
         return Err(Failure::file(path, what));
     }
     let mut outputs = Outputs::open(args)?;
-    for generation in generations {
+    for generation in asked_for(args, run, generations) {
         let recorded = run
             .program_of(generation)
             .ok_or_else(|| Failure::file(path, "its program is missing"))?;
@@ -45,6 +52,20 @@ pub(crate) fn replay(args: &ReplayArgs, report: &Report) -> Result<u8, Failure> 
         }
     }
     Ok(status)
+}
+
+/// The generations that have ticks of those that are to be shown; the nearest one where none has.
+fn asked_for(args: &ReplayArgs, run: &RecordedRun, mut generations: Vec<u16>) -> Vec<u16> {
+    let first = |generation: &u16| {
+        let span = run.spans.iter().find(|span| span.generation == *generation);
+        span.map_or(0, |span| span.first)
+    };
+    let (from, to) = (args.from.unwrap_or(0), args.to.unwrap_or(u64::MAX));
+    let begins = generations.iter().rposition(|generation| first(generation) <= from);
+    generations.drain(..begins.unwrap_or(0));
+    let wanted = generations.iter().filter(|generation| first(generation) <= to).count();
+    generations.truncate(wanted.max(1));
+    generations
 }
 
 /// Says what of a record is missing.
