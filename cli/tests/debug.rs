@@ -427,6 +427,36 @@ fn no_message_brings_the_adapter_down() {
     client.leave();
 }
 
+/// Going to a tick that is far away, in a run without an end, is given up for a pause, and when the client
+/// leaves.
+#[test]
+fn a_movement_without_an_end_is_given_up() {
+    let folder = Folder::with(&[("count.pmi", PMI)]);
+    let program = folder.path().join("count.pmi");
+    let far = json!({
+        "seq": 1000, "type": "request", "command": "plcc/goToTick",
+        "arguments": {"tick": 1_u64 << 62},
+    });
+    for leaves in ["disconnect", ""] {
+        let mut client =
+            Client::launch(json!({"program": program, "stopOnEntry": true}), json!([]));
+        client.event("stopped");
+        client.send(far.to_string().as_bytes());
+        client.ask("pause", json!({}));
+        let is_answer = |event: &&Value| event["request_seq"] == 1000;
+        let answer = client.events.iter().find(is_answer).unwrap();
+        assert_eq!(answer["message"], "it was interrupted");
+        assert_eq!(client.go("plcc/goToTick", json!({"tick": 2})).1, 2);
+        client.send(far.to_string().as_bytes());
+        if leaves == "disconnect" {
+            client.leave();
+        } else {
+            drop(client.to.take());
+            assert!(client.process.wait().unwrap().success());
+        }
+    }
+}
+
 /// The stories of docs/debugger.md: from the end of a recording to the statement that set the stop off.
 /// Each row is a variable, and the tick and line of the statement that changed it last.
 fn story(program: &str, stimulus: &str, ticks: u64, requests: &[(&str, u64, u64)]) {
@@ -517,5 +547,58 @@ fn a_control_that_runs_is_followed_by_its_recording() {
     assert!(control.try_wait().unwrap().is_none(), "the control was stopped");
     control.kill().unwrap();
     control.wait().unwrap();
+    client.leave();
+}
+
+/// A record with an online change and its rollback: the last program is the first one again, and the ticks of
+/// each are shown.
+#[cfg(unix)]
+#[test]
+fn a_record_with_online_changes_is_shown_from_any_tick() {
+    let folder = Folder::with(&[("one.pmi", PMI), ("two.pmi", &format!("{PMI}N=N+1\n"))]);
+    folder.plcc("build one.pmi").exits(0);
+    folder.plcc("build two.pmi").exits(0);
+    let options = "one.plcx --realtime --no-supervisor --socket s --allow swap --record r.plcrec";
+    let mut control = Command::new(support::programs().join("plcrt"))
+        .args(options.split(' '))
+        .current_dir(folder.path())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut ask = |words: &[&str]| {
+        assert!(control.try_wait().unwrap().is_none(), "the control has ended");
+        let mut command = Command::new(support::programs().join("plcctl"));
+        command.arg("s").args(words).current_dir(folder.path());
+        command.output().unwrap().status.success()
+    };
+    while !ask(&["status"]) {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert!(ask(&["swap", "two.plcx"]) && ask(&["rollback"]));
+    assert!(Command::new("kill").arg(control.id().to_string()).status().unwrap().success());
+    control.wait().unwrap();
+
+    let all = folder.plcc("replay r.plcrec").exits(0);
+    let text = format!("{}{}", all.stdout, all.stderr);
+    let firsts: Vec<u64> = text
+        .lines()
+        .filter_map(|line| line.split_once(" ticks, ")?.1.split(' ').next()?.parse().ok())
+        .collect();
+    assert_eq!(firsts.len(), 3, "{text}");
+    let from = folder.plcc(&format!("replay r.plcrec --from {}", firsts[2])).exits(0);
+    let text = format!("{}{}", from.stdout, from.stderr);
+    assert_eq!(text.matches("went as they were recorded").count(), 1, "{text}");
+    assert!(text.contains(&format!("ticks, {} to ", firsts[2])), "{text}");
+    let to = folder.plcc(&format!("replay r.plcrec --to {}", firsts[1] - 1)).exits(0);
+    let text = format!("{}{}", to.stdout, to.stderr);
+    assert_eq!(text.matches("went as they were recorded").count(), 1, "{text}");
+
+    let mut client = Client::new();
+    let files = json!({
+        "recording": folder.path().join("r.plcrec"), "program": folder.path().join("one.pmi"),
+    });
+    client.ask("attach", files);
+    client.ask("configurationDone", json!({}));
+    assert!(client.stopped().1 >= firsts[2]);
     client.leave();
 }

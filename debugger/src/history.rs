@@ -8,6 +8,7 @@ use plcc_runtime::run::Player;
 use plcc_runtime::{Event, Executive, Purpose, Setting, Stop, VariableKey};
 
 use crate::DebugError;
+use crate::interruption::Interruption;
 
 /// What a tick gave.
 #[derive(Clone, Debug, Default)]
@@ -55,6 +56,9 @@ pub trait History {
 
     /// The executive, in the state behind the tick that was run last.
     fn executive(&mut self) -> &mut dyn Executive;
+
+    /// Has long movements given up while the client asks for that.
+    fn interrupt_by(&mut self, _interruption: Interruption) {}
 
     /// Looks whether there are further ticks by now, where a recording may still grow.
     ///
@@ -106,6 +110,7 @@ pub struct Launched {
     checkpoints: BTreeMap<u64, Vec<u8>>,
     interval: u64,
     changes: BTreeMap<u64, Vec<Change>>,
+    interruption: Interruption,
 }
 
 impl std::fmt::Debug for Launched {
@@ -134,6 +139,7 @@ impl Launched {
             checkpoints,
             interval: FIRST_INTERVAL,
             changes: BTreeMap::new(),
+            interruption: Interruption::default(),
         }
     }
 
@@ -154,6 +160,7 @@ impl Launched {
             }
         }
         while self.at < tick {
+            self.interruption.check()?;
             let mut engine = std::mem::replace(&mut self.engine, Box::new(NoEngine));
             let result = self.tick(engine.as_mut());
             self.engine = engine;
@@ -263,6 +270,10 @@ impl History for Launched {
 
     fn executive(&mut self) -> &mut dyn Executive {
         self.executive.as_mut()
+    }
+
+    fn interrupt_by(&mut self, interruption: Interruption) {
+        self.interruption = interruption;
     }
 
     fn change(

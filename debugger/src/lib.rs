@@ -31,6 +31,7 @@ pub mod dap;
 mod debugger;
 pub mod history;
 mod hits;
+mod interruption;
 mod names;
 pub mod observers;
 pub mod program;
@@ -43,6 +44,7 @@ use thiserror::Error;
 pub use breakpoints::{Breakpoints, DataBreakpoint, LineBreakpoint};
 pub use debugger::{Debugger, Direction, Position, Session, StepKind, Stopped};
 pub use history::{History, Launched};
+pub use interruption::Interruption;
 pub use program::DebuggedProgram;
 pub use recorded::Recorded;
 

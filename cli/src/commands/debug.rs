@@ -150,7 +150,7 @@ fn attach<'r>(
     let number = recording.runs().len();
     let run = replay_input::chosen_run(recording, Some(number), &path)?;
     let generation = run.spans.last().map_or(0, |span| span.generation);
-    let recorded = run.programs.get(generation as usize);
+    let recorded = run.program_of(generation);
     let recorded = recorded.ok_or_else(|| Failure::file(&path, "its program is missing"))?;
     let files: Vec<PathBuf> =
         command.files.iter().filter(|path| path.as_os_str() != "-").cloned().collect();

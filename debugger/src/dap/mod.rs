@@ -2,7 +2,7 @@
 //!
 //! [`serve`] reads requests until the client leaves. A run that goes on (`continue`,
 //! `reverseContinue`) is done in short slices, and requests that come meanwhile are answered between
-//! two of them, so that `pause` works. Besides the protocol's own requests there are these, for the
+//! two of them, so that `pause` works. Other long movements are given up for `pause` and when the client leaves. Besides the protocol's own requests there are these, for the
 //! commands of an editor's extension:
 //!
 //! | request | arguments | does |
@@ -29,6 +29,7 @@ use std::thread;
 pub use protocol::{LaunchArguments, OneOrMore};
 
 use crate::debugger::Session;
+use crate::interruption::Interruption;
 use server::Server;
 
 /// Makes the session that a client asks for.
@@ -51,15 +52,20 @@ pub fn serve(
     launcher: &dyn Launcher,
 ) -> io::Result<()> {
     let (sender, receiver) = mpsc::channel();
+    let interruption = Interruption::default();
+    let noted = interruption.clone();
     // The thread ends with the stream; nobody waits for it, since a client may leave it open.
     thread::spawn(move || {
         loop {
             let message = transport::read(&mut from);
             let is_last = !matches!(message, Ok(Some(_)));
+            if message.as_ref().ok().and_then(Option::as_ref).is_none_or(server::interrupts) {
+                noted.begin();
+            }
             if sender.send(message).is_err() || is_last {
                 break;
             }
         }
     });
-    Server::new(to, launcher).serve(&receiver)
+    Server::new(to, launcher, interruption).serve(&receiver)
 }

@@ -11,6 +11,7 @@ use super::protocol::{InitializeArguments, LaunchArguments, Request};
 use super::{Launcher, transport};
 use crate::DebugError;
 use crate::debugger::{Debugger, Direction, Stopped};
+use crate::interruption::Interruption;
 
 /// For how long the program runs between two looks at the client's messages.
 const SLICE: Duration = Duration::from_millis(20);
@@ -39,12 +40,13 @@ pub(super) struct Server<'a, W> {
     /// A movement that was done by a request, to be told behind its answer.
     pending: Option<Stopped>,
     is_over: bool,
+    interruption: Interruption,
 }
 
 type Incoming = io::Result<Option<Value>>;
 
 impl<'a, W: Write> Server<'a, W> {
-    pub(super) fn new(to: W, launcher: &'a dyn Launcher) -> Self {
+    pub(super) fn new(to: W, launcher: &'a dyn Launcher, interruption: Interruption) -> Self {
         Self {
             to,
             launcher,
@@ -57,6 +59,7 @@ impl<'a, W: Write> Server<'a, W> {
             reason: String::new(),
             pending: None,
             is_over: false,
+            interruption,
         }
     }
 
@@ -106,6 +109,9 @@ impl<'a, W: Write> Server<'a, W> {
     }
 
     fn message(&mut self, message: Value) -> io::Result<()> {
+        if interrupts(&message) {
+            self.interruption.end();
+        }
         let request: Request = match serde_json::from_value(message) {
             Ok(request) => request,
             Err(error) => return self.tell(&format!("a message has no valid form: {error}")),
@@ -188,6 +194,7 @@ impl<'a, W: Write> Server<'a, W> {
                 self.launch = read(arguments)?;
                 let session = self.launcher.launch(&self.launch).map_err(DebugError)?;
                 let mut debugger = Debugger::new(session);
+                debugger.interrupt_by(self.interruption.clone());
                 if self.launch.recording.is_some() {
                     debugger.go_to_end()?;
                 }
@@ -248,6 +255,8 @@ impl<'a, W: Write> Server<'a, W> {
                 self.running = None;
                 self.tell_stopped(&stopped)
             }
+            // The message that interrupts is answered next.
+            Err(_) if self.interruption.is_wanted() => Ok(()),
             Err(error) => {
                 self.running = None;
                 self.tell(&error.0)?;
@@ -307,6 +316,12 @@ impl<'a, W: Write> Server<'a, W> {
         }
         self.event("stopped", body)
     }
+}
+
+/// Whether a message ends what is being done for another one.
+pub(super) fn interrupts(message: &Value) -> bool {
+    let command = message.get("command").and_then(Value::as_str);
+    matches!(command, Some("pause" | "disconnect" | "terminate"))
 }
 
 /// The arguments of a request.

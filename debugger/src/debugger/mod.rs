@@ -11,6 +11,7 @@ use plcc_runtime::{Executive, Stop};
 use crate::DebugError;
 use crate::breakpoints::{Breakpoints, DataBreakpoint, LineBreakpoint, SetBreakpoint};
 use crate::history::{History, TickResult};
+use crate::interruption::Interruption;
 use crate::observers::Observed;
 use crate::program::DebuggedProgram;
 use crate::trace::{Access, Step, TickTrace, TraceRecorder};
@@ -118,6 +119,7 @@ pub struct Debugger<'a> {
     output: Vec<String>,
     /// The tick up to which events were told.
     told: u64,
+    interruption: Interruption,
 }
 
 impl std::fmt::Debug for Debugger<'_> {
@@ -143,7 +145,14 @@ impl<'a> Debugger<'a> {
             stop_at: StopAt::default(),
             output: vec![],
             told: 0,
+            interruption: Interruption::default(),
         }
+    }
+
+    /// Has long movements given up while the client asks for that.
+    pub(crate) fn interrupt_by(&mut self, interruption: Interruption) {
+        self.session.history.interrupt_by(interruption.clone());
+        self.interruption = interruption;
     }
 
     /// The program.

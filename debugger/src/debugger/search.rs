@@ -279,6 +279,7 @@ impl Debugger<'_> {
                 let what = if changes_only { "changed" } else { "written" };
                 return Ok(Stopped::Writer(format!("{name} was {what} here last")));
             }
+            self.interruption.check()?;
             end = Position { tick: begin, step: 0 };
         }
         let first = self.history().first();

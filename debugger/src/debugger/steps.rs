@@ -48,6 +48,7 @@ impl Debugger<'_> {
         let mut ticks = 0;
         let begun = self.position.tick;
         loop {
+            self.interruption.check()?;
             let moved = self.neighbour(direction)?;
             if moved != Stopped::Step {
                 return Ok(moved);
@@ -100,6 +101,7 @@ impl Debugger<'_> {
 
     fn forward_to_statement(&mut self) -> Result<Stopped, DebugError> {
         for _ in 0..MOST_EMPTY_TICKS {
+            self.interruption.check()?;
             let at = self.position.step;
             let trace = self.trace()?;
             let (count, stop) = (trace.steps.len(), trace.stop.clone());
