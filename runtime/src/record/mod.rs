@@ -31,7 +31,7 @@
 //! # }
 //! ```
 //!
-//! A record is a row of [blocks](mod@block), each with a checksum, most of them compressed. It has two parts at most: when `FILE`
+//! A record is a row of blocks (`block.rs`), each with a checksum, most of them compressed. It has two parts at most: when `FILE`
 //! has half the size that is kept, it becomes `FILE.1`, whose former content goes, and a new `FILE` begins.
 
 mod block;
