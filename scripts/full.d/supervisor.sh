@@ -1,7 +1,7 @@
 # Kills a control or its supervisor 10 000 times at random moments, and tells when the outputs are safe.
 #
 # FULL_KILLS is the number of kills in a unit (500). A unit is named for the process that is killed. The
-# times begin before the program `kill` is started, which takes about a millisecond.
+# thread that kills and measures has a real-time priority where that is permitted.
 head=$'killed\tunit\tresult'
 
 units() {
