@@ -704,6 +704,28 @@ fn pmac_programs_are_exchanged() {
     assert_eq!(replayed_programs(&shop.path("r.plcrec")), 5);
 }
 
+#[test]
+fn a_stimulus_is_recorded_for_the_program_that_runs_then() {
+    let shop = Shop::new("swap-stimulus");
+    let body = "$END\nIF (GO)\nN = N + 1\nENDIF\nM = M + 1\n";
+    // Of the second program each variable has another number and another place.
+    let one = shop.build("one", Dialect::Pmi, &format!("$LOGICAL\nGO\n$INTEGER\nN,M\n{body}"));
+    let two = format!("$LOGICAL\nHALT,GO\n$INTEGER\nL,N,M\n{body}");
+    let two = shop.build("two", Dialect::Pmi, &two);
+    fs::write(shop.path("s.csv"), "tick,name,value\n60,GO,1\n").unwrap();
+    let options = ["--allow", "swap", "--record", "r.plcrec", "--stimulus", "s.csv"];
+    let control = shop.start(&one, &options);
+    let done = control.ask(&json!({"request": "swap", "path": two}));
+    assert!(done["ticks"].as_u64().unwrap() < 60, "the stimulus acts on the second program");
+    let start = Instant::now();
+    while control.get("N") == 0 {
+        assert!(start.elapsed() < Duration::from_secs(30), "the stimulus does not act");
+        thread::sleep(Duration::from_millis(10));
+    }
+    assert_eq!(control.end().0, Some(130));
+    assert_eq!(replayed_programs(&shop.path("r.plcrec")), 2);
+}
+
 /// Runs a recorded run again, through all its online changes, writes and forces; every tick must go as it was
 /// recorded. Gives how many programs ran, one after the other.
 fn replayed_programs(record: &Path) -> usize {

@@ -51,6 +51,7 @@ mod thread;
 pub use entry::{Action, RecordedStop, TickRecord};
 pub use file::{Appending, RecordFile};
 pub use keep::Keep;
+pub(crate) use recorder::ProgramView;
 pub use recorder::Recorder;
 pub use recording::{Gap, RecordError, RecordedRun, Recording, RunEnd, Span};
 pub use replay::{Difference, ReplayError, Replayed, Replayer, differing_variables};

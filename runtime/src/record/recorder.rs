@@ -29,25 +29,47 @@ enum Sink {
     Queue(Producer<u8>),
 }
 
+/// What a recorder must know of the program that runs. Making it allocates memory, so for an online change
+/// it is made beforehand.
+#[derive(Debug)]
+pub(crate) struct ProgramView {
+    /// The program's number in the record: 0 for the one with which the run began.
+    program: u16,
+    hash: StateHash,
+    /// The keys of the variables that the stimulus sets, by the variables' numbers.
+    keys: Vec<Option<VariableKey>>,
+    /// Room for the state outside the image.
+    state: Vec<u8>,
+}
+
+impl ProgramView {
+    /// `executive` is the program's, with all variables looked up that the stimulus sets.
+    pub(crate) fn new(program: u16, executive: &dyn Executive) -> Self {
+        let known = u32::try_from(executive.found().len()).unwrap_or(0);
+        let key = |number| executive.keys(Variable(number)).first().copied();
+        let mut state = vec![];
+        executive.state_into(&mut state);
+        // Queues and sparse memory may grow.
+        state.reserve(state.len() + TICK_ROOM);
+        let keys = (0..known).map(key).collect();
+        Self { program, hash: StateHash::new(executive), keys, state }
+    }
+}
+
 /// Records a run. A [`ReplaceableExecutive`](crate::swap::ReplaceableExecutive) has one where its run is
 /// recorded, and tells it everything that acts on the control.
 pub struct Recorder {
     sink: Sink,
     /// Why the file could not be written, which ends the record in simulated time.
     failure: Option<io::Error>,
-    hash: StateHash,
+    view: ProgramView,
     /// The number of the next tick, and how many are skipped before it.
     next_tick: u64,
     skipped: u64,
-    /// How many online changes there were, and the number of the program that runs now.
+    /// How many online changes there were.
     generation: u16,
-    program: u16,
-    /// The keys of the variables that the stimulus sets, by the variables' numbers.
-    keys: Vec<Option<VariableKey>>,
     /// What was noted of the next tick so far.
     entries: Vec<u8>,
-    /// Room for the state outside the image.
-    state: Vec<u8>,
     /// A checkpoint is to be taken before anything of the next tick is done. While none can be handed
     /// over, ticks are lost.
     due: bool,
@@ -83,25 +105,16 @@ impl Recorder {
     }
 
     fn new(sink: Sink, wants_checkpoint: Arc<AtomicBool>, executive: &dyn Executive) -> Self {
-        let known = u32::try_from(executive.found().len()).unwrap_or(0);
-        let key = |number| executive.keys(Variable(number)).first().copied();
-        let mut state = vec![];
-        executive.state_into(&mut state);
-        // Queues and sparse memory may grow.
-        state.reserve(state.len() + TICK_ROOM);
         let tick_ns = executive.tick_ns().max(1);
         let interval = CHECKPOINT_INTERVAL.as_nanos() as u64 / tick_ns;
         Self {
             sink,
             failure: None,
-            hash: StateHash::new(executive),
+            view: ProgramView::new(0, executive),
             next_tick: 0,
             skipped: 0,
             generation: 0,
-            program: 0,
-            keys: (0..known).map(key).collect(),
             entries: Vec::with_capacity(TICK_ROOM),
-            state,
             due: true,
             lost: 0,
             interval: interval.clamp(1, MOST_TICKS),
@@ -125,7 +138,7 @@ impl Recorder {
 
     /// A variable is about to be set by the stimulus.
     pub(crate) fn set(&mut self, executive: &dyn Executive, variable: Variable, value: Setting) {
-        let known = self.keys.get(variable.0 as usize).copied();
+        let known = self.view.keys.get(variable.0 as usize).copied();
         // Variables that were looked up later are not among them; they have a key all the same.
         let key = known.unwrap_or_else(|| executive.keys(variable).first().copied());
         if let Some(key) = key {
@@ -170,7 +183,7 @@ impl Recorder {
             Entry::Stop(Cow::Owned(RecordedStop::from(stop))).write(&mut self.entries);
             self.stopped = true;
         }
-        entry::end_tick(self.hash.add(executive.image()), &mut self.entries);
+        entry::end_tick(self.view.hash.add(executive.image()), &mut self.entries);
         let entries = std::mem::take(&mut self.entries);
         let written = self.push(FrameKind::Tick, first, &[&entries]);
         self.entries = entries;
@@ -185,17 +198,16 @@ impl Recorder {
         }
     }
 
-    /// Another program has taken the place of the one that ran: that of this number, which `executive`
-    /// runs.
-    pub(crate) fn replaced(&mut self, executive: &dyn Executive, program: u16) {
+    /// Another program has taken the place of the one that ran. `view` is that of the new one, and becomes
+    /// that of the former one.
+    pub(crate) fn replaced(&mut self, view: &mut ProgramView) {
         // What acted on the control since the last tick is in the state that was taken over.
         self.entries.clear();
         self.next_tick = self.next_tick.saturating_add(self.skipped);
-        (self.skipped, self.program, self.due) = (0, program, true);
+        (self.skipped, self.due) = (0, true);
         self.generation = self.generation.wrapping_add(1);
-        let hash = self.hash.value();
-        self.hash = StateHash::new(executive);
-        self.hash.set(hash);
+        view.hash.set(self.view.hash.value());
+        std::mem::swap(&mut self.view, view);
     }
 
     /// The run has ended. `stop` is why the control stopped the program, if it did.
@@ -209,7 +221,7 @@ impl Recorder {
         if self.lost > 0 {
             self.push(FrameKind::Gap, self.next_tick, &[&self.lost.to_le_bytes()]);
         }
-        let hash = self.hash.value().to_le_bytes();
+        let hash = self.view.hash.value().to_le_bytes();
         let entries = std::mem::take(&mut self.entries);
         self.push(FrameKind::End, self.next_tick, &[&hash, &entries]);
         self.failure.map_or(Ok(()), Err)
@@ -222,13 +234,15 @@ impl Recorder {
         self.lost = self.lost.saturating_add(self.skipped);
         self.skipped = 0;
         let image = executive.image();
-        self.state.clear();
-        executive.state_into(&mut self.state);
+        self.view.state.clear();
+        executive.state_into(&mut self.view.state);
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
         let mut head = [0; 32];
         let numbers = [
-            u64::from(self.program) | u64::from(self.generation) << 16 | (image.len() as u64) << 32,
-            self.hash.value(),
+            u64::from(self.view.program)
+                | u64::from(self.generation) << 16
+                | (image.len() as u64) << 32,
+            self.view.hash.value(),
             now.as_millis() as u64,
             executive.fingerprint(),
         ];
@@ -237,7 +251,7 @@ impl Recorder {
         }
         if let Sink::Queue(queue) = &self.sink {
             // The ticks behind it need some room, too.
-            let needed = head.len() + image.len() + self.state.len() + TICK_ROOM;
+            let needed = head.len() + image.len() + self.view.state.len() + TICK_ROOM;
             if queue.slots() < needed {
                 return;
             }
@@ -245,9 +259,9 @@ impl Recorder {
         if self.lost > 0 {
             self.push(FrameKind::Gap, self.next_tick, &[&self.lost.to_le_bytes()]);
         }
-        let state = std::mem::take(&mut self.state);
+        let state = std::mem::take(&mut self.view.state);
         let written = self.push(FrameKind::Checkpoint, self.next_tick, &[&head, image, &state]);
-        self.state = state;
+        self.view.state = state;
         if written {
             (self.due, self.lost, self.since_checkpoint) = (false, 0, 0);
         }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use plcc_abi::Engine;
 
 use super::Plan;
-use crate::record::{Action, Recorder};
+use crate::record::{Action, ProgramView, Recorder};
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::watchdog::Watchdog;
 use crate::{
@@ -65,7 +65,7 @@ impl ReplaceableExecutive {
         &mut self,
         executive: &mut Box<dyn Executive + Send>,
         engine: &mut Option<Box<dyn Engine + Send>>,
-        program: u16,
+        view: &mut ProgramView,
     ) {
         if let Some(watchdog) = &self.watchdog {
             executive.set_watchdog(watchdog.clone());
@@ -73,7 +73,7 @@ impl ReplaceableExecutive {
         std::mem::swap(&mut self.executive, executive);
         std::mem::swap(&mut self.engine, engine);
         if let Some(recorder) = &mut self.recorder {
-            recorder.replaced(self.executive.as_ref(), program);
+            recorder.replaced(view);
         }
     }
 }

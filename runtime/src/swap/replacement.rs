@@ -5,6 +5,7 @@ use plcc_abi::Engine;
 use super::{Plan, ReplaceableExecutive};
 use crate::Executive;
 use crate::image_file::Publisher;
+use crate::record::ProgramView;
 
 /// A program that is to take another one's place. Once it has, it holds the one whose place it took.
 pub(crate) struct Replacement {
@@ -12,8 +13,8 @@ pub(crate) struct Replacement {
     /// The engine of its program; `None` for the engine with which the run began.
     pub(crate) engine: Option<Box<dyn Engine + Send>>,
     pub(crate) plan: Plan,
-    /// The number of its program in a record: 0 for the one with which the run began.
-    pub(crate) recorded: u16,
+    /// What a recorder must know of its program.
+    pub(crate) view: ProgramView,
     /// Its image file.
     pub(crate) publisher: Option<Publisher>,
     /// Why it could not be carried out; nothing has changed then.
@@ -36,7 +37,7 @@ impl Replacement {
         if !self.executive.take_over(running.current(), &self.plan) {
             return self.fail("the programs are for different controls");
         }
-        running.replace(&mut self.executive, &mut self.engine, self.recorded);
+        running.replace(&mut self.executive, &mut self.engine, &mut self.view);
         std::mem::swap(publisher, &mut self.publisher);
     }
 
