@@ -28,11 +28,11 @@ pub struct Variable(pub u32);
 /// executive's list. It means the same to all executives of a program, so that one thread can look a
 /// name up in an executive of its own and another thread can use the key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct VariableKey(pub(crate) KeyOf);
+pub struct VariableKey(pub(crate) DialectVariable);
 
 /// What a [`VariableKey`] holds: the variable as its language names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub(crate) enum KeyOf {
+pub(crate) enum DialectVariable {
     Pmi(PmiVariable),
     Nct(NctName),
     Pmac(PmacName),

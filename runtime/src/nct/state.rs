@@ -16,13 +16,13 @@ pub(super) struct State {
     pub(super) resume: [Option<ResumePoint>; MODULES],
     /// Whether :000 starts from its beginning when it is next called.
     pub(super) level0_starts: bool,
-    /// Whether :000 sees the inputs as they were when it started (Y541, asked in slice 0).
+    /// Whether :000 sees the inputs as they were when it started (Y541, decided in slice 0).
     pub(super) synchronised: bool,
     /// NC flags I400 to I997, bytes 40 and on; those below are the physical lines.
     pub(super) nc_flags: Vec<u8>,
     /// The inputs as they were latched last.
     pub(super) latched: Vec<u8>,
-    /// The output bytes Y70 to Y89, whose bits are messages, as they were told last.
+    /// The output bytes Y70 to Y89, whose bits are messages, as they were last reported.
     pub(super) messages: Vec<u8>,
     /// Registers and inputs of the modules that are not running.
     pub(super) modules: Modules,

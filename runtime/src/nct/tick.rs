@@ -11,7 +11,7 @@ use thiserror::Error;
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity, write_state};
 use crate::clock_decisions::ClockDecisions;
-use crate::executive::KeyOf;
+use crate::executive::DialectVariable;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
 use crate::watchdog::Watchdog;
@@ -339,25 +339,25 @@ impl Executive for NctExecutive {
 
     fn keys(&self, variable: Variable) -> Vec<VariableKey> {
         let name = self.names.get(variable);
-        name.map(|name| VariableKey(KeyOf::Nct(name))).into_iter().collect()
+        name.map(|name| VariableKey(DialectVariable::Nct(name))).into_iter().collect()
     }
 
     fn read(&self, key: VariableKey) -> Value {
         match key.0 {
-            KeyOf::Nct(name) => Value::Int(self.view().get(name).into()),
+            DialectVariable::Nct(name) => Value::Int(self.view().get(name).into()),
             _ => Value::Int(0),
         }
     }
 
     fn write(&mut self, key: VariableKey, value: Setting) {
-        if let KeyOf::Nct(name) = key.0 {
+        if let DialectVariable::Nct(name) = key.0 {
             self.set_name(name, value);
         }
     }
 
     fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
         match key.0 {
-            KeyOf::Nct(name) => {
+            DialectVariable::Nct(name) => {
                 self.state.forces.set(name, value.map(|value| value.integer() as u16))
             }
             _ => Err("can't be forced"),

@@ -69,7 +69,7 @@ pub(super) fn next_revision() -> u64 {
 }
 
 /// A PMAC without its image: the tables, the state, and what a tick produces.
-pub(super) struct Control {
+pub(super) struct PmacHost {
     pub(super) tables: PmacTables,
     /// The texts of the tables, in their order.
     texts: Vec<PreparedText>,
@@ -90,7 +90,7 @@ pub(super) struct Control {
     pub(super) time: Option<TimeLimit>,
 }
 
-impl Control {
+impl PmacHost {
     pub(super) fn new(tables: PmacTables, layout: Layout) -> Self {
         let origin = Arc::new(Origin::new(&tables));
         Self {
@@ -219,7 +219,7 @@ fn space(number: u64) -> Space {
     if number as u32 == 0 { Space::X } else { Space::Y }
 }
 
-impl Host for Control {
+impl Host for PmacHost {
     fn call(&mut self, image: &mut [u8], function: HostFn, args: [u64; 4]) -> u64 {
         let [a, b, c, d] = args;
         match function {

@@ -39,15 +39,15 @@ use plcc_abi::{
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity, without, write_state};
 use crate::clock_decisions::ClockDecisions;
-use crate::executive::KeyOf;
+use crate::executive::DialectVariable;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
-use crate::watchdog::Watchdog as ScanWatchdog;
+use crate::watchdog::Watchdog;
 use crate::{
     ClockDecision, Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value,
     ValueError, Variable, VariableKey,
 };
-use host::Control;
+use host::PmacHost;
 #[cfg(feature = "args")]
 pub use options::PmacArgs;
 pub use recompile::{Recompiler, Recompiling, Settings};
@@ -55,7 +55,7 @@ use state::State;
 use tick::Clocks;
 pub use transfer::PmacTransfer;
 pub(crate) use transfer::compare;
-use watchdog::Watchdog;
+use watchdog::WatchdogTimer;
 
 /// What can be chosen for a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,15 +75,15 @@ impl Default for PmacOptions {
 /// A PMAC, from power-up.
 pub struct PmacExecutive {
     image: Vec<u8>,
-    control: Control,
+    host: PmacHost,
     options: PmacOptions,
-    watchdog: Option<Watchdog>,
+    watchdog: Option<WatchdogTimer>,
     identity: ProgramIdentity,
     decisions: ClockDecisions,
     clocks: Clocks,
     safe_lines: SafeLines,
     /// What limits the time of a single scan.
-    scan_watchdog: Option<ScanWatchdog>,
+    scan_watchdog: Option<Watchdog>,
     /// What has been found by name, by the index of its [`Variable`].
     found: Vec<PmacName>,
     /// The index of each.
@@ -102,8 +102,8 @@ impl PmacExecutive {
         Some(Self {
             image,
             safe_lines: outputs::all_off(&tables.outputs, &layout),
-            control: Control::new(tables.clone(), layout),
-            watchdog: options.realtime.then(Watchdog::default),
+            host: PmacHost::new(tables.clone(), layout),
+            watchdog: options.realtime.then(WatchdogTimer::default),
             scan_watchdog: None,
             options,
             identity: ProgramIdentity::new(program),
@@ -116,19 +116,15 @@ impl PmacExecutive {
 
     /// The image and the host of program code, for a call of an engine outside of ticks.
     pub fn parts(&mut self) -> (&mut [u8], &mut dyn plcc_abi::Host) {
-        (&mut self.image, &mut self.control)
+        (&mut self.image, &mut self.host)
     }
 
     fn view(&self) -> View<'_> {
-        View {
-            image: &self.image,
-            layout: &self.control.layout,
-            sparse: &self.control.state.sparse,
-        }
+        View { image: &self.image, layout: &self.host.layout, sparse: &self.host.state.sparse }
     }
 
     fn memory(&mut self) -> Memory<'_> {
-        let Control { layout, state, .. } = &mut self.control;
+        let PmacHost { layout, state, .. } = &mut self.host;
         Memory { image: &mut self.image, layout, sparse: &mut state.sparse }
     }
 
@@ -144,9 +140,9 @@ impl PmacExecutive {
         match name {
             PmacName::Memory(definition) => self.memory().write(definition, value),
             PmacName::Variable(Named { kind, number, system }) => {
-                let layout = self.control.layout;
+                let layout = self.host.layout;
                 match kind {
-                    Kind::I => self.control.write_i(&mut self.image, number, value),
+                    Kind::I => self.host.write_i(&mut self.image, number, value),
                     Kind::P => {
                         write_f64(&mut self.image, layout.p_offset(number), finite(value));
                     }
@@ -156,7 +152,7 @@ impl PmacExecutive {
                     }
                     Kind::M => self.memory().write_m(number, value),
                     Kind::L => {
-                        let definition = self.control.l_definition(number);
+                        let definition = self.host.l_definition(number);
                         self.memory().write(definition, value);
                     }
                 }
@@ -165,7 +161,7 @@ impl PmacExecutive {
     }
 
     fn value(&self, name: PmacName) -> Value {
-        let layout = self.control.layout;
+        let layout = self.host.layout;
         Value::Float(match name {
             PmacName::Memory(definition) => self.view().read(definition),
             PmacName::Variable(Named { kind, number, system }) => match kind {
@@ -175,7 +171,7 @@ impl PmacExecutive {
                     read_f64(&self.image, layout.q_offset(layout.q_base_of(system) + number))
                 }
                 Kind::M => self.view().read_m(number),
-                Kind::L => self.view().read(self.control.l_definition(number)),
+                Kind::L => self.view().read(self.host.l_definition(number)),
             },
         })
     }
@@ -188,14 +184,14 @@ impl PmacExecutive {
                 Some(self.view().definition(number))
             }
             PmacName::Variable(Named { kind: Kind::L, number, .. }) => {
-                Some(self.control.l_definition(number))
+                Some(self.host.l_definition(number))
             }
             PmacName::Variable(_) => None,
         }
     }
 
     fn apply_forces(&mut self) {
-        let Control { layout, state, .. } = &mut self.control;
+        let PmacHost { layout, state, .. } = &mut self.host;
         let image = &mut self.image;
         state.forces.apply(&mut Memory { image, layout, sparse: &mut state.sparse });
     }
@@ -223,18 +219,18 @@ impl Executive for PmacExecutive {
         if result.is_err() {
             self.drive_safe_outputs();
         }
-        events.append(&mut self.control.events);
-        self.control.state.tick += 1;
+        events.append(&mut self.host.events);
+        self.host.state.tick += 1;
         result
     }
 
     fn skip_ticks(&mut self, count: u64) {
         self.skip_cycles(count);
-        self.control.state.tick = self.control.state.tick.saturating_add(count);
+        self.host.state.tick = self.host.state.tick.saturating_add(count);
     }
 
     fn find(&mut self, name: &str, _purpose: Purpose) -> Result<Variable, NameError> {
-        let found = variables::find(name, &self.control.layout, &self.control.tables)?;
+        let found = variables::find(name, &self.host.layout, &self.host.tables)?;
         Ok(self.remember(found))
     }
 
@@ -251,26 +247,26 @@ impl Executive for PmacExecutive {
     }
 
     fn keys(&self, variable: Variable) -> Vec<VariableKey> {
-        vec![VariableKey(KeyOf::Pmac(self.name(variable)))]
+        vec![VariableKey(DialectVariable::Pmac(self.name(variable)))]
     }
 
     fn read(&self, key: VariableKey) -> Value {
         match key.0 {
-            KeyOf::Pmac(name) => self.value(name),
+            DialectVariable::Pmac(name) => self.value(name),
             _ => Value::Int(0),
         }
     }
 
     fn write(&mut self, key: VariableKey, value: Setting) {
-        if let KeyOf::Pmac(name) = key.0 {
+        if let DialectVariable::Pmac(name) = key.0 {
             self.set_name(name, value);
         }
     }
 
     fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
-        let KeyOf::Pmac(name) = key.0 else { return Err("can't be forced") };
+        let DialectVariable::Pmac(name) = key.0 else { return Err("can't be forced") };
         let field = self.field(name);
-        let forces = &mut self.control.state.forces;
+        let forces = &mut self.host.state.forces;
         match value {
             Some(Setting::Int(value)) => forces.set(name, field, value as f64),
             Some(Setting::Float(value)) => forces.set(name, field, value),
@@ -286,7 +282,7 @@ impl Executive for PmacExecutive {
     }
 
     fn used_ranges(&self) -> Vec<Range<u32>> {
-        let layout = &self.control.layout;
+        let layout = &self.host.layout;
         let words = |number| match Direct::of(layout, self.view().definition(number)) {
             Some(Direct::Word(offset, ..)) => {
                 let from = layout.words + offset;
@@ -294,7 +290,7 @@ impl Executive for PmacExecutive {
             }
             _ => None,
         };
-        let symbols = Tables::Pmac(self.control.tables.clone()).symbols();
+        let symbols = Tables::Pmac(self.host.tables.clone()).symbols();
         let variables = symbols.iter().map(|s| s.offset..s.offset + s.elements * s.ty.size());
         variables.chain((0..layout.count).filter_map(words)).chain(self.clocks.ranges()).collect()
     }
@@ -315,13 +311,8 @@ impl Executive for PmacExecutive {
     }
 
     fn declared(&mut self) -> Vec<(String, Variable)> {
-        let mut named: Vec<PmacName> = self
-            .control
-            .tables
-            .named
-            .iter()
-            .map(|variable| PmacName::Variable(*variable))
-            .collect();
+        let mut named: Vec<PmacName> =
+            self.host.tables.named.iter().map(|variable| PmacName::Variable(*variable)).collect();
         named.sort_by_key(PmacName::dump_order);
         named.dedup();
         named.into_iter().map(|name| (name.to_string(), self.remember(name))).collect()
@@ -332,19 +323,19 @@ impl Executive for PmacExecutive {
     }
 
     fn retained_into(&self, out: &mut Vec<u8>) -> bool {
-        let origin = &self.control.saved_origin;
-        self.control.saved().is_some_and(|kept| save::pack(kept, origin, out))
+        let origin = &self.host.saved_origin;
+        self.host.saved().is_some_and(|kept| save::pack(kept, origin, out))
     }
 
     fn retained_revision(&self) -> Option<u64> {
-        Some(self.control.saved_revision)
+        Some(self.host.saved_revision)
     }
 
     fn restore(&mut self, retained: &[u8]) -> Result<Restored, String> {
         self.take_back(retained)
     }
 
-    fn set_watchdog(&mut self, watchdog: ScanWatchdog) {
+    fn set_watchdog(&mut self, watchdog: Watchdog) {
         self.scan_watchdog = Some(watchdog);
     }
 
@@ -376,16 +367,16 @@ impl Executive for PmacExecutive {
     }
 
     fn checkpoint(&self) -> Vec<u8> {
-        self.identity.write(&self.image, &self.control.state)
+        self.identity.write(&self.image, &self.host.state)
     }
 
     fn state_into(&self, out: &mut Vec<u8>) {
-        write_state(&self.control.state, out);
+        write_state(&self.host.state, out);
     }
 
     fn compared_ranges(&self) -> Vec<Range<u32>> {
         // What code assumes of definitions depends on the code.
-        let layout = &self.control.layout;
+        let layout = &self.host.layout;
         let assumed = [
             layout.reference_definitions..layout.thumbwheels,
             layout.differing_definitions..layout.q_base,
@@ -403,20 +394,20 @@ impl Executive for PmacExecutive {
 
     fn resume(&mut self, checkpoint: &[u8]) -> Result<(), CheckpointError> {
         let (mut image, state): (_, State) = self.identity.read(self.image.len(), checkpoint)?;
-        let state = state.fitted(&self.control.state).ok_or(CheckpointError::Damaged)?;
+        let state = state.fitted(&self.host.state).ok_or(CheckpointError::Damaged)?;
         let mut plcs = state.plcs.all().iter().chain(state.plccs.all());
         if !plcs.all(|plc| self.identity.can_resume(plc.task, plc.resume)) {
             return Err(CheckpointError::Damaged);
         }
         // The code of this executive's engine keeps the definitions that it assumes. Those that the code
         // assumed where the checkpoint was taken do not matter here.
-        Definitions::new(&mut image, &self.control.layout).keep_assumptions_of(&self.image);
+        Definitions::new(&mut image, &self.host.layout).keep_assumptions_of(&self.image);
         self.image = image;
-        self.control.state = state;
-        self.control.saved_origin = Arc::clone(&self.control.origin);
-        self.control.saved_revision = host::next_revision();
+        self.host.state = state;
+        self.host.saved_origin = Arc::clone(&self.host.origin);
+        self.host.saved_revision = host::next_revision();
         // The clock has gone on meanwhile; it is watched from now on.
-        self.watchdog = self.options.realtime.then(Watchdog::default);
+        self.watchdog = self.options.realtime.then(WatchdogTimer::default);
         Ok(())
     }
 }

@@ -72,7 +72,7 @@ impl PmacExecutive {
                 definition => Definition::word(Space::Y, definition.address(), Field::WORD),
             }),
         };
-        let mut names: Vec<PmacName> = self.control.tables.outputs.iter().map(name).collect();
+        let mut names: Vec<PmacName> = self.host.tables.outputs.iter().map(name).collect();
         names.sort_by_key(PmacName::dump_order);
         names.dedup();
         names.into_iter().map(|name| (name.to_string(), self.remember(name))).collect()
@@ -83,7 +83,7 @@ impl PmacExecutive {
         &mut self,
         outputs: &SafeOutputs,
     ) -> Result<SafeLines, Vec<NameError>> {
-        all_off(&self.control.tables.outputs, &self.control.layout)
+        all_off(&self.host.tables.outputs, &self.host.layout)
             .with(outputs, |lines, output| self.add_safe_output(lines, output))
     }
 
@@ -93,13 +93,13 @@ impl PmacExecutive {
         safe: &mut SafeLines,
         SafeOutput { name, value }: &SafeOutput,
     ) -> Result<(), NameError> {
-        let layout = self.control.layout;
-        let found = variables::find(name, &layout, &self.control.tables)?;
+        let layout = self.host.layout;
+        let found = variables::find(name, &layout, &self.host.tables)?;
         let (definition, number) = match found {
             PmacName::Memory(definition) => (definition, 0),
             PmacName::Variable(variable) => match variable.kind {
                 Kind::M => (self.view().definition(variable.number), variable.number),
-                Kind::L => (self.control.l_definition(variable.number), variable.number),
+                Kind::L => (self.host.l_definition(variable.number), variable.number),
                 Kind::I | Kind::P | Kind::Q => (Definition::Star, 0),
             },
         };

@@ -134,8 +134,8 @@ impl PmacExecutive {
     /// Takes back what SAVE kept.
     pub(super) fn take_back(&mut self, retained: &[u8]) -> Result<Restored, String> {
         let saved = unpack(retained).ok_or("it does not hold what SAVE writes")?;
-        let layout = self.control.layout;
-        let (kept, restored) = if saved.fingerprint == self.control.origin.fingerprint {
+        let layout = self.host.layout;
+        let (kept, restored) = if saved.fingerprint == self.host.origin.fingerprint {
             let kept = image_of(&saved.runs, &layout);
             let values = (0..layout.reference_definitions).step_by(DOUBLE_SIZE as usize);
             let count = values.filter(|&offset| read_u64(&kept, offset) != 0).count();
@@ -146,7 +146,7 @@ impl PmacExecutive {
                 saved: &image_of(&saved.runs, &old_layout),
                 saved_after_load: saved.after_load.map(|runs| image_of(&runs, &old_layout)),
                 saved_layout: &old_layout,
-                after_load: &image_of(&self.control.tables.initial, &layout),
+                after_load: &image_of(&self.host.tables.initial, &layout),
                 layout: &layout,
             };
             carry_over::carry_over(&variables)
@@ -156,17 +156,14 @@ impl PmacExecutive {
                 write_f64(&mut self.image, offset, finite(read_f64(&kept, offset)));
             }
             let value = read_f64(&kept, layout.i_offset(number));
-            self.control.write_i(&mut self.image, number, value);
+            self.host.write_i(&mut self.image, number, value);
         }
-        let mut memory = Memory {
-            image: &mut self.image,
-            layout: &layout,
-            sparse: &mut self.control.state.sparse,
-        };
+        let mut memory =
+            Memory { image: &mut self.image, layout: &layout, sparse: &mut self.host.state.sparse };
         for number in 0..layout.count {
             memory.define_code(number, read_u64(&kept, layout.definition_offset(number)));
         }
-        self.control.save(&kept);
+        self.host.save(&kept);
         Ok(restored)
     }
 }

@@ -24,14 +24,14 @@ pub(super) struct State {
     pub(super) queue: VecDeque<Queued>,
     /// Memory that has no place in the image.
     pub(super) sparse: SparseMemory,
-    pub(super) saved: Saved,
+    pub(super) saved: SavedImage,
     /// The forces in effect.
     pub(super) forces: Forces,
 }
 
 /// What the last SAVE kept.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Saved {
+pub(super) struct SavedImage {
     /// The image's regions `p q i mdef`. There is room for them from the start, so that SAVE is
     /// nothing but copying.
     #[serde(with = "crate::checkpoint::bytes")]
@@ -170,7 +170,7 @@ impl State {
             plccs,
             queue: VecDeque::with_capacity(64),
             sparse: tables.sparse.clone(),
-            saved: Saved { image, exists: tables.save },
+            saved: SavedImage { image, exists: tables.save },
             forces: Forces::default(),
         }
     }

@@ -91,11 +91,11 @@ impl PmacExecutive {
     /// One servo cycle.
     pub(super) fn servo_cycle(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
         self.count_time(1);
-        if self.control.state.until_interrupt == 0 {
-            self.control.state.until_interrupt = self.i(8);
+        if self.host.state.until_interrupt == 0 {
+            self.host.state.until_interrupt = self.i(8);
             self.interrupt(engine)?;
         } else {
-            self.control.state.until_interrupt -= 1;
+            self.host.state.until_interrupt -= 1;
         }
         for step in 0..self.options.background_steps {
             self.background_step(engine, step)?;
@@ -105,20 +105,20 @@ impl PmacExecutive {
 
     /// An I-variable that is a small number.
     fn i(&self, number: u32) -> u32 {
-        read_f64(&self.image, self.control.layout.i_offset(number)) as u32
+        read_f64(&self.image, self.host.layout.i_offset(number)) as u32
     }
 
     /// Lets the time of servo cycles pass that are not run. A real-time interrupt whose time has come
     /// meanwhile is done in the next one.
     pub(super) fn skip_cycles(&mut self, cycles: u64) {
         self.count_time(cycles);
-        let left = &mut self.control.state.until_interrupt;
+        let left = &mut self.host.state.until_interrupt;
         *left = left.saturating_sub(u32::try_from(cycles).unwrap_or(u32::MAX));
     }
 
     /// The servo cycle counter X:0 goes up, the timers go down, by a number of cycles.
     fn count_time(&mut self, cycles: u64) {
-        let layout = self.control.layout;
+        let layout = self.host.layout;
         let clocks = self.clocks;
         let count = read_u32(&self.image, clocks.cycles).wrapping_add(cycles as u32) & 0xFF_FFFF;
         write_u32(&mut self.image, clocks.cycles, count);
@@ -162,13 +162,13 @@ impl PmacExecutive {
     /// The time of a servo cycle in seconds, as I10 says. On a PMAC I10 only tells the programs that time and
     /// sets nothing, so 0 does not stop the clock: the time is the default then.
     pub(super) fn cycle_seconds(&self) -> f64 {
-        let units = read_f64(&self.image, self.control.layout.i_offset(10));
+        let units = read_f64(&self.image, self.host.layout.i_offset(10));
         (if units > 0.0 { units } else { SERVO_CYCLE }) / 8_388_608e3
     }
 
     /// The time between interrupts in seconds.
     fn interrupt_interval(&self) -> f64 {
-        self.cycle_seconds() * (read_f64(&self.image, self.control.layout.i_offset(8)) + 1.0)
+        self.cycle_seconds() * (read_f64(&self.image, self.host.layout.i_offset(8)) + 1.0)
     }
 
     /// The next interpreted PLC, all PLCCs, housekeeping, commands.
@@ -176,11 +176,11 @@ impl PmacExecutive {
         if self.background_on()
             && let Some(number) = self.next_plc()
         {
-            self.control.state.last_plc = number;
+            self.host.state.last_plc = number;
             self.run_if_enabled(false, number, engine)?;
         }
         let mut from = 1;
-        while let Some(number) = self.control.state.plccs.next(from)
+        while let Some(number) = self.host.state.plccs.next(from)
             && self.background_on()
         {
             self.run_if_enabled(true, number, engine)?;
@@ -196,8 +196,8 @@ impl PmacExecutive {
 
     /// The enabled interpreted PLC after the last one, around from 31 to 1.
     fn next_plc(&self) -> Option<u32> {
-        let plcs = &self.control.state.plcs;
-        plcs.next(self.control.state.last_plc + 1).or_else(|| plcs.next(1))
+        let plcs = &self.host.state.plcs;
+        plcs.next(self.host.state.last_plc + 1).or_else(|| plcs.next(1))
     }
 
     fn run_if_enabled(
@@ -206,8 +206,7 @@ impl PmacExecutive {
         number: u32,
         engine: &mut dyn Engine,
     ) -> Result<(), Stop> {
-        let plcs =
-            if compiled { &mut self.control.state.plccs } else { &mut self.control.state.plcs };
+        let plcs = if compiled { &mut self.host.state.plccs } else { &mut self.host.state.plcs };
         let Some(plc) = plcs.get_mut(number) else {
             return Ok(());
         };
@@ -218,8 +217,7 @@ impl PmacExecutive {
         let restart = core::mem::take(&mut plc.restart);
         let from = plc.resume.take().filter(|_| !restart);
         let resume = self.run(context(compiled, number), task, from, engine)?;
-        let plcs =
-            if compiled { &mut self.control.state.plccs } else { &mut self.control.state.plcs };
+        let plcs = if compiled { &mut self.host.state.plccs } else { &mut self.host.state.plcs };
         if let Some(plc) = plcs.get_mut(number) {
             plc.resume = resume;
         }
@@ -235,9 +233,9 @@ impl PmacExecutive {
         from: Option<ResumePoint>,
         engine: &mut dyn Engine,
     ) -> Result<Option<ResumePoint>, Stop> {
-        self.control.running = context;
-        self.control.time = self.scan_watchdog.as_ref().and_then(Watchdog::begin_scan);
-        let mut scan = Scan { image: &mut self.image, host: &mut self.control };
+        self.host.running = context;
+        self.host.time = self.scan_watchdog.as_ref().and_then(Watchdog::begin_scan);
+        let mut scan = Scan { image: &mut self.image, host: &mut self.host };
         let outcome = engine.call(task, from, &mut scan);
         if let Some(watchdog) = &self.scan_watchdog {
             watchdog.end();
@@ -298,8 +296,8 @@ impl PmacExecutive {
 
     /// The commands that were queued.
     fn do_commands(&mut self, engine: &mut dyn Engine) -> Result<(), Stop> {
-        while let Some(command) = self.control.state.queue.pop_front() {
-            let offset = self.control.layout.q_base_at(COMMAND_CONTEXT);
+        while let Some(command) = self.host.state.queue.pop_front() {
+            let offset = self.host.layout.q_base_at(COMMAND_CONTEXT);
             write_u32(&mut self.image, offset, command.q_base);
             // On-line commands have no WHILE, so they always come to their end.
             self.run(COMMAND_CONTEXT, command.task as usize, None, engine)?;

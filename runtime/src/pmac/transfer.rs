@@ -126,7 +126,7 @@ pub(crate) fn compare(
 impl PmacExecutive {
     /// Takes the state of another download's executive over.
     pub(super) fn take_over_from(&mut self, old: &mut Self, plan: &PmacTransfer) {
-        let layout = self.control.layout;
+        let layout = self.host.layout;
         let contexts = layout.q_base..layout.size;
         for range in
             [layout.p..layout.mdef, layout.thumbwheels..layout.differing_definitions, contexts]
@@ -149,7 +149,7 @@ impl PmacExecutive {
         for &(offset, value) in &plan.settings {
             write_f64(&mut self.image, offset, value);
         }
-        let (state, was) = (&mut self.control.state, &mut old.control.state);
+        let (state, was) = (&mut self.host.state, &mut old.host.state);
         state.tick = was.tick;
         state.until_interrupt = was.until_interrupt;
         state.last_plc = was.last_plc;
@@ -162,8 +162,8 @@ impl PmacExecutive {
         std::mem::swap(&mut state.saved, &mut was.saved);
         // What the former download has saved stays its own until this one saves, so that the next
         // start carries it over as this one's text asks.
-        std::mem::swap(&mut self.control.saved_origin, &mut old.control.saved_origin);
-        self.control.saved_revision = next_revision();
+        std::mem::swap(&mut self.host.saved_origin, &mut old.host.saved_origin);
+        self.host.saved_revision = next_revision();
         std::mem::swap(&mut self.watchdog, &mut old.watchdog);
     }
 }

@@ -1,4 +1,4 @@
-//! The two-part watchdog (guide, The Watchdog Timer): it wants background at least every 512
+//! The two-part watchdog (guide, The WatchdogTimer Timer): it wants background at least every 512
 //! real-time interrupts, and interrupts at a rate of about 50 Hz or more. In simulated time
 //! neither can fail, so it watches only where ticks are paced by the clock.
 
@@ -18,7 +18,7 @@ const SHORTEST_INTERVAL: f64 = 0.001_25;
 
 /// When interrupts came and background was done, by which failures are noticed.
 #[derive(Debug, Default)]
-pub(super) struct Watchdog {
+pub(super) struct WatchdogTimer {
     /// When the last interrupt came.
     interrupt: Option<Instant>,
     /// How many interrupts in a row were late.
@@ -29,7 +29,7 @@ pub(super) struct Watchdog {
     background: Option<Instant>,
 }
 
-impl Watchdog {
+impl WatchdogTimer {
     /// A real-time interrupt comes. Why the watchdog trips, if it does.
     pub(super) fn interrupt(&mut self) -> Option<Trip> {
         self.interrupt_at(Instant::now())
@@ -81,14 +81,14 @@ mod tests {
 
     #[test]
     fn only_late_interrupts_in_a_row_trip_the_watchdog() {
-        let mut watchdog = Watchdog::default();
+        let mut watchdog = WatchdogTimer::default();
         let mut now = Instant::now();
         for _ in 0..MAX_LATE {
             assert_eq!(watchdog.interrupt_at(now), None);
             now += Duration::from_millis(30);
         }
         assert!(watchdog.interrupt_at(now).is_some());
-        let mut watchdog = Watchdog::default();
+        let mut watchdog = WatchdogTimer::default();
         for step in 0..500 {
             now += Duration::from_millis(if step % 20 == 0 { 100 } else { 1 });
             assert_eq!(watchdog.interrupt_at(now), None);
@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn interrupts_without_background_trip_the_watchdog() {
-        let mut watchdog = Watchdog::default();
+        let mut watchdog = WatchdogTimer::default();
         let now = Instant::now();
         for _ in 0..2 {
             for _ in 1..MAX_INTERRUPTS_ALONE {
@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn background_that_does_not_run_trips_the_watchdog() {
-        let mut watchdog = Watchdog::default();
+        let mut watchdog = WatchdogTimer::default();
         let start = Instant::now();
         assert!(watchdog.background_at(start, 0.001));
         assert!(watchdog.background_at(start + Duration::from_millis(500), 0.001));

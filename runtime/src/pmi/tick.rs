@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use crate::checkpoint::{CheckpointError, ProgramIdentity, write_state};
 use crate::clock_decisions::ClockDecisions;
-use crate::executive::KeyOf;
+use crate::executive::DialectVariable;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
 use crate::watchdog::Watchdog;
@@ -332,7 +332,7 @@ impl Executive for PmiExecutive {
     }
 
     fn keys(&self, variable: Variable) -> Vec<VariableKey> {
-        let key = |variable| VariableKey(KeyOf::Pmi(variable));
+        let key = |variable| VariableKey(DialectVariable::Pmi(variable));
         match self.names.get(variable) {
             Some(PmiVariable::Symbol(index)) => {
                 match self.names.symbol(index).and_then(|symbol| symbol.elements) {
@@ -349,20 +349,20 @@ impl Executive for PmiExecutive {
 
     fn read(&self, key: VariableKey) -> Value {
         match key.0 {
-            KeyOf::Pmi(variable) => self.value(variable),
+            DialectVariable::Pmi(variable) => self.value(variable),
             _ => Value::Int(0),
         }
     }
 
     fn write(&mut self, key: VariableKey, value: Setting) {
-        if let KeyOf::Pmi(variable) = key.0 {
+        if let DialectVariable::Pmi(variable) = key.0 {
             self.begin();
             self.set_variable(variable, value);
         }
     }
 
     fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
-        let KeyOf::Pmi(PmiVariable::Symbol(index)) = key.0 else {
+        let DialectVariable::Pmi(PmiVariable::Symbol(index)) = key.0 else {
             return Err("is neither an input nor an output, and can't be forced");
         };
         match (value, self.names.symbol(index)) {

@@ -200,6 +200,7 @@ impl Recorder {
 
     /// Another program has taken the place of the one that ran. `view` is that of the new one, and becomes
     /// that of the former one.
+    #[cfg(feature = "args")]
     pub(crate) fn replaced(&mut self, view: &mut ProgramView) {
         // What acted on the control since the last tick is in the state that was taken over.
         self.entries.clear();

@@ -37,6 +37,7 @@ mod crash_states;
 #[cfg(test)]
 mod tests;
 
+#[cfg(feature = "args")]
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};

@@ -104,7 +104,7 @@ impl Server {
         let users = users.to_vec();
         let ends = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&ends);
-        let body = move || Loop::new(listener, users, requests).run(&flag);
+        let body = move || SocketThread::new(listener, users, requests).run(&flag);
         let thread = thread::Builder::new().name("socket".into()).spawn(body);
         let thread = thread.map_err(|error| SocketError::Io(path.to_owned(), error))?;
         Ok(Self { path: path.to_owned(), ends, thread: Some(thread) })
@@ -129,7 +129,7 @@ struct Waiting {
 }
 
 /// What the socket's thread works on.
-struct Loop {
+struct SocketThread {
     listener: UnixListener,
     requests: Requests,
     connections: Vec<Connection>,
@@ -141,7 +141,7 @@ struct Loop {
     users: Vec<u32>,
 }
 
-impl Loop {
+impl SocketThread {
     fn new(listener: UnixListener, users: Vec<u32>, requests: Requests) -> Self {
         let own_user = rustix::process::geteuid().as_raw();
         let (connections, waiting) = (vec![], VecDeque::new());

@@ -8,7 +8,9 @@ use std::time::Duration;
 use plcc_abi::Engine;
 
 use super::Plan;
-use crate::record::{Action, ProgramView, Recorder};
+#[cfg(feature = "args")]
+use crate::record::ProgramView;
+use crate::record::{Action, Recorder};
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::watchdog::Watchdog;
 use crate::{
@@ -56,11 +58,13 @@ impl ReplaceableExecutive {
     }
 
     /// The executive of the program that runs.
+    #[cfg(feature = "args")]
     pub(super) fn current(&mut self) -> &mut dyn Executive {
         self.executive.as_mut()
     }
 
     /// Exchanges executive and engine with others.
+    #[cfg(feature = "args")]
     pub(super) fn replace(
         &mut self,
         executive: &mut Box<dyn Executive + Send>,
