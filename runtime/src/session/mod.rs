@@ -47,7 +47,7 @@ use reports::Reports;
 use retained_data::RetainedData;
 use signals::EndSignals;
 #[cfg(target_os = "linux")]
-pub(crate) use signals::ignores_hangup;
+pub(crate) use signals::{ignores_hangup, refuse_suspension, take_suspension};
 
 /// Exit status: done.
 pub const DONE: u8 = 0;
@@ -115,6 +115,9 @@ fn session(
                     --realtime to run until Ctrl-C";
         return Err(SessionError(text.into()));
     }
+    if args.realtime {
+        signals::refuse_suspension().map_err(SessionError)?;
+    }
     check_paths(program, args)?;
     let _open_until_the_dump_is_written = args.dump.as_deref().map(check_writable).transpose()?;
     args.retain.as_deref().map_or(Ok(()), check_retained)?;
@@ -175,7 +178,7 @@ impl Job<'_> {
             None => args.ticks,
         };
         let interrupt = Arc::new(AtomicBool::new(false));
-        let _signals = EndSignals::set(&interrupt)?;
+        let _signals = EndSignals::set(&interrupt, args.realtime.then_some(journal))?;
         #[cfg(target_os = "linux")]
         let link = if args.supervised {
             let period = Duration::from_nanos(executive.tick_ns());

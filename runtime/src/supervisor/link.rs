@@ -16,12 +16,15 @@ use crate::session::realtime_priority;
 const INTERVAL: Duration = Duration::from_millis(5);
 /// After how many periods without a tick a control is taken to hang.
 const PERIODS: u32 = 10;
+/// After how much time in which the supervisor takes no heartbeat it is taken to have died: it hangs, or
+/// somebody has suspended it (SIGSTOP).
+const SUPERVISOR_SILENCE: Duration = Duration::from_secs(3);
 /// The shortest time without a tick after which a control is taken to hang, however short its period is:
 /// the computer may be busy for a while.
 const SHORTEST_LIMIT: Duration = Duration::from_secs(2);
 
 /// The connection to the supervisor. A thread sends heartbeats, and ends the run when the supervisor has
-/// died.
+/// died or takes none.
 #[derive(Debug)]
 pub(crate) struct Link {
     sender: Arc<Sender>,
@@ -42,13 +45,15 @@ struct Connection {
     stream: UnixStream,
     /// Whether the run ends: no more ticks are run.
     ending: bool,
+    /// Whether the supervisor has died or takes no heartbeats.
+    lost: bool,
 }
 
 impl Sender {
     /// Sends a heartbeat. `ending` says that the run ends from now on. Gives whether the run ends.
     ///
     /// # Errors
-    /// When the supervisor has died.
+    /// When the supervisor has died, or has taken no heartbeat for a long time.
     fn send(&self, ending: bool) -> io::Result<bool> {
         let mut connection = self.connection.lock().unwrap_or_else(PoisonError::into_inner);
         connection.ending |= ending;
@@ -60,8 +65,13 @@ impl Sender {
             (false, _) => Phase::Running,
         };
         let heartbeat = Heartbeat { phase, ticks, rounds, limit };
-        connection.stream.write_all(&heartbeat.to_bytes())?;
-        Ok(ending)
+        if connection.lost {
+            // Nobody waits for such a supervisor again.
+            return Err(ErrorKind::TimedOut.into());
+        }
+        let sent = connection.stream.write_all(&heartbeat.to_bytes());
+        connection.lost = sent.is_err();
+        sent.map(|()| ending)
     }
 }
 
@@ -80,9 +90,13 @@ impl Link {
         let stream = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
         stream.set_nonblocking(false)?;
         stream.set_read_timeout(Some(INTERVAL))?;
+        // Room for few heartbeats (the operating system gives its least), so that a supervisor that takes
+        // none is noticed soon.
+        rustix::net::sockopt::set_socket_send_buffer_size(&stream, Heartbeat::SIZE)?;
+        stream.set_write_timeout(Some(SUPERVISOR_SILENCE))?;
         let reader = stream.try_clone()?;
         let limit = period.saturating_mul(PERIODS).max(SHORTEST_LIMIT);
-        let connection = Mutex::new(Connection { stream, ending: false });
+        let connection = Mutex::new(Connection { stream, ending: false, lost: false });
         let sender = Arc::new(Sender { connection, limit, journal: journal.clone() });
         let (sending, interrupt) = (Arc::clone(&sender), Arc::clone(interrupt));
         let run = move || run(reader, &sending, &interrupt);
@@ -110,8 +124,10 @@ fn run(mut reader: UnixStream, sender: &Sender, interrupt: &AtomicBool) {
         };
         if gone || sent.is_err() {
             interrupt.store(true, Ordering::Relaxed);
+            let hangs = !gone && sent.as_ref().is_err_and(is_timeout);
             if !sent.unwrap_or(false) {
-                let text = "the supervisor has died; the control ends with its outputs safe";
+                let what = if hangs { "takes no heartbeats" } else { "has died" };
+                let text = format!("the supervisor {what}; the control ends with its outputs safe");
                 sender.journal.error(text);
             }
             return;

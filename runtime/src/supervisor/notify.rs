@@ -37,7 +37,10 @@ impl Notifier {
         let now = Instant::now();
         let socket = env::var_os("NOTIFY_SOCKET").and_then(|path| {
             let address = address(&PathBuf::from(path))?;
-            Some((UnixDatagram::unbound().ok()?, address))
+            let socket = UnixDatagram::unbound().ok()?;
+            // The thread that watches the control must not wait for systemd.
+            socket.set_nonblocking(true).ok()?;
+            Some((socket, address))
         });
         let interval = env::var("WATCHDOG_USEC").ok().and_then(|text| text.parse().ok());
         let device = device.map(|path| {

@@ -23,7 +23,9 @@ use super::notify::Notifier;
 use super::{Heartbeat, Phase};
 use crate::image_file::OutputDriver;
 use crate::journal::{Destinations, EntryKind, Journal, JournalOwner};
-use crate::session::{STOPPED, USAGE, ignores_hangup, realtime_priority};
+use crate::session::{
+    STOPPED, USAGE, ignores_hangup, realtime_priority, refuse_suspension, take_suspension,
+};
 
 /// How long the supervisor waits for a heartbeat before it looks at the clock, in nanoseconds.
 const HEARTBEAT_WAIT: i64 = 5_000_000;
@@ -68,6 +70,7 @@ enum Ending {
 /// When no process can be started.
 pub fn supervise(supervision: &Supervision) -> Result<u8, String> {
     let signals: Arc<Signalled> = Arc::default();
+    refuse_suspension()?;
     // The first control is started before signals are listened for. One that comes earlier ends this
     // process as usual, and then the control, which notices that its supervisor has died.
     let mut child = Some(Supervised::start(&supervision.words)?);
@@ -158,10 +161,10 @@ fn finish(owner: Option<JournalOwner>) {
 
 /// Starts a thread that passes the signals that end a run on to the child, if there is one, and notes that
 /// one has come. A terminal sends Ctrl-C to both processes; the child takes signals within a second as
-/// one.
+/// one. Ctrl-Z is passed on too, and the child says that it is refused.
 fn pass_signals_on(signalled: &Arc<Signalled>) -> Result<(), String> {
     let failed = |error: io::Error| format!("signals can't be listened for: {error}");
-    let mut wanted = vec![consts::SIGINT, consts::SIGTERM, consts::SIGQUIT];
+    let mut wanted = vec![consts::SIGINT, consts::SIGTERM, consts::SIGQUIT, consts::SIGTSTP];
     // A process that was started to survive its terminal goes on, and so does its child.
     if !ignores_hangup() {
         wanted.push(consts::SIGHUP);
@@ -171,8 +174,11 @@ fn pass_signals_on(signalled: &Arc<Signalled>) -> Result<(), String> {
     let mut signals = Signals::new(wanted).map_err(failed)?;
     let signalled = Arc::clone(signalled);
     let pass_on = move || {
+        take_suspension();
         for signal in signals.forever() {
-            signalled.is_to_end.store(true, Ordering::SeqCst);
+            if signal != consts::SIGTSTP {
+                signalled.is_to_end.store(true, Ordering::SeqCst);
+            }
             if let Some(signal) = Signal::from_named_raw(signal) {
                 signalled.pass_on(signal);
             }

@@ -170,6 +170,66 @@ fn is_gone(process: u32) -> bool {
 }
 
 #[test]
+fn a_control_whose_supervisor_takes_no_heartbeats_ends_and_saves() {
+    let shop = shop("suspended");
+    let mut supervisor = shop.command(&format!("{RUN} --retain kept")).spawn().unwrap();
+    let control = control_of(&supervisor, &shop);
+    signal("-STOP", supervisor.id());
+    until("the control goes on", || is_gone(control));
+    signal("-CONT", supervisor.id());
+    assert_eq!(wait(&mut supervisor).code(), Some(130));
+    assert!(shop.read("d.json").contains("\"state\":\"running\""));
+    assert!(shop.path("kept").is_file());
+    assert!(shop.read("log.jsonl").contains("the supervisor takes no heartbeats"));
+}
+
+/// The line of a thread's status in `/proc` that begins with this word.
+fn status_line(status: &str, word: &str) -> String {
+    status.lines().find_map(|line| line.strip_prefix(word)).unwrap().trim().to_owned()
+}
+
+#[test]
+fn a_terminal_suspends_neither_control_nor_supervisor() {
+    /// The number of SIGTTOU, which a process gets that writes to its terminal from the background.
+    const TTOU: u32 = 22;
+    let shop = shop("terminal");
+    let mut supervisor = shop.command(RUN).spawn().unwrap();
+    let control = control_of(&supervisor, &shop);
+    let both = [supervisor.id(), control];
+    for process in both {
+        signal("-TSTP", process);
+    }
+    until("it is not told", || shop.read("log.jsonl").contains("Ctrl-Z (SIGTSTP) is refused"));
+    let rows = shop.read("t.csv").lines().count();
+    until("no further tick is run", || shop.read("t.csv").lines().count() > rows + 3);
+    for process in both {
+        for thread in fs::read_dir(format!("/proc/{process}/task")).unwrap() {
+            let status = thread.unwrap().path().join("status");
+            let status = fs::read_to_string(status).unwrap();
+            assert!(!status_line(&status, "State:").contains("stopped"), "{status}");
+            let blocked = u64::from_str_radix(&status_line(&status, "SigBlk:"), 16).unwrap();
+            assert!(blocked & 1 << (TTOU - 1) != 0, "{status}");
+        }
+    }
+    signal("-TERM", supervisor.id());
+    assert_eq!(wait(&mut supervisor).code(), Some(130));
+}
+
+/// Nobody reads what systemd is told, so that its socket is soon full.
+#[test]
+fn systemd_that_does_not_listen_delays_nothing() {
+    let shop = shop("deaf");
+    let _socket = UnixDatagram::bind(shop.path("notify")).unwrap();
+    let mut command = shop.command(RUN);
+    command.env("NOTIFY_SOCKET", shop.path("notify")).env("WATCHDOG_USEC", "2000");
+    let mut supervisor = command.spawn().unwrap();
+    let control = control_of(&supervisor, &shop);
+    until("few ticks are run", || shop.read("t.csv").lines().count() > 100);
+    signal("-KILL", control);
+    assert_eq!(wait(&mut supervisor).code(), Some(3));
+}
+
+#[test]
 fn systemd_and_a_hardware_watchdog_are_told_that_all_is_well() {
     let shop = shop("notify");
     let socket = UnixDatagram::bind(shop.path("notify")).unwrap();
