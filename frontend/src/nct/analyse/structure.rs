@@ -344,7 +344,18 @@ impl Checker<'_> {
 
     /// Reports each R between a module's label and its J.
     fn returns(&mut self) {
-        for module in 0..3_u8 {
+        // The texts are constants, since there may be half a million such R.
+        let texts = [
+            ("R stands in module :000, before its J0", "outside a call this R ends module :000"),
+            ("R stands in module :001, before its J1", "outside a call this R ends module :001"),
+            ("R stands in module :002, before its J2", "outside a call this R ends module :002"),
+        ];
+        let helps = [
+            "jump to a label before J0 instead",
+            "jump to a label before J1 instead",
+            "jump to a label before J2 instead",
+        ];
+        for ((module, (in_module, ends_module)), help_end) in (0_u8..).zip(texts).zip(helps) {
             let Some(from) = self.labels.get(module as usize).copied().flatten() else { continue };
             let from = from as usize;
             let rest = self.stmts.get(from..).unwrap_or_default();
@@ -355,16 +366,12 @@ impl Checker<'_> {
                     Some(Op::If { .. } | Op::Bad { opens: Opens::Yes }) => depth += 1,
                     Some(Op::EndIf) => depth = depth.saturating_sub(1),
                     Some(Op::Return) if depth == 0 => {
-                        let message =
-                            format!("R stands in module :{module:03}, before its J{module}");
                         let help = "R ends subroutines; put them behind the module's J";
-                        self.error(71, self.span(at), message, help);
+                        self.error(71, self.span(at), in_module, help);
                     }
                     Some(Op::Return) => {
-                        let message = format!("outside a call this R ends module :{module:03}");
-                        let help = format!("jump to a label before J{module} instead");
-                        let warning = Diagnostic::warning("NCT-W2", self.span(at), message);
-                        self.found.push(warning.help(help));
+                        let warning = Diagnostic::warning("NCT-W2", self.span(at), ends_module);
+                        self.found.push(warning.help(help_end));
                     }
                     _ => {}
                 }

@@ -1,6 +1,7 @@
 //! `near-name`: an undeclared LOGICAL whose name is nearly that of a declared variable.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
+use std::hash::{BuildHasher, Hasher, RandomState};
 use std::ops::RangeInclusive;
 
 use plcc_abi::pmi::Type;
@@ -49,6 +50,9 @@ pub(super) fn near_names(checked: &Checked, found: &mut Vec<Diagnostic>) {
             (false, _) => declared.push((symbol, span)),
         }
     }
+    if undeclared.is_empty() {
+        return;
+    }
     let index = Index::new(&declared);
     for (symbol, span) in undeclared {
         if let Some((near, place)) = index.nearest(&symbol.name) {
@@ -70,37 +74,55 @@ pub(super) fn near_names(checked: &Checked, found: &mut Vec<Diagnostic>) {
 
 /// The declared names by what is left of them when one letter is taken out, or none. Two names can be
 /// near only if one such rest of each is the same; so each name is compared with few others, however
-/// many there are.
+/// many there are. A rest is known by its hash alone, since a program may have a million of them; rests
+/// that share a hash by chance cost a comparison.
 struct Index<'a> {
-    by_rest: HashMap<String, Vec<(&'a str, Span)>>,
-}
-
-/// A name, and the name without each of its letters.
-fn rests(name: &str) -> impl Iterator<Item = String> {
-    let without = name.char_indices().map(|(at, letter)| {
-        let mut rest = name.to_owned();
-        rest.replace_range(at..at + letter.len_utf8(), "");
-        rest
-    });
-    std::iter::once(name.to_owned()).chain(without)
+    declared: &'a [(&'a Symbol, Span)],
+    /// The hash of each rest and the index of its name in `declared`, in rising order.
+    by_rest: Vec<(u64, u32)>,
+    hashes: RandomState,
 }
 
 impl<'a> Index<'a> {
-    fn new(declared: &[(&'a Symbol, Span)]) -> Self {
-        let mut by_rest: HashMap<String, Vec<(&str, Span)>> = HashMap::new();
-        for &(symbol, span) in declared {
-            for rest in rests(&symbol.name) {
-                by_rest.entry(rest).or_default().push((&symbol.name, span));
-            }
+    fn new(declared: &'a [(&'a Symbol, Span)]) -> Self {
+        let hashes = RandomState::new();
+        let rests = declared.iter().map(|(symbol, _)| symbol.name.len() + 1).sum();
+        let mut by_rest = Vec::with_capacity(rests);
+        for (index, (symbol, _)) in (0u32..).zip(declared) {
+            by_rest.extend(rest_hashes(&hashes, &symbol.name).map(|hash| (hash, index)));
         }
-        Self { by_rest }
+        by_rest.sort_unstable();
+        Self { declared, by_rest, hashes }
     }
 
     /// The first declared name, in the alphabet, that is near.
     fn nearest(&self, name: &str) -> Option<(&'a str, Span)> {
-        let candidates = rests(name).filter_map(|rest| self.by_rest.get(&rest)).flatten();
-        candidates.filter(|(other, _)| is_near(name, other)).min().copied()
+        rest_hashes(&self.hashes, name)
+            .flat_map(|hash| {
+                let first = self.by_rest.partition_point(|(other, _)| *other < hash);
+                let equal = self.by_rest.get(first..).unwrap_or(&[]).iter();
+                equal.take_while(move |(other, _)| *other == hash)
+            })
+            .filter_map(|(_, index)| self.declared.get(*index as usize))
+            .map(|(symbol, span)| (symbol.name.as_str(), *span))
+            .filter(|(other, _)| is_near(name, other))
+            .min()
     }
+}
+
+/// The hashes of a name, and of the name without each of its letters.
+fn rest_hashes(hashes: &RandomState, name: &str) -> impl Iterator<Item = u64> {
+    let hash = move |head: &str, tail: &str| {
+        let mut hasher = hashes.build_hasher();
+        hasher.write(head.as_bytes());
+        hasher.write(tail.as_bytes());
+        hasher.finish()
+    };
+    let without = name.char_indices().map(move |(at, letter)| {
+        let (head, rest) = name.split_at(at);
+        hash(head, rest.get(letter.len_utf8()..).unwrap_or(""))
+    });
+    std::iter::once(hash(name, "")).chain(without)
 }
 
 /// Whether two names differ by one letter that is missing or another one, or by two letters that
