@@ -32,6 +32,51 @@ pub(crate) struct Parsed {
     pub(crate) slots: u16,
 }
 
+// The helps for an operation without a valid operand are constants, since a source of a mebibyte may hold
+// hundreds of thousands of them.
+
+/// How conditions are combined, and OP with a variable.
+macro_rules! combine {
+    ($sign:literal) => {
+        concat!(
+            "to combine conditions, put parentheses around them: (I001 ",
+            $sign,
+            " I002); to combine OP with a variable, write ",
+            $sign,
+            "L before its name"
+        )
+    };
+}
+
+/// A constant has no comma here.
+macro_rules! no_comma {
+    ($sign:literal) => {
+        concat!("leave the comma out: ", $sign, "5")
+    };
+}
+
+/// Which operands there are.
+macro_rules! with_operand {
+    ($sign:literal) => {
+        concat!("write ", $sign, "5, ", $sign, ".00FF, or ", $sign, "L and a variable's name")
+    };
+}
+
+/// One of these helps for an operation, by the sign with which it begins.
+macro_rules! of_operation {
+    ($first:expr, $help:ident) => {
+        match $first {
+            '+' => $help!("+"),
+            '-' => $help!("-"),
+            '*' => $help!("*"),
+            '/' => $help!("/"),
+            'A' => $help!("A"),
+            'O' => $help!("O"),
+            _ => $help!("X"),
+        }
+    };
+}
+
 /// The parser of one text.
 pub(crate) struct Parser<'a> {
     pub(crate) cursor: Cursor<'a>,
@@ -455,12 +500,9 @@ impl Parser<'_> {
             _ => 7,
         };
         let help = match (number, found) {
-            (63, _) => format!(
-                "to combine conditions, put parentheses around them: (I001 {first} I002); to \
-                 combine OP with a variable, write {first}L before its name"
-            ),
-            (_, Some(',')) => format!("leave the comma out: {first}5"),
-            _ => format!("write {first}5, {first}.00FF, or {first}L and a variable's name"),
+            (63, _) => of_operation!(first, combine),
+            (_, Some(',')) => of_operation!(first, no_comma),
+            _ => of_operation!(first, with_operand),
         };
         let n = if not { "N" } else { "" };
         let message = format!("{} can't follow {first}{n}", shown(found));
