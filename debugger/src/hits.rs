@@ -220,7 +220,7 @@ impl Observer for HitFinder<'_> {
 }
 
 impl TickObserver for HitFinder<'_> {
-    fn call_begins(&mut self, _: usize, image: &[u8]) {
+    fn call_begins(&mut self, _: usize, _: bool, image: &[u8]) {
         self.in_step = false;
         self.see(image, self.steps);
     }
@@ -229,7 +229,7 @@ impl TickObserver for HitFinder<'_> {
         self.texts.push(self.current());
     }
 
-    fn call_ends(&mut self, image: &[u8]) {
+    fn call_ends(&mut self, _: bool, image: &[u8]) {
         self.see(image, self.current());
         self.in_step = false;
     }

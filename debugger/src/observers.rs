@@ -8,15 +8,15 @@ use plcc_frontend::common::{Accessed, Observer, StatementInterpreter, Value};
 
 /// An observer of whole ticks.
 pub trait TickObserver: Observer {
-    /// A scan of a task begins: its number. What has changed in the image since the last call was
-    /// changed by the executive.
-    fn call_begins(&mut self, task: usize, image: &[u8]);
+    /// A call of a task begins: its number, and whether it goes on with a scan that was suspended. What
+    /// has changed in the image since the last call was changed by the executive.
+    fn call_begins(&mut self, task: usize, resumed: bool, image: &[u8]);
 
     /// The statement that ran last has sent a text: PMAC's SEND, DISPLAY or COMMAND.
     fn text_sent(&mut self) {}
 
-    /// The scan has ended.
-    fn call_ends(&mut self, image: &[u8]);
+    /// The call has ended; `suspended` says whether the task goes on there at its next call.
+    fn call_ends(&mut self, suspended: bool, image: &[u8]);
 }
 
 /// A statement interpreter with an observer, as an engine.
@@ -43,14 +43,14 @@ impl<'a> Observed<'a> {
 
 impl Engine for Observed<'_> {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
-        self.observer.call_begins(task, scan.image);
+        self.observer.call_begins(task, from.is_some(), scan.image);
         let sent = Cell::new(0);
         let mut observer = WithTexts { observer: &mut *self.observer, sent: &sent, told: 0 };
         let mut host = CountingHost { host: &mut *scan.host, sent: &sent };
         let mut counted = Scan { image: &mut *scan.image, host: &mut host };
         let outcome = self.interpreter.call_observed(task, from, &mut counted, &mut observer);
         observer.tell();
-        self.observer.call_ends(scan.image);
+        self.observer.call_ends(matches!(outcome, Outcome::Suspended(_)), scan.image);
         outcome
     }
 }

@@ -137,6 +137,13 @@ impl DebuggedProgram {
         lines.flat_map(|(_, numbers)| numbers).filter_map(|&number| self.place(number)).collect()
     }
 
+    /// The numbers of the statements at a place.
+    pub fn statements_at(&self, place: &StatementPlace) -> Vec<u32> {
+        let numbers = self.lines.get(&(place.file, place.line)).map_or(&[][..], Vec::as_slice);
+        let is_there = |number: &&u32| self.place(**number).as_ref() == Some(place);
+        numbers.iter().filter(is_there).copied().collect()
+    }
+
     /// An expression of the program's language.
     ///
     /// # Errors

@@ -1,8 +1,8 @@
 //! The ticks of a recording, as the debugger runs them again.
 
 use plcc_abi::Engine;
-use plcc_runtime::Executive;
-use plcc_runtime::record::{ReplayError, Replayer};
+use plcc_runtime::record::{ReplayError, Replayed, Replayer};
+use plcc_runtime::{Event, Executive};
 
 use crate::DebugError;
 use crate::history::{History, TickResult};
@@ -48,6 +48,29 @@ impl<'r> Recorded<'r> {
     }
 }
 
+/// What a replayed tick gave.
+fn result_of(
+    tick: u64,
+    replayed: Option<Replayed>,
+    events: Vec<Event>,
+) -> Result<TickResult, DebugError> {
+    let mut result = TickResult { events, ..TickResult::default() };
+    let Some(replayed) = replayed else {
+        return Err(DebugError(format!("tick {tick} is not in the recording")));
+    };
+    result.stop = replayed.stop;
+    if replayed.cut {
+        result.note = Some(format!(
+            "tick {tick} was stopped in its middle by the watchdog; it is not run again"
+        ));
+    } else if !replayed.matches {
+        result.note = Some(format!(
+            "tick {tick} differs from the recorded one; `plcc replay` says in which variable"
+        ));
+    }
+    Ok(result)
+}
+
 impl History for Recorded<'_> {
     fn first(&self) -> u64 {
         self.first
@@ -67,25 +90,22 @@ impl History for Recorded<'_> {
 
     fn run(&mut self, tick: u64, engine: &mut dyn Engine) -> Result<TickResult, DebugError> {
         self.go_before(tick)?;
-        let mut result = TickResult::default();
         if self.was_skipped(tick) {
-            return Ok(result);
+            return Ok(TickResult::default());
         }
-        let replayed = self.replayer.step(engine, &mut result.events).map_err(failed)?;
-        let Some(replayed) = replayed else {
-            return Err(DebugError(format!("tick {tick} is not in the recording")));
-        };
-        result.stop = replayed.stop;
-        if replayed.cut {
-            result.note = Some(format!(
-                "tick {tick} was stopped in its middle by the watchdog; it is not run again"
-            ));
-        } else if !replayed.matches {
-            result.note = Some(format!(
-                "tick {tick} differs from the recorded one; `plcc replay` says in which variable"
-            ));
+        let mut events = vec![];
+        let replayed = self.replayer.step(engine, &mut events).map_err(failed)?;
+        result_of(tick, replayed, events)
+    }
+
+    fn run_unobserved(&mut self, tick: u64) -> Result<TickResult, DebugError> {
+        self.go_before(tick)?;
+        if self.was_skipped(tick) {
+            return Ok(TickResult::default());
         }
-        Ok(result)
+        let mut events = vec![];
+        let replayed = self.replayer.step(self.engine.as_mut(), &mut events).map_err(failed)?;
+        result_of(tick, replayed, events)
     }
 
     fn executive(&mut self) -> &mut dyn Executive {

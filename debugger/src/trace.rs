@@ -35,6 +35,17 @@ pub struct Step {
     changes: usize,
 }
 
+/// A call of a task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Call {
+    /// The task.
+    pub task: usize,
+    /// Whether it went on with a scan that was suspended before.
+    pub resumed: bool,
+    /// Whether the task goes on where this call has ended.
+    pub suspended: bool,
+}
+
 /// The statements of a tick.
 #[derive(Clone, Debug, Default)]
 pub struct TickTrace {
@@ -42,6 +53,8 @@ pub struct TickTrace {
     pub tick: u64,
     /// The state before the tick, before its stimulus.
     pub before: Vec<u8>,
+    /// The calls of tasks, in order.
+    pub calls: Vec<Call>,
     /// What was executed.
     pub steps: Vec<Step>,
     accesses: Vec<Access>,
@@ -171,14 +184,18 @@ impl Observer for TraceRecorder<'_> {
 }
 
 impl TickObserver for TraceRecorder<'_> {
-    fn call_begins(&mut self, task: usize, image: &[u8]) {
+    fn call_begins(&mut self, task: usize, resumed: bool, image: &[u8]) {
+        self.trace.calls.push(Call { task, resumed, suspended: false });
         self.task = task;
         self.calls += 1;
         self.in_step = false;
         self.see(image);
     }
 
-    fn call_ends(&mut self, image: &[u8]) {
+    fn call_ends(&mut self, suspended: bool, image: &[u8]) {
+        if let Some(call) = self.trace.calls.last_mut() {
+            call.suspended = suspended;
+        }
         self.see(image);
         self.in_step = false;
     }

@@ -18,6 +18,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("libplcrt", &["plcc-runtime"]),
     ("plcctl", &[]),
     ("plcc-debugger", &["plcc-abi", "plcc-diag", "plcc-frontend", "plcc-runtime"]),
+    ("plcc-monitor", &["plcc-abi", "plcc-debugger", "plcc-diag", "plcc-frontend", "plcc-runtime"]),
     (
         "plcc",
         &[
@@ -27,6 +28,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
             "plcc-diag",
             "plcc-frontend",
             "plcc-ir",
+            "plcc-monitor",
             "plcc-runtime",
         ],
     ),
@@ -44,6 +46,7 @@ const EVERYTHING: &[&str] = &[
     "plcc-diag",
     "plcc-frontend",
     "plcc-ir",
+    "plcc-monitor",
     "plcc-random",
     "plcc-runtime",
 ];

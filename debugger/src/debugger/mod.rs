@@ -177,6 +177,12 @@ impl<'a> Debugger<'a> {
         self.session.history.look_for_more()
     }
 
+    /// The run, to run ticks of it or to read variables behind the last of them. The user stays where he
+    /// is.
+    pub fn history_mut(&mut self) -> &mut (dyn History + 'a) {
+        self.session.history.as_mut()
+    }
+
     /// The length of a tick in nanoseconds.
     pub fn tick_ns(&self) -> u64 {
         self.session.view.tick_ns()

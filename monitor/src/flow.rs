@@ -1,0 +1,171 @@
+//! What the statements of a program did in the last scan of each task, up to a tick.
+
+use std::collections::{BTreeMap, HashMap};
+
+use plcc_abi::Dialect;
+use plcc_debugger::trace::{Access, Call, TickTrace};
+
+/// How many ticks are looked through for the last scan of each task. A PMAC runs its up to 31 background
+/// PLCs in turn, one a tick.
+pub(crate) const LOOK_BACK: u64 = 40;
+
+/// How many traces of ticks are kept.
+const MOST_TRACES: usize = 3 * LOOK_BACK as usize;
+
+/// The statements of a tick, without the process images that a debugger's trace has.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TickSteps {
+    pub(crate) calls: Vec<Call>,
+    /// Statement and number of its call, in order of execution.
+    pub(crate) steps: Vec<(u32, usize)>,
+    /// Where the accesses of each step begin.
+    first_access: Vec<usize>,
+    accesses: Vec<Access>,
+}
+
+impl TickSteps {
+    pub(crate) fn new(trace: &TickTrace) -> Self {
+        let mut found = Self { calls: trace.calls.clone(), ..Self::default() };
+        for (at, step) in trace.steps.iter().enumerate() {
+            found.steps.push((step.statement, step.call));
+            found.first_access.push(found.accesses.len());
+            found.accesses.extend_from_slice(trace.accesses(at));
+        }
+        found
+    }
+
+    /// What a step read and wrote.
+    pub(crate) fn accesses(&self, step: usize) -> &[Access] {
+        let Some(&from) = self.first_access.get(step) else { return &[] };
+        let to = self.first_access.get(step + 1).copied().unwrap_or(self.accesses.len());
+        self.accesses.get(from..to).unwrap_or(&[])
+    }
+}
+
+/// The ticks whose statements are known.
+#[derive(Debug, Default)]
+pub(crate) struct Traces {
+    ticks: BTreeMap<u64, TickSteps>,
+}
+
+impl Traces {
+    pub(crate) fn insert(&mut self, tick: u64, steps: TickSteps) {
+        self.ticks.insert(tick, steps);
+        while self.ticks.len() > MOST_TRACES {
+            // The one that is farthest from this one goes.
+            let first = self.ticks.keys().next().copied().unwrap_or(tick);
+            let last = self.ticks.keys().next_back().copied().unwrap_or(tick);
+            let farthest = if tick.abs_diff(first) >= tick.abs_diff(last) { first } else { last };
+            self.ticks.remove(&farthest);
+        }
+    }
+
+    pub(crate) fn get(&self, tick: u64) -> Option<&TickSteps> {
+        self.ticks.get(&tick)
+    }
+
+    pub(crate) fn has(&self, tick: u64) -> bool {
+        self.ticks.contains_key(&tick)
+    }
+
+    /// The ticks that are known without a gap up to `tick`, the newest first.
+    fn back_from(&self, tick: u64) -> impl Iterator<Item = (u64, &TickSteps)> {
+        let first = (tick + 1).saturating_sub(LOOK_BACK);
+        (first..=tick).rev().map_while(|tick| Some((tick, self.ticks.get(&tick)?)))
+    }
+}
+
+/// An execution of a statement.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Executed {
+    /// How often the scan has executed it.
+    pub(crate) times: u32,
+    /// What it read and wrote when it was executed last.
+    pub(crate) accesses: Vec<Access>,
+}
+
+/// The last scan of a task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TaskScan {
+    /// The tick in which it began.
+    pub(crate) begun: u64,
+    /// The tick of its last call.
+    pub(crate) tick: u64,
+    /// Whether its beginning lies before what is known.
+    pub(crate) cut: bool,
+    /// Whether the task waits in the middle of its text.
+    pub(crate) waits: bool,
+    /// The statement that it executed last.
+    pub(crate) last: Option<u32>,
+    /// How many statements it has executed.
+    pub(crate) statements: usize,
+}
+
+/// What the statements did.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Flow {
+    /// By statement.
+    pub(crate) executed: HashMap<u32, Executed>,
+    /// By task.
+    pub(crate) tasks: BTreeMap<usize, TaskScan>,
+    /// How often a scan of each task began in the ticks that were looked at.
+    pub(crate) begun: BTreeMap<usize, u64>,
+    /// How many ticks were looked at.
+    pub(crate) ticks: u64,
+}
+
+impl Flow {
+    /// The last scan of each task, up to a tick. On an NCT a scan that was interrupted goes on in
+    /// the next slices and is one with its beginning; on a PMAC each round of a WHILE is a scan.
+    pub(crate) fn new(traces: &Traces, tick: u64, dialect: Dialect) -> Self {
+        let mut flow = Self::default();
+        // The tasks whose scan is whole.
+        let mut whole: Vec<usize> = vec![];
+        for (tick, steps) in traces.back_from(tick) {
+            flow.ticks += 1;
+            for (number, call) in steps.calls.iter().enumerate().rev() {
+                if !(call.resumed && dialect == Dialect::Nct) {
+                    *flow.begun.entry(call.task).or_default() += 1;
+                }
+                if whole.contains(&call.task) {
+                    continue;
+                }
+                flow.take(tick, steps, number, *call);
+                if !call.resumed || dialect != Dialect::Nct {
+                    whole.push(call.task);
+                }
+            }
+        }
+        for (task, scan) in &mut flow.tasks {
+            scan.cut = !whole.contains(task);
+        }
+        flow
+    }
+
+    /// Takes in a call of a task; later calls of the same scan were taken before.
+    fn take(&mut self, tick: u64, steps: &TickSteps, number: usize, call: Call) {
+        let mut count = 0;
+        let mut last = None;
+        let of_call = steps.steps.iter().enumerate().rev().filter(|(_, step)| step.1 == number);
+        for (at, &(statement, _)) in of_call {
+            count += 1;
+            last.get_or_insert(statement);
+            let executed = self
+                .executed
+                .entry(statement)
+                .or_insert_with(|| Executed { times: 0, accesses: steps.accesses(at).to_vec() });
+            executed.times += 1;
+        }
+        let scan = self.tasks.entry(call.task).or_insert(TaskScan {
+            begun: tick,
+            tick,
+            cut: false,
+            waits: call.suspended,
+            last: None,
+            statements: 0,
+        });
+        scan.begun = tick;
+        scan.last = scan.last.or(last);
+        scan.statements += count;
+    }
+}

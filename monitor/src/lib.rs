@@ -1,0 +1,56 @@
+//! The monitor: what a running or recorded PLC program does, for displays in a terminal and in a
+//! browser. This crate holds the model, which knows neither of them.
+//!
+//! A [`Session`] monitors one of three things, as [`Opened`] says: a control that runs (by its socket, and
+//! by its record for what happens within scans), a recording, or a program that the session runs
+//! itself. A display does nothing but three calls, in any order:
+//!
+//! - [`Session::poll`] a few times a second: takes in what is new. It works for a bounded time.
+//! - [`Session::view`] for what is to be drawn: a [`View`] of a [`Screen`], plain data.
+//! - [`Session::apply`] for what the user does: a [`Command`]; it gives a [`Reply`] or a [`Refusal`], both
+//!   with a text for the user.
+//!
+//! Cursor, selection, watch lists and the time that is shown belong to the session, so that a display
+//! keeps nothing of them, and may vanish and come back (PMI 5.0). All of these types are serialisable: as
+//! JSON, a command is `{"command":"go_to_tick","tick":812}`, a screen `{"screen":"statements","count":20}`, a
+//! view `{"status":{…},"body":{"screen":"statements",…}}`.
+//!
+//! A session stays in the thread that opened it. A server runs it in a thread of its own and hands it
+//! commands and screens by a channel.
+//!
+//! Values in statements are exact: the session runs the ticks around the one that is shown again in the
+//! statement interpreter, with an observer (see [`plcc_debugger`]), and shows what each statement read and
+//! wrote.
+//!
+//! ```
+//! use plcc_monitor::view::{Body, Screen};
+//! use plcc_monitor::{Command, Opened, Refusal, Session};
+//!
+//! # fn example(opened: Opened<'_>) -> Result<(), Refusal> {
+//! let mut session = Session::open(opened);
+//! session.poll();
+//! session.apply(Command::GoToTick { tick: 812 })?;
+//! let view = session.view(&Screen::Statements { first: None, count: 20 });
+//! if let Body::Statements(statements) = view.body {
+//!     for line in statements.lines {
+//!         println!("{:>6} {}", line.number, line.text());
+//!     }
+//! }
+//! # Ok(())
+//! # }
+//! ```
+
+mod command;
+mod flow;
+mod session;
+#[cfg(test)]
+mod testing;
+mod text;
+pub mod view;
+
+pub use command::{Command, Edge, ExportFormat, Format, Refusal, Reply, Trigger};
+pub use session::{Opened, Session};
+pub use view::{Screen, View};
+
+/// How many ticks the scope shows at most.
+pub const MOST_SCOPE_TICKS: u64 = 1_000_000;

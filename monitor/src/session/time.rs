@@ -1,0 +1,295 @@
+//! The time that is shown, and how it goes on.
+
+use std::time::{Duration, Instant};
+
+use plcc_debugger::Debugger;
+
+use super::Session;
+use crate::flow::{Flow, LOOK_BACK, TickSteps};
+use crate::view::TargetKind;
+use crate::{Refusal, Reply};
+
+/// How long [`Session::poll`] runs ticks at most.
+const POLL_TIME: Duration = Duration::from_millis(40);
+
+/// How many ticks before the end of a recording its events are collected from, at most.
+const EVENTS_BACK: u64 = 20_000;
+
+/// How many events are kept.
+const MOST_EVENTS: usize = 5_000;
+
+/// Where the user stands in time.
+#[derive(Debug)]
+pub(super) struct Time {
+    /// The tick that is shown.
+    pub(super) shown: u64,
+    /// Whether the newest one is shown.
+    pub(super) following: bool,
+    /// The tick up to which all were run, for events and samples.
+    pub(super) seen: u64,
+    /// How fast a program runs.
+    speed: f64,
+    /// When the program went on last, and with which tick.
+    begun: Option<(Instant, u64)>,
+    /// Why the program was stopped.
+    pub(super) stopped: Option<String>,
+    pub(super) note: Option<String>,
+}
+
+impl Time {
+    pub(super) fn new(debugger: Option<&Debugger<'_>>, speed: f64) -> Self {
+        let (first, known) = debugger.map_or((0, 0), |debugger| {
+            let history = debugger.history();
+            (history.first(), history.known())
+        });
+        Self {
+            shown: first,
+            following: true,
+            seen: known.saturating_sub(EVENTS_BACK).max(first),
+            speed,
+            begun: None,
+            stopped: None,
+            note: None,
+        }
+    }
+}
+
+impl Session<'_> {
+    /// Takes in what is new: ticks that were recorded, or those that the program has run meanwhile. Works
+    /// for a bounded time; what is left is done at the next call. Gives whether anything has changed.
+    pub fn poll(&mut self) -> bool {
+        let before = (self.time.seen, self.time.shown);
+        let until = Instant::now() + POLL_TIME;
+        let Some(wanted) = self.wanted() else { return false };
+        while self.time.seen < wanted && Instant::now() < until {
+            let tick = self.time.seen;
+            // The last ticks are run in the interpreter at once: going back to them would take longer.
+            let is_near = wanted - tick <= LOOK_BACK;
+            let result = if is_near { self.trace(tick) } else { self.run_unobserved(tick) };
+            if let Err(refusal) = result {
+                self.time.note = Some(refusal.message);
+                break;
+            }
+            self.time.seen = tick + 1;
+            if self.time.stopped.is_some() {
+                break;
+            }
+        }
+        if self.time.following {
+            self.time.shown = self.time.seen.saturating_sub(1).max(self.first());
+        }
+        before != (self.time.seen, self.time.shown)
+    }
+
+    /// The tick up to which ticks are to be run; `None` where nothing is known of any.
+    fn wanted(&mut self) -> Option<u64> {
+        let (kind, following) = (self.kind, self.time.following);
+        let debugger = self.debugger.as_mut()?;
+        if kind != TargetKind::Program {
+            if let Err(error) = debugger.history_mut().look_for_more() {
+                self.time.note = Some(error.0);
+            }
+            return Some(debugger.history().known());
+        }
+        if !following || self.time.stopped.is_some() {
+            self.time.begun = None;
+            return Some(self.time.seen);
+        }
+        let (since, from) = *self.time.begun.get_or_insert((Instant::now(), self.time.seen));
+        let passed = since.elapsed().as_secs_f64();
+        let ticks = match self.time.speed {
+            speed if speed > 0.0 => passed * speed * 1e9 / debugger.tick_ns().max(1) as f64,
+            _ => f64::INFINITY,
+        };
+        // As fast as possible: as many as can be run in the time of one call, but no more than that.
+        let most = self.time.seen.saturating_add(10_000);
+        let wanted = from.saturating_add(1).saturating_add(ticks as u64).min(most);
+        if wanted == most {
+            self.time.begun = None;
+        }
+        Some(wanted)
+    }
+
+    fn first(&self) -> u64 {
+        self.debugger.as_ref().map_or(0, |debugger| debugger.history().first())
+    }
+
+    pub(super) fn state(&self) -> &'static str {
+        match (self.kind, &self.debugger) {
+            (_, Some(_)) if self.time.stopped.is_some() => "stopped",
+            (TargetKind::Recording, _) => "recorded",
+            (TargetKind::Program, Some(debugger)) => {
+                match debugger.history().goes_on() || self.time.seen < debugger.history().known() {
+                    true if self.time.following => "running",
+                    true => "paused",
+                    false => "ended",
+                }
+            }
+            (TargetKind::Control, Some(_)) => "recorded",
+            _ => "not connected",
+        }
+    }
+
+    /// Runs a tick in the fastest engine, and takes in its events.
+    fn run_unobserved(&mut self, tick: u64) -> Result<(), Refusal> {
+        let result = self.debugger()?.history_mut().run_unobserved(tick)?;
+        self.time.note = result.note.or(self.time.note.take());
+        self.time.stopped = result.stop.map(|stop| stop.message);
+        self.take_events(result.events);
+        Ok(())
+    }
+
+    /// Runs a tick in the statement interpreter, takes in what its statements did, and, of a tick that
+    /// was not run before, its events.
+    fn trace(&mut self, tick: u64) -> Result<(), Refusal> {
+        let is_new = tick >= self.time.seen;
+        let debugger = self.debugger()?;
+        debugger.go_to_tick(tick)?;
+        let trace = debugger.trace()?;
+        let steps = TickSteps::new(trace);
+        let (events, stop) = (trace.events.clone(), trace.stop.clone());
+        self.traces.insert(tick, steps);
+        if is_new {
+            self.time.stopped = stop.map(|stop| stop.message);
+            self.take_events(events);
+        }
+        Ok(())
+    }
+
+    fn take_events(&mut self, events: Vec<plcc_runtime::Event>) {
+        self.events.extend(events);
+        let over = self.events.len().saturating_sub(MOST_EVENTS);
+        self.events.drain(..over);
+    }
+
+    /// What the statements did in the last scans up to the tick that is shown.
+    pub(super) fn flow(&mut self) -> Result<&Flow, Refusal> {
+        let tick = self.time.shown;
+        let is_known = self.flow.as_ref().is_some_and(|(of, _)| *of == tick);
+        if !is_known {
+            let dialect = self.debugger()?.program().tables().dialect();
+            let known = self.debugger()?.history().known();
+            let first = (tick + 1).saturating_sub(LOOK_BACK).max(self.first());
+            for of in first..=tick {
+                // A program has not run its first tick yet.
+                if !self.traces.has(of) && of < known {
+                    self.trace(of)?;
+                }
+            }
+            let flow = Flow::new(&self.traces, tick, dialect);
+            self.flow = Some((tick, flow));
+        }
+        let nothing = || Refusal::new("no tick was run yet");
+        self.flow.as_ref().map(|(_, flow)| flow).ok_or_else(nothing)
+    }
+
+    pub(super) fn follow(&mut self) -> Result<Reply, Refusal> {
+        self.debugger()?;
+        self.time.following = true;
+        self.time.shown = self.time.seen.saturating_sub(1).max(self.first());
+        Ok(Reply::default())
+    }
+
+    pub(super) fn pause(&mut self) -> Result<Reply, Refusal> {
+        self.debugger()?;
+        self.time.following = false;
+        Ok(Reply::message(format!("tick {}", self.time.shown)))
+    }
+
+    pub(super) fn set_speed(&mut self, speed: f64) -> Result<Reply, Refusal> {
+        if self.kind != TargetKind::Program {
+            return Err(Refusal::new("only a program that is run here has a speed"));
+        }
+        if !speed.is_finite() || speed < 0.0 {
+            return Err(Refusal::new("the speed is a number from 0 (as fast as possible)"));
+        }
+        self.time.speed = speed;
+        self.time.begun = None;
+        Ok(Reply::default())
+    }
+
+    pub(super) fn go_to_tick(&mut self, tick: u64) -> Result<Reply, Refusal> {
+        let (first, last) = (self.first(), self.time.seen.saturating_sub(1));
+        self.debugger()?;
+        if tick < first || tick > last {
+            return Err(Refusal::new(format!("the ticks from {first} to {last} can be shown")));
+        }
+        self.time.following = false;
+        self.time.shown = tick;
+        Ok(Reply::message(format!("tick {tick}")))
+    }
+
+    pub(super) fn move_ticks(&mut self, by: i64) -> Result<Reply, Refusal> {
+        let (first, last) = (self.first(), self.time.seen.saturating_sub(1));
+        let tick = self.time.shown.saturating_add_signed(by).clamp(first, last.max(first));
+        self.go_to_tick(tick)
+    }
+
+    /// Goes to the tick of the next or previous scan of the task at the cursor.
+    pub(super) fn move_scans(&mut self, by: i64) -> Result<Reply, Refusal> {
+        /// How far is searched for a task's scan.
+        const MOST: u64 = 5_000;
+        let task = self.task_at_cursor();
+        let mut tick = self.time.shown;
+        for _ in 0..by.unsigned_abs() {
+            let mut looked = 0;
+            loop {
+                let next = tick.saturating_add_signed(by.signum());
+                if next == tick || next < self.first() || next >= self.time.seen || looked >= MOST {
+                    return Err(Refusal::new("there is no further scan of this task"));
+                }
+                tick = next;
+                looked += 1;
+                if !self.traces.has(tick) {
+                    self.trace(tick)?;
+                }
+                let runs = self.traces.get(tick).is_some_and(|steps| match task {
+                    Some(task) => steps.calls.iter().any(|call| call.task == task),
+                    None => !steps.calls.is_empty(),
+                });
+                if runs {
+                    break;
+                }
+            }
+        }
+        self.go_to_tick(tick)
+    }
+
+    /// Goes back to the statement that changed a variable last, before the tick that is shown or in it.
+    pub(super) fn previous_change(&mut self, name: &str) -> Result<Reply, Refusal> {
+        let (shown, seen) = (self.time.shown, self.time.seen);
+        let was_followed = self.time.following;
+        let debugger = self.debugger()?;
+        // From the end of the tick that is shown when it is the newest one, else from its beginning, so
+        // that the same command again goes further back.
+        let from = if was_followed && shown + 1 >= seen { shown + 1 } else { shown };
+        match from == shown {
+            true => debugger.go_to_tick(shown)?,
+            false => debugger.go_to_end()?,
+        }
+        debugger.go_to_last_change(name)?;
+        let position = debugger.position();
+        let statement = debugger.step_here()?.map(|step| step.statement);
+        if let Some(row) = statement.and_then(|statement| self.text.row_of(statement)) {
+            self.put_cursor(row)?;
+        }
+        self.time.following = false;
+        self.time.shown = position.tick;
+        Ok(Reply::message(format!("{name} was changed in tick {}", position.tick)))
+    }
+
+    /// The task of the statement at the cursor.
+    fn task_at_cursor(&mut self) -> Option<usize> {
+        let row = self.cursor_row()?;
+        let statement = *self.text.rows.get(row)?.statements.first()?;
+        let flow = self.flow().ok()?;
+        let is_executed = flow.executed.contains_key(&statement);
+        // Statements are numbered task by task on a PMAC alone; there the traces say which task it is.
+        let steps = self.traces.get(self.time.shown)?;
+        let call = steps.steps.iter().find(|step| step.0 == statement).map(|step| step.1);
+        match call {
+            Some(call) if is_executed => steps.calls.get(call).map(|call| call.task),
+            _ => None,
+        }
+    }
+}

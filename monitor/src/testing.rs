@@ -1,0 +1,74 @@
+//! Sessions of small programs, for tests.
+
+use plcc_abi::Dialect;
+use plcc_debugger::{DebuggedProgram, Launched};
+use plcc_diag::SourceMap;
+use plcc_frontend::common::{MemoryLoader, Options};
+use plcc_frontend::language;
+use plcc_runtime::args::ControlArgs;
+use plcc_runtime::run::{Player, Stimulus};
+use plcc_runtime::session;
+
+use crate::view::{Body, Screen, StatementLine, StatementsView, TargetKind};
+use crate::{Opened, Session};
+
+/// A program with a stimulus, opened, before its first tick.
+pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'static> {
+    let mut sources = SourceMap::new();
+    let file = sources.add("main".to_owned(), text.as_bytes());
+    let options = Options::default();
+    let loader = MemoryLoader::new();
+    let (checked, diagnostics) = language(dialect).check(&mut sources, &[file], &loader, &options);
+    let checked = checked.unwrap_or_else(|| panic!("{diagnostics:?}"));
+    let tables = checked.lower().unwrap().program;
+    let make = || session::executive(&tables, &ControlArgs::default(), false, None).unwrap();
+    let (mut executive, view) = (make(), make());
+    let stimulus = format!("tick,name,value\n{stimulus}");
+    let stimulus = Stimulus::parse(stimulus.as_bytes(), executive.as_mut()).unwrap();
+    let player = Player::new(stimulus, false);
+    let history = Launched::new(executive, checked.interpreter(), player, None);
+    let program = DebuggedProgram::new(checked, sources, tables);
+    let run =
+        plcc_debugger::Session { program, history: Box::new(history), view, may_change: true };
+    Session::open(Opened {
+        kind: TargetKind::Program,
+        name: "main".into(),
+        run: Some(run),
+        speed: 0.0,
+    })
+}
+
+impl Session<'_> {
+    /// Runs the program up to a tick, and shows that.
+    pub(crate) fn run_to(&mut self, tick: u64) {
+        while self.status().last_tick < tick {
+            self.poll();
+        }
+        self.apply(crate::Command::GoToTick { tick }).unwrap();
+    }
+
+    /// All statements.
+    pub(crate) fn statements(&mut self) -> StatementsView {
+        match self.view(&Screen::Statements { first: Some(0), count: 10_000 }).body {
+            Body::Statements(view) => view,
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+/// A line as text: `~` before what was not executed, `_` around what is true, `=value` behind numbers.
+pub(crate) fn drawn(line: &StatementLine) -> String {
+    use crate::view::Execution;
+    let mut text = String::new();
+    if line.execution == Execution::NotExecuted {
+        text.push('~');
+    }
+    for token in &line.tokens {
+        match (&token.truth, &token.value) {
+            (Some(true), _) => text.push_str(&format!("_{}_", token.text)),
+            (_, Some(value)) => text.push_str(&format!("{}={value}", token.text)),
+            _ => text.push_str(&token.text),
+        }
+    }
+    text
+}

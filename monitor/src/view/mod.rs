@@ -1,0 +1,154 @@
+//! What is shown: plain data, without any notion of a terminal or a browser. All of it can be made
+//! JSON and read back.
+
+mod events;
+mod io;
+mod scope;
+mod statements;
+mod tasks;
+mod timing;
+mod variables;
+
+use serde::{Deserialize, Serialize};
+
+pub use events::{Active, EventKind, EventLine, EventsView};
+pub use io::{IoRow, IoView, IoWindow};
+pub use scope::{Channel, Sample, ScopeState, ScopeView};
+pub use statements::{
+    DirectoryRow, DirectoryView, Execution, NamedValue, ReferencesView, Role, StatementLayout,
+    StatementLine, StatementsView, Token,
+};
+pub use tasks::{Fact, TaskRow, TaskState, TasksView};
+pub use timing::{LineCost, Overrun, TimesRow, TimingView};
+pub use variables::{TerminalLine, TerminalView, VariableRow, VariablesView};
+
+/// Which part of the session is to be shown.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "screen", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Screen {
+    /// The status alone.
+    Status,
+    /// The program's statements with their values in the scan that is shown.
+    Statements {
+        /// The first line, counted from 0 among those that are shown; `None` keeps the cursor in
+        /// sight.
+        first: Option<usize>,
+        /// How many lines at most.
+        count: usize,
+    },
+    /// All executable statements with line number and name or keyword (PMI 5.1 `directory`).
+    Directory,
+    /// Where a statement, label or variable occurs (NCT 5, F6 STAT).
+    References {
+        /// The variable, label or statement.
+        name: String,
+    },
+    /// The tasks: modules, PLCs and PLCCs.
+    Tasks,
+    /// The watch list.
+    Variables,
+    /// Inputs and outputs.
+    Io,
+    /// Faults, messages and all other events.
+    Events,
+    /// How long ticks take, and where the time goes.
+    Timing,
+    /// The PMAC terminal.
+    Terminal,
+    /// The scope.
+    Scope {
+        /// How many samples of a variable at most. A longer time is shown by the smallest and the
+        /// largest value in each of so many stretches.
+        samples: usize,
+    },
+}
+
+/// A screen with what stands around it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct View {
+    /// What is shown of every screen.
+    pub status: Status,
+    /// The screen.
+    pub body: Body,
+}
+
+/// What is on a screen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "screen", rename_all = "snake_case")]
+pub enum Body {
+    /// The screen has nothing but the status, or why there is nothing to show.
+    Status {
+        /// Why there is nothing, where something was asked for.
+        reason: Option<String>,
+    },
+    /// Statements.
+    Statements(StatementsView),
+    /// The directory.
+    Directory(DirectoryView),
+    /// Occurrences.
+    References(ReferencesView),
+    /// Tasks.
+    Tasks(TasksView),
+    /// The watch list.
+    Variables(VariablesView),
+    /// Inputs and outputs.
+    Io(IoView),
+    /// Events.
+    Events(EventsView),
+    /// Timing.
+    Timing(TimingView),
+    /// The PMAC terminal.
+    Terminal(TerminalView),
+    /// The scope.
+    Scope(ScopeView),
+}
+
+/// What is monitored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TargetKind {
+    /// A control, by its socket; and by its record where there is one.
+    Control,
+    /// A recording.
+    Recording,
+    /// A program that is run by the monitor itself.
+    Program,
+}
+
+/// What stands around every screen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// What is monitored.
+    pub kind: TargetKind,
+    /// Its name: a path.
+    pub name: String,
+    /// The program's name.
+    pub program: String,
+    /// The language: `pmi`, `nct` or `pmac`.
+    pub dialect: String,
+    /// `running`, `stopped`, `paused`, `ended`, `recorded`, `not connected`.
+    pub state: String,
+    /// Why the program was stopped or what is wrong with the connection.
+    pub reason: Option<String>,
+    /// The tick whose values are shown.
+    pub tick: u64,
+    /// Its time since power-up, in seconds.
+    pub seconds: f64,
+    /// Whether the newest tick is shown as time goes on.
+    pub following: bool,
+    /// The first tick that can be shown.
+    pub first_tick: u64,
+    /// The last one.
+    pub last_tick: u64,
+    /// The length of a tick in nanoseconds.
+    pub tick_ns: u64,
+    /// The variables that are forced, with their values.
+    pub forces: Vec<NamedValue>,
+    /// Whether variables may be set.
+    pub may_write: bool,
+    /// Whether inputs and outputs may be forced.
+    pub may_force: bool,
+    /// Something that the user should know, such as that the record's end is older than the control's
+    /// present state.
+    pub note: Option<String>,
+}
