@@ -1,9 +1,10 @@
-//! What `plcc replay` and `plcc convert` begin with: a record, one of its runs, and the program.
+//! What `plcc replay`, `plcc convert` and `plcc debug` do with a record before they replay it: they choose
+//! one of its runs, find the program of that run, and say what of the record is missing.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use plcc_runtime::record::{RecordedProgram, RecordedRun, Recording, Replayer};
+use plcc_runtime::record::{RecordedProgram, RecordedRun, Recording, Replayed, Replayer};
 use plcc_runtime::session::replay::recorded_executive;
 use plcc_runtime::{Artifact, Executive};
 
@@ -36,6 +37,27 @@ pub(crate) fn chosen_run<'r>(
         return Err(Failure::file(path, what));
     }
     Ok(run)
+}
+
+/// Warns of what is missing in a run of a record, as far as that is known before it is replayed.
+pub(crate) fn tell_damage(recording: &Recording, run: &RecordedRun, report: &Report) {
+    let damaged = recording.damaged_bytes();
+    if damaged > 0 {
+        report.warn(&format!("{damaged} bytes of the record are damaged or cut off"));
+    }
+    for gap in &run.gaps {
+        let why = if gap.lost { "were lost by the recorder" } else { "are damaged" };
+        report.warn(&format!("ticks before {} {why}", gap.before));
+    }
+}
+
+/// Warns of ticks that are missing before a replayed one and of which [`tell_damage`] does not know:
+/// those that came while the record's file could not be written.
+pub(crate) fn tell_unwritten(run: &RecordedRun, replayed: &Replayed, report: &Report) {
+    let is_known = run.gaps.iter().any(|gap| gap.before == replayed.tick);
+    if replayed.after_gap && !is_known {
+        report.warn(&format!("ticks before {} could not be written", replayed.tick));
+    }
 }
 
 /// Refuses outputs that would overwrite the record, or the program that is named in the place of the

@@ -164,3 +164,17 @@ fn a_record_without_a_whole_checkpoint_is_no_success() {
     folder.write("r.plcrec", &bytes);
     folder.plcc("replay r.plcrec --from 3 --to 2").exits(2).says(&["--from 3 is behind --to 2"]);
 }
+
+/// Ticks that are damaged are missing: the run did not go otherwise because of that.
+#[test]
+fn damaged_ticks_before_the_end_are_told_and_are_no_difference() {
+    let folder = Folder::with(&[("a.pmi", COUNTER)]);
+    folder.plcc("run a.pmi --ticks 2000 --record r.plcrec").exits(0);
+    let mut bytes = fs::read(folder.path().join("r.plcrec")).unwrap();
+    let ticks = bytes.windows(4).rposition(|bytes| bytes == b"\x89RB\x04").unwrap();
+    bytes[ticks + 24] ^= 1;
+    folder.write("r.plcrec", &bytes);
+    let missing = "ticks before 2000 are damaged";
+    folder.plcc("replay r.plcrec").exits(0).says(&[missing, "1500 ticks, 0 to 1"]);
+    folder.plcc("convert r.plcrec --to csv").exits(0).says(&[missing]);
+}

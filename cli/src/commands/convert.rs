@@ -17,7 +17,9 @@ use plcc_runtime::{Executive, Value, Variable};
 use crate::args::{ConvertArgs, ConvertFormat};
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::output;
-use crate::replay_input::{check_outputs, chosen_run, engine_of, program, replayer};
+use crate::replay_input::{
+    check_outputs, chosen_run, engine_of, program, replayer, tell_damage, tell_unwritten,
+};
 use crate::report::Report;
 
 /// An FST's values are written whenever so many bytes of them wait.
@@ -29,6 +31,7 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
     let to = args.output.clone().unwrap_or_else(|| named(path, args.to));
     overwrites_nothing(&to, args)?;
     let run = chosen_run(&recording, args.run, path)?;
+    tell_damage(&recording, run, report);
     let failed = |error: &dyn std::fmt::Display| Failure::file(path, error);
     let generation = run.spans.first().map_or(0, |span| span.generation);
     let recorded =
@@ -58,6 +61,7 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
         events.clear();
         let replayed = replayer.step(engine.as_mut(), &mut events);
         let Some(replayed) = replayed.map_err(|error| failed(&error))? else { break };
+        tell_unwritten(run, &replayed, report);
         let skipped = replayed.tick.saturating_sub(next);
         time_ns = time_ns.saturating_add(tick_ns.saturating_mul(skipped));
         next = replayed.tick.saturating_add(1);
@@ -74,8 +78,9 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
         time_ns = time_ns.saturating_add(tick_ns);
     }
     out.finish(time_ns).map_err(not_written)?;
-    if run.spans.iter().any(|span| span.generation != generation) {
-        report.warn(&format!("an online change followed; the values end with tick {next}"));
+    let has_further_programs = run.spans.iter().any(|span| span.generation != generation);
+    if status == DONE && has_further_programs && args.until.is_none_or(|until| until > last) {
+        report.warn(&format!("an online change followed; the values end before tick {next}"));
     }
     Ok(status)
 }

@@ -14,7 +14,9 @@ use crate::args::ReplayArgs;
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::output;
 use crate::recorded::{Found, ReplayEngine};
-use crate::replay_input::{check_outputs, chosen_run, engine_of, program, replayer};
+use crate::replay_input::{
+    check_outputs, chosen_run, engine_of, program, replayer, tell_damage, tell_unwritten,
+};
 use crate::report::Report;
 
 /// At most so many differing variables are named.
@@ -66,18 +68,6 @@ fn asked_for(args: &ReplayArgs, run: &RecordedRun, mut generations: Vec<u16>) ->
     let wanted = generations.iter().filter(|generation| first(generation) <= to).count();
     generations.truncate(wanted.max(1));
     generations
-}
-
-/// Says what of a record is missing.
-fn tell_damage(recording: &Recording, run: &RecordedRun, report: &Report) {
-    let damaged = recording.damaged_bytes();
-    if damaged > 0 {
-        report.warn(&format!("{damaged} bytes of the record are damaged or cut off"));
-    }
-    for gap in &run.gaps {
-        let why = if gap.lost { "were lost by the recorder" } else { "are damaged" };
-        report.warn(&format!("ticks before {} {why}", gap.before));
-    }
 }
 
 /// Where trace and events go.
@@ -170,6 +160,7 @@ impl Replay<'_> {
             events.clear();
             let replayed = replayer.step(engine.as_mut(), &mut events);
             let Some(replayed) = replayed.map_err(|error| self.failed(error))? else { break };
+            tell_unwritten(self.run, &replayed, self.report);
             time_ns = time_ns
                 .saturating_add(tick_ns.saturating_mul(replayed.tick.saturating_sub(end.ticks)));
             end.ticks = replayed.tick.saturating_add(1);

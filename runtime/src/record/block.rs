@@ -1,9 +1,9 @@
-//! The blocks of a record's file. A block can be read without the ones before it, so that a damaged or
-//! cut file loses no more than the blocks that are hit.
+//! The blocks of a record's file. A block can be read without the ones before it, so that of a damaged or
+//! cut file only those blocks are lost that are damaged or cut themselves.
 //!
 //! | offset | bytes | holds |
 //! | --- | --- | --- |
-//! | 0 | 3 | the marker `89 52 42`, by which a block is found behind damage |
+//! | 0 | 3 | the marker `89 52 42` (hexadecimal), by which a block is found after damaged bytes |
 //! | 3 | 1 | the [`Kind`] |
 //! | 4 | 4 | how many bytes are stored behind this header, little endian like all numbers |
 //! | 8 | 4 | how many bytes they are when decompressed (LZ4); the same number where they are not compressed |
@@ -22,13 +22,13 @@ const MARKER: [u8; 3] = [0x89, 0x52, 0x42];
 pub(super) const HEADER: usize = 24;
 /// The longest content of a block, in bytes: a checkpoint of the largest image.
 const MAX_CONTENT: u32 = 768 << 20;
-/// LZ4 makes at most so many bytes of one.
+/// One byte that LZ4 has compressed becomes at most so many when it is decompressed.
 const MAX_RATIO: u64 = 256;
 /// The longest content of a block of ticks, in bytes. One is written as soon as it has 256 KiB, so that only
 /// the last tick of it may be long.
 const MAX_TICKS_CONTENT: u32 = 64 << 20;
-/// How many bytes of a file are read at least for blocks whose checksums are wrong, before the search for
-/// further ones is given up; of large files four times their length.
+/// How many bytes of blocks with wrong checksums may be read before the search for further blocks is given
+/// up. For a file of more than a quarter of this, the limit is four times its length.
 const MOST_WASTED: u64 = 256 << 20;
 /// How much of a file is searched for a marker at a time.
 const WINDOW: usize = 1 << 16;
@@ -44,9 +44,9 @@ pub(super) enum Kind {
     Checkpoint,
     /// Ticks.
     Ticks,
-    /// Ticks that were lost: their number. The next ones follow a checkpoint.
+    /// The number of ticks that were lost before the next checkpoint.
     Gap,
-    /// The end of a run.
+    /// The end of a run: the whole hash, and what acted on the control after the last tick.
     End,
 }
 
@@ -112,7 +112,7 @@ impl Block {
         self.at.saturating_add(self.stored.into())
     }
 
-    /// Reads what it holds.
+    /// Reads what it holds, decompressed.
     ///
     /// # Errors
     /// When the file can't be read or was changed meanwhile.
@@ -174,9 +174,10 @@ fn block_at(file: &File, at: u64, length: u64, wasted: &mut u64) -> io::Result<O
     Ok(right.then_some(Block { kind, tick, at: begins, stored, content }))
 }
 
-/// The next block from an offset on, and how many bytes before it are none; `None` where no whole block
-/// follows. `wasted` counts the bytes that all searches in this file have read in vain: headers that overlap
-/// would have each byte read as often as there are headers, so the search ends when these are too many.
+/// The next block from an offset on, and how many bytes lie before it that belong to no block; `None` if no
+/// whole block follows. `wasted` counts the bytes that all searches in this file have read of blocks with wrong
+/// checksums. The search ends when they are too many: in a file that is made of nothing but headers, each
+/// byte would otherwise be read once for every header before it.
 ///
 /// # Errors
 /// When the file can't be read.
@@ -199,7 +200,7 @@ pub(super) fn find(
     }
 }
 
-/// Where the next marker behind an offset is.
+/// The offset of the next marker after an offset.
 fn marker_behind(file: &File, at: u64, length: u64) -> io::Result<Option<u64>> {
     let mut window = vec![0; WINDOW];
     let mut from = at + 1;

@@ -1,7 +1,7 @@
-//! The ticks of a record: what acted on the control before each, what happened in it, and its hash.
+//! The ticks of a record as bytes: what acted on the control before each, what happened in it, and the hash after it.
 //!
-//! The bytes of a tick are its entries, each the byte `80` and an [`Entry`] by postcard, and behind them two
-//! bytes, the higher one first: 15 bits of the [hash](super::state_hash) behind the tick. The highest
+//! The bytes of a tick are its entries, each the byte `80` (hexadecimal) and an [`Entry`] by postcard, and then two
+//! bytes, the higher one first: 15 bits of the [hash](super::state_hash) after the tick. The highest
 //! bit of these two is 0, which tells them from an entry. A tick in which nothing happens takes two bytes.
 
 use std::borrow::Cow;
@@ -22,7 +22,7 @@ pub enum Action {
     Write(VariableKey, Setting),
     /// An input or output is forced, or (`None`) its force ends.
     Force(VariableKey, Option<Setting>),
-    /// The time of so many ticks passes that are not run.
+    /// So many ticks are skipped: they are not run, but their time passes.
     Skip(u64),
     /// The physical outputs take their safe values.
     SafeOutputs,
@@ -35,7 +35,7 @@ pub struct RecordedStop {
     pub code: String,
     /// See [`Stop::message`].
     pub message: String,
-    /// Where the statement is that is to blame: file and line.
+    /// The file and the line (from 1) of the statement that is to blame.
     pub place: Option<(String, u32)>,
 }
 
@@ -98,21 +98,23 @@ pub struct TickRecord {
     pub decisions: Vec<ClockDecision>,
     /// What was reported in it, in order, but for the event `stop`.
     pub events: Vec<Event>,
-    /// 15 bits of the hash behind it.
+    /// 15 bits of the hash after it.
     pub hash: u16,
     /// Why the program was stopped in it, if it was.
     pub stop: Option<RecordedStop>,
 }
 
 impl TickRecord {
-    /// Whether a scan was stopped in its middle, so that a replay of this tick is not exact.
+    /// Whether the watchdog stopped one of its scans in the middle. Such a tick can't be replayed, since nobody
+    /// knows how far the scan had come.
     pub fn is_cut(&self) -> bool {
         self.decisions.contains(&ClockDecision::Cut)
     }
 }
 
-/// Reads the ticks of a block. The first one follows the position `next`, which is moved behind the last
-/// one. `None` where the bytes are no ticks, or are more than lie between two checkpoints.
+/// Reads the ticks of a block. `next` is the number of the first one, unless skipped ticks come before it, and
+/// becomes the number of the tick after the last one. `None` if the bytes are no ticks, or if they are more
+/// ticks than lie between two checkpoints.
 pub(super) fn read_ticks(mut bytes: &[u8], next: &mut u64) -> Option<Vec<TickRecord>> {
     let mut ticks = vec![];
     let mut now = TickRecord::default();
@@ -144,11 +146,12 @@ pub(super) fn read_ticks(mut bytes: &[u8], next: &mut u64) -> Option<Vec<TickRec
             Entry::Stop(stop) => now.stop = Some(stop.into_owned()),
         }
     }
-    // Actions behind the last tick, at the end of a run, belong to none.
+    // Actions after the last tick belong to the end of the run; `read_trailing` reads them.
     Some(ticks)
 }
 
-/// Reads what acted on a control behind its last tick, and why it was stopped there, if it was.
+/// Reads what acted on a control after its last tick, and why it was stopped then, if it was. `None` if the
+/// bytes are something else.
 pub(super) fn read_trailing(mut bytes: &[u8]) -> Option<(Vec<Action>, Option<RecordedStop>)> {
     let (mut actions, mut stopped) = (vec![], None);
     while let Some((&first, rest)) = bytes.split_first() {

@@ -1,5 +1,6 @@
-//! The file of a record: puts what the recorder gives into blocks, writes them, and begins another part
-//! when the file has become long enough.
+//! The file of a record. [`RecordFile`] takes frames from the recorder (a tick, a checkpoint, a gap, the end),
+//! makes blocks of them, writes these, and begins another part when the present one is full or somebody has
+//! removed it.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
@@ -13,13 +14,13 @@ use super::run_header::{RecordedProgram, RunHeader};
 use super::{Keep, recording::older_part};
 use crate::file_lock::{LockError, has_name, open_locked};
 
-/// So many bytes of ticks make a block.
+/// A block of ticks is written when it has so many bytes.
 const FULL_BLOCK: usize = 1 << 18;
 
 /// The programs of a run: the first one, and those of online changes.
 pub(super) type Programs = Arc<Mutex<Vec<RecordedProgram>>>;
 
-/// What the recorder gives to be written.
+/// The kinds of frames: what the recorder hands over to be written, one thing at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FrameKind {
     /// One tick.
@@ -32,10 +33,10 @@ pub(super) enum FrameKind {
     End,
 }
 
-/// Whether a record goes on behind what is in the file.
+/// Whether a record is appended to what is in the file already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Appending {
-    /// It does, since the file may hold how the last run ended.
+    /// It is appended, since the file may show how the run before ended.
     Yes,
     /// The file is emptied.
     No,
@@ -49,23 +50,27 @@ pub struct RecordFile {
     file: File,
     /// How long the present part is, in bytes.
     size: u64,
-    /// Whether a part has been begun whose beginning could not be written whole.
-    begins: bool,
-    /// The first tick of this run in the present part.
+    /// Whether the start block of the present part is still to be written, since the attempt to write it failed.
+    needs_start: bool,
+    /// The tick of the first checkpoint of this run in the present part.
     first: Option<u64>,
     header: RunHeader,
     programs: Programs,
-    /// The program that was written last into the present part.
-    program: Option<u16>,
+    /// The number of the program that was written last into the present part.
+    written_program: Option<u16>,
     /// Ticks that are not written yet, and the number of the first one.
     pending: Vec<u8>,
     pending_tick: u64,
-    blocks: Vec<u8>,
+    /// A buffer for the bytes of one block.
+    block_bytes: Vec<u8>,
+    /// Set to ask the recorder for a checkpoint.
     wants_checkpoint: Arc<AtomicBool>,
 }
 
 impl RecordFile {
-    /// Opens a record for a run of a program.
+    /// Opens the record of a run: locks the file, empties it and removes its older part unless `appending` says
+    /// otherwise, and writes `header`. A link is followed. `program` is the one with which the run begins; `keep`
+    /// says how much of the record stays.
     ///
     /// # Errors
     /// When the file can't be opened or written, or another process writes to it.
@@ -92,32 +97,32 @@ impl RecordFile {
             keep,
             file,
             size,
-            begins: true,
+            needs_start: true,
             first: None,
             header,
             programs: Arc::new(Mutex::new(vec![program])),
-            program: None,
+            written_program: None,
             pending: Vec::with_capacity(FULL_BLOCK),
             pending_tick: 0,
-            blocks: vec![],
+            block_bytes: vec![],
             wants_checkpoint: Arc::default(),
         };
         record.begin_part(0)?;
         Ok(record)
     }
 
-    /// The path.
+    /// The path of the newest part.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The flag by which this file, or anybody else, asks the recorder for a checkpoint before the next
-    /// tick.
+    /// The flag that asks the recorder for a checkpoint before the next tick. This file sets it when a new part
+    /// is to begin.
     pub fn wants_checkpoint(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.wants_checkpoint)
     }
 
-    /// Where programs of online changes are put.
+    /// The list to which the programs of online changes are added.
     pub(super) fn programs(&self) -> Programs {
         Arc::clone(&self.programs)
     }
@@ -127,7 +132,8 @@ impl RecordFile {
         self.wants_checkpoint.store(true, Ordering::Relaxed);
     }
 
-    /// Takes what the recorder gives. `tick` is the number of the next tick before it.
+    /// Takes a frame, the bytes of `parts` one after the other. `tick` is the number of the tick that is run next,
+    /// and of a frame of a tick that tick's own number, or of the first that was skipped before it.
     ///
     /// # Errors
     /// When the file can't be written.
@@ -144,7 +150,7 @@ impl RecordFile {
                 self.flush()?;
                 if self.is_full(tick) || !has_name(&self.file, &self.path) {
                     self.rotate(tick)?;
-                } else if self.begins {
+                } else if self.needs_start {
                     self.begin_part(tick)?;
                 }
                 let content = parts.concat();
@@ -165,7 +171,7 @@ impl RecordFile {
         }
     }
 
-    /// Writes the ticks that wait.
+    /// Writes the ticks that were taken and not written yet.
     ///
     /// # Errors
     /// When the file can't be written. These ticks are lost then.
@@ -195,32 +201,32 @@ impl RecordFile {
         }
     }
 
-    /// Has a new file take the place of the present one, which becomes the older part. Where somebody has
-    /// removed or renamed the present one, or an earlier attempt came no further than that, the new one is
-    /// begun all the same.
+    /// Renames the present part to the older one and begins a new part. If the path names another file or none
+    /// (somebody has removed or renamed the present part, or an earlier attempt has renamed it and then
+    /// failed), nothing is renamed.
     fn rotate(&mut self, tick: u64) -> io::Result<()> {
         if has_name(&self.file, &self.path) {
             fs::rename(&self.path, older_part(&self.path))?;
         }
         self.file = open(&self.path)?;
-        // What somebody else has put there stays.
+        // If somebody else has put a file there, its content stays and the record is appended.
         self.size = self.file.seek(SeekFrom::End(0))?;
-        (self.first, self.program) = (None, None);
+        (self.first, self.written_program) = (None, None);
         self.begin_part(tick)
     }
 
-    /// Writes what a part begins with.
+    /// Writes the start block, with which each part begins.
     fn begin_part(&mut self, tick: u64) -> io::Result<()> {
-        self.begins = true;
+        self.needs_start = true;
         let header = encoded(&self.header)?;
         self.write(Kind::Start, tick, &header)?;
-        self.begins = false;
+        self.needs_start = false;
         Ok(())
     }
 
     /// Writes the program of a number, unless it was the last one that was written into this part.
     fn write_program(&mut self, number: u16, tick: u64) -> io::Result<()> {
-        if self.program == Some(number) {
+        if self.written_program == Some(number) {
             return Ok(());
         }
         let content = {
@@ -229,19 +235,19 @@ impl RecordFile {
             encoded(&(number, program.unwrap_or(&RecordedProgram::Unknown)))?
         };
         self.write(Kind::Program, tick, &content)?;
-        self.program = Some(number);
+        self.written_program = Some(number);
         Ok(())
     }
 
     fn write(&mut self, kind: Kind, tick: u64, content: &[u8]) -> io::Result<()> {
-        self.blocks.clear();
-        block::write(kind, tick, content, &mut self.blocks);
-        self.size += self.blocks.len() as u64;
-        self.file.write_all(&self.blocks)
+        self.block_bytes.clear();
+        block::write(kind, tick, content, &mut self.block_bytes);
+        self.size += self.block_bytes.len() as u64;
+        self.file.write_all(&self.block_bytes)
     }
 }
 
-/// Opens a file for this process alone.
+/// Opens a file and locks it, so that no other process records into it.
 fn open(path: &Path) -> io::Result<File> {
     open_locked(path).map_err(|error| match error {
         LockError::Held(_) => {

@@ -7,10 +7,10 @@ use std::time::Duration;
 /// How much a record keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
-    /// So many bytes at most, a little more where a single checkpoint is that long. At least the last
-    /// half of them is there.
+    /// At most so many bytes, or a little more if a single checkpoint is longer. Once the record has become that
+    /// long, at least the newest half of these bytes is always kept.
     Size(u64),
-    /// At least the last so much time of the machine, twice that at most.
+    /// At least the ticks of the last so much time of the control, and at most those of twice that time.
     Time(Duration),
 }
 

@@ -3,14 +3,14 @@
 //!
 //! A tick follows from the state before it, from what acts on the control from outside, and from what
 //! the clock decides. So a record holds a checkpoint now and then, and for each tick the writes, forces and skipped
-//! ticks before it, its [clock decisions](crate::ClockDecision), its events, and a hash of the state behind it,
+//! ticks before it, its [clock decisions](crate::ClockDecision), its events, and a hash of the state after it,
 //! by which a replay is checked.
 //!
 //! - [`Recorder`] belongs to the thread that runs the ticks. In real time it puts what it records into a queue
 //!   of fixed size; it neither waits, nor allocates memory, nor calls the operating system. A thread of
 //!   its own ([`RecordThread`]) writes. In simulated time the recorder writes by itself.
-//! - [`Recording`] is a record that is read, also while it is being written, also where its end is cut
-//!   off or some of it is damaged.
+//! - [`Recording`] reads a record. The record may still grow, its end may be cut off, and parts of it may be
+//!   damaged.
 //! - [`Replayer`] brings an executive into the state before any recorded tick, and runs it on from there
 //!   tick by tick in whichever engine it is given.
 //!
@@ -31,8 +31,9 @@
 //! # }
 //! ```
 //!
-//! A record is a row of blocks (`block.rs`), each with a checksum, most of them compressed. It has two parts at most: when `FILE`
-//! has half the size that is kept, it becomes `FILE.1`, whose former content goes, and a new `FILE` begins.
+//! A record is a sequence of blocks (`block.rs`), each with a checksum, most of them compressed. It has one or two
+//! parts, each a file. When `FILE` has half the size that is to be kept, or covers the time that is to be kept,
+//! it is renamed to `FILE.1` in place of the older part, and a new `FILE` begins.
 
 mod block;
 mod entry;
@@ -51,12 +52,12 @@ mod thread;
 pub use entry::{Action, RecordedStop, TickRecord};
 pub use file::{Appending, RecordFile};
 pub use keep::Keep;
-pub(crate) use recorder::ProgramView;
 pub use recorder::Recorder;
+pub(crate) use recorder::RecorderProgram;
 pub use recording::{Gap, RecordError, RecordedRun, Recording, RunEnd, Span};
 pub use replay::{Difference, ReplayError, Replayed, Replayer, differing_variables};
 pub use run_header::{RecordedFile, RecordedProgram, RecordedSources, RunHeader};
 pub use thread::{RecordThread, RecordedPrograms};
 
-/// How many ticks are between two checkpoints at most.
+/// How many ticks lie between two checkpoints at most.
 const MOST_TICKS: u64 = 1 << 16;

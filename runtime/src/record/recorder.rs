@@ -1,5 +1,5 @@
-//! The side of the thread that runs the ticks: notes what acts on the control, takes checkpoints, and hands
-//! both over to be written.
+//! The recorder, which runs in the thread that runs the ticks. It notes what acts on the control, takes
+//! checkpoints, and hands both over as frames to be written.
 
 use std::borrow::Cow;
 use std::io::{self, Write};
@@ -18,7 +18,7 @@ use crate::{Event, Executive, Setting, Stop, Variable, VariableKey};
 
 /// Time of the machine from one checkpoint to the next.
 const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(30);
-/// Room for what is recorded of one tick, so that no tick allocates memory for it.
+/// Bytes that are reserved for what is recorded of one tick, so that no tick allocates memory for it.
 const TICK_ROOM: usize = 1 << 16;
 
 /// Where a recorder puts what it records.
@@ -29,22 +29,23 @@ enum Sink {
     Queue(Producer<u8>),
 }
 
-/// What a recorder must know of the program that runs. Making it allocates memory, so for an online change
-/// it is made beforehand.
+/// What a recorder keeps for the program that runs. Making it allocates memory, so for an online change
+/// it is made beforehand, in another thread.
 #[derive(Debug)]
-pub(crate) struct ProgramView {
-    /// The program's number in the record: 0 for the one with which the run began.
-    program: u16,
+pub(crate) struct RecorderProgram {
+    /// The program's number in the record: 0 for the one with which the run began, else what
+    /// [`RecordedPrograms::add`](super::RecordedPrograms::add) gave.
+    number: u16,
     hash: StateHash,
-    /// The keys of the variables that the stimulus sets, by the variables' numbers.
+    /// The keys of the variables that were looked up for the stimulus, by the variables' numbers.
     keys: Vec<Option<VariableKey>>,
-    /// Room for the state outside the image.
+    /// A buffer for the state outside the image.
     state: Vec<u8>,
 }
 
-impl ProgramView {
+impl RecorderProgram {
     /// `executive` is the program's, with all variables looked up that the stimulus sets.
-    pub(crate) fn new(program: u16, executive: &dyn Executive) -> Self {
+    pub(crate) fn new(number: u16, executive: &dyn Executive) -> Self {
         let known = u32::try_from(executive.found().len()).unwrap_or(0);
         let key = |number| executive.keys(Variable(number)).first().copied();
         let mut state = vec![];
@@ -52,7 +53,7 @@ impl ProgramView {
         // Queues and sparse memory may grow.
         state.reserve(state.len() + TICK_ROOM);
         let keys = (0..known).map(key).collect();
-        Self { program, hash: StateHash::new(executive), keys, state }
+        Self { number, hash: StateHash::new(executive), keys, state }
     }
 }
 
@@ -62,19 +63,22 @@ pub struct Recorder {
     sink: Sink,
     /// Why the file could not be written, which ends the record in simulated time.
     failure: Option<io::Error>,
-    view: ProgramView,
-    /// The number of the next tick, and how many are skipped before it.
+    program: RecorderProgram,
+    /// The number of the next tick; `skipped` ticks come before it that are not run.
     next_tick: u64,
     skipped: u64,
     /// How many online changes there were.
     generation: u16,
     /// What was noted of the next tick so far.
     entries: Vec<u8>,
-    /// A checkpoint is to be taken before anything of the next tick is done. While none can be handed
-    /// over, ticks are lost.
+    /// Whether a checkpoint is to be taken before anything of the next tick is noted. As long as the queue has no
+    /// room for it, ticks are lost.
     due: bool,
+    /// How many ticks were lost since the last frame that was handed over.
     lost: u64,
+    /// How many ticks lie between two checkpoints.
     interval: u64,
+    /// How many ticks there were since the last checkpoint.
     since_checkpoint: u64,
     wants_checkpoint: Arc<AtomicBool>,
     /// Whether the program was stopped in a tick that is recorded.
@@ -110,7 +114,7 @@ impl Recorder {
         Self {
             sink,
             failure: None,
-            view: ProgramView::new(0, executive),
+            program: RecorderProgram::new(0, executive),
             next_tick: 0,
             skipped: 0,
             generation: 0,
@@ -124,31 +128,35 @@ impl Recorder {
         }
     }
 
-    /// Something is about to happen to the control: takes a checkpoint if one is due. Between two ticks
-    /// it may be called as often as one likes.
-    pub(crate) fn begin(&mut self, executive: &dyn Executive) {
+    /// Takes a checkpoint if one is due. This is called before each tick and before everything that acts
+    /// on the control. Once something was noted of the next tick, the checkpoint waits until that tick is
+    /// over: what was noted has changed the state already, and a replay would do it again.
+    pub(crate) fn checkpoint_if_due(&mut self, executive: &dyn Executive) {
+        if !self.entries.is_empty() {
+            return;
+        }
         if self.wants_checkpoint.load(Ordering::Relaxed) {
             self.wants_checkpoint.store(false, Ordering::Relaxed);
             self.due = true;
         }
-        if self.due && self.entries.is_empty() {
+        if self.due {
             self.take_checkpoint(executive);
         }
     }
 
     /// A variable is about to be set by the stimulus.
     pub(crate) fn set(&mut self, executive: &dyn Executive, variable: Variable, value: Setting) {
-        let known = self.view.keys.get(variable.0 as usize).copied();
-        // Variables that were looked up later are not among them; they have a key all the same.
+        let known = self.program.keys.get(variable.0 as usize).copied();
+        // Variables that were looked up after the recorder was made are not in the list of keys.
         let key = known.unwrap_or_else(|| executive.keys(variable).first().copied());
         if let Some(key) = key {
             self.act(executive, Action::Write(key, value));
         }
     }
 
-    /// Something is about to act on the control.
+    /// Notes something that is about to act on the control.
     pub(crate) fn act(&mut self, executive: &dyn Executive, action: Action) {
-        self.begin(executive);
+        self.checkpoint_if_due(executive);
         if let Action::Skip(count) = action {
             self.skipped = self.skipped.saturating_add(count);
         }
@@ -157,7 +165,8 @@ impl Recorder {
         }
     }
 
-    /// A tick has ended, with these events.
+    /// Records a tick that has ended, with its events and why the program was stopped in it, if it was.
+    /// `executive` is in the state after it.
     pub(crate) fn end_tick(
         &mut self,
         executive: &dyn Executive,
@@ -183,7 +192,7 @@ impl Recorder {
             Entry::Stop(Cow::Owned(RecordedStop::from(stop))).write(&mut self.entries);
             self.stopped = true;
         }
-        entry::end_tick(self.view.hash.add(executive.image()), &mut self.entries);
+        entry::end_tick(self.program.hash.add(executive.image()), &mut self.entries);
         let entries = std::mem::take(&mut self.entries);
         let written = self.push(FrameKind::Tick, first, &[&entries]);
         self.entries = entries;
@@ -198,17 +207,17 @@ impl Recorder {
         }
     }
 
-    /// Another program has taken the place of the one that ran. `view` is that of the new one, and becomes
-    /// that of the former one.
+    /// Goes on with another program, which has taken the place of the one that ran. `program` is what the recorder
+    /// keeps for the new one, and becomes what it kept for the former one.
     #[cfg(feature = "args")]
-    pub(crate) fn replaced(&mut self, view: &mut ProgramView) {
+    pub(crate) fn replaced(&mut self, program: &mut RecorderProgram) {
         // What acted on the control since the last tick is in the state that was taken over.
         self.entries.clear();
         self.next_tick = self.next_tick.saturating_add(self.skipped);
         (self.skipped, self.due) = (0, true);
         self.generation = self.generation.wrapping_add(1);
-        view.hash.set(self.view.hash.value());
-        std::mem::swap(&mut self.view, view);
+        program.hash.set(self.program.hash.value());
+        std::mem::swap(&mut self.program, program);
     }
 
     /// The run has ended. `stop` is why the control stopped the program, if it did.
@@ -222,7 +231,7 @@ impl Recorder {
         if self.lost > 0 {
             self.push(FrameKind::Gap, self.next_tick, &[&self.lost.to_le_bytes()]);
         }
-        let hash = self.view.hash.value().to_le_bytes();
+        let hash = self.program.hash.value().to_le_bytes();
         let entries = std::mem::take(&mut self.entries);
         self.push(FrameKind::End, self.next_tick, &[&hash, &entries]);
         self.failure.map_or(Ok(()), Err)
@@ -230,20 +239,20 @@ impl Recorder {
 
     /// Takes a checkpoint and hands it over, if there is room for it.
     fn take_checkpoint(&mut self, executive: &dyn Executive) {
-        // Ticks that were skipped while none could be taken are in the state.
+        // Ticks that were skipped while no checkpoint could be taken are part of the state, and count as lost.
         self.next_tick = self.next_tick.saturating_add(self.skipped);
         self.lost = self.lost.saturating_add(self.skipped);
         self.skipped = 0;
         let image = executive.image();
-        self.view.state.clear();
-        executive.state_into(&mut self.view.state);
+        self.program.state.clear();
+        executive.state_into(&mut self.program.state);
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
         let mut head = [0; 32];
         let numbers = [
-            u64::from(self.view.program)
+            u64::from(self.program.number)
                 | u64::from(self.generation) << 16
                 | (image.len() as u64) << 32,
-            self.view.hash.value(),
+            self.program.hash.value(),
             now.as_millis() as u64,
             executive.fingerprint(),
         ];
@@ -251,8 +260,8 @@ impl Recorder {
             place.copy_from_slice(&number.to_le_bytes());
         }
         if let Sink::Queue(queue) = &self.sink {
-            // The ticks behind it need some room, too.
-            let needed = head.len() + image.len() + self.view.state.len() + TICK_ROOM;
+            // The ticks after it need some room, too.
+            let needed = head.len() + image.len() + self.program.state.len() + TICK_ROOM;
             if queue.slots() < needed {
                 return;
             }
@@ -260,15 +269,15 @@ impl Recorder {
         if self.lost > 0 {
             self.push(FrameKind::Gap, self.next_tick, &[&self.lost.to_le_bytes()]);
         }
-        let state = std::mem::take(&mut self.view.state);
+        let state = std::mem::take(&mut self.program.state);
         let written = self.push(FrameKind::Checkpoint, self.next_tick, &[&head, image, &state]);
-        self.view.state = state;
+        self.program.state = state;
         if written {
             (self.due, self.lost, self.since_checkpoint) = (false, 0, 0);
         }
     }
 
-    /// Hands a frame over; whether there was room for it.
+    /// Hands a frame over; gives whether there was room for it, or in simulated time whether it was written.
     fn push(&mut self, kind: FrameKind, tick: u64, parts: &[&[u8]]) -> bool {
         match &mut self.sink {
             Sink::File(file) => {

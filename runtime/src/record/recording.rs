@@ -1,4 +1,5 @@
-//! Reads records, also while they are being written, also damaged ones.
+//! Reads records: [`Recording`] finds runs, checkpoints and ticks, also in a record that is still being written or
+//! is damaged.
 
 use std::fs::File;
 use std::io;
@@ -24,7 +25,7 @@ pub enum RecordError {
     /// Another version of plcc has written it.
     #[error("the record has version {0}, this plcc reads version {VERSION}")]
     Version(u32),
-    /// A block has a right checksum, and holds what plcc does not write.
+    /// A block has the right checksum but holds something that plcc does not write.
     #[error("the record is damaged at tick {0}")]
     Damaged(u64),
 }
@@ -41,7 +42,7 @@ pub(super) fn older_part(path: &Path) -> PathBuf {
 struct Part {
     path: PathBuf,
     file: File,
-    /// How far it was read.
+    /// The offset behind the last block that was read.
     read: u64,
 }
 
@@ -52,7 +53,7 @@ struct Place {
     block: Block,
 }
 
-/// A record.
+/// A record that is read.
 #[derive(Debug)]
 pub struct Recording {
     parts: Vec<Part>,
@@ -69,24 +70,24 @@ pub struct RecordedRun {
     /// The programs by their numbers: the first one, and those of online changes. A program whose
     /// ticks are no longer kept is [`RecordedProgram::Unknown`].
     pub programs: Vec<RecordedProgram>,
-    /// The stretches between two checkpoints, by rising ticks.
+    /// The spans, each from one checkpoint to the next, in the order of their ticks.
     pub spans: Vec<Span>,
-    /// The ticks that are missing between two stretches.
+    /// Where ticks are missing: between two spans, or before the end.
     pub gaps: Vec<Gap>,
     /// How the run ended; `None` where the process died, or the run goes on.
     pub end: Option<RunEnd>,
-    /// Whether what comes next can't be used before a checkpoint, and if so, whether the recorder has lost
-    /// ticks; else the file is damaged.
-    broken: Option<bool>,
+    /// Where ticks are missing and no checkpoint has followed yet, so that the ticks that follow can't be
+    /// used: whether the recorder has lost them (`true`), or the file is damaged (`false`).
+    open_gap: Option<bool>,
 }
 
 /// Ticks that are not in a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gap {
-    /// The first tick behind them.
+    /// The first tick after them, or the number of ticks of the run if they are its last.
     pub before: u64,
-    /// Whether the recorder itself has lost them, since the file could not be written fast enough. Else
-    /// the file is damaged there.
+    /// Whether the recorder itself has lost them, since the file could not be written fast enough (`true`), or
+    /// the file is damaged there (`false`).
     pub lost: bool,
 }
 
@@ -95,11 +96,11 @@ pub struct Gap {
 pub struct RunEnd {
     /// The number of ticks.
     pub ticks: u64,
-    /// The whole hash behind the last tick.
+    /// The whole hash after the last tick.
     pub hash: u64,
-    /// What acted on the control behind the last tick: its outputs were made safe, say.
+    /// What acted on the control after the last tick, for example that its outputs were made safe.
     pub actions: Vec<Action>,
-    /// Why the control stopped the program, where that was not in a tick: the tick began too late.
+    /// Why the control stopped the program, if it did so between two ticks, since a tick would have begun too late.
     pub stop: Option<RecordedStop>,
 }
 
@@ -108,13 +109,14 @@ pub struct RunEnd {
 pub struct Span {
     /// The number of the first tick, before which the checkpoint was taken.
     pub first: u64,
-    /// How many online changes there were before.
+    /// How many online changes there were before the checkpoint.
     pub generation: u16,
     /// The number of the program among those of the run.
     pub program: u16,
     /// When the checkpoint was taken, in milliseconds since 1970.
     pub time_ms: u64,
-    /// Whether the stretch follows the one before without a gap.
+    /// Whether the record shows no gap between the span before and this one. (Ticks that came while the file
+    /// could not be written may be missing all the same; a [`Replayer`](super::Replayer) notices that.)
     pub follows: bool,
     /// The whole hash before the first tick.
     pub(super) hash: u64,
@@ -130,7 +132,7 @@ pub(super) struct StoredCheckpoint {
 }
 
 impl Recording {
-    /// Reads which runs and ticks a record has. `path` is that of its newest part; the older one is read
+    /// Opens a record and finds its runs and spans. `path` is that of its newest part; the older part is read
     /// too, if it exists.
     ///
     /// # Errors
@@ -154,8 +156,8 @@ impl Recording {
         Ok(recording)
     }
 
-    /// Takes in what was written since the record was opened or refreshed. When the files were exchanged
-    /// meanwhile, the record has to be opened again to see the new one.
+    /// Takes in what was written since the record was opened or refreshed. It goes on in the same files: when a
+    /// new part was begun meanwhile, the record has to be opened again to see it.
     ///
     /// # Errors
     /// When the file can't be read.
@@ -191,7 +193,7 @@ impl Recording {
             if header.version != VERSION {
                 return Err(RecordError::Version(header.version));
             }
-            // Behind the beginning of another part the same run goes on.
+            // A run that goes on in another part has a start block there too.
             if self.runs.last().is_none_or(|run| run.header.run != header.run) {
                 self.runs.push(RecordedRun {
                     header,
@@ -199,7 +201,7 @@ impl Recording {
                     spans: vec![],
                     gaps: vec![],
                     end: None,
-                    broken: None,
+                    open_gap: None,
                 });
             }
             return Ok(());
@@ -208,10 +210,10 @@ impl Recording {
             Kind::Ticks => vec![],
             _ => self.content(place)?,
         };
-        // Blocks before the first beginning belong to nothing that is known.
+        // Blocks before the first start block belong to no run that is known.
         let Some(run) = self.runs.last_mut() else { return Ok(()) };
         if before > 0 {
-            run.broken.get_or_insert(false);
+            run.open_gap.get_or_insert(false);
         }
         let damaged = || RecordError::Damaged(tick);
         match kind {
@@ -230,7 +232,7 @@ impl Recording {
             Kind::Checkpoint => {
                 let (numbers, _) = checkpoint_head(&content).ok_or_else(damaged)?;
                 let [program, hash, time_ms, fingerprint] = numbers;
-                let gap = run.broken.take().map(|lost| Gap { before: tick, lost });
+                let gap = run.open_gap.take().map(|lost| Gap { before: tick, lost });
                 run.spans.push(Span {
                     first: tick,
                     generation: (program >> 16) as u16,
@@ -245,15 +247,16 @@ impl Recording {
                 run.gaps.extend(gap);
             }
             Kind::Ticks => {
-                // Ticks behind damage can't be used before the next checkpoint.
-                if let Some(span) = run.spans.last_mut().filter(|_| run.broken.is_none()) {
+                if let Some(span) = run.spans.last_mut().filter(|_| run.open_gap.is_none()) {
                     span.ticks.push(place);
                 }
             }
-            Kind::Gap => run.broken = Some(true),
+            Kind::Gap => run.open_gap = Some(true),
             Kind::End => {
                 let (hash, rest) = content.split_first_chunk::<8>().ok_or_else(damaged)?;
                 let (actions, stop) = read_trailing(rest).ok_or_else(damaged)?;
+                let gap = run.open_gap.take().map(|lost| Gap { before: tick, lost });
+                run.gaps.extend(gap);
                 run.end =
                     Some(RunEnd { ticks: tick, hash: u64::from_le_bytes(*hash), actions, stop });
             }
@@ -261,7 +264,7 @@ impl Recording {
         Ok(())
     }
 
-    /// What a block holds.
+    /// What a block holds, decompressed.
     fn content(&self, place: Place) -> Result<Vec<u8>, RecordError> {
         let damaged = RecordError::Damaged(place.block.tick);
         let Some(part) = self.parts.get(place.part) else { return Err(damaged) };
@@ -283,7 +286,7 @@ impl Recording {
         self.runs.last()
     }
 
-    /// How many bytes of the record belong to no whole block: damage, or a block of which the end is
+    /// How many bytes of the record belong to no whole block: they are damaged, or the end of their block is
     /// missing.
     pub fn damaged_bytes(&self) -> u64 {
         let open = self.parts.iter().map(|part| {
@@ -314,7 +317,7 @@ impl Recording {
         Ok(ticks)
     }
 
-    /// The number of the first tick behind a span's last one.
+    /// The number of the tick after a span's last one.
     ///
     /// # Errors
     /// When the file can't be read or is damaged.
@@ -337,8 +340,9 @@ impl Recording {
     }
 }
 
-/// The four numbers with which a checkpoint begins (program, generation and length of the image, hash, time,
-/// fingerprint), and the image and the state behind them.
+/// The four numbers with which a checkpoint begins, and the image and the state after them. The first number has
+/// the program's number (bits 0 to 15), the generation (16 to 31) and the length of the image (32 to 63); the
+/// others are the hash, the time and the fingerprint.
 fn checkpoint_head(content: &[u8]) -> Option<([u64; 4], &[u8])> {
     let mut numbers = [0; 4];
     let mut rest = content;
@@ -351,14 +355,14 @@ fn checkpoint_head(content: &[u8]) -> Option<([u64; 4], &[u8])> {
 }
 
 impl RecordedRun {
-    /// The generations whose ticks are kept: how many online changes there were before each.
+    /// The generations of which ticks are kept, in order. A generation is the number of online changes before it.
     pub fn generations(&self) -> Vec<u16> {
         let mut all: Vec<u16> = self.spans.iter().map(|span| span.generation).collect();
         all.dedup();
         all
     }
 
-    /// The program that ran after so many online changes.
+    /// The program that ran after so many online changes; `None` if no tick of it is kept.
     pub fn program_of(&self, generation: u16) -> Option<&RecordedProgram> {
         let span = self.spans.iter().find(|span| span.generation == generation)?;
         self.programs.get(usize::from(span.program))

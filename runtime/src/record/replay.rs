@@ -15,7 +15,7 @@ pub enum ReplayError {
     /// The record can't be read.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// The executive does not take the recorded state: it is of another program.
+    /// The executive does not take the recorded state, which is of another program.
     #[error("the recorded state can't be restored: {0}")]
     Checkpoint(#[from] CheckpointError),
     /// The tick is not in the record.
@@ -33,13 +33,13 @@ pub enum ReplayError {
 /// How a replayed tick differs from the recorded one.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Difference {
-    /// The state behind it has another hash.
+    /// The state after it has another hash.
     State,
-    /// The state before it is another one than that of the recorded checkpoint, whose image this is.
+    /// The state before it is not that of the recorded checkpoint. This is the checkpoint's image.
     Checkpoint(Vec<u8>),
-    /// Its events are others.
+    /// It reported other events.
     Events,
-    /// One was stopped, the other not, or for another reason.
+    /// The program was stopped in only one of the two, or for different reasons.
     Stop,
 }
 
@@ -50,37 +50,37 @@ pub struct Replayed {
     pub tick: u64,
     /// Whether it went as recorded.
     pub matches: bool,
-    /// How it differs, if it does.
+    /// How it differs from the recorded one; `None` if `matches`.
     pub difference: Option<Difference>,
     /// Why the control stopped the program in it, if it did.
     pub stop: Option<Stop>,
-    /// Whether a scan of it was stopped in its middle, by the watchdog. Such a tick is not run again:
-    /// what acted on the control before it was done, no more. It is the last one.
+    /// Whether the watchdog stopped one of its scans in the middle. Such a tick is not run again: the replay only
+    /// does what acted on the control before it, and ends.
     pub cut: bool,
-    /// Whether ticks before it are missing, so that it began with a recorded checkpoint.
+    /// Whether ticks before it are missing, so that the replay took the state from a checkpoint here.
     pub after_gap: bool,
 }
 
 /// Brings an executive into the state before any recorded tick, and runs it on from there.
 ///
 /// The executive is made of the recorded program with the recorded options; `session::replay` does
-/// that. The engine is given to each step, and another one can be given to the next, so that one may
-/// go to a tick quickly in compiled code, and then watch the statement interpreter. Native code of a
-/// PMAC must be one that is not [recompiled](crate::pmac::Recompiling) meanwhile.
+/// that. The engine is given to each step anew, so that ticks may be skipped quickly in compiled code and the
+/// interesting one run in the statement interpreter. Native code of a PMAC must not be
+/// [recompiled](crate::pmac::Recompiling) meanwhile.
 pub struct Replayer<'r> {
     recording: &'r Recording,
     run: &'r RecordedRun,
     generation: u16,
     executive: Box<dyn Executive + Send>,
     hash: StateHash,
-    /// The span whose ticks these are.
+    /// The index of the span whose ticks are in `ticks`.
     span: Option<usize>,
     ticks: Vec<TickRecord>,
-    /// Which of them is the next.
+    /// The index in `ticks` of the next one.
     at: usize,
     /// Whether ticks are missing before the next one.
     after_gap: bool,
-    /// How the state before the next tick differs from the checkpoint.
+    /// How the state before the next tick differs from the checkpoint there, if it does.
     difference: Option<Difference>,
     /// Whether the last tick was cut.
     cut: bool,
@@ -116,8 +116,8 @@ impl<'r> Replayer<'r> {
         self.executive.as_mut()
     }
 
-    /// The recorded tick that [`step`](Self::step) runs next; `None` behind the last one, and before
-    /// anything was restored.
+    /// The recorded tick that [`step`](Self::step) runs next. `None` at the end of a span, whose successor only
+    /// `step` reads, and before [`go_to`](Self::go_to) or `step` was called for the first time.
     pub fn next(&self) -> Option<&TickRecord> {
         self.ticks.get(self.at)
     }
@@ -139,8 +139,9 @@ impl<'r> Replayer<'r> {
         Ok((first, end.saturating_sub(1)))
     }
 
-    /// Brings the executive into the state before a tick; where that was skipped, before the next one
-    /// that was run. It begins with the nearest checkpoint before, unless the present state is nearer.
+    /// Brings the executive into the state before a tick; if that tick was skipped, before the next one that was
+    /// run. The replay starts at the last checkpoint before the tick, or at the present state if that is nearer.
+    /// `engine` runs the ticks in between.
     ///
     /// # Errors
     /// When the tick is not in the record, the record can't be read, or belongs to another program.
@@ -189,19 +190,21 @@ impl<'r> Replayer<'r> {
         Ok(())
     }
 
-    /// Goes on with the ticks of the next span; whether there is one.
+    /// Goes on with the ticks of the next span; gives whether there is one.
     fn enter_next_span(&mut self) -> Result<bool, ReplayError> {
         let next = self.span.map_or(0, |span| span + 1);
         let spans = self.run.spans.iter().enumerate().skip(next);
         let found = spans.into_iter().find(|(_, span)| span.generation == self.generation);
         let Some((index, span)) = found else { return Ok(false) };
-        if self.span.is_none() || index > next || !span.follows {
+        // The thread that writes drops ticks while the file can't be written, and need not leave a mark.
+        let is_next = index == next && span.follows && self.end_of_ticks() == Some(span.first);
+        if !is_next {
             let after_gap = self.span.is_some();
             self.restore(index)?;
             self.after_gap = after_gap;
             return Ok(true);
         }
-        // The state goes on by itself, and must have become that of the checkpoint.
+        // Nothing is restored: the state that the replay has come to must be that of the checkpoint.
         let stored = self.recording.checkpoint(span)?;
         if !self.is_in_state(&stored.image, &stored.state) || self.hash.value() != span.hash {
             self.difference = Some(Difference::Checkpoint(stored.image));
@@ -211,8 +214,14 @@ impl<'r> Replayer<'r> {
         Ok(true)
     }
 
-    /// Whether the executive has this image, but for what engines may use in their own way, and this
-    /// state outside it.
+    /// The number of the tick behind the last one that was read; `None` before anything was restored.
+    fn end_of_ticks(&self) -> Option<u64> {
+        let span = self.run.spans.get(self.span?)?;
+        Some(self.ticks.last().map_or(span.first, |last| last.tick.saturating_add(1)))
+    }
+
+    /// Whether the executive has this state outside the image, and this image but for the places that engines use
+    /// in their own way.
     fn is_in_state(&self, image: &[u8], state: &[u8]) -> bool {
         let mut own = vec![];
         self.executive.state_into(&mut own);
@@ -226,8 +235,8 @@ impl<'r> Replayer<'r> {
             && self.executive.compared_ranges().iter().all(same)
     }
 
-    /// Does what acted on the control before the next tick, and runs it. Its events are appended to
-    /// `events`. `None` behind the last tick.
+    /// Does what acted on the control before the next tick, and runs the tick. Its events are appended to
+    /// `events`. `None` after the last tick.
     ///
     /// # Errors
     /// When the record can't be read, or belongs to another program.
@@ -277,29 +286,32 @@ impl<'r> Replayer<'r> {
         Ok(Some(Replayed { tick, matches, difference, stop, cut: false, after_gap }))
     }
 
-    /// Behind the last tick of a run that has ended: does what acted on the control then, and says how
-    /// the run ended, and whether the whole hash is the recorded one.
+    /// After the last tick: does what acted on the control then. Gives how the run ended, and whether the
+    /// replay came to the recorded hash; that is also `true` where the two can't be compared, since the
+    /// last tick was cut or ticks before the end are missing. `None` where the record has no end.
     pub fn end(&mut self) -> Option<(&'r RunEnd, bool)> {
         let end = self.run.end.as_ref()?;
         for action in &end.actions {
             act(self.executive.as_mut(), action);
         }
-        Some((end, self.cut || self.hash.value() == end.hash))
+        let is_comparable = !self.cut && self.end_of_ticks() == Some(end.ticks);
+        Some((end, !is_comparable || self.hash.value() == end.hash))
     }
 }
 
-/// Has something act on a control as it did when it was recorded.
+/// Does to a control what acted on it when it was recorded.
 fn act(executive: &mut dyn Executive, action: &Action) {
     match *action {
         Action::Write(key, value) => executive.write(key, value),
-        // It was refused then, too, if it is now.
+        // A force that is refused now was refused when it was recorded, too.
         Action::Force(key, value) => drop(executive.force(key, value)),
         Action::Skip(count) => executive.skip_ticks(count),
         Action::SafeOutputs => executive.drive_safe_outputs(),
     }
 }
 
-/// The variables of a program that differ between two images, with the bytes that they have in each.
+/// The variables of a program that differ between two images, in the order of the program's symbols. Each has
+/// its name (of an array each element that differs, as `A[3]`), its bytes in `a` and its bytes in `b`.
 pub fn differing_variables(
     program: &Program,
     a: &[u8],

@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-/// The version of everything in a record.
+/// The version of the format of records.
 pub(super) const VERSION: u32 = 1;
 
 /// A run, as a record describes it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunHeader {
-    /// The version of the record's form.
+    /// The version of the record's format.
     pub(super) version: u32,
     /// A number that tells this run from others in the same file.
     pub run: u64,
@@ -23,7 +23,7 @@ pub struct RunHeader {
     /// Whether the clock takes part in what a tick does: the run was in real time, or watched by a
     /// watchdog. A replay then follows the recorded decisions.
     pub clocked: bool,
-    /// The options of the run, in the form of whoever made the recorder
+    /// The options of the run, serialised by the session, which alone reads them again
     /// (`session::replay::RunSettings`).
     #[serde(with = "crate::checkpoint::bytes")]
     pub settings: Vec<u8>,
@@ -32,7 +32,7 @@ pub struct RunHeader {
 impl RunHeader {
     /// A run that begins now: `began` is the time since 1970, `tick_ns` the time from one tick to the next
     /// in nanoseconds. `clocked` says whether the clock takes part in what a tick does. `settings` are the
-    /// options of the run, which only whoever replays it has to understand.
+    /// options of the run as bytes; this module only keeps them.
     pub fn new(began: Duration, tick_ns: u64, clocked: bool, settings: Vec<u8>) -> Self {
         Self {
             version: VERSION,
@@ -53,7 +53,7 @@ pub enum RecordedProgram {
     Artifact(#[serde(with = "crate::checkpoint::bytes")] Vec<u8>),
     /// Sources.
     Sources(RecordedSources),
-    /// The program is not in the record, since it was not known to the recorder.
+    /// The program is not in the record: the recorder was not given it, or the ticks that it ran are no longer kept.
     Unknown,
 }
 
@@ -64,9 +64,9 @@ pub struct RecordedSources {
     pub dialect: String,
     /// The files: first those that were named, then those that they include.
     pub files: Vec<RecordedFile>,
-    /// How many were named.
+    /// How many of the files were named; the others are included.
     pub named: usize,
-    /// The options of the compiler, in its own form.
+    /// The options of the compiler, serialised by `plcc`, which alone reads them again.
     #[serde(with = "crate::checkpoint::bytes")]
     pub options: Vec<u8>,
 }
@@ -76,6 +76,6 @@ pub struct RecordedSources {
 pub struct RecordedFile {
     /// Its path as it was given.
     pub path: String,
-    /// Its text, decoded.
+    /// Its text in UTF-8, whatever the file's encoding was.
     pub text: String,
 }

@@ -12,7 +12,7 @@ use crate::Executive;
 
 /// The bits of the hash that are recorded for each tick. The highest bit of the two bytes tells a tick from
 /// other entries.
-const RECORDED: u64 = 0x7FFF;
+const RECORDED_BITS: u64 = 0x7FFF;
 
 /// The hash of all ticks so far.
 #[derive(Clone, Debug)]
@@ -23,8 +23,8 @@ pub(super) struct StateHash {
 }
 
 impl StateHash {
-    /// The hash before any tick. What is hashed of an image is what the program is known to use, as far
-    /// as it is the same in every engine. Checkpoints are compared as a whole.
+    /// The hash before any tick. Of each image it takes in the parts that the program is known to use, without
+    /// the places that engines use in their own way. (The other parts are compared at checkpoints.)
     pub(super) fn new(executive: &dyn Executive) -> Self {
         let compared = executive.compared_ranges();
         let used = executive.used_ranges();
@@ -33,13 +33,13 @@ impl StateHash {
         Self { ranges: ranges.collect(), value: 0 }
     }
 
-    /// Takes in the image behind a tick. Gives the bits that are recorded.
+    /// Takes in the image after a tick. Gives the bits that are recorded.
     pub(super) fn add(&mut self, image: &[u8]) -> u16 {
         for range in &self.ranges {
             let bytes = image.get(range.clone()).unwrap_or_default();
             self.value = XxHash3_64::oneshot_with_seed(self.value, bytes);
         }
-        (self.value & RECORDED) as u16
+        (self.value & RECORDED_BITS) as u16
     }
 
     /// The whole hash.
@@ -53,7 +53,8 @@ impl StateHash {
     }
 }
 
-/// What ranges in any order have in common with sorted ones, sorted and without overlaps.
+/// The intersection of ranges in any order, which may overlap, with sorted ones that do not; the result is sorted
+/// and has no overlaps.
 fn common(mut ranges: Vec<Range<u32>>, sorted: &[Range<u32>]) -> Vec<Range<u32>> {
     ranges.sort_by_key(|range| range.start);
     let mut merged: Vec<Range<u32>> = vec![];

@@ -1,5 +1,7 @@
-//! A recorder whose queue is full for a while, with a program made by hand.
+//! Records with a program made by hand: full queues, ticks that are missing, damaged files.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use plcc_abi::image::{read_u32, write_u32};
@@ -100,6 +102,84 @@ fn ticks_for_which_there_is_no_room_are_told_and_the_record_goes_on() {
     let _ = std::fs::remove_file(path);
 }
 
+/// The ticks that a record's last run has, each as (number, whether ticks before it are missing); all
+/// of them go as recorded.
+fn replayed_ticks(recording: &Recording) -> Vec<(u64, bool)> {
+    let mut replayer = Replayer::new(recording, recording.last_run().unwrap(), 0, executive());
+    let mut ticks = vec![];
+    while let Some(replayed) = replayer.step(&mut Counter, &mut vec![]).unwrap() {
+        assert!(replayed.matches, "{replayed:?}");
+        ticks.push((replayed.tick, replayed.after_gap));
+    }
+    assert!(replayer.end().unwrap().1, "the end");
+    ticks
+}
+
+#[test]
+fn a_checkpoint_that_is_wanted_between_an_action_and_its_tick_loses_no_tick() {
+    let (path, mut control, wants_checkpoint) = recorded("wanted");
+    control.tick(&mut Counter, &mut vec![]).unwrap();
+    control.skip_ticks(1);
+    wants_checkpoint.store(true, Ordering::Relaxed);
+    control.tick(&mut Counter, &mut vec![]).unwrap();
+    control.tick(&mut Counter, &mut vec![]).unwrap();
+    control.end_record(None).unwrap();
+    let recording = Recording::open(&path).unwrap();
+    let run = recording.last_run().unwrap();
+    assert_eq!(run.gaps, []);
+    assert_eq!(run.spans.iter().map(|span| span.first).collect::<Vec<_>>(), [0, 3]);
+    assert_eq!(replayed_ticks(&recording), [(0, false), (2, false), (3, false)]);
+    std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
+}
+
+#[test]
+fn ticks_that_were_not_written_are_missing_and_do_not_differ() {
+    let path = std::env::temp_dir().join(format!("plcc-unwritten-{}.plcrec", std::process::id()));
+    let header = RunHeader::new(Duration::ZERO, 20_000_000, false, vec![]);
+    let create = RecordFile::create;
+    let program = RecordedProgram::Unknown;
+    let mut file = create(&path, Keep::default(), Appending::No, header, program).unwrap();
+    let wants_checkpoint = file.wants_checkpoint();
+    let (queue, mut frames) = RingBuffer::new(80_000);
+    let mut control = ReplaceableExecutive::new(executive());
+    control.record(Recorder::to_queue(queue, file.wants_checkpoint(), &control));
+    let run = |control: &mut ReplaceableExecutive, ticks: u64| {
+        (0..ticks).for_each(|_| control.tick(&mut Counter, &mut vec![]).unwrap());
+    };
+    run(&mut control, 2);
+    drain(&mut frames, &mut file);
+    // As the thread that writes does while the file can't be written.
+    run(&mut control, 3);
+    let waiting = frames.slots();
+    frames.read_chunk(waiting).unwrap().commit_all();
+    wants_checkpoint.store(true, Ordering::Relaxed);
+    run(&mut control, 1);
+    control.end_record(None).unwrap();
+    drain(&mut frames, &mut file);
+    let recording = Recording::open(&path).unwrap();
+    assert_eq!(replayed_ticks(&recording), [(0, false), (1, false), (5, true)]);
+    let run = recording.last_run().unwrap();
+    let mut replayer = Replayer::new(&recording, run, 0, executive());
+    let missing = replayer.go_to(3, &mut Counter);
+    assert!(matches!(missing, Err(ReplayError::NotKept { tick: 3, .. })), "{missing:?}");
+    let _ = std::fs::remove_file(path);
+}
+
+#[test]
+fn an_end_behind_damaged_ticks_does_not_differ() {
+    let (path, mut control, _) = recorded("damaged-end");
+    (0..3).for_each(|_| control.tick(&mut Counter, &mut vec![]).unwrap());
+    control.end_record(None).unwrap();
+    let mut bytes = std::fs::read(&path).unwrap();
+    let ticks = bytes.windows(4).position(|bytes| bytes == [0x89, 0x52, 0x42, 4]).unwrap();
+    bytes[ticks + super::block::HEADER] ^= 1;
+    std::fs::write(&path, bytes).unwrap();
+    let recording = Recording::open(&path).unwrap();
+    assert_eq!(recording.last_run().unwrap().gaps, [Gap { before: 3, lost: false }]);
+    assert_eq!(replayed_ticks(&recording), []);
+    std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
+}
+
 #[test]
 fn frames_are_read_as_they_were_written() {
     let header = super::thread::frame_header(FrameKind::Gap, 0x0102_0304, u64::MAX - 5);
@@ -107,17 +187,19 @@ fn frames_are_read_as_they_were_written() {
     assert_eq!(read_frame_header(&header[..FRAME_HEADER - 1]), None);
 }
 
-/// A new record for a test, and a control that records into it in simulated time.
-fn recorded(name: &str) -> (std::path::PathBuf, ReplaceableExecutive) {
+/// A new record for a test, a control that records into it in simulated time, and the flag that asks for a
+/// checkpoint.
+fn recorded(name: &str) -> (std::path::PathBuf, ReplaceableExecutive, Arc<AtomicBool>) {
     let folder = std::env::temp_dir().join(format!("plcc-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let path = folder.join("r.plcrec");
     let header = RunHeader::new(Duration::ZERO, 20_000_000, false, vec![]);
     let program = RecordedProgram::Unknown;
     let file = RecordFile::create(&path, Keep::default(), Appending::No, header, program).unwrap();
+    let wants_checkpoint = file.wants_checkpoint();
     let mut control = ReplaceableExecutive::new(executive());
     control.record(Recorder::to_file(file, &control));
-    (path, control)
+    (path, control, wants_checkpoint)
 }
 
 #[test]
@@ -171,7 +253,7 @@ fn append(path: &std::path::Path, bytes: &[u8]) {
 
 #[test]
 fn a_small_block_with_very_many_ticks_is_damage() {
-    let (path, mut control) = recorded("many-ticks");
+    let (path, mut control, _) = recorded("many-ticks");
     control.tick(&mut Counter, &mut vec![]).unwrap();
     control.end_record(None).unwrap();
     for (size, is_block) in [(16 << 20, true), (65 << 20, false)] {
@@ -192,7 +274,7 @@ fn a_small_block_with_very_many_ticks_is_damage() {
 /// hours.
 #[test]
 fn a_record_full_of_headers_is_searched_only_so_long() {
-    let (path, mut control) = recorded("headers");
+    let (path, mut control, _) = recorded("headers");
     control.tick(&mut Counter, &mut vec![]).unwrap();
     control.end_record(None).unwrap();
     let mut header = vec![];

@@ -1,8 +1,9 @@
 //! The thread that writes a record in real time.
 //!
-//! The thread that runs the ticks puts frames into a queue of bytes; this thread looks at the queue every
-//! 20 ms, and writes what has come to the file once a second. Where the file can't be written, it says
-//! so once, throws away what comes until the next checkpoint, asks for one every two seconds, and tries again with that.
+//! The thread that runs the ticks puts frames into a queue of bytes. This thread looks at the queue every
+//! 20 ms, and writes what has come to the file at least once a second. When the file can't be written, it
+//! says so once and drops what comes. It asks for a checkpoint every two seconds, and tries to go on
+//! writing with that.
 
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -23,14 +24,14 @@ use crate::journal::{EntryKind, Journal};
 
 /// How often the thread looks at the queue. It is not woken, since waking it is a system call.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
-/// How often ticks are written.
+/// How long ticks wait at most before they are written.
 const WRITE_INTERVAL: Duration = Duration::from_millis(900);
 /// Time from a failure to the next attempt.
 const RETRY_INTERVAL: Duration = Duration::from_secs(2);
 /// How long the end of a run waits until the record is written.
 const END_WAIT: Duration = Duration::from_secs(2);
-/// The queue has room for so many bytes besides two checkpoints.
-const QUEUE: usize = 1 << 20;
+/// The queue has room for two checkpoints and so many bytes besides.
+const QUEUE_ROOM: usize = 1 << 20;
 
 /// The length of what stands before each frame in the queue: its kind, its length and the tick.
 pub(super) const FRAME_HEADER: usize = 13;
@@ -42,7 +43,7 @@ pub(super) fn frame_header(kind: FrameKind, length: usize, tick: u64) -> [u8; FR
     [kind as u8, a, b, c, d, e, f, g, h, i, j, k, l]
 }
 
-/// Kind, length and tick of a frame.
+/// The kind, the length in bytes and the tick of a frame; `None` if `bytes` do not begin with a whole header.
 pub(super) fn read_frame_header(bytes: &[u8]) -> Option<(FrameKind, usize, u64)> {
     let (kind, rest) = bytes.split_first()?;
     let (length, rest) = rest.split_first_chunk::<4>()?;
@@ -52,10 +53,11 @@ pub(super) fn read_frame_header(bytes: &[u8]) -> Option<(FrameKind, usize, u64)>
     Some((kind, u32::from_le_bytes(*length) as usize, u64::from_le_bytes(*tick)))
 }
 
-/// The thread, and what the thread of the run knows of it.
+/// The thread that writes a record, as the thread of the run holds it: to ask for its end, and for its result.
 #[derive(Debug)]
 pub struct RecordThread {
-    shown: String,
+    /// The file's path, for people.
+    shown_path: String,
     programs: Programs,
     ending: Arc<AtomicBool>,
     result: Receiver<Result<(), String>>,
@@ -63,8 +65,8 @@ pub struct RecordThread {
 }
 
 impl RecordThread {
-    /// Starts the thread. `executive` is the one that will run, at power-up, with all variables looked up
-    /// that the stimulus sets.
+    /// Starts the thread, and gives the recorder whose frames it writes. `executive` is the one that will run, at
+    /// power-up, after all variables that the stimulus sets were looked up in it.
     ///
     /// # Errors
     /// When no thread can be started.
@@ -76,16 +78,16 @@ impl RecordThread {
         let mut state = vec![];
         executive.state_into(&mut state);
         let checkpoint = executive.image().len() + state.len();
-        let (mut queue, mut frames) = RingBuffer::<u8>::new(QUEUE + 2 * checkpoint);
+        let (mut queue, mut frames) = RingBuffer::<u8>::new(QUEUE_ROOM + 2 * checkpoint);
         touch(&mut queue, &mut frames);
         let wants_checkpoint = file.wants_checkpoint();
-        let (programs, shown) = (file.programs(), file.path().display().to_string());
+        let (programs, shown_path) = (file.programs(), file.path().display().to_string());
         let ending = Arc::new(AtomicBool::new(false));
         let (tell, result) = sync_channel(1);
         let flag = Arc::clone(&ending);
         let mut writer = Writer {
             file,
-            shown: shown.clone(),
+            shown_path: shown_path.clone(),
             journal,
             frames,
             bytes: vec![],
@@ -99,35 +101,35 @@ impl RecordThread {
             let _ = tell.send(end.unwrap_or(failed));
         })?;
         let recorder = Recorder::to_queue(queue, wants_checkpoint, executive);
-        Ok((recorder, Self { shown, programs, ending, result, thread }))
+        Ok((recorder, Self { shown_path, programs, ending, result, thread }))
     }
 
-    /// Where the programs of online changes are told.
+    /// The list to which the programs of online changes are added.
     pub fn programs(&self) -> RecordedPrograms {
         RecordedPrograms(Arc::clone(&self.programs))
     }
 
-    /// Has everything written that waits, and waits for that at most two seconds. The recorder must have
-    /// been ended before.
+    /// Waits until everything is written, at most two seconds. The recorder must have been ended before.
     ///
     /// # Errors
-    /// When it could not be written.
+    /// When it could not be written in that time; the text is for people.
     pub fn finish(self) -> Result<(), String> {
         self.ending.store(true, Ordering::Release);
         self.thread.thread().unpark();
         // A thread that is stuck in writing is left behind.
         let result = self.result.recv_timeout(END_WAIT);
         let result = result.unwrap_or_else(|_| Err("it takes too long".into()));
-        result.map_err(|why| format!("the end of the record {} is missing: {why}", self.shown))
+        result.map_err(|why| format!("the end of the record {} is missing: {why}", self.shown_path))
     }
 }
 
-/// The programs of a run that a record has, for whoever prepares online changes.
+/// The list of the programs of a run that is being recorded. Whoever prepares an online change adds the new
+/// program.
 #[derive(Clone, Debug)]
 pub struct RecordedPrograms(Programs);
 
 impl RecordedPrograms {
-    /// Adds a program. Gives its number.
+    /// Adds a program. Gives its number in the record, 65 535 at most.
     pub fn add(&self, program: RecordedProgram) -> u16 {
         let mut programs = self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         programs.push(program);
@@ -135,7 +137,7 @@ impl RecordedPrograms {
     }
 }
 
-/// Has the operating system give all memory of a queue now, and not in a tick.
+/// Writes to all memory of a queue once, so that the operating system maps it now and not during a tick.
 fn touch(queue: &mut Producer<u8>, frames: &mut Consumer<u8>) {
     while let Ok(()) = queue.push(0) {}
     while frames.pop().is_ok() {}
@@ -145,14 +147,14 @@ fn touch(queue: &mut Producer<u8>, frames: &mut Consumer<u8>) {
 struct Writer {
     file: RecordFile,
     /// The file's path, for people.
-    shown: String,
+    shown_path: String,
     journal: Journal,
     frames: Consumer<u8>,
-    /// What was taken from the queue and is no whole frame yet.
+    /// Bytes that were taken from the queue and are no whole frame yet.
     bytes: Vec<u8>,
     /// Why the file can't be written at present, and when a checkpoint was last asked for.
     trouble: Option<(String, Instant)>,
-    /// When ticks were last written.
+    /// When waiting ticks were last written.
     written: Instant,
 }
 
@@ -160,7 +162,7 @@ impl Writer {
     /// Writes until the run ends and everything is written.
     fn run(&mut self, ending: &AtomicBool) -> Result<(), String> {
         loop {
-            // The flag is read first: what was put into the queue before it was set is found then.
+            // The flag is read before the queue: so all that was put into the queue before the flag was set is found.
             let ends = ending.load(Ordering::Acquire);
             self.take_frames();
             if ends || self.written.elapsed() >= WRITE_INTERVAL {
@@ -216,7 +218,7 @@ impl Writer {
             if result.is_ok() {
                 self.trouble = None;
                 let text =
-                    format!("the record {} is written again, from tick {tick} on", self.shown);
+                    format!("the record {} is written again, from tick {tick} on", self.shown_path);
                 self.journal.note(text);
             }
             return;
@@ -225,11 +227,11 @@ impl Writer {
         self.note(result);
     }
 
-    /// Tells a failure, the first time.
+    /// Notes and reports a failure, if `result` is one.
     fn note(&mut self, result: io::Result<()>) {
         if let Err(error) = result {
             let why = why_not_written(&error);
-            let text = format!("the record {} can't be written at present: {why}", self.shown);
+            let text = format!("the record {} can't be written at present: {why}", self.shown_path);
             self.journal.warn(text);
             self.trouble = Some((why, Instant::now()));
         }

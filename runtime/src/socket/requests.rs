@@ -14,7 +14,7 @@ use super::program::{Named, Served};
 use super::protocol::{Failure, MAX_NAMES, Permission, Request};
 use crate::image_file::{Content, Publisher, State};
 use crate::journal::{EntryKind, Journal};
-use crate::record::ProgramView;
+use crate::record::RecorderProgram;
 use crate::swap::{Comparison, Replacement, compare};
 use crate::{Executive, Peer, Purpose, Value, Variable};
 
@@ -352,8 +352,9 @@ impl Requests {
             }
         };
         let plan = exchange.comparison.plan.clone();
-        let view = ProgramView::new(exchange.next.recorded, executive.as_ref());
-        let replacement = Replacement { executive, engine, plan, view, publisher, failure: None };
+        let recorder_program = RecorderProgram::new(exchange.next.recorded, executive.as_ref());
+        let replacement =
+            Replacement { executive, engine, plan, recorder_program, publisher, failure: None };
         self.replacing = true;
         self.ask(Command::Replace(Box::new(replacement)), OnAnswer::Exchange(Box::new(exchange)))
     }

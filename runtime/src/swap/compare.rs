@@ -34,8 +34,8 @@ pub struct Row {
 }
 
 impl Row {
-    /// A row for something that both programs may have, as they describe it; `None` where they do
-    /// not differ. Changes need to be accepted.
+    /// A row for a variable or task; `old` and `new` describe it as the programs have it, and are `None` where a
+    /// program does not have it. No row where the two do not differ. A row of a change needs to be accepted.
     pub(crate) fn of(name: &str, old: Option<String>, new: Option<String>) -> Option<Self> {
         let change = match (&old, &new) {
             (None, None) => return None,
@@ -61,7 +61,8 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// The changes that neither their own names nor `all` in `accepted` allow.
+    /// The rows that need to be accepted and whose names are not in `accepted`. The name `all` accepts every row,
+    /// and letters may be in any case.
     pub fn refused<'a>(&'a self, accepted: &'a [String]) -> impl Iterator<Item = &'a Row> {
         let accepts = |row: &Row| {
             accepted.iter().any(|name| name == "all" || name.eq_ignore_ascii_case(&row.name))

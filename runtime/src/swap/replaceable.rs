@@ -9,7 +9,7 @@ use plcc_abi::Engine;
 
 use super::Plan;
 #[cfg(feature = "args")]
-use crate::record::ProgramView;
+use crate::record::RecorderProgram;
 use crate::record::{Action, Recorder};
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::watchdog::Watchdog;
@@ -21,8 +21,8 @@ use crate::{
 /// The executive of whichever program runs now.
 pub struct ReplaceableExecutive {
     executive: Box<dyn Executive + Send>,
-    /// The engine of its program; `None` as long as that is the program with which the run began,
-    /// whose engine every tick is given.
+    /// The engine of the present program. `None` for the program with which the run began: its engine is given to
+    /// every call of `tick`.
     engine: Option<Box<dyn Engine + Send>>,
     /// What watches the scans of every program.
     watchdog: Option<Watchdog>,
@@ -37,7 +37,7 @@ impl ReplaceableExecutive {
         Self { executive, engine: None, watchdog: None, recorder: None }
     }
 
-    /// Has a recorder note from now on what acts on the control and what its ticks do.
+    /// From now on `recorder` records what acts on the control and what its ticks do.
     pub fn record(&mut self, recorder: Recorder) {
         self.recorder = Some(Box::new(recorder));
     }
@@ -50,7 +50,7 @@ impl ReplaceableExecutive {
         self.recorder.take().map_or(Ok(()), |recorder| recorder.end(stop))
     }
 
-    /// Has something noted that is about to act on the control.
+    /// Tells the recorder of something that is about to act on the control.
     fn note(&mut self, action: Action) {
         if let Some(recorder) = &mut self.recorder {
             recorder.act(self.executive.as_ref(), action);
@@ -63,13 +63,14 @@ impl ReplaceableExecutive {
         self.executive.as_mut()
     }
 
-    /// Exchanges executive and engine with others.
+    /// Exchanges the executive, the engine, and what the recorder keeps for the program, with those of another
+    /// program.
     #[cfg(feature = "args")]
     pub(super) fn replace(
         &mut self,
         executive: &mut Box<dyn Executive + Send>,
         engine: &mut Option<Box<dyn Engine + Send>>,
-        view: &mut ProgramView,
+        recorder_program: &mut RecorderProgram,
     ) {
         if let Some(watchdog) = &self.watchdog {
             executive.set_watchdog(watchdog.clone());
@@ -77,13 +78,13 @@ impl ReplaceableExecutive {
         std::mem::swap(&mut self.executive, executive);
         std::mem::swap(&mut self.engine, engine);
         if let Some(recorder) = &mut self.recorder {
-            recorder.replaced(view);
+            recorder.replaced(recorder_program);
         }
     }
 }
 
-/// Everything is done by the executive of the program that runs. No method may be left out, also
-/// none that has a default: a test compares the two lists.
+/// Each method is passed on to the executive of the program that runs. None may be left out, not even one with
+/// a default: a test compares the two lists.
 impl Executive for ReplaceableExecutive {
     fn tick_ns(&self) -> u64 {
         self.executive.tick_ns()
@@ -91,7 +92,7 @@ impl Executive for ReplaceableExecutive {
 
     fn tick(&mut self, engine: &mut dyn Engine, events: &mut Vec<Event>) -> Result<(), Stop> {
         if let Some(recorder) = &mut self.recorder {
-            recorder.begin(self.executive.as_ref());
+            recorder.checkpoint_if_due(self.executive.as_ref());
         }
         let first = events.len();
         let result = match &mut self.engine {
@@ -249,7 +250,7 @@ impl Executive for ReplaceableExecutive {
         self.executive.used_ranges()
     }
 
-    /// This value, not the executive in it: a replacement looks for it.
+    /// Gives this value, not the executive in it, since an online change needs the `ReplaceableExecutive`.
     fn as_any_mut(&mut self) -> Option<&mut dyn Any> {
         Some(self)
     }

@@ -5,19 +5,20 @@ use plcc_abi::Engine;
 use super::{Plan, ReplaceableExecutive};
 use crate::Executive;
 use crate::image_file::Publisher;
-use crate::record::ProgramView;
+use crate::record::RecorderProgram;
 
-/// A program that is to take another one's place. Once it has, it holds the one whose place it took.
+/// A program that is to take the place of the one that runs. When that is done, this holds the former program,
+/// for a rollback.
 pub(crate) struct Replacement {
     pub(crate) executive: Box<dyn Executive + Send>,
     /// The engine of its program; `None` for the engine with which the run began.
     pub(crate) engine: Option<Box<dyn Engine + Send>>,
     pub(crate) plan: Plan,
-    /// What a recorder must know of its program.
-    pub(crate) view: ProgramView,
+    /// What a recorder keeps for its program.
+    pub(crate) recorder_program: RecorderProgram,
     /// Its image file.
     pub(crate) publisher: Option<Publisher>,
-    /// Why it could not be carried out; nothing has changed then.
+    /// Why the replacement could not be carried out, if so; nothing has changed then.
     pub(crate) failure: Option<&'static str>,
 }
 
@@ -28,7 +29,7 @@ impl std::fmt::Debug for Replacement {
 }
 
 impl Replacement {
-    /// Takes the place of what `running` runs, with its state.
+    /// Exchanges this program with the one that `running` runs, whose state and image file it takes over.
     pub(crate) fn carry_out(
         &mut self,
         running: &mut ReplaceableExecutive,
@@ -37,7 +38,7 @@ impl Replacement {
         if !self.executive.take_over(running.current(), &self.plan) {
             return self.fail("the programs are for different controls");
         }
-        running.replace(&mut self.executive, &mut self.engine, &mut self.view);
+        running.replace(&mut self.executive, &mut self.engine, &mut self.recorder_program);
         std::mem::swap(publisher, &mut self.publisher);
     }
 
