@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
+use plcc_image::latch::Rule;
 use serde::{Deserialize, Serialize};
 
 use crate::artifact::signature::PublicKey;
@@ -165,6 +166,10 @@ pub struct RunArgs {
     /// `plcc key new` makes
     #[arg(long, value_name = "PUBKEY")]
     pub key: Option<PathBuf>,
+
+    /// What the configuration says of inputs that other processes give, by the inputs' names.
+    #[arg(skip)]
+    pub input_rules: Vec<(String, Rule)>,
 
     /// The program, for its record.
     #[arg(skip)]

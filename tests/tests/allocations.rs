@@ -10,7 +10,7 @@ use clap::Parser;
 use plcc_abi::Dialect;
 use plcc_frontend::common::Options;
 use plcc_runtime::args::{ControlArgs, RunArgs};
-use plcc_runtime::image_file::{Content, Publisher, State};
+use plcc_runtime::image_file::{Content, Publisher, State, SymbolTable};
 use plcc_runtime::run::{Player, Stimulus};
 use plcc_runtime::session::{self, executive};
 use plcc_runtime::swap::compare;
@@ -55,6 +55,8 @@ fn acting_from_outside_allocates_nothing() {
             tick_ns: old.tick_ns(),
             generation: 0,
             safe_outputs: old.safe_lines().bytes(),
+            symbols: &SymbolTable::new(&program, make().as_mut()),
+            rules: &[],
         };
         let mut publisher = Publisher::create(&path, &content).unwrap();
         let variable = old.find(name, Purpose::Watch).unwrap();

@@ -13,7 +13,8 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("plcc-ir", &["plcc-abi"]),
     ("plcc-frontend", &["plcc-abi", "plcc-diag", "plcc-ir"]),
     ("plcc-codegen", &["plcc-abi", "plcc-ir"]),
-    ("plcc-runtime", &["plcc-abi"]),
+    ("plcc-image", &["plcc-abi"]),
+    ("plcc-runtime", &["plcc-abi", "plcc-image"]),
     ("plcrt", &["plcc-abi", "plcc-runtime"]),
     ("libplcrt", &["plcc-runtime"]),
     ("plcctl", &[]),
@@ -45,6 +46,7 @@ const EVERYTHING: &[&str] = &[
     "plcc-debugger",
     "plcc-diag",
     "plcc-frontend",
+    "plcc-image",
     "plcc-ir",
     "plcc-monitor",
     "plcc-random",
@@ -65,9 +67,9 @@ const UNSAFE: &[&str] = &[
     "abi/src/code.rs",
     "codegen/src/compile.rs",
     "codegen/src/jit_memory.rs",
+    "image/src/shared_memory.rs",
     "libplcrt/src/c.rs",
     "runtime/src/artifact/mod.rs",
-    "runtime/src/image_file/shared_memory.rs",
     "runtime/src/native.rs",
 ];
 

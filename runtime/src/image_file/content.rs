@@ -6,9 +6,13 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use plcc_abi::{Dialect, Program};
 use serde::Serialize;
 
+use plcc_image::input_area::InputArea;
+use plcc_image::latch::{InputLatch, Rule};
+use plcc_image::layout::{self, HEADER_SIZE, SAFE_OUTPUT_SIZE, SYMBOL_SIZE};
+
 use crate::safe_outputs::SafeByte;
 
-use super::layout::{self, HEADER_SIZE, SAFE_OUTPUT_SIZE};
+use super::symbols::SymbolTable;
 
 /// What a new file is made of.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +32,10 @@ pub struct Content<'a> {
     pub generation: u64,
     /// What a supervisor writes when the process has died.
     pub safe_outputs: &'a [SafeByte],
+    /// The program's variables, and which of them other processes can give.
+    pub symbols: &'a SymbolTable,
+    /// By the names of inputs, what the configuration says of them.
+    pub rules: &'a [(String, Rule)],
 }
 
 /// A line of the table of variables: a region of the image. The keys are written in this order.
@@ -74,8 +82,8 @@ fn pad(bytes: &mut Vec<u8>) {
 }
 
 impl Content<'_> {
-    /// The bytes of the file.
-    pub(super) fn encode(&self) -> Vec<u8> {
+    /// The bytes of the file, and where the area for inputs is in it.
+    pub(super) fn encode(&self) -> (Vec<u8>, InputArea) {
         let mut bytes = vec![0; HEADER_SIZE];
         bytes.extend(self.image);
         pad(&mut bytes);
@@ -89,6 +97,16 @@ impl Content<'_> {
             bytes.extend([!keep, set, 0, 0]);
         }
         debug_assert_eq!(bytes.len(), safe_at + self.safe_outputs.len() * SAFE_OUTPUT_SIZE);
+        let symbols_at = bytes.len();
+        let texts_at = symbols_at + self.symbols.symbols.len() * SYMBOL_SIZE;
+        let (mut entries, mut texts) = (vec![], vec![]);
+        for symbol in &self.symbols.symbols {
+            symbol.encode(&mut entries, &mut texts, texts_at);
+        }
+        bytes.extend(entries.into_iter().chain(texts));
+        let inputs = InputArea::new(bytes.len(), self.symbols.slots.len());
+        bytes.resize(inputs.offset(), 0);
+        bytes.extend(inputs.encode());
         let mut put = |at: usize, value: &[u8]| {
             if let Some(place) = bytes.get_mut(at..at + value.len()) {
                 place.copy_from_slice(value);
@@ -111,6 +129,17 @@ impl Content<'_> {
         put(layout::AT_PROCESS, &u64::from(std::process::id()).to_le_bytes());
         put(layout::AT_CREATED, &(created.as_nanos() as u64).to_le_bytes());
         put(layout::AT_GENERATION, &self.generation.to_le_bytes());
-        bytes
+        put(layout::AT_SYMBOLS, &(symbols_at as u64).to_le_bytes());
+        put(layout::AT_SYMBOLS_COUNT, &(self.symbols.symbols.len() as u64).to_le_bytes());
+        put(layout::AT_INPUTS, &(inputs.offset() as u64).to_le_bytes());
+        (bytes, inputs)
+    }
+
+    /// What takes inputs, of an area that [`encode`](Self::encode) has made.
+    pub(super) fn latch(&self, area: InputArea) -> InputLatch {
+        let given = self.symbols.symbols.iter().filter(|symbol| symbol.slot.is_some());
+        let rule = |name: &str| self.rules.iter().find(|(known, _)| known == name).map(|of| of.1);
+        let rules: Vec<Option<Rule>> = given.clone().map(|symbol| rule(&symbol.name)).collect();
+        InputLatch::new(area, given.cloned().collect(), &rules)
     }
 }

@@ -1,42 +1,29 @@
 //! The image file (`--image`): the process image of a running control in a file that other processes
-//! map into their memory, such as drivers of outputs, displays and recorders.
+//! map into their memory, such as drivers of outputs, displays and recorders, and by which they give it
+//! inputs.
 //!
-//! [`Publisher`] writes it, after each tick, in the scan's thread: it copies words into mapped memory,
-//! without a system call, a lock or an allocation. [`ImageReader`] reads it in another process and
-//! gives whole ticks. [`OutputDriver`] is for the supervisor of a control that has died.
-//! `docs/image.md` explains the file byte by byte, for programs in other languages.
+//! [`Publisher`] is the control's side: after each tick the scan's thread copies words into mapped memory,
+//! and before each tick it takes inputs, both without a system call, a lock or an allocation. The layout
+//! of the file and the other side are the crate `plcc-image`. `docs/image.md` explains the file byte by
+//! byte, for programs in other languages.
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | `layout.rs` | the offsets in the file |
-//! | `sequence.rs` | the sequence counter, by which readers see whole ticks |
-//! | `pages.rs` | which parts of a large image are copied after each tick |
 //! | `content.rs` | the bytes of a new file |
-//! | `publisher.rs`, `reader.rs` | the two sides |
-//! | `output_driver.rs` | safe outputs when the writer has died |
-//! | `shared_memory.rs` | the mapped file as atomic words |
+//! | `pages.rs` | which parts of a large image are copied after each tick |
+//! | `publisher.rs` | writes the file and takes inputs |
+//! | `symbols.rs` | the table of symbols of a program |
 
 mod content;
-pub mod layout;
-mod output_driver;
 mod pages;
 mod publisher;
-mod reader;
-mod sequence;
-mod shared_memory;
+mod symbols;
 
-#[cfg(test)]
-mod model;
 #[cfg(test)]
 mod tests;
 
-/// The atomics that `sequence.rs` works on; its model check has others.
-mod atomics {
-    pub(crate) use std::sync::atomic::{AtomicU64, Ordering, fence};
-}
-
 pub use content::Content;
-pub use layout::State;
-pub use output_driver::OutputDriver;
+pub use plcc_image::{ImageReader, OutputDriver, Snapshot, State, layout};
+pub(crate) use publisher::monotonic_ns;
 pub use publisher::{ImageFileError, Publisher};
-pub use reader::{ImageReader, Snapshot};
+pub use symbols::SymbolTable;

@@ -4,15 +4,20 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use thiserror::Error;
 
+use plcc_image::latch::{InputEvent, InputLatch};
+use plcc_image::layout::{self, HEADER_SIZE, State};
+use plcc_image::sequence::{begin_write, end_write, read_word, write_word};
+use plcc_image::{Access, Number, SharedMemory};
+
 use super::content::Content;
-use super::layout::{self, HEADER_SIZE, State};
 use super::pages::{PAGE, Pages};
-use super::sequence::{begin_write, end_write, read_word, write_word};
-use super::shared_memory::{Access, SharedMemory};
 use crate::files::{open_regular, why_not_written};
+use crate::journal::{EntryKind, ScanJournal};
+use crate::{Executive, Setting, VariableKey};
 
 /// Why an image file can't be made.
 #[derive(Debug, Error)]
@@ -34,6 +39,9 @@ pub struct Publisher {
     memory: SharedMemory,
     pages: Pages,
     image_size: usize,
+    inputs: InputLatch,
+    /// For each slot of the area for inputs its variable and its name.
+    slots: Vec<(VariableKey, Arc<str>)>,
     /// What the sequence counter holds.
     sequence: u64,
     /// The open file, whose lock tells other processes that it is in use.
@@ -125,7 +133,7 @@ impl Publisher {
         }
         let mut options = OpenOptions::new();
         let mut file = options.read(true).write(true).create_new(true).mode(0o644).open(path)?;
-        let bytes = content.encode();
+        let (bytes, area) = content.encode();
         // Blocks that the file system could not provide later would end the process by SIGBUS.
         let allocated = rustix::fs::fallocate(
             &file,
@@ -143,6 +151,8 @@ impl Publisher {
             memory: SharedMemory::map(&file, Access::Write)?,
             pages: Pages::new(content.image.len(), content.used),
             image_size: content.image.len(),
+            inputs: content.latch(area),
+            slots: content.symbols.slots.clone(),
             sequence: 0,
             file,
         })
@@ -190,6 +200,47 @@ impl Publisher {
         end_write(counter, self.sequence);
     }
 
+    /// Takes the inputs that other processes give, as wholes, and calls `apply` with the slot and the value of
+    /// each variable that is to be set, and `report` for what has happened to inputs. `now` is the time
+    /// in nanoseconds of `CLOCK_MONOTONIC`; `again` has inputs set that have not changed, too.
+    pub fn take_inputs(
+        &mut self,
+        now: u64,
+        again: bool,
+        apply: impl FnMut(u32, Number),
+        report: impl FnMut(InputEvent),
+    ) {
+        self.inputs.take(self.memory.words(), now, again, apply, report);
+    }
+
+    /// Takes the inputs that other processes give before the tick with this number, sets them in the
+    /// executive, and tells the journal what has happened to them.
+    pub(crate) fn latch(
+        &mut self,
+        executive: &mut dyn Executive,
+        tick: u64,
+        again: bool,
+        journal: &mut ScanJournal,
+    ) {
+        let slots = &self.slots;
+        let apply = |slot: u32, value: Number| {
+            if let Some(&(key, _)) = slots.get(slot as usize) {
+                let setting = match value {
+                    Number::Int(number) => Setting::Int(number),
+                    Number::Float(number) => Setting::Float(number),
+                };
+                executive.write(key, setting);
+            }
+        };
+        let report = |InputEvent { change, writer, first, count }: InputEvent| {
+            if let Some((_, name)) = slots.get(first as usize) {
+                let (change, first) = (change.name(), Arc::clone(name));
+                journal.write(tick, EntryKind::Inputs { change, writer, first, count });
+            }
+        };
+        self.inputs.take(self.memory.words(), monotonic_ns(), again, apply, report);
+    }
+
     /// Writes that nothing will be written any more, and why. The image stays as it was last.
     pub fn end(&mut self, state: State) {
         let words = self.memory.words();
@@ -201,6 +252,12 @@ impl Publisher {
             end_write(counter, self.sequence);
         }
     }
+}
+
+/// Now, in nanoseconds of `CLOCK_MONOTONIC`.
+pub(crate) fn monotonic_ns() -> u64 {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
 /// The word that holds up to eight bytes in their order; missing ones are 0.

@@ -2,8 +2,10 @@
 
 use std::borrow::Cow;
 use std::fmt;
+use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
+use plcc_image::input_area::WriterName;
 use serde::{Serialize, Serializer};
 
 use crate::Peer;
@@ -98,6 +100,18 @@ pub enum EntryKind {
         /// Who.
         #[serde(flatten)]
         by: Peer,
+    },
+    /// Something has happened to inputs that another process gives by the image file.
+    Inputs {
+        /// `begun`, `late`, `released`, `recovered` or `refused`.
+        change: &'static str,
+        /// The name of the process.
+        #[serde(serialize_with = "as_text")]
+        writer: WriterName,
+        /// The first of the inputs.
+        first: Arc<str>,
+        /// How many inputs.
+        count: u32,
     },
     /// Another program has taken the place of the one that ran.
     Swap {
@@ -232,7 +246,8 @@ impl EntryKind {
     /// How important it is.
     pub fn severity(&self) -> Severity {
         match self {
-            Self::Note { .. }
+            Self::Inputs { change: "begun" | "recovered", .. }
+            | Self::Note { .. }
             | Self::Write { .. }
             | Self::Force { .. }
             | Self::Control { .. }
@@ -241,6 +256,7 @@ impl EntryKind {
             | Self::Timing { .. }
             | Self::RetainedFileRecovered { .. } => Severity::Note,
             Self::Warning { .. }
+            | Self::Inputs { .. }
             | Self::Overrun { .. }
             | Self::Refused { .. }
             | Self::Budget { .. }
@@ -283,6 +299,31 @@ impl fmt::Display for EntryKind {
             }
             Self::Control { request: "stop", by } => write!(f, "the program was stopped by {by}"),
             Self::Control { by, .. } => write!(f, "the program was started again by {by}"),
+            Self::Inputs { change, writer, first, count } => {
+                let and = match count {
+                    0 | 1 => String::new(),
+                    2 => " and another input".into(),
+                    _ => format!(" and {} other inputs", count - 1),
+                };
+                let (has, values) = if *count > 1 { ("have", "values") } else { ("has", "value") };
+                match *change {
+                    "begun" => write!(f, "{writer} gives {first}{and} from here on"),
+                    "late" => write!(
+                        f,
+                        "{first}{and} came too late from {writer}, and {has} safe {values}"
+                    ),
+                    "released" => write!(
+                        f,
+                        "{first}{and} {has} safe {values}: the process that gave {values} has gone"
+                    ),
+                    "recovered" => write!(f, "{first}{and} came from {writer} again"),
+                    _ => write!(
+                        f,
+                        "{writer} gives {first}{and} {values} that can't be taken; the last good \
+                         {values} count until they are too old"
+                    ),
+                }
+            }
             Self::Swap { artifact, rollback, took, by } => {
                 let how = if *rollback { " again" } else { "" };
                 let took = took.as_secs_f64() * 1000.0;
@@ -369,6 +410,10 @@ fn the(output: &str) -> String {
 
 fn rfc3339<S: Serializer>(time: &SystemTime, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_str(&humantime::format_rfc3339_micros(*time))
+}
+
+fn as_text<S: Serializer>(value: &impl fmt::Display, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(value)
 }
 
 /// A time in milliseconds, exact to a microsecond.

@@ -11,7 +11,7 @@ use serde_json::json;
 
 use crate::args::RunArgs;
 use crate::artifact::signature::PublicKey;
-use crate::image_file::{Content, Publisher};
+use crate::image_file::{Content, Publisher, SymbolTable};
 use crate::journal::Journal;
 use crate::record::{RecordedProgram, RecordedPrograms};
 use crate::run::Timing;
@@ -127,6 +127,9 @@ impl Outside {
         let publisher = match &args.image {
             None => None,
             Some(path) => {
+                // Names are looked up in an executive of their own, so that those of the run keep their
+                // numbers.
+                let mut own = configured(program, args, machine).map_err(SessionError)?;
                 let content = Content {
                     program,
                     fingerprint: executive.fingerprint(),
@@ -135,6 +138,8 @@ impl Outside {
                     tick_ns: executive.tick_ns(),
                     generation: 0,
                     safe_outputs: executive.safe_lines().bytes(),
+                    symbols: &SymbolTable::new(program, own.as_mut()),
+                    rules: &args.input_rules,
                 };
                 let publisher = Publisher::create(path, &content).map_err(|e| error(&e))?;
                 if args.realtime && !publisher.is_in_memory() {
@@ -161,6 +166,7 @@ impl Outside {
                 program: Arc::new(program.clone()),
                 allow: args.allow.clone(),
                 image: args.image.clone(),
+                input_rules: args.input_rules.clone(),
                 found: if has_variables { executive.found() } else { vec![] },
                 load: Box::new(move |path| {
                     load(path, key.as_ref(), &timing_of_swapped, recorded.as_ref())
@@ -177,7 +183,7 @@ impl Outside {
             server = Some(Server::start(path, &users, requests).map_err(|e| error(&e))?);
             scan_end = Some(for_scan);
         }
-        let hook = OutsideHook::new(scan_end, publisher, reached);
+        let hook = OutsideHook::new(scan_end, publisher, reached, args.stimulus.is_some());
         Ok(Some(Self { hook, _server: server }))
     }
 }

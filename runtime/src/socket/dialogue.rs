@@ -53,6 +53,7 @@ impl Dialogue {
             program: Arc::new(program),
             allow: Permission::ALL.map(|(permission, _)| permission).to_vec(),
             image: None,
+            input_rules: vec![],
             found: vec![],
             load: Box::new(|path| Err(format!("{}: there are no artifacts", path.display()))),
             make_executive,
@@ -64,7 +65,7 @@ impl Dialogue {
         let by = Peer { user: String::new(), uid: 0, pid: 0, command: String::new() };
         Ok(Self {
             requests,
-            hook: OutsideHook::new(Some(scan_end), None, reached),
+            hook: OutsideHook::new(Some(scan_end), None, reached, false),
             executive: ReplaceableExecutive::new(executive),
             by,
         })

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::commands::{Answer, Batch, Command, Item, Reached, ScanEnd};
 use crate::Executive;
-use crate::image_file::{Publisher, State};
+use crate::image_file::{Publisher, State, monotonic_ns};
 use crate::run::{AfterTick, BeforeTick, Hook};
 use crate::swap::ReplaceableExecutive;
 
@@ -28,6 +28,10 @@ pub(crate) struct OutsideHook {
     state: State,
     /// Whether a client has stopped the program.
     held: bool,
+    /// Whether the run has a stimulus, which may set inputs that other processes give, too.
+    has_stimulus: bool,
+    /// Whether a client has set variables, among which may be such inputs, or replaced the program.
+    inputs_again: bool,
 }
 
 impl OutsideHook {
@@ -35,9 +39,19 @@ impl OutsideHook {
         socket: Option<ScanEnd>,
         publisher: Option<Publisher>,
         reached: Arc<Reached>,
+        has_stimulus: bool,
     ) -> Self {
-        let state = State::Prepared;
-        Self { socket, publisher, reached, unfinished: None, forces: 0, state, held: false }
+        Self {
+            socket,
+            publisher,
+            reached,
+            unfinished: None,
+            forces: 0,
+            state: State::Prepared,
+            held: false,
+            has_stimulus,
+            inputs_again: false,
+        }
     }
 
     /// Writes the image file for the last time, when the run has ended. A program that the control has
@@ -62,11 +76,14 @@ impl OutsideHook {
             Command::Read(batch) => {
                 do_items(batch, tick, left, |item| item.value = executive.read(item.key))
             }
-            Command::Write(batch) => do_items(batch, tick, left, |item| {
-                if let Some(setting) = item.setting {
-                    executive.write(item.key, setting);
-                }
-            }),
+            Command::Write(batch) => {
+                self.inputs_again = true;
+                do_items(batch, tick, left, |item| {
+                    if let Some(setting) = item.setting {
+                        executive.write(item.key, setting);
+                    }
+                })
+            }
             Command::Force(batch) => {
                 let done = do_items(batch, tick, left, |item| {
                     // The socket's thread has tried it on an executive of the same program.
@@ -91,6 +108,7 @@ impl OutsideHook {
                 }
                 // Nothing is written of the new program yet. While it is held, no tick does that.
                 self.state = State::Prepared;
+                self.inputs_again = true;
                 true
             }
         }
@@ -99,9 +117,7 @@ impl OutsideHook {
     fn publish(&mut self, ticks: u64, executive: &dyn Executive) {
         self.reached.set(ticks, self.state);
         if let Some(publisher) = &mut self.publisher {
-            let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
-            let now = now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64;
-            publisher.publish(executive.image(), ticks, now, self.state, self.forces);
+            publisher.publish(executive.image(), ticks, monotonic_ns(), self.state, self.forces);
         }
     }
 }
@@ -129,6 +145,23 @@ fn do_items(
 
 impl Hook for OutsideHook {
     fn before_tick(&mut self, now: &mut BeforeTick<'_>) {
+        self.carry_out_commands(now);
+        // A program that stands still takes no inputs.
+        if let Some(publisher) = self.publisher.as_mut().filter(|_| !self.held) {
+            let again = std::mem::take(&mut self.inputs_again) || self.has_stimulus;
+            publisher.latch(now.executive, now.tick, again, now.journal);
+        }
+    }
+
+    fn after_tick(&mut self, now: &mut AfterTick<'_>) {
+        self.state = if now.stop.is_some() { State::Stopped } else { State::Running };
+        self.publish(now.ticks, now.executive);
+    }
+}
+
+impl OutsideHook {
+    /// Carries out what has come by the socket, and stops the program or has it go on.
+    fn carry_out_commands(&mut self, now: &mut BeforeTick<'_>) {
         let Some(mut socket) = self.socket.take() else { return };
         let mut left = ITEMS_PER_TICK;
         for _ in 0..COMMANDS_PER_TICK {
@@ -156,10 +189,5 @@ impl Hook for OutsideHook {
                 self.publish(now.tick, now.executive);
             }
         }
-    }
-
-    fn after_tick(&mut self, now: &mut AfterTick<'_>) {
-        self.state = if now.stop.is_some() { State::Stopped } else { State::Running };
-        self.publish(now.ticks, now.executive);
     }
 }

@@ -7,12 +7,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use plcc_abi::{Engine, Program};
+use plcc_image::latch::Rule;
 use serde_json::{Value as Json, json};
 
 use super::commands::{Answer, Batch, Command, Item, Reached, SocketEnd};
 use super::program::{Named, Served};
 use super::protocol::{Failure, MAX_NAMES, Permission, Request};
-use crate::image_file::{Content, Publisher, State};
+use crate::image_file::{Content, Publisher, State, SymbolTable};
 use crate::journal::{EntryKind, Journal};
 use crate::record::RecorderProgram;
 use crate::swap::{Comparison, Replacement, compare};
@@ -47,6 +48,8 @@ pub struct Surroundings {
     pub allow: Vec<Permission>,
     /// The image file, which an online change makes anew.
     pub image: Option<PathBuf>,
+    /// What the configuration says of inputs that other processes give.
+    pub input_rules: Vec<(String, Rule)>,
     /// The names of the variables that the trace and the stimulus use: the first is that of the variable
     /// with the number 0, and so on. Another program must give them the same numbers.
     pub found: Vec<String>,
@@ -394,6 +397,8 @@ impl Requests {
             }
         }
         let Some(path) = &self.surroundings.image else { return Ok(None) };
+        let own = (self.surroundings.make_executive)(&next.program);
+        let mut own = own.map_err(refused)?;
         let content = Content {
             program: &next.program,
             fingerprint: executive.fingerprint(),
@@ -402,6 +407,8 @@ impl Requests {
             tick_ns: executive.tick_ns(),
             generation: self.generation + 1,
             safe_outputs: executive.safe_lines().bytes(),
+            symbols: &SymbolTable::new(&next.program, own.as_mut()),
+            rules: &self.surroundings.input_rules,
         };
         Publisher::prepare(path, &content).map(Some).map_err(|error| refused(error.to_string()))
     }

@@ -49,6 +49,7 @@ fn a_force_that_finds_no_room_in_the_queue_is_not_in_effect() {
         program: std::sync::Arc::new(program),
         allow: vec![Permission::Force, Permission::Stop],
         image: None,
+        input_rules: vec![],
         found: vec![],
         load: Box::new(|_| Err(String::new())),
         make_executive: Box::new(|_| Err(String::new())),

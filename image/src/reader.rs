@@ -1,13 +1,15 @@
 //! The reading side of an image file.
 
+use std::fs::{File, OpenOptions};
 use std::io;
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::sync::atomic::AtomicU64;
 
-use super::layout::{self, State};
-use super::sequence::{begin_read, end_read, read_word};
-use super::shared_memory::{Access, SharedMemory};
-use crate::files::open_regular;
+use crate::layout::{self, SYMBOL_SIZE, State};
+use crate::sequence::{begin_read, end_read, read_word};
+use crate::symbol::{Number, Symbol};
+use crate::{Access, SharedMemory};
 
 /// How often a reader tries to copy a tick before it gives up. The writer needs some microseconds
 /// for each tick, so a reader that fails so often meets a writer that has died while it wrote.
@@ -36,7 +38,33 @@ pub struct ImageReader {
     image_size: usize,
 }
 
-pub(super) fn wrong(what: &str) -> io::Error {
+impl Snapshot {
+    /// The value of a symbol as the program sees it; `None` where the symbol lies outside the image.
+    pub fn value(&self, symbol: &Symbol) -> Option<Number> {
+        symbol.value.read(&self.image)
+    }
+
+    /// The value on the physical lines of an input or an output. `None` where the symbol has no lines of
+    /// its own: its value is what counts then.
+    pub fn line(&self, symbol: &Symbol) -> Option<Number> {
+        symbol.line.and_then(|line| line.read(&self.image))
+    }
+
+    /// What a driver gives its hardware for an output: what is on its physical lines, or its value where it
+    /// has none.
+    pub fn output(&self, symbol: &Symbol) -> Option<Number> {
+        self.line(symbol).or_else(|| self.value(symbol))
+    }
+}
+
+/// Opens a regular file, without waiting for a FIFO that has this name.
+pub(crate) fn open_regular(path: &Path, write: bool) -> io::Result<File> {
+    let flags = rustix::fs::OFlags::NONBLOCK.bits() as i32;
+    let file = OpenOptions::new().read(true).write(write).custom_flags(flags).open(path)?;
+    if file.metadata()?.is_file() { Ok(file) } else { Err(wrong("it is no regular file")) }
+}
+
+pub(crate) fn wrong(what: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, what)
 }
 
@@ -44,7 +72,7 @@ pub(super) fn wrong(what: &str) -> io::Error {
 ///
 /// # Errors
 /// When the words are not those of an image file.
-pub(super) fn image_place(words: &[AtomicU64]) -> io::Result<(std::ops::Range<usize>, usize)> {
+pub(crate) fn image_place(words: &[AtomicU64]) -> io::Result<(std::ops::Range<usize>, usize)> {
     let word = |at: usize| words.get(at / 8).map_or(0, read_word).to_le();
     if word(layout::AT_MAGIC).to_le_bytes() != layout::MAGIC {
         return Err(wrong("it is no image file"));
@@ -69,7 +97,7 @@ impl ImageReader {
     /// # Errors
     /// When it can't be opened or is no image file.
     pub fn open(path: &Path) -> io::Result<Self> {
-        let memory = SharedMemory::map(&open_regular(path)?, Access::Read)?;
+        let memory = SharedMemory::map(&open_regular(path, false)?, Access::Read)?;
         let (image_words, image_size) = image_place(memory.words())?;
         Ok(Self { memory, image_words, image_size })
     }
@@ -103,15 +131,36 @@ impl ImageReader {
         self.word(layout::AT_TIME)
     }
 
+    /// The length of a tick in nanoseconds, as it was when the file was made.
+    pub fn tick_ns(&self) -> u64 {
+        self.word(layout::AT_TICK_NS)
+    }
+
     /// The table of variables, a JSON object a line.
     pub fn variables(&self) -> Vec<u8> {
         let place = |at| usize::try_from(self.word(at)).unwrap_or(usize::MAX);
-        let (from, size) = (place(layout::AT_VARIABLES), place(layout::AT_VARIABLES_SIZE));
+        self.bytes(place(layout::AT_VARIABLES), place(layout::AT_VARIABLES_SIZE))
+    }
+
+    /// The table of symbols. Entries that are not valid are left out.
+    pub fn symbols(&self) -> Vec<Symbol> {
+        let place = |at| usize::try_from(self.word(at)).unwrap_or(0);
+        let (from, count) = (place(layout::AT_SYMBOLS), place(layout::AT_SYMBOLS_COUNT));
+        if from == 0 {
+            return vec![];
+        }
+        let entries = self.bytes(from, count.saturating_mul(SYMBOL_SIZE));
+        let text = |at: u32, length: u32| self.bytes(at as usize, length as usize);
+        entries.chunks_exact(SYMBOL_SIZE).filter_map(|entry| Symbol::decode(entry, text)).collect()
+    }
+
+    /// Bytes of the file; none where it is shorter.
+    fn bytes(&self, from: usize, size: usize) -> Vec<u8> {
         let words = self.memory.words();
-        let range = from / 8..(from / 8).saturating_add(size.div_ceil(8));
-        let words = words.get(range).unwrap_or_default();
+        let end = from.saturating_add(size).div_ceil(8);
+        let words = words.get(from / 8..end).unwrap_or_default();
         let bytes = words.iter().flat_map(|word| read_word(word).to_ne_bytes());
-        bytes.take(size).collect()
+        bytes.skip(from % 8).take(size).collect()
     }
 
     /// A whole tick: waits, without sleeping, while the writer writes. `None` when that does not end,

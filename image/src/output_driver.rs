@@ -7,10 +7,10 @@ use std::ops::Range;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
-use super::layout::{self, SAFE_OUTPUT_SIZE, State};
-use super::reader::{image_place, wrong};
-use super::sequence::{begin_write, end_write, read_word, write_word};
-use super::shared_memory::{Access, SharedMemory};
+use crate::layout::{self, SAFE_OUTPUT_SIZE, State};
+use crate::reader::{image_place, wrong};
+use crate::sequence::{begin_write, end_write, read_word, write_word};
+use crate::{Access, SharedMemory};
 
 /// An image file, mapped so that its outputs can be made safe at once: [`drive`](Self::drive) makes no
 /// system call.

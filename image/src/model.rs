@@ -1,14 +1,21 @@
-//! The model check of the sequence counter: `sequence.rs` runs on loom's atomics, and loom tries all
-//! orders of loads and stores that the memory model allows.
+//! The model checks of the sequence counter and of the three buffers: `sequence.rs` and
+//! `triple_buffer.rs` run on loom's atomics, and loom tries all orders of loads and stores that the
+//! memory model allows.
 
-/// What `sequence.rs` works on here.
+/// What the two work on here.
 mod atomics {
     pub(crate) use loom::sync::atomic::{AtomicU64, Ordering, fence};
 }
 
 #[allow(clippy::duplicate_mod, reason = "it runs on other atomics here")]
 #[path = "sequence.rs"]
+#[allow(dead_code, unreachable_pub, reason = "each check uses a part of it")]
 mod sequence;
+
+#[allow(clippy::duplicate_mod, reason = "it runs on other atomics here")]
+#[path = "triple_buffer.rs"]
+#[allow(dead_code, unreachable_pub, reason = "each check uses a part of it")]
+mod triple_buffer;
 
 use std::sync::Arc;
 
@@ -81,4 +88,45 @@ fn without_its_fence_the_counter_protects_nothing() {
         });
     });
     assert!(failed.is_err());
+}
+
+/// Two sets of two values beside a control that takes twice: what it takes belongs to one set, and it never
+/// takes an older one than before.
+#[test]
+fn the_control_takes_whole_sets_of_inputs_only() {
+    let taken = Arc::new([(); 3].map(|()| std::sync::atomic::AtomicU64::new(0)));
+    let seen = Arc::clone(&taken);
+    loom::model(move || {
+        let state = loom::sync::Arc::new(AtomicU64::new(triple_buffer::INITIAL));
+        let buffers = loom::sync::Arc::new([0; 6].map(AtomicU64::new));
+        let writer = {
+            let (state, buffers) = (state.clone(), buffers.clone());
+            loom::thread::spawn(move || {
+                for set in 1..=2 {
+                    let back = triple_buffer::back(&state).unwrap();
+                    write_word(&buffers[back * 2], set);
+                    write_word(&buffers[back * 2 + 1], set);
+                    triple_buffer::publish(&state).unwrap();
+                }
+            })
+        };
+        let mut last = 0;
+        for _ in 0..2 {
+            // loom compares only the last access to an atomic with each further one, and would not take
+            // between the two sets otherwise.
+            loom::thread::yield_now();
+            let Some(taken) = triple_buffer::take(&state) else { continue };
+            let a = read_word(&buffers[taken.front * 2]);
+            let b = read_word(&buffers[taken.front * 2 + 1]);
+            assert_eq!(a, b, "values of two sets");
+            assert!(a >= last, "an older set");
+            assert!(a > last || !taken.fresh, "a set that was taken before is not fresh");
+            last = a;
+            seen[a as usize].fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        }
+        writer.join().unwrap();
+    });
+    for (set, count) in taken.iter().enumerate() {
+        assert!(count.load(std::sync::atomic::Ordering::Relaxed) > 0, "set {set}");
+    }
 }

@@ -13,7 +13,7 @@ use memmap2::{MmapOptions, MmapRaw};
 
 /// Whether a mapping is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Access {
+pub enum Access {
     /// It is only read. Storing a word would end the process.
     Read,
     /// It is read and written.
@@ -22,7 +22,7 @@ pub(super) enum Access {
 
 /// A whole file in memory.
 #[derive(Debug)]
-pub(super) struct SharedMemory {
+pub struct SharedMemory {
     map: MmapRaw,
 }
 
@@ -31,7 +31,7 @@ impl SharedMemory {
     ///
     /// # Errors
     /// When the system refuses it.
-    pub(super) fn map(file: &File, access: Access) -> io::Result<Self> {
+    pub fn map(file: &File, access: Access) -> io::Result<Self> {
         let mut options = MmapOptions::new();
         options.populate();
         let map = match access {
@@ -42,7 +42,7 @@ impl SharedMemory {
     }
 
     /// The file as words, the last bytes left out where its length is no multiple of eight.
-    pub(super) fn words(&self) -> &[AtomicU64] {
+    pub fn words(&self) -> &[AtomicU64] {
         // SAFETY: a mapping begins at a page, which is aligned for words, is as long as `len` says,
         // and stays where it is until `self` is dropped. This process accesses it through this
         // slice only, and every bit pattern is a valid word. A mapping that is only for reading is only

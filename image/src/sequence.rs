@@ -19,7 +19,7 @@ use super::atomics::{AtomicU64, Ordering, fence};
 /// loaded here, since loom would not try all orders then: of the accesses to an atomic it compares
 /// only the last one with each store.) Gives the even number that [`end_write`] must set. A counter
 /// that a dead writer has left odd becomes the next odd number.
-pub(crate) fn begin_write(counter: &AtomicU64, number: u64) -> u64 {
+pub fn begin_write(counter: &AtomicU64, number: u64) -> u64 {
     let odd = if number & 1 == 0 { number.wrapping_add(1) } else { number.wrapping_add(2) };
     counter.store(odd, Ordering::Relaxed);
     // The stores of the words, which follow, stay behind the store of the counter.
@@ -28,28 +28,28 @@ pub(crate) fn begin_write(counter: &AtomicU64, number: u64) -> u64 {
 }
 
 /// Makes the counter even: readers that begin now see all that was written.
-pub(crate) fn end_write(counter: &AtomicU64, even: u64) {
+pub fn end_write(counter: &AtomicU64, even: u64) {
     counter.store(even, Ordering::Release);
 }
 
 /// Writes a word.
-pub(crate) fn write_word(word: &AtomicU64, value: u64) {
+pub fn write_word(word: &AtomicU64, value: u64) {
     word.store(value, Ordering::Relaxed);
 }
 
 /// Begins to read: gives the counter, or `None` while something is being written.
-pub(crate) fn begin_read(counter: &AtomicU64) -> Option<u64> {
+pub fn begin_read(counter: &AtomicU64) -> Option<u64> {
     let number = counter.load(Ordering::Acquire);
     (number & 1 == 0).then_some(number)
 }
 
 /// Reads a word.
-pub(crate) fn read_word(word: &AtomicU64) -> u64 {
+pub fn read_word(word: &AtomicU64) -> u64 {
     word.load(Ordering::Relaxed)
 }
 
 /// Whether all that was read since [`begin_read`] gave `number` belongs together.
-pub(crate) fn end_read(counter: &AtomicU64, number: u64) -> bool {
+pub fn end_read(counter: &AtomicU64, number: u64) -> bool {
     // The loads of the words, which came before, stay before the load of the counter.
     fence(Ordering::Acquire);
     counter.load(Ordering::Relaxed) == number

@@ -39,6 +39,13 @@ pub const AT_CREATED: usize = 0x58;
 /// Offset of the generation, 64 bits: how often the program has been replaced by an online change.
 pub const AT_GENERATION: usize = 0x60;
 
+/// Offset of the offset of the table of symbols in the file, 64 bits; 0 where there is none.
+pub const AT_SYMBOLS: usize = 0x68;
+/// Offset of the number of entries in the table of symbols, 64 bits.
+pub const AT_SYMBOLS_COUNT: usize = 0x70;
+/// Offset of the offset of the area for inputs in the file, 64 bits; 0 where there is none.
+pub const AT_INPUTS: usize = 0x78;
+
 /// Offset of the sequence counter, 64 bits: even between two writes, odd during one.
 pub const AT_SEQUENCE: usize = 0x80;
 /// Offset of the number of ticks done, 64 bits.
@@ -53,6 +60,9 @@ pub const AT_FORCES: usize = 0xA0;
 /// Bytes of an entry in the table of safe outputs: offset in the process image (32 bits), mask (8
 /// bits), value (8 bits), two bytes of 0.
 pub const SAFE_OUTPUT_SIZE: usize = 8;
+
+/// Bytes of an entry in the table of symbols; `symbol.rs` has its parts.
+pub const SYMBOL_SIZE: usize = 48;
 
 /// What the control is doing, as the file says it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,0 +1,347 @@
+//! The control's side of the area for inputs: takes what the writers have given before each tick, and gives
+//! inputs their safe values when their writer is late or gone.
+//!
+//! [`InputLatch::take`] is called by the thread that runs the ticks. It does not wait, allocates nothing,
+//! makes no system call, and trusts nothing in the file: where the parts of the area lie, which values a
+//! variable can have, and what its safe value is are kept in the control's own memory.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::input_area::{InputArea, MAILBOXES, WriterName};
+use crate::sequence::{read_word, write_word};
+use crate::symbol::{Direction, Number, Symbol};
+use crate::triple_buffer::{self, Taken};
+
+/// What an input becomes when it is not given in time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Safe {
+    /// 0.
+    #[default]
+    Off,
+    /// It stays what it is.
+    Hold,
+    /// This value.
+    Value(Number),
+}
+
+/// What the configuration says of an input.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rule {
+    /// What it becomes when it is not given in time.
+    pub safe: Safe,
+    /// After how many nanoseconds a value is late; 0 never.
+    pub timeout_ns: u64,
+}
+
+/// What has happened to inputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// A writer gives them from now on.
+    Begun,
+    /// They were not given in time, and have their safe values.
+    Late,
+    /// Their writer has released them or has ended, and they have their safe values.
+    Released,
+    /// They had their safe values, and are given again.
+    Recovered,
+    /// They were given values that they can't have, which were not taken.
+    Refused,
+}
+
+impl Change {
+    const ALL: [Self; 5] =
+        [Self::Begun, Self::Late, Self::Released, Self::Recovered, Self::Refused];
+
+    /// The word for it in a log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Begun => "begun",
+            Self::Late => "late",
+            Self::Released => "released",
+            Self::Recovered => "recovered",
+            Self::Refused => "refused",
+        }
+    }
+}
+
+/// A change of one or several inputs of one writer before one tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct InputEvent {
+    /// What has happened.
+    pub change: Change,
+    /// The writer.
+    pub writer: WriterName,
+    /// The slot of the first input.
+    pub first: u32,
+    /// How many inputs.
+    pub count: u32,
+}
+
+/// The state of a slot, as the file shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum SlotState {
+    /// Nobody has given it yet.
+    Vacant = 0,
+    /// It has the value that its writer gives.
+    Current = 1,
+    /// It has its safe value.
+    Safe = 2,
+}
+
+#[derive(Clone, Debug)]
+struct Slot {
+    symbol: Symbol,
+    rule: Option<Rule>,
+    /// The number of its mailbox plus one; 0 where it has none.
+    owner: usize,
+    state: SlotState,
+    /// Whether the last value that came could not be taken.
+    refused: bool,
+    serial: u64,
+    /// What it was given last, to be given again where somebody else has set the variable.
+    value: Option<Number>,
+    /// When it was given last, or when the control began to wait for it.
+    since: u64,
+}
+
+/// How many inputs of a writer have changed in a way, and the first of them.
+#[derive(Clone, Copy, Debug, Default)]
+struct Count {
+    first: u32,
+    count: u32,
+}
+
+/// Takes inputs.
+#[derive(Clone, Debug)]
+pub struct InputLatch {
+    area: InputArea,
+    slots: Vec<Slot>,
+    /// The slots that have an owner or a rule.
+    active: Vec<u32>,
+    claims: Option<u64>,
+    /// When the next input may be late.
+    deadline: u64,
+    counts: [[Count; Change::ALL.len()]; MAILBOXES + 1],
+}
+
+impl InputLatch {
+    /// Makes the latch of an area with a slot for each of `symbols`, whose variables can be given; `rules` are
+    /// those of the configuration, in the same order.
+    pub fn new(area: InputArea, symbols: Vec<Symbol>, rules: &[Option<Rule>]) -> Self {
+        let rules = rules.iter().copied().chain(std::iter::repeat(None));
+        let slot = |(symbol, rule)| Slot {
+            symbol,
+            rule,
+            owner: 0,
+            state: SlotState::Vacant,
+            refused: false,
+            serial: 0,
+            value: None,
+            since: 0,
+        };
+        let slots: Vec<Slot> = symbols.into_iter().zip(rules).map(slot).collect();
+        let active = Vec::with_capacity(slots.len());
+        let counts = Default::default();
+        Self { area, slots, active, claims: None, deadline: 0, counts }
+    }
+
+    /// Takes what the writers have given. `now` is the time in nanoseconds of `CLOCK_MONOTONIC`. `apply` is
+    /// called with the slot and the value of each variable that has to be set. With `again` also those
+    /// inputs are set that have not changed, since somebody else may have set them. `report` is called
+    /// for what has happened to inputs.
+    pub fn take(
+        &mut self,
+        words: &[AtomicU64],
+        now: u64,
+        again: bool,
+        mut apply: impl FnMut(u32, Number),
+        mut report: impl FnMut(InputEvent),
+    ) {
+        let claims = self.area.claims(words).map(|claims| claims.load(Ordering::Acquire));
+        let first = self.claims.is_none();
+        let changed = claims != self.claims;
+        if changed {
+            self.claims = claims;
+            self.find_owners(words, now, first);
+        }
+        // The mailboxes are looked at behind the claims: who has claimed a slot has cleared its mailbox
+        // before.
+        let mut fronts = [None; MAILBOXES];
+        let mut fresh = false;
+        for (mailbox, front) in fronts.iter_mut().enumerate() {
+            *front = self.area.buffers(words, mailbox).and_then(triple_buffer::take);
+            fresh |= front.is_some_and(|taken: Taken| taken.fresh);
+        }
+        if !(fresh || changed || again || now >= self.deadline) {
+            return;
+        }
+        self.deadline = u64::MAX;
+        let mut reported = false;
+        for &number in &self.active {
+            let Some(slot) = self.slots.get_mut(number as usize) else { continue };
+            let front = slot.owner.checked_sub(1).and_then(|mailbox| {
+                let taken: Taken = (*fronts.get(mailbox)?)?;
+                Some((mailbox, taken.front))
+            });
+            let given = front.and_then(|(mailbox, front)| {
+                self.area.value(words, mailbox, front, number as usize)
+            });
+            let given =
+                given.map(|(value, serial)| (read_word(value).to_le(), read_word(serial).to_le()));
+            let (change, value) = slot.step(words, self.area, given, now, first, again);
+            if let Some(value) = value {
+                apply(number, value);
+            }
+            if let Some(change) = change {
+                let counts = self.counts.get_mut(slot.owner);
+                if let Some(count) = counts.and_then(|counts| counts.get_mut(change as usize)) {
+                    if count.count == 0 {
+                        count.first = number;
+                    }
+                    count.count += 1;
+                    reported = true;
+                }
+                if let Some(word) = self.area.state(words, number as usize) {
+                    write_word(word, (slot.state as u64).to_le());
+                }
+            }
+            if let Some(deadline) = slot.deadline(words, self.area) {
+                self.deadline = self.deadline.min(deadline);
+            }
+        }
+        if !reported {
+            return;
+        }
+        for (owner, counts) in self.counts.iter_mut().enumerate() {
+            for (count, change) in counts.iter_mut().zip(Change::ALL) {
+                let Count { first, count } = std::mem::take(count);
+                if count > 0 {
+                    let mailbox = owner.checked_sub(1);
+                    let name = mailbox.and_then(|mailbox| self.area.name(words, mailbox));
+                    let writer = name.map(WriterName::read).unwrap_or_default();
+                    report(InputEvent { change, writer, first, count });
+                }
+            }
+        }
+    }
+
+    /// Looks up who owns which slot.
+    fn find_owners(&mut self, words: &[AtomicU64], now: u64, first: bool) {
+        self.active.clear();
+        for (number, slot) in (0..).zip(&mut self.slots) {
+            let owner = self.area.owner(words, number as usize);
+            let owner = owner.map_or(0, |owner| owner.load(Ordering::Acquire)).to_le();
+            let owner = usize::try_from(owner).unwrap_or(0);
+            let owner = if owner > MAILBOXES { 0 } else { owner };
+            slot.owner = owner;
+            // A value gets no newer by another owner.
+            if first {
+                slot.since = now;
+            }
+            // What has been released is looked at once more.
+            if owner != 0 || slot.rule.is_some() || slot.state == SlotState::Current {
+                self.active.push(number);
+            }
+        }
+    }
+}
+
+impl Slot {
+    /// What becomes of the slot before a tick: how it has changed, and what its variable is set to. `given`
+    /// is what its writer has published.
+    fn step(
+        &mut self,
+        words: &[AtomicU64],
+        area: InputArea,
+        given: Option<(u64, u64)>,
+        now: u64,
+        first: bool,
+        again: bool,
+    ) -> (Option<Change>, Option<Number>) {
+        let is_level = self.symbol.direction == Direction::Input;
+        if first && is_level && self.rule.is_some() {
+            return (None, self.safe_value(words, area));
+        }
+        if let Some((value, serial)) = given
+            && serial != 0
+            && serial != self.serial
+        {
+            self.serial = serial;
+            let value = match self.symbol.outside().range() {
+                Some(_) => Number::Int(value as i64),
+                None => Number::Float(f64::from_bits(value)),
+            };
+            if !self.symbol.takes(value) {
+                // Told once: a source that is wrong is wrong again and again.
+                let known = std::mem::replace(&mut self.refused, true);
+                let late = self.deadline(words, area).is_some_and(|end| now >= end);
+                if !late || self.state == SlotState::Safe {
+                    return ((!known).then_some(Change::Refused), None);
+                }
+                return (Some(Change::Late), self.become_safe(words, area));
+            }
+            self.refused = false;
+            self.since = now;
+            let change = match self.state {
+                SlotState::Vacant => Some(Change::Begun),
+                SlotState::Safe => Some(Change::Recovered),
+                SlotState::Current => None,
+            };
+            // An input is set where its value is another one; another variable whenever it is given, since
+            // the program may have changed it.
+            let set = !is_level || again || change.is_some() || self.value != Some(value);
+            self.state = SlotState::Current;
+            self.value = Some(value);
+            return (change, set.then_some(value));
+        }
+        let change = match (self.owner, self.state) {
+            (_, SlotState::Safe) => None,
+            (0, SlotState::Current) => Some(Change::Released),
+            _ => self.deadline(words, area).filter(|&end| now >= end).map(|_| Change::Late),
+        };
+        if change.is_some() {
+            return (change, self.become_safe(words, area));
+        }
+        (None, self.value.filter(|_| again && is_level))
+    }
+
+    /// Gives an input its safe value; gives what its variable is set to.
+    fn become_safe(&mut self, words: &[AtomicU64], area: InputArea) -> Option<Number> {
+        self.state = SlotState::Safe;
+        let is_level = self.symbol.direction == Direction::Input;
+        self.value = self.safe_value(words, area).filter(|_| is_level);
+        self.value
+    }
+
+    /// When the value is late, if it ever is.
+    fn deadline(&self, words: &[AtomicU64], area: InputArea) -> Option<u64> {
+        let of_mailbox = || {
+            let timeout = self.owner.checked_sub(1).and_then(|owner| area.timeout(words, owner));
+            timeout.map_or(0, |timeout| read_word(timeout).to_le())
+        };
+        let timeout = self.rule.map_or_else(of_mailbox, |rule| rule.timeout_ns);
+        let waits = self.state == SlotState::Current
+            || self.state == SlotState::Vacant && self.rule.is_some();
+        (waits && timeout != 0).then(|| self.since.saturating_add(timeout))
+    }
+
+    /// What the variable is set to when it is late; `None` where it stays what it is.
+    fn safe_value(&self, words: &[AtomicU64], area: InputArea) -> Option<Number> {
+        let held = || {
+            let hold = self.owner.checked_sub(1).and_then(|owner| area.hold(words, owner));
+            hold.is_some_and(|hold| read_word(hold).to_le() == 1)
+        };
+        let safe = match self.rule {
+            Some(rule) => rule.safe,
+            None if held() => Safe::Hold,
+            None => Safe::Off,
+        };
+        let has_fraction = self.symbol.outside().range().is_none();
+        match safe {
+            Safe::Hold => None,
+            Safe::Value(value) => Some(value),
+            Safe::Off if has_fraction => Some(Number::Float(0.0)),
+            Safe::Off => Some(Number::Int(0)),
+        }
+    }
+}

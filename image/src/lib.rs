@@ -1,0 +1,65 @@
+//! The image file of a running control (`plcrt --image FILE`), for both of its sides: the control,
+//! which writes its process image and takes inputs, and other processes, which read whole ticks and
+//! give inputs. `docs/image.md` explains the file byte by byte, for programs in other languages;
+//! `image/include/plcc_image.h` has the same for C.
+//!
+//! A driver reads outputs with an [`ImageReader`] and gives inputs with an [`InputWriter`]:
+//!
+//! ```no_run
+//! use plcc_image::{ImageReader, InputWriter, Number};
+//!
+//! let image = ImageReader::open("/dev/shm/lathe".as_ref())?;
+//! let mut inputs = InputWriter::open("/dev/shm/lathe".as_ref(), "my driver")?;
+//! let ready = inputs.claim("READY")?;
+//! let symbols = image.symbols();
+//! let pump = symbols.iter().find(|symbol| symbol.name == "PUMP");
+//! while let Some(tick) = image.read() {
+//!     let on = pump.and_then(|pump| tick.line(pump));
+//!     inputs.set(ready, Number::Int(1))?;
+//!     inputs.publish()?;
+//! #   let _ = on;
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `layout.rs` | the offsets in the file |
+//! | `sequence.rs` | the sequence counter, by which readers see whole ticks |
+//! | `triple_buffer.rs` | the three buffers by which the control takes a writer's inputs as a whole |
+//! | `symbol.rs` | the table of symbols: names, types and places |
+//! | `reader.rs` | reads the image |
+//! | `input_area.rs` | where the parts of the area for inputs lie |
+//! | `writer.rs` | gives inputs |
+//! | `latch.rs` | takes inputs, in the control |
+//! | `output_driver.rs` | safe outputs when the control has died |
+//! | `shared_memory.rs` | the mapped file as atomic words |
+
+pub mod input_area;
+pub mod latch;
+pub mod layout;
+mod output_driver;
+mod process;
+mod reader;
+pub mod sequence;
+mod shared_memory;
+pub mod symbol;
+pub mod triple_buffer;
+mod writer;
+
+#[cfg(test)]
+mod model;
+#[cfg(test)]
+mod tests;
+
+/// The atomics that `sequence.rs` and `triple_buffer.rs` work on; their model check has others.
+mod atomics {
+    pub(crate) use std::sync::atomic::{AtomicU64, Ordering, fence};
+}
+
+pub use layout::State;
+pub use output_driver::OutputDriver;
+pub use reader::{ImageReader, Snapshot};
+pub use shared_memory::{Access, SharedMemory};
+pub use symbol::{Direction, Number, Place, Symbol, Type};
+pub use writer::{ClaimError, Input, InputWriter};
