@@ -2,6 +2,7 @@
 //! depends on contains a compiler.
 
 mod info;
+mod pages;
 
 use std::ffi::OsString;
 use std::fmt::Display;
@@ -53,8 +54,8 @@ struct Cli {
     info: bool,
 
     /// Prints completions for a shell, and runs nothing
-    #[arg(long, value_name = "SHELL", exclusive = true)]
-    completions: Option<clap_complete::Shell>,
+    #[arg(long, value_name = "SHELL", exclusive = true, value_parser = pages::SHELLS)]
+    completions: Option<String>,
 
     /// Prints the manual page, and runs nothing
     #[arg(long, exclusive = true)]
@@ -198,16 +199,10 @@ fn refusals(program: &Program, option: &str) -> Vec<String> {
 
 /// Reads the artifact, maps its code and runs it in this process.
 fn run_here(cli: &Cli) -> Result<u8, String> {
-    if let Some(shell) = cli.completions {
-        let mut script = Vec::new();
-        clap_complete::generate(shell, &mut Cli::command(), "plcrt", &mut script);
-        return print(&script);
-    }
-    if cli.man {
-        let mut page = Vec::new();
-        let rendered = clap_mangen::Man::new(Cli::command()).render(&mut page);
-        rendered.map_err(|error| error.to_string())?;
-        return print(&page);
+    let page = if cli.man { Some(pages::MANUAL) } else { cli.completions.as_deref() };
+    if let Some(name) = page {
+        let page = pages::page(name);
+        return print(&page.ok_or_else(|| format!("the page `{name}` is missing from plcrt"))?);
     }
     let path = cli.artifact.as_deref().unwrap_or(Path::new(""));
     let named = |error: &dyn Display| format!("{}: {error}", path.display());
