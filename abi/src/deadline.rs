@@ -46,6 +46,7 @@ pub struct Deadline(Option<TimeLimit>);
 
 impl Deadline {
     /// The deadline of a scan; a scan without a limit may take any time.
+    #[inline]
     pub fn new(limit: Option<TimeLimit>) -> Self {
         Self(limit)
     }
@@ -78,11 +79,13 @@ impl Deadline {
     }
 
     /// The limit as it is now; a scan without one has the highest number.
+    #[inline]
     pub fn limit(&self) -> u64 {
         self.0.as_ref().map_or(u64::MAX, |limit| limit.limit)
     }
 
     /// The address of the epoch, for compiled code. It is valid as long as this value.
+    #[inline]
     pub fn epoch(&self) -> *const AtomicU64 {
         /// The epoch of scans without a limit.
         static NEVER: AtomicU64 = AtomicU64::new(0);

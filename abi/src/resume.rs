@@ -28,6 +28,7 @@ impl ResumeLabels {
     }
 
     /// The label to begin a scan at; `None` for a resume point that the task does not have.
+    #[inline]
     pub fn label(&self, from: Option<ResumePoint>) -> Option<u32> {
         match from {
             None => Some(self.entry),

@@ -189,7 +189,13 @@ struct HostCallState<'a> {
     /// Why the scan ended in a host function, and the image as it was then. Compiled code can't be
     /// left there: it runs on to the end of its chunk with 0 as every result, and what it stores until
     /// then is undone with this copy. (Code that jumps back leaves its chunk when the scan is late.)
-    left: Option<(TrapCode, Vec<u8>)>,
+    left: Option<Box<Left>>,
+}
+
+/// Why a scan ended in a host function, and the image as it was then.
+struct Left {
+    code: TrapCode,
+    image: Vec<u8>,
 }
 
 impl HostCallState<'_> {
@@ -237,11 +243,11 @@ impl Engine for NativeEngine {
             // SAFETY: the pointer is that of `call`, which outlives it; no compiled code runs now, and
             // the reference ends before any does again.
             let call = unsafe { &mut *host_data };
-            if let Some((code, image)) = call.left.take() {
-                self.host_panicked = code == TrapCode::HostPanic;
+            if let Some(left) = call.left.take() {
+                self.host_panicked = left.code == TrapCode::HostPanic;
                 // Both have the length of the image that this call was given.
-                scan.image.copy_from_slice(&image);
-                return Outcome::trap(code);
+                scan.image.copy_from_slice(&left.image);
+                return Outcome::trap(left.code);
             }
             match raw.kind() {
                 // Where chunks go round for ever, the scan is ended here.
@@ -296,13 +302,13 @@ unsafe extern "C" fn host_call(
     match result {
         Ok((result, false)) => result,
         Ok((_, true)) => {
-            call.left = Some((TrapCode::Watchdog, image.to_vec()));
+            call.left = Some(Box::new(Left { code: TrapCode::Watchdog, image: image.to_vec() }));
             0
         }
         Err(payload) => {
             // A payload may panic when it is dropped, which would leave this function.
             std::mem::forget(payload);
-            call.left = Some((TrapCode::HostPanic, image.to_vec()));
+            call.left = Some(Box::new(Left { code: TrapCode::HostPanic, image: image.to_vec() }));
             0
         }
     }

@@ -25,6 +25,7 @@ pub fn index(value: f64, mask: u32) -> u32 {
 }
 
 /// The low `width` bits, sign-extended.
+#[inline]
 pub fn sign_extend(value: u64, width: u32) -> i64 {
     let shift = 64 - width.clamp(1, 64);
     ((value << shift) as i64) >> shift

@@ -1,13 +1,16 @@
 //! Message flags as events (NCT 3.5, 3.6).
 
 use plcc_abi::image::read_u16;
-use plcc_abi::nct::{FlagLocation, NctTables};
+use plcc_abi::nct::NctTables;
 
+use super::flag_row::FlagRow;
 use crate::{Event, EventBody};
 
 /// The bytes of the output image whose bits are messages: Y700 to Y707, indexed by RH090 to
 /// RH097, then Y710 to Y897.
 const BYTES: std::ops::Range<usize> = 70..90;
+/// How many bytes these are.
+const COUNT: usize = BYTES.end - BYTES.start;
 /// The register that belongs to Y700.
 const FIRST_INDEX: u32 = 90;
 
@@ -16,18 +19,19 @@ const FIRST_INDEX: u32 = 90;
 pub(super) struct Messages {
     indexed: Vec<String>,
     plain: Vec<String>,
-    locations: Vec<FlagLocation>,
+    flags: FlagRow<COUNT>,
 }
 
 impl Messages {
-    pub(super) fn new(tables: &NctTables) -> Self {
-        let locations = tables.outputs.get(BYTES).unwrap_or_default().to_vec();
-        Self { indexed: tables.texts198.clone(), plain: tables.texts199.clone(), locations }
+    /// The messages of the program with these tables, whose image has this size.
+    pub(super) fn new(tables: &NctTables, image_size: usize) -> Self {
+        let flags = FlagRow::new(tables.outputs.get(BYTES).unwrap_or_default(), image_size);
+        Self { indexed: tables.texts198.clone(), plain: tables.texts199.clone(), flags }
     }
 
     /// How many bytes of flags there are.
     pub(super) fn count(&self) -> usize {
-        self.locations.len()
+        COUNT
     }
 
     /// Appends an event for each flag that is not as it was at the last call, in the order of the flags.
@@ -40,8 +44,11 @@ impl Messages {
         tick: u64,
         events: &mut Vec<Event>,
     ) {
-        for (row, (location, shown)) in self.locations.iter().zip(shown).enumerate() {
-            let now = location.read(image);
+        let now = self.flags.read(image);
+        if *shown == now {
+            return;
+        }
+        for (row, (now, shown)) in now.into_iter().zip(shown).enumerate() {
             let changed = now ^ *shown;
             if changed == 0 {
                 continue;

@@ -24,6 +24,14 @@ pub(super) struct Forces {
     inputs: Vec<ForcedBits>,
     outputs: Vec<ForcedBits>,
     any_output: bool,
+    /// Whether an input may be forced. Not part of a checkpoint, so unknown behind one.
+    #[serde(skip, default = "unknown")]
+    maybe_input: bool,
+}
+
+/// What is assumed of forced inputs in a state that comes from a checkpoint.
+fn unknown() -> bool {
+    true
 }
 
 impl Default for Forces {
@@ -32,6 +40,7 @@ impl Default for Forces {
             inputs: vec![ForcedBits::default(); IMAGE_BYTES],
             outputs: vec![ForcedBits::default(); LINE_BYTES],
             any_output: false,
+            maybe_input: false,
         }
     }
 }
@@ -66,6 +75,7 @@ impl Forces {
             let value = value.unwrap_or(0);
             forced.value = forced.value & !mask | value & mask;
         }
+        self.maybe_input = self.inputs.iter().any(|forced| forced.mask != 0);
         self.any_output = self.outputs.iter().any(|forced| forced.mask != 0);
         Ok(())
     }
@@ -73,6 +83,11 @@ impl Forces {
     /// Whether the lists have the lengths of another value's, which is the program's own.
     pub(super) fn fits(&self, own: &Self) -> bool {
         self.inputs.len() == own.inputs.len() && self.outputs.len() == own.outputs.len()
+    }
+
+    /// Whether an input may be forced.
+    pub(super) fn maybe_input(&self) -> bool {
+        self.maybe_input
     }
 
     /// A byte of the inputs as the program sees it, where the lines or the NC say `value`.

@@ -94,6 +94,22 @@ pub(super) struct Image {
     pub(super) bytes: Vec<u8>,
     pub(super) places: Places,
     pub(super) inputs: Vec<FlagLocation>,
+    /// Whether the input images of :001 and of :000, and the ones before them, are known to hold the same
+    /// bytes. That is so a slice after the last change of an input; it then makes no difference which of
+    /// them are shown, so nothing is copied.
+    input_images_equal: bool,
+}
+
+/// Copies the registers of a module from or to the process image. Both have the length of the region
+/// `context`.
+fn copy_registers(from: &[u8], to: &mut [u8]) {
+    // In two halves, since the compiler makes a call of memcpy of more than 128 bytes.
+    const HALF: usize = context::SIZE as usize / 2;
+    let (from, to) = (from.as_chunks::<HALF>().0, to.as_chunks_mut::<HALF>().0);
+    if let ([low, high, ..], [to_low, to_high, ..]) = (from, to) {
+        *to_low = *low;
+        *to_high = *high;
+    }
 }
 
 impl Image {
@@ -103,7 +119,35 @@ impl Image {
             bytes: vec![0; program.image_size as usize],
             places,
             inputs: tables.inputs.clone(),
+            input_images_equal: false,
         })
+    }
+
+    /// The physical input lines.
+    pub(super) fn lines_in(&self) -> Option<&[u8; LINE_BYTES]> {
+        self.bytes.get(self.places.lines_in as usize..)?.first_chunk()
+    }
+
+    /// Says that the input images may have changed in another way than by [`set_input`](Self::set_input),
+    /// [`set_input_bit`](Self::set_input_bit) and [`age_inputs`](Self::age_inputs).
+    pub(super) fn input_images_replaced(&mut self) {
+        self.input_images_equal = false;
+    }
+
+    /// Finds out whether all input images hold the same.
+    pub(super) fn compare_input_images(&mut self, modules: &Modules) {
+        if self.input_images_equal {
+            return;
+        }
+        let SavedInputs { input, previous } = &modules.saved_inputs;
+        let Places { input: shown, previous: shown_previous, .. } = &self.places;
+        let bytes = |range: &Range<usize>| self.bytes.get(range.clone());
+        let parts = shown.iter().zip(shown_previous).zip(input.iter().zip(previous));
+        self.input_images_equal =
+            parts.into_iter().all(|((now, before), (other, other_before))| {
+                let now = bytes(now);
+                now == bytes(before) && now == Some(&**other) && now == Some(&**other_before)
+            });
     }
 
     /// The lengths of an input image: its bytes, its single bits.
@@ -118,6 +162,9 @@ impl Image {
             return;
         }
         modules.level0_inputs = level0;
+        if self.input_images_equal {
+            return;
+        }
         let Places { input, previous, .. } = &self.places;
         let inside = input.iter().chain(previous);
         let SavedInputs { input, previous } = &mut modules.saved_inputs;
@@ -132,6 +179,9 @@ impl Image {
 
     /// Makes the shown input image the previous one, as a new one is about to be filled in.
     pub(super) fn age_inputs(&mut self) {
+        if self.input_images_equal {
+            return;
+        }
         for (from, to) in self.places.input.iter().zip(&self.places.previous) {
             self.bytes.copy_within(from.clone(), to.start);
         }
@@ -139,6 +189,9 @@ impl Image {
 
     /// Copies the inputs of :001 into the input image of :000, which must be the one that is shown.
     pub(super) fn synchronise(&mut self, modules: &Modules) {
+        if self.input_images_equal {
+            return;
+        }
         self.age_inputs();
         for (range, from) in self.places.input.iter().zip(&modules.saved_inputs.input) {
             let bytes = self.bytes.get_mut(range.clone());
@@ -150,6 +203,7 @@ impl Image {
 
     /// Fills the shown input image's byte.
     pub(super) fn set_input(&mut self, byte: usize, value: u8) {
+        self.input_images_equal = false;
         if let Some(location) = self.inputs.get(byte) {
             location.write(&mut self.bytes, value);
         }
@@ -157,7 +211,10 @@ impl Image {
 
     /// Sets a bit of the shown input image.
     pub(super) fn set_input_bit(&mut self, byte: usize, bit: u8, value: bool) {
-        if let Some(location) = self.inputs.get(byte) {
+        if let Some(location) = self.inputs.get(byte)
+            && location.bit(&self.bytes, bit) != value
+        {
+            self.input_images_equal = false;
             location.set_bit(&mut self.bytes, bit, value);
         }
     }
@@ -169,9 +226,8 @@ impl Image {
         let context = self.places.context;
         if let Some(saved) = modules.registers.get(module)
             && let Some(place) = self.bytes.get_mut(context as usize..)
-            && let Some(place) = place.get_mut(..saved.len())
         {
-            place.copy_from_slice(saved);
+            copy_registers(saved, place);
         }
         write_u32(&mut self.bytes, context + context::FUEL, fuel);
         write_u8(&mut self.bytes, context + context::ON_EMPTY, u8::from(stops));
@@ -181,9 +237,8 @@ impl Image {
     pub(super) fn leave(&self, modules: &mut Modules, module: Module) {
         if let Some(saved) = modules.registers.get_mut(module)
             && let Some(place) = self.bytes.get(self.places.context as usize..)
-            && let Some(place) = place.get(..saved.len())
         {
-            saved.copy_from_slice(place);
+            copy_registers(place, saved);
             // They are given anew with each call, and depend on the clock.
             write_u32(saved, context::FUEL, 0);
             write_u8(saved, context::ON_EMPTY, 0);
@@ -193,12 +248,11 @@ impl Image {
     /// Lowers each of the `count` words from `offset` on by `times`, but to no less than 0.
     pub(super) fn count_down(&mut self, offset: u32, count: u16, times: u64) {
         let times = u16::try_from(times).unwrap_or(u16::MAX);
-        for i in 0..u32::from(count) {
-            let at = offset + i * 2;
-            let value = read_u16(&self.bytes, at);
-            if value > 0 {
-                write_u16(&mut self.bytes, at, value.saturating_sub(times));
-            }
+        let start = offset as usize;
+        let words = self.bytes.get_mut(start..start + usize::from(count) * 2);
+        // Without a branch, so that the compiler makes vector instructions of it.
+        for word in words.unwrap_or_default().as_chunks_mut::<2>().0 {
+            *word = u16::from_le_bytes(*word).saturating_sub(times).to_le_bytes();
         }
     }
 }

@@ -4,9 +4,11 @@
 
 mod arithmetic_area;
 mod events;
+mod flag_row;
 mod forces;
 mod host;
 mod image;
+mod latch;
 mod memory;
 mod modules;
 mod operand;

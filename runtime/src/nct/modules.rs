@@ -27,21 +27,27 @@ const REAL_TIME_STEP: u32 = 1000;
 pub(super) const SHARE_OF_SLICE: Duration = Duration::from_millis(5);
 
 impl NctExecutive {
+    /// Whether a module with this share has any time limit.
+    fn is_limited(&self, share: &Share) -> bool {
+        share.time.is_some() || self.watchdog.is_some()
+    }
+
     /// The time limits of a module, if it has any.
-    fn time(&self, share: Share) -> Option<ModuleTime<'_>> {
+    fn time(&self, share: &Share) -> Option<ModuleTime<'_>> {
         let watchdog = self.watchdog.as_ref();
         let used_before = &self.used_before;
-        (share.time.is_some() || watchdog.is_some()).then_some(ModuleTime {
-            share,
-            watchdog,
-            used_before,
-        })
+        self.is_limited(share).then_some(ModuleTime { share: *share, watchdog, used_before })
+    }
+
+    /// The time now, where a watchdog limits scans.
+    fn time_for_watchdog(&self) -> Option<Instant> {
+        self.watchdog.as_ref().map(|_| Instant::now())
     }
 
     /// The share of a module that gets `time` of the real time that began at `began`.
     fn share(&self, began: Option<Instant>, time: Duration, is_suspended: bool) -> Share {
         let time = began.filter(|_| self.realtime).map(|began| (began, time));
-        Share { time, began: Instant::now(), is_suspended }
+        Share { time, began: self.time_for_watchdog(), is_suspended }
     }
 
     /// Calls a module once. It may pass `fuel` safepoints; `stops` says whether it is stopped or suspended
@@ -52,12 +58,12 @@ impl NctExecutive {
         module: Module,
         fuel: u32,
         stops: bool,
-        share: Share,
+        share: &Share,
     ) -> Outcome {
         let watchdog = self.watchdog.as_ref();
-        let limited = share.time.is_some() || watchdog.is_some();
+        let limited = self.is_limited(share);
         let used_before = &self.used_before;
-        let time = limited.then_some(ModuleTime { share, watchdog, used_before });
+        let time = limited.then_some(ModuleTime { share: *share, watchdog, used_before });
         let State { modules, memory, resume, .. } = &mut self.state;
         self.image.enter(modules, module, fuel, stops);
         let mut host = NctHost { flags: &self.tables.flags, memory, time };
@@ -93,10 +99,10 @@ impl NctExecutive {
             2 => Duration::from_millis(self.period_ms),
             _ => SHARE_OF_SLICE,
         };
-        let share = self.share(began, time, false);
+        let share = &self.share(began, time, false);
         let outcome = if self.decisions.followed().is_some() {
             self.run_as_decided(engine, module)
-        } else if self.time(share).is_none() {
+        } else if !self.is_limited(share) {
             self.call(engine, module, MAX_SAFEPOINTS, true, share)
         } else {
             let mut passed = 0;
@@ -116,7 +122,7 @@ impl NctExecutive {
         &mut self,
         engine: &mut dyn Engine,
         module: Module,
-        share: Share,
+        share: &Share,
         passed: &mut u32,
     ) -> Outcome {
         let mut fuel = if self.realtime { REAL_TIME_STEP } else { MAX_SAFEPOINTS };
@@ -165,7 +171,8 @@ impl NctExecutive {
             _ => None,
         });
         let (fuel, stops) = limit.unwrap_or((u32::MAX, true));
-        let share = Share { time: None, began: Instant::now(), is_suspended: !stops };
+        let began = self.time_for_watchdog();
+        let share = &Share { time: None, began, is_suspended: !stops };
         let outcome = self.call(engine, module, fuel, stops, share);
         if let Some((safepoints, stops)) = limit {
             self.note(outcome, safepoints.saturating_sub(u32::from(stops)));
@@ -179,7 +186,7 @@ impl NctExecutive {
         &mut self,
         engine: &mut dyn Engine,
         module: Module,
-        share: Share,
+        share: &Share,
     ) -> Outcome {
         match self.call(engine, module, 1, true, share) {
             Outcome::Suspended(_) => Outcome::trap(TrapCode::Timeout),
@@ -197,7 +204,7 @@ impl NctExecutive {
         if self.state.level0_starts || !self.state.synchronised {
             self.image.synchronise(&self.state.modules);
         }
-        let share = self.share(began, SHARE_OF_SLICE, true);
+        let share = &self.share(began, SHARE_OF_SLICE, true);
         let mut passed = 0_u32;
         let mut fuel = if self.realtime { REAL_TIME_STEP } else { self.level0_safepoints };
         let follows = self.decisions.followed().is_some();
@@ -220,7 +227,7 @@ impl NctExecutive {
             }
             fuel = if self.realtime { REAL_TIME_STEP } else { left };
         };
-        if !follows && self.time(share).is_some() {
+        if !follows && self.is_limited(share) {
             self.note(outcome, passed);
         }
         self.calls += 1;

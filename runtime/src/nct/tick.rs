@@ -4,8 +4,8 @@ use std::any::Any;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use plcc_abi::image::{read_u8, write_u8, write_u16};
-use plcc_abi::nct::{self, IMAGE_BYTES, LINE_BYTES, NctName, NctSettings, NctTables, context};
+use plcc_abi::image::write_u16;
+use plcc_abi::nct::{self, LINE_BYTES, NctName, NctSettings, NctTables, context};
 use plcc_abi::{Engine, Program, Tables, Trap, TrapCode};
 use thiserror::Error;
 
@@ -21,6 +21,7 @@ use crate::{
 };
 
 use super::events::Messages;
+use super::flag_row::FlagRow;
 use super::image::{Image, Module};
 use super::memory::NcMemory;
 use super::modules::{MAX_SAFEPOINTS, SHARE_OF_SLICE};
@@ -40,10 +41,6 @@ const MINUTE: u64 = 3000;
 const NO_SYNCHRONISATION: (usize, u8) = (54, 1);
 /// Y546, by which the program enables :002.
 const LEVEL2_ENABLE: (usize, u8) = (54, 6);
-/// I510, which is 1 in the first slice.
-const FIRST_CALL: (usize, u8) = (51, 0);
-/// I543, which is 1 when :000 begins at its label.
-const LEVEL0_START: (usize, u8) = (54, 3);
 
 /// What may be chosen when a program is run.
 #[derive(Clone, Debug, Default)]
@@ -75,6 +72,8 @@ pub struct NctExecutive {
     pub(super) tables: NctTables,
     messages: Messages,
     pub(super) names: Names,
+    /// The bytes of the output image that drive the physical lines.
+    output_row: FlagRow<LINE_BYTES>,
     pub(super) state: State,
     identity: ProgramIdentity,
     pub(super) decisions: ClockDecisions,
@@ -117,7 +116,7 @@ impl NctExecutive {
             }
         }
         let memory = NcMemory::new(&settings);
-        let messages = Messages::new(tables);
+        let messages = Messages::new(tables, image.bytes.len());
         Ok(Self {
             state: State::new(memory, image.input_lengths(), messages.count()),
             identity: ProgramIdentity::new(program),
@@ -125,6 +124,7 @@ impl NctExecutive {
             calls: 0,
             safe_lines: outputs::all_off(image.places.lines_out),
             files: program.files.clone(),
+            output_row: FlagRow::new(&tables.outputs, image.bytes.len()),
             image,
             messages,
             names: Names::default(),
@@ -151,42 +151,27 @@ impl NctExecutive {
         let from = self.state.tick.max(1);
         let end = self.state.tick.saturating_add(slices).max(from);
         let (t, h, m) = (self.image.places.t, self.image.places.h, self.image.places.m);
-        for (offset, count, every) in
-            [(t, nct::T_COUNT, 1), (h, nct::H_COUNT, SECOND), (m, nct::M_COUNT, MINUTE)]
-        {
-            let times = (end - 1) / every - (from - 1) / every;
-            if times > 0 {
-                self.image.count_down(offset, count, times);
-            }
+        if end > from {
+            self.image.count_down(t, nct::T_COUNT, end - from);
         }
-    }
-
-    /// Copies the physical inputs and the NC's flags into the input image of :001, with forced values in
-    /// their place.
-    fn latch(&mut self) {
-        self.image.show(&mut self.state.modules, false);
-        self.image.age_inputs();
-        for byte in 0..IMAGE_BYTES {
-            let value = if byte < LINE_BYTES {
-                read_u8(&self.image.bytes, self.image.places.lines_in + byte as u32)
-            } else {
-                self.state.nc_flags.get(byte).copied().unwrap_or(0)
-            };
-            let value = self.state.forces.input(byte, value);
-            if let Some(last) = self.state.latched.get_mut(byte).filter(|last| **last != value) {
-                *last = value;
-                self.image.set_input(byte, value);
-            }
+        let seconds = (end - 1) / SECOND - (from - 1) / SECOND;
+        if seconds > 0 {
+            self.image.count_down(h, nct::H_COUNT, seconds);
         }
-        self.image.set_input_bit(FIRST_CALL.0, FIRST_CALL.1, self.state.tick == 0);
-        self.image.set_input_bit(LEVEL0_START.0, LEVEL0_START.1, self.state.level0_starts);
+        let minutes = (end - 1) / MINUTE - (from - 1) / MINUTE;
+        if minutes > 0 {
+            self.image.count_down(m, nct::M_COUNT, minutes);
+        }
     }
 
     /// Copies the output image to the physical outputs, and forced values over them.
     fn drive_lines(&mut self) {
-        for (byte, location) in self.tables.outputs.iter().take(self.boards * 10).enumerate() {
-            let value = location.read(&self.image.bytes);
-            write_u8(&mut self.image.bytes, self.image.places.lines_out + byte as u32, value);
+        let values = self.output_row.read(&self.image.bytes);
+        let lines = self.image.bytes.get_mut(self.image.places.lines_out as usize..);
+        if let Some(values) = values.get(..self.boards * 10)
+            && let Some(lines) = lines.and_then(|lines| lines.get_mut(..values.len()))
+        {
+            lines.copy_from_slice(values);
         }
         self.state.forces.apply_to_outputs(&mut self.image.bytes, self.image.places.lines_out);
     }
@@ -267,6 +252,7 @@ impl NctExecutive {
         self.run_level0(engine, began)?;
         self.end_share(1, began, SHARE_OF_SLICE);
         self.drive_lines();
+        self.image.compare_input_images(&self.state.modules);
         if self.has_level2 {
             for _ in 1..SLICE_MS / self.period_ms {
                 if self.output(LEVEL2_ENABLE) {
@@ -434,6 +420,7 @@ impl Executive for NctExecutive {
     fn set_image(&mut self, image: &[u8]) {
         if image.len() == self.image.bytes.len() {
             self.image.bytes.copy_from_slice(image);
+            self.image.input_images_replaced();
         }
     }
 
@@ -486,6 +473,7 @@ impl Executive for NctExecutive {
             return Err(CheckpointError::Damaged);
         }
         (self.image.bytes, self.state) = (image, state);
+        self.image.input_images_replaced();
         Ok(())
     }
 }

@@ -65,8 +65,9 @@ pub(super) struct Share {
     /// When its share began, and how much processor time that is; in simulated time it has none, and
     /// may take any.
     pub(super) time: Option<(Instant, Duration)>,
-    /// When this scan, or this slice's part of it, began.
-    pub(super) began: Instant,
+    /// When this scan, or this slice's part of it, began, if a watchdog limits it. Reading the clock takes
+    /// longer than a short scan.
+    pub(super) began: Option<Instant>,
     /// Whether it is suspended, at its next safepoint, when its share is used up, as `:000` is. Other
     /// modules are stopped.
     pub(super) is_suspended: bool,
@@ -95,7 +96,7 @@ impl ModuleTime<'_> {
     /// What is left until the watchdog stops the scan.
     fn left_on_clock(&self) -> Option<Duration> {
         let limit = self.watchdog.and_then(Watchdog::limit)?;
-        Some(limit.saturating_sub(self.share.began.elapsed()))
+        Some(limit.saturating_sub(self.share.began?.elapsed()))
     }
 
     /// Whether its share is used up.
@@ -135,7 +136,7 @@ mod tests {
 
     fn time(used_before: &UsedBefore, share: Duration, is_suspended: bool) -> ModuleTime<'_> {
         let began = Instant::now();
-        let share = Share { time: Some((began, share)), began, is_suspended };
+        let share = Share { time: Some((began, share)), began: Some(began), is_suspended };
         ModuleTime { share, watchdog: None, used_before }
     }
 
@@ -166,7 +167,8 @@ mod tests {
         used_before.begin(false);
         let second = Duration::from_secs(1);
         let began = Instant::now().checked_sub(second * 2).unwrap();
-        let share = Share { time: Some((began, second)), began, is_suspended: false };
+        let time = Some((began, second));
+        let share = Share { time, began: Some(began), is_suspended: false };
         let late = ModuleTime { share, watchdog: None, used_before: &used_before };
         assert!(late.left_of_share().is_some_and(|left| left > second / 2));
     }

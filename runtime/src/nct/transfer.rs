@@ -107,6 +107,8 @@ impl NctExecutive {
     /// Takes the state of another program's executive over.
     pub(super) fn take_over_from(&mut self, old: &mut Self, plan: &NctTransfer) {
         // Both modules' input images, which take turns in the process image.
+        self.image.input_images_replaced();
+        old.image.input_images_replaced();
         for level0 in [true, false] {
             old.image.show(&mut old.state.modules, level0);
             self.image.show(&mut self.state.modules, level0);

@@ -104,6 +104,7 @@ impl PmacExecutive {
     }
 
     /// An I-variable that is a small number.
+    #[inline]
     fn i(&self, number: u32) -> u32 {
         read_f64(&self.image, self.host.layout.i_offset(number)) as u32
     }

@@ -11,18 +11,24 @@ const WIDTH: usize = 40;
 /// The faults and messages of a program.
 #[derive(Clone, Debug)]
 pub(super) struct Announcements {
-    faults: Vec<Announcement>,
-    messages: Vec<Announcement>,
+    /// Faults first, then messages.
+    all: Vec<Announcement>,
+    /// How many of them are faults.
+    faults: usize,
+    /// The offset of each one's variable.
+    offsets: Vec<u32>,
 }
 
 impl Announcements {
     pub(super) fn new(faults: &[Announcement], messages: &[Announcement]) -> Self {
-        Self { faults: faults.to_vec(), messages: messages.to_vec() }
+        let all = [faults, messages].concat();
+        let offsets = all.iter().map(|announcement| announcement.offset).collect();
+        Self { all, faults: faults.len(), offsets }
     }
 
     /// How many there are.
     pub(super) fn count(&self) -> usize {
-        self.faults.len() + self.messages.len()
+        self.all.len()
     }
 
     /// Tells what has changed since the scan before; `were_on` says which of them were on then,
@@ -34,24 +40,27 @@ impl Announcements {
         tick: u64,
         events: &mut Vec<Event>,
     ) {
-        let faults = self.faults.iter().map(|fault| (fault, true));
-        let all = faults.chain(self.messages.iter().map(|message| (message, false)));
-        for ((announcement, is_fault), was_on) in all.zip(were_on) {
-            let on = read_u8(image, announcement.offset) != 0;
-            if on == *was_on {
-                continue;
+        for ((number, &offset), was_on) in self.offsets.iter().enumerate().zip(were_on) {
+            let on = read_u8(image, offset) != 0;
+            if on != *was_on {
+                *was_on = on;
+                events.extend(self.event(number, on, image, tick));
             }
-            *was_on = on;
-            let name = announcement.name.clone();
-            let state = if on { "on" } else { "off" };
-            let text = text(&announcement.text, image);
-            let body = if is_fault {
-                EventBody::Fault { name, state, text }
-            } else {
-                EventBody::Message { name: Some(name), flag: None, state, text, index: None }
-            };
-            events.push(Event { tick, body });
         }
+    }
+
+    /// The event that the announcement of a number is on or off from now on.
+    fn event(&self, number: usize, on: bool, image: &[u8], tick: u64) -> Option<Event> {
+        let announcement = self.all.get(number)?;
+        let name = announcement.name.clone();
+        let state = if on { "on" } else { "off" };
+        let text = text(&announcement.text, image);
+        let body = if number < self.faults {
+            EventBody::Fault { name, state, text }
+        } else {
+            EventBody::Message { name: Some(name), flag: None, state, text, index: None }
+        };
+        Some(Event { tick, body })
     }
 }
 

@@ -131,6 +131,9 @@ impl PmiExecutive {
         self.state.timer_remainder = self.state.timer_remainder.saturating_add(time);
         let units = self.state.timer_remainder / TIMER_UNIT;
         self.state.timer_remainder %= TIMER_UNIT;
+        if units == 0 {
+            return;
+        }
         let units = i32::try_from(units).unwrap_or(i32::MAX);
         for timer in &self.timers {
             macros::count_down(&mut self.image, timer, units);

@@ -325,3 +325,56 @@ fn a_stop_clears_forced_lines_too() {
     assert!(executive.tick(&mut engine, &mut vec![]).is_err());
     assert_eq!(get(&mut executive, "O010"), 0);
 }
+
+/// While no input changes, the executive copies no input images. What the modules see, and what is kept,
+/// is the same as if it always did.
+#[test]
+fn modules_see_the_same_inputs_whether_unchanged_ones_are_copied_or_not() {
+    let locations = {
+        let executive = executive(NctTables::default(), 3);
+        let tables = tables_of(&executive);
+        [tables.inputs.clone(), tables.previous.clone()].concat()
+    };
+    for seed in 1..6 {
+        let runs = [false, true].map(|always_copies| {
+            let mut program = program(NctTables::default(), 3);
+            program.tasks[0].resume_points = vec![0];
+            let mut executive = NctExecutive::new(&program, NctOptions::default()).unwrap();
+            let mut random = plcc_random::Rng::new(seed);
+            let mut engine_random = plcc_random::Rng::new(seed + 1000);
+            let mut seen = vec![];
+            for tick in 0..200 {
+                // Between changes there are long and short times without any.
+                if random.below(if tick < 100 { 3 } else { 20 }) == 0 {
+                    let name = ["I00", "I021", "I45", "I997", "Y546"][random.below(5)];
+                    set(&mut executive, name, random.below(4) as i64);
+                }
+                if random.below(30) == 0 {
+                    let value = (random.below(2) == 0).then_some(1);
+                    force(&mut executive, "I021", value).unwrap();
+                }
+                if random.below(50) == 0 {
+                    let checkpoint = executive.checkpoint();
+                    executive.resume(&checkpoint).unwrap();
+                }
+                if always_copies {
+                    executive.image.input_images_replaced();
+                }
+                let mut engine = Script(|module, scan: &mut plcc_abi::Scan<'_>| {
+                    let inputs = locations.iter().map(|location| location.read(scan.image));
+                    seen.push((module, inputs.collect::<Vec<u8>>()));
+                    match module == 0 && engine_random.below(6) == 0 {
+                        true => Outcome::Suspended(ResumePoint(0)),
+                        false => Outcome::End,
+                    }
+                });
+                executive.tick(&mut engine, &mut vec![]).unwrap();
+                seen.push((9, executive.checkpoint()));
+            }
+            seen
+        });
+        let [fast, always] = runs;
+        assert!(fast == always, "seed {seed}");
+        assert!(fast.len() >= 600);
+    }
+}
