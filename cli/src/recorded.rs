@@ -1,5 +1,5 @@
-//! Programs in records: how `plcc run --record` puts the sources of a program in, and how an engine is
-//! made of what a record holds.
+//! Programs in records. [`recorded_sources`] makes what `plcc run --record` records of a program;
+//! [`Found`] is the program of a record, and makes engines that replay it.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -26,8 +26,8 @@ struct RecordedOptions {
     include_dirs: Vec<PathBuf>,
 }
 
-/// The sources of a program for its record. `named` is how many of them were named, `machine` the text
-/// of the machine file, if there is one.
+/// What a record holds of a program that was compiled from `sources`. The first `named` of them were named on the
+/// command line, the others are included; `machine` is the text of the machine file, if there is one.
 pub(crate) fn recorded_sources(
     dialect: Dialect,
     sources: &SourceMap,
@@ -57,7 +57,7 @@ pub(crate) fn recorded_sources(
     })
 }
 
-/// The included files of a record in the place of those on the disk.
+/// Loads included files from a record instead of the disk.
 struct RecordedFiles(BTreeMap<PathBuf, Vec<u8>>);
 
 impl FileLoader for RecordedFiles {
@@ -82,14 +82,14 @@ pub enum ReplayEngine {
     Aot,
 }
 
-/// A program that was found for a record.
+/// The program of a record, taken from the record or from the disk.
 #[derive(Debug)]
 pub struct Found {
-    /// What the executive needs.
+    /// What the executive needs of the program: its tables.
     pub program: Program,
-    /// The checked program, where its sources are known.
+    /// The checked program; `None` if only an artifact is known.
     pub checked: Option<Checked>,
-    /// The sources.
+    /// The sources; empty if only an artifact is known.
     pub sources: SourceMap,
     artifact: Option<Artifact>,
 }
@@ -159,10 +159,10 @@ impl Found {
         Ok(Self { program, checked: Some(checked), sources, artifact: None })
     }
 
-    /// A program from the disk in the place of the recorded one.
+    /// This program, from the disk, to be used instead of the recorded one.
     ///
     /// # Errors
-    /// When it is another program than the recorded one.
+    /// When it is not the same program as the recorded one.
     pub fn in_place_of(self, recorded: &RecordedProgram) -> Result<Self, String> {
         let same = match recorded {
             RecordedProgram::Unknown => true,
@@ -182,7 +182,8 @@ impl Found {
             .into())
     }
 
-    /// The number of its machine code when compiled ahead of time.
+    /// The [number](Artifact::code_number) of the program's machine code, compiled ahead of time if there is only
+    /// its source: equal numbers mean the same code.
     fn code_number(&self) -> Result<u64, String> {
         if let Some(artifact) = &self.artifact {
             return Ok(artifact.code_number());

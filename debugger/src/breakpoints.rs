@@ -17,9 +17,10 @@ pub struct LineBreakpoint {
     pub column: Option<u32>,
     /// Stops only if this expression of the program's language holds.
     pub condition: Option<String>,
-    /// Stops only at certain hits: `5` or `=5` at the fifth, `>=5` from it on, `%5` at every fifth.
+    /// Stops only at certain hits: `5` or `=5` at the fifth, `>=5` from the fifth on, `>5` from the sixth on, `%5` at
+    /// every fifth.
     pub hits: Option<String>,
-    /// Does not stop, but tells this text, in which `{NAME}` stands for a value.
+    /// Does not stop, but shows this text to the user; `{EXPRESSION}` in it becomes the expression's value.
     pub log: Option<String>,
 }
 
@@ -35,7 +36,7 @@ impl LineBreakpoint {
 pub struct DataBreakpoint {
     /// The variable, or any expression of the program's language.
     pub name: String,
-    /// Stops only if this expression holds behind the change.
+    /// Stops only if this expression holds after the change.
     pub condition: Option<String>,
     /// Stops only at certain hits, as for [lines](LineBreakpoint::hits).
     pub hits: Option<String>,
@@ -113,7 +114,8 @@ pub(crate) struct ActiveData {
 pub struct SetBreakpoint {
     /// Its number.
     pub id: i64,
-    /// The line and column of the statement at which it stops; or why it can't.
+    /// The line and column (from 1) of the statement at which it stops, (0, 0) for a data breakpoint; or why it can't
+    /// be set.
     pub place: Result<(u32, u32), DebugError>,
 }
 
@@ -260,7 +262,7 @@ fn log_parts(program: &DebuggedProgram, text: &str) -> Result<Vec<LogPart>, Debu
     Ok(parts)
 }
 
-/// The value of an expression as people read it; what is wrong, where it has none.
+/// The value of an expression as people read it, or the reason why it has none, in angle brackets.
 pub(crate) fn shown(expression: &Expression, image: &[u8]) -> String {
     match expression.evaluate(image) {
         Ok(value) => show_value(value),

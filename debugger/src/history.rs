@@ -1,5 +1,5 @@
-//! The ticks of a run, each of which can be run again: a run that the debugger makes itself in
-//! simulated time, with checkpoints from which it goes back.
+//! The ticks of a run, each of which can be run again: [`History`] is any such run, [`Launched`] one that the
+//! debugger itself makes in simulated time, with checkpoints to go back to.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ pub struct TickResult {
     pub events: Vec<Event>,
     /// Why the program was stopped in it, if it was.
     pub stop: Option<Stop>,
-    /// What is to be told of it besides: that it differs from the recorded one, say.
+    /// A further message for the user, for example that the tick differs from the recorded one.
     pub note: Option<String>,
 }
 
@@ -63,10 +63,10 @@ pub trait History {
     /// The executive, in the state behind the tick that was run last.
     fn executive(&mut self) -> &mut dyn Executive;
 
-    /// Has long movements given up while the client asks for that.
+    /// From now on, long movements end with an error as soon as `interruption` wants that.
     fn interrupt_by(&mut self, _interruption: Interruption) {}
 
-    /// Looks whether there are further ticks by now, where a recording may still grow.
+    /// Looks whether a record has grown, so that further ticks are known.
     ///
     /// # Errors
     /// When it can't be read any more.
@@ -88,10 +88,10 @@ pub trait History {
     ) -> Result<(), DebugError>;
 }
 
-/// How much memory checkpoints may take, in bytes.
+/// How much memory all checkpoints together may take, in bytes.
 const CHECKPOINT_BYTES: usize = 64 << 20;
 
-/// How many ticks lie between two checkpoints at first.
+/// How many ticks lie between two checkpoints, until these take too much memory.
 const FIRST_INTERVAL: u64 = 32;
 
 /// A change that the user made.
@@ -108,7 +108,7 @@ pub struct Launched {
     player: Player,
     /// After how many ticks the run ends; `None` for a run without an end.
     ticks: Option<u64>,
-    /// The tick before which the executive stands.
+    /// The number of the next tick that the executive runs.
     at: u64,
     known: u64,
     stopped: bool,
@@ -177,7 +177,8 @@ impl Launched {
         Ok(())
     }
 
-    /// Forces are no part of a checkpoint: ends all, and begins those of the ticks before this one.
+    /// Brings the forces into the state before the tick `at`, since a checkpoint does not hold them: ends all that
+    /// the user has made, and makes those again that were made for earlier ticks.
     fn restore_forces(&mut self) {
         let forces = |changes: &[Change]| -> Vec<(VariableKey, Option<Setting>)> {
             let force = |change: &Change| match *change {
@@ -197,7 +198,7 @@ impl Launched {
         }
     }
 
-    /// Runs the tick before which the executive stands.
+    /// Runs the tick `at`.
     fn tick(&mut self, engine: &mut dyn Engine) -> TickResult {
         let tick = self.at;
         for change in self.changes.get(&tick).into_iter().flatten() {
@@ -223,7 +224,8 @@ impl Launched {
         result
     }
 
-    /// Keeps a checkpoint. Where they become too many, every second one goes.
+    /// Keeps a checkpoint of the state before the tick `at`. When all together take too much memory, the
+    /// interval is doubled, and every second one is dropped.
     fn keep_checkpoint(&mut self) {
         self.checkpoints.insert(self.at, self.executive.checkpoint());
         let bytes: usize = self.checkpoints.values().map(Vec::len).sum();
@@ -235,7 +237,7 @@ impl Launched {
     }
 }
 
-/// Stands in the place of the engine while that is borrowed.
+/// Takes the place of the engine while that is borrowed.
 struct NoEngine;
 
 impl Engine for NoEngine {

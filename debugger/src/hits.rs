@@ -1,4 +1,4 @@
-//! The observer that finds where a tick meets breakpoints, or writes a variable.
+//! The observer that finds the statements of a tick at which breakpoints stop, or which write a variable.
 
 use std::collections::HashMap;
 
@@ -8,16 +8,16 @@ use crate::breakpoints::{ActiveData, ActiveLine, Breakpoints, LogPart, show_valu
 use crate::names::Target;
 use crate::observers::TickObserver;
 
-/// What was met.
+/// What was found at a statement.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum What {
     /// A breakpoint on a statement.
     Line(i64),
-    /// A logpoint: the text to be told.
+    /// A logpoint: its breakpoint's number, and the text for the user.
     Log(i64, String),
-    /// A variable that changes: the breakpoint, the variable, its old and new value.
+    /// A variable that changes: the breakpoint's number, the variable, its old and new value.
     Data(i64, String, String, String),
-    /// A fault or message came: its text.
+    /// A fault or message was reported: its text.
     Event(String),
     /// The variable whose writer is looked for is written.
     Write,
@@ -36,7 +36,7 @@ impl What {
 /// A place in a tick at which something was met.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Hit {
-    /// The step; the number of steps for the end of the tick.
+    /// The index of the step; at the end of the tick the number of steps.
     pub(crate) step: usize,
     pub(crate) what: What,
 }
@@ -52,10 +52,10 @@ pub(crate) struct Found {
     pub(crate) texts: Vec<usize>,
 }
 
-/// The value that an expression is watched for.
+/// An expression whose changes are looked for.
 struct Watched<'a> {
     expression: &'a Expression,
-    /// The breakpoint; `None` for the variable whose writer is looked for.
+    /// The data breakpoint; `None` if the expression is the variable whose writer is looked for.
     breakpoint: Option<&'a ActiveData>,
     last: Option<Value>,
 }
@@ -66,8 +66,8 @@ pub(crate) struct HitFinder<'a> {
     lines: HashMap<u32, Vec<&'a ActiveLine>>,
     watched: Vec<Watched<'a>>,
     target: Option<&'a Target>,
-    /// The value that it has, where only changes of it are looked for.
-    value: Option<f64>,
+    /// The last value of `target`, if only writes that change it are looked for.
+    last_value: Option<f64>,
     /// The steps that have sent a text, in order.
     pub(crate) texts: Vec<usize>,
     /// How many steps there were.
@@ -95,7 +95,7 @@ impl<'a> HitFinder<'a> {
             lines,
             watched,
             target: None,
-            value: None,
+            last_value: None,
             texts: vec![],
             steps: 0,
             in_step: false,
@@ -103,7 +103,8 @@ impl<'a> HitFinder<'a> {
         }
     }
 
-    /// Looks for the statements that write a variable; without `target` for those that change it.
+    /// Looks for the statements that write the variable `target`, and for those that change the value of an
+    /// expression. Either may be missing.
     pub(crate) fn of_writes(
         target: Option<&'a Target>,
         value: Option<&'a Expression>,
@@ -120,7 +121,7 @@ impl<'a> HitFinder<'a> {
             lines: HashMap::new(),
             watched: watched.into_iter().collect(),
             target,
-            value: None,
+            last_value: None,
             texts: vec![],
             steps: 0,
             in_step: false,
@@ -128,9 +129,10 @@ impl<'a> HitFinder<'a> {
         }
     }
 
-    /// The same, but of the writes to the variable only those that change this value of it count.
-    pub(crate) fn changing(self, value: Option<f64>) -> Self {
-        Self { value, ..self }
+    /// Of the writes to `target`, only counts those that change its value, which is `last_value` before the tick.
+    /// With `None` all writes count.
+    pub(crate) fn changing(self, last_value: Option<f64>) -> Self {
+        Self { last_value, ..self }
     }
 
     /// What was found, given the image at the end of the tick.
@@ -208,7 +210,7 @@ impl Observer for HitFinder<'_> {
 
     fn write(&mut self, variable: Accessed, value: Value) {
         if self.in_step && self.target.is_some_and(|target| target.concerns(variable)) {
-            if let Some(last) = &mut self.value {
+            if let Some(last) = &mut self.last_value {
                 if *last == value.number() {
                     return;
                 }

@@ -1,4 +1,4 @@
-//! A debugger for PLC programs that steps forth and back, through one scan and through all scans of
+//! A debugger for PLC programs that steps forwards and backwards, through one scan and through all scans of
 //! a run.
 //!
 //! All engines agree to the byte, so every tick of a run can be run again, from a checkpoint before
@@ -9,7 +9,7 @@
 //! - [`DebuggedProgram`]: a program with its sources, the places of its statements and the names of
 //!   its variables.
 //! - [`History`]: the ticks of a run. [`Launched`] is a run in simulated time that the debugger makes
-//!   itself, [`Recorded`] a recording.
+//!   itself, [`Recorded`] one that was recorded (a record, which this crate and its clients also call a recording).
 //! - [`Debugger`]: where the user stands, breakpoints, and all ways to move.
 //! - [`dap`]: the Debug Adapter Protocol, by which editors use all of this (`plcc debug`).
 //!

@@ -10,7 +10,7 @@ use plcc_frontend::common::Accessed;
 /// A variable whose accesses are looked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Target {
-    /// PMI: the offsets of its value, or of the elements of a whole array.
+    /// PMI: the range of offsets of the variable, of the element, or of the whole array.
     Pmi(Range<u32>),
     /// NCT.
     Nct(NctName),
@@ -24,7 +24,8 @@ impl Target {
         PmacName::parse(name, &Layout::new(controller)).ok().map(Self::Pmac)
     }
 
-    /// Whether an access concerns it: for NCT also where a word and one of its bits meet.
+    /// Whether an access is one of this variable. For NCT, an access of a word is also one of its bits, and the
+    /// other way round.
     pub fn concerns(&self, accessed: Accessed) -> bool {
         match (self, accessed) {
             (Self::Pmi(offsets), Accessed::Pmi(offset)) => offsets.contains(&offset),
@@ -40,8 +41,8 @@ impl Target {
     }
 }
 
-/// The letter of flags, and the numbers of the bits that a name means, 8 for each byte. `None` for
-/// registers.
+/// Of a name of bits (I, Y, F, P, O) its letter, and the range of the bits that it means, where bit `b` of byte
+/// `n` has the number `8 * n + b`: one bit, or the 16 bits of a word. `None` for registers.
 fn flags(name: NctName) -> Option<(&'static str, Range<u32>)> {
     let (byte, bit) = match name {
         NctName::I { byte, bit }

@@ -115,17 +115,18 @@ impl DebuggedProgram {
             .or_else(|| ids().find(|&id| self.sources.map.path(id) == path))
     }
 
-    /// The place of a statement; `None` for what is no statement to a reader.
+    /// The place of a statement in the source; `None` for a statement that the compiler has added.
     pub fn place(&self, statement: u32) -> Option<StatementPlace> {
         self.statements.get(statement as usize).copied().flatten()
     }
 
-    /// Which numbers are statements to a reader.
+    /// By a statement's number: whether it has a place in the source.
     pub fn placed(&self) -> Vec<bool> {
         self.statements.iter().map(Option::is_some).collect()
     }
 
-    /// The statements that begin in the first line from `line` on that has any, and that line.
+    /// The first line from `line` (from 1) on in which statements begin, and the numbers of these statements.
+    /// `None` if there is no such line.
     pub fn statements_from(&self, file: FileId, line: u32) -> Option<(u32, &[u32])> {
         let mut rest = self.lines.range((file, line)..(FileId(file.0.saturating_add(1)), 0));
         rest.next().map(|(&(_, line), numbers)| (line, numbers.as_slice()))
@@ -156,8 +157,8 @@ impl DebuggedProgram {
         })
     }
 
-    /// The name of a variable that a statement has accessed, as traces spell it. `None` for places
-    /// that have no name, such as the last clock of a flip-flop.
+    /// The name of a variable that a statement has accessed, as traces spell it. `None` for internal state without
+    /// a name, such as the last clock of a flip-flop.
     pub fn name(&self, accessed: Accessed) -> Option<String> {
         match accessed {
             Accessed::Pmi(offset) => self.pmi.name(offset),
@@ -166,7 +167,7 @@ impl DebuggedProgram {
         }
     }
 
-    /// What a name means among the variables that statements access.
+    /// The variable that a name means, to compare it with what statements access; `None` if there is none.
     pub fn target(&self, name: &str) -> Option<Target> {
         match &self.tables.tables {
             Tables::Pmi(_) => self.pmi.target(name),

@@ -7,7 +7,7 @@ use plcc_runtime::{Event, Executive};
 use crate::DebugError;
 use crate::history::{History, TickResult};
 
-/// Makes a replayer of a recording as it is now; `None` if nothing was added since the last time.
+/// Reads a recording again and makes a replayer of it; `None` if nothing was added since the last call.
 pub type Reopen<'r> = Box<dyn Fn() -> Result<Option<Replayer<'r>>, DebugError> + 'r>;
 
 /// The ticks of a recording.
@@ -32,7 +32,8 @@ fn failed(error: ReplayError) -> DebugError {
 }
 
 impl<'r> Recorded<'r> {
-    /// A recording, of which `reopen` makes a replayer. `engine` is any of the recorded program.
+    /// The recording of which `reopen` makes a replayer. `engine`, any engine of the recorded program, runs the ticks
+    /// on the way to the one that is looked at.
     ///
     /// # Errors
     /// When the recording can't be read.
@@ -42,7 +43,7 @@ impl<'r> Recorded<'r> {
         Ok(Self { replayer, engine, reopen, first, end: last.saturating_add(1) })
     }
 
-    /// Whether the tick was left out by the clock: it was not run, so nothing can be run again.
+    /// Whether the tick was skipped after an overrun, so that there is nothing to run again.
     fn was_skipped(&self, tick: u64) -> bool {
         self.replayer.next().is_some_and(|next| next.tick > tick)
     }

@@ -1,5 +1,5 @@
-//! The statements of one tick in the order in which they were executed, with what each read and
-//! wrote, and the process image before each of them.
+//! The trace of one tick: its statements in the order in which they were executed, what each of them read and
+//! wrote, and the process image before each.
 
 use plcc_frontend::CheckedProgram;
 use plcc_frontend::common::{Accessed, Observer, Value};
@@ -12,7 +12,7 @@ use crate::observers::TickObserver;
 pub struct Access {
     /// The variable.
     pub variable: Accessed,
-    /// The value that was read, or the one that the variable had behind the write.
+    /// The value that was read, or the one that the variable had after the write.
     pub value: Value,
     /// Whether it was written.
     pub is_write: bool,
@@ -25,11 +25,11 @@ pub struct Step {
     pub statement: u32,
     /// The task.
     pub task: usize,
-    /// Which call of a task in this tick this is, from 0.
+    /// The number of the call of a task to which the statement belongs, counted from 0 in each tick.
     pub call: usize,
     /// How many subroutine calls are open.
     pub depth: usize,
-    /// Its first access.
+    /// The index of its first access in the trace.
     accesses: usize,
     /// How many changes of the image came before it.
     changes: usize,
@@ -98,14 +98,14 @@ impl TickTrace {
 /// Records the trace of a tick.
 pub struct TraceRecorder<'a> {
     program: &'a dyn CheckedProgram,
-    /// Which statements are told to a reader.
+    /// By a statement's number: whether it has a place in the source, and so is a step of the trace.
     placed: &'a [bool],
     trace: TickTrace,
-    /// The image as it was seen last.
+    /// The image when changes were last looked for.
     seen: Vec<u8>,
     task: usize,
     calls: usize,
-    /// Whether the statement that runs is in the trace.
+    /// Whether the statement that runs is a step of the trace.
     in_step: bool,
 }
 
@@ -116,7 +116,8 @@ impl std::fmt::Debug for TraceRecorder<'_> {
 }
 
 impl<'a> TraceRecorder<'a> {
-    /// Begins the trace of a tick. `placed` says which statements are told to a reader.
+    /// Begins the trace of a tick. `placed` says of each statement whether it has a place in the source; the
+    /// others are not in the trace.
     pub fn new(program: &'a dyn CheckedProgram, placed: &'a [bool], tick: u64) -> Self {
         let trace = TickTrace { tick, ..TickTrace::default() };
         Self { program, placed, trace, seen: vec![], task: 0, calls: 0, in_step: false }

@@ -23,11 +23,11 @@ pub struct Class {
 /// A variable with its value at the position, or a part of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shown {
-    /// What stands in front of the value.
+    /// The name that is shown in front of the value.
     pub name: String,
     /// The value.
     pub value: String,
-    /// By which name it can be evaluated, watched and set; `None` for a part such as `hex`.
+    /// The name by which it can be evaluated, watched and set; `None` for a part such as `hex`.
     pub full_name: Option<String>,
     /// Whether it can be unfolded.
     pub has_parts: bool,
@@ -149,7 +149,7 @@ impl Debugger<'_> {
         Ok(classes(program, view))
     }
 
-    /// The values of variables at the position. What has no value any more is left out.
+    /// The values of variables at the position. Names that have no value there are left out.
     ///
     /// # Errors
     /// When the tick at the position can't be run.
@@ -230,15 +230,16 @@ impl Debugger<'_> {
         }
     }
 
-    /// A number that a client wants to see in hexadecimal.
+    /// A shown value in hexadecimal, as its language writes it; `None` if it is no integer.
     pub fn hexadecimal(&self, value: &str) -> Option<String> {
         let number: f64 = value.parse().ok()?;
         (number.fract() == 0.0).then(|| formats(self.program(), number as i64).0)
     }
 }
 
-/// The value of a variable. The expression comes first: it reads the image that the running module
-/// of NCT works on. Whole arrays and names that are no expression are read from the executive.
+/// The value of a variable; `None` if there is none of that name. A name that is also an expression is evaluated
+/// on `image`, which has what the running module of NCT sees. Whole arrays, and names that are no expression,
+/// are read from the executive.
 fn value_of(
     program: &DebuggedProgram,
     view: &mut dyn Executive,

@@ -3,13 +3,13 @@
 
 const vscode = require('vscode');
 
-/** The program plcc: the setting, which may name the workspace's folder. */
+/** The path of plcc from the setting `plcc.path`, in which `${workspaceFolder}` stands for the folder's path. */
 function executable(folder) {
   const path = vscode.workspace.getConfiguration('plcc').get('path') || 'plcc';
   return folder ? path.replace(/\$\{workspaceFolder\}/g, folder.uri.fsPath) : path;
 }
 
-/** Asks for a text, beginning with the variable that was chosen or stands under the cursor. */
+/** The variable on which the command was chosen; else asks for a name, with the word under the cursor as a proposal. */
 async function askName(context, title) {
   if (context && context.variable) {
     return context.variable.evaluateName || context.variable.name;
@@ -20,7 +20,7 @@ async function askName(context, title) {
   return vscode.window.showInputBox({ title, prompt: 'The variable, as the program names it', value });
 }
 
-/** Sends a request of plcc's own to the session, and shows why it can't be done. */
+/** Sends one of the requests `plcc/…` to the debug session; if it fails, shows why. */
 async function send(request, args) {
   const session = vscode.debug.activeDebugSession;
   if (!session || session.type !== 'plcc') {

@@ -11,13 +11,13 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-// For plcrt_find: the variable is to be read.
+// For plcrt_find: the variable is looked up to read it.
 #define PLCRT_READ 0
 
-// For plcrt_find: the variable is to be set.
+// For plcrt_find: the variable is looked up to set it.
 #define PLCRT_WRITE 1
 
-// What a function gives that can fail.
+// The result of a function that can fail.
 enum plcrt_status {
   // Done.
   PLCRT_OK = 0,
@@ -88,9 +88,9 @@ int64_t plcrt_find(struct plcrt *control,
                    const char *name,
                    uint32_t purpose);
 
-// The value of a variable that was found to be read, and of an array its element with an index; the
-// index of another variable is 0. Integers of a control have at most 48 bits, so a double holds them
-// exactly.
+// Writes the value of a variable that was found with PLCRT_READ to `value`; of an array the element
+// with this index, from 0. For a variable that is no array `index` must be 0. Integers of a control
+// have at most 48 bits, so a double holds them exactly.
 //
 // # Safety
 // As for plcrt_tick; `value` is null or points to a double.
@@ -99,21 +99,23 @@ enum plcrt_status plcrt_read(struct plcrt *control,
                              uint32_t index,
                              double *value);
 
-// How many elements a variable that was found to be read has: 1 if it is no array, 0 if it fails.
+// How many elements a variable has that was found with PLCRT_READ: 1 if it is no array, 0 if it
+// fails.
 //
 // # Safety
 // As for plcrt_tick.
 uint32_t plcrt_elements(struct plcrt *control, int64_t variable);
 
-// Sets a variable that was found to be set, as the machine or the operator would: the value is
-// converted as in an assignment of the program. A value that is not finite fails, and so does a
-// fraction, but for a PMAC.
+// Sets a variable that was found with PLCRT_WRITE, as the machine or the operator would: the value
+// is converted as in an assignment of the program. It fails for a value that is not finite, and for
+// a fraction unless the control is a PMAC.
 //
 // # Safety
 // As for plcrt_tick.
 enum plcrt_status plcrt_write(struct plcrt *control, int64_t variable, double value);
 
-// The value of a variable by its name: of an array element `A[3]`.
+// Writes the value of a variable to `value`, by the variable's name; an element of an array is
+// named `A[3]`.
 //
 // # Safety
 // As for plcrt_find and plcrt_read.
@@ -138,9 +140,9 @@ const char *plcrt_next_event(struct plcrt *control);
 // As for plcrt_tick.
 uint64_t plcrt_lost_events(struct plcrt *control);
 
-// Has a function called for each event from now on, in plcrt_tick; plcrt_next_event gives none then.
-// Null in place of the function ends that. `user` is passed on to it; `json` is one JSON object as
-// `plcrt --events` writes it, valid during the call. The function must not use the control.
+// From now on plcrt_tick calls `callback` for each event, and plcrt_next_event gives none. If
+// `callback` is null, that ends. `user` is passed on to it; `json` is one JSON object as
+// `plcrt --events` writes it, valid during the call. The callback must not use the control.
 //
 // # Safety
 // As for plcrt_tick. The function may be called with `user` as long as the control is open.

@@ -1,8 +1,8 @@
 //! The functions that C programs call. `include/plcrt.h` is made of this file.
 //!
-//! Every function that is given a null pointer where it needs something, or text that is not UTF-8,
-//! fails with an error. So does every function after a panic in this library, which does not cross
-//! into the caller: the control is then not used any more.
+//! A function that is given a null pointer where it needs something, or text that is not UTF-8, fails with
+//! an error. A panic in this library does not cross into the caller: the function fails with an error, and from
+//! then on every function with that control fails, except `plcrt_close`.
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, CString, c_char, c_void};
@@ -21,9 +21,9 @@ pub struct Plcrt {
     found: Vec<Found>,
     /// The text that was given last.
     text: CString,
-    /// What is called for each event, and what it is given.
+    /// The callback for each event, and the first argument that it is given.
     on_event: Option<(Callback, *mut c_void)>,
-    /// A panic has happened while the control was used.
+    /// Whether a panic has happened while the control was used.
     broken: bool,
 }
 
@@ -38,7 +38,7 @@ enum Found {
 /// What is called for each event; see [`plcrt_on_event`].
 type Callback = extern "C" fn(user: *mut c_void, json: *const c_char);
 
-/// What a function gives that can fail.
+/// The result of a function that can fail.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlcrtStatus {
@@ -50,9 +50,9 @@ pub enum PlcrtStatus {
     PlcrtFailed = -1,
 }
 
-/// For plcrt_find: the variable is to be read.
+/// For plcrt_find: the variable is looked up to read it.
 pub const PLCRT_READ: u32 = 0;
-/// For plcrt_find: the variable is to be set.
+/// For plcrt_find: the variable is looked up to set it.
 pub const PLCRT_WRITE: u32 = 1;
 
 /// The text that a pointer points to.
@@ -101,7 +101,7 @@ unsafe fn with<T: Copy>(
     })
 }
 
-/// Makes a control of what was loaded.
+/// Puts a control that was loaded into memory of its own, for C to keep a pointer to it.
 fn boxed(control: Result<Control, String>) -> Result<*mut Plcrt, String> {
     let (found, text) = (vec![], CString::default());
     let plcrt = Plcrt { control: control?, found, text, on_event: None, broken: false };
@@ -254,9 +254,9 @@ pub unsafe extern "C" fn plcrt_find(control: *mut Plcrt, name: *const c_char, pu
     }
 }
 
-/// The value of a variable that was found to be read, and of an array its element with an index; the
-/// index of another variable is 0. Integers of a control have at most 48 bits, so a double holds them
-/// exactly.
+/// Writes the value of a variable that was found with PLCRT_READ to `value`; of an array the element
+/// with this index, from 0. For a variable that is no array `index` must be 0. Integers of a control
+/// have at most 48 bits, so a double holds them exactly.
 ///
 /// # Safety
 /// As for plcrt_tick; `value` is null or points to a double.
@@ -302,7 +302,8 @@ fn value(plcrt: &Plcrt, variable: i64) -> Result<Value, String> {
     }
 }
 
-/// How many elements a variable that was found to be read has: 1 if it is no array, 0 if it fails.
+/// How many elements a variable has that was found with PLCRT_READ: 1 if it is no array, 0 if it
+/// fails.
 ///
 /// # Safety
 /// As for plcrt_tick.
@@ -319,9 +320,9 @@ pub unsafe extern "C" fn plcrt_elements(control: *mut Plcrt, variable: i64) -> u
     }
 }
 
-/// Sets a variable that was found to be set, as the machine or the operator would: the value is
-/// converted as in an assignment of the program. A value that is not finite fails, and so does a
-/// fraction, but for a PMAC.
+/// Sets a variable that was found with PLCRT_WRITE, as the machine or the operator would: the value
+/// is converted as in an assignment of the program. It fails for a value that is not finite, and for
+/// a fraction unless the control is a PMAC.
 ///
 /// # Safety
 /// As for plcrt_tick.
@@ -347,7 +348,8 @@ pub unsafe extern "C" fn plcrt_write(
     }
 }
 
-/// The value of a variable by its name: of an array element `A[3]`.
+/// Writes the value of a variable to `value`, by the variable's name; an element of an array is
+/// named `A[3]`.
 ///
 /// # Safety
 /// As for plcrt_find and plcrt_read.
@@ -422,9 +424,9 @@ pub unsafe extern "C" fn plcrt_lost_events(control: *mut Plcrt) -> u64 {
     unsafe { with(control, 0, |plcrt| Ok(plcrt.control.lost_events())) }
 }
 
-/// Has a function called for each event from now on, in plcrt_tick; plcrt_next_event gives none then.
-/// Null in place of the function ends that. `user` is passed on to it; `json` is one JSON object as
-/// `plcrt --events` writes it, valid during the call. The function must not use the control.
+/// From now on plcrt_tick calls `callback` for each event, and plcrt_next_event gives none. If
+/// `callback` is null, that ends. `user` is passed on to it; `json` is one JSON object as
+/// `plcrt --events` writes it, valid during the call. The callback must not use the control.
 ///
 /// # Safety
 /// As for plcrt_tick. The function may be called with `user` as long as the control is open.

@@ -10,7 +10,7 @@ use plcc_runtime::{
     Artifact, Event, EventBody, Executive, NativeEngine, Purpose, Stop, Value, Variable, session,
 };
 
-/// How many events wait at most. When a further one comes, the oldest is lost.
+/// How many events are kept at most until they are taken. When a further one comes, the oldest is lost.
 const MAX_EVENTS: usize = 1 << 16;
 
 /// A variable that can be set, found by [`Control::find_settable`].
@@ -81,8 +81,8 @@ impl Control {
         })
     }
 
-    /// Does one base tick: a PMI scan, an NCT slice, a PMAC servo cycle. Gives whether the program
-    /// goes on; once it is stopped, nothing happens any more.
+    /// Runs one base tick: a PMI scan, an NCT slice, a PMAC servo cycle. Gives whether the program
+    /// goes on; once it is stopped, further calls do nothing and give `false`.
     pub fn tick(&mut self) -> bool {
         if self.stop.is_some() {
             return false;
@@ -133,12 +133,12 @@ impl Control {
         serde_json::to_string(&event).ok()
     }
 
-    /// How many events were lost, since more than 65 536 waited.
+    /// How many events were lost because more than 65 536 waited to be taken.
     pub fn lost_events(&self) -> u64 {
         self.lost_events
     }
 
-    /// Finds a variable to be read, by its name in the language's spelling; a whole array too.
+    /// Looks a variable up to read it, by its name in the language's spelling. A whole array is allowed.
     ///
     /// # Errors
     /// When the program has no such variable.
@@ -146,7 +146,7 @@ impl Control {
         self.executive.find(name, Purpose::Watch).map_err(|error| error.to_string())
     }
 
-    /// Finds a variable to be set.
+    /// Looks a variable up to set it, by its name in the language's spelling.
     ///
     /// # Errors
     /// When the program has no such variable, or it can't be set.
@@ -182,7 +182,7 @@ impl Control {
     /// The state as `--dump` writes it: one line of JSON.
     ///
     /// # Errors
-    /// Never, in practice: text is written to memory.
+    /// The state is written to memory, which does not fail.
     pub fn dump(&mut self) -> Result<String, String> {
         let end = End { ticks: self.ticks, stop: self.stop.clone(), ..End::default() };
         let dialect = self.artifact.program.dialect();
@@ -197,11 +197,11 @@ impl Control {
         self.executive.retained()
     }
 
-    /// Takes back what [`retained`](Self::retained) gave, before the first tick. Of what another program
-    /// of the language has left, it takes what has the same name and type.
+    /// Takes back what [`retained`](Self::retained) gave, before the first tick. Of the data of another program
+    /// of the same language, it takes the variables that have the same name and type.
     ///
     /// # Errors
-    /// When it has another form, or a tick has been done.
+    /// When the bytes are no retained data of this language, or a tick has been run.
     pub fn restore(&mut self, retained: &[u8]) -> Result<(), String> {
         if self.ticks > 0 {
             return Err("retained data is taken back only before the first tick".into());

@@ -1,5 +1,5 @@
-//! Errors and panics as C programs learn of them: a text for each thread, which the function that failed
-//! leaves.
+//! Errors and panics as C programs learn of them: a function that fails stores a text for its thread, which
+//! `plcrt_error` gives.
 
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};
@@ -10,19 +10,19 @@ thread_local! {
     static ERROR: RefCell<CString> = RefCell::default();
 }
 
-/// A text for C; a zero in it becomes a question mark.
+/// A text for C, which ends with a zero byte; zero bytes within it become question marks.
 pub(crate) fn c_text(text: &str) -> CString {
     CString::new(text.replace('\0', "?")).unwrap_or_default()
 }
 
-/// Notes an error for `plcrt_error`.
+/// Stores the text of an error for `plcrt_error`, and gives `value`.
 pub(crate) fn fail<T>(value: T, why: &str) -> T {
     // While a thread ends its storage may be gone; then nobody can ask for the error either.
     let _ = ERROR.try_with(|error| *error.borrow_mut() = c_text(why));
     value
 }
 
-/// Runs `body`; an error or a panic in it is noted and gives `failed`.
+/// Runs `body` and gives its value. If it fails or panics, the text of the error is stored and `failed` given.
 pub(crate) fn guarded<T>(failed: T, body: impl FnOnce() -> Result<T, String>) -> T {
     match catch_unwind(AssertUnwindSafe(body)) {
         Ok(Ok(value)) => value,

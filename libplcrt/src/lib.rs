@@ -3,7 +3,7 @@
 //! [`Control`] is a control with its program: it loads an artifact of `plcc build`, does one base tick
 //! at a time, and gives and sets variables by the names that users know. [`c`] has the same as C
 //! functions; `include/plcrt.h` declares them, `examples/` has a program in C and one in Python. The
-//! library contains no compiler. It does not look at the clock: who calls it says when a tick is.
+//! library contains no compiler. It does not look at the clock: a tick is run when the caller asks for it.
 //!
 //! ```no_run
 //! use plcrt::Control;

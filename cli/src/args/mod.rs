@@ -142,7 +142,7 @@ Examples:
   plcc bench sample.plc --scans 20000 --json | jq .engines.jit")]
     Bench(BenchArgs),
 
-    /// Debugs a program, forth and back, for an editor: Debug Adapter Protocol on standard input and
+    /// Debugs a program, forwards and backwards, for an editor: Debug Adapter Protocol on standard input and
     /// output
     #[command(after_help = "\
 An editor starts this command and tells it by the protocol's request `launch` which program to run; \

@@ -1,5 +1,5 @@
-//! `plcc convert`: the values of a recorded run as a table, a VCD or an FST. They come from a replay,
-//! since a record holds no values, but all that they follow from.
+//! `plcc convert`: the values of a recorded run as a table, a VCD or an FST. A record holds no values of
+//! variables but what a replay needs, so the values come from a replay.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -22,12 +22,17 @@ use crate::replay_input::{
 };
 use crate::report::Report;
 
-/// An FST's values are written whenever so many bytes of them wait.
+/// The values of an FST are collected in memory, and written when they have so many bytes.
 const PORTION: usize = 32 << 20;
 
 pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure> {
     let path = &args.record;
     let recording = Recording::open(path).map_err(|error| Failure::usage(error.to_string()))?;
+    if let (Some(from), Some(until)) = (args.from, args.until)
+        && from > until
+    {
+        return Err(Failure::usage(format!("--from {from} is behind --until {until}")));
+    }
     let to = args.output.clone().unwrap_or_else(|| named(path, args.to));
     overwrites_nothing(&to, args)?;
     let run = chosen_run(&recording, args.run, path)?;
@@ -153,7 +158,7 @@ impl Waveform {
         }
     }
 
-    /// Writes the end.
+    /// Writes the end of the file; `time_ns` is the time after the last tick.
     fn finish(self, time_ns: u64) -> io::Result<()> {
         match self {
             Self::Text(trace, mut out) => {
@@ -256,7 +261,7 @@ impl Fst {
     }
 }
 
-/// A value as an FST has it: its bits as characters, or the bytes of a double.
+/// A value as an FST has it: its bits as the characters 0 and 1, or the eight bytes of a double.
 fn encoded(shape: Shape, value: &Value) -> Vec<u8> {
     let integer = match value {
         Value::Int(value) => *value,

@@ -48,8 +48,8 @@ impl Launcher for Sources {
     }
 }
 
-/// The recordings that were opened, each in the state in which it was read: a recording that still
-/// grows is opened again to see what was added. They are kept for as long as the client is served.
+/// A list of all records that were opened. A record that still grows is opened again to see what was added, and
+/// sessions refer to the earlier one; so all are kept until the client leaves.
 #[derive(Default)]
 struct Recordings {
     first: OnceCell<Box<OpenedRecording>>,
@@ -73,7 +73,7 @@ impl Recordings {
     }
 }
 
-/// The options of `plcc run` that mean the same.
+/// The arguments of a client as the command line of `plcc run` that means the same.
 fn run_command(arguments: &LaunchArguments) -> Result<RunCommand, String> {
     let LaunchArguments { program, stimulus, machine, ticks, args, cwd, .. } = arguments;
     let folder = cwd.as_deref().map(Path::new).unwrap_or(Path::new(""));
@@ -81,7 +81,7 @@ fn run_command(arguments: &LaunchArguments) -> Result<RunCommand, String> {
     let mut words = vec!["plcc".to_owned(), "run".to_owned()];
     words.extend(program.all().iter().map(path));
     if arguments.recording.is_some() && program.all().is_empty() {
-        // The record holds the program; the name of a file is needed for the options alone.
+        // The record holds the program, but the command line is only valid with the name of a file.
         words.push("-".to_owned());
     }
     for (option, value) in [("--stimulus", stimulus), ("--machine", machine)] {
@@ -189,7 +189,7 @@ fn attach<'r>(
     Ok(Session { program, history: Box::new(history), view, may_change: false })
 }
 
-/// A diagnostic in a line: file, line, column, code and message.
+/// A diagnostic in one line of text: file, line, column, code and message.
 fn place_and_text(sources: &plcc_diag::SourceMap, error: &plcc_diag::Diagnostic) -> String {
     let (line, column) = sources.line_col(error.span.file, error.span.start);
     let path = PathBuf::from(sources.path(error.span.file));

@@ -19,7 +19,7 @@ use crate::replay_input::{
 };
 use crate::report::Report;
 
-/// At most so many differing variables are named.
+/// A message names at most so many variables that differ.
 const MAX_SHOWN: usize = 5;
 
 pub(crate) fn replay(args: &ReplayArgs, report: &Report) -> Result<u8, Failure> {
@@ -56,7 +56,7 @@ pub(crate) fn replay(args: &ReplayArgs, report: &Report) -> Result<u8, Failure> 
     Ok(status)
 }
 
-/// The generations that have ticks of those that are to be shown; the nearest one where none has.
+/// The generations that have ticks between `--from` and `--to`; if none has, the nearest one.
 fn asked_for(args: &ReplayArgs, run: &RecordedRun, mut generations: Vec<u16>) -> Vec<u16> {
     let first = |generation: &u16| {
         let span = run.spans.iter().find(|span| span.generation == *generation);
@@ -213,7 +213,8 @@ impl Replay<'_> {
         Ok(DONE)
     }
 
-    /// What was behind the last tick: whether the whole hash is the recorded one.
+    /// Replays the end of the run, after the last tick, and completes `end`. Gives whether the state at the end is
+    /// the recorded one, as far as it can be compared.
     fn end(&self, replayer: &mut Replayer<'_>, end: &mut End) -> bool {
         let Some((recorded, matches)) = replayer.end() else {
             self.report.note(
@@ -274,8 +275,8 @@ impl Replay<'_> {
         let differing = differing_variables(program, &own, &image);
         if differing.is_empty() {
             self.report.message(
-                "another engine comes to the same state as this one: the recorded run went \
-                 otherwise by itself",
+                "another engine comes to the same state as this one: it is the recorded run that went \
+                 otherwise",
             );
         }
         self.tell_variables(&differing, name);
@@ -299,7 +300,7 @@ impl Replay<'_> {
         }
     }
 
-    /// The image behind a tick in another engine.
+    /// The process image after a tick in another engine.
     fn image_behind(&self, tick: u64, engine: ReplayEngine) -> Result<Vec<u8>, ReplayError> {
         let (Ok(mut engine), Ok(mut replayer)) = (self.found.engine(engine), self.replayer())
         else {

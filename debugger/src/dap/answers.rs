@@ -17,7 +17,7 @@ use crate::breakpoints::{DataBreakpoint, LineBreakpoint, SetBreakpoint, show_val
 use crate::debugger::{Direction, StepKind, StopAt, Stopped};
 use crate::variables::Shown;
 
-/// What a number stands for that a client has of something to be unfolded.
+/// What can be unfolded in the client. The client knows it by a number, the protocol's `variablesReference`.
 #[derive(Clone, Debug)]
 pub(super) enum Unfolded {
     /// What the statement reads and writes.
@@ -28,7 +28,7 @@ pub(super) enum Unfolded {
     Parts(String),
 }
 
-/// A body, and where the program stands now, if it was moved.
+/// The body of an answer, and where the program has stopped now, if the request has moved it.
 pub(super) type Answer = Result<(Value, Option<Stopped>), DebugError>;
 
 impl<W: Write> Server<'_, W> {
@@ -89,22 +89,22 @@ impl<W: Write> Server<'_, W> {
         Ok((body, None))
     }
 
-    /// A line or column of the client.
-    fn given(&self, number: i64, starts_at_1: bool) -> u32 {
+    /// A line or column that came from the client, as one from 1.
+    fn one_based(&self, number: i64, starts_at_1: bool) -> u32 {
         u32::try_from(number.saturating_add(i64::from(!starts_at_1))).unwrap_or(0).max(1)
     }
 
-    /// A line or column for the client.
-    fn told(&self, number: u32, starts_at_1: bool) -> i64 {
+    /// A line or column from 1, as the client counts it.
+    fn for_client(&self, number: u32, starts_at_1: bool) -> i64 {
         i64::from(number) - i64::from(!starts_at_1)
     }
 
     fn line(&self, line: u32) -> i64 {
-        self.told(line, self.initialize.lines_start_at1)
+        self.for_client(line, self.initialize.lines_start_at1)
     }
 
     fn column(&self, column: u32) -> i64 {
-        self.told(column, self.initialize.columns_start_at1)
+        self.for_client(column, self.initialize.columns_start_at1)
     }
 
     /// The file of a source that the client names.
@@ -140,8 +140,8 @@ impl<W: Write> Server<'_, W> {
         let wanted: Vec<_> = breakpoints
             .into_iter()
             .map(|breakpoint| LineBreakpoint {
-                line: self.given(breakpoint.line, lines_at_1),
-                column: breakpoint.column.map(|column| self.given(column, columns_at_1)),
+                line: self.one_based(breakpoint.line, lines_at_1),
+                column: breakpoint.column.map(|column| self.one_based(column, columns_at_1)),
                 condition: breakpoint.condition,
                 hits: breakpoint.hit_condition,
                 log: breakpoint.log_message,
@@ -174,8 +174,8 @@ impl<W: Write> Server<'_, W> {
     fn locations(&mut self, arguments: &LocationsArguments) -> Result<Value, DebugError> {
         let file = self.file(&arguments.source)?;
         let at_1 = self.initialize.lines_start_at1;
-        let first = self.given(arguments.line, at_1);
-        let last = arguments.end_line.map_or(first, |line| self.given(line, at_1));
+        let first = self.one_based(arguments.line, at_1);
+        let last = arguments.end_line.map_or(first, |line| self.one_based(line, at_1));
         let places = self.debugger()?.program().statements_between(file, first, last);
         let told = |place: &crate::program::StatementPlace| {
             json!({

@@ -1,9 +1,9 @@
 //! The Debug Adapter Protocol: what editors send and get, over two streams.
 //!
-//! [`serve`] reads requests until the client leaves. A run that goes on (`continue`,
-//! `reverseContinue`) is done in short slices, and requests that come meanwhile are answered between
-//! two of them, so that `pause` works. Other long movements are given up for `pause` and when the client leaves. Besides the protocol's own requests there are these, for the
-//! commands of an editor's extension:
+//! [`serve`] answers requests until the client leaves. `continue` and `reverseContinue` run in short slices of
+//! time, and requests that come meanwhile are answered between two slices, so that `pause` works. Other long
+//! movements end for `pause` and when the client leaves. Besides the protocol's own requests there are
+//! these, for the commands of an editor's extension:
 //!
 //! | request | arguments | does |
 //! | --- | --- | --- |

@@ -58,23 +58,23 @@ impl OneOrMore {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct LaunchArguments {
-    /// The source; several files are one PMAC download.
+    /// The source; several files are one PMAC download. Of a recording it may be missing.
     pub program: OneOrMore,
-    /// A stimulus.
+    /// The path of a stimulus.
     pub stimulus: Option<String>,
-    /// A machine file.
+    /// The path of a machine file.
     pub machine: Option<String>,
     /// How many ticks the run has; without it the run has no end.
     pub ticks: Option<u64>,
-    /// A recording, instead of a run from power-up.
+    /// The path of a recording, which is debugged instead of a run from power-up.
     pub recording: Option<String>,
     /// Further options of `plcc run`, such as `--param` and `61=12`.
     pub args: Vec<String>,
     /// The folder to which relative paths belong.
     pub cwd: Option<String>,
-    /// Whether the debugger stops before the first statement (of a recording, at its last one).
+    /// Whether the debugger stops before the first statement. Of a recording it always stops at the end.
     pub stop_on_entry: bool,
-    /// Whether ticks are not run faster than the control runs them.
+    /// Whether ticks are run no faster than by the control's clock.
     pub realtime: bool,
 }
 

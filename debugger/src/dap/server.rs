@@ -37,7 +37,7 @@ pub(super) struct Server<'a, W> {
     pub(super) unfolded: Vec<super::answers::Unfolded>,
     /// Why the program has stopped, for `exceptionInfo`.
     pub(super) reason: String,
-    /// A movement that was done by a request, to be told behind its answer.
+    /// Where a request has moved to; the client is told after the answer to the request.
     pending: Option<Stopped>,
     is_over: bool,
     interruption: Interruption,
@@ -103,7 +103,7 @@ impl<'a, W: Write> Server<'a, W> {
         self.send(json!({"type": "event", "event": event, "body": body}))
     }
 
-    /// Tells the client's console.
+    /// Writes a line to the client's debug console.
     pub(super) fn tell(&mut self, text: &str) -> io::Result<()> {
         self.event("output", json!({"category": "console", "output": format!("{text}\n")}))
     }
@@ -140,11 +140,11 @@ impl<'a, W: Write> Server<'a, W> {
             }
         }
         self.send(response)?;
-        self.behind(&request, answer.is_ok())
+        self.after_answer(&request, answer.is_ok())
     }
 
-    /// What follows the answer to a request: events.
-    fn behind(&mut self, request: &Request, is_done: bool) -> io::Result<()> {
+    /// Sends the events that follow the answer to a request. `is_done` says that the request has succeeded.
+    fn after_answer(&mut self, request: &Request, is_done: bool) -> io::Result<()> {
         if !is_done {
             return Ok(());
         }
@@ -231,7 +231,7 @@ impl<'a, W: Write> Server<'a, W> {
         self.running = Some(Running { direction, begun: Instant::now(), first_tick });
     }
 
-    /// Runs for a short time.
+    /// Runs for one slice of time.
     fn run_slice(&mut self) -> io::Result<()> {
         let (Some(running), Some(debugger)) = (self.running, self.debugger.as_mut()) else {
             self.running = None;
@@ -274,7 +274,7 @@ impl<'a, W: Write> Server<'a, W> {
         Ok(())
     }
 
-    /// Tells the client that and why the program stands.
+    /// Tells the client that the program has stopped, and why.
     fn tell_stopped(&mut self, stopped: &Stopped) -> io::Result<()> {
         let (reason, text, ids) = match stopped {
             Stopped::Step => ("step", String::new(), vec![]),
@@ -318,13 +318,13 @@ impl<'a, W: Write> Server<'a, W> {
     }
 }
 
-/// Whether a message ends what is being done for another one.
+/// Whether a message ends the movement that is being done for an earlier one.
 pub(super) fn interrupts(message: &Value) -> bool {
     let command = message.get("command").and_then(Value::as_str);
     matches!(command, Some("pause" | "disconnect" | "terminate"))
 }
 
-/// The arguments of a request.
+/// The arguments of a request in the form that it needs; without any, the defaults.
 pub(super) fn read<T: serde::de::DeserializeOwned + Default>(
     arguments: Value,
 ) -> Result<T, DebugError> {

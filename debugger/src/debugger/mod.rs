@@ -57,9 +57,9 @@ pub enum Direction {
 pub enum StepKind {
     /// To the next statement, also into a subroutine.
     Statement,
-    /// To the next statement of this subroutine or of one that it was called from.
+    /// To the next statement of this subroutine, or of one of its callers.
     Over,
-    /// Out of the subroutine; from where there is none to the next scan of the task.
+    /// Out of the subroutine; outside of subroutines to the next scan of the task.
     Out,
     /// To the first statement of the next or previous scan of the task.
     Scan,
@@ -109,7 +109,8 @@ pub struct Debugger<'a> {
     interpreter: Box<dyn StatementInterpreter>,
     placed: Vec<bool>,
     position: Position,
-    /// Whether breakpoints at the position itself are still to be met.
+    /// Whether a breakpoint at the position itself stops the next run, since the position was not reported to the
+    /// user yet.
     is_fresh: bool,
     trace: Option<TickTrace>,
     breakpoints: Breakpoints,
@@ -117,7 +118,7 @@ pub struct Debugger<'a> {
     pub stop_at: StopAt,
     /// Texts of logpoints and events that nobody has fetched yet.
     output: Vec<String>,
-    /// The tick up to which events were told.
+    /// The first tick whose events were not shown to the user yet.
     told: u64,
     interruption: Interruption,
 }
@@ -149,7 +150,7 @@ impl<'a> Debugger<'a> {
         }
     }
 
-    /// Has long movements given up while the client asks for that.
+    /// From now on, long movements end with an error as soon as `interruption` wants that.
     pub(crate) fn interrupt_by(&mut self, interruption: Interruption) {
         self.session.history.interrupt_by(interruption.clone());
         self.interruption = interruption;
@@ -217,7 +218,7 @@ impl<'a> Debugger<'a> {
         self.breakpoints.replace_data(&self.session.program, wanted)
     }
 
-    /// Passes over breakpoints at the position itself, since the user has seen it.
+    /// Says that the user has seen the position, so that breakpoints at it do not stop the next run.
     pub fn stay(&mut self) {
         self.is_fresh = false;
     }
@@ -323,9 +324,10 @@ impl<'a> Debugger<'a> {
         Ok(view.as_mut())
     }
 
-    /// Sets a variable as the operator would, before the tick in which the user stands if none of
-    /// its statements was executed yet, else before the next one; with `force` holds it from there
-    /// on, and without a value ends that. What follows is run anew. Gives the tick.
+    /// Sets a variable as the operator would, once. With `force` the variable is held at the value instead; `force`
+    /// without a value ends that. The change happens before the tick of the position if none of its statements was
+    /// executed yet, otherwise before the next tick. Later ticks are forgotten and run anew. Gives the number of
+    /// the tick before which the change happens.
     ///
     /// # Errors
     /// When nothing can be changed here, or not this variable.

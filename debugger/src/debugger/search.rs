@@ -13,12 +13,13 @@ use crate::hits::{Found, Hit, HitFinder, What};
 use crate::names::Target;
 use crate::observers::Observed;
 
-/// How many ticks are searched at once on the way back.
+/// How many ticks are searched at once, in the order of time, on the way back.
 const SEGMENT: u64 = 64;
 
 impl Debugger<'_> {
-    /// Runs on, or back, until something is met or about `ticks` ticks were looked through; then
-    /// nothing is given, and the next call goes on from there.
+    /// Runs forwards or backwards until something stops the run, which is given. If nothing does, it ends with `None`
+    /// after `ticks` ticks, or backwards after as many segments of up to 64 ticks; the next call goes on from
+    /// there.
     ///
     /// # Errors
     /// When a tick can't be run.
@@ -26,7 +27,7 @@ impl Debugger<'_> {
         self.run_for(direction, ticks, Duration::MAX)
     }
 
-    /// The same, for a time at most.
+    /// As [`run`](Self::run), but it also ends with `None` when `time` has passed.
     ///
     /// # Errors
     /// When a tick can't be run.
@@ -85,8 +86,8 @@ impl Debugger<'_> {
         Ok(None)
     }
 
-    /// Looks for the last thing that is met before the position, in this tick or in up to
-    /// [`SEGMENT`] before it.
+    /// Looks for the last statement before the position that stops the run, in this tick or in up to [`SEGMENT`]
+    /// ticks before it.
     fn search_back(&mut self) -> Result<Option<Stopped>, DebugError> {
         self.is_fresh = false;
         let Some((begin, found)) =
@@ -136,7 +137,7 @@ impl Debugger<'_> {
     fn find_hits(&mut self, tick: u64) -> Result<(Found, TickResult), DebugError> {
         let Session { history, .. } = &mut self.session;
         history.go_before(tick)?;
-        // Only changes are compared with what was before.
+        // Only data breakpoints compare values with those before the tick.
         let image = match self.breakpoints.have_data() {
             true => history.executive().image().to_vec(),
             false => vec![],
@@ -153,7 +154,8 @@ impl Debugger<'_> {
         Ok((found, result))
     }
 
-    /// What a hit means, if it stops. `tell` says whether texts of logpoints are told.
+    /// Counts a hit, and gives why the run stops there, if it does. `tell` says whether texts of logpoints are shown
+    /// to the user.
     fn meet(&mut self, hit: &Hit, tell: bool) -> Option<Stopped> {
         if !self.breakpoints.counts(hit) {
             return None;
@@ -174,8 +176,8 @@ impl Debugger<'_> {
         }
     }
 
-    /// Where a tick is stopped for one of its events: at the statement that switched a fault or
-    /// message on or sent a text; where there is none, at the end of the tick.
+    /// The hit of the first event of a tick at which the user wants to stop, if there is one: at the statement that
+    /// switched the fault or message on or sent the text, or without such a statement at the end of the tick.
     fn event_to_stop_at(
         &mut self,
         tick: u64,
@@ -250,8 +252,8 @@ impl Debugger<'_> {
         program.target(name).ok_or_else(|| DebugError(format!("`{name}` names no variable")))
     }
 
-    /// Goes back to the statement that wrote a variable last before the position; where its value
-    /// was changed from outside (an input that was latched), to the statement behind that.
+    /// Goes back to the last statement before the position that wrote a variable. If the value was changed from
+    /// outside since then (by latching an input, for example), goes to the first statement after that change.
     ///
     /// # Errors
     /// When nothing has that name, or nothing has written it.
@@ -259,8 +261,8 @@ impl Debugger<'_> {
         self.go_back_to(name, false)
     }
 
-    /// Goes back to the statement that changed a variable last before the position, past those that
-    /// wrote the value that it had.
+    /// Goes back to the last statement before the position that changed a variable's value. Statements that wrote
+    /// the value that it had already do not count.
     ///
     /// # Errors
     /// When nothing has that name, or nothing has changed it.

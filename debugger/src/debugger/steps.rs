@@ -1,9 +1,9 @@
-//! Single steps, forth and back, and going to a tick.
+//! Single steps, forwards and backwards, and going to a tick.
 
 use super::{Debugger, Direction, Position, StepKind, Stopped};
 use crate::DebugError;
 
-/// How many ticks are looked through for the next statement, where ticks execute none.
+/// After so many ticks that execute no statement, a step ends without having found one.
 const MOST_EMPTY_TICKS: u64 = 100_000;
 
 impl Debugger<'_> {
@@ -46,7 +46,7 @@ impl Debugger<'_> {
         self.look_for_more()?;
         let Some(from) = self.step_here()? else { return self.neighbour(direction) };
         let mut ticks = 0;
-        let begun = self.position.tick;
+        let first_tick = self.position.tick;
         loop {
             self.interruption.check()?;
             let moved = self.neighbour(direction)?;
@@ -54,7 +54,7 @@ impl Debugger<'_> {
                 return Ok(moved);
             }
             let Some(here) = self.step_here()? else { continue };
-            let left = here.call != from.call || self.position.tick != begun;
+            let left = here.call != from.call || self.position.tick != first_tick;
             let arrived = match kind {
                 StepKind::Statement => true,
                 StepKind::Over => here.task != from.task || here.depth <= from.depth,

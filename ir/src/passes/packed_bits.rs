@@ -16,12 +16,13 @@
 //! ```
 //!
 //! The pass does this for words of which a function replaces bits at least twice. It keeps the bits that were
-//! replaced, in their places, in a value of their own ([`Word::bits`]), and puts them into the word
-//! where somebody may see it, at latest at the end of the block. Branches whose two ways meet again, and
-//! touch none of these words and nothing that others can see, count as part of the block. A load in between finds the word as
-//! it was before the first store; the replaced bits are put into what it gives. Most loads are there
-//! for a single bit: then `demanded-bits` goes on to the truth value that was put there, or to the
-//! load, so that nothing waits for a store.
+//! replaced, in their places, in a value of their own ([`Word::bits`]), and delays the store of the word: until
+//! something may read or write the word in another way (an access that overlaps, a host call, a trap), and at
+//! latest until the end of the block. The block may contain branches whose two sides meet again, if they
+//! touch none of these words and have no effect that could be seen before the delayed stores. A load in
+//! between gives the word as it was before the first store, so the replaced bits are put into its result. Most
+//! of these loads read a single bit. Then the pass `demanded-bits` replaces the load by the truth value that
+//! was put into that bit, or uses the old word alone, so that nothing waits for a store.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -34,11 +35,11 @@ use crate::{
     Address, BinaryOp, Block, FuncData, Inst, InstData, SourceLoc, Terminator, Type, Value,
 };
 
-/// Of so many words bits are collected at the same time; that of the word whose first bit was
-/// replaced first ends when there is one more.
+/// Bits of at most so many words are collected at the same time. When there is one more, the word that has
+/// been collected longest is stored.
 const MAX_WORDS: usize = 32;
 
-/// A value is followed through this many instructions to the word that it was made of.
+/// To find the word from which a value was made, at most this many operations are followed back.
 const MAX_DEPTH: usize = 48;
 
 /// A word of which bits have been replaced, and which has not been stored since.
@@ -53,7 +54,7 @@ struct Word {
     bits: Option<Value>,
     /// Values that are equal to the whole word as it should be now.
     current: Vec<Value>,
-    /// The statement that replaced bits last.
+    /// The source place of the statement that replaced bits last.
     loc: SourceLoc,
 }
 
@@ -61,22 +62,23 @@ struct Word {
 /// places (`None` for zeros).
 type Change = (u64, Option<Value>);
 
-/// The function that is being changed.
+/// Changes a function, block by block.
 struct Collector<'a> {
     func: &'a mut FuncData,
     bytes: &'a ImageBytes,
+    /// The words for which this is done, with the type of their stores.
     candidates: HashMap<Address, Type>,
     ranges: ValueRanges,
-    /// The words with bits that wait to be stored.
+    /// The words with replaced bits that are not stored yet.
     words: Vec<Word>,
-    /// For blocks where the two ways of a branch meet, the words whose bits still wait there.
+    /// For blocks where the two sides of a branch meet: the words that are not stored yet at their beginning.
     waiting: HashMap<Block, Vec<Word>>,
     /// The instructions of the current block so far.
     out: Vec<Inst>,
     loc: SourceLoc,
 }
 
-/// Runs the pass; gives whether it changed anything.
+/// Runs the pass; gives whether it may have changed anything.
 pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
     let graph = Graph::new(func);
     let candidates = candidates(func, &graph);
@@ -94,7 +96,8 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
     true
 }
 
-/// The words of which a function replaces bits at least twice, always as numbers of one type.
+/// The words of which a function replaces bits at least twice, each with the type of the first such store.
+/// Stores of other types are not counted.
 fn candidates(func: &FuncData, graph: &Graph) -> HashMap<Address, Type> {
     let mut stores: HashMap<Address, (Type, u32)> = HashMap::new();
     for &inst in graph.order.iter().flat_map(|&block| &func.block(block).insts) {
@@ -112,7 +115,8 @@ fn candidates(func: &FuncData, graph: &Graph) -> HashMap<Address, Type> {
     stores.into_iter().filter(|(_, (_, count))| *count > 1).map(|(at, (ty, _))| (at, ty)).collect()
 }
 
-/// Whether an access may be one of a word with bits.
+/// Whether the pass may delay an access: its address is constant, it is not volatile, and it is of an integer of
+/// 8, 16 or 32 bits.
 fn is_word(at: &Address, ty: Type) -> bool {
     at.index.is_none() && !at.volatile && matches!(ty, Type::I8 | Type::I16 | Type::I32)
 }
@@ -169,8 +173,8 @@ impl Collector<'_> {
         }
     }
 
-    /// The block where the two ways of the branch at the end of a block meet again, if nothing on them
-    /// touches the words that wait, and control reaches it on these ways alone.
+    /// The block where the two sides of the branch at the end of a block meet again, if nothing on them
+    /// touches the words that are not stored yet, and control reaches that block through them alone.
     fn meeting(&self, graph: &Graph, block: Block) -> Option<Block> {
         let Some(Terminator::Brif { cond: _, then, otherwise }) =
             &self.func.block(block).terminator
@@ -182,14 +186,14 @@ impl Collector<'_> {
             return None;
         }
         let edges = |to: Block| graph.edges.get(to.index()).copied().unwrap_or(0);
-        // The block behind one that is reached from here alone, if nothing in it matters.
-        let behind = |way: Block| {
+        // The block to which a side jumps, if the side is reached from here alone and leaves the words alone.
+        let successor = |way: Block| {
             let data = self.func.block(way);
             let Some(Terminator::Jump(next)) = &data.terminator else { return None };
             let is_plain = data.insts.iter().all(|&inst| self.leaves_words(inst));
             (edges(way) == 1 && is_plain).then_some(next.block)
         };
-        let (a, b) = (behind(then), behind(otherwise));
+        let (a, b) = (successor(then), successor(otherwise));
         let meeting = match (a, b) {
             (Some(a), Some(b)) if a == b => a,
             (Some(a), _) if a == otherwise => a,
@@ -199,7 +203,8 @@ impl Collector<'_> {
         (meeting != block && edges(meeting) == 2).then_some(meeting)
     }
 
-    /// Whether an instruction neither changes a word that waits nor lets others see it.
+    /// Whether an instruction neither reads nor writes a word that is not stored yet, and has no effect before
+    /// which the word must be stored.
     fn leaves_words(&self, inst: Inst) -> bool {
         let (at, ty) = match self.func.inst(inst) {
             InstData::Store { at, value } => (at, self.func.ty(*value)),
@@ -211,7 +216,7 @@ impl Collector<'_> {
         !at.volatile && !self.words.iter().any(touches)
     }
 
-    /// Keeps an instruction.
+    /// Appends an instruction to the current block.
     fn push(&mut self, inst: Inst) {
         self.out.push(inst);
         if let Some(result) = self.func.result(inst) {
@@ -220,21 +225,21 @@ impl Collector<'_> {
         }
     }
 
-    /// Adds an instruction and gives its result.
+    /// Appends a new instruction and gives its result.
     fn insert(&mut self, data: InstData) -> Option<Value> {
         let inst = self.func.append(data, self.loc);
         self.push(inst);
         self.func.result(inst)
     }
 
-    /// Adds an operation with a constant and gives its result.
+    /// Appends an AND of a value with the constant `kept` and gives its result.
     fn insert_and(&mut self, ty: Type, value: Value, kept: u64) -> Option<Value> {
         let constant = InstData::Iconst { ty, value: ty.wrap(kept as i64) };
         let constant = self.insert(constant)?;
         self.insert(InstData::Binary { op: BinaryOp::And, args: [value, constant] })
     }
 
-    /// The bits of two values, of which one may be missing.
+    /// Appends an OR of two values and gives its result. `None` stands for a value that is 0.
     fn insert_or(&mut self, a: Option<Value>, b: Option<Value>) -> Option<Value> {
         match (a, b) {
             (Some(a), Some(b)) => self.insert(InstData::Binary { op: BinaryOp::Or, args: [a, b] }),
@@ -242,8 +247,9 @@ impl Collector<'_> {
         }
     }
 
-    /// Some bits of a value, of which others may be 1.
-    fn only(&mut self, ty: Type, value: Option<Value>, kept: u64) -> Option<Value> {
+    /// The bits `kept` of a value; the others become 0, unless they are known to be 0. `None` is a value
+    /// that is 0.
+    fn masked(&mut self, ty: Type, value: Option<Value>, kept: u64) -> Option<Value> {
         let value = value?;
         match self.ranges.possible_ones(value) & !kept {
             0 => Some(value),
@@ -251,8 +257,8 @@ impl Collector<'_> {
         }
     }
 
-    /// A load of a word with bits that wait: what it loads is the word as it was, into which these
-    /// bits are put.
+    /// A load of a word that is not stored yet: it loads the word as it was, and the replaced bits are put
+    /// into the result.
     fn load(&mut self, number: usize, inst: Inst, result: Value, values: &mut Substitution) {
         let Some(&Word { ty, replaced, bits, .. }) = self.words.get(number) else { return };
         self.push(inst);
@@ -280,7 +286,7 @@ impl Collector<'_> {
         }
     }
 
-    /// A store to a word: finds out which bits it replaces, and lets them wait.
+    /// A store to a word: finds out which bits it replaces, keeps them, and drops the store.
     fn store(&mut self, at: Address, value: Value) {
         let ty = self.func.ty(value);
         let number = match self.words.iter().position(|word| word.at == at && word.ty == ty) {
@@ -303,7 +309,7 @@ impl Collector<'_> {
         let current = std::mem::take(&mut word.current);
         let (kept, new) = self.change(ty, &current, value, MAX_DEPTH).unwrap_or((0, Some(value)));
         let kept = kept & mask(ty);
-        let rest = self.only(ty, bits, kept);
+        let rest = self.masked(ty, bits, kept);
         let bits = self.insert_or(rest, new);
         let loc = self.loc;
         if let Some(word) = self.words.get_mut(number) {
@@ -314,8 +320,7 @@ impl Collector<'_> {
         }
     }
 
-    /// The values of the current block that were loaded from a word which no store has changed
-    /// since.
+    /// The values that the current block has loaded from a word since the last store to it.
     fn loaded(&self, at: &Address, ty: Type) -> Vec<Value> {
         let bytes = self.bytes.bytes(at, ty);
         let mut found = vec![];
@@ -337,8 +342,8 @@ impl Collector<'_> {
         found
     }
 
-    /// How a value differs from a word to which the values `current` are equal; `None` if it was not
-    /// made from that word.
+    /// How a value differs from a word to which each of the values `current` is equal; `None` if it was not made
+    /// from that word. `depth` operations are followed back at most.
     fn change(
         &mut self,
         ty: Type,
@@ -357,7 +362,7 @@ impl Collector<'_> {
             BinaryOp::And => {
                 let constant = self.func.constant(b)? as u64 & mask(ty);
                 let (kept, new) = self.change(ty, current, a, depth)?;
-                Some((kept & constant, self.only(ty, new, constant)))
+                Some((kept & constant, self.masked(ty, new, constant)))
             }
             BinaryOp::Or => {
                 let (change, other) = match self.change(ty, current, a, depth) {
@@ -368,7 +373,7 @@ impl Collector<'_> {
                 match self.func.constant(other) {
                     Some(ones) => {
                         let ones = ones as u64 & mask(ty);
-                        let rest = self.only(ty, new, !ones);
+                        let rest = self.masked(ty, new, !ones);
                         Some((kept & !ones, self.insert_or(rest, Some(other))))
                     }
                     None if self.ranges.possible_ones(other) & kept == 0 => {
@@ -381,7 +386,7 @@ impl Collector<'_> {
         }
     }
 
-    /// Puts the bits that wait into a word and stores it.
+    /// Stores a word with its replaced bits.
     fn store_word(&mut self, word: &Word) {
         let loc = std::mem::replace(&mut self.loc, word.loc);
         if word.replaced != 0 {
@@ -416,7 +421,7 @@ impl Collector<'_> {
         }
     }
 
-    /// Stores all words with bits that wait.
+    /// Stores all words that are not stored yet.
     fn store_all(&mut self) {
         for word in std::mem::take(&mut self.words) {
             self.store_word(&word);

@@ -7,9 +7,9 @@
 //! block2: …
 //! ```
 //!
-//! The comparisons must be of equality, of the same number, at least [`MIN_TESTS`] of them, and the
-//! constants must be integers that lie close together. The blocks between may hold a few
-//! instructions without effects, also a load of the same number again; these are done before the
+//! There must be at least [`MIN_TESTS`] comparisons. All must test the same number for equality, and the
+//! constants must be integers that lie close together. The blocks between two comparisons may hold a few
+//! instructions without effects, for example another load of the number; these are executed before the
 //! switch.
 //!
 //! The number is an integer of at most 32 bits, or a double, which may be compared as the integer
@@ -38,9 +38,9 @@ const MAX_INSTS: usize = 5;
 /// `otherwise`.
 struct Test {
     value: Value,
-    /// How far both are shifted left before they are compared, as fields of words are.
+    /// By how many bits the value is shifted left before it is compared, as fields of words are.
     shift: u32,
-    /// The number, shifted already.
+    /// The number, already shifted by as many bits.
     number: i64,
     then: Block,
     otherwise: Block,
@@ -174,8 +174,8 @@ fn integer_of(
     push(func, InstData::Select { cond: is_equal, args: [integer, other] })
 }
 
-/// Whether a value is computed in a block and nothing behind it there has an effect, so that what it
-/// was loaded from is the same at the end of the block.
+/// Whether a value is computed in a block and no later instruction of the block has an effect, so that the
+/// variable that it was loaded from still has that value at the end of the block.
 fn has_no_effect_behind(func: &FuncData, block: Block, value: Value) -> bool {
     let insts = func.block(block).insts.iter().rev();
     let mut behind = insts.take_while(|&&inst| !func.inst(inst).has_effect());
@@ -192,10 +192,10 @@ fn is_same_load(func: &FuncData, a: Value, b: Value) -> bool {
     }
 }
 
-/// The word and the number that a comparison of a field compares: the field is shifted left until
-/// nothing is above it, or the bits above it are cleared, and then compared with a number. Gives the
-/// word, how far it must be shifted left so that the field is at the top, and the number, shifted
-/// by the same distance.
+/// The word and the number that a comparison of a field compares. Such a comparison either shifts the word
+/// left until the field's highest bit is the word's highest bit, or clears the bits above the field; then it
+/// compares with a number. Gives the word, by how many bits it must be shifted left so that the field is at
+/// the top, and the number, shifted by as many bits. For any other value: the value itself, 0, and `number`.
 pub(super) fn compared_field(func: &FuncData, value: Value, number: i64) -> (Value, u32, i64) {
     let whole = (value, 0, number);
     let ty = func.ty(value);
@@ -240,8 +240,9 @@ fn test(func: &FuncData, block: Block) -> Option<Test> {
     Some(Test { value, shift, number, then, otherwise })
 }
 
-/// Whether a block has no parameters and, with its comparison, at most [`MAX_INSTS`] instructions, none
-/// of which reads or writes the image or calls the host.
+/// Whether a block has no parameters and, with its comparison, at most [`MAX_INSTS`] instructions. These may
+/// be loads that are neither volatile nor indexed, constants, comparisons and cheap operations on one
+/// value; nothing that writes the image or calls the host.
 fn is_cheap(func: &FuncData, block: Block) -> bool {
     let data = func.block(block);
     let cheap = |data: &InstData| match data {

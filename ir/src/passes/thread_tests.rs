@@ -1,9 +1,9 @@
-//! Skips tests whose result is known from the way on which control reaches them (jump threading).
+//! Skips tests whose result is known from the edge on which control reaches them (jump threading).
 //!
 //! Programs with the number of their state in a variable have rows of conditions like `IF (S=1) …
-//! ENDIF IF (S=2) … ENDIF`. Behind the statements of the first condition S is 1, or a constant that
-//! they have assigned. So the jump from there goes on to the statements of the condition that then
-//! holds, or behind the row.
+//! ENDIF IF (S=2) … ENDIF`. After the statements of the first condition S is 1, or a constant that
+//! they have assigned. So the jump from there can go directly to the statements of the condition that then
+//! holds, or to what follows the row.
 //!
 //! ```text
 //! block1: v1: i16 = load vars:0
@@ -13,12 +13,12 @@
 //!         jump block1              ==>              jump block2
 //! ```
 //!
-//! When all jumps into a row of tests from the side have gone, each test has the one before as its
-//! sole predecessor, and `switches` can make one switch of the row.
+//! When no jump leads into the middle of a row of tests any more, each test has the one before as its
+//! sole predecessor, and the pass `switches` can make one switch of the row.
 //!
 //! A test is a block that does nothing but load a variable, compare it for equality with a constant
 //! and branch. What a variable holds at the end of a block is known from the last store to it, or
-//! from a test through which alone control has come. A store through an index, a volatile access and
+//! from a test that every path to the block has passed with the same result. A store through an index, a volatile access and
 //! a host function that is not pure make that unknown.
 
 use super::graph::Graph;
@@ -29,13 +29,13 @@ use crate::{
     eval,
 };
 
-/// How many tests are skipped at once; a longer row takes further runs of the pass.
+/// How many tests one edge skips at most in one run of the pass.
 const MAX_SKIPPED: usize = 256;
-/// In how many blocks a variable's value is looked for at most.
+/// How many blocks are searched at most for the value of a variable.
 const MAX_BLOCKS: usize = 12;
 
 /// A variable as tests read it: its address, its type, and the number of bits by which it is shifted left
-/// before it is compared. (A field at the top of a word is compared so; for others that is 0.)
+/// before it is compared (0 unless a field of a word is compared; see [`compared_field`]).
 type Variable = (Address, Type, u32);
 
 /// A block that tests a variable and does nothing else.
@@ -82,7 +82,7 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
     changed
 }
 
-/// Whether a variable with a value is equal to a constant.
+/// Whether a value of this type is equal to a constant.
 fn is_equal(ty: Type, value: i64, number: i64) -> bool {
     match ty {
         Type::F64 => eval::fcmp(FloatCond::Eq, value, number),
@@ -90,7 +90,7 @@ fn is_equal(ty: Type, value: i64, number: i64) -> bool {
     }
 }
 
-/// The test that a block is. `users` says which blocks use each value.
+/// The test of a block; `None` if the block does anything else. `users` says which blocks use each value.
 fn test(func: &FuncData, block: Block, users: &[Users]) -> Option<Test> {
     let data = func.block(block);
     let Some(Terminator::Brif { cond, then, otherwise }) = &data.terminator else { return None };
@@ -185,7 +185,7 @@ impl Finder<'_> {
         for _ in 0..MAX_SKIPPED {
             let Some(test) = self.tests.get(to.index()).and_then(Option::as_ref) else { break };
             let variable = test.variable;
-            // From a test itself its own variable is known only one way.
+            // The edge on which a test finds its variable equal tells the variable's value; the other edge does not.
             let value = match self.along_edge(block, first, &variable) {
                 Some(value) => Some(value),
                 None => match known.iter().find(|(asked, _)| *asked == variable) {
@@ -209,8 +209,8 @@ impl Finder<'_> {
         to != first
     }
 
-    /// What a variable holds where control goes from one block to another, if the first is a test
-    /// of that variable and the edge is the one on which it is equal.
+    /// What a variable holds on the edge from one block to another, if the first block tests that variable
+    /// and this is its edge for equality.
     fn along_edge(&self, from: Block, to: Block, variable: &Variable) -> Option<i64> {
         let test = self.tests.get(from.index())?.as_ref()?;
         let is_equal_edge = test.equal == to && test.otherwise != to;

@@ -1,6 +1,6 @@
-//! What people write who know other languages: instruction lists, structured text, C, part programs.
-//! Here errors get messages and helps that say what was probably meant and how NCT writes it. Their
-//! numbers and places stay what they are.
+//! What people who know other languages write: instruction lists, structured text, C, part programs.
+//! [`explain`] gives errors messages and helps that say what was probably meant and how NCT writes it. The
+//! numbers and places of errors stay the same.
 
 use plcc_diag::Diagnostic;
 
@@ -10,15 +10,14 @@ use crate::nct::analyse::words_of_other_languages::word_of_other_language;
 /// The help for all that was meant as a comment.
 const COMMENT: &str = "a comment begins with `;` and goes on to the end of the line";
 
-/// The numbers of the errors that a statement has because of how it is written. The others are about
-/// texts, numbers out of range, and what is missing as a whole.
+/// The numbers of the errors that are about how a statement is written. The other errors are about texts,
+/// numbers out of range, and missing parts of the program.
 const OF_STATEMENTS: &[&str] = &[
     "2", "7", "9", "13", "14", "15", "17", "18", "19", "20", "23", "27", "30", "31", "33", "44",
     "45", "47", "48", "50", "51", "56", "57", "59", "62", "63", "71", "73", "75",
 ];
 
-/// What was probably meant: a message in place of the error's own, if that would mislead, and a
-/// help.
+/// What was probably meant: a message in place of the error's own if that would mislead, and a help.
 type Meant = (Option<String>, String);
 
 /// A meaning with a message of its own.
@@ -26,7 +25,7 @@ fn meant(message: impl Into<String>, help: impl Into<String>) -> Option<Meant> {
     Some((Some(message.into()), help.into()))
 }
 
-/// A meaning of which the error's own message says enough.
+/// A meaning for which the error's own message is good enough.
 fn help(help: impl Into<String>) -> Option<Meant> {
     Some((None, help.into()))
 }
@@ -79,7 +78,7 @@ impl Place<'_> {
     }
 }
 
-/// Signs with which comments begin elsewhere, in front of an error on the same line or at it.
+/// Signs with which comments begin in other languages, at an error or in front of it on its line.
 fn comment(place: &Place<'_>) -> Option<Meant> {
     let Surroundings { before, at, behind } = place.around;
     for sign in ["//", "(*", "--"] {
@@ -129,7 +128,7 @@ fn comment(place: &Place<'_>) -> Option<Meant> {
     }
 }
 
-/// `Y012=1`, `Q05:=10`, `F010=F020`.
+/// Assignments of other languages: `Y012=1`, `Q05:=10`, `F010=F020`.
 fn assignment(place: &Place<'_>) -> Option<Meant> {
     let Surroundings { before, at, .. } = place.around;
     let colon = place.around.is_followed_by(":=") || at == ":" && place.around.is_followed_by("=");
@@ -389,7 +388,7 @@ fn hexadecimal(text: &str) -> Option<Meant> {
     help(format!("a hexadecimal constant is a point and four digits: .{value:04X}"))
 }
 
-/// The note for a program that is written in small letters throughout: only its first error has it.
+/// Adds a note to the first error of a program that is written in small letters throughout.
 fn note_small_letters(text: &str, found: &mut [Diagnostic]) {
     if found.is_empty() {
         return;

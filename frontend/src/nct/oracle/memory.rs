@@ -22,7 +22,7 @@ impl<O: Observer> Run<'_, O> {
         value
     }
 
-    /// A bit of V is whether the input differs from the image of the run before.
+    /// The value of a bit. A bit of V says whether the input has changed since the module ran before.
     #[inline]
     fn value_of_bit(&self, bit: Bit) -> bool {
         let Some(location) = self.layout.location(bit.space, bit.byte) else { return false };
@@ -56,11 +56,11 @@ impl<O: Observer> Run<'_, O> {
         before.map_or(now, |location| location.read(self.image) ^ now)
     }
 
-    /// The word that an indirect access leads to.
+    /// The word to which an indirect access leads. The word at byte `at` of F has its address.
     ///
     /// # Errors
-    /// What the flags F0080 (no such address) and F0082 (a digit is not decimal) become if the
-    /// address is not valid.
+    /// If the address is not valid: the values for the flags F0080 (there is no such address) and F0082 (a
+    /// digit is not decimal).
     pub(super) fn indirect(&mut self, at: u16) -> Result<Word, (bool, bool)> {
         let address = self.word(Word::Bytes { space: Space::F, byte: at });
         match from_bcd(address) {
@@ -70,7 +70,7 @@ impl<O: Observer> Run<'_, O> {
         }
     }
 
-    /// Reads a word. It is none that is accessed indirectly.
+    /// Reads a word, which must not be `Word::Indirect`.
     #[inline]
     pub(super) fn word(&mut self, word: Word) -> u16 {
         let value = self.value_of_word(word);
@@ -99,7 +99,7 @@ impl<O: Observer> Run<'_, O> {
         }
     }
 
-    /// Writes a word. It is none that is accessed indirectly.
+    /// Writes a word, which must not be `Word::Indirect`.
     pub(super) fn set_word(&mut self, word: Word, value: u16) {
         if let Word::Bytes { space, byte } = word {
             for (byte, value) in [byte, byte + 1].into_iter().zip(value.to_le_bytes()) {
@@ -145,9 +145,9 @@ impl<O: Observer> Run<'_, O> {
         Some(if negate { !value } else { value })
     }
 
-    /// Gives a variable the value `change(old value, OP)`. If `change` gives a carry too, the flags
-    /// of arithmetic are written; those of an indirect access are written in any case. `reads` says
-    /// whether `change` uses the old value.
+    /// Gives a variable the value `change(old value, OP)`. If `change` also gives a carry, the flags
+    /// of arithmetic are written. The flags of an indirect access are written after every such access. `reads`
+    /// says whether `change` uses the old value, so that the observer is told of a read.
     pub(super) fn update(
         &mut self,
         place: Place,

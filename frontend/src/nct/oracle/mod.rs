@@ -35,7 +35,7 @@ pub struct Interpreter {
     /// The statements that call, in the source's order. The index in this list is the call's
     /// number, which is the return address in the image.
     calls: Vec<usize>,
-    /// Results of a condition that wait for their gate.
+    /// A stack for results of a condition's tests, which A, O and X of the condition combine.
     waiting: Vec<bool>,
     /// How often each statement ran.
     counts: Vec<u64>,
@@ -56,7 +56,7 @@ impl Interpreter {
         }
     }
 
-    /// How often each statement ran, by the line it begins at.
+    /// For each statement the line at which it begins (from 1), and how often it ran.
     pub fn counts(&self) -> impl Iterator<Item = (u32, u64)> {
         self.program.lines.iter().copied().zip(self.counts.iter().copied())
     }
@@ -140,7 +140,8 @@ impl Interpreter {
             }
             let op_before = run.op;
             if run.observer.is_active() {
-                // Expressions of the observer see OP in the image, as behind the scan.
+                // An observer may evaluate expressions, which read OP from the image; there it is otherwise written
+                // only at the end of the scan.
                 write_u16(run.image, layout.context + context::OP, run.op);
                 run.observer.statement(at as u32, run.image);
             }
@@ -177,7 +178,8 @@ impl Interpreter {
     }
 }
 
-/// The numbers of the statements whose calls are open in the module that ran last, outermost first.
+/// The numbers of the calls (as statements) that have not returned yet in the module that ran last, the
+/// outermost first.
 pub(crate) fn open_calls(program: &Program, layout: &Layout, image: &[u8]) -> Vec<u32> {
     let calls: Vec<u32> = (0..)
         .zip(&program.stmts)
@@ -191,14 +193,13 @@ pub(crate) fn open_calls(program: &Program, layout: &Layout, image: &[u8]) -> Ve
     (0..depth).filter_map(|level| calls.get(number(level)).copied()).collect()
 }
 
-/// What the statements of an expression give.
+/// The result of the statements of an expression.
 pub(crate) enum Computed {
-    /// OP behind the last statement.
+    /// OP after the last statement.
     Op(u16),
     /// The result of the condition that is the last statement.
     Condition(bool),
-    /// Nothing: the word at this byte of F, from which an indirect load takes its address, holds
-    /// none.
+    /// None: an indirect load takes its address from the word at this byte of F, which holds no valid address.
     NoAddress(u16),
 }
 

@@ -13,7 +13,7 @@ use crate::nct::{
     layout::Layout,
 };
 
-/// What happens behind a statement.
+/// What follows a statement.
 pub(super) enum Next {
     /// The statement with this index follows.
     At(usize),
@@ -34,11 +34,11 @@ pub(super) struct Run<'a, O> {
     pub(super) image: &'a mut [u8],
     /// Register OP.
     pub(super) op: u16,
-    /// Results of a condition that wait for their gate.
+    /// A stack for results of a condition's tests, which A, O and X of the condition combine.
     pub(super) waiting: &'a mut Vec<bool>,
-    /// Until when it may run.
+    /// The time at which the scan must end.
     pub(super) deadline: Deadline,
-    /// Who is told of the variables that are read and written.
+    /// The observer that is told of the variables that are read and written.
     pub(super) observer: O,
 }
 

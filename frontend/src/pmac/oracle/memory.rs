@@ -57,12 +57,12 @@ impl MemoryMap {
         }
     }
 
-    /// A variable's number; numbers that are too large begin again at 0.
+    /// A variable's number; numbers that are too large wrap around.
     fn number(&self, number: u32) -> u32 {
         number % self.count
     }
 
-    /// The number of a variable that an expression gives: rounded, and its low bits.
+    /// The number of a variable from the value of an expression: rounded, then wrapped around.
     pub(super) fn computed_number(&self, value: f64) -> u32 {
         self.number(fixed::bits(value) as u32)
     }
@@ -113,10 +113,10 @@ pub(super) struct Memory<'a, 'b, O> {
     pub(super) ranges: &'a [(u32, Range)],
     /// The definitions of M-variables after load, encoded, by number.
     pub(super) definitions: &'a [u64],
-    /// Where the task's addressed coordinate system is kept.
+    /// The offset in the image of the task's context, which has its addressed coordinate system.
     pub(super) context: u32,
     pub(super) scan: &'a mut Scan<'b>,
-    /// Who is told of the variables that are read and written.
+    /// The observer that is told of the variables that are read and written.
     pub(super) observer: O,
 }
 
@@ -130,7 +130,7 @@ impl<O: Observer> Memory<'_, '_, O> {
         self.layout.p + 8 * self.map.number(number)
     }
 
-    /// A Q-variable of coordinate system 1, or of another with its first number added.
+    /// The offset of a Q-variable, whose number counts from Q0 of coordinate system 1.
     fn q_offset(&self, number: u32) -> u32 {
         self.layout.q + 8 * self.map.number(number)
     }
@@ -139,20 +139,20 @@ impl<O: Observer> Memory<'_, '_, O> {
         self.layout.i + 8 * self.map.number(number)
     }
 
-    /// Where the first Q-variable's number of the addressed coordinate system is kept.
+    /// The offset in the image at which the number of the addressed coordinate system's Q0 is kept.
     fn q_base_offset(&self) -> u32 {
         self.layout.q_base_at(self.context)
     }
 
-    /// ADDRESS: a coordinate system for the Q-variables of this task from now on. What is no
-    /// coordinate system's number changes nothing.
+    /// ADDRESS: chooses the coordinate system whose Q-variables this task means from now on. A number that no
+    /// coordinate system has changes nothing.
     pub(super) fn address(&mut self, system: u64) {
         if let Some(first) = self.map.first_q(system) {
             write_u32(self.scan.image, self.q_base_offset(), first);
         }
     }
 
-    /// A Q-variable of the addressed coordinate system.
+    /// The offset of a Q-variable of the addressed coordinate system.
     fn system_q_offset(&self, number: u32) -> u32 {
         let first = read_u32(self.scan.image, self.q_base_offset());
         self.q_offset(first.wrapping_add(number))
@@ -253,7 +253,7 @@ impl<O: Observer> Memory<'_, '_, O> {
         write_f64(self.scan.image, offset, value);
     }
 
-    /// An I-variable with a range takes the value into it.
+    /// Puts a value into an I-variable, converted to the variable's range if it has one.
     fn write_i(&mut self, number: u32, value: f64) {
         let number = self.map.number(number);
         let range = self.ranges.binary_search_by_key(&number, |(of, _)| *of).ok();
@@ -292,7 +292,7 @@ impl<O: Observer> Memory<'_, '_, O> {
         }
     }
 
-    /// X over Y.
+    /// The words X and Y at an address, of which X is the higher one.
     fn pair(&mut self, address: u32) -> (u32, u32) {
         (self.word(Space::X, address), self.word(Space::Y, address))
     }
@@ -302,7 +302,7 @@ impl<O: Observer> Memory<'_, '_, O> {
         self.write_word(Space::Y, address, y);
     }
 
-    /// The low 16 bits of X over those of Y.
+    /// 32 bits: the low 16 bits of X are the higher half, those of Y the lower half.
     fn halves(&mut self, address: u32) -> u32 {
         let (x, y) = self.pair(address);
         (x & 0xFFFF) << 16 | y & 0xFFFF
@@ -313,7 +313,7 @@ impl<O: Observer> Memory<'_, '_, O> {
         self.write_pair(address, x & 0xFF_0000 | bits >> 16, y & 0xFF_0000 | bits & 0xFFFF);
     }
 
-    /// The double that an `L:` definition means where it leads to a P or a Q.
+    /// The offset of the double of the P- or Q-variable to which an `L:` definition leads; `None` if it leads to none.
     fn double_of(&self, address: u32) -> Option<u32> {
         Some(match self.map.variable_at(address & self.map.last)? {
             (Kind::P, number) => self.p_offset(number),
@@ -321,7 +321,7 @@ impl<O: Observer> Memory<'_, '_, O> {
         })
     }
 
-    /// Where an M-variable's definition stands; the value of an undefined one stands there too.
+    /// The offset of an M-variable's definition. An undefined M-variable keeps its value there, too.
     fn definition_offset(&self, number: u32) -> u32 {
         self.layout.mdef + 8 * self.map.number(number)
     }
@@ -331,14 +331,14 @@ impl<O: Observer> Memory<'_, '_, O> {
         Definition::decode(read_u64(self.scan.image, self.definition_offset(number)))
     }
 
-    /// Whether an M-variable's definition is the one after load.
+    /// Whether an M-variable's definition is the one that it had when the download was loaded.
     #[inline(always)]
     pub(super) fn is_as_loaded(&self, number: u16) -> bool {
         let now = read_u64(self.scan.image, self.layout.mdef + 8 * u32::from(number));
         self.definitions.get(usize::from(number)) == Some(&now)
     }
 
-    /// The M- or L-variable that is a field of a word at an offset of the image.
+    /// The value of an M- or L-variable that is a field of a word in the image.
     #[inline(always)]
     pub(super) fn bits(&mut self, kind: Kind, number: u16, bits: Bits) -> i32 {
         let value = bits.of(read_u32(self.scan.image, bits.offset));
@@ -348,7 +348,7 @@ impl<O: Observer> Memory<'_, '_, O> {
         value
     }
 
-    /// Puts a value into the M-variable that is a field of a word at an offset of the image.
+    /// Puts a value into an M-variable that is a field of the word at an offset of the image.
     pub(super) fn write_bits(&mut self, number: u16, offset: u32, field: Field, value: f64) {
         let integer = value as i32;
         let bits = match field.format {
@@ -430,7 +430,7 @@ impl<O: Observer> Memory<'_, '_, O> {
         self.write_word(space, address, fixed::insert_field(word, field, bits));
     }
 
-    /// The value of the L-variable at an index of the table.
+    /// The value of the L-variable at an index of `longs`.
     pub(super) fn read_long(&mut self, index: u32) -> i32 {
         let Some(long) = self.longs.get(index as usize).copied() else { return 0 };
         let value = fixed::read_field(self.long_word(long), long.field);

@@ -28,11 +28,11 @@ use crate::common::{NoObserver, Observer, StatementInterpreter};
 #[derive(Clone, Debug)]
 struct Task {
     statements: Vec<Statement>,
-    /// Where its addressed coordinate system is kept.
+    /// The offset in the image of the task's context, which has its addressed coordinate system.
     context: u32,
-    /// The WHILE statements, in their order: where a scan goes on that was suspended.
+    /// The indices of the WHILE statements, in their order. A suspended task goes on at one of them.
     resume_points: Vec<u32>,
-    /// The number of its first statement among those of all tasks.
+    /// The number that its first statement has among the statements of all tasks.
     first: u32,
 }
 
@@ -52,7 +52,7 @@ pub struct Interpreter {
 }
 
 impl Interpreter {
-    /// An interpreter at the state after load.
+    /// An interpreter for a download. `loaded` is what executing its on-line commands gave.
     pub(crate) fn new(download: &Download, loaded: &Loaded) -> Self {
         let mut resolver = Resolver::new(download, loaded);
         let mut all = Vec::new();
@@ -96,7 +96,7 @@ impl<O: Observer> Machine<'_, '_, O> {
         }
     }
 
-    /// The value of an operand for which a plain read of the image may not be enough.
+    /// The value of any operand. `operand` calls it for those for which one read of the image is not enough.
     #[inline(never)]
     fn computed_operand(&mut self, operand: Operand) -> f64 {
         match operand {
@@ -113,7 +113,7 @@ impl<O: Observer> Machine<'_, '_, O> {
         evaluate::compare(comparison.cmp, self.operand(comparison.left), comparison.right)
     }
 
-    /// The value of an expression, or 1 or 0 of a condition.
+    /// The value of an expression; of a condition 1 or 0.
     fn value(&mut self, expression: TableRange, waiting: &mut Vec<f64>) -> f64 {
         let mut value = 0.0;
         for operation in expression.of(&self.tables.operations) {
@@ -168,8 +168,8 @@ impl<O: Observer> Machine<'_, '_, O> {
         }
     }
 
-    /// The value of an expression or condition of L-variables: 24 bits, wrapping after every
-    /// operation.
+    /// The value of an expression of L-variables, which wraps to 24 bits after every operation; of a condition
+    /// 1 or 0.
     fn integer(&mut self, expression: TableRange, waiting: &mut Vec<i32>) -> i32 {
         let mut value = 0;
         for operation in expression.of(&self.tables.integer_operations) {

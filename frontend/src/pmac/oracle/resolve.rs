@@ -1,4 +1,4 @@
-//! Makes resolved statements of the checked ones, before the first scan.
+//! Makes resolved statements from the checked ones, before the first scan.
 
 use std::collections::HashMap;
 
@@ -30,14 +30,14 @@ pub(super) struct Tables {
     pub(super) definitions: Vec<u64>,
 }
 
-/// Resolves names.
+/// Resolves the names in the statements of a download.
 pub(super) struct Resolver<'a> {
     download: &'a Download,
     layout: Layout,
     map: MemoryMap,
-    /// The index of each L-variable in the table, by number.
+    /// For the number of each L-variable its index in `tables.longs`.
     long_index: HashMap<u16, u32>,
-    /// What it made.
+    /// What the statements that were resolved so far refer to.
     pub(super) tables: Tables,
 }
 
@@ -145,7 +145,7 @@ impl<'a> Resolver<'a> {
         Statement::Assign(destination, self.expression(value))
     }
 
-    /// An assignment that integers compute: to L-variables.
+    /// An assignment to L-variables whose right side is computed in integers.
     fn assign_integer(&mut self, target: Target, value: Expr) -> Statement {
         match target {
             Target::Var(_, number) => match self.long_index.get(&number).copied() {
@@ -171,8 +171,8 @@ impl<'a> Resolver<'a> {
         TableRange::since(start, &self.tables.long_ranges)
     }
 
-    /// The field of a plain word in the image that an M-variable's definition after load means:
-    /// the word's offset, the field.
+    /// The field that an M-variable means by its definition after load, and the offset of the field's word in the
+    /// image; `None` if the definition means anything else.
     fn field(&self, number: u16) -> Option<(u32, Field)> {
         let (space, address, field) =
             match Definition::decode(*self.tables.definitions.get(usize::from(number))?) {
@@ -279,7 +279,7 @@ impl<'a> Resolver<'a> {
         TableRange::since(start, &self.tables.integer_operations)
     }
 
-    /// An L-variable in a statement that integers compute.
+    /// An L-variable in a statement that is computed in integers.
     fn long(&self, number: u16) -> IntegerOperand {
         let Some(&index) = self.long_index.get(&number) else { return IntegerOperand::Constant(0) };
         let bits = self.tables.longs.get(index as usize).and_then(|long| {

@@ -1,8 +1,8 @@
 //! Resolved statements: what the statement interpreter walks.
 //!
 //! Names are resolved to places once, before the first scan. An expression is a row of operations
-//! that work on one current value; a stack keeps values that wait for it. An operator whose right
-//! operand is a variable or a number holds that operand:
+//! that work on one current value; a stack keeps earlier values that operators still need. An operator whose
+//! right operand is a variable or a number holds that operand:
 //!
 //! | source | operations |
 //! | --- | --- |
@@ -13,11 +13,12 @@ use plcc_abi::pmac::{Field, Format, Kind, PlcOp, Space};
 
 use crate::pmac::ast::{Bin, Cmp, Func};
 
-/// A field of a word in the image whose format is plain bits.
+/// A field of a word in the image that holds a binary number, with or without a sign.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bits {
     /// The word's offset.
     pub(super) offset: u32,
+    /// By how many bits the word is shifted left, so that the field is at its top, and then right.
     left: u8,
     right: u8,
     signed: bool,
@@ -77,25 +78,25 @@ pub(super) enum Operand {
 /// An operation of an expression or condition.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Operation {
-    /// The first value.
+    /// The operand becomes the current value: the first one of the expression.
     Load(Operand),
-    /// A further value; the current one waits.
+    /// Pushes the current value onto the stack; the operand becomes the current value.
     Push(Operand),
     /// An operator on the current value and an operand.
     Binary(Bin, Operand),
-    /// An operator on the value that waits and the current one.
+    /// An operator on the value on top of the stack, which is popped, and the current one.
     BinaryWaiting(Bin),
     /// A comparator on the current value and an operand.
     Compare(Cmp, Operand),
-    /// A comparator on the value that waits and the current one.
+    /// A comparator on the value on top of the stack, which is popped, and the current one.
     CompareWaiting(Cmp),
     Negate,
     Call(Func),
     /// The variable of the kind whose number is the current value.
     Indirect(Kind),
-    /// AND of the truth value that waits and the current one.
+    /// AND of the truth value on top of the stack, which is popped, and the current one.
     Both,
-    /// OR of the truth value that waits and the current one.
+    /// OR of the truth value on top of the stack, which is popped, and the current one.
     Either,
 }
 
@@ -204,32 +205,32 @@ pub(super) enum Statement {
     /// An assignment to an M-variable that is a field while its definition is the one after load:
     /// its number, the offset of the field's word, the field.
     AssignField(u16, u32, Field, TableRange),
-    /// An assignment to an L-variable that integers compute.
+    /// An assignment to an L-variable, computed in integers.
     AssignInteger(u32, TableRange),
-    /// An assignment to several L-variables that integers compute.
+    /// An assignment to several L-variables, computed in integers.
     AssignIntegers(TableRange, TableRange),
     /// Goes on at the target when the condition is false.
     If(TableRange, u32),
-    /// The same of a condition that compares a variable with a number.
+    /// As `If`, for a condition that compares a variable with a number.
     IfComparison(Comparison, u32),
-    /// The same of several such that must all hold.
+    /// As `If`, for several such comparisons joined by AND.
     IfAll(TableRange, u32),
-    /// The same of a condition that integers compute.
+    /// As `If`, for a condition that is computed in integers.
     IfInteger(TableRange, u32),
-    /// The same of one that compares an L-variable with a number.
+    /// As `IfInteger`, for a condition that compares an L-variable with a number.
     IfIntegerComparison(Cmp, IntegerOperand, i32, u32),
     Jump(u32),
-    /// Ends the scan; the next one begins at the target.
+    /// Suspends the scan; the next one goes on at the WHILE with this index.
     EndWhile(u32),
-    /// ENABLE, DISABLE, PAUSE or RESUME: whether of PLCCs, and bit n for program n.
+    /// ENABLE, DISABLE, PAUSE or RESUME; whether it is for PLCCs; and the programs, bit n for program n.
     Plc(PlcOp, bool, u32),
     /// ADDRESS of a coordinate system.
     Address(u64),
     /// ADDRESS of the coordinate system whose number an expression gives.
     AddressBy(TableRange),
-    /// An event: the text's index, the value that a DISPLAY shows.
+    /// SEND, DISPLAY or COMMAND: the text's index, and the value that a DISPLAY shows.
     Text(u32, Option<TableRange>),
-    /// Definitions of M-variables: their index.
+    /// Changes definitions of M-variables; the index is that in the table of such changes.
     Define(u32),
     /// A value into a word.
     Word(Space, u32, TableRange),

@@ -1,6 +1,6 @@
-//! What people write who know other languages: structured text, instruction lists, BASIC, C, part
-//! programs, Power PMAC. Here an error gets a message and a help that say what was probably meant and
-//! how it is written. Its code and its place stay what they are.
+//! What people who know other languages write: structured text, instruction lists, BASIC, C, part
+//! programs, Power PMAC. [`explain`] gives an error a message and a help that say what was probably meant and
+//! how PMAC writes it. The error's code and place stay the same.
 
 use super::cursor::{Cursor, MISSING, ParseError};
 use super::online::PERHAPS_A_NAME;
@@ -12,8 +12,7 @@ use plcc_diag::MessageText;
 /// The help for all that was meant as a comment.
 const COMMENT: &str = "a comment begins with `;` or `//` and goes on to the end of the line";
 
-/// What was probably meant: a message in place of the error's own, if that would mislead, and a
-/// help.
+/// What was probably meant: a message in place of the error's own if that would mislead, and a help.
 pub(super) type Meant = (Option<String>, String);
 
 /// A meaning with a message of its own.
@@ -21,7 +20,7 @@ pub(super) fn meant(message: impl Into<String>, help: impl Into<String>) -> Opti
     Some((Some(message.into()), help.into()))
 }
 
-/// A meaning of which the error's own message says enough.
+/// A meaning for which the error's own message is good enough.
 pub(super) fn help(help: impl Into<String>) -> Option<Meant> {
     Some((None, help.into()))
 }
@@ -35,8 +34,9 @@ pub(super) struct Place<'a> {
     pub(super) before: String,
     /// What stands behind the word on its line.
     pub(super) behind: String,
-    /// The last character of the lines before that is no blank.
+    /// The last character of the lines before, other than blanks.
     line_before_ends: Option<char>,
+    /// The error's code.
     pub(super) code: &'static str,
     pub(super) controller: Controller,
 }
@@ -114,7 +114,7 @@ pub(super) fn explain(text: &str, controller: Controller, error: &mut ParseError
     Explained::Yes
 }
 
-/// Signs with which comments begin elsewhere.
+/// Signs with which comments begin in other languages.
 fn comment(place: &Place<'_>) -> Option<Meant> {
     let Surroundings { before, at, behind } = place.around;
     let first = before.trim().is_empty();
@@ -129,7 +129,7 @@ fn comment(place: &Place<'_>) -> Option<Meant> {
     meant(format!("`{sign}` begins no comment"), COMMENT)
 }
 
-/// Whether a text ends with a statement's word behind which a text in quotes stands.
+/// Whether a line's beginning ends with a word such as SEND, which a text in quotes follows.
 fn sends(before: &str) -> bool {
     let before = before.trim_end().to_ascii_uppercase();
     ["CMD", "COMMAND", "SEND", "SENDS", "SENDP", "DISPLAY", "DISP", "="]
@@ -137,7 +137,7 @@ fn sends(before: &str) -> bool {
         .any(|word| before.ends_with(word))
 }
 
-/// Places for values that another tool fills in before the download.
+/// Placeholders for values that another tool fills in before the download.
 fn template(place: &Place<'_>) -> Option<Meant> {
     let Surroundings { before, at, behind } = place.around;
     let rest = [at, behind].concat();
@@ -201,7 +201,7 @@ fn decimal(value: u64) -> Option<Meant> {
     help(format!("there are decimal numbers, {value}, and hexadecimal ones, ${value:X}"))
 }
 
-/// Braces and semicolons of C.
+/// Braces of C.
 fn brace(place: &Place<'_>) -> Option<Meant> {
     let sign = place.around.at;
     matches!(sign, "{" | "}" | "[" | "]").then_some(())?;
@@ -214,7 +214,8 @@ fn brace(place: &Place<'_>) -> Option<Meant> {
     )
 }
 
-/// `:=`, `+=`, `++` and their kind; an assignment in an assignment; a line that goes on.
+/// Assignments of other languages: `:=`, `+=`, `++` and similar ones, two in one statement, and lines that
+/// continue the line before.
 fn assignment(place: &Place<'_>) -> Option<Meant> {
     let Surroundings { before, at, behind } = place.around;
     let variable = is_variable(at);
@@ -279,7 +280,8 @@ fn is_variable(text: &str) -> bool {
     !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit())
 }
 
-/// How much of a name's beginning the controller takes for a word or a variable of its own.
+/// How many bytes at the beginning of a name the controller takes for one of its own words or variables; 0 if
+/// none.
 fn known_beginning(name: &str) -> usize {
     let digits = name.bytes().skip(1).take_while(u8::is_ascii_digit).count();
     if digits > 0 && is_variable(name.get(..=digits).unwrap_or("")) {
@@ -289,9 +291,9 @@ fn known_beginning(name: &str) -> usize {
     word.map_or(0, |(_, behind)| behind.pos)
 }
 
-/// The name without a #define at an error, if there is one: a word of no meaning to which something
-/// is assigned, or a name of which the controller takes the beginning for a word or variable. The
-/// error says so.
+/// If the error is caused by a name that no #define defines, gives the name and says so in the error. Such a
+/// name is a word without a meaning to which something is assigned, or a name whose beginning the
+/// controller takes for a word or a variable.
 fn undefined_name(place: &Place<'_>, error: &mut ParseError) -> Option<String> {
     let name = place.word.trim_start_matches(|c: char| c.is_ascii_digit());
     let known = known_beginning(name);
@@ -332,7 +334,7 @@ fn undefined_name(place: &Place<'_>, error: &mut ParseError) -> Option<String> {
     Some(name.to_owned())
 }
 
-/// Addresses that hold a name, or are written as elsewhere.
+/// Definitions of M-variables whose addresses hold a name or are written as in other languages.
 fn definition(place: &Place<'_>) -> Option<Meant> {
     let Surroundings { before, at, behind } = place.around;
     if is_variable(at) && behind.trim_start().starts_with("->") {
@@ -395,7 +397,7 @@ fn definition(place: &Place<'_>) -> Option<Meant> {
     )
 }
 
-/// Texts without quotes, or between others.
+/// Texts without quotes, or in single quotes.
 fn quotes(place: &Place<'_>) -> Option<Meant> {
     let Surroundings { before, at, behind } = place.around;
     if !sends(before) || before.trim_end().ends_with('=') {

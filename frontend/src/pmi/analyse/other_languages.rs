@@ -1,6 +1,6 @@
-//! What people write who know other languages: structured text, instruction lists, C, part programs.
-//! Here an error of a statement gets a message and a help that say what was probably meant and how
-//! PMI writes it. Its number and its place stay what they are.
+//! What people who know other languages write: structured text, instruction lists, C, part programs.
+//! [`explain`] gives an error of a statement a message and a help that say what was probably meant and how
+//! PMI writes it. The error's number and place stay the same.
 
 use plcc_diag::{Diagnostic, FileId};
 
@@ -19,18 +19,19 @@ use crate::pmi::{
 /// The help for all that was meant as a comment.
 const COMMENT: &str = "a comment begins with `?` and goes on to the end of the line";
 
-/// What was probably meant: a message in place of the error's own, if that would mislead, and a
-/// help.
+/// What was probably meant: a help, and a message in place of the error's own if that would mislead.
 pub(super) struct Meant {
     pub(super) message: Option<String>,
     pub(super) help: String,
 }
 
 impl Meant {
+    /// A meaning with a message of its own.
     pub(super) fn new(message: impl Into<String>, help: impl Into<String>) -> Option<Self> {
         Some(Self { message: Some(message.into()), help: help.into() })
     }
 
+    /// A meaning for which the error's own message is good enough.
     pub(super) fn help(help: impl Into<String>) -> Option<Self> {
         Some(Self { message: None, help: help.into() })
     }
@@ -89,8 +90,8 @@ impl<'c> Place<'_, 'c> {
         self.cursor.text.get(offset as usize..end).unwrap_or("")
     }
 
-    /// A number such as `16#FF` at the end of the line before that of the error, if the error stands
-    /// on a line that a `#` continues.
+    /// A number such as `16#FF` before the error. PMI takes its `#` for the sign that continues a statement on
+    /// the next line, so the error stands on that next line.
     pub(super) fn number_before_hash(&self) -> Option<&'c str> {
         let before = self.token(self.at.checked_sub(1)?)?;
         let between =
@@ -101,8 +102,7 @@ impl<'c> Place<'_, 'c> {
         self.cursor.text.get(from..before.end as usize + 1 + digits.len())
     }
 
-    /// The word of letters, digits and other signs that `is_part` takes, around the beginning of the
-    /// token at the error.
+    /// The longest word around the beginning of the token at the error whose characters all satisfy `is_part`.
     pub(super) fn around(&self, is_part: impl Fn(char) -> bool) -> &'c str {
         let start = self.token(self.at).map_or(0, |token| token.start as usize);
         let before = self.cursor.text.get(..start).unwrap_or("");
@@ -137,8 +137,8 @@ pub(crate) fn explain(
     if let Some(Meant { message, help }) = meant {
         if let Some(message) = message {
             if problem.code == "PMI-10" {
-                // The label shows an earlier declaration, which is beside the point: what was meant
-                // is no declaration.
+                // The label shows an earlier declaration, which does not help: what was meant is no
+                // declaration.
                 *problem = Diagnostic::error(problem.code, problem.span, message);
             } else {
                 problem.message = message.into();
@@ -209,7 +209,7 @@ fn comment(place: &Place<'_, '_>) -> Option<Meant> {
     Meant::new(format!("`{signs}` begins no comment"), COMMENT)
 }
 
-/// `:=`, `+=`, `++` and their kind.
+/// Assignments of other languages: `:=`, `+=`, `++` and similar ones.
 fn assignment(place: &Place<'_, '_>, problem: &Diagnostic) -> Option<Meant> {
     let name = place.word(0);
     let colon = |index| place.word(index) == ":" && place.word(index + 1) == "=";
@@ -221,7 +221,7 @@ fn assignment(place: &Place<'_, '_>, problem: &Diagnostic) -> Option<Meant> {
         let message = "`:=` is no sign of PMI: an assignment is written with `=`";
         return Meant::new(message, format!("write {name} = …; a colon stands behind a label"));
     }
-    // A name that `:=` elsewhere has made a label.
+    // In another statement, `:=` has made a label of this name.
     let made_label = problem.labels().first().is_some_and(|label| {
         let behind = place.cursor.text.get(label.span.end as usize..).unwrap_or("").trim_start();
         label.span.file == problem.span.file
@@ -347,7 +347,7 @@ fn keyword(place: &Place<'_, '_>) -> Option<Meant> {
     }
 }
 
-/// Names with signs that PMI's names do not have, and codes without `@`.
+/// Names with characters that PMI's names can't have, and M and G codes without `@`.
 fn name(place: &Place<'_, '_>) -> Option<Meant> {
     if place.found().starts_with('_') {
         let whole = place.around(|c| c.is_ascii_alphanumeric() || c == '_');
@@ -462,8 +462,8 @@ fn index(place: &Place<'_, '_>) -> Option<Meant> {
     }
 }
 
-/// The note for a program that is written in small letters throughout: only its first error has it.
-/// `text` is that of `file`.
+/// Adds a note to the first error of a file whose program is written in small letters throughout. `text` is the
+/// file's text.
 pub(crate) fn note_small_letters(file: FileId, text: &str, diagnostics: &mut [Diagnostic]) {
     if diagnostics.is_empty() {
         return;

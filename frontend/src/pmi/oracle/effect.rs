@@ -1,4 +1,5 @@
-//! What an assignment does besides storing a value (PMI 2.2.4.5, 3.1.9, 3.1.10).
+//! What an assignment does besides storing a value: reset-only variables, timers and flip-flops (PMI 2.2.4.5,
+//! 3.1.9, 3.1.10).
 
 use plcc_abi::{
     image::{read_i32, read_u8, write_i32, write_u8},
@@ -10,7 +11,7 @@ use super::row::Place;
 /// What an assignment does besides storing a value.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Effect {
-    /// The variable is reset-only: the value is stored only as far as it clears bits.
+    /// The variable is reset-only: bits become 0 where the value has a 0, and never become 1.
     Reset,
     /// A timer's control contact was assigned.
     Timer(Timer),

@@ -31,11 +31,11 @@ enum Step {
     /// Assigns to a variable. `effect` is an index in [`Interpreter::effects`], or
     /// [`resolve::NO_EFFECT`].
     Assign { place: Place, value: Row, effect: u32 },
-    /// Assigns to an element; `effect` as before.
+    /// Assigns to an element of an array; `effect` as in `Assign`.
     AssignElement { array: Array, index: Row, value: Row, effect: u32 },
-    /// Goes on with the next step if the condition is true, otherwise with the step `otherwise`.
+    /// Goes on with the next step if the condition is true, otherwise with the step at the index `otherwise`.
     If { condition: Row, otherwise: u32 },
-    /// Goes on with another step.
+    /// Goes on with the step at this index.
     Jump(u32),
 }
 
@@ -68,7 +68,7 @@ impl Interpreter {
         Self { rows, steps, effects, counts: vec![], spans, lines }
     }
 
-    /// The same interpreter, which from now on counts how often each step runs.
+    /// This interpreter, but with counts of how often each step runs.
     pub(crate) fn counting(self) -> Self {
         Self { counts: vec![0; self.steps.len()], ..self }
     }
@@ -82,7 +82,7 @@ impl Interpreter {
     /// Runs a scan.
     ///
     /// # Errors
-    /// When an index was outside its array, and when the scan took too long.
+    /// When an index is outside its array, and when the scan takes too long.
     fn scan<O: Observer>(
         &mut self,
         image: &mut [u8],
@@ -172,7 +172,7 @@ fn assign<O: Observer>(
 /// Why a scan did not come to its end.
 #[derive(Clone, Copy, Debug)]
 enum Stopped {
-    /// An index was outside its array, in the step with this index. [`Rows::missing`] is the element.
+    /// In the step with this number an index was outside its array. [`Rows::missing`] is the element.
     Missing(usize),
     /// It took too long.
     Late,

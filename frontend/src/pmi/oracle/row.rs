@@ -1,9 +1,9 @@
-//! Expressions as the interpreter evaluates them. Each is a row of codes in postfix order, with
-//! names resolved to offsets.
+//! Expressions as the interpreter evaluates them. Each is a [`Row`]: a sequence of codes in postfix order,
+//! with names resolved to offsets.
 //!
-//! The value that was computed last is kept in a variable, the current value; the operands that
-//! wait for it are on a stack. An AND or OR whose right operand is a LOGICAL, a contact of a ladder
-//! diagram, is one code together with it, which is faster.
+//! The value that was computed last, the current value, is kept in a local variable; earlier values that
+//! operators still need are on a stack. AND or OR and a right operand that is a LOGICAL variable are
+//! joined to one code, which is faster. Programs that were made from ladder diagrams consist mostly of them.
 
 use plcc_abi::{
     MissingElement,
@@ -14,7 +14,7 @@ use plcc_abi::{
 use crate::common::{Accessed, Observer, Value};
 use crate::pmi::ast::{Binary, Op};
 
-/// A variable's place.
+/// A variable's place in the image: its offset in bytes, and its type.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     pub(super) offset: u32,
@@ -43,7 +43,7 @@ impl Place {
     }
 }
 
-/// A value of PMI as observers are told it.
+/// Makes a value of PMI one for observers.
 pub(super) trait Observed {
     fn observed(self, value: i32) -> Value;
 }
@@ -84,9 +84,10 @@ impl Array {
 /// One code of a row.
 #[derive(Clone, Copy, Debug)]
 enum Code {
-    /// Pushes the current value; the new one is a constant. Those that follow take their new value
-    /// from the variable at an offset: a LOGICAL, its NOT, an INTEGER, a LONG.
+    /// Pushes the current value; a constant becomes the new one.
     Const(i32),
+    // The next four push the current value, too. The new one is that of the variable at an offset: a LOGICAL,
+    // its NOT, an INTEGER, a LONG.
     Logical(u32),
     NotLogical(u32),
     Integer(u32),
@@ -119,7 +120,7 @@ pub(super) struct Rows {
     codes: Vec<Code>,
     arrays: Vec<Array>,
     stack: Vec<i32>,
-    /// The element that was accessed last of those that do not exist.
+    /// The element that does not exist and was accessed last.
     pub(super) missing: Option<MissingElement>,
 }
 
@@ -168,7 +169,7 @@ impl Rows {
         Row { from: from as u32, to: self.codes.len() as u32 }
     }
 
-    /// Adds a code to the row that begins at `from`, or joins it with the row's last code.
+    /// Adds a code to the row that begins at `from`, or joins it with the row's last code if the two can be one.
     fn put(&mut self, from: usize, code: Code) {
         let last = self.codes.get_mut(from..).and_then(<[Code]>::last_mut);
         match last.and_then(|last| joined(*last, code).map(|one| *last = one)) {
@@ -242,8 +243,7 @@ impl Rows {
                     continue;
                 }
             };
-            // At the first code there is no current value yet; the 0 that is pushed is never
-            // popped.
+            // Before the first code there is no current value. The 0 that is pushed then is never popped.
             if let Some(slot) = stack.get_mut(waiting) {
                 *slot = value;
             }
