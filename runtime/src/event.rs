@@ -1,6 +1,10 @@
 //! Events (`--events`): what a program and its control report to the outside, each a JSON object.
+//!
+//! Making an event allocates no memory, since the thread that runs the ticks does it: names and texts are
+//! shared with what the executive keeps, and a text with values in it has room of a fixed size.
 
 use std::fmt;
+use std::ops::Deref;
 use std::sync::Arc;
 
 use serde::{Serialize, Serializer};
@@ -17,32 +21,31 @@ pub struct Event {
     pub body: EventBody,
 }
 
-/// What happened. The fields stand in the order in which JSON has them. PMAC's texts are shared with
-/// the program's tables, so that making an event allocates no memory.
+/// What happened. The fields stand in the order in which JSON has them.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum EventBody {
     /// A PMI fault came or went.
     Fault {
         /// Its variable.
-        name: String,
+        name: Arc<str>,
         /// `on` or `off`.
         state: &'static str,
         /// Its text.
-        text: String,
+        text: AnnouncedText,
     },
     /// A PMI message (which has a `name`) or an NCT message (which has a `flag`) came or went.
     Message {
         /// The PMI variable.
         #[serde(skip_serializing_if = "Option::is_none")]
-        name: Option<String>,
+        name: Option<Arc<str>>,
         /// The NCT flag.
         #[serde(skip_serializing_if = "Option::is_none")]
-        flag: Option<String>,
+        flag: Option<Arc<str>>,
         /// `on` or `off`.
         state: &'static str,
         /// Its text.
-        text: String,
+        text: AnnouncedText,
         /// For texts of NCT's `:198`, the value of the register that chooses the text.
         #[serde(skip_serializing_if = "Option::is_none")]
         index: Option<i64>,
@@ -87,6 +90,96 @@ pub enum EventBody {
         #[serde(skip_serializing_if = "Option::is_none")]
         line: Option<u32>,
     },
+}
+
+/// The text of a fault or message.
+#[derive(Clone, Debug)]
+pub enum AnnouncedText {
+    /// A text of the program.
+    Text(Arc<str>),
+    /// A text with values of variables in it.
+    Line(Line),
+}
+
+impl Deref for AnnouncedText {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        match self {
+            Self::Text(text) => text,
+            Self::Line(line) => line.as_str(),
+        }
+    }
+}
+
+impl fmt::Display for AnnouncedText {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self)
+    }
+}
+
+impl PartialEq for AnnouncedText {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
+}
+
+impl Eq for AnnouncedText {}
+
+impl From<&str> for AnnouncedText {
+    fn from(text: &str) -> Self {
+        Self::Text(text.into())
+    }
+}
+
+impl Serialize for AnnouncedText {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self)
+    }
+}
+
+/// A line of at most 40 characters, as the control's screen shows it (PMI 3.1.6). What is written behind the
+/// 40th is cut off.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// The characters in UTF-8.
+    bytes: [u8; Self::WIDTH * 4],
+    length: u8,
+    characters: u8,
+}
+
+impl Line {
+    /// How many characters a line has room for.
+    pub const WIDTH: usize = 40;
+
+    /// The characters that were written.
+    pub fn as_str(&self) -> &str {
+        let bytes = self.bytes.get(..usize::from(self.length)).unwrap_or_default();
+        // Only whole characters are put into it.
+        std::str::from_utf8(bytes).unwrap_or_default()
+    }
+}
+
+impl Default for Line {
+    fn default() -> Self {
+        Self { bytes: [0; Self::WIDTH * 4], length: 0, characters: 0 }
+    }
+}
+
+impl fmt::Write for Line {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        let room = Self::WIDTH - usize::from(self.characters);
+        for character in text.chars().take(room) {
+            let at = usize::from(self.length);
+            // No character has more than four bytes, so that all of them have room.
+            if let Some(place) = self.bytes.get_mut(at..at + character.len_utf8()) {
+                character.encode_utf8(place);
+                self.length += character.len_utf8() as u8;
+                self.characters += 1;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// What PMAC's DISPLAY shows. A value is converted to text when the event is written, since that

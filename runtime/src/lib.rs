@@ -82,7 +82,7 @@ pub mod watchdog;
 pub use artifact::{Artifact, ArtifactError};
 pub use checkpoint::CheckpointError;
 pub use clock_decisions::{ClockDecision, Trip};
-pub use event::{DisplayedText, Event, EventBody};
+pub use event::{AnnouncedText, DisplayedText, Event, EventBody};
 pub use executive::{
     Executive, NameError, Place, Purpose, Setting, Stop, ValueError, Variable, VariableKey,
 };

@@ -1,10 +1,12 @@
 //! Message flags as events (NCT 3.5, 3.6).
 
+use std::sync::Arc;
+
 use plcc_abi::image::read_u16;
 use plcc_abi::nct::NctTables;
 
 use super::flag_row::FlagRow;
-use crate::{Event, EventBody};
+use crate::{AnnouncedText, Event, EventBody};
 
 /// The bytes of the output image whose bits are messages: Y700 to Y707, indexed by RH090 to
 /// RH097, then Y710 to Y897.
@@ -17,16 +19,25 @@ const FIRST_INDEX: u32 = 90;
 /// The messages of a program.
 #[derive(Clone, Debug)]
 pub(super) struct Messages {
-    indexed: Vec<String>,
-    plain: Vec<String>,
     flags: FlagRow<COUNT>,
+    /// Name and text of each flag, in their order.
+    texts: Vec<(Arc<str>, Arc<str>)>,
 }
 
 impl Messages {
     /// The messages of the program with these tables, whose image has this size.
     pub(super) fn new(tables: &NctTables, image_size: usize) -> Self {
         let flags = FlagRow::new(tables.outputs.get(BYTES).unwrap_or_default(), image_size);
-        Self { indexed: tables.texts198.clone(), plain: tables.texts199.clone(), flags }
+        let text = |row: usize, bit: usize| match row.checked_sub(1) {
+            None => tables.texts198.get(bit),
+            Some(row) => tables.texts199.get(row * 8 + bit),
+        };
+        let named = |(row, bit)| {
+            let name = format!("Y{}{bit}", BYTES.start + row);
+            (name.into(), text(row, bit).map_or("", String::as_str).into())
+        };
+        let all = (0..COUNT).flat_map(|row| (0..8).map(move |bit| (row, bit)));
+        Self { flags, texts: all.map(named).collect() }
     }
 
     /// How many bytes of flags there are.
@@ -54,20 +65,17 @@ impl Messages {
                 continue;
             }
             *shown = now;
-            for bit in (0..8).filter(|bit| changed >> bit & 1 != 0) {
-                let (texts, number) = match row.checked_sub(1) {
-                    None => (&self.indexed, bit),
-                    Some(row) => (&self.plain, row * 8 + bit),
-                };
+            let texts = self.texts.iter().skip(row * 8).take(8).enumerate();
+            for (bit, (name, text)) in texts.filter(|(bit, _)| changed >> bit & 1 != 0) {
                 let index =
                     (row == 0).then(|| read_u16(image, rh + (FIRST_INDEX + bit as u32) * 2).into());
                 events.push(Event {
                     tick,
                     body: EventBody::Message {
                         name: None,
-                        flag: Some(format!("Y{}{bit}", BYTES.start + row)),
+                        flag: Some(Arc::clone(name)),
                         state: if now >> bit & 1 != 0 { "on" } else { "off" },
-                        text: texts.get(number).cloned().unwrap_or_default(),
+                        text: AnnouncedText::Text(Arc::clone(text)),
                         index,
                     },
                 });

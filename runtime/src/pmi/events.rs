@@ -1,29 +1,55 @@
 //! Faults and messages (PMI 3.1.6, 3.1.7).
 
+use std::fmt::Write;
+use std::sync::Arc;
+
 use plcc_abi::image::{read_i16, read_i32, read_u8};
 use plcc_abi::pmi::{Announcement, TextItem, Type};
 
-use crate::{Event, EventBody};
+use crate::event::Line;
+use crate::{AnnouncedText, Event, EventBody};
 
-/// Characters that a fault's line on the screen has.
-const WIDTH: usize = 40;
+/// A fault or message, with what its events share with it.
+#[derive(Clone, Debug)]
+struct Announced {
+    name: Arc<str>,
+    is_fault: bool,
+    items: Vec<TextItem>,
+    /// Its text, if no value of a variable stands in it.
+    fixed: Option<Arc<str>>,
+}
 
-/// The faults and messages of a program.
+impl Announced {
+    fn new(announcement: &Announcement, is_fault: bool) -> Self {
+        let Announcement { name, offset: _, text: items } = announcement;
+        let is_fixed = items.iter().all(|item| matches!(item, TextItem::Text(_)));
+        let fixed = is_fixed.then(|| line(items, &[]).as_str().into());
+        Self { name: name.as_str().into(), is_fault, items: items.clone(), fixed }
+    }
+
+    /// Its text with the values that variables have now.
+    fn text(&self, image: &[u8]) -> AnnouncedText {
+        match &self.fixed {
+            Some(text) => AnnouncedText::Text(Arc::clone(text)),
+            None => AnnouncedText::Line(line(&self.items, image)),
+        }
+    }
+}
+
+/// The faults and messages of a program, faults first.
 #[derive(Clone, Debug)]
 pub(super) struct Announcements {
-    /// Faults first, then messages.
-    all: Vec<Announcement>,
-    /// How many of them are faults.
-    faults: usize,
+    all: Vec<Announced>,
     /// The offset of each one's variable.
     offsets: Vec<u32>,
 }
 
 impl Announcements {
     pub(super) fn new(faults: &[Announcement], messages: &[Announcement]) -> Self {
-        let all = [faults, messages].concat();
-        let offsets = all.iter().map(|announcement| announcement.offset).collect();
-        Self { all, faults: faults.len(), offsets }
+        let faults = faults.iter().map(|fault| (fault, true));
+        let all = faults.chain(messages.iter().map(|message| (message, false)));
+        let offsets = all.clone().map(|(announcement, _)| announcement.offset).collect();
+        Self { offsets, all: all.map(|(each, is_fault)| Announced::new(each, is_fault)).collect() }
     }
 
     /// How many there are.
@@ -51,11 +77,11 @@ impl Announcements {
 
     /// The event that the announcement of a number is on or off from now on.
     fn event(&self, number: usize, on: bool, image: &[u8], tick: u64) -> Option<Event> {
-        let announcement = self.all.get(number)?;
-        let name = announcement.name.clone();
+        let announced = self.all.get(number)?;
+        let name = Arc::clone(&announced.name);
         let state = if on { "on" } else { "off" };
-        let text = text(&announcement.text, image);
-        let body = if number < self.faults {
+        let text = announced.text(image);
+        let body = if announced.is_fault {
             EventBody::Fault { name, state, text }
         } else {
             EventBody::Message { name: Some(name), flag: None, state, text, index: None }
@@ -73,26 +99,24 @@ pub(super) fn value(image: &[u8], ty: Type, offset: u32) -> i32 {
     }
 }
 
-/// A text with its values. Between words and a value stands one blank.
-fn text(items: &[TextItem], image: &[u8]) -> String {
-    let mut line = String::new();
+/// A text with its values. Between words and a value stands one blank. It allocates no memory.
+fn line(items: &[TextItem], image: &[u8]) -> Line {
+    let mut line = Line::default();
     let mut behind_words = false;
+    // A line takes everything; what does not fit is cut off.
     for item in items {
         match item {
-            TextItem::Text(words) => line.push_str(words),
+            TextItem::Text(words) => {
+                let _ = line.write_str(words);
+            }
             TextItem::Value { ty, offset } => {
-                if behind_words && !line.ends_with(' ') {
-                    line.push(' ');
-                }
-                line.push_str(&value(image, *ty, *offset).to_string());
+                let blank = if behind_words && !line.as_str().ends_with(' ') { " " } else { "" };
+                let _ = write!(line, "{blank}{}", value(image, *ty, *offset));
             }
         }
         behind_words = matches!(item, TextItem::Text(_));
     }
-    match line.char_indices().nth(WIDTH) {
-        Some((end, _)) => line.get(..end).unwrap_or_default().to_owned(),
-        None => line,
-    }
+    line
 }
 
 #[cfg(test)]
@@ -100,7 +124,7 @@ mod tests {
     use super::*;
 
     fn made(items: &[TextItem]) -> String {
-        text(items, &[1, 5, 0, 0xFE, 0xFF, 0xFF, 0xFF])
+        line(items, &[1, 5, 0, 0xFE, 0xFF, 0xFF, 0xFF]).as_str().to_owned()
     }
 
     fn words(words: &str) -> TextItem {
@@ -125,5 +149,7 @@ mod tests {
         assert_eq!(made(&[words(&long), number()]), format!("{long} "));
         assert_eq!(made(&[words(&"x".repeat(100))]), "x".repeat(40));
         assert_eq!(made(&[words(&"x".repeat(40))]), "x".repeat(40));
+        // Characters of four bytes are characters, too.
+        assert_eq!(made(&[words(&"\u{1F6D1}".repeat(50)), number()]), "\u{1F6D1}".repeat(40));
     }
 }

@@ -312,7 +312,7 @@ fn faults_come_before_messages_when_they_change() {
     control.scan(flip).unwrap();
     control.idle();
     control.scan(flip).unwrap();
-    let text = || "TOOL 7".to_owned();
+    let text = || "TOOL 7".into();
     let fault = |state| EventBody::Fault { name: "BROKEN".into(), state, text: text() };
     let message = |state| EventBody::Message {
         name: Some("LAMP".into()),

@@ -105,13 +105,13 @@ impl From<RecordedEvent<'_>> for EventBody {
         let shared = |text: Option<Cow<'_, str>>| text.map(|text| (*text).into());
         match event {
             RecordedEvent::Fault { name, on, text } => {
-                Self::Fault { name: name.into(), state: state(on), text: text.into() }
+                Self::Fault { name: (*name).into(), state: state(on), text: (&*text).into() }
             }
             RecordedEvent::Message { name, flag, on, text, index } => Self::Message {
-                name: owned(name),
-                flag: owned(flag),
+                name: shared(name),
+                flag: shared(flag),
                 state: state(on),
-                text: text.into(),
+                text: (&*text).into(),
                 index,
             },
             RecordedEvent::Send { text, port } => {

@@ -13,7 +13,7 @@ use super::MOST_TICKS;
 use super::entry::{self, Action, Entry, RecordedStop};
 use super::file::{FrameKind, RecordFile};
 use super::state_hash::StateHash;
-use super::thread::{FRAME_HEADER, frame_header};
+use super::thread::{FRAME_HEADER, LargerQueue, frame_header};
 use crate::{Event, Executive, Setting, Stop, Variable, VariableKey};
 
 /// Time of the machine from one checkpoint to the next.
@@ -41,11 +41,13 @@ pub(crate) struct RecorderProgram {
     keys: Vec<Option<VariableKey>>,
     /// A buffer for the state outside the image.
     state: Vec<u8>,
+    /// A queue that has room for the program's checkpoints, where the one of the run has none.
+    queue: Option<LargerQueue>,
 }
 
 impl RecorderProgram {
     /// `executive` is the program's, with all variables looked up that the stimulus sets.
-    pub(crate) fn new(number: u16, executive: &dyn Executive) -> Self {
+    pub(crate) fn new(number: u16, executive: &dyn Executive, queue: Option<LargerQueue>) -> Self {
         let known = u32::try_from(executive.found().len()).unwrap_or(0);
         let key = |number| executive.keys(Variable(number)).first().copied();
         let mut state = vec![];
@@ -53,7 +55,7 @@ impl RecorderProgram {
         // Queues and sparse memory may grow.
         state.reserve(state.len() + TICK_ROOM);
         let keys = (0..known).map(key).collect();
-        Self { number, hash: StateHash::new(executive), keys, state }
+        Self { number, hash: StateHash::new(executive), keys, state, queue }
     }
 }
 
@@ -114,7 +116,7 @@ impl Recorder {
         Self {
             sink,
             failure: None,
-            program: RecorderProgram::new(0, executive),
+            program: RecorderProgram::new(0, executive, None),
             next_tick: 0,
             skipped: 0,
             generation: 0,
@@ -217,6 +219,9 @@ impl Recorder {
         (self.skipped, self.due) = (0, true);
         self.generation = self.generation.wrapping_add(1);
         program.hash.set(self.program.hash.value());
+        if let (Some(larger), Sink::Queue(queue)) = (&mut program.queue, &mut self.sink) {
+            larger.put_in_use(queue);
+        }
         std::mem::swap(&mut self.program, program);
     }
 

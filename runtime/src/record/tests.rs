@@ -27,20 +27,23 @@ impl Engine for Counter {
     }
 }
 
-fn executive() -> Box<PmiExecutive> {
+fn small_program() -> Program {
     let tables = PmiTables {
         special: Special { ipl: 0, estop: 1, crset: 2 },
         ports: 64,
         ..PmiTables::default()
     };
-    let program = Program {
+    Program {
         files: vec![],
         image_size: 64 + 2048,
         regions: vec![],
         tasks: vec![Task { name: "scan".into(), entry: 0, resume_points: vec![] }],
         tables: Tables::Pmi(tables),
-    };
-    Box::new(PmiExecutive::new(&program, PmiOptions::default()).unwrap())
+    }
+}
+
+fn executive() -> Box<PmiExecutive> {
+    Box::new(PmiExecutive::new(&small_program(), PmiOptions::default()).unwrap())
 }
 
 /// Puts everything that is in a queue into a file.
@@ -315,4 +318,66 @@ fn a_link_to_a_record_is_followed() {
     let run = recording.last_run().unwrap();
     assert_eq!((run.first_tick(), run.end.as_ref().unwrap().ticks), (0, 80));
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// The executive of a program whose image is much longer.
+#[cfg(feature = "args")]
+fn large_program() -> Program {
+    let mut program = small_program();
+    program.image_size = 4 << 20;
+    program
+}
+
+/// After an online change to a program whose checkpoints have no room in the queue, and back.
+#[cfg(feature = "args")]
+#[test]
+fn a_program_with_larger_checkpoints_gets_a_larger_queue() {
+    use crate::journal::Journal;
+    use crate::swap::{Replacement, compare};
+    let path = std::env::temp_dir().join(format!("plcc-larger-{}.plcrec", std::process::id()));
+    let header = RunHeader::new(Duration::ZERO, 20_000_000, false, vec![]);
+    let program = RecordedProgram::Unknown;
+    let file = RecordFile::create(&path, Keep::default(), Appending::No, header, program).unwrap();
+    let mut control = ReplaceableExecutive::new(executive());
+    let (recorder, thread) = RecordThread::start(file, &control, Journal::discarding()).unwrap();
+    control.record(recorder);
+    let programs = thread.programs();
+    let run = |control: &mut ReplaceableExecutive| {
+        (0..100).for_each(|_| control.tick(&mut Counter, &mut vec![]).unwrap());
+    };
+    run(&mut control);
+    let change = |control: &mut ReplaceableExecutive, from: &Program, to: &Program| {
+        let executive = Box::new(PmiExecutive::new(to, PmiOptions::default()).unwrap());
+        let number = programs.add(RecordedProgram::Unknown);
+        let queue = programs.larger_queue(executive.as_ref());
+        assert_eq!(queue.is_some(), to.image_size > from.image_size);
+        let recorder_program = RecorderProgram::new(number, executive.as_ref(), queue);
+        let engine: Option<Box<dyn Engine + Send>> = Some(Box::new(Counter));
+        let plan = compare(from, to).unwrap().plan;
+        let mut replacement = Replacement {
+            executive,
+            engine,
+            plan,
+            recorder_program,
+            publisher: None,
+            failure: None,
+        };
+        replacement.carry_out(control, &mut None);
+        assert_eq!(replacement.failure, None);
+    };
+    let (small, large) = (small_program(), large_program());
+    // One that was prepared and is not carried out changes nothing.
+    drop(programs.larger_queue(&PmiExecutive::new(&large, PmiOptions::default()).unwrap()));
+    change(&mut control, &small, &large);
+    run(&mut control);
+    change(&mut control, &large, &small);
+    run(&mut control);
+    control.end_record(None).unwrap();
+    thread.finish().unwrap();
+    let recording = Recording::open(&path).unwrap();
+    let recorded = recording.last_run().unwrap();
+    assert_eq!(recorded.gaps, []);
+    assert_eq!(recorded.end.as_ref().unwrap().ticks, 300);
+    assert_eq!(recorded.spans.len(), 3, "{:?}", recorded.spans);
+    let _ = std::fs::remove_file(path);
 }

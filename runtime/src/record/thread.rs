@@ -7,9 +7,9 @@
 
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -32,6 +32,43 @@ const RETRY_INTERVAL: Duration = Duration::from_secs(2);
 const END_WAIT: Duration = Duration::from_secs(2);
 /// The queue has room for two checkpoints and so many bytes besides.
 const QUEUE_ROOM: usize = 1 << 20;
+
+/// How long the queue must be for a program, in bytes.
+fn queue_length(executive: &dyn Executive) -> usize {
+    let mut state = vec![];
+    executive.state_into(&mut state);
+    QUEUE_ROOM + 2 * (executive.image().len() + state.len())
+}
+
+/// The scan's end of a queue that takes the place of the run's one with an online change, since the new
+/// program's checkpoints have no room in that. All its memory is there beforehand.
+#[derive(Debug)]
+pub(crate) struct LargerQueue {
+    frames: Producer<u8>,
+    in_use: Arc<AtomicBool>,
+}
+
+impl LargerQueue {
+    /// Exchanges the queue that a recorder fills for this one, if this is larger. Nothing is allocated or
+    /// freed: the former queue is in this value afterwards.
+    pub(super) fn put_in_use(&mut self, queue: &mut Producer<u8>) {
+        if self.frames.buffer().capacity() > queue.buffer().capacity() {
+            std::mem::swap(&mut self.frames, queue);
+            // The writing thread goes on with this queue when it has taken all from the former one.
+            self.in_use.store(true, Ordering::Release);
+        }
+    }
+}
+
+/// The writing thread's end of such a queue, until it is in use.
+#[derive(Debug)]
+struct NextQueue {
+    frames: Consumer<u8>,
+    in_use: Arc<AtomicBool>,
+}
+
+/// The queues that were made for online changes. Only the threads that prepare and that write take the lock.
+type NextQueues = Arc<Mutex<Vec<NextQueue>>>;
 
 /// The length of what stands before each frame in the queue: its kind, its length and the tick.
 pub(super) const FRAME_HEADER: usize = 13;
@@ -58,7 +95,7 @@ pub(super) fn read_frame_header(bytes: &[u8]) -> Option<(FrameKind, usize, u64)>
 pub struct RecordThread {
     /// The file's path, for people.
     shown_path: String,
-    programs: Programs,
+    programs: RecordedPrograms,
     ending: Arc<AtomicBool>,
     result: Receiver<Result<(), String>>,
     thread: JoinHandle<()>,
@@ -75,11 +112,10 @@ impl RecordThread {
         executive: &dyn Executive,
         journal: Journal,
     ) -> io::Result<(Recorder, Self)> {
-        let mut state = vec![];
-        executive.state_into(&mut state);
-        let checkpoint = executive.image().len() + state.len();
-        let (mut queue, mut frames) = RingBuffer::<u8>::new(QUEUE_ROOM + 2 * checkpoint);
+        let length = queue_length(executive);
+        let (mut queue, mut frames) = RingBuffer::<u8>::new(length);
         touch(&mut queue, &mut frames);
+        let next_queues = NextQueues::default();
         let wants_checkpoint = file.wants_checkpoint();
         let (programs, shown_path) = (file.programs(), file.path().display().to_string());
         let ending = Arc::new(AtomicBool::new(false));
@@ -90,6 +126,7 @@ impl RecordThread {
             shown_path: shown_path.clone(),
             journal,
             frames,
+            next_queues: Arc::clone(&next_queues),
             bytes: vec![],
             trouble: None,
             written: Instant::now(),
@@ -101,12 +138,13 @@ impl RecordThread {
             let _ = tell.send(end.unwrap_or(failed));
         })?;
         let recorder = Recorder::to_queue(queue, wants_checkpoint, executive);
+        let programs = RecordedPrograms { programs, next_queues, length };
         Ok((recorder, Self { shown_path, programs, ending, result, thread }))
     }
 
     /// The list to which the programs of online changes are added.
     pub fn programs(&self) -> RecordedPrograms {
-        RecordedPrograms(Arc::clone(&self.programs))
+        self.programs.clone()
     }
 
     /// Waits until everything is written, at most two seconds. The recorder must have been ended before.
@@ -126,14 +164,35 @@ impl RecordThread {
 /// The list of the programs of a run that is being recorded. Whoever prepares an online change adds the new
 /// program.
 #[derive(Clone, Debug)]
-pub struct RecordedPrograms(Programs);
+pub struct RecordedPrograms {
+    programs: Programs,
+    next_queues: NextQueues,
+    /// The length of the queue with which the run began.
+    length: usize,
+}
 
 impl RecordedPrograms {
     /// Adds a program. Gives its number in the record, 65 535 at most.
     pub fn add(&self, program: RecordedProgram) -> u16 {
-        let mut programs = self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut programs = self.programs.lock().unwrap_or_else(PoisonError::into_inner);
         programs.push(program);
         u16::try_from(programs.len().saturating_sub(1)).unwrap_or(u16::MAX)
+    }
+
+    /// A longer queue for the run, if the one with which it began is too short for this executive's
+    /// checkpoints. It allocates memory, so it is called before an online change, in another thread than
+    /// that of the ticks.
+    pub(crate) fn larger_queue(&self, executive: &dyn Executive) -> Option<LargerQueue> {
+        let length = queue_length(executive);
+        if length <= self.length {
+            return None;
+        }
+        let (mut queue, mut frames) = RingBuffer::<u8>::new(length);
+        touch(&mut queue, &mut frames);
+        let in_use = Arc::new(AtomicBool::new(false));
+        let next = NextQueue { frames, in_use: Arc::clone(&in_use) };
+        self.next_queues.lock().unwrap_or_else(PoisonError::into_inner).push(next);
+        Some(LargerQueue { frames: queue, in_use })
     }
 }
 
@@ -150,6 +209,8 @@ struct Writer {
     shown_path: String,
     journal: Journal,
     frames: Consumer<u8>,
+    /// Queues of which one may take that one's place.
+    next_queues: NextQueues,
     /// Bytes that were taken from the queue and are no whole frame yet.
     bytes: Vec<u8>,
     /// Why the file can't be written at present, and when a checkpoint was last asked for.
@@ -183,8 +244,29 @@ impl Writer {
         }
     }
 
-    /// Takes the whole frames that are in the queue.
+    /// Takes the whole frames that are in the queue, and goes on with the next queue if that is in use.
     fn take_frames(&mut self) {
+        loop {
+            // This is looked up first: when another queue is in use, nothing more comes into this one.
+            let next = self.queue_in_use();
+            self.take_frames_of_queue();
+            let Some(next) = next else { return };
+            self.frames = next;
+        }
+    }
+
+    /// Takes the queue out of the list that has come into use, if one has. Those that never will are freed.
+    fn queue_in_use(&self) -> Option<Consumer<u8>> {
+        let mut queues = self.next_queues.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_used = |queue: &NextQueue| queue.in_use.load(Ordering::Acquire);
+        // The other end of a queue is dropped when its online change was not carried out.
+        queues.retain(|queue| !queue.frames.is_abandoned() || is_used(queue));
+        let position = queues.iter().position(is_used)?;
+        Some(queues.remove(position).frames)
+    }
+
+    /// Takes the whole frames that are in the present queue.
+    fn take_frames_of_queue(&mut self) {
         let waiting = self.frames.slots();
         if let Ok(chunk) = self.frames.read_chunk(waiting) {
             let (first, second) = chunk.as_slices();

@@ -38,6 +38,10 @@ pub use timing::{TaskSummary, TimedEngine, Times, TimesSummary, Timing, TimingSu
 pub use trace::{Trace, TraceFormat, TraceText};
 pub use watch::Watch;
 
+/// Room for the events of one tick, so that no tick allocates memory for them unless its program was written
+/// for that.
+const EVENTS_OF_TICK: usize = 1024;
+
 /// Everything that a run needs.
 pub struct Run<'a> {
     /// The executive of the program, at power-up.
@@ -156,7 +160,7 @@ impl Run<'_> {
             trace.header(out).map_err(RunError::Trace)?;
         }
         let mut time_ns: u64 = 0;
-        let mut events_of_tick: Vec<Event> = Vec::with_capacity(64);
+        let mut events_of_tick: Vec<Event> = Vec::with_capacity(EVENTS_OF_TICK);
         let mut budget = Budget::default();
         let mut pacer = self.clock.map(|clock| (Pacer::new(self.overrun), clock));
         // Whether a hook has the program stand still.

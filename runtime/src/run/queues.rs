@@ -16,6 +16,9 @@ use super::{TraceFormat, TraceText, Watch};
 const EVENTS: usize = 1 << 13;
 /// How many values wait at most to be written; more where one tick may have more.
 const VALUES: usize = 1 << 16;
+/// Arrays of the trace have room for so many elements at least: an online change may make them longer, up to
+/// the most that a PMI program can have (PMI 2.2.7).
+const ARRAY: usize = 255;
 /// How many bytes of text are made before they are written.
 const PORTION: usize = 1 << 16;
 /// How long the end of a run waits for the outputs.
@@ -70,13 +73,14 @@ impl ReportQueues {
         let mut text = TraceText::new(watch, format, executive);
         let mut header = vec![];
         text.header(&mut header)?;
-        let values: Vec<Value> = watch.variables().map(|it| executive.get(it)).collect();
-        let elements = values.iter().map(|value| parts(value).len()).sum::<usize>();
+        let get = |variable| with_room(executive.get(variable));
+        let values = || watch.variables().map(get).collect::<Vec<Value>>();
+        let elements = values().iter().map(room).sum::<usize>();
         // The end of the trace is a sample too.
         let (queue, samples) = rtrb::RingBuffer::new(VALUES.max(4 * elements) + 1);
         let lost = LossCounter::default();
         journal.tell_losses("trace", lost.clone());
-        let mut samples = Samples { queue: samples, text, values: values.clone() };
+        let mut samples = Samples { queue: samples, text, values: values() };
         let fill = move |buffer: &mut Vec<u8>| samples.fill(buffer);
         let thread = OutputThread::start("trace", to, header, journal.clone(), fill)?;
         self.trace = Some(TraceQueue {
@@ -84,9 +88,9 @@ impl ReportQueues {
             lost,
             thread,
             watch: watch.clone(),
-            present: values.clone(),
-            before: values.clone(),
-            sent: values,
+            present: values(),
+            before: values(),
+            sent: values(),
             never_sent: true,
             changed: Vec::with_capacity(elements),
         });
@@ -157,6 +161,8 @@ enum Sample {
         /// The variable's place in the list of watched ones.
         index: u32,
         element: u32,
+        /// How many elements the variable has, if it is an array.
+        elements: Option<u32>,
         value: Setting,
         /// Whether no further elements of this variable follow for this tick.
         complete: bool,
@@ -198,11 +204,17 @@ impl TraceQueue {
                 continue;
             }
             let first = self.changed.len();
-            for ((now, sent), element) in parts(value).iter().zip(parts(sent)).zip(0..) {
-                if now != sent || self.never_sent {
-                    let value = setting(now);
-                    let complete = false;
-                    let sample = Sample::Value { tick, time_ns, index, element, value, complete };
+            let elements = match &*value {
+                Value::Array(values) => u32::try_from(values.len()).ok(),
+                Value::Int(_) | Value::Float(_) => None,
+            };
+            // After an online change an array may have another number of elements.
+            let all = self.never_sent || parts(value).len() != parts(sent).len();
+            for (now, element) in parts(value).iter().zip(0..) {
+                if all || parts(sent).get(element as usize) != Some(now) {
+                    let (value, complete) = (setting(now), false);
+                    let sample =
+                        Sample::Value { tick, time_ns, index, element, elements, value, complete };
                     self.changed.push(sample);
                 }
             }
@@ -241,6 +253,22 @@ fn parts(value: &Value) -> &[Value] {
     }
 }
 
+/// How many elements of a variable there is room for.
+fn room(value: &Value) -> usize {
+    match value {
+        Value::Array(values) => values.capacity(),
+        Value::Int(_) | Value::Float(_) => 1,
+    }
+}
+
+/// A value with room for the longest arrays.
+fn with_room(mut value: Value) -> Value {
+    if let Value::Array(values) = &mut value {
+        values.reserve(ARRAY.saturating_sub(values.len()));
+    }
+    value
+}
+
 /// Copies a value, an array into the memory that it has there.
 fn copy(from: &Value, to: &mut Value) {
     match (from, to) {
@@ -271,8 +299,18 @@ impl Samples {
         while buffer.len() < PORTION {
             let Ok(sample) = self.queue.pop() else { return };
             match sample {
-                Sample::Value { tick, time_ns, index, element, value, complete } => {
+                Sample::Value { tick, time_ns, index, element, elements, value, complete } => {
                     let Some(whole) = self.values.get_mut(index as usize) else { continue };
+                    match (&mut *whole, elements) {
+                        (Value::Array(values), Some(count)) => {
+                            values.resize(count as usize, Value::Int(0));
+                        }
+                        (Value::Array(_), None) => *whole = Value::Int(0),
+                        (_, Some(count)) => {
+                            *whole = Value::Array(vec![Value::Int(0); count as usize]);
+                        }
+                        (_, None) => {}
+                    }
                     let part = match whole {
                         Value::Array(values) => values.get_mut(element as usize),
                         Value::Int(_) | Value::Float(_) => Some(&mut *whole),

@@ -26,6 +26,8 @@ impl Engine for Idle {
 #[derive(Default)]
 struct Control {
     values: [i64; 2],
+    /// Further elements of `ARR`.
+    further: Vec<i64>,
     log: Rc<RefCell<Vec<(u64, i64)>>>,
     tick: u64,
     stops: Option<u64>,
@@ -117,7 +119,9 @@ impl Executive for Control {
     fn get(&self, variable: Variable) -> Value {
         match self.values.get(variable.0 as usize) {
             Some(value) => Value::Int(*value),
-            None => Value::Array(self.values.map(Value::Int).to_vec()),
+            None => Value::Array(
+                self.values.iter().chain(&self.further).copied().map(Value::Int).collect(),
+            ),
         }
     }
 
@@ -602,6 +606,27 @@ fn queues_give_the_same_trace_and_events_as_writing_at_once() {
         io::Read::read_to_string(&mut events, &mut lines).unwrap();
         assert_eq!((rows, lines), (expected.trace, expected.events));
     }
+}
+
+#[test]
+fn an_array_that_an_online_change_makes_longer_or_shorter_is_traced_whole() {
+    let mut control = Control::default();
+    let watch = Watch::parse(&["ARR"], &mut control).unwrap();
+    let (mut trace, to_trace) = pipe_file();
+    let journal = crate::journal::Journal::discarding();
+    let mut queues = ReportQueues::new();
+    queues.write_trace(to_trace, &watch, TraceFormat::default(), &control, &journal).unwrap();
+    for further in [vec![], vec![7, 8], vec![9, 8], vec![5]] {
+        control.further = further;
+        let (queues, ticks) = (Some(&mut queues), Some(2));
+        Run { queues, ticks, watch: watch.clone(), ..Run::new(&mut control, &mut Idle) }.go();
+    }
+    queues.finish();
+    let mut rows = String::new();
+    io::Read::read_to_string(&mut trace, &mut rows).unwrap();
+    let row = |array: &str| format!("0,ARR,\"[{array}]\"\n");
+    let expected: String = ["0,0", "0,0,7,8", "0,0,9,8", "0,0,5"].map(row).concat();
+    assert_eq!(rows, format!("tick,name,value\n{expected}"));
 }
 
 /// Sets `A` to the number of ticks.

@@ -13,7 +13,7 @@ use crate::args::RunArgs;
 use crate::artifact::signature::PublicKey;
 use crate::image_file::{Content, Publisher, SymbolTable};
 use crate::journal::Journal;
-use crate::record::{RecordedProgram, RecordedPrograms};
+use crate::record::{RecordedProgram, RecordedPrograms, RecorderProgram};
 use crate::run::Timing;
 use crate::socket::{Loaded, OutsideHook, Reached, Requests, Server, Surroundings, queues};
 use crate::{Artifact, Executive, NativeEngine};
@@ -162,6 +162,8 @@ impl Outside {
                 (Arc::clone(sources.timing), Arc::clone(sources.timing));
             let key = args.public_key().map_err(SessionError)?;
             let recorded = sources.recorded;
+            let (queues_of_record, buffer_size) =
+                (recorded.clone(), sources.retained.buffer_size());
             let surroundings = Surroundings {
                 program: Arc::new(program.clone()),
                 allow: args.allow.clone(),
@@ -175,6 +177,13 @@ impl Outside {
                     configured(program, &options, machine.as_ref())
                 }),
                 timing: Box::new(move || json!(timing.summary())),
+                recorder_program: Box::new(move |number, executive| {
+                    if let Some(size) = &buffer_size {
+                        size.make_room(executive);
+                    }
+                    let queue = queues_of_record.as_ref().and_then(|r| r.larger_queue(executive));
+                    RecorderProgram::new(number, executive, queue)
+                }),
                 retained: sources.retained.status(args),
                 journal: journal.clone(),
             };

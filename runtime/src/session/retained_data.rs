@@ -12,7 +12,7 @@ use crate::retain::{RetainError, RetainedFile};
 use crate::socket::RetainedStatus;
 
 use super::SessionError;
-use super::retained_writer::{RetainedTrouble, RetainedWriter};
+use super::retained_writer::{BufferSize, RetainedTrouble, RetainedWriter};
 
 impl From<RetainError> for SessionError {
     fn from(error: RetainError) -> Self {
@@ -65,6 +65,14 @@ impl RetainedData {
             Some(file) => json!({"file": file, "error": trouble.get()}),
             None => Json::Null,
         })
+    }
+
+    /// How large the buffers are that go to the thread that writes, if there is one.
+    pub(super) fn buffer_size(&self) -> Option<BufferSize> {
+        match self {
+            Self::Continually(writer) => Some(writer.buffer_size()),
+            Self::None | Self::AtEnd(_) => None,
+        }
     }
 
     /// Writes the data at the end of the run.

@@ -7,7 +7,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -52,6 +52,36 @@ impl RetainedTrouble {
     }
 }
 
+/// How many bytes a buffer has room for. An online change may raise it; then the writing thread makes new
+/// buffers.
+#[derive(Clone, Debug)]
+pub(super) struct BufferSize(Arc<AtomicUsize>);
+
+impl BufferSize {
+    /// The size for a state that has so many bytes now.
+    fn of(state: usize) -> usize {
+        state.saturating_mul(2).max(4096)
+    }
+
+    /// Has room made for what an executive keeps. It is called before that one runs.
+    pub(super) fn make_room(&self, executive: &dyn Executive) {
+        let size = Self::of(executive.retained().map_or(0, |state| state.len()));
+        self.0.fetch_max(size, Ordering::Relaxed);
+    }
+
+    fn get(&self) -> usize {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// What the writing thread is sent.
+enum Sent {
+    /// A state.
+    State(Vec<u8>),
+    /// A buffer that has become too small, to be freed.
+    TooSmall(Vec<u8>),
+}
+
 /// The side of the thread that runs the ticks.
 pub(super) struct RetainedWriter {
     path: PathBuf,
@@ -63,7 +93,8 @@ pub(super) struct RetainedWriter {
     spare: Option<Vec<u8>>,
     /// The revision of the data that was handed over last, where the control has one.
     revision: Option<u64>,
-    to_write: Producer<Vec<u8>>,
+    to_write: Producer<Sent>,
+    buffer_size: BufferSize,
     ending: Arc<AtomicBool>,
     shown_trouble: RetainedTrouble,
     result: Receiver<Result<(), SessionError>>,
@@ -81,13 +112,11 @@ impl RetainedWriter {
         size: usize,
         journal: Journal,
     ) -> Result<Self, SessionError> {
-        // There is room for the last state too, which needs no buffer of these.
-        let (to_write, states) = RingBuffer::new(BUFFERS + 1);
-        let (mut used, free) = RingBuffer::new(BUFFERS + 1);
-        for _ in 0..BUFFERS {
-            // There is room for all of them.
-            let _ = used.push(Vec::with_capacity(size.saturating_mul(2).max(4096)));
-        }
+        // There is room for the last state too, which needs no buffer of these, and for new buffers
+        // beside those that have become too small.
+        let (to_write, states) = RingBuffer::new(2 * BUFFERS + 1);
+        let (used, free) = RingBuffer::new(2 * BUFFERS + 1);
+        let buffer_size = BufferSize(Arc::new(BufferSize::of(size).into()));
         let ending = Arc::new(AtomicBool::new(false));
         let (tell, result) = sync_channel(1);
         let shown = path.display().to_string();
@@ -98,11 +127,14 @@ impl RetainedWriter {
             journal,
             states,
             used,
+            buffer_size: buffer_size.clone(),
+            made: 0,
             newest: None,
             written: None,
             trouble: None,
             shown_trouble: shown_trouble.clone(),
         };
+        writer.make_buffers();
         let flag = Arc::clone(&ending);
         let thread = thread::Builder::new().name("retain".into()).spawn(move || {
             let result = writer.run(&flag);
@@ -121,6 +153,7 @@ impl RetainedWriter {
             spare: None,
             revision: None,
             to_write,
+            buffer_size,
             ending,
             shown_trouble,
             result,
@@ -131,6 +164,29 @@ impl RetainedWriter {
     /// Where the writing thread says what keeps it from writing.
     pub(super) fn trouble(&self) -> RetainedTrouble {
         self.shown_trouble.clone()
+    }
+
+    /// How large the buffers are.
+    pub(super) fn buffer_size(&self) -> BufferSize {
+        self.buffer_size.clone()
+    }
+
+    /// A buffer that may be filled and is large enough, if there is one. Those that are too small go to the
+    /// writing thread, which frees them.
+    fn take_buffer(&mut self) -> Option<Vec<u8>> {
+        loop {
+            let buffer = self.spare.take().or_else(|| self.free.pop().ok())?;
+            if buffer.capacity() >= self.buffer_size.get() {
+                return Some(buffer);
+            }
+            if let Err(rtrb::PushError::Full(Sent::TooSmall(buffer))) =
+                self.to_write.push(Sent::TooSmall(buffer))
+            {
+                // It is tried again the next time.
+                self.spare = Some(buffer);
+                return None;
+            }
+        }
     }
 
     /// Hands the retained data to the thread that writes, if the last time is long enough ago. While
@@ -146,12 +202,12 @@ impl RetainedWriter {
         if revision.is_some() && revision == self.revision {
             return;
         }
-        let Some(mut state) = self.spare.take().or_else(|| self.free.pop().ok()) else { return };
+        let Some(mut state) = self.take_buffer() else { return };
         self.revision = revision;
         state.clear();
         if executive.retained_into(&mut state) {
             // There is room for every buffer.
-            let _ = self.to_write.push(state);
+            let _ = self.to_write.push(Sent::State(state));
         } else {
             self.spare = Some(state);
         }
@@ -164,7 +220,7 @@ impl RetainedWriter {
     pub(super) fn finish(mut self, executive: &dyn Executive) -> Result<(), SessionError> {
         if let Some(state) = executive.retained() {
             // There is room for one more than the buffers.
-            let _ = self.to_write.push(state);
+            let _ = self.to_write.push(Sent::State(state));
         }
         self.ending.store(true, Ordering::Release);
         self.thread.thread().unpark();
@@ -191,9 +247,12 @@ struct Writer {
     /// The file's path, for people.
     shown: String,
     journal: Journal,
-    states: Consumer<Vec<u8>>,
+    states: Consumer<Sent>,
     /// Where buffers go back.
     used: Producer<Vec<u8>>,
+    buffer_size: BufferSize,
+    /// The size of the buffers that were made last.
+    made: usize,
     /// The newest state, where it is not written yet.
     newest: Option<Vec<u8>>,
     /// The state that was written last.
@@ -225,11 +284,14 @@ impl Writer {
         loop {
             // The flag is read first: what was put into the queue before it was set is found then.
             let ends = ending.load(Ordering::Acquire);
-            while let Ok(state) = self.states.pop() {
-                if let Some(older) = self.newest.replace(state) {
+            while let Ok(sent) = self.states.pop() {
+                if let Sent::State(state) = sent
+                    && let Some(older) = self.newest.replace(state)
+                {
                     self.give_back(older);
                 }
             }
+            self.make_buffers();
             let now = Instant::now();
             if ends && deadline.is_none() {
                 deadline = Some(now + END_WAIT);
@@ -251,9 +313,23 @@ impl Writer {
         }
     }
 
+    /// Makes buffers of the present size, unless that was done.
+    fn make_buffers(&mut self) {
+        let size = self.buffer_size.get();
+        if size > self.made && self.used.slots() > BUFFERS {
+            self.made = size;
+            for _ in 0..BUFFERS {
+                let _ = self.used.push(Vec::with_capacity(size));
+            }
+        }
+    }
+
+    /// Gives a buffer back, unless it is too small by now.
     fn give_back(&mut self, buffer: Vec<u8>) {
-        // There is room for every buffer, and for that of the last state.
-        let _ = self.used.push(buffer);
+        if buffer.capacity() >= self.made {
+            // There is room for every buffer, and for that of the last state.
+            let _ = self.used.push(buffer);
+        }
     }
 
     /// Writes the newest state, if it is another than the last one that was written.
@@ -315,6 +391,41 @@ impl Writer {
                 attempts: trouble.attempts,
                 failed: now.saturating_duration_since(trouble.since),
             });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use plcc_abi::Dialect;
+
+    use super::*;
+
+    #[test]
+    fn buffers_that_an_online_change_makes_too_small_are_replaced_by_the_writing_thread() {
+        let path = std::env::temp_dir().join(format!("plcc-buffers-{}", std::process::id()));
+        let file = RetainedFile::open(&path, Dialect::Pmi).unwrap();
+        let mut writer =
+            RetainedWriter::new(path.clone(), file, 10, Journal::discarding()).unwrap();
+        const LARGE: usize = 1 << 20;
+        for size in [LARGE, 2 * LARGE] {
+            writer.buffer_size().0.store(size, Ordering::Relaxed);
+            let mut large = vec![];
+            while large.len() < BUFFERS {
+                match writer.take_buffer() {
+                    Some(buffer) => large.push(buffer),
+                    None => thread::yield_now(),
+                }
+            }
+            assert!(large.iter().all(|buffer| buffer.capacity() >= size));
+            writer.spare = large.pop();
+        }
+        writer.ending.store(true, Ordering::Release);
+        writer.thread.join().unwrap();
+        for entry in std::fs::read_dir(std::env::temp_dir()).unwrap().flatten() {
+            if entry.path().to_string_lossy().starts_with(&*path.to_string_lossy()) {
+                let _ = std::fs::remove_file(entry.path());
+            }
         }
     }
 }

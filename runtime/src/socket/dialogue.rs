@@ -10,6 +10,7 @@ use super::hook::OutsideHook;
 use super::protocol::{Envelope, Failure, MAX_REQUEST, Permission, reply};
 use super::requests::{self, Requests, Surroundings};
 use crate::journal::{Journal, ScanJournal};
+use crate::record::RecorderProgram;
 use crate::run::{BeforeTick, Hook};
 use crate::swap::ReplaceableExecutive;
 use crate::{Executive, Peer};
@@ -58,6 +59,9 @@ impl Dialogue {
             load: Box::new(|path| Err(format!("{}: there are no artifacts", path.display()))),
             make_executive,
             timing: Box::new(|| Json::Object(serde_json::Map::new())),
+            recorder_program: Box::new(|number, executive| {
+                RecorderProgram::new(number, executive, None)
+            }),
             retained: Box::new(|| Json::Null),
             journal: Journal::discarding(),
         };

@@ -40,6 +40,10 @@ pub type Timing = Box<dyn Fn() -> Json + Send>;
 /// there is no such file, else an object.
 pub type RetainedStatus = Box<dyn Fn() -> Json + Send>;
 
+/// Prepares what follows the control for a program, whose number in the record this is, and its executive: gives
+/// what a recorder must know of it.
+pub(crate) type MakeRecorderProgram = Box<dyn Fn(u16, &dyn Executive) -> RecorderProgram + Send>;
+
 /// What the socket's thread needs of the run around it.
 pub struct Surroundings {
     /// The program that runs at the beginning.
@@ -59,6 +63,8 @@ pub struct Surroundings {
     pub make_executive: MakeExecutive,
     /// Gives the timing.
     pub timing: Timing,
+    /// Prepares what follows the control for the executive of another program.
+    pub(crate) recorder_program: MakeRecorderProgram,
     /// Says how the retained file is.
     pub retained: RetainedStatus,
     /// Where entries are written that say who did what.
@@ -355,7 +361,8 @@ impl Requests {
             }
         };
         let plan = exchange.comparison.plan.clone();
-        let recorder_program = RecorderProgram::new(exchange.next.recorded, executive.as_ref());
+        let recorder_program =
+            (self.surroundings.recorder_program)(exchange.next.recorded, executive.as_ref());
         let replacement =
             Replacement { executive, engine, plan, recorder_program, publisher, failure: None };
         self.replacing = true;

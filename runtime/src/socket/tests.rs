@@ -10,6 +10,7 @@ use super::requests::{Handled, Requests, Surroundings};
 use crate::Peer;
 use crate::journal::Journal;
 use crate::pmi::{PmiExecutive, PmiOptions};
+use crate::record::RecorderProgram;
 
 fn program() -> Program {
     let lines = Lines { port: 0, low: 0, count: 1, format: Format::Bit };
@@ -54,6 +55,9 @@ fn a_force_that_finds_no_room_in_the_queue_is_not_in_effect() {
         load: Box::new(|_| Err(String::new())),
         make_executive: Box::new(|_| Err(String::new())),
         timing: Box::new(|| Json::Null),
+        recorder_program: Box::new(|number, executive| {
+            RecorderProgram::new(number, executive, None)
+        }),
         retained: Box::new(|| Json::Null),
         journal: Journal::discarding(),
     };
