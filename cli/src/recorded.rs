@@ -1,4 +1,4 @@
-//! Programs in records. [`recorded_sources`] makes what `plcc run --record` records of a program;
+//! Programs in records. `recorded_sources` makes what `plcc run --record` records of a program;
 //! [`Found`] is the program of a record, and makes engines that replay it.
 
 use std::collections::BTreeMap;

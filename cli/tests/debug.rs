@@ -550,6 +550,32 @@ fn a_control_that_runs_is_followed_by_its_recording() {
     client.leave();
 }
 
+/// Steps and runs pass over ticks that are missing, as over those that were skipped.
+#[test]
+fn ticks_that_are_damaged_are_passed_over() {
+    let folder = Folder::with(&[("count.pmi", PMI)]);
+    folder.plcc("run count.pmi --ticks 3500 --record r.plcrec").exits(0);
+    let record = folder.path().join("r.plcrec");
+    // The ticks 1500 to 2999 stand between the second checkpoint and the third.
+    let mut bytes = std::fs::read(&record).unwrap();
+    let blocks = bytes.windows(4).enumerate().filter(|(_, bytes)| *bytes == b"\x89RB\x04");
+    let second = blocks.map(|(at, _)| at).nth(1).unwrap();
+    bytes[second + 24] ^= 1;
+    std::fs::write(&record, bytes).unwrap();
+    let mut client = Client::new();
+    client.ask("attach", json!({"recording": record}));
+    client.ask("configurationDone", json!({}));
+    assert_eq!(client.stopped().1, 3499);
+    assert_eq!(client.go("plcc/goToTick", json!({"tick": 3000})), at("step", 3000, 6));
+    assert_eq!(client.value("N"), "3000");
+    assert_eq!(client.go("stepBack", json!({})), at("step", 1499, 10));
+    assert_eq!(client.value("N"), "1500");
+    assert_eq!(client.go("next", json!({})), at("step", 3000, 6));
+    assert_eq!(client.go("reverseContinue", json!({})).1, 0);
+    assert_eq!(client.go("continue", json!({})).1, 3499);
+    client.leave();
+}
+
 /// A record with an online change and its rollback: the last program is the first one again, and the ticks of
 /// each are shown.
 #[cfg(unix)]

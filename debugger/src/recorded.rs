@@ -1,4 +1,6 @@
-//! The ticks of a recording, as the debugger runs them again.
+//! The ticks of a recording, as the debugger runs them again. Ticks that are missing in it have no statements.
+
+use std::ops::Range;
 
 use plcc_abi::Engine;
 use plcc_runtime::record::{ReplayError, Replayed, Replayer};
@@ -19,6 +21,10 @@ pub struct Recorded<'r> {
     first: u64,
     /// The tick behind the last one.
     end: u64,
+    /// The gap that was found last: ticks that are missing in the recording.
+    missing: Range<u64>,
+    /// Whether the user is still to be told of that gap.
+    tells_missing: bool,
 }
 
 impl std::fmt::Debug for Recorded<'_> {
@@ -40,12 +46,20 @@ impl<'r> Recorded<'r> {
     pub fn new(engine: Box<dyn Engine>, reopen: Reopen<'r>) -> Result<Self, DebugError> {
         let replayer = reopen()?.ok_or_else(|| DebugError::new("the recording is empty"))?;
         let (first, last) = replayer.range().map_err(failed)?;
-        Ok(Self { replayer, engine, reopen, first, end: last.saturating_add(1) })
+        let end = last.saturating_add(1);
+        Ok(Self { replayer, engine, reopen, first, end, missing: 0..0, tells_missing: false })
     }
 
-    /// Whether the tick was skipped after an overrun, so that there is nothing to run again.
-    fn was_skipped(&self, tick: u64) -> bool {
-        self.replayer.next().is_some_and(|next| next.tick > tick)
+    /// What a tick gives that was skipped after an overrun, or is missing in the recording: nothing, since there is
+    /// nothing to run again. `None` for any other tick.
+    fn skipped(&mut self, tick: u64) -> Option<TickResult> {
+        let is_skipped = self.replayer.next().is_some_and(|next| next.tick > tick);
+        let Range { start, end } = self.missing;
+        let tells = is_skipped && std::mem::take(&mut self.tells_missing);
+        let note = tells.then(|| {
+            format!("ticks {start} to {} are missing in the recording", end.saturating_sub(1))
+        });
+        is_skipped.then(|| TickResult { note, ..TickResult::default() })
     }
 }
 
@@ -86,13 +100,22 @@ impl History for Recorded<'_> {
     }
 
     fn go_before(&mut self, tick: u64) -> Result<(), DebugError> {
-        self.replayer.go_to(tick, self.engine.as_mut()).map_err(failed)
+        let known = self.missing.contains(&tick).then_some(self.missing.end);
+        let gone = self.replayer.go_to(known.unwrap_or(tick), self.engine.as_mut());
+        // A tick that is missing is like one that was skipped: the state is that after the gap.
+        if let Err(ReplayError::NotKept { .. }) = gone
+            && let Some(missing) = self.replayer.missing().filter(|gap| gap.contains(&tick))
+        {
+            (self.missing, self.tells_missing) = (missing, true);
+            return Ok(());
+        }
+        gone.map_err(failed)
     }
 
     fn run(&mut self, tick: u64, engine: &mut dyn Engine) -> Result<TickResult, DebugError> {
         self.go_before(tick)?;
-        if self.was_skipped(tick) {
-            return Ok(TickResult::default());
+        if let Some(skipped) = self.skipped(tick) {
+            return Ok(skipped);
         }
         let mut events = vec![];
         let replayed = self.replayer.step(engine, &mut events).map_err(failed)?;
@@ -101,8 +124,8 @@ impl History for Recorded<'_> {
 
     fn run_unobserved(&mut self, tick: u64) -> Result<TickResult, DebugError> {
         self.go_before(tick)?;
-        if self.was_skipped(tick) {
-            return Ok(TickResult::default());
+        if let Some(skipped) = self.skipped(tick) {
+            return Ok(skipped);
         }
         let mut events = vec![];
         let replayed = self.replayer.step(self.engine.as_mut(), &mut events).map_err(failed)?;
@@ -117,7 +140,7 @@ impl History for Recorded<'_> {
         if let Some(replayer) = (self.reopen)()? {
             let (first, last) = replayer.range().map_err(failed)?;
             (self.first, self.end) = (first, last.saturating_add(1));
-            self.replayer = replayer;
+            (self.replayer, self.missing) = (replayer, 0..0);
         }
         Ok(())
     }

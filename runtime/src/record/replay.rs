@@ -1,5 +1,7 @@
 //! Runs recorded ticks again, in any engine, and compares them with what was recorded.
 
+use std::ops::Range;
+
 use plcc_abi::{Engine, Program};
 use thiserror::Error;
 
@@ -78,8 +80,8 @@ pub struct Replayer<'r> {
     ticks: Vec<TickRecord>,
     /// The index in `ticks` of the next one.
     at: usize,
-    /// Whether ticks are missing before the next one.
-    after_gap: bool,
+    /// The ticks that are missing before the next one, if the replay has passed over a gap to it.
+    gap: Option<Range<u64>>,
     /// How the state before the next tick differs from the checkpoint there, if it does.
     difference: Option<Difference>,
     /// Whether the last tick was cut.
@@ -105,7 +107,7 @@ impl<'r> Replayer<'r> {
             span: None,
             ticks: vec![],
             at: 0,
-            after_gap: false,
+            gap: None,
             difference: None,
             cut: false,
         }
@@ -120,6 +122,12 @@ impl<'r> Replayer<'r> {
     /// `step` reads, and before [`go_to`](Self::go_to) or `step` was called for the first time.
     pub fn next(&self) -> Option<&TickRecord> {
         self.ticks.get(self.at)
+    }
+
+    /// The ticks that are missing before the [next](Self::next) one, if the replay has passed over a gap to it. After
+    /// [`go_to`](Self::go_to) has refused a tick that is missing, these are the ticks around it.
+    pub fn missing(&self) -> Option<Range<u64>> {
+        self.gap.clone()
     }
 
     /// The first and the last tick that are kept of this generation.
@@ -144,7 +152,8 @@ impl<'r> Replayer<'r> {
     /// `engine` runs the ticks in between.
     ///
     /// # Errors
-    /// When the tick is not in the record, the record can't be read, or belongs to another program.
+    /// When the tick is not in the record, the record can't be read, or belongs to another program. If the tick lies
+    /// in a gap, the executive is then in the state before the first tick after the gap.
     pub fn go_to(&mut self, tick: u64, engine: &mut dyn Engine) -> Result<(), ReplayError> {
         let spans = self.run.spans.iter().enumerate();
         let mut spans = spans.filter(|(_, span)| span.generation == self.generation);
@@ -161,7 +170,7 @@ impl<'r> Replayer<'r> {
                 Some(_) => {}
                 None if self.enter_next_span()? => {
                     // The tick is one of those that are missing.
-                    if self.after_gap && self.next().is_some_and(|next| next.tick > tick) {
+                    if self.gap.is_some() && self.next().is_some_and(|next| next.tick > tick) {
                         return Err(self.not_kept(tick)?);
                     }
                     continue;
@@ -186,7 +195,7 @@ impl<'r> Replayer<'r> {
         self.hash.set(span.hash);
         self.ticks = self.recording.ticks(span)?;
         (self.at, self.span, self.cut) = (0, Some(index), false);
-        (self.after_gap, self.difference) = (false, None);
+        (self.gap, self.difference) = (None, None);
         Ok(())
     }
 
@@ -199,9 +208,10 @@ impl<'r> Replayer<'r> {
         // The thread that writes drops ticks while the file can't be written, and need not leave a mark.
         let is_next = index == next && span.follows && self.end_of_ticks() == Some(span.first);
         if !is_next {
-            let after_gap = self.span.is_some();
+            let before = self.gap.take().filter(|_| self.ticks.is_empty());
+            let from = before.map(|gap| gap.start).or(self.end_of_ticks());
             self.restore(index)?;
-            self.after_gap = after_gap;
+            self.gap = from.map(|from| from..span.first);
             return Ok(true);
         }
         // Nothing is restored: the state that the replay has come to must be that of the checkpoint.
@@ -226,7 +236,7 @@ impl<'r> Replayer<'r> {
         let mut own = vec![];
         self.executive.state_into(&mut own);
         let here = self.executive.image();
-        let same = |range: &std::ops::Range<u32>| {
+        let same = |range: &Range<u32>| {
             let range = range.start as usize..range.end as usize;
             here.get(range.clone()) == image.get(range)
         };
@@ -255,7 +265,7 @@ impl<'r> Replayer<'r> {
         for action in &record.actions {
             act(self.executive.as_mut(), action);
         }
-        let after_gap = std::mem::take(&mut self.after_gap);
+        let after_gap = self.gap.take().is_some();
         if record.is_cut() {
             self.cut = true;
             return Ok(Some(Replayed {

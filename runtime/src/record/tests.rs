@@ -165,6 +165,7 @@ fn ticks_that_were_not_written_are_missing_and_do_not_differ() {
     let mut replayer = Replayer::new(&recording, run, 0, executive());
     let missing = replayer.go_to(3, &mut Counter);
     assert!(matches!(missing, Err(ReplayError::NotKept { tick: 3, .. })), "{missing:?}");
+    assert_eq!(replayer.missing(), Some(2..5));
     let _ = std::fs::remove_file(path);
 }
 
