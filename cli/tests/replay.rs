@@ -150,9 +150,9 @@ fn no_output_overwrites_what_is_read() {
     }
 }
 
-/// A record that is cut within its first checkpoint has nothing that went as recorded.
+/// A record that is cut within its first checkpoint, or behind it, has nothing that went as recorded.
 #[test]
-fn a_record_without_a_whole_checkpoint_is_no_success() {
+fn a_record_without_a_whole_checkpoint_or_tick_is_no_success() {
     let folder = Folder::with(&[("a.pmi", COUNTER)]);
     folder.plcc("run a.pmi --ticks 5 --record r.plcrec").exits(0);
     let bytes = fs::read(folder.path().join("r.plcrec")).unwrap();
@@ -160,6 +160,11 @@ fn a_record_without_a_whole_checkpoint_is_no_success() {
     folder.write("r.plcrec", &bytes[..checkpoint + 40]);
     for command in ["replay r.plcrec", "convert r.plcrec --to csv"] {
         folder.plcc(command).exits(2).says(&["it has no whole checkpoint"]);
+    }
+    let ticks = bytes.windows(4).position(|bytes| bytes == b"\x89RB\x04").unwrap();
+    folder.write("r.plcrec", &bytes[..ticks]);
+    for command in ["replay r.plcrec", "convert r.plcrec --to csv"] {
+        folder.plcc(command).exits(2).says(&["the record has no whole tick"]);
     }
     folder.write("r.plcrec", &bytes);
     folder.plcc("replay r.plcrec --from 3 --to 2").exits(2).says(&["--from 3 is behind --to 2"]);

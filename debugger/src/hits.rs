@@ -62,6 +62,7 @@ struct Watched<'a> {
 
 /// Finds where a tick meets breakpoints, or writes a variable.
 pub(crate) struct HitFinder<'a> {
+    /// By a statement's number: whether it has a place in the source, and so is a step.
     placed: &'a [bool],
     lines: HashMap<u32, Vec<&'a ActiveLine>>,
     watched: Vec<Watched<'a>>,
@@ -72,7 +73,7 @@ pub(crate) struct HitFinder<'a> {
     pub(crate) texts: Vec<usize>,
     /// How many steps there were.
     steps: usize,
-    /// Whether a statement of the trace runs.
+    /// Whether the statement that runs is a step.
     in_step: bool,
     pub(crate) hits: Vec<Hit>,
 }

@@ -107,6 +107,7 @@ impl Default for StopAt {
 pub struct Debugger<'a> {
     session: Session<'a>,
     interpreter: Box<dyn StatementInterpreter>,
+    /// By a statement's number: whether it has a place in the source, and so is a step.
     placed: Vec<bool>,
     position: Position,
     /// Whether a breakpoint at the position itself stops the next run, since the position was not reported to the

@@ -20,6 +20,9 @@ pub enum ReplayError {
     /// The executive does not take the recorded state, which is of another program.
     #[error("the recorded state can't be restored: {0}")]
     Checkpoint(#[from] CheckpointError),
+    /// The record has checkpoints of this program, but no tick between them.
+    #[error("the record has no whole tick")]
+    NoTicks,
     /// The tick is not in the record.
     #[error("tick {tick} is not in the record, which has the ticks from {first} to {last}")]
     NotKept {
@@ -130,11 +133,17 @@ impl<'r> Replayer<'r> {
         self.gap.clone()
     }
 
-    /// The first and the last tick that are kept of this generation.
+    /// The first and the last tick that are kept of this generation; without any, the first one that would be.
     ///
     /// # Errors
     /// When the record can't be read.
     pub fn range(&self) -> Result<(u64, u64), ReplayError> {
+        let Range { start, end } = self.kept()?;
+        Ok((start, end.saturating_sub(1).max(start)))
+    }
+
+    /// The ticks that are kept of this generation, from the first one to the last.
+    fn kept(&self) -> Result<Range<u64>, ReplayError> {
         let spans = || self.run.spans.iter().filter(|span| span.generation == self.generation);
         let first = spans().next().map_or(0, |span| span.first);
         let mut end = first;
@@ -144,7 +153,7 @@ impl<'r> Replayer<'r> {
                 break;
             }
         }
-        Ok((first, end.saturating_sub(1)))
+        Ok(first..end)
     }
 
     /// Brings the executive into the state before a tick; if that tick was skipped, before the next one that was
@@ -183,7 +192,11 @@ impl<'r> Replayer<'r> {
     }
 
     fn not_kept(&self, tick: u64) -> Result<ReplayError, ReplayError> {
-        let (first, last) = self.range()?;
+        let kept = self.kept()?;
+        if kept.is_empty() {
+            return Ok(ReplayError::NoTicks);
+        }
+        let (first, last) = (kept.start, kept.end.saturating_sub(1));
         Ok(ReplayError::NotKept { tick, first, last })
     }
 
