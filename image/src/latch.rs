@@ -94,6 +94,8 @@ struct Slot {
     rule: Option<Rule>,
     /// The number of its mailbox plus one; 0 where it has none.
     owner: usize,
+    /// The owner before, for what is reported of a slot that has been released.
+    last_owner: usize,
     state: SlotState,
     /// Whether the last value that came could not be taken.
     refused: bool,
@@ -133,6 +135,7 @@ impl InputLatch {
             symbol,
             rule,
             owner: 0,
+            last_owner: 0,
             state: SlotState::Vacant,
             refused: false,
             serial: 0,
@@ -193,7 +196,8 @@ impl InputLatch {
                 apply(number, value);
             }
             if let Some(change) = change {
-                let counts = self.counts.get_mut(slot.owner);
+                let writer = if change == Change::Released { slot.last_owner } else { slot.owner };
+                let counts = self.counts.get_mut(writer);
                 if let Some(count) = counts.and_then(|counts| counts.get_mut(change as usize)) {
                     if count.count == 0 {
                         count.first = number;
@@ -233,6 +237,9 @@ impl InputLatch {
             let owner = owner.map_or(0, |owner| owner.load(Ordering::Acquire)).to_le();
             let owner = usize::try_from(owner).unwrap_or(0);
             let owner = if owner > MAILBOXES { 0 } else { owner };
+            if owner != 0 {
+                slot.last_owner = owner;
+            }
             slot.owner = owner;
             // A value gets no newer by another owner.
             if first {

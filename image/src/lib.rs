@@ -33,8 +33,11 @@
 //! | `writer.rs` | gives inputs |
 //! | `latch.rs` | takes inputs, in the control |
 //! | `output_driver.rs` | safe outputs when the control has died |
+//! | `configuration/` | the entries `[[io]]` of a controller's configuration, behind the feature of that name |
 //! | `shared_memory.rs` | the mapped file as atomic words |
 
+#[cfg(feature = "configuration")]
+pub mod configuration;
 pub mod input_area;
 pub mod latch;
 pub mod layout;

@@ -116,6 +116,25 @@ impl ImageReader {
         self.word(layout::AT_GENERATION)
     }
 
+    /// The number of the program's language: 0 PMI, 1 NCT, 2 PMAC.
+    pub fn dialect(&self) -> u64 {
+        self.word(layout::AT_DIALECT) & 0xFFFF_FFFF
+    }
+
+    /// Gives the outputs in a tick their safe values: for a driver that finds the control silent.
+    pub fn make_safe(&self, tick: &mut Snapshot) {
+        let place = |at| usize::try_from(self.word(at)).unwrap_or(0);
+        let (from, count) = (place(layout::AT_SAFE_OUTPUTS), place(layout::AT_SAFE_OUTPUTS_COUNT));
+        let table = self.bytes(from, count.saturating_mul(layout::SAFE_OUTPUT_SIZE));
+        for entry in table.chunks_exact(layout::SAFE_OUTPUT_SIZE) {
+            let &[a, b, c, d, mask, value, ..] = entry else { continue };
+            let offset = u32::from_le_bytes([a, b, c, d]) as usize;
+            if let Some(byte) = tick.image.get_mut(offset) {
+                *byte = *byte & !mask | value & mask;
+            }
+        }
+    }
+
     /// The number of the process that writes the file.
     pub fn process(&self) -> u64 {
         self.word(layout::AT_PROCESS)

@@ -50,7 +50,7 @@ impl fmt::Display for Number {
 }
 
 /// How bytes of the process image are read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Type {
     /// A byte that is 0 or 1.
     Logical,
@@ -127,7 +127,7 @@ impl Direction {
 }
 
 /// Where a value lies in the process image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Place {
     /// The offset of the first byte.
     pub offset: u32,

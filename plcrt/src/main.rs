@@ -14,7 +14,8 @@ use std::sync::Arc;
 use clap::{CommandFactory, Parser};
 use plcc_abi::machine::Machine;
 use plcc_abi::{Program, printable};
-use plcc_runtime::args::RunArgs;
+use plcc_image::configuration::{Checked, Entry};
+use plcc_runtime::args::{ControlArgs, RunArgs};
 use plcc_runtime::artifact::Inspection;
 use plcc_runtime::artifact::signature::PublicKey;
 use plcc_runtime::configuration::{self, Mistake, Mistakes};
@@ -88,6 +89,10 @@ struct Cli {
     #[arg(long, hide = true)]
     supervised: bool,
 
+    /// The entries `[[io]]` of the configuration.
+    #[arg(skip)]
+    wiring: Vec<Entry>,
+
     #[command(flatten)]
     run: RunArgs,
 }
@@ -141,10 +146,11 @@ fn configured(path: &Path, artifact: Option<&Path>, words: &[OsString]) -> Resul
     }
     all.extend(configuration.options.into_iter().map(|word| word.text.into()));
     all.extend(words.iter().skip(1).cloned());
-    Cli::try_parse_from(all).map_err(|error| {
+    let cli = Cli::try_parse_from(all).map_err(|error| {
         let text = error.to_string();
         text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned()
-    })
+    })?;
+    Ok(Cli { wiring: configuration.wiring, ..cli })
 }
 
 /// Where a control with a configuration is recorded that does not say it: beside the retained file, if
@@ -176,11 +182,42 @@ fn check_config(path: &Path) -> Result<u8, String> {
                     let refused = refusals(&artifact.program, &word.text);
                     mistakes.extend(refused.into_iter().map(|message| wrong(word.line, message)));
                 }
+                let control = wiring_control(&configuration.options);
+                let checked = check_wiring(&configuration.wiring, &artifact.program, &control)?;
+                for warning in &checked.warnings {
+                    let path = path.display();
+                    let _ = writeln!(io::stderr(), "warning: {path}: {}", printable(warning));
+                }
+                mistakes.extend(checked.mistakes.into_iter().map(Mistake::from));
             }
         }
     }
     mistakes.sort();
     if mistakes.is_empty() { Ok(session::DONE) } else { Err(Mistakes(path, &mistakes).to_string()) }
+}
+
+/// The settings of the control among the options of a configuration.
+fn wiring_control(options: &[configuration::Word]) -> ControlArgs {
+    let options = options.iter().map(|word| word.text.as_str());
+    let words = ["plcrt", "--realtime", "artifact"].into_iter().chain(options);
+    Cli::try_parse_from(words).map(|cli| cli.run.control).unwrap_or_default()
+}
+
+/// Compares entries `[[io]]` with a program.
+///
+/// # Errors
+/// When the program's control can't be made.
+fn check_wiring(
+    entries: &[Entry],
+    program: &Program,
+    control: &ControlArgs,
+) -> Result<Checked, String> {
+    if entries.is_empty() {
+        return Ok(Checked::default());
+    }
+    let executive = session::executive(program, control, true, None);
+    let mut executive = executive.map_err(|error| error.to_string())?;
+    Ok(configuration::check_wiring(entries, program, executive.as_mut()))
 }
 
 /// Why the control of a program does not take an option, if it does not.
@@ -221,7 +258,14 @@ fn run_here(cli: &Cli) -> Result<u8, String> {
     let reads = cli.machine.iter().chain(&cli.artifact).cloned().collect();
     let recorded = cli.run.record.as_ref().map(|_| Arc::new(RecordedProgram::Artifact(bytes)));
     let supervised = cli.supervised;
-    let run = RunArgs { reads, supervised, program: recorded, ..cli.run.clone() };
+    let wiring = check_wiring(&cli.wiring, &artifact.program, &cli.run.control)?;
+    if !wiring.mistakes.is_empty() {
+        let mistakes: Vec<Mistake> = wiring.mistakes.into_iter().map(Mistake::from).collect();
+        let path = cli.config.as_deref().unwrap_or(Path::new(""));
+        return Err(Mistakes(path, &mistakes).to_string());
+    }
+    let input_rules = configuration::input_rules(&wiring);
+    let run = RunArgs { reads, supervised, program: recorded, input_rules, ..cli.run.clone() };
     Ok(session::run(&artifact.program, &mut engine, &run, machine.as_ref()))
 }
 

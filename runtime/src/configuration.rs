@@ -16,13 +16,19 @@
 //! configuration is read as words of a command line, which stand before those that the user wrote:
 //! where both name an option, the user's comes last and counts.
 
+use std::collections::HashSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::Executive;
 use crate::files::{MAX_SETTINGS, read_regular, why_not_read};
+use crate::image_file::SymbolTable;
 use clap::Command;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use plcc_abi::{closest, printable};
+use plcc_abi::{Dialect, Program, closest, printable};
+use plcc_image::configuration::{self as wiring, Checked, Entry};
+use plcc_image::latch::Rule;
+use plcc_image::{Direction, Symbol};
 use toml::de::{DeTable, DeValue};
 
 /// What the value of a key is.
@@ -38,6 +44,10 @@ enum Kind {
     List,
     /// The table of safe outputs.
     Safe,
+    /// The list of entries that connect variables with the outside.
+    Wiring,
+    /// The settings of the program `plcio`, which reads them itself.
+    Plcio,
 }
 
 /// All keys.
@@ -57,6 +67,8 @@ const KEYS: &[(&str, Kind)] = &[
     ("allow", Kind::List),
     ("allow-user", Kind::List),
     ("safe", Kind::Safe),
+    ("io", Kind::Wiring),
+    ("plcio", Kind::Plcio),
 ];
 
 /// Something that is wrong with a configuration.
@@ -66,6 +78,37 @@ pub struct Mistake {
     pub line: usize,
     /// What is wrong, as a sentence without a full stop.
     pub message: String,
+}
+
+impl From<wiring::Mistake> for Mistake {
+    fn from(wiring::Mistake { line, message }: wiring::Mistake) -> Self {
+        Self { line, message }
+    }
+}
+
+/// Compares the entries `[[io]]` with a program. `executive` is one of it that runs nothing: names are looked
+/// up there.
+pub fn check_wiring(
+    entries: &[Entry],
+    program: &Program,
+    executive: &mut dyn Executive,
+) -> Checked {
+    let symbols = SymbolTable::new(program, executive).symbols;
+    let names: HashSet<String> = executive.declared().into_iter().map(|(name, _)| name).collect();
+    let is_used_output =
+        |symbol: &&Symbol| symbol.direction == Direction::Output && names.contains(&symbol.name);
+    let outputs: Vec<String> =
+        symbols.iter().filter(is_used_output).map(|symbol| symbol.name.clone()).collect();
+    wiring::points(entries, &symbols, program.dialect() == Dialect::Nct, &outputs)
+}
+
+/// What entries without mistakes say of the inputs of a program, by the inputs' names.
+pub fn input_rules(checked: &Checked) -> Vec<(String, Rule)> {
+    let inputs = checked
+        .points
+        .iter()
+        .filter(|point| point.gives && point.symbol.direction == Direction::Input);
+    inputs.map(|point| (point.symbol.name.clone(), point.rule())).collect()
 }
 
 /// A word of a command line that a configuration stands for.
@@ -78,12 +121,14 @@ pub struct Word {
 }
 
 /// What a configuration says.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Configuration {
     /// The artifact, with the line of its key.
     pub artifact: Option<(usize, PathBuf)>,
     /// The options.
     pub options: Vec<Word>,
+    /// The entries `[[io]]`.
+    pub wiring: Vec<Entry>,
 }
 
 /// The mistakes of the configuration file at a path, as a message for people.
@@ -152,11 +197,21 @@ pub fn read(text: &str, folder: &Path, command: &Command) -> (Configuration, Vec
             }
             continue;
         }
+        if kind == Kind::Wiring {
+            let mut found = vec![];
+            configuration.wiring = wiring::entries(value.get_ref(), &line_of, &mut found);
+            mistakes.extend(found.into_iter().map(Mistake::from));
+            continue;
+        }
+        if kind == Kind::Plcio {
+            continue;
+        }
         if !command.get_arguments().any(|option| option.get_long() == Some(name)) {
             wrong(line, format!("`{name}` is not available in this version of plcrt"));
             continue;
         }
         let texts = match kind {
+            Kind::Wiring | Kind::Plcio => continue,
             Kind::Safe => match value.get_ref() {
                 DeValue::Table(outputs) => {
                     for (output, value) in outputs {

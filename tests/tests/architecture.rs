@@ -15,7 +15,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("plcc-codegen", &["plcc-abi", "plcc-ir"]),
     ("plcc-image", &["plcc-abi"]),
     ("plcc-runtime", &["plcc-abi", "plcc-image"]),
-    ("plcrt", &["plcc-abi", "plcc-runtime"]),
+    ("plcrt", &["plcc-abi", "plcc-image", "plcc-runtime"]),
     ("libplcrt", &["plcc-runtime"]),
     ("plcctl", &[]),
     ("plcc-debugger", &["plcc-abi", "plcc-diag", "plcc-frontend", "plcc-runtime"]),

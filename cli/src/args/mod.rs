@@ -175,6 +175,15 @@ Examples:
   plcc xref lathe.pmi --message-format json | jq 'select(.written == [])'")]
     Xref(XrefArgs),
 
+    /// Writes a template of the entries [[io]] for all inputs and outputs of a program
+    #[command(after_help = "\
+The entries connect variables with points outside; they belong into the configuration of the control \
+(plcrt --config). Each has the comment that the source has beside the name.
+
+Example:
+  plcc io lathe.pmi >> controller.toml")]
+    Io(IoArgs),
+
     /// Prints completions for a shell
     #[command(
         after_help = "Example:\n  plcc completions bash > ~/.local/share/bash-completion/completions/plcc"
@@ -446,6 +455,16 @@ pub(crate) struct ExplainArgs {
     /// Explains only what PMAC's variables mean on this controller
     #[arg(long, value_name = "CONTROLLER")]
     pub(crate) controller: Option<ControllerArg>,
+}
+
+#[derive(Args)]
+pub(crate) struct IoArgs {
+    /// The source, - is standard input; several files are one PMAC download, in their order
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
 }
 
 #[derive(Args)]

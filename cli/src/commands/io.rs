@@ -1,0 +1,86 @@
+//! `plcc io`: writes a template of the entries `[[io]]` for all inputs and outputs of a program.
+
+use std::collections::HashSet;
+use std::fmt::Write as _;
+
+use plcc_abi::{Dialect, printable};
+use plcc_diag::{FileId, SourceMap};
+use plcc_runtime::args::ControlArgs;
+use plcc_runtime::image_file::SymbolTable;
+use plcc_runtime::session;
+
+use crate::args::{FormatArg, IoArgs};
+use crate::failure::{DONE, ERRORS, Failure};
+use crate::input::{Input, SourceSettings};
+use crate::output;
+use crate::report::{Destination, Report};
+
+pub(crate) fn io(args: &IoArgs, report: &Report) -> Result<u8, Failure> {
+    let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
+    let program = Input::read(&args.files, &args.source)?.check(&settings.options);
+    let to = Destination { format: FormatArg::Human, stdout_taken: true };
+    let errors = program.diagnostics.iter().filter(|diagnostic| diagnostic.is_error()).count();
+    let Some(checked) = program.checked.as_ref().filter(|_| errors == 0) else {
+        let count = report.show(&program.sources, &program.diagnostics, to)?;
+        report.message(&format!("{count}: no template is written"));
+        return Ok(ERRORS);
+    };
+    let lowered = match checked.lower() {
+        Ok(lowered) => lowered.program,
+        Err(error) => return Err(Failure::usage(error.to_string())),
+    };
+    let control = ControlArgs::default();
+    let executive = session::executive(&lowered, &control, true, settings.machine_file());
+    let mut executive = executive.map_err(|error| Failure::usage(error.to_string()))?;
+    let used: HashSet<String> = executive.declared().into_iter().map(|(name, _)| name).collect();
+    let table = SymbolTable::new(&lowered, executive.as_mut());
+    let mut text = String::from(
+        "# The inputs and outputs of the program, for the configuration of its control (controller.toml).\n\
+         # Set driver and address of each (see docs/wiring.md), and safe and timeout_ms of inputs; remove\n\
+         # what is not wired. Neighbours may become ranges, as in name = \"LS1..LS16\".\n",
+    );
+    for symbol in table.symbols.iter().filter(|symbol| used.contains(&symbol.name)) {
+        let safe = match symbol.direction.name() {
+            "an input" => "safe = \"off\"\ntimeout_ms = 500\n",
+            "an output" => "",
+            _ => continue,
+        };
+        let what = symbol.direction.name();
+        let comment = comment(&program.sources, &symbol.name, program.dialect);
+        let comment = comment.map_or_else(String::new, |comment| format!(": {comment}"));
+        let name = &symbol.name;
+        // Writing to memory does not fail.
+        let _ = write!(
+            text,
+            "\n[[io]]\nname = \"{name}\"  # {what}{}\ndriver = \"other\"\naddress = \"\"\n{safe}",
+            printable(&comment)
+        );
+    }
+    output::print(text.as_bytes())?;
+    Ok(DONE)
+}
+
+/// The comment of the first line that names a variable and has a comment behind it.
+fn comment(sources: &SourceMap, name: &str, dialect: Dialect) -> Option<String> {
+    let signs: &[&str] = match dialect {
+        Dialect::Pmi => &["?"],
+        Dialect::Nct => &["/*", ";"],
+        Dialect::Pmac => &[";", "//", "/*"],
+    };
+    let files = (0..sources.len()).map(|file| sources.text(FileId(file as u32)));
+    files.flat_map(str::lines).find_map(|line| {
+        let upper = line.to_ascii_uppercase();
+        let is_word = |at: usize| {
+            let part = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '@';
+            let before = upper.get(..at).and_then(|text| text.chars().next_back());
+            let behind = upper.get(at + name.len()..).and_then(|text| text.chars().next());
+            !before.is_some_and(part) && !behind.is_some_and(part)
+        };
+        let at = upper.match_indices(name).map(|(at, _)| at).find(|&at| is_word(at))?;
+        let rest = line.get(at + name.len()..)?;
+        let (sign, behind) =
+            signs.iter().filter_map(|sign| Some((rest.find(sign)?, *sign))).min()?;
+        let text = rest.get(sign + behind.len()..)?.trim_end_matches("*/").trim();
+        (!text.is_empty()).then(|| text.to_owned())
+    })
+}

@@ -1,0 +1,238 @@
+//! Addresses of points in Modbus.
+//!
+//! | driver | address | example |
+//! | --- | --- | --- |
+//! | `modbus-tcp` | `HOST[:PORT]/UNIT/TABLE/NUMBER[:FORMAT]` | `192.168.1.10/1/holding/100:f32` |
+//! | `modbus-rtu` | `DEVICE[@BAUD[-8N1]]/UNIT/TABLE/NUMBER[:FORMAT]` | `/dev/ttyUSB0@19200-8E1/7/coil/0` |
+//! | `modbus-server` | `TABLE/NUMBER[:FORMAT]` | `holding/0` |
+//!
+//! TABLE is `coil`, `discrete` (input), `input` (register) or `holding` (register). Numbers count from 0. FORMAT is
+//! for registers: `u16` (the usual one), `i16`, `u32`, `i32`, `f32`, with the high word first, or `-swapped`
+//! behind it; or `bit0` to `bit15`.
+
+/// How a device is reached.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Medium {
+    /// By TCP: host and port.
+    Tcp(String, u16),
+    /// By a serial line: the device, bauds, and the letter of the parity (`N`, `E` or `O`).
+    Serial(String, u32, char),
+    /// Others ask for the point.
+    Server,
+}
+
+/// A table of a Modbus device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Table {
+    /// Bits that can be read and written.
+    Coil,
+    /// Bits that can be read.
+    Discrete,
+    /// Registers that can be read.
+    Input,
+    /// Registers that can be read and written.
+    Holding,
+}
+
+/// How registers make a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// A single bit of a table of bits.
+    Bit,
+    /// 16 bits without a sign.
+    U16,
+    /// 16 bits with a sign.
+    I16,
+    /// 32 bits without a sign, in two registers; whether the low one comes first.
+    U32(bool),
+    /// 32 bits with a sign.
+    I32(bool),
+    /// 32 bits, IEEE 754.
+    F32(bool),
+    /// A bit of a register.
+    BitOf(u8),
+}
+
+impl Format {
+    /// How many registers it takes.
+    pub fn registers(self) -> u16 {
+        match self {
+            Self::U32(_) | Self::I32(_) | Self::F32(_) => 2,
+            Self::Bit | Self::U16 | Self::I16 | Self::BitOf(_) => 1,
+        }
+    }
+
+    /// Whether it is a single bit.
+    pub fn is_bit(self) -> bool {
+        matches!(self, Self::Bit | Self::BitOf(_))
+    }
+}
+
+/// A point of a Modbus device.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Address {
+    /// How the device is reached.
+    pub medium: Medium,
+    /// The number of the unit there.
+    pub unit: u8,
+    /// The table.
+    pub table: Table,
+    /// The number in the table, from 0.
+    pub number: u16,
+    /// How it makes a value.
+    pub format: Format,
+}
+
+impl Address {
+    /// Reads the address of a driver: `tcp`, `serial`, or of a server where neither is true.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn parse(text: &str, tcp: bool, serial: bool) -> Result<Self, String> {
+        let mut parts: Vec<&str> = text.rsplitn(if tcp || serial { 4 } else { 2 }, '/').collect();
+        parts.reverse();
+        let (medium, unit, table, number) = match *parts.as_slice() {
+            [host, unit, table, number] if tcp => (self::host(host)?, unit, table, number),
+            [device, unit, table, number] if serial => (line(device)?, unit, table, number),
+            [table, number] if !tcp && !serial => (Medium::Server, "0", table, number),
+            _ => {
+                let form = match (tcp, serial) {
+                    (true, _) => "HOST:PORT/UNIT/TABLE/NUMBER, as in 192.168.1.10:502/1/coil/0",
+                    (_, true) => {
+                        "DEVICE@BAUD/UNIT/TABLE/NUMBER, as in /dev/ttyUSB0@19200-8E1/1/coil/0"
+                    }
+                    _ => "TABLE/NUMBER, as in holding/0",
+                };
+                return Err(format!("`{text}` is no address: {form} is expected"));
+            }
+        };
+        let table = match table {
+            "coil" => Table::Coil,
+            "discrete" => Table::Discrete,
+            "input" => Table::Input,
+            "holding" => Table::Holding,
+            _ => {
+                return Err(format!(
+                    "`{table}` is no table; the tables are coil, discrete, input and holding"
+                ));
+            }
+        };
+        let unit = unit.parse().map_err(|_| format!("`{unit}` is no unit: those are 0 to 255"))?;
+        let (number, format) = match number.split_once(':') {
+            Some((number, format)) => (number, Some(format)),
+            None => (number, None),
+        };
+        let is_bit = matches!(table, Table::Coil | Table::Discrete);
+        let format = match format {
+            None if is_bit => Format::Bit,
+            None => Format::U16,
+            Some(format) if is_bit => return Err(format!("a single bit has no format `{format}`")),
+            Some(format) => self::format(format)?,
+        };
+        let number = number
+            .parse()
+            .map_err(|_| format!("`{number}` is no number of a point: those are 0 to 65535"))?;
+        Ok(Self { medium, unit, table, number, format })
+    }
+
+    /// The point that follows so many others of the same kind; `None` beyond the last number.
+    pub fn nth(&self, index: usize) -> Option<Self> {
+        let mut next = self.clone();
+        if let Format::BitOf(bit) = self.format {
+            let at = usize::from(bit) + index;
+            next.format = Format::BitOf((at % 16) as u8);
+            next.number = self.number.checked_add(u16::try_from(at / 16).ok()?)?;
+        } else {
+            let step = index.checked_mul(usize::from(self.format.registers()))?;
+            next.number = self.number.checked_add(u16::try_from(step).ok()?)?;
+        }
+        next.number.checked_add(self.format.registers() - 1)?;
+        Some(next)
+    }
+}
+
+fn host(text: &str) -> Result<Medium, String> {
+    let (host, port) = match text.rsplit_once(':') {
+        Some((host, port)) => (host, port.parse().ok()),
+        None => (text, Some(502)),
+    };
+    match port {
+        Some(port) if !host.is_empty() => Ok(Medium::Tcp(host.into(), port)),
+        _ => Err(format!("`{text}` is no host and port, as in 192.168.1.10:502")),
+    }
+}
+
+fn line(text: &str) -> Result<Medium, String> {
+    let (device, settings) = text.split_once('@').unwrap_or((text, "19200-8E1"));
+    let (bauds, frame) = settings.split_once('-').unwrap_or((settings, "8E1"));
+    let parity = match frame {
+        "8N1" => 'N',
+        "8E1" => 'E',
+        "8O1" => 'O',
+        _ => return Err(format!("`{frame}` is no frame; they are 8E1, 8N1 and 8O1")),
+    };
+    match bauds.parse() {
+        Ok(bauds) if !device.is_empty() => Ok(Medium::Serial(device.into(), bauds, parity)),
+        _ => Err(format!("`{text}` is no serial line, as in /dev/ttyUSB0@19200-8E1")),
+    }
+}
+
+fn format(text: &str) -> Result<Format, String> {
+    let (plain, swapped) = match text.strip_suffix("-swapped") {
+        Some(plain) => (plain, true),
+        None => (text, false),
+    };
+    let bit =
+        plain.strip_prefix("bit").and_then(|bit| bit.parse().ok()).filter(|&bit: &u8| bit < 16);
+    match (plain, bit) {
+        ("u16", _) if !swapped => Ok(Format::U16),
+        ("i16", _) if !swapped => Ok(Format::I16),
+        ("u32", _) => Ok(Format::U32(swapped)),
+        ("i32", _) => Ok(Format::I32(swapped)),
+        ("f32", _) => Ok(Format::F32(swapped)),
+        (_, Some(bit)) if !swapped => Ok(Format::BitOf(bit)),
+        _ => Err(format!(
+            "`{text}` is no format; they are u16, i16, u32, i32, f32, these three also with -swapped, and bit0 to bit15"
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    #[test]
+    fn addresses_name_a_device_and_a_point() {
+        let tcp = |text| Address::parse(text, true, false);
+        let point = tcp("io.local:1502/3/holding/100:f32-swapped").unwrap();
+        assert_eq!(point.medium, Medium::Tcp("io.local".into(), 1502));
+        assert_eq!((point.unit, point.table, point.number), (3, Table::Holding, 100));
+        assert_eq!(point.format, Format::F32(true));
+        assert_eq!(point.nth(3).map(|next| next.number), Some(106));
+        assert_eq!(tcp("10.0.0.1/1/coil/0").unwrap().medium, Medium::Tcp("10.0.0.1".into(), 502));
+        let bit = tcp("h/1/holding/5:bit14").unwrap().nth(3).unwrap();
+        assert_eq!((bit.number, bit.format), (6, Format::BitOf(1)));
+        assert_eq!(tcp("h/1/input/65535").unwrap().nth(1), None);
+        let serial = Address::parse("/dev/ttyS0@9600-8N1/7/discrete/2", false, true).unwrap();
+        assert_eq!(serial.medium, Medium::Serial("/dev/ttyS0".into(), 9600, 'N'));
+        assert_eq!(Address::parse("input/4:i16", false, false).unwrap().format, Format::I16);
+        for text in [
+            "",
+            "h",
+            "h/1/coil",
+            "h/256/coil/0",
+            "h/1/coils/0",
+            "h/1/coil/65536",
+            "h/1/coil/0:u16",
+            "h:x/1/coil/0",
+            "/1/coil/0",
+            "h/1/input/0:u16-swapped",
+            "h/1/input/0:bit16",
+        ] {
+            assert!(tcp(text).is_err(), "{text}");
+        }
+        assert!(Address::parse("/dev/ttyS0@x/1/coil/0", false, true).is_err());
+    }
+}

@@ -1,0 +1,324 @@
+//! Compares entries with the variables of a program.
+
+use std::collections::HashMap;
+
+use plcc_abi::closest;
+
+use super::address::{Address, Table};
+use super::range::names;
+use super::{Driver, Entry, Mistake};
+use crate::latch::{Rule, Safe};
+use crate::symbol::{Direction, Number, Place, Symbol};
+
+/// A variable and its point outside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// The entry that it belongs to.
+    pub entry: Entry,
+    /// The variable.
+    pub symbol: Symbol,
+    /// The point, for drivers of Modbus.
+    pub address: Option<Address>,
+    /// Whether the outside gives the value; else it takes it.
+    pub gives: bool,
+}
+
+impl Point {
+    /// What the configuration says of the variable as an input.
+    pub fn rule(&self) -> Rule {
+        Rule { safe: self.entry.safe, timeout_ns: self.entry.timeout_ms.saturating_mul(1_000_000) }
+    }
+
+    /// The value inside that belongs to a value outside; `None` where the variable can't have it.
+    pub fn inside(&self, outside: f64) -> Option<Number> {
+        let place = self.symbol.outside();
+        let value = if place.is_bit() {
+            Number::Int(((outside != 0.0) != self.entry.invert).into())
+        } else {
+            let value = outside * self.entry.scale + self.entry.offset;
+            match place.range() {
+                Some(_) if value.abs() < 9e15 => Number::Int(value.round() as i64),
+                _ => Number::Float(value),
+            }
+        };
+        self.symbol.takes(value).then_some(value)
+    }
+
+    /// The value outside that belongs to a value inside.
+    pub fn outside(&self, inside: Number) -> f64 {
+        if self.symbol.outside().is_bit() {
+            f64::from((inside.float() != 0.0) != self.entry.invert)
+        } else {
+            (inside.float() - self.entry.offset) / self.entry.scale
+        }
+    }
+}
+
+/// What a check has found.
+#[derive(Clone, Debug, Default)]
+pub struct Checked {
+    /// The points of all entries without mistakes.
+    pub points: Vec<Point>,
+    /// What is wrong.
+    pub mistakes: Vec<Mistake>,
+    /// What may be wrong.
+    pub warnings: Vec<String>,
+}
+
+/// Resolves the entries for a program with these symbols. `octal` says that the last digit of a number in a
+/// name is a bit from 0 to 7, as in NCT. `outputs` are the outputs that the program uses; it is a warning if
+/// none of the entries takes one of them.
+pub fn points(entries: &[Entry], symbols: &[Symbol], octal: bool, outputs: &[String]) -> Checked {
+    let by_name: HashMap<&str, &Symbol> =
+        symbols.iter().map(|symbol| (symbol.name.as_str(), symbol)).collect();
+    let mut checked = Checked::default();
+    // The lines of entries that give a variable, and that take a value for a point outside.
+    let mut given: HashMap<Place, usize> = HashMap::new();
+    let mut driven: HashMap<Address, usize> = HashMap::new();
+    for entry in entries {
+        let mut wrong =
+            |message: String| checked.mistakes.push(Mistake { line: entry.line, message });
+        let names = match names(&entry.name, octal) {
+            Ok(names) => names,
+            Err(message) => {
+                wrong(message);
+                continue;
+            }
+        };
+        let first = match first_address(entry) {
+            Ok(address) => address,
+            Err(message) => {
+                wrong(message);
+                continue;
+            }
+        };
+        for (index, name) in names.iter().enumerate() {
+            let upper = name.to_ascii_uppercase();
+            let symbol = by_name.get(name.as_str()).or_else(|| by_name.get(upper.as_str()));
+            let Some(&symbol) = symbol else {
+                let near = closest(&upper, symbols.iter().map(|symbol| symbol.name.as_str()));
+                let hint = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+                wrong(format!("the program has no variable named `{name}`{hint}"));
+                continue;
+            };
+            let address = match &first {
+                Some(first) => match first.nth(index) {
+                    Some(address) => Some(address),
+                    None => {
+                        wrong(format!("`{name}` lies behind the last point of its table"));
+                        break;
+                    }
+                },
+                None => None,
+            };
+            let gives = entry.gives.unwrap_or(symbol.direction == Direction::Input);
+            let point = Point { entry: entry.clone(), symbol: symbol.clone(), address, gives };
+            if let Some(message) = unfit(&point) {
+                wrong(format!("`{name}` {message}"));
+                continue;
+            }
+            if gives {
+                if let Some(line) = given.insert(symbol.outside(), entry.line) {
+                    wrong(format!("`{name}` is given by the entry of line {line} already"));
+                }
+            } else if let Some(address) = point.address.clone()
+                && let Some(line) = driven.insert(address, entry.line)
+            {
+                wrong(format!(
+                    "the point of `{name}` is driven by the entry of line {line} already"
+                ));
+            }
+            checked.points.push(point);
+        }
+    }
+    let taken: Vec<Place> =
+        checked.points.iter().filter(|point| !point.gives).map(|p| p.symbol.outside()).collect();
+    let is_taken = |name: &String| {
+        by_name.get(name.as_str()).is_none_or(|symbol| taken.contains(&symbol.outside()))
+    };
+    if !entries.is_empty() {
+        let free: Vec<&str> =
+            outputs.iter().filter(|name| !is_taken(name)).map(String::as_str).collect();
+        if let Some((last, others)) = free.split_last() {
+            let names = match others {
+                [] => format!("the output {last}"),
+                _ => format!("the outputs {} and {last}", others.join(", ")),
+            };
+            checked.warnings.push(format!("no [[io]] takes {names} to the outside"));
+        }
+    }
+    checked
+}
+
+fn first_address(entry: &Entry) -> Result<Option<Address>, String> {
+    let parse = |tcp, serial| Address::parse(&entry.address, tcp, serial).map(Some);
+    match entry.driver {
+        Driver::ModbusTcp => parse(true, false),
+        Driver::ModbusRtu => parse(false, true),
+        Driver::ModbusServer => parse(false, false),
+        Driver::OpcUa | Driver::Other => Ok(None),
+    }
+}
+
+/// Why a point can't be, if it can't; the reason follows the variable's name.
+fn unfit(Point { entry, symbol, address, gives }: &Point) -> Option<String> {
+    let place = symbol.outside();
+    if symbol.elements != 1 {
+        return Some("is an array, which can't be wired".into());
+    }
+    if *gives && symbol.slot.is_none() {
+        let what = symbol.direction.name();
+        return Some(format!("is {what}, and can't be given from outside"));
+    }
+    if let Some(address) = address {
+        if address.format.is_bit() != place.is_bit() {
+            let (is, needs) = match place.is_bit() {
+                true => ("a bit", "a coil, a discrete input or a bit of a register"),
+                false => ("a number", "a register"),
+            };
+            return Some(format!("is {is}, which needs {needs}"));
+        }
+        let client = matches!(entry.driver, Driver::ModbusTcp | Driver::ModbusRtu);
+        if client && !gives && matches!(address.table, Table::Discrete | Table::Input) {
+            return Some("goes outside, but its table can only be read".into());
+        }
+        if !client && *gives && matches!(address.table, Table::Discrete | Table::Input) {
+            return Some("is given from outside, but its table can't be written".into());
+        }
+    }
+    let is_scaled = entry.scale != 1.0 || entry.offset != 0.0;
+    if place.is_bit() && is_scaled {
+        return Some("is a bit, which has neither `scale` nor `offset`".into());
+    }
+    if !place.is_bit() && entry.invert {
+        return Some("is a number, which can't be inverted".into());
+    }
+    match entry.safe {
+        Safe::Value(value) if !symbol.takes(value) => Some(format!("can't be {value}, its `safe`")),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::indexing_slicing)]
+
+    use toml::de::DeTable;
+
+    use super::*;
+    use crate::symbol::Type;
+
+    /// Inputs LS1 to LS4 and COUNT (four lines), outputs PUMP and LAMP, the variable SPEED.
+    fn symbols() -> Vec<Symbol> {
+        let symbol = |(name, offset, width, direction): (&str, u32, u8, Direction)| Symbol {
+            name: name.into(),
+            value: Place::whole(offset, Type::Integer),
+            line: (direction != Direction::Internal)
+                .then(|| Place::bits(offset, Type::Bits, 0, width)),
+            elements: 1,
+            direction,
+            slot: (direction != Direction::Output).then_some(offset),
+            unit: String::new(),
+        };
+        [
+            ("LS1", 0, 1, Direction::Input),
+            ("LS2", 1, 1, Direction::Input),
+            ("LS3", 2, 1, Direction::Input),
+            ("LS4", 3, 1, Direction::Input),
+            ("COUNT", 4, 4, Direction::Input),
+            ("PUMP", 5, 1, Direction::Output),
+            ("LAMP", 6, 1, Direction::Output),
+            ("SPEED", 7, 0, Direction::Internal),
+        ]
+        .map(symbol)
+        .into()
+    }
+
+    fn check(text: &str) -> Checked {
+        let table = DeTable::parse(text).unwrap();
+        let line_of = |at: usize| text[..at].matches('\n').count() + 1;
+        let mut mistakes = vec![];
+        let io = &table.get_ref()["io"];
+        let entries = super::super::entries(io.get_ref(), &line_of, &mut mistakes);
+        let outputs = ["PUMP", "LAMP"].map(str::to_owned);
+        let mut checked = points(&entries, &symbols(), false, &outputs);
+        checked.mistakes.extend(mistakes);
+        checked.mistakes.sort();
+        checked
+    }
+
+    #[test]
+    fn ranges_become_points_that_follow_each_other() {
+        let checked = check(
+            "[[io]]\nname = \"LS1..LS4\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/discrete/8\"\n\
+             invert = true\nsafe = 1\ntimeout_ms = 200\n\
+             [[io]]\nname = \"SPEED\"\ndriver = \"modbus-server\"\naddress = \"holding/0:i16\"\n\
+             direction = \"in\"\nscale = 0.5\noffset = 10\n\
+             [[io]]\nname = \"PUMP\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/coil/0\"\n",
+        );
+        assert_eq!(checked.mistakes, []);
+        assert_eq!(checked.warnings, ["no [[io]] takes the output LAMP to the outside"]);
+        let numbers: Vec<_> = checked
+            .points
+            .iter()
+            .map(|p| (p.symbol.name.as_str(), p.address.as_ref().unwrap().number, p.gives))
+            .collect();
+        let expected = [
+            ("LS1", 8, true),
+            ("LS2", 9, true),
+            ("LS3", 10, true),
+            ("LS4", 11, true),
+            ("SPEED", 0, true),
+            ("PUMP", 0, false),
+        ];
+        assert_eq!(numbers, expected);
+        let rule = Rule { safe: Safe::Value(Number::Int(1)), timeout_ns: 200_000_000 };
+        assert_eq!(checked.points[0].rule(), rule);
+        assert_eq!(checked.points[0].inside(0.0), Some(Number::Int(1)), "it is inverted");
+        assert_eq!(checked.points[0].outside(Number::Int(1)), 0.0);
+        assert_eq!(checked.points[4].inside(21.0), Some(Number::Int(21)), "10.5 + 10, rounded");
+        assert_eq!(checked.points[4].outside(Number::Int(20)), 20.0);
+        assert_eq!(checked.points[4].inside(1e9), None, "beyond an integer");
+        assert_eq!(checked.points[4].inside(f64::NAN), None);
+    }
+
+    #[test]
+    fn every_mistake_is_found_with_its_line() {
+        let io = |rest: &str| format!("[[io]]\n{rest}\n");
+        let text = [
+            io("name = \"LS9\"\ndriver = \"other\""),
+            io("name = \"PUMP\"\ndriver = \"other\"\ndirection = \"in\""),
+            io("name = \"LS1\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/holding/0\""),
+            io("name = \"COUNT\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/input/0\"\nsafe = 16"),
+            io("name = \"LS2\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/coil/0\"\nscale = 2"),
+            io("name = \"COUNT\"\ndriver = \"other\"\ninvert = true"),
+            io("name = \"PUMP\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/discrete/0\""),
+            io("name = \"PUMP\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/coil/0\""),
+            io("name = \"LAMP\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/coil/0\""),
+            io("name = \"LS3\"\ndriver = \"other\""),
+            io("name = \"LS3..LS4\"\ndriver = \"opcua\""),
+            io("name = \"LS4\"\ndirver = \"other\"\ndriver = \"modbustcp\"\nsafe = true"),
+        ]
+        .concat();
+        let checked = check(&text);
+        let expected = [
+            (1, "no variable named `LS9`; did you mean `LS1`?"),
+            (4, "can't be given from outside"),
+            (8, "is a bit, which needs a coil"),
+            (12, "can't be 16, its `safe`"),
+            (17, "neither `scale` nor `offset`"),
+            (22, "can't be inverted"),
+            (26, "can only be read"),
+            (34, "is driven by the entry of line 30 already"),
+            (41, "`LS3` is given by the entry of line 38 already"),
+            (46, "there is no key `dirver` in [[io]]; did you mean `driver`?"),
+            (47, "there is no driver `modbustcp`; did you mean `modbus-tcp`?"),
+            (48, "`safe`: \"off\", \"hold\" or a number is expected"),
+        ];
+        assert_eq!(checked.mistakes.len(), expected.len(), "{:#?}", checked.mistakes);
+        for (mistake, (line, part)) in checked.mistakes.iter().zip(expected) {
+            assert_eq!(mistake.line, line, "{mistake:?}");
+            assert!(mistake.message.contains(part), "{mistake:?} {part}");
+        }
+    }
+}

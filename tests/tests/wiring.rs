@@ -1,0 +1,107 @@
+//! Inputs that other processes give by the image file, in a running control: the configuration's safe
+//! values and timeouts, the journal, and a replay that goes exactly the same way.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
+
+use std::fs;
+use std::time::Duration;
+
+use plcc::recorded::{Found, ReplayEngine};
+use plcc_abi::Dialect;
+use plcc_image::{ImageReader, InputWriter, Number};
+use plcc_runtime::record::{Recording, Replayer};
+use plcc_runtime::session::replay::recorded_executive;
+use plcc_tests::loader::{Folder, wait_until};
+
+/// Counts the scans in which the door is open; the pump runs while the door is closed.
+const PMI: &str = "$INPUT\nDOOR = 0/0\nLEVEL = 1/0-3/B\n$OUTPUT\nPUMP = 2/0\nCOPY = 3/0-3/B\n$INTEGER\nN\n\
+                   $END\nPUMP = /DOOR\nCOPY = LEVEL\nIF (DOOR)\n N = N + 1\nENDIF\n";
+
+const CONFIGURATION: &str = "artifact = \"p.plcx\"\nimage = \"image\"\nperiod = 2\nlog = \"log.jsonl\"\n\
+    [[io]]\nname = \"DOOR\"\ndriver = \"other\"\nsafe = 1\ntimeout_ms = 300\n\
+    [[io]]\nname = \"LEVEL\"\ndriver = \"other\"\nsafe = \"hold\"\ntimeout_ms = 300\n\
+    [[io]]\nname = \"PUMP\"\ndriver = \"other\"\n";
+
+#[test]
+fn inputs_come_by_the_image_file_become_safe_and_recover() {
+    let folder = Folder::new("wiring");
+    folder.artifact("p.plcx", Dialect::Pmi, PMI);
+    fs::write(folder.path("c.toml"), CONFIGURATION).unwrap();
+    let mut control = folder.start(&["--config", "c.toml"]);
+    let path = folder.path("image");
+    wait_until("the control goes on", || {
+        ImageReader::open(&path).is_ok_and(|image| image.last_tick() != 0)
+    });
+    let image = ImageReader::open(&path).unwrap();
+    let symbols = image.symbols();
+    let line = |name: &str| {
+        let symbol = symbols.iter().find(|symbol| symbol.name == name).unwrap();
+        image.read().unwrap().output(symbol).unwrap()
+    };
+    assert_eq!(line("PUMP"), Number::Int(0), "an input has its safe value from the first tick on");
+    let mut writer = InputWriter::open(&path, "a driver").unwrap();
+    let (door, level) = (writer.claim("DOOR").unwrap(), writer.claim("LEVEL").unwrap());
+    wait_until("the control goes on", || {
+        writer.set(door, Number::Int(0)).unwrap();
+        writer.set(level, Number::Int(9)).unwrap();
+        writer.publish().unwrap();
+        std::thread::sleep(Duration::from_millis(5));
+        (line("PUMP"), line("COPY")) == (Number::Int(1), Number::Int(9))
+    });
+    // The writer is late: the door counts as open, the level stays what it is.
+    wait_until("the control goes on", || line("PUMP") == Number::Int(0));
+    assert_eq!(line("COPY"), Number::Int(9));
+    wait_until("the control goes on", || {
+        writer.set(door, Number::Int(0)).unwrap();
+        writer.publish().unwrap();
+        line("PUMP") == Number::Int(1)
+    });
+    drop(writer);
+    wait_until("the control goes on", || line("PUMP") == Number::Int(0));
+    control.signal("TERM", 1);
+    assert_eq!(control.end().code(), Some(130));
+    let log = folder.read("log.jsonl");
+    for change in ["begun", "late", "recovered", "released"] {
+        assert!(log.contains(&format!("\"change\":\"{change}\",\"writer\":\"a driver\"")), "{log}");
+    }
+    // What was given is in the record: the replay of every tick comes to the same state.
+    let recording = Recording::open(&folder.path("c.plcrec")).unwrap();
+    let run = recording.last_run().unwrap();
+    let found = Found::in_record(run.programs.first().unwrap()).unwrap();
+    let mut engine = found.engine(ReplayEngine::Aot).unwrap();
+    let executive = recorded_executive(&run.header, &found.program).unwrap();
+    let mut replayer = Replayer::new(&recording, run, 0, executive);
+    let (mut ticks, mut events) = (0, vec![]);
+    while let Some(replayed) = replayer.step(engine.as_mut(), &mut events).unwrap() {
+        assert!(replayed.matches, "{replayed:?}");
+        ticks += 1;
+    }
+    assert!(ticks > 100, "{ticks}");
+}
+
+#[test]
+fn a_configuration_that_does_not_fit_the_program_is_refused_with_its_lines() {
+    let folder = Folder::new("wiring-check");
+    folder.artifact("p.plcx", Dialect::Pmi, PMI);
+    let good = CONFIGURATION.replace("PUMP", "COPY");
+    fs::write(folder.path("good.toml"), good).unwrap();
+    let output = folder.run(&["--check-config", "good.toml"]);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    assert_eq!(text, "warning: good.toml: no [[io]] takes the output PUMP to the outside\n");
+    let bad =
+        format!("{CONFIGURATION}direction = \"in\"\n[[io]]\nname = \"DOR\"\ndriver = \"other\"\n");
+    fs::write(folder.path("bad.toml"), bad).unwrap();
+    for option in ["--check-config", "--config"] {
+        let output = folder.run(&[option, "bad.toml"]);
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains("bad.toml:15: `PUMP` is an output, and can't be given"), "{text}");
+        assert!(
+            text.contains(
+                "bad.toml:19: the program has no variable named `DOR`; did you mean `DOOR`?"
+            ),
+            "{text}"
+        );
+    }
+}
