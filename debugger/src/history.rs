@@ -17,6 +17,10 @@ pub struct TickResult {
     pub events: Vec<Event>,
     /// Why the program was stopped in it, if it was.
     pub stop: Option<Stop>,
+    /// Whether the clock left the tick out, so that nothing of it was run.
+    pub skipped: bool,
+    /// Whether the watchdog stopped a scan of it, so that it is not run again.
+    pub cut: bool,
     /// A further message for the user, for example that the tick differs from the recorded one.
     pub note: Option<String>,
 }

@@ -59,7 +59,7 @@ impl<'r> Recorded<'r> {
         let note = tells.then(|| {
             format!("ticks {start} to {} are missing in the recording", end.saturating_sub(1))
         });
-        is_skipped.then(|| TickResult { note, ..TickResult::default() })
+        is_skipped.then(|| TickResult { skipped: true, note, ..TickResult::default() })
     }
 }
 
@@ -74,6 +74,7 @@ fn result_of(
         return Err(DebugError(format!("tick {tick} is not in the recording")));
     };
     result.stop = replayed.stop;
+    result.cut = replayed.cut;
     if replayed.cut {
         result.note = Some(format!(
             "tick {tick} was stopped in its middle by the watchdog; it is not run again"

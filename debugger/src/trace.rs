@@ -66,6 +66,10 @@ pub struct TickTrace {
     pub events: Vec<Event>,
     /// Why the program was stopped in this tick, if it was.
     pub stop: Option<Stop>,
+    /// Whether the clock left the tick out.
+    pub skipped: bool,
+    /// Whether the watchdog stopped a scan of it.
+    pub cut: bool,
 }
 
 impl TickTrace {

@@ -1,6 +1,8 @@
 //! The variables of a program by class, as the manuals group them, and their values as people read
 //! them.
 
+use std::collections::BTreeMap;
+
 use plcc_abi::pmi::{PmiTables, Role};
 use plcc_abi::{Tables, nct::NctName};
 use plcc_frontend::common::Value as ExpressionValue;
@@ -173,6 +175,25 @@ impl Debugger<'_> {
         Ok(shown.collect())
     }
 
+    /// The values of single variables at the position, as numbers. What has no value is left out.
+    ///
+    /// # Errors
+    /// When the tick at the position can't be run.
+    pub fn numbers(&mut self, names: &[String]) -> Result<BTreeMap<String, f64>, DebugError> {
+        let image = self.image()?;
+        self.view()?;
+        let (program, view) = self.program_and_view();
+        let values = names.iter().filter_map(|name| {
+            let number = match value_of(program, view, &image, name)? {
+                Value::Int(number) => number as f64,
+                Value::Float(number) => number,
+                Value::Array(_) => return None,
+            };
+            Some((name.clone(), number))
+        });
+        Ok(values.collect())
+    }
+
     /// The parts of a variable: the elements of an array, and of a number its hexadecimal digits and
     /// its bits.
     ///
@@ -217,7 +238,9 @@ impl Debugger<'_> {
         let image = self.image()?;
         self.view()?;
         let (program, view) = self.program_and_view();
+        let is_counter = program.tables().dialect() == plcc_abi::Dialect::Pmi && text.contains('#');
         let wrong = match program.expression(text) {
+            Ok(_) if is_counter => DebugError(format!("nothing has the name `{text}`")),
             Ok(expression) => match expression.evaluate(&image) {
                 Ok(value) => return Ok(show_value(value)),
                 Err(error) => DebugError(error.to_string()),
@@ -246,7 +269,10 @@ fn value_of(
     image: &[u8],
     name: &str,
 ) -> Option<Value> {
-    if let Ok(expression) = program.expression(name)
+    // `TC#COUNT` is the counter of a timer; in an expression `#` would begin a comment.
+    let is_counter = program.tables().dialect() == plcc_abi::Dialect::Pmi && name.contains('#');
+    if !is_counter
+        && let Ok(expression) = program.expression(name)
         && let Ok(value) = expression.evaluate(image)
     {
         return Some(match value {

@@ -42,7 +42,9 @@
 
 mod command;
 mod flow;
+mod link;
 mod session;
+pub mod terminal;
 #[cfg(test)]
 mod testing;
 mod text;
@@ -51,6 +53,12 @@ pub mod view;
 pub use command::{Command, Edge, ExportFormat, Format, Refusal, Reply, Trigger};
 pub use session::{Opened, Session};
 pub use view::{Screen, View};
+
+/// The folder in which the user's watch lists and the like are kept: `plcc/monitor` below `XDG_STATE_HOME` or
+/// `~/.local/state`. `None` if there is no home folder.
+pub fn state_folder() -> Option<std::path::PathBuf> {
+    session::store::state_folder()
+}
 
 /// How many ticks the scope shows at most.
 pub const MOST_SCOPE_TICKS: u64 = 1_000_000;

@@ -34,6 +34,8 @@ pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'sta
         kind: TargetKind::Program,
         name: "main".into(),
         run: Some(run),
+        socket: None,
+        state_folder: None,
         speed: 0.0,
     })
 }

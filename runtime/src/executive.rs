@@ -160,6 +160,17 @@ impl Stop {
     }
 }
 
+/// Whether a task runs when its turn comes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TaskStatus {
+    /// It runs.
+    Enabled,
+    /// It is passed over until it is enabled.
+    Disabled,
+    /// It is passed over until it is resumed; then it goes on where it was.
+    Paused,
+}
+
 /// What a control does around its program: it latches inputs, counts timers, calls tasks, drives
 /// outputs and reports events. An executive holds the process image and all other state of the control.
 /// The engine that executes the program is given to each tick, and can be any engine of the program.
@@ -338,6 +349,12 @@ pub trait Executive {
     /// When the variable can't be forced; the reason follows its name.
     fn force(&mut self, _key: VariableKey, _value: Option<Setting>) -> Result<(), &'static str> {
         Err("can't be forced")
+    }
+
+    /// Whether each task of the program runs when its turn comes, by the tasks' numbers. Empty in languages
+    /// whose tasks always run.
+    fn task_statuses(&self) -> Vec<TaskStatus> {
+        vec![]
     }
 
     /// A number that tells the program from others, and is the same in every process.

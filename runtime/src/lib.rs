@@ -84,7 +84,8 @@ pub use checkpoint::CheckpointError;
 pub use clock_decisions::{ClockDecision, Trip};
 pub use event::{AnnouncedText, DisplayedText, Event, EventBody};
 pub use executive::{
-    Executive, NameError, Place, Purpose, Setting, Stop, ValueError, Variable, VariableKey,
+    Executive, NameError, Place, Purpose, Setting, Stop, TaskStatus, ValueError, Variable,
+    VariableKey,
 };
 pub use native::NativeEngine;
 pub use panic_barrier::PanicBarrier;

@@ -251,6 +251,7 @@ impl<'a> Debugger<'a> {
         let result = history.run(tick, &mut engine)?;
         let mut trace = recorder.finish(history.executive().image());
         self.tell(tick, &result);
+        (trace.skipped, trace.cut) = (result.skipped, result.cut);
         (trace.before, trace.events, trace.stop) = (before, result.events, result.stop);
         Ok(trace)
     }

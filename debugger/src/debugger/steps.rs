@@ -22,6 +22,16 @@ impl Debugger<'_> {
         Ok(())
     }
 
+    /// Goes behind the last statement of a tick.
+    ///
+    /// # Errors
+    /// When there is no such tick.
+    pub fn go_to_end_of_tick(&mut self, tick: u64) -> Result<(), DebugError> {
+        self.go_to_tick(tick)?;
+        self.position.step = self.trace()?.steps.len();
+        Ok(())
+    }
+
     /// Goes to the end of what is known: of a recording, or of what was run so far.
     ///
     /// # Errors

@@ -1,22 +1,41 @@
 //! One user's view of one program.
 
+mod events;
+mod export;
+mod io;
+mod online;
+mod read;
+mod scope;
 mod statements;
+pub(crate) mod store;
+mod tasks;
 #[cfg(test)]
 mod tests;
 mod time;
+mod timing;
 mod values;
+mod watch;
 
+use std::collections::BTreeSet;
 use std::fmt;
+use std::path::PathBuf;
 
 use plcc_debugger::Debugger;
 use plcc_runtime::Event;
 
 use crate::flow::{Flow, Traces};
+use crate::link::Link;
 use crate::text::ProgramText;
 use crate::view::{Body, Screen, Status, TargetKind, View};
 use crate::{Command, Refusal, Reply};
+use io::IoState;
+use online::OnlineState;
+use scope::ScopeState;
 use statements::StatementState;
+use store::Store;
 use time::Time;
+use timing::Skipped;
+use watch::WatchState;
 
 /// What a session monitors.
 pub struct Opened<'a> {
@@ -26,6 +45,11 @@ pub struct Opened<'a> {
     pub name: String,
     /// The program with its run or recording. Without it there are neither statements nor the past.
     pub run: Option<plcc_debugger::Session<'a>>,
+    /// The socket of a control.
+    pub socket: Option<PathBuf>,
+    /// The folder in which watch lists and the like are kept; nothing is kept without it. See
+    /// [`state_folder`](crate::state_folder).
+    pub state_folder: Option<PathBuf>,
     /// How fast a program runs that the session runs itself: 1 is real time, 0 as fast as possible.
     pub speed: f64,
 }
@@ -47,7 +71,17 @@ pub struct Session<'a> {
     /// The flow that was computed last, with its tick.
     flow: Option<(u64, Flow)>,
     events: Vec<Event>,
+    /// Ticks that the clock left out.
+    skipped: Vec<Skipped>,
+    link: Option<Link>,
+    /// Names that the control can't read.
+    unreadable: BTreeSet<String>,
+    store: Store,
     statements: StatementState,
+    watch: WatchState,
+    io: IoState,
+    scope: ScopeState,
+    online: OnlineState,
 }
 
 impl fmt::Debug for Session<'_> {
@@ -59,12 +93,15 @@ impl fmt::Debug for Session<'_> {
 impl<'a> Session<'a> {
     /// A session that shows the newest tick: of a recording its last one, of a program the first.
     pub fn open(opened: Opened<'a>) -> Self {
-        let Opened { kind, name, run, speed } = opened;
+        let Opened { kind, name, run, socket, state_folder, speed } = opened;
         let debugger = run.map(Debugger::new);
         let text = debugger.as_ref().map(|debugger| ProgramText::new(debugger.program()));
         let text = text.unwrap_or_default();
         let time = Time::new(debugger.as_ref(), speed);
-        let statements = StatementState::new(&text);
+        let files = debugger.as_ref().map(|debugger| &debugger.program().tables().files);
+        let program = files.and_then(|files| files.first()).unwrap_or(&name);
+        let store = Store::open(state_folder.as_deref(), program);
+        let statements = StatementState::new(&text, store.statements());
         Self {
             kind,
             name,
@@ -74,7 +111,15 @@ impl<'a> Session<'a> {
             traces: Traces::default(),
             flow: None,
             events: vec![],
+            skipped: vec![],
+            link: socket.as_deref().map(Link::new),
+            unreadable: BTreeSet::new(),
+            store,
             statements,
+            watch: WatchState::default(),
+            io: IoState::default(),
+            scope: ScopeState::default(),
+            online: OnlineState::default(),
         }
     }
 
@@ -94,7 +139,13 @@ impl<'a> Session<'a> {
             }
             Screen::Directory => Body::Directory(self.directory()?),
             Screen::References { name } => Body::References(self.references(name)?),
-            _ => return Err(Refusal::new("this screen is not available yet")),
+            Screen::Tasks => Body::Tasks(self.tasks_view()?),
+            Screen::Variables => Body::Variables(self.variables_view()?),
+            Screen::Io => Body::Io(self.io_view()?),
+            Screen::Events => Body::Events(self.events_view()?),
+            Screen::Timing => Body::Timing(self.timing_view()?),
+            Screen::Terminal => Body::Terminal(self.terminal_view()?),
+            Screen::Scope { samples } => Body::Scope(self.scope_view(*samples)?),
         })
     }
 
@@ -103,6 +154,12 @@ impl<'a> Session<'a> {
     /// # Errors
     /// When it can't be done, or is not allowed.
     pub fn apply(&mut self, command: Command) -> Result<Reply, Refusal> {
+        let reply = self.carry_out(command);
+        self.keep_statements();
+        reply
+    }
+
+    fn carry_out(&mut self, command: Command) -> Result<Reply, Refusal> {
         match command {
             Command::Follow => self.follow(),
             Command::Pause => self.pause(),
@@ -124,7 +181,27 @@ impl<'a> Session<'a> {
             Command::Condition => self.condition(),
             Command::Search { text, up } => self.search(&text, up),
             Command::ToggleValues => self.toggle_values(),
-            _ => Err(Refusal::new("this can't be done yet")),
+            Command::Watch { names } => self.watch(&names),
+            Command::Unwatch { name } => self.unwatch(&name),
+            Command::ClearWatch => self.clear_watch(),
+            Command::SetFormat { name, format } => self.set_format(&name, format),
+            Command::ChooseList { list } => self.choose_list(&list),
+            Command::RemoveList { list } => self.remove_list(&list),
+            Command::Change { name, value } => self.change(&name, &value),
+            Command::ConfirmWarning => self.confirm_warning(),
+            Command::Force { name, value } => self.force(&name, &value),
+            Command::Release { name } => self.release(&name),
+            Command::ReleaseAll => self.release_all(),
+            Command::Online { line } => self.online(&line),
+            Command::ScopeAdd { names } => self.scope_add(&names),
+            Command::ScopeRemove { name } => self.scope_remove(&name),
+            Command::ScopeRange { from, to } => self.scope_show(from, to),
+            Command::ScopeWidth { ticks } => self.scope_width(ticks),
+            Command::ScopeTrigger { trigger } => self.scope_trigger(trigger),
+            Command::ScopeCursor { cursor, tick } => self.scope_cursor(cursor, tick),
+            Command::ScopeSave { name } => self.scope_save(&name),
+            Command::ScopeLoad { name } => self.scope_load(&name),
+            Command::ScopeExport { format } => self.scope_export(format),
         }
     }
 
@@ -134,27 +211,38 @@ impl<'a> Session<'a> {
         let tick = self.time.shown;
         let program = self.debugger.as_ref().map(Debugger::program);
         let first = self.debugger.as_ref().map_or(0, |debugger| debugger.history().first());
-        let may_change = self.debugger.as_ref().is_some_and(Debugger::may_change);
+        let control = self.link.as_ref().and_then(|link| link.status());
+        let unreachable = self.link.as_ref().and_then(|link| link.error());
         Status {
             kind: self.kind,
             name: self.name.clone(),
             program: program
                 .and_then(|program| program.tables().files.first().cloned())
+                .or_else(|| Some(control?.program.clone()))
                 .unwrap_or_default(),
-            dialect: program
-                .map_or_else(String::new, |program| program.tables().dialect().name().into()),
-            state: self.state().into(),
-            reason: self.time.stopped.clone(),
+            dialect: self.dialect().map_or_else(String::new, |dialect| dialect.name().into()),
+            state: self.state(),
+            reason: unreachable.map(str::to_owned).or_else(|| self.time.stopped.clone()),
             tick,
             seconds: tick as f64 * tick_ns as f64 / 1e9,
             following: self.time.following,
             first_tick: first,
             last_tick: self.time.seen.saturating_sub(1).max(first),
             tick_ns,
-            forces: vec![],
-            may_write: may_change,
-            may_force: may_change,
+            forces: self.forces(),
+            may_write: self.allows("write"),
+            may_force: self.allows("force"),
+            control_ticks: control.map(|status| status.ticks),
             note: self.time.note.clone(),
+        }
+    }
+
+    /// After a choice of statements: notes it for the next session.
+    fn keep_statements(&mut self) {
+        let numbers = self.statements.chosen_numbers(&self.text);
+        if self.store.keep_statements(numbers) {
+            // What can't be kept is known from the watch lists; the choice itself is made.
+            let _ = self.save();
         }
     }
 

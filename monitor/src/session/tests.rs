@@ -113,3 +113,171 @@ fn a_change_is_found_with_its_statement() {
     let view = session.statements();
     assert_eq!(view.lines[view.cursor].number, "12");
 }
+
+const NCT: &str = "\
+:001
+I000
+ U000
+E
+ D000
+Z
+LQ00 +1 SQ00 ; counts
+J1
+:000
+J0
+";
+
+#[test]
+fn nct_shows_bits_and_words_at_the_right() {
+    let mut session = open(Dialect::Nct, NCT, "2,I000,1\n");
+    session.run_to(3);
+    let view = session.statements();
+    assert_eq!(view.layout, StatementLayout::ValuesRight);
+    let line = view.lines.iter().find(|line| line.text().contains("LQ00")).unwrap();
+    assert_eq!(line.text().trim(), "LQ00 +1 SQ00");
+    let value = line.values.iter().find(|value| value.name == "Q00").unwrap();
+    assert_eq!((value.value.as_str(), value.written), ("4 .0004", true));
+    let drawn: Vec<String> = view.lines.iter().map(drawn).collect();
+    assert_eq!(drawn[1], "_I000_");
+    assert!(drawn[4].starts_with('~'), "{drawn:?}");
+    session.apply(Command::PutCursor { row: 1 }).unwrap();
+    session.apply(Command::Condition).unwrap();
+    assert_eq!(session.statements().cursor, 5);
+    session.apply(Command::Module { down: true }).unwrap();
+    let view = session.statements();
+    assert_eq!(view.lines[view.cursor].text(), ":000");
+}
+
+const PMAC: &str = "\
+I5=2
+#define COUNT P1
+M1->Y:$FFC2,8
+OPEN PLC 1 CLEAR
+COUNT=COUNT+1
+IF (COUNT>2) M1=1 ENDIF
+CLOSE
+OPEN PLC 2 CLEAR
+WHILE (P2<100)
+  P2=P2+1
+ENDWHILE
+CLOSE
+ENABLE PLC 1..2
+";
+
+#[test]
+fn pmac_shows_where_each_plc_waits() {
+    use crate::view::TaskState::{Running, Waiting};
+    let mut session = open(Dialect::Pmac, PMAC, "");
+    session.run_to(8);
+    let view = session.statements();
+    let line = view.lines.iter().find(|line| line.text() == "COUNT=COUNT+1").unwrap();
+    assert_eq!(line.values.len(), 1);
+    assert_eq!(line.values[0].name, "P1");
+    let waits = view.lines.iter().find(|line| !line.waits.is_empty()).unwrap();
+    assert_eq!((waits.text().as_str(), waits.waits[0].as_str()), ("WHILE (P2<100)", "PLC2"));
+    let Body::Tasks(tasks) = session.view(&Screen::Tasks).body else { panic!() };
+    let names: Vec<_> = tasks.rows.iter().map(|row| (row.name.as_str(), row.state)).collect();
+    assert_eq!(names, [("PLC1", Running), ("PLC2", Waiting)]);
+    assert!(tasks.rows[0].scans_per_second > 100.0, "{tasks:?}");
+    assert!(tasks.facts.iter().any(|fact| fact.title == "I5" && fact.value == "2"), "{tasks:?}");
+    let online = |session: &mut crate::Session<'_>, line: &str| {
+        session.apply(Command::Online { line: line.into() }).map(|reply| reply.text.unwrap())
+    };
+    assert_eq!(online(&mut session, "m1->").unwrap(), "Y:$FFC2,8");
+    assert_eq!(online(&mut session, "P1..2").unwrap().lines().count(), 2);
+    let listed = online(&mut session, "LIST PLC 2").unwrap();
+    assert_eq!(listed, "WHILE (P2<100)\n  P2=P2+1\nENDWHILE\nRETURN");
+    assert!(online(&mut session, "J+").is_err());
+}
+
+const TIMER: &str = "\
+$TIMER
+E/TC/DC=3
+$FLIPFLOP
+Q/D/CK/PR/CL
+$INPUT
+A=0/0
+$OUTPUT
+B=1/0
+$INTEGER
+N
+$FAULT
+F1 = \"TOO MANY\", N
+$END
+TC=A
+D=T
+CK=A
+B=A
+N=N+1
+F1=(N>3)
+";
+
+#[test]
+fn timers_unfold_and_inputs_are_forced() {
+    let mut session = open(Dialect::Pmi, TIMER, "1,A,1\n");
+    session.run_to(2);
+    session.apply(Command::Watch { names: vec!["TC".into(), "Q".into(), "N".into()] }).unwrap();
+    let Body::Variables(view) = session.view(&Screen::Variables).body else { panic!() };
+    let row = |row: &crate::view::VariableRow| {
+        let title = row.title.clone().unwrap_or_default();
+        format!("{} {title} {}", row.name, row.value.as_deref().unwrap_or("?"))
+    };
+    let rows: Vec<String> = view.rows.iter().map(row).collect();
+    assert_eq!(
+        rows,
+        [
+            "TC control contact 1",
+            "DC delayed contact 0",
+            "TC delay value 3",
+            "TC#COUNT timer counter 2",
+            "Q Q 1",
+            "D D 1",
+            "CK CK 1",
+            "PR PR 0",
+            "CL CL 0",
+            "N  3",
+        ]
+    );
+    // Nothing is forced before the warning was confirmed.
+    let force = Command::Force { name: "A".into(), value: "0".into() };
+    let refusal = session.apply(force.clone()).unwrap_err();
+    assert!(refusal.warning.unwrap().contains("completely bypassed"));
+    session.apply(Command::ConfirmWarning).unwrap();
+    session.apply(force).unwrap();
+    session.apply(Command::Force { name: "B".into(), value: "1".into() }).unwrap();
+    session.apply(Command::Follow).unwrap();
+    let last = session.status().last_tick;
+    session.run_to(last + 2);
+    let Body::Io(io) = session.view(&Screen::Io).body else { panic!() };
+    let output = &io.windows[0].rows[0];
+    // The program assigns 0, the line is 1 (PMI 5.3).
+    assert_eq!((output.logical.as_str(), output.physical.as_deref()), ("0", Some("1")));
+    let input = &io.windows[1].rows[0];
+    assert_eq!((input.logical.as_str(), input.forced.as_deref()), ("0", Some("0")));
+    assert_eq!(session.status().forces.len(), 2);
+    session.apply(Command::ReleaseAll).unwrap();
+    assert!(session.status().forces.is_empty());
+    let Body::Events(events) = session.view(&Screen::Events).body else { panic!() };
+    assert_eq!(events.active.len(), 1);
+    assert!(events.active[0].text.starts_with("TOO MANY "), "{events:?}");
+}
+
+#[test]
+fn the_scope_triggers_on_what_it_does_not_show() {
+    let mut session = open(Dialect::Pmi, PMI, "40,A,1\n");
+    session.apply(Command::ScopeAdd { names: vec!["N".into(), "SOL1".into()] }).unwrap();
+    session.apply(Command::ScopeWidth { ticks: 20 }).unwrap();
+    let trigger = crate::Trigger { expression: "A".into(), edge: crate::Edge::Rising, before: 5 };
+    session.apply(Command::ScopeTrigger { trigger: Some(trigger) }).unwrap();
+    session.run_to(70);
+    let Body::Scope(view) = session.view(&Screen::Scope { samples: 100 }).body else { panic!() };
+    assert_eq!((view.trigger_tick, view.from, view.to), (Some(40), 35, 54));
+    assert_eq!((view.channels[1].samples[4].last, view.channels[1].samples[5].last), (0.0, 1.0));
+    assert_eq!(view.channels[0].samples[0].last, 36.0);
+    session.apply(Command::ScopeRange { from: 38, to: 41 }).unwrap();
+    let reply = session.apply(Command::ScopeExport { format: crate::ExportFormat::Csv }).unwrap();
+    assert_eq!(
+        reply.text.unwrap(),
+        "tick,seconds,N,SOL1\n38,0.76,39,0\n39,0.78,40,0\n40,0.8,41,1\n41,0.82,42,1\n"
+    );
+}

@@ -60,6 +60,9 @@ impl Session<'_> {
     pub fn poll(&mut self) -> bool {
         let before = (self.time.seen, self.time.shown);
         let until = Instant::now() + POLL_TIME;
+        if let Some(link) = &mut self.link {
+            link.poll();
+        }
         let Some(wanted) = self.wanted() else { return false };
         while self.time.seen < wanted && Instant::now() < until {
             let tick = self.time.seen;
@@ -75,6 +78,7 @@ impl Session<'_> {
                 break;
             }
         }
+        self.search_trigger(until);
         if self.time.following {
             self.time.shown = self.time.seen.saturating_sub(1).max(self.first());
         }
@@ -110,29 +114,35 @@ impl Session<'_> {
         Some(wanted)
     }
 
-    fn first(&self) -> u64 {
+    pub(super) fn first(&self) -> u64 {
         self.debugger.as_ref().map_or(0, |debugger| debugger.history().first())
     }
 
-    pub(super) fn state(&self) -> &'static str {
-        match (self.kind, &self.debugger) {
-            (_, Some(_)) if self.time.stopped.is_some() => "stopped",
-            (TargetKind::Recording, _) => "recorded",
-            (TargetKind::Program, Some(debugger)) => {
+    pub(super) fn state(&self) -> String {
+        let state = match (self.kind, &self.debugger, &self.link) {
+            (TargetKind::Control, _, Some(link)) => match link.status() {
+                Some(status) => return status.state.clone(),
+                None => "not connected",
+            },
+            (TargetKind::Control, ..) => "not connected",
+            _ if self.time.stopped.is_some() => "stopped",
+            (TargetKind::Recording, ..) => "recorded",
+            (TargetKind::Program, Some(debugger), _) => {
                 match debugger.history().goes_on() || self.time.seen < debugger.history().known() {
                     true if self.time.following => "running",
                     true => "paused",
                     false => "ended",
                 }
             }
-            (TargetKind::Control, Some(_)) => "recorded",
-            _ => "not connected",
-        }
+            (TargetKind::Program, None, _) => "ended",
+        };
+        state.to_owned()
     }
 
     /// Runs a tick in the fastest engine, and takes in its events.
     fn run_unobserved(&mut self, tick: u64) -> Result<(), Refusal> {
         let result = self.debugger()?.history_mut().run_unobserved(tick)?;
+        self.take_tick(tick, result.skipped, result.cut);
         self.time.note = result.note.or(self.time.note.take());
         self.time.stopped = result.stop.map(|stop| stop.message);
         self.take_events(result.events);
@@ -141,19 +151,31 @@ impl Session<'_> {
 
     /// Runs a tick in the statement interpreter, takes in what its statements did, and, of a tick that
     /// was not run before, its events.
-    fn trace(&mut self, tick: u64) -> Result<(), Refusal> {
+    pub(super) fn trace(&mut self, tick: u64) -> Result<(), Refusal> {
         let is_new = tick >= self.time.seen;
         let debugger = self.debugger()?;
         debugger.go_to_tick(tick)?;
         let trace = debugger.trace()?;
         let steps = TickSteps::new(trace);
         let (events, stop) = (trace.events.clone(), trace.stop.clone());
+        let (skipped, cut) = (trace.skipped, trace.cut);
         self.traces.insert(tick, steps);
         if is_new {
+            self.take_tick(tick, skipped, cut);
             self.time.stopped = stop.map(|stop| stop.message);
             self.take_events(events);
         }
         Ok(())
+    }
+
+    /// Takes in a tick that was run for the first time; the executive stands behind it.
+    fn take_tick(&mut self, tick: u64, skipped: bool, cut: bool) {
+        if skipped || cut {
+            self.note_overrun(tick, cut);
+        }
+        if let Some(debugger) = &mut self.debugger {
+            self.scope.take(tick, debugger.history_mut().executive());
+        }
     }
 
     fn take_events(&mut self, events: Vec<plcc_runtime::Event>) {
@@ -281,15 +303,12 @@ impl Session<'_> {
     /// The task of the statement at the cursor.
     fn task_at_cursor(&mut self) -> Option<usize> {
         let row = self.cursor_row()?;
-        let statement = *self.text.rows.get(row)?.statements.first()?;
-        let flow = self.flow().ok()?;
-        let is_executed = flow.executed.contains_key(&statement);
-        // Statements are numbered task by task on a PMAC alone; there the traces say which task it is.
-        let steps = self.traces.get(self.time.shown)?;
-        let call = steps.steps.iter().find(|step| step.0 == statement).map(|step| step.1);
-        match call {
-            Some(call) if is_executed => steps.calls.get(call).map(|call| call.task),
-            _ => None,
+        if let Some(task) = self.plc_of_row(row) {
+            return Some(task);
         }
+        let statement = *self.text.rows.get(row)?.statements.first()?;
+        let steps = self.traces.get(self.time.shown)?;
+        let call = steps.steps.iter().find(|step| step.0 == statement)?.1;
+        steps.calls.get(call).map(|call| call.task)
     }
 }

@@ -44,14 +44,14 @@ use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
 use crate::watchdog::Watchdog;
 use crate::{
-    ClockDecision, Event, Executive, NameError, Purpose, Restored, Setting, Stop, Value,
-    ValueError, Variable, VariableKey,
+    ClockDecision, Event, Executive, NameError, Purpose, Restored, Setting, Stop, TaskStatus,
+    Value, ValueError, Variable, VariableKey,
 };
 use host::PmacHost;
 #[cfg(feature = "args")]
 pub use options::PmacArgs;
 pub use recompile::{Recompiler, Recompiling, Settings};
-use state::State;
+use state::{State, Status};
 use tick::Clocks;
 pub use transfer::PmacTransfer;
 pub(crate) use transfer::compare;
@@ -279,6 +279,27 @@ impl Executive for PmacExecutive {
 
     fn fingerprint(&self) -> u64 {
         self.identity.fingerprint()
+    }
+
+    fn task_statuses(&self) -> Vec<TaskStatus> {
+        let State { plcs, plccs, .. } = &self.host.state;
+        let mut found = vec![];
+        for plc in plcs.all().iter().chain(plccs.all()) {
+            let status = match plc.status {
+                Status::Absent => continue,
+                Status::Enabled => TaskStatus::Enabled,
+                Status::Disabled => TaskStatus::Disabled,
+                Status::Paused => TaskStatus::Paused,
+            };
+            // Tasks that are no PLCs, commands, come behind them and always run.
+            if plc.task >= found.len() {
+                found.resize(plc.task + 1, TaskStatus::Enabled);
+            }
+            if let Some(slot) = found.get_mut(plc.task) {
+                *slot = status;
+            }
+        }
+        found
     }
 
     fn used_ranges(&self) -> Vec<Range<u32>> {

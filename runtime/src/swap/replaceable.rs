@@ -15,7 +15,7 @@ use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::watchdog::Watchdog;
 use crate::{
     CheckpointError, ClockDecision, Event, Executive, NameError, Purpose, Restored, Setting, Stop,
-    Value, ValueError, Variable, VariableKey,
+    TaskStatus, Value, ValueError, Variable, VariableKey,
 };
 
 /// The executive of whichever program runs now.
@@ -244,6 +244,10 @@ impl Executive for ReplaceableExecutive {
 
     fn fingerprint(&self) -> u64 {
         self.executive.fingerprint()
+    }
+
+    fn task_statuses(&self) -> Vec<TaskStatus> {
+        self.executive.task_statuses()
     }
 
     fn used_ranges(&self) -> Vec<Range<u32>> {

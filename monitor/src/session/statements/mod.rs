@@ -34,9 +34,23 @@ pub(in crate::session) struct StatementState {
 }
 
 impl StatementState {
-    pub(in crate::session) fn new(text: &ProgramText) -> Self {
+    /// What is shown at first: the statements of these source line numbers, or the whole program.
+    pub(in crate::session) fn new(text: &ProgramText, numbers: Option<&[String]>) -> Self {
         let first = text.rows.iter().position(|row| !row.statements.is_empty());
-        Self { cursor: first.unwrap_or(0), values: true, count: 20, ..Self::default() }
+        let rows = || text.rows.iter().enumerate();
+        let chosen = numbers.map(|numbers| {
+            let known = rows().filter(|(_, row)| numbers.contains(&row.number));
+            known.map(|(row, _)| row).collect()
+        });
+        Self { chosen, cursor: first.unwrap_or(0), values: true, count: 20, ..Self::default() }
+    }
+}
+
+impl StatementState {
+    /// The source line numbers of the chosen statements; `None` for the whole program.
+    pub(in crate::session) fn chosen_numbers(&self, text: &ProgramText) -> Option<Vec<String>> {
+        let number = |&row: &usize| Some(text.rows.get(row)?.number.clone());
+        self.chosen.as_ref().map(|chosen| chosen.iter().filter_map(number).collect())
     }
 }
 

@@ -1,0 +1,159 @@
+//! Values of variables at the moment that is shown: from the control itself while the newest tick is
+//! shown, else from the run or recording.
+
+use std::collections::BTreeMap;
+
+use plcc_abi::{Dialect, Tables};
+use serde_json::Value as Json;
+
+use super::Session;
+use crate::{Format, Refusal};
+
+/// Values by name, and the moment.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Moment {
+    /// The tick behind which they were read, for people.
+    pub(super) text: String,
+    pub(super) values: BTreeMap<String, f64>,
+}
+
+impl Session<'_> {
+    /// Whether values come from the control itself.
+    pub(super) fn is_live(&self) -> bool {
+        let connected = self.link.as_ref().is_some_and(|link| link.status().is_some());
+        connected && (self.time.following || self.debugger.is_none())
+    }
+
+    /// The values of single variables. A variable that has none is left out.
+    pub(super) fn read(&mut self, names: &[String]) -> Result<Moment, Refusal> {
+        if names.is_empty() {
+            return Ok(Moment { text: format!("tick {}", self.time.shown), ..Moment::default() });
+        }
+        if self.is_live()
+            && let Some(link) = &mut self.link
+        {
+            let wanted: Vec<String> =
+                names.iter().filter(|name| !self.unreadable.contains(*name)).cloned().collect();
+            let found = match link.get(&wanted) {
+                Ok(found) => found,
+                Err(_) => {
+                    // One of them is none of the control's variables: find out which.
+                    let mut found = crate::link::Values::default();
+                    for name in &wanted {
+                        match link.get(std::slice::from_ref(name)) {
+                            Ok(one) => {
+                                found.ticks = one.ticks;
+                                found.values.extend(one.values);
+                            }
+                            Err(_) if link.status().is_some() => {
+                                self.unreadable.insert(name.clone());
+                            }
+                            Err(error) => return Err(error),
+                        }
+                    }
+                    found
+                }
+            };
+            let number = |value: &Json| value.as_f64();
+            let values = found
+                .values
+                .iter()
+                .filter_map(|(name, value)| Some((name.clone(), number(value)?)));
+            let mut moment = Moment {
+                text: format!("the control, {} ticks done", found.ticks),
+                values: values.collect(),
+            };
+            // Constants are not among the control's variables.
+            if self.debugger.is_some() && moment.values.len() < names.len() {
+                let missing: Vec<String> = names
+                    .iter()
+                    .filter(|name| !moment.values.contains_key(*name))
+                    .cloned()
+                    .collect();
+                if let Ok(known) = self.read_run(&missing) {
+                    moment.values.extend(known.values);
+                }
+            }
+            return Ok(moment);
+        }
+        self.read_run(names)
+    }
+
+    /// The values at the end of the tick that is shown, of the run or recording.
+    fn read_run(&mut self, names: &[String]) -> Result<Moment, Refusal> {
+        let tick = self.time.shown;
+        let debugger = self.debugger()?;
+        if tick >= debugger.history().known() {
+            return Err(Refusal::new("no tick was run yet"));
+        }
+        debugger.go_to_end_of_tick(tick)?;
+        let shown = debugger.numbers(names)?;
+        Ok(Moment { text: format!("the end of tick {tick}"), values: shown })
+    }
+
+    /// The language; of a control without a record as the control says it.
+    pub(super) fn dialect(&self) -> Option<Dialect> {
+        if let Some(debugger) = &self.debugger {
+            return Some(debugger.program().tables().dialect());
+        }
+        let name = &self.link.as_ref()?.status()?.dialect;
+        Dialect::ALL.iter().copied().find(|dialect| dialect.name() == name)
+    }
+
+    /// The tables of the program.
+    pub(super) fn tables(&self) -> Option<&Tables> {
+        self.debugger.as_ref().map(|debugger| &debugger.program().tables().tables)
+    }
+}
+
+/// A number in a format, as the language writes it.
+pub(super) fn formatted(value: f64, format: Format, dialect: Option<Dialect>) -> String {
+    if value.fract() != 0.0 || format == Format::Decimal || value.abs() >= 9.0e18 {
+        return plcc_runtime::value::number(value);
+    }
+    let number = value as i64;
+    let bits = |count: u32| -> u64 {
+        if count >= 64 { number as u64 } else { number as u64 & ((1 << count) - 1) }
+    };
+    // The narrowest width of the language that holds the number.
+    let fits = |width: u32| number >= -(1 << (width - 1)) && number < 1 << width;
+    let widths: &[u32] = match dialect {
+        Some(Dialect::Pmac) => &[24, 48],
+        _ => &[16, 32],
+    };
+    let width = widths.iter().copied().find(|&width| fits(width)).unwrap_or(64);
+    let digits = (width / 4) as usize;
+    match format {
+        Format::Decimal => plcc_runtime::value::number(value),
+        Format::Hexadecimal => match dialect {
+            Some(Dialect::Pmac) => format!("${:0digits$X}", bits(width)),
+            Some(Dialect::Nct) => format!(".{:0digits$X}", bits(width)),
+            _ => format!("{:0digits$X}h", bits(width)),
+        },
+        Format::Binary => {
+            let group = |at: usize| format!("{:04b}", bits(width) >> (4 * at) & 0xF);
+            let groups: Vec<String> = (0..digits).rev().map(group).collect();
+            groups.join(" ")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_written_as_the_languages_do() {
+        let hexadecimal = |value, dialect| formatted(value, Format::Hexadecimal, Some(dialect));
+        assert_eq!(hexadecimal(-1.0, Dialect::Pmi), "FFFFh");
+        assert_eq!(hexadecimal(70000.0, Dialect::Pmi), "00011170h");
+        assert_eq!(hexadecimal(255.0, Dialect::Nct), ".00FF");
+        assert_eq!(hexadecimal(-2.0, Dialect::Pmac), "$FFFFFE");
+        assert_eq!(hexadecimal(0.5, Dialect::Pmac), "0.5");
+        assert_eq!(formatted(5.0, Format::Binary, Some(Dialect::Nct)), "0000 0000 0000 0101");
+        assert_eq!(
+            formatted(1e300, Format::Binary, Some(Dialect::Pmac)),
+            formatted(1e300, Format::Decimal, None)
+        );
+    }
+}

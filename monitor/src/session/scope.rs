@@ -1,0 +1,371 @@
+//! The scope: variables against time, of the run or the recording.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use plcc_frontend::common::Expression;
+use plcc_runtime::{Executive, Purpose, Value};
+
+use super::Session;
+use super::store::SavedScope;
+use crate::view::{Channel, Sample, ScopeState as State, ScopeView};
+use crate::{Edge, MOST_SCOPE_TICKS, Refusal, Reply, Trigger};
+
+/// How long samples are collected for one view.
+const VIEW_TIME: Duration = Duration::from_millis(80);
+/// How many ticks are shown at first.
+const FIRST_WIDTH: u64 = 200;
+
+/// Samples of consecutive ticks.
+#[derive(Debug, Default)]
+struct Buffer {
+    first: u64,
+    /// A row for each tick with a value for each variable; NaN for none.
+    rows: VecDeque<Vec<f64>>,
+}
+
+impl Buffer {
+    fn end(&self) -> u64 {
+        self.first + self.rows.len() as u64
+    }
+
+    fn push(&mut self, row: Vec<f64>) {
+        self.rows.push_back(row);
+        if self.rows.len() as u64 > MOST_SCOPE_TICKS {
+            self.rows.pop_front();
+            self.first += 1;
+        }
+    }
+
+    fn value(&self, tick: u64, channel: usize) -> Option<f64> {
+        let row = self.rows.get(usize::try_from(tick.checked_sub(self.first)?).ok()?)?;
+        row.get(channel).copied().filter(|value| !value.is_nan())
+    }
+}
+
+/// A trigger that is waited for.
+#[derive(Debug)]
+struct Armed {
+    expression: Expression,
+    /// The next tick that is looked at.
+    next: u64,
+    last: Option<f64>,
+}
+
+#[derive(Debug)]
+pub(super) struct ScopeState {
+    names: Vec<String>,
+    width: u64,
+    /// The stretch that the user has chosen.
+    range: Option<(u64, u64)>,
+    trigger: Option<Trigger>,
+    armed: Option<Armed>,
+    hit: Option<u64>,
+    cursors: [Option<u64>; 2],
+    buffer: Buffer,
+}
+
+impl Default for ScopeState {
+    fn default() -> Self {
+        Self {
+            names: vec![],
+            width: FIRST_WIDTH,
+            range: None,
+            trigger: None,
+            armed: None,
+            hit: None,
+            cursors: [None; 2],
+            buffer: Buffer::default(),
+        }
+    }
+}
+
+impl ScopeState {
+    /// Takes the values behind a tick that was run, if it is the next one, and looks whether it triggers.
+    pub(super) fn take(&mut self, tick: u64, executive: &mut dyn Executive) {
+        if !self.names.is_empty() && tick == self.buffer.end() {
+            let row = values(&self.names, executive);
+            self.buffer.push(row);
+        }
+        self.look(tick, executive);
+    }
+
+    /// Looks whether the next tick triggers.
+    fn look(&mut self, tick: u64, executive: &mut dyn Executive) {
+        let (Some(armed), Some(trigger)) = (&mut self.armed, &self.trigger) else { return };
+        if tick != armed.next {
+            return;
+        }
+        armed.next += 1;
+        let now = armed.expression.evaluate(executive.image()).ok().map(|value| value.number());
+        let last = std::mem::replace(&mut armed.last, now);
+        let (Some(last), Some(now)) = (last, now) else { return };
+        let met = match trigger.edge {
+            Edge::Rising => last == 0.0 && now != 0.0,
+            Edge::Falling => last != 0.0 && now == 0.0,
+            Edge::Both => last != now,
+        };
+        if met {
+            self.hit = Some(tick);
+            self.armed = None;
+        }
+    }
+}
+
+/// The values of variables; NaN for those that have none.
+fn values(names: &[String], executive: &mut dyn Executive) -> Vec<f64> {
+    let value = |name: &String| {
+        let Ok(variable) = executive.find(name, Purpose::Watch) else { return f64::NAN };
+        match executive.get(variable) {
+            Value::Int(value) => value as f64,
+            Value::Float(value) => value,
+            Value::Array(_) => f64::NAN,
+        }
+    };
+    names.iter().map(value).collect()
+}
+
+impl Session<'_> {
+    /// Looks for the trigger in ticks that were run before it was set.
+    pub(super) fn search_trigger(&mut self, until: Instant) {
+        while Instant::now() < until {
+            let Some(next) = self.scope.armed.as_ref().map(|armed| armed.next) else { return };
+            if next >= self.time.seen || !self.run_again(next) {
+                return;
+            }
+            if let Some(debugger) = &mut self.debugger {
+                self.scope.look(next, debugger.history_mut().executive());
+            }
+        }
+    }
+
+    /// Runs a tick once more without taking anything from it; whether that was possible.
+    fn run_again(&mut self, tick: u64) -> bool {
+        let Some(debugger) = &mut self.debugger else { return false };
+        debugger.history_mut().run_unobserved(tick).is_ok()
+    }
+
+    /// The ticks that are shown.
+    fn scope_range(&self) -> (u64, u64) {
+        let scope = &self.scope;
+        let (first, last) = (self.first(), self.time.seen.saturating_sub(1).max(self.first()));
+        let clamp = |from: u64, to: u64| (from.clamp(first, last), to.clamp(first, last));
+        match (scope.range, scope.hit, &scope.trigger) {
+            (Some((from, to)), ..) => clamp(from, to),
+            (None, Some(hit), Some(trigger)) => {
+                let from = hit.saturating_sub(trigger.before);
+                clamp(from, from + scope.width.saturating_sub(1))
+            }
+            _ => clamp((last + 1).saturating_sub(scope.width), last),
+        }
+    }
+
+    /// Collects the samples of a stretch, for a bounded time; whether all are there.
+    fn fill(&mut self, from: u64, to: u64, until: Instant) -> bool {
+        let buffer = &mut self.scope.buffer;
+        if from < buffer.first || from > buffer.end() {
+            *buffer = Buffer { first: from, rows: VecDeque::new() };
+        }
+        loop {
+            let next = self.scope.buffer.end();
+            if next > to {
+                return true;
+            }
+            if Instant::now() >= until || !self.run_again(next) {
+                return false;
+            }
+            if let Some(debugger) = &mut self.debugger {
+                let row = values(&self.scope.names, debugger.history_mut().executive());
+                self.scope.buffer.push(row);
+            }
+        }
+    }
+
+    pub(super) fn scope_view(&mut self, samples: usize) -> Result<ScopeView, Refusal> {
+        self.debugger()?;
+        let (from, to) = self.scope_range();
+        let is_there = self.time.seen > 0
+            && (self.scope.names.is_empty() || self.fill(from, to, Instant::now() + VIEW_TIME));
+        let names = self.scope.names.clone();
+        let channels = names.into_iter().enumerate();
+        let channels = channels.map(|(at, name)| self.channel(at, name, from, to, samples));
+        let channels = channels.collect();
+        let scope = &self.scope;
+        let tick_ns = self.debugger.as_ref().map_or(0, |debugger| debugger.tick_ns());
+        let difference = match scope.cursors {
+            [Some(a), Some(b)] => {
+                Some(b as f64 - a as f64).map(|ticks| ticks * tick_ns as f64 / 1e9)
+            }
+            _ => None,
+        };
+        let state = match (scope.range, scope.hit, &scope.trigger) {
+            (Some(_), ..) => State::Held,
+            (None, Some(_), Some(_)) => State::Triggered,
+            (None, None, Some(_)) => State::Waiting,
+            _ => State::Rolling,
+        };
+        Ok(ScopeView {
+            channels,
+            from,
+            to,
+            trigger_tick: scope.hit,
+            trigger: scope.trigger.clone(),
+            state,
+            cursors: scope.cursors,
+            difference,
+            saved: self.store.scopes(),
+            note: (!is_there)
+                .then(|| format!("samples up to tick {} are there", scope.buffer.end())),
+        })
+    }
+
+    fn channel(&self, at: usize, name: String, from: u64, to: u64, samples: usize) -> Channel {
+        let buffer = &self.scope.buffer;
+        let count = to - from + 1;
+        let step = count.div_ceil(samples.max(1) as u64).max(1);
+        let mut found: Vec<Sample> = vec![];
+        let mut tick = from;
+        while tick <= to {
+            let stretch =
+                (tick..=to.min(tick + step - 1)).filter_map(|tick| buffer.value(tick, at));
+            let sample = stretch.fold(None, |sample: Option<Sample>, value| {
+                let known = sample.unwrap_or(Sample { tick, low: value, high: value, last: value });
+                Some(Sample {
+                    low: known.low.min(value),
+                    high: known.high.max(value),
+                    last: value,
+                    ..known
+                })
+            });
+            found.extend(sample);
+            tick += step;
+        }
+        let low = found.iter().map(|sample| sample.low).fold(f64::INFINITY, f64::min);
+        let high = found.iter().map(|sample| sample.high).fold(f64::NEG_INFINITY, f64::max);
+        let is_bit = |value: f64| value == 0.0 || value == 1.0;
+        Channel {
+            logical: found.iter().all(|sample| is_bit(sample.low) && is_bit(sample.high)),
+            low: if low.is_finite() { low } else { 0.0 },
+            high: if high.is_finite() { high } else { 0.0 },
+            at_cursors: self.scope.cursors.map(|cursor| buffer.value(cursor?, at)),
+            samples: found,
+            name,
+        }
+    }
+
+    pub(super) fn scope_add(&mut self, names: &[String]) -> Result<Reply, Refusal> {
+        for name in names.iter().map(|name| name.trim()).filter(|name| !name.is_empty()) {
+            let name = self.defined_name(name).unwrap_or_else(|| name.to_owned());
+            let executive = self.debugger()?.history_mut().executive();
+            let found = executive.find(&name, Purpose::Watch);
+            let variable = found.map_err(|error| Refusal::new(error.to_string()))?;
+            if let Value::Array(_) = executive.get(variable) {
+                return Err(Refusal::new(format!("`{name}` is an array; name an element")));
+            }
+            if !self.scope.names.contains(&name) {
+                self.scope.names.push(name);
+                self.scope.buffer = Buffer::default();
+            }
+        }
+        Ok(Reply::default())
+    }
+
+    pub(super) fn scope_remove(&mut self, name: &str) -> Result<Reply, Refusal> {
+        let count = self.scope.names.len();
+        self.scope.names.retain(|known| known != name);
+        if self.scope.names.len() == count {
+            return Err(Refusal::new(format!("`{name}` is not on the scope")));
+        }
+        self.scope.buffer = Buffer::default();
+        Ok(Reply::default())
+    }
+
+    pub(super) fn scope_show(&mut self, from: u64, to: u64) -> Result<Reply, Refusal> {
+        self.debugger()?;
+        if from > to || to - from >= MOST_SCOPE_TICKS {
+            return Err(Refusal::new(format!("from 1 to {MOST_SCOPE_TICKS} ticks can be shown")));
+        }
+        self.scope.range = Some((from, to));
+        self.scope.width = to - from + 1;
+        Ok(Reply::default())
+    }
+
+    pub(super) fn scope_width(&mut self, ticks: u64) -> Result<Reply, Refusal> {
+        self.debugger()?;
+        if ticks == 0 || ticks > MOST_SCOPE_TICKS {
+            return Err(Refusal::new(format!("from 1 to {MOST_SCOPE_TICKS} ticks can be shown")));
+        }
+        self.scope.width = ticks;
+        self.scope.range = None;
+        Ok(Reply::default())
+    }
+
+    pub(super) fn scope_trigger(&mut self, trigger: Option<Trigger>) -> Result<Reply, Refusal> {
+        let (from, _) = self.scope_range();
+        let seen = self.time.seen;
+        let is_recording = self.kind == crate::view::TargetKind::Recording;
+        let expression = match &trigger {
+            Some(trigger) => Some(self.debugger()?.program().expression(&trigger.expression)?),
+            None => None,
+        };
+        // In a recording, what is shown is searched again from its beginning.
+        let next = if is_recording { from } else { seen };
+        self.scope.armed = expression.map(|expression| Armed { expression, next, last: None });
+        (self.scope.hit, self.scope.trigger, self.scope.range) = (None, trigger, None);
+        Ok(Reply::default())
+    }
+
+    pub(super) fn scope_cursor(&mut self, cursor: u8, tick: Option<u64>) -> Result<Reply, Refusal> {
+        let slot = self.scope.cursors.get_mut(usize::from(cursor));
+        let slot = slot.ok_or_else(|| Refusal::new("the cursors are 0 and 1"))?;
+        *slot = tick;
+        Ok(Reply::default())
+    }
+
+    pub(super) fn scope_save(&mut self, name: &str) -> Result<Reply, Refusal> {
+        let ScopeState { names, width, trigger, .. } = &self.scope;
+        let saved = SavedScope { names: names.clone(), width: *width, trigger: trigger.clone() };
+        self.store.keep_scope(name.trim(), saved);
+        self.save()?;
+        Ok(Reply::message(format!("kept as {}", name.trim())))
+    }
+
+    pub(super) fn scope_load(&mut self, name: &str) -> Result<Reply, Refusal> {
+        let saved = self.store.scope(name.trim()).cloned();
+        let missing = || Refusal::new(format!("nothing is kept as `{}`", name.trim()));
+        let SavedScope { names, width, trigger } = saved.ok_or_else(missing)?;
+        self.scope = ScopeState::default();
+        self.scope_add(&names)?;
+        self.scope_width(width)?;
+        self.scope_trigger(trigger)
+    }
+
+    /// The samples that are shown: names, and a row for each tick.
+    pub(super) fn scope_rows(&mut self) -> Result<ScopeRows, Refusal> {
+        let (from, to) = self.scope_range();
+        if self.scope.names.is_empty() {
+            return Err(Refusal::new("no variable is on the scope"));
+        }
+        let long = Instant::now() + Duration::from_secs(30);
+        if !self.fill(from, to, long) {
+            return Err(Refusal::new("not all ticks can be run again; show a shorter stretch"));
+        }
+        let names = self.scope.names.clone();
+        let row =
+            |tick: u64| (0..names.len()).map(|at| self.scope.buffer.value(tick, at)).collect();
+        let rows = (from..=to).map(|tick| (tick, row(tick))).collect();
+        let tick_ns = self.debugger()?.tick_ns();
+        Ok(ScopeRows { names, rows, tick_ns, hit: self.scope.hit, cursors: self.scope.cursors })
+    }
+}
+
+/// What an export is made of.
+#[derive(Clone, Debug)]
+pub(super) struct ScopeRows {
+    pub(super) names: Vec<String>,
+    /// Tick, and the value of each variable.
+    pub(super) rows: Vec<(u64, Vec<Option<f64>>)>,
+    pub(super) tick_ns: u64,
+    pub(super) hit: Option<u64>,
+    pub(super) cursors: [Option<u64>; 2],
+}

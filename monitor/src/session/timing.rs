@@ -1,0 +1,148 @@
+//! How long ticks take, where the time goes by line, and overruns.
+
+use std::collections::HashMap;
+
+use serde_json::Value as Json;
+
+use super::Session;
+use crate::Refusal;
+use crate::flow::LOOK_BACK;
+use crate::view::{LineCost, Overrun, TimesRow, TimingView};
+
+/// How many lines are listed.
+const MOST_LINES: usize = 200;
+/// How many overruns are looked into.
+const MOST_OVERRUNS: usize = 50;
+
+/// A stretch of ticks that the clock left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Skipped {
+    /// The first of them.
+    pub(super) first: u64,
+    pub(super) count: u64,
+    /// Whether the watchdog has stopped a scan instead.
+    pub(super) cut: bool,
+}
+
+impl Session<'_> {
+    pub(super) fn timing_view(&mut self) -> Result<TimingView, Refusal> {
+        let timing = self.link.as_mut().map(|link| link.timing());
+        let timing = timing.and_then(Result::ok).unwrap_or(Json::Null);
+        let mut times: Vec<TimesRow> = [("lateness", "lateness"), ("tick", "ticks")]
+            .into_iter()
+            .filter_map(|(name, key)| Some(times_row(name, timing.get(key)?)))
+            .collect();
+        let tasks = timing.get("tasks").and_then(Json::as_array).cloned().unwrap_or_default();
+        times.extend(tasks.iter().map(|task| {
+            times_row(task.get("name").and_then(Json::as_str).unwrap_or_default(), task)
+        }));
+        let count = |key: &str| timing.get(key).and_then(Json::as_u64);
+        let (ticks, lines) = match self.debugger {
+            Some(_) => self.line_costs()?,
+            None => (0, vec![]),
+        };
+        let usual = {
+            let executed: u64 = lines.iter().map(|line| line.executions).sum();
+            if ticks > 0 { executed as f64 / ticks as f64 } else { 0.0 }
+        };
+        let recorded_overruns = self.overruns(usual);
+        Ok(TimingView {
+            times,
+            overruns: count("overruns"),
+            skipped: count("skipped"),
+            ticks,
+            lines: lines.into_iter().take(MOST_LINES).collect(),
+            recorded_overruns,
+        })
+    }
+
+    /// How many statements each line has executed in the ticks up to the one that is shown.
+    fn line_costs(&mut self) -> Result<(u64, Vec<LineCost>), Refusal> {
+        let ticks = self.flow()?.ticks;
+        let last = self.time.shown;
+        let first = (last + 1).saturating_sub(LOOK_BACK.min(ticks));
+        let mut by_row: HashMap<usize, u64> = HashMap::new();
+        for tick in first..=last {
+            let Some(steps) = self.traces.get(tick) else { continue };
+            for (statement, _) in &steps.steps {
+                if let Some(row) = self.text.row_of(*statement) {
+                    *by_row.entry(row).or_default() += 1;
+                }
+            }
+        }
+        let all: u64 = by_row.values().sum();
+        let mut lines: Vec<LineCost> = by_row
+            .into_iter()
+            .filter_map(|(row, executions)| {
+                let content = self.text.rows.get(row)?;
+                Some(LineCost {
+                    row,
+                    number: content.number.clone(),
+                    text: content.text().trim().to_owned(),
+                    executions,
+                    share: executions as f64 / all.max(1) as f64,
+                })
+            })
+            .collect();
+        lines.sort_by(|a, b| b.executions.cmp(&a.executions).then(a.row.cmp(&b.row)));
+        Ok((ticks, lines))
+    }
+
+    fn overruns(&mut self, usual: f64) -> Vec<Overrun> {
+        let from = self.skipped.len().saturating_sub(MOST_OVERRUNS);
+        let skipped: Vec<Skipped> = self.skipped.get(from..).unwrap_or_default().to_vec();
+        let first = self.first();
+        skipped
+            .into_iter()
+            .map(|Skipped { first: tick, count, cut }| {
+                let before = tick.checked_sub(1).filter(|before| *before >= first && !cut);
+                let looked = before.and_then(|before| {
+                    if !self.traces.has(before) {
+                        self.trace(before).ok()?;
+                    }
+                    let steps = &self.traces.get(before)?.steps;
+                    let mut counts: HashMap<usize, u64> = HashMap::new();
+                    for (statement, _) in steps {
+                        if let Some(row) = self.text.row_of(*statement) {
+                            *counts.entry(row).or_default() += 1;
+                        }
+                    }
+                    let most =
+                        counts.into_iter().max_by_key(|&(row, count)| (count, usize::MAX - row));
+                    let line = most.and_then(|(row, _)| {
+                        let content = self.text.rows.get(row)?;
+                        Some(format!("{} {}", content.number, content.text().trim()))
+                    });
+                    Some((steps.len() as u64, line))
+                });
+                let (statements, line) = match looked {
+                    Some((statements, line)) => (Some(statements), line),
+                    None => (None, None),
+                };
+                Overrun { tick, skipped: count, statements, usual, line }
+            })
+            .collect()
+    }
+
+    /// Notes a tick that the clock left out, or whose scan was stopped.
+    pub(super) fn note_overrun(&mut self, tick: u64, cut: bool) {
+        match self.skipped.last_mut() {
+            Some(last) if !cut && !last.cut && last.first + last.count == tick => last.count += 1,
+            _ => self.skipped.push(Skipped { first: tick, count: u64::from(!cut), cut }),
+        }
+    }
+}
+
+fn times_row(name: &str, times: &Json) -> TimesRow {
+    let number = |key: &str| times.get(key).and_then(Json::as_f64).unwrap_or(0.0);
+    TimesRow {
+        name: name.into(),
+        count: times.get("count").and_then(Json::as_u64).unwrap_or(0),
+        last_us: number("last_us"),
+        mean_us: number("mean_us"),
+        p50_us: number("p50_us"),
+        p99_us: number("p99_us"),
+        p999_us: number("p999_us"),
+        max_us: number("max_us"),
+    }
+}

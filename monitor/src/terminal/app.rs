@@ -1,0 +1,432 @@
+//! What is shown, what is typed, and what keys do.
+
+use ratatui::Frame;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+use super::{draw, keys};
+use crate::view::{Body, IoRow, Screen, View};
+use crate::{Command, Format, Refusal, Reply, Session};
+
+/// A screen of the terminal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Page {
+    Statements,
+    Variables,
+    Io,
+    Events,
+    Tasks,
+    Timing,
+    Scope,
+    Terminal,
+    Directory,
+    References,
+    Help,
+}
+
+/// The pages that have a number.
+pub(super) const PAGES: [(Page, &str); 8] = [
+    (Page::Statements, "statmnt"),
+    (Page::Variables, "var"),
+    (Page::Io, "i/o"),
+    (Page::Events, "faults"),
+    (Page::Tasks, "tasks"),
+    (Page::Timing, "time"),
+    (Page::Scope, "scope"),
+    (Page::Terminal, "terminal"),
+];
+
+/// What a key does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Todo {
+    Quit,
+    Help,
+    Directory,
+    NextStatement,
+    PreviousStatement,
+    FindNext,
+    ClearStatements,
+    ShowProgram,
+    ModuleDown,
+    ModuleUp,
+    Condition,
+    ToggleValues,
+    ClearWatch,
+    NextFormat,
+    Unwatch,
+    Force0,
+    Force1,
+    Release,
+    ReleaseAll,
+    OtherWindow,
+    ZoomIn,
+    ZoomOut,
+    CursorA,
+    CursorB,
+    Select,
+    ClearSelection,
+    AskName,
+    AskAll,
+    AskReferences,
+    AskSearch,
+    AskSearchUp,
+    AskWatch,
+    AskChange,
+    AskList,
+    AskForce,
+    AskScope,
+    AskScopeRemove,
+    AskTrigger,
+    AskWidth,
+    AskExport,
+    AskKeep,
+    AskOpen,
+    AskTick,
+    AskPreviousChange,
+    AskSpeed,
+}
+
+/// A line that is being typed.
+#[derive(Clone, Debug)]
+pub(super) struct Prompt {
+    pub(super) title: &'static str,
+    pub(super) text: String,
+    pub(super) todo: Todo,
+}
+
+/// The terminal's own state.
+#[derive(Debug)]
+pub(super) struct App {
+    pub(super) page: Page,
+    /// The page to which Esc goes back.
+    back: Page,
+    pub(super) prompt: Option<Prompt>,
+    /// What was told last, and whether it is a refusal.
+    pub(super) message: Option<(String, bool)>,
+    /// A warning that waits to be confirmed, and what is done then.
+    pub(super) warning: Option<(String, Command)>,
+    /// The selected row of lists, and of the two windows of inputs and outputs.
+    pub(super) selected: usize,
+    pub(super) window: usize,
+    /// What is being typed in the PMAC terminal.
+    pub(super) line: String,
+    pub(super) references: String,
+    /// How many rows the list or text has on the screen.
+    pub(super) height: usize,
+    pub(super) is_pmi: bool,
+    pub(super) is_left: bool,
+}
+
+impl App {
+    pub(super) fn new(session: &Session<'_>) -> Self {
+        let status = session.status();
+        Self {
+            page: Page::Statements,
+            back: Page::Statements,
+            prompt: None,
+            message: None,
+            warning: None,
+            selected: 0,
+            window: 0,
+            line: String::new(),
+            references: String::new(),
+            height: 10,
+            is_pmi: status.dialect == "pmi",
+            is_left: false,
+        }
+    }
+
+    /// The view of the page, for a screen of this size.
+    fn view(&self, session: &mut Session<'_>, width: usize) -> View {
+        session.view(&match self.page {
+            Page::Statements => Screen::Statements { first: None, count: self.height.max(1) },
+            Page::Variables => Screen::Variables,
+            Page::Io => Screen::Io,
+            Page::Events => Screen::Events,
+            Page::Tasks => Screen::Tasks,
+            Page::Timing => Screen::Timing,
+            Page::Scope => Screen::Scope { samples: width.saturating_sub(2).max(1) },
+            Page::Terminal => Screen::Terminal,
+            Page::Directory => Screen::Directory,
+            Page::References => Screen::References { name: self.references.clone() },
+            Page::Help => Screen::Status,
+        })
+    }
+
+    pub(super) fn draw(&mut self, session: &mut Session<'_>, frame: &mut Frame<'_>) {
+        let area = frame.area();
+        self.height = usize::from(area.height).saturating_sub(5);
+        let view = self.view(session, usize::from(area.width));
+        self.is_pmi = view.status.dialect == "pmi";
+        draw::draw(self, &view, frame);
+    }
+
+    /// Takes a key.
+    pub(super) fn key(&mut self, session: &mut Session<'_>, key: KeyEvent) {
+        self.message = None;
+        let is_control = key.modifiers.contains(KeyModifiers::CONTROL);
+        if is_control && matches!(key.code, KeyCode::Char('c' | 'q')) {
+            self.is_left = true;
+            return;
+        }
+        if let Some((_, command)) = self.warning.clone() {
+            self.warning = None;
+            if matches!(key.code, KeyCode::Char('y' | 'Y')) {
+                self.apply(session, Command::ConfirmWarning);
+                self.apply(session, command);
+            }
+            return;
+        }
+        if self.prompt.is_some() {
+            self.typed(session, key);
+            return;
+        }
+        if self.page == Page::Terminal && self.terminal_key(session, key) {
+            return;
+        }
+        if self.own_key(session, key.code) {
+            return;
+        }
+        self.general_key(session, key.code);
+    }
+
+    /// The keys of the page itself.
+    fn own_key(&mut self, session: &mut Session<'_>, code: KeyCode) -> bool {
+        let found = keys::keys(self.page, self.is_pmi).iter().find(|key| match code {
+            KeyCode::F(number) => key.function == number,
+            KeyCode::Char(letter) => key.letter == letter,
+            KeyCode::Insert => {
+                matches!(key.todo, Todo::AskWatch) || matches!(key.todo, Todo::AskScope)
+            }
+            KeyCode::Delete => matches!(key.todo, Todo::Unwatch | Todo::AskScopeRemove),
+            KeyCode::Enter => matches!(key.todo, Todo::Select),
+            _ => false,
+        });
+        if let Some(key) = found {
+            self.run(session, key.todo);
+        }
+        found.is_some()
+    }
+
+    fn general_key(&mut self, session: &mut Session<'_>, code: KeyCode) {
+        let lines = self.height.max(1) as i64;
+        match code {
+            KeyCode::Char('q') | KeyCode::F(10) => self.is_left = true,
+            KeyCode::Char('?') | KeyCode::F(1) => self.go(Page::Help),
+            KeyCode::Esc => self.go(self.back),
+            KeyCode::Tab | KeyCode::BackTab => self.next_page(code == KeyCode::Tab),
+            KeyCode::Char(digit @ '1'..='8') => {
+                let page = digit.to_digit(10).and_then(|digit| PAGES.get(digit as usize - 1));
+                if let Some((page, _)) = page {
+                    self.go(*page);
+                }
+            }
+            KeyCode::Up => self.move_cursor(session, -1),
+            KeyCode::Down => self.move_cursor(session, 1),
+            KeyCode::PageUp => self.move_cursor(session, -lines),
+            KeyCode::PageDown => self.move_cursor(session, lines),
+            KeyCode::Home => self.move_cursor(session, i64::from(i32::MIN)),
+            KeyCode::End => self.move_cursor(session, i64::from(i32::MAX)),
+            KeyCode::Left => self.time(session, -1),
+            KeyCode::Right => self.time(session, 1),
+            KeyCode::Char('<') => self.time(session, -100),
+            KeyCode::Char('>') => self.time(session, 100),
+            KeyCode::Char('[') => self.apply(session, Command::MoveScans { by: -1 }),
+            KeyCode::Char(']') => self.apply(session, Command::MoveScans { by: 1 }),
+            KeyCode::Char(' ') => {
+                let command = match session.status().following {
+                    true => Command::Pause,
+                    false => Command::Follow,
+                };
+                self.apply(session, command);
+            }
+            KeyCode::Char('g') => self.run(session, Todo::AskTick),
+            KeyCode::Char('c') => self.run(session, Todo::AskPreviousChange),
+            KeyCode::Char('S') => self.run(session, Todo::AskSpeed),
+            _ => {}
+        }
+    }
+
+    /// On the scope the shown stretch moves, elsewhere the tick.
+    fn time(&mut self, session: &mut Session<'_>, ticks: i64) {
+        if self.page != Page::Scope {
+            return self.apply(session, Command::MoveTicks { by: ticks });
+        }
+        let Body::Scope(scope) = self.view(session, 40).body else { return };
+        let by = ((scope.to - scope.from) as i64 / 10).max(1) * ticks.signum();
+        let from = scope.from.saturating_add_signed(by);
+        let to = from + (scope.to - scope.from);
+        self.apply(session, Command::ScopeRange { from, to });
+    }
+
+    pub(super) fn go(&mut self, page: Page) {
+        let is_list = matches!(self.page, Page::Directory | Page::References | Page::Help);
+        if !is_list {
+            self.back = self.page;
+        }
+        if self.page != page {
+            self.selected = 0;
+        }
+        self.page = page;
+    }
+
+    fn next_page(&mut self, forward: bool) {
+        let at = PAGES.iter().position(|(page, _)| *page == self.page).unwrap_or(0);
+        let step = if forward { 1 } else { PAGES.len() - 1 };
+        if let Some((page, _)) = PAGES.get((at + step) % PAGES.len()) {
+            self.go(*page);
+        }
+    }
+
+    fn move_cursor(&mut self, session: &mut Session<'_>, by: i64) {
+        if self.page == Page::Statements {
+            return self.apply(session, Command::MoveCursor { by });
+        }
+        // Drawing keeps it within the list.
+        self.selected = (self.selected as u64).saturating_add_signed(by) as usize;
+    }
+
+    /// Does something, and tells what came of it.
+    pub(super) fn apply(&mut self, session: &mut Session<'_>, command: Command) {
+        match session.apply(command.clone()) {
+            Ok(Reply { message, .. }) => {
+                if let Some(message) = message {
+                    self.message = Some((message, false));
+                }
+            }
+            Err(Refusal { message, warning }) => {
+                self.message = Some((message, true));
+                if let Some(warning) = warning {
+                    self.warning = Some((warning, command));
+                }
+            }
+        }
+    }
+
+    fn ask(&mut self, title: &'static str, text: String, todo: Todo) {
+        self.prompt = Some(Prompt { title, text, todo });
+    }
+
+    fn run(&mut self, session: &mut Session<'_>, todo: Todo) {
+        let none = String::new;
+        match todo {
+            Todo::Quit => self.is_left = true,
+            Todo::Help => self.go(Page::Help),
+            Todo::Directory => self.go(Page::Directory),
+            Todo::NextStatement => self.apply(session, Command::NextStatement),
+            Todo::PreviousStatement => self.apply(session, Command::PreviousStatement),
+            Todo::FindNext => self.apply(session, Command::FindNext),
+            Todo::ClearStatements | Todo::ClearSelection => {
+                self.apply(session, Command::ClearStatements);
+            }
+            Todo::ShowProgram => self.apply(session, Command::ShowProgram),
+            Todo::ModuleDown => self.apply(session, Command::Module { down: true }),
+            Todo::ModuleUp => self.apply(session, Command::Module { down: false }),
+            Todo::Condition => self.apply(session, Command::Condition),
+            Todo::ToggleValues => self.apply(session, Command::ToggleValues),
+            Todo::ClearWatch => self.apply(session, Command::ClearWatch),
+            Todo::NextFormat => self.next_format(session),
+            Todo::Unwatch => {
+                if let Some(row) = self.watched(session) {
+                    self.apply(session, Command::Unwatch { name: row.0 });
+                }
+            }
+            Todo::Force0 => self.force(session, "0"),
+            Todo::Force1 => self.force(session, "1"),
+            Todo::Release => {
+                if let Some(row) = self.io_row(session) {
+                    self.apply(session, Command::Release { name: row.name });
+                }
+            }
+            Todo::ReleaseAll => self.apply(session, Command::ReleaseAll),
+            Todo::OtherWindow => {
+                self.window = 1 - self.window.min(1);
+                self.selected = 0;
+            }
+            Todo::ZoomIn => self.zoom(session, 1, 2),
+            Todo::ZoomOut => self.zoom(session, 2, 1),
+            Todo::CursorA => self.ask("cursor A at tick (empty: none)", none(), todo),
+            Todo::CursorB => self.ask("cursor B at tick (empty: none)", none(), todo),
+            Todo::Select => self.select(session),
+            Todo::AskName => self.ask("name", none(), todo),
+            Todo::AskAll => self.ask("all occurrences of", none(), todo),
+            Todo::AskReferences => self.ask("statement, label or variable", none(), todo),
+            Todo::AskSearch => self.ask("search downwards", none(), todo),
+            Todo::AskSearchUp => self.ask("search upwards", none(), todo),
+            Todo::AskWatch => self.ask("variables", none(), todo),
+            Todo::AskChange => {
+                let name = self.watched(session).map_or_else(none, |row| format!("{}=", row.1));
+                self.ask("NAME=VALUE", name, todo);
+            }
+            Todo::AskList => self.ask("watch list", none(), todo),
+            Todo::AskForce => self.ask("value", none(), todo),
+            Todo::AskScope => self.ask("variables", none(), todo),
+            Todo::AskScopeRemove => self.ask("variable", none(), todo),
+            Todo::AskTrigger => {
+                self.ask("expression [rising|falling|both] (empty: none)", none(), todo);
+            }
+            Todo::AskWidth => self.ask("ticks", none(), todo),
+            Todo::AskExport => self.ask("file (.csv or .svg)", none(), todo),
+            Todo::AskKeep => self.ask("keep as", none(), todo),
+            Todo::AskOpen => self.ask("open", none(), todo),
+            Todo::AskTick => self.ask("tick", none(), todo),
+            Todo::AskPreviousChange => self.ask("previous change of", none(), todo),
+            Todo::AskSpeed => self.ask("speed", none(), todo),
+        }
+    }
+
+    fn next_format(&mut self, session: &mut Session<'_>) {
+        let Some((name, _, format)) = self.watched(session) else { return };
+        let format = match format {
+            Format::Decimal => Format::Hexadecimal,
+            Format::Hexadecimal => Format::Binary,
+            Format::Binary => Format::Decimal,
+        };
+        self.apply(session, Command::SetFormat { name, format });
+    }
+
+    /// The selected row of the watch list: entry, variable and format.
+    fn watched(&mut self, session: &mut Session<'_>) -> Option<(String, String, Format)> {
+        let Body::Variables(view) = session.view(&Screen::Variables).body else { return None };
+        let row = view.rows.get(self.selected.min(view.rows.len().saturating_sub(1)))?;
+        Some((row.entry.clone(), row.name.clone(), row.format))
+    }
+
+    fn io_row(&mut self, session: &mut Session<'_>) -> Option<IoRow> {
+        let Body::Io(view) = session.view(&Screen::Io).body else { return None };
+        let window = view.windows.into_iter().nth(self.window)?;
+        let last = window.rows.len().saturating_sub(1);
+        window.rows.into_iter().nth(self.selected.min(last))
+    }
+
+    pub(super) fn force(&mut self, session: &mut Session<'_>, value: &str) {
+        if let Some(row) = self.io_row(session) {
+            self.apply(session, Command::Force { name: row.name, value: value.into() });
+        }
+    }
+
+    fn zoom(&mut self, session: &mut Session<'_>, times: u64, part: u64) {
+        let Body::Scope(scope) = self.view(session, 40).body else { return };
+        let width = scope.to - scope.from + 1;
+        let new = (width * times / part).max(2);
+        let middle = scope.from + width / 2;
+        let from = middle.saturating_sub(new / 2);
+        let command = match scope.state {
+            crate::view::ScopeState::Rolling => Command::ScopeWidth { ticks: new },
+            _ => Command::ScopeRange { from, to: from + new - 1 },
+        };
+        self.apply(session, command);
+    }
+
+    /// Selects the row of the directory, or jumps to an occurrence.
+    fn select(&mut self, session: &mut Session<'_>) {
+        if let Body::Directory(view) = session.view(&Screen::Directory).body
+            && let Some(row) = view.rows.get(self.selected.min(view.rows.len().saturating_sub(1)))
+        {
+            // What is shown as the whole program is first emptied, so that the selected rows are alone.
+            if view.rows.iter().all(|row| row.chosen) && view.rows.len() > 1 {
+                self.apply(session, Command::ClearStatements);
+            }
+            self.apply(session, Command::ChooseStatements { rows: vec![row.row] });
+        }
+    }
+}

@@ -1,0 +1,252 @@
+//! Pages that are lists.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::Line;
+use ratatui::widgets::Paragraph;
+
+use super::super::app::App;
+use super::{first_shown, fitted};
+use crate::view::{
+    Body, DirectoryRow, EventsView, IoRow, IoView, TaskState, TasksView, TimesRow, TimingView,
+    VariablesView,
+};
+
+const SELECTED: Style = Style::new().add_modifier(Modifier::REVERSED);
+const STRONG: Style = Style::new().add_modifier(Modifier::BOLD);
+
+/// Rows of a list with titles between them. Only rows can be selected.
+#[derive(Default)]
+struct List {
+    rows: Vec<(String, bool, Style)>,
+}
+
+impl List {
+    fn title(&mut self, text: impl Into<String>) {
+        self.rows.push((text.into(), false, STRONG));
+    }
+
+    fn text(&mut self, text: impl Into<String>) {
+        self.rows.push((text.into(), false, Style::new()));
+    }
+
+    fn row(&mut self, text: impl Into<String>, style: Style) {
+        self.rows.push((text.into(), true, style));
+    }
+
+    /// Draws the list so that the selected row is in sight; with `selected` behind the last row, the last
+    /// one is.
+    fn draw(self, selected: &mut usize, frame: &mut Frame<'_>, area: Rect) {
+        let rows: Vec<usize> =
+            (0..self.rows.len()).filter(|&at| self.rows.get(at).is_some_and(|row| row.1)).collect();
+        *selected = (*selected).min(rows.len().saturating_sub(1));
+        let at = rows.get(*selected).copied();
+        let height = usize::from(area.height);
+        let first = first_shown(at.unwrap_or(0), self.rows.len(), height);
+        let width = usize::from(area.width);
+        let lines = self.rows.into_iter().enumerate().skip(first).take(height);
+        let lines = lines.map(|(number, (text, is_row, style))| {
+            let is_selected = Some(number) == at;
+            let mark = match (is_row, is_selected) {
+                (true, true) => ">",
+                (true, false) => " ",
+                (false, _) => "",
+            };
+            let text = fitted(&format!("{mark}{text}"), width);
+            Line::styled(text, if is_selected { style.patch(SELECTED) } else { style })
+        });
+        frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), area);
+    }
+}
+
+pub(super) fn draw(app: &mut App, body: &Body, frame: &mut Frame<'_>, area: Rect) {
+    let mut list = List::default();
+    match body {
+        Body::Variables(view) => variables(view, &mut list),
+        Body::Io(view) => return draw_io(app, view, frame, area),
+        Body::Events(view) => events(view, &mut list),
+        Body::Tasks(view) => tasks(view, &mut list),
+        Body::Timing(view) => timing(view, &mut list),
+        Body::Directory(view) => {
+            list.title("directory: F1 or Enter selects a statement, Esc shows what is selected");
+            for row in &view.rows {
+                list.row(directory_row(row), Style::new());
+            }
+        }
+        Body::References(view) => {
+            let meaning = view.meaning.clone().unwrap_or_default();
+            list.title(format!("{} {meaning}", view.name));
+            let kinds = [
+                ("written", &view.written),
+                ("read", &view.read),
+                ("tested", &view.tested),
+                ("other", &view.others),
+            ];
+            for (title, rows) in kinds.into_iter().filter(|(_, rows)| !rows.is_empty()) {
+                list.title(title);
+                for row in rows {
+                    list.row(format!("{:>6}  {}", row.number, row.name), Style::new());
+                }
+            }
+        }
+        Body::Terminal(view) => {
+            for line in &view.lines {
+                let mark = if line.typed { "> " } else { "" };
+                list.text(format!("{mark}{}", line.text));
+            }
+            list.row(format!(" {}_", app.line), Style::new());
+        }
+        Body::Status { .. } | Body::Statements(_) | Body::Scope(_) => {}
+    }
+    list.draw(&mut app.selected, frame, area);
+}
+
+fn directory_row(row: &DirectoryRow) -> String {
+    let mark = if row.chosen { '*' } else { ' ' };
+    format!("{mark}{:>6}  {}", row.number, row.name)
+}
+
+fn variables(view: &VariablesView, list: &mut List) {
+    list.title(format!(
+        "watch list {} ({}), values of {}",
+        view.list,
+        view.lists.join(", "),
+        view.moment
+    ));
+    if view.rows.is_empty() {
+        list.text("no variable is watched: F1, i or Insert adds some");
+    }
+    for row in &view.rows {
+        let value = row.value.as_deref().unwrap_or("?");
+        let title = row.title.as_deref().unwrap_or_default();
+        let forced = if row.forced { '!' } else { ' ' };
+        let changed = if row.changed { '*' } else { ' ' };
+        let style = if row.forced { SELECTED } else { Style::new() };
+        list.row(format!("{:<16} {value:>20}{changed}{forced} {title}", row.name), style);
+    }
+}
+
+/// The two windows of PMI 5.3, side by side.
+fn draw_io(app: &mut App, view: &IoView, frame: &mut Frame<'_>, area: Rect) {
+    let half = area.width / 2;
+    let places = [
+        Rect { width: half.saturating_sub(1), ..area },
+        Rect { x: area.x + half, width: area.width - half, ..area },
+    ];
+    for (number, (window, place)) in view.windows.iter().zip(places).enumerate() {
+        let mut list = List::default();
+        list.title(format!("{:<10} value/line", window.title));
+        for row in &window.rows {
+            let style = if row.forced.is_some() { SELECTED } else { Style::new() };
+            list.row(io_row(row, usize::from(place.width)), style);
+        }
+        if number == app.window {
+            list.draw(&mut app.selected, frame, place);
+        } else {
+            // The window without the cursor shows its beginning.
+            for row in &mut list.rows {
+                row.1 = false;
+            }
+            list.draw(&mut 0, frame, place);
+        }
+    }
+}
+
+fn io_row(row: &IoRow, width: usize) -> String {
+    let lines = row.physical.as_deref().map(|lines| format!("/{lines}")).unwrap_or_default();
+    let forced = row.forced.as_deref().map(|value| format!("!{value}!")).unwrap_or_default();
+    let changed = if row.changed { "*" } else { "" };
+    let left = format!("{:<8} {}{lines}{changed} {forced}", row.name, row.logical);
+    let room = width.saturating_sub(row.place.chars().count() + 3);
+    format!("{} {}", fitted(&left, room), row.place)
+}
+
+fn events(view: &EventsView, list: &mut List) {
+    list.title(format!("active: {}", view.active.len()));
+    for one in &view.active {
+        let since = one.since.map(|tick| format!(" since tick {tick}")).unwrap_or_default();
+        list.row(format!("{:<8} {}{since}", one.name, one.text), STRONG);
+    }
+    if !view.display.is_empty() {
+        list.title("display");
+        view.display.iter().for_each(|line| list.text(format!("|{line}|")));
+    }
+    list.title("log, the newest first");
+    for event in view.log.iter().rev() {
+        list.row(format!("{:>8}  {}", event.tick, event.text), Style::new());
+    }
+}
+
+fn tasks(view: &TasksView, list: &mut List) {
+    list.title(format!(
+        "{:<10} {:<9} {:>9} {:>6} {:>8}  place",
+        "task", "state", "scans/s", "stmts", "tick"
+    ));
+    for row in &view.rows {
+        let state = match row.state {
+            TaskState::Running => "running",
+            TaskState::Waiting => "waiting",
+            TaskState::Paused => "paused",
+            TaskState::Disabled => "disabled",
+            TaskState::Empty => "empty",
+            TaskState::Idle => "idle",
+        };
+        let tick = row.tick.map_or_else(|| "-".into(), |tick| tick.to_string());
+        let place = row.place.as_deref().unwrap_or_default();
+        list.row(
+            format!(
+                "{:<9} {state:<9} {:>9.1} {:>6} {tick:>8}  {place}",
+                row.name, row.scans_per_second, row.statements
+            ),
+            Style::new(),
+        );
+    }
+    for fact in &view.facts {
+        list.text(format!("{:<14} {}", fact.title, fact.value));
+    }
+}
+
+fn timing(view: &TimingView, list: &mut List) {
+    if !view.times.is_empty() {
+        list.title(format!(
+            "{:<10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
+            "us", "count", "last", "mean", "p50", "p99", "max"
+        ));
+    }
+    for TimesRow { name, count, last_us, mean_us, p50_us, p99_us, max_us, .. } in &view.times {
+        list.text(format!(
+            "{name:<10} {count:>9} {last_us:>9.1} {mean_us:>9.1} {p50_us:>9.1} {p99_us:>9.1} {max_us:>9.1}"
+        ));
+    }
+    if let (Some(overruns), Some(skipped)) = (view.overruns, view.skipped) {
+        list.text(format!("overruns {overruns}, ticks skipped {skipped}"));
+    }
+    list.title(format!("executed statements by line, in the last {} ticks", view.ticks));
+    for line in &view.lines {
+        let percent = line.share * 100.0;
+        list.row(
+            format!("{percent:>5.1} % {:>7}x {:>6} {}", line.executions, line.number, line.text),
+            Style::new(),
+        );
+    }
+    if !view.recorded_overruns.is_empty() {
+        list.title("overruns in the record, the newest first");
+    }
+    for one in view.recorded_overruns.iter().rev() {
+        let statements = match one.statements {
+            Some(count) => format!("{count} statements before it, {:.0} as a rule", one.usual),
+            None => "a scan was stopped".to_owned(),
+        };
+        let line = one.line.as_deref().map(|line| format!(", most often {line}"));
+        list.row(
+            format!(
+                "tick {}: {} skipped, {statements}{}",
+                one.tick,
+                one.skipped,
+                line.unwrap_or_default()
+            ),
+            Style::new(),
+        );
+    }
+}

@@ -1,0 +1,166 @@
+//! Draws a view with characters. What colours say, underlines, marks or words say too.
+
+mod lists;
+mod scope;
+mod statements;
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
+
+use super::app::{App, PAGES, Page};
+use super::keys;
+use crate::view::{Body, Status, View};
+
+pub(super) fn draw(app: &mut App, view: &View, frame: &mut Frame<'_>) {
+    let rows = Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Length(1),
+        Constraint::Min(1),
+        Constraint::Length(1),
+        Constraint::Length(2),
+    ]);
+    let [head, time, body, message, bar] = rows.areas(frame.area());
+    frame.render_widget(Paragraph::new(head_line(app, &view.status, head.width)), head);
+    frame.render_widget(Paragraph::new(time_line(&view.status, time.width)), time);
+    app.height = usize::from(body.height);
+    match (&view.body, app.page) {
+        (_, Page::Help) => {
+            let lines: Vec<Line<'_>> = keys::HELP.iter().map(|line| Line::raw(*line)).collect();
+            frame.render_widget(Paragraph::new(lines), body);
+        }
+        (Body::Statements(view), _) => statements::draw(view, frame, body),
+        (Body::Scope(view), _) => scope::draw(view, frame, body),
+        (Body::Status { reason }, _) => {
+            let text = reason.clone().unwrap_or_default();
+            frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), body);
+        }
+        (other, _) => lists::draw(app, other, frame, body),
+    }
+    frame.render_widget(Paragraph::new(message_line(app, &view.status)), message);
+    frame.render_widget(Paragraph::new(bar_lines(app, bar.width)), bar);
+    if let Some((warning, _)) = &app.warning {
+        draw_warning(warning, frame);
+    }
+}
+
+/// What is shown, its state, and the forces.
+fn head_line(app: &App, status: &Status, width: u16) -> Line<'static> {
+    let name = std::path::Path::new(&status.program).file_name();
+    let program = name.map_or_else(|| status.name.clone(), |name| name.to_string_lossy().into());
+    let mut left = format!("{program} ({}) {}", status.dialect.to_uppercase(), status.state);
+    if let Some(reason) = &status.reason {
+        left.push_str(&format!(": {reason}"));
+    }
+    let forces = match status.forces.len() {
+        0 => String::new(),
+        1 => "! 1 OVERRIDE !".to_owned(),
+        count => format!("! {count} OVERRIDES !"),
+    };
+    let title = PAGES.iter().find(|(page, _)| *page == app.page).map_or("", |(_, title)| title);
+    let right = format!("{forces} {title}");
+    let room = usize::from(width).saturating_sub(right.chars().count() + 1);
+    let left: String = left.chars().take(room).collect();
+    let gap =
+        " ".repeat(usize::from(width).saturating_sub(left.chars().count() + right.chars().count()));
+    let style = Style::new().add_modifier(Modifier::BOLD);
+    Line::from(vec![
+        Span::styled(left, style),
+        Span::raw(gap),
+        Span::styled(forces, style.add_modifier(Modifier::REVERSED)),
+        Span::raw(format!(" {title}")),
+    ])
+}
+
+/// The tick that is shown, and where it lies among those that are known.
+fn time_line(status: &Status, width: u16) -> Line<'static> {
+    let mark = if status.following { "newest" } else { "stays" };
+    let mut text = format!("tick {} {:.3} s {mark} ", status.tick, status.seconds);
+    if let Some(ticks) = status.control_ticks {
+        text.push_str(&format!("(control {ticks}) "));
+    }
+    let ends = format!("{} {}", status.first_tick, status.last_tick);
+    let room = usize::from(width).saturating_sub(text.chars().count() + ends.len() + 4);
+    if room >= 5 {
+        let span = status.last_tick.saturating_sub(status.first_tick).max(1);
+        let at = status.tick.saturating_sub(status.first_tick).min(span);
+        let at = (at as f64 / span as f64 * (room - 1) as f64).round() as usize;
+        let slider: String = (0..room).map(|cell| if cell == at { '#' } else { '-' }).collect();
+        text.push_str(&format!("{} [{slider}] {}", status.first_tick, status.last_tick));
+    }
+    Line::raw(text)
+}
+
+/// What is being typed, or what was told last.
+fn message_line(app: &App, status: &Status) -> Line<'static> {
+    if let Some(prompt) = &app.prompt {
+        return Line::raw(format!("{}: {}_", prompt.title, prompt.text));
+    }
+    match &app.message {
+        Some((text, true)) => {
+            Line::styled(format!("! {text}"), Style::new().add_modifier(Modifier::BOLD))
+        }
+        Some((text, false)) => Line::raw(text.clone()),
+        None => Line::raw(status.note.clone().unwrap_or_default()),
+    }
+}
+
+/// The keys of the page, and the pages.
+fn bar_lines(app: &App, width: u16) -> Vec<Line<'static>> {
+    let mut text = String::new();
+    for key in keys::keys(app.page, app.is_pmi) {
+        let name = match key.function {
+            0 => key.letter.to_string(),
+            number => format!("F{number}/{}", key.letter),
+        };
+        let piece = format!("{name} {}  ", key.label);
+        if text.chars().count() + piece.chars().count() > usize::from(width) + 2 {
+            break;
+        }
+        text.push_str(&piece);
+    }
+    let mut pages = vec![];
+    for (number, (page, title)) in (1..).zip(PAGES) {
+        let style = match page == app.page {
+            true => Style::new().add_modifier(Modifier::REVERSED),
+            false => Style::new(),
+        };
+        pages.push(Span::styled(format!("{number} {title}"), style));
+        pages.push(Span::raw(" "));
+    }
+    pages.push(Span::raw("?:help q:quit"));
+    let bar = Line::styled(text.trim_end().to_owned(), Style::new().add_modifier(Modifier::BOLD));
+    vec![bar, Line::from(pages)]
+}
+
+fn draw_warning(warning: &str, frame: &mut Frame<'_>) {
+    let area = frame.area();
+    let width = area.width.saturating_sub(8).min(70);
+    let height = 12.min(area.height);
+    let x = (area.width - width) / 2;
+    let y = (area.height - height) / 2;
+    let place = Rect { x, y, width, height };
+    let text = format!("{warning}\n\ny: override    any other key: leave everything as it is");
+    let block = Block::bordered().title(" WARNING ");
+    frame.render_widget(Clear, place);
+    frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }).block(block), place);
+}
+
+/// The first row that is shown of a list, so that the selected one is in sight.
+pub(super) fn first_shown(selected: usize, count: usize, height: usize) -> usize {
+    let last_first = count.saturating_sub(height);
+    selected.saturating_sub(height / 2).min(last_first)
+}
+
+/// A text of exactly this many cells.
+pub(super) fn fitted(text: &str, width: usize) -> String {
+    let count = text.chars().count();
+    if count <= width {
+        return format!("{text}{}", " ".repeat(width - count));
+    }
+    let mut cut: String = text.chars().take(width.saturating_sub(1)).collect();
+    cut.push('…');
+    cut
+}

@@ -1,0 +1,140 @@
+//! Statements with power flow: values above their variables (PMI 5.1), or at the right (NCT 5, PMAC).
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use super::fitted;
+use crate::view::{Execution, Role, StatementLayout, StatementLine, StatementsView, Token};
+
+/// Cells in front of a statement: the cursor, the mark of what was not executed, the line number.
+const MARGIN: usize = 8;
+
+pub(super) fn draw(view: &StatementsView, frame: &mut Frame<'_>, area: Rect) {
+    let height = usize::from(area.height).saturating_sub(1);
+    let width = usize::from(area.width);
+    let mut lines: Vec<Line<'static>> = vec![];
+    // Statements of two rows need more room than the view has counted on: the cursor stays in sight.
+    let mut cursor_end = 0;
+    for (at, line) in view.lines.iter().enumerate() {
+        let is_cursor = view.first + at == view.cursor;
+        match view.layout {
+            StatementLayout::ValuesAbove => {
+                lines.extend(above(line, is_cursor, width, view.values))
+            }
+            StatementLayout::ValuesRight => lines.push(right(line, is_cursor, width, view.values)),
+        }
+        if is_cursor {
+            cursor_end = lines.len();
+        }
+    }
+    lines.drain(..cursor_end.saturating_sub(height).min(lines.len()));
+    lines.truncate(height);
+    if view.total == 0 {
+        lines.push(Line::raw("no statement is shown: F1 directory, F4 name, F8 the whole program"));
+    }
+    lines.resize(height, Line::raw(""));
+    let shown = if view.chosen { "chosen statements" } else { "program" };
+    let foot = format!("line {}  {shown}  {}", view.last_number, view.scan);
+    lines.push(Line::styled(fitted(&foot, width), Style::new().add_modifier(Modifier::REVERSED)));
+    frame.render_widget(Paragraph::new(lines), area);
+}
+
+fn style(line: &StatementLine) -> Style {
+    match line.execution {
+        Execution::NotExecuted => Style::new().add_modifier(Modifier::DIM),
+        Execution::Executed | Execution::NoStatement => Style::new(),
+    }
+}
+
+fn margin(line: &StatementLine, is_cursor: bool) -> String {
+    let cursor = if is_cursor { '>' } else { ' ' };
+    let mark = if line.execution == Execution::NotExecuted { '.' } else { ' ' };
+    format!("{cursor}{:>5}{mark} ", line.number)
+}
+
+fn token_style(token: &Token, style: Style) -> Style {
+    match (token.truth, token.role) {
+        (Some(true), _) => style.add_modifier(Modifier::UNDERLINED | Modifier::BOLD),
+        (_, Role::Keyword | Role::Label) => style.add_modifier(Modifier::BOLD),
+        _ => style,
+    }
+}
+
+/// A statement with the values of its numbers in a row above, wrapped where it is too long.
+fn above(line: &StatementLine, is_cursor: bool, width: usize, values: bool) -> Vec<Line<'static>> {
+    let style = style(line);
+    let mut rows: Vec<Line<'static>> = vec![];
+    let mut upper = String::new();
+    let mut lower: Vec<Span<'static>> = vec![];
+    let mut used = 0;
+    let room = width.saturating_sub(MARGIN).max(10);
+    let mut head = margin(line, is_cursor);
+    let mut end_row = |upper: &mut String, lower: &mut Vec<Span<'static>>| {
+        if !upper.trim().is_empty() {
+            let text = format!("{}{}", " ".repeat(MARGIN), upper.trim_end());
+            rows.push(Line::styled(text, style));
+        }
+        let mut spans = vec![Span::styled(std::mem::replace(&mut head, " ".repeat(MARGIN)), style)];
+        spans.append(lower);
+        rows.push(Line::from(spans));
+        upper.clear();
+    };
+    for token in &line.tokens {
+        let value = token.value.as_deref().filter(|_| values).unwrap_or("");
+        let (text, long) = (token.text.chars().count(), value.chars().count());
+        let cells = text.max(long);
+        // Two values do not touch.
+        let gap = usize::from(long > 0 && upper.ends_with(|c: char| c != ' '));
+        if used + gap + cells > room && used > 0 {
+            end_row(&mut upper, &mut lower);
+            used = 0;
+        } else if gap > 0 {
+            upper.push(' ');
+            lower.push(Span::raw(" "));
+            used += 1;
+        }
+        upper.push_str(&fitted(value, cells));
+        lower.push(Span::styled(token.text.clone(), token_style(token, style)));
+        lower.push(Span::raw(" ".repeat(cells - text)));
+        used += cells;
+    }
+    end_row(&mut upper, &mut lower);
+    rows
+}
+
+/// A statement with the values of its variables at the right.
+fn right(line: &StatementLine, is_cursor: bool, width: usize, values: bool) -> Line<'static> {
+    let style = style(line);
+    let room = width.saturating_sub(MARGIN);
+    let left = if values { room * 11 / 20 } else { room };
+    let mut spans = vec![Span::styled(margin(line, is_cursor), style)];
+    let mut used = 0;
+    for token in &line.tokens {
+        let cells = token.text.chars().count().min(left.saturating_sub(used));
+        if cells == 0 {
+            break;
+        }
+        let text: String = token.text.chars().take(cells).collect();
+        spans.push(Span::styled(text, token_style(token, style)));
+        used += cells;
+    }
+    spans.push(Span::raw(" ".repeat(left.saturating_sub(used))));
+    if values {
+        let mut text: Vec<String> =
+            line.waits.iter().map(|task| format!("<{task} waits>")).collect();
+        if line.times > 1 {
+            text.push(format!("{}x", line.times));
+        }
+        let value = |one: &crate::view::NamedValue| match one.written {
+            true => format!("{}:={}", one.name, one.value),
+            false => format!("{}={}", one.name, one.value),
+        };
+        text.extend(line.values.iter().map(value));
+        let text = fitted(&format!(" {}", text.join(" ")), room.saturating_sub(left));
+        spans.push(Span::styled(text.trim_end().to_owned(), style));
+    }
+    Line::from(spans)
+}

@@ -1,0 +1,184 @@
+//! Screens as they are drawn, and what keys do.
+
+use plcc_abi::Dialect;
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use ratatui::style::Modifier;
+
+use super::app::App;
+use crate::Session;
+use crate::testing::open;
+
+/// A terminal of 80 x 24 with a session.
+struct Screen {
+    session: Session<'static>,
+    app: App,
+    terminal: Terminal<TestBackend>,
+}
+
+impl Screen {
+    fn new(dialect: Dialect, program: &str, stimulus: &str, tick: u64) -> Self {
+        let mut session = open(dialect, program, stimulus);
+        session.run_to(tick);
+        let app = App::new(&session);
+        let terminal = Terminal::new(TestBackend::new(80, 24)).unwrap();
+        Self { session, app, terminal }
+    }
+
+    fn key(&mut self, code: KeyCode) {
+        self.app.key(&mut self.session, KeyEvent::new(code, KeyModifiers::NONE));
+    }
+
+    fn keys(&mut self, text: &str) {
+        text.chars().for_each(|c| self.key(KeyCode::Char(c)));
+    }
+
+    /// The screen without the numbers of ticks that depend on how fast this computer is.
+    fn drawn(&mut self) -> String {
+        let Self { session, app, terminal } = self;
+        terminal.draw(|frame| app.draw(session, frame)).unwrap();
+        let text = terminal.backend().to_string();
+        let lines = text.lines().enumerate().filter(|(number, _)| *number != 1);
+        lines.map(|(_, line)| line.trim_matches('"').trim_end()).collect::<Vec<_>>().join("\n")
+    }
+
+    /// The text that has an attribute, of each line.
+    fn with(&mut self, modifier: Modifier) -> Vec<String> {
+        self.drawn();
+        let buffer = self.terminal.backend().buffer();
+        let row = |y: u16| -> String {
+            let cells = (0..80).map(|x| &buffer[(x, y)]);
+            cells
+                .filter(|cell| cell.modifier.contains(modifier))
+                .map(|cell| cell.symbol())
+                .collect()
+        };
+        (0..24).map(row).filter(|text| !text.trim().is_empty()).collect()
+    }
+}
+
+const PMI: &str = "\
+$INPUT
+A=0/0
+B=0/1
+$OUTPUT
+SOL1=1/0
+$INTEGER
+N
+X
+$END
+N=N+1
+SOL1=A&/B
+IF (N>2)
+ X=N*10
+ENDIF
+IF (N>1000)
+ X=0
+ENDIF
+";
+
+#[test]
+fn pmi_statements_have_values_above_and_true_ones_underlined() {
+    let mut screen = Screen::new(Dialect::Pmi, PMI, "1,A,1\n", 12);
+    insta::assert_snapshot!(screen.drawn());
+    assert_eq!(screen.with(Modifier::UNDERLINED), ["SOL1A/B"]);
+    assert_eq!(screen.with(Modifier::DIM).len(), 1);
+    // The directory, with one statement selected.
+    screen.key(KeyCode::F(1));
+    screen.key(KeyCode::Down);
+    screen.key(KeyCode::Enter);
+    insta::assert_snapshot!(screen.drawn());
+    screen.key(KeyCode::Esc);
+    let text = screen.drawn();
+    assert!(text.contains("SOL1=A&/B") && !text.contains("N=N+1"), "{text}");
+}
+
+#[test]
+fn inputs_and_outputs_are_overridden_after_a_warning() {
+    let mut screen = Screen::new(Dialect::Pmi, PMI, "", 5);
+    screen.keys("3");
+    screen.key(KeyCode::F(2));
+    insta::assert_snapshot!(screen.drawn());
+    screen.keys("n");
+    assert!(screen.session.status().forces.is_empty());
+    screen.key(KeyCode::F(2));
+    screen.keys("y");
+    let text = screen.drawn();
+    assert!(text.contains("! 1 OVERRIDE !") && text.contains("!1!"), "{text}");
+    screen.keys("X");
+    assert!(screen.session.status().forces.is_empty());
+}
+
+#[test]
+fn variables_are_watched_in_each_format() {
+    let mut screen = Screen::new(Dialect::Pmi, PMI, "1,A,1\n", 19);
+    screen.keys("2i");
+    screen.keys("N,A");
+    screen.key(KeyCode::Enter);
+    screen.keys("f");
+    insta::assert_snapshot!(screen.drawn());
+}
+
+#[test]
+fn nct_has_values_at_the_right() {
+    let program = ":001\nI000 ; a condition\n U000\nE\n D000\nZ\nLQ00 +1 SQ00\nJ1\n:000\nJ0\n";
+    let mut screen = Screen::new(Dialect::Nct, program, "2,I000,1\n", 4);
+    insta::assert_snapshot!(screen.drawn());
+    screen.key(KeyCode::F(9));
+    assert!(!screen.drawn().contains("Q00:=5"));
+    screen.key(KeyCode::F(6));
+    screen.keys("Q00");
+    screen.key(KeyCode::Enter);
+    insta::assert_snapshot!(screen.drawn());
+}
+
+#[test]
+fn pmac_says_where_each_plc_waits_and_has_a_terminal() {
+    let program = "I5=2\nOPEN PLC 1 CLEAR\nP1=P1+1\nCLOSE\nOPEN PLC 2 CLEAR\nWHILE (P2<100)\n  \
+                   P2=P2+1\nENDWHILE\nCLOSE\nENABLE PLC 1..2\n";
+    let mut screen = Screen::new(Dialect::Pmac, program, "", 6);
+    insta::assert_snapshot!(screen.drawn());
+    screen.keys("5");
+    insta::assert_snapshot!(screen.drawn());
+    screen.keys("8");
+    screen.keys("P1..2");
+    screen.key(KeyCode::Enter);
+    let text = screen.drawn();
+    assert!(text.contains("> P1..2\n4\n3"), "{text}");
+    // Letters are typed there; Esc and Tab leave.
+    screen.keys("q");
+    assert!(!screen.app.is_left);
+    screen.key(KeyCode::Tab);
+    screen.keys("q");
+    assert!(screen.app.is_left);
+}
+
+#[test]
+fn the_scope_draws_courses_and_cursors() {
+    let mut screen = Screen::new(Dialect::Pmi, PMI, "20,A,1\n25,A,0\n", 40);
+    screen.keys("7i");
+    screen.keys("SOL1,N");
+    screen.key(KeyCode::Enter);
+    screen.session.apply(crate::Command::ScopeRange { from: 10, to: 39 }).unwrap();
+    screen.keys("a20");
+    screen.key(KeyCode::Enter);
+    screen.keys("b25");
+    screen.key(KeyCode::Enter);
+    insta::assert_snapshot!(screen.drawn());
+}
+
+#[test]
+fn every_page_fits_a_small_and_a_tiny_terminal() {
+    let mut screen = Screen::new(Dialect::Pmi, PMI, "", 5);
+    for (width, height) in [(80, 24), (40, 10), (10, 4), (1, 1)] {
+        screen.terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+        for page in "12345678?".chars() {
+            screen.key(KeyCode::Esc);
+            screen.key(KeyCode::Tab);
+            screen.keys(&page.to_string());
+            let Screen { session, app, terminal } = &mut screen;
+            terminal.draw(|frame| app.draw(session, frame)).unwrap();
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Lines that are typed: answers to questions, and commands of the PMAC terminal.
+
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+use super::app::{App, Page, Prompt, Todo};
+use crate::{Command, Edge, ExportFormat, Session, Trigger};
+
+impl App {
+    /// A key while a line is being typed.
+    pub(super) fn typed(&mut self, session: &mut Session<'_>, key: KeyEvent) {
+        let Some(prompt) = &mut self.prompt else { return };
+        match key.code {
+            KeyCode::Esc => self.prompt = None,
+            KeyCode::Backspace => drop(prompt.text.pop()),
+            KeyCode::Char(c) if !key.modifiers.contains(KeyModifiers::CONTROL) => {
+                prompt.text.push(c);
+            }
+            KeyCode::Enter => {
+                if let Some(Prompt { text, todo, .. }) = self.prompt.take() {
+                    self.answered(session, todo, text.trim());
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn answered(&mut self, session: &mut Session<'_>, todo: Todo, text: &str) {
+        let names = || -> Vec<String> {
+            let words = text.split([',', ' ']).filter(|word| !word.is_empty());
+            words.map(str::to_owned).collect()
+        };
+        let number = || text.parse::<u64>().ok();
+        let wrong = Some(("this is no number".to_owned(), true));
+        let name = text.to_owned();
+        let command = match todo {
+            Todo::AskName => Command::FindNames { names: names(), uses: false, all: false },
+            Todo::AskAll => Command::FindNames { names: names(), uses: true, all: true },
+            Todo::AskReferences => {
+                self.references = name;
+                return self.go(Page::References);
+            }
+            Todo::AskSearch => Command::Search { text: name, up: false },
+            Todo::AskSearchUp => Command::Search { text: name, up: true },
+            Todo::AskWatch => Command::Watch { names: names() },
+            Todo::AskChange => match text.split_once('=') {
+                Some((name, value)) => {
+                    Command::Change { name: name.trim().to_owned(), value: value.trim().to_owned() }
+                }
+                None => {
+                    self.message = Some(("write NAME=VALUE".into(), true));
+                    return;
+                }
+            },
+            Todo::AskList => Command::ChooseList { list: name },
+            Todo::AskForce => return self.force(session, text),
+            Todo::AskScope => Command::ScopeAdd { names: names() },
+            Todo::AskScopeRemove => Command::ScopeRemove { name },
+            Todo::AskTrigger => Command::ScopeTrigger { trigger: trigger(text) },
+            Todo::CursorA | Todo::CursorB => {
+                Command::ScopeCursor { cursor: u8::from(todo == Todo::CursorB), tick: number() }
+            }
+            Todo::AskExport => return self.export(session, text),
+            Todo::AskKeep => Command::ScopeSave { name },
+            Todo::AskOpen => Command::ScopeLoad { name },
+            Todo::AskPreviousChange => Command::PreviousChange { name },
+            Todo::AskSpeed => match text.parse() {
+                Ok(speed) => Command::SetSpeed { speed },
+                Err(_) => return self.message = wrong,
+            },
+            Todo::AskTick | Todo::AskWidth => match number() {
+                Some(tick) if todo == Todo::AskTick => Command::GoToTick { tick },
+                Some(ticks) => Command::ScopeWidth { ticks },
+                None => return self.message = wrong,
+            },
+            _ => return,
+        };
+        self.apply(session, command);
+    }
+
+    fn export(&mut self, session: &mut Session<'_>, path: &str) {
+        let format = match path.rsplit_once('.').map(|(_, ending)| ending) {
+            Some("csv") => ExportFormat::Csv,
+            Some("svg") => ExportFormat::Svg,
+            _ => {
+                self.message = Some(("the name ends in .csv or .svg".into(), true));
+                return;
+            }
+        };
+        let text = match session.apply(Command::ScopeExport { format }) {
+            Ok(reply) => reply.text.unwrap_or_default(),
+            Err(refusal) => {
+                self.message = Some((refusal.message, true));
+                return;
+            }
+        };
+        let created = std::fs::File::create_new(path);
+        let written = created.and_then(|mut file| {
+            use std::io::Write;
+            file.write_all(text.as_bytes())
+        });
+        self.message = Some(match written {
+            Ok(()) => (format!("{path} was written"), false),
+            Err(error) => (format!("{path} can't be written: {error}"), true),
+        });
+    }
+
+    /// A key of the PMAC terminal; whether it was one.
+    pub(super) fn terminal_key(&mut self, session: &mut Session<'_>, key: KeyEvent) -> bool {
+        match key.code {
+            KeyCode::Char(c) if key.modifiers.contains(KeyModifiers::CONTROL) => {
+                // Control characters act at once.
+                self.apply(
+                    session,
+                    Command::Online { line: format!("^{}", c.to_ascii_uppercase()) },
+                );
+            }
+            KeyCode::Char(c) => self.line.push(c),
+            KeyCode::Backspace => drop(self.line.pop()),
+            KeyCode::Enter => {
+                let line = std::mem::take(&mut self.line);
+                self.apply(session, Command::Online { line });
+            }
+            _ => return false,
+        }
+        true
+    }
+}
+
+/// A trigger as it is typed: an expression, and which edge.
+fn trigger(text: &str) -> Option<Trigger> {
+    let text = text.trim();
+    if text.is_empty() {
+        return None;
+    }
+    let (expression, edge) = match text.rsplit_once(' ') {
+        Some((expression, "rising")) => (expression, Edge::Rising),
+        Some((expression, "falling")) => (expression, Edge::Falling),
+        Some((expression, "both")) => (expression, Edge::Both),
+        _ => (text, Edge::Rising),
+    };
+    Some(Trigger { expression: expression.trim().into(), edge, before: 50 })
+}
