@@ -1,6 +1,7 @@
 //! The loader for the controller: runs an artifact that `plcc build` has made. Neither it nor what it
 //! depends on contains a compiler.
 
+mod dump_image;
 mod info;
 mod pages;
 
@@ -39,11 +40,12 @@ use plcc_runtime::{Artifact, ArtifactError, NativeEngine, session};
                   plcrt lathe.plcx --ticks 1000 --stimulus lathe.csv --watch MCHON,@FRO --trace out.csv\n  \
                   plcrt mill.plcx --for 5s --dump - | jq .variables\n  \
                   plcrt --info mill.plcx\n  \
+                  plcrt lathe.plcx --dump-image /run/lathe.dead\n  \
                   plcrt --config lathe.toml"
 )]
 struct Cli {
     /// The artifact, STEM.plcx
-    #[arg(required_unless_present_any = ["completions", "man", "config", "check_config"])]
+    #[arg(required_unless_present_any = ["completions", "man", "config", "check_config", "dump_image"])]
     artifact: Option<PathBuf>,
 
     /// NCT: a machine file, used in place of the one that the program was compiled with
@@ -53,6 +55,11 @@ struct Cli {
     /// Prints what the artifact holds and whether this machine can run it, and runs nothing
     #[arg(long)]
     info: bool,
+
+    /// Prints the variables and outputs in an image file (--image) as a dump, and runs nothing:
+    /// those of a control that was killed. With the artifact of its program the dump is that of a run
+    #[arg(long, value_name = "FILE", conflicts_with = "realtime")]
+    dump_image: Option<PathBuf>,
 
     /// Prints completions for a shell, and runs nothing
     #[arg(long, value_name = "SHELL", exclusive = true, value_parser = pages::SHELLS)]
@@ -240,6 +247,14 @@ fn run_here(cli: &Cli) -> Result<u8, String> {
     if let Some(name) = page {
         let page = pages::page(name);
         return print(&page.ok_or_else(|| format!("the page `{name}` is missing from plcrt"))?);
+    }
+    if let Some(image) = &cli.dump_image {
+        let key = cli.run.public_key()?;
+        let open = |path: &PathBuf| {
+            Inspection::open(path, key.as_ref()).map_err(|error| failure(path, &error))
+        };
+        let artifact = cli.artifact.as_ref().map(open).transpose()?;
+        return print(&dump_image::dump(image, artifact.as_ref(), &cli.run)?);
     }
     let path = cli.artifact.as_deref().unwrap_or(Path::new(""));
     let named = |error: &dyn Display| format!("{}: {error}", path.display());

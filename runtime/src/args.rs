@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::artifact::signature::PublicKey;
 use crate::files::why_not_read;
-use crate::socket::{AllowedUser, Permission};
+use crate::socket::{AllowedGroup, AllowedUser, Permission};
 
 pub use crate::nct::NctArgs;
 pub use crate::pmac::PmacArgs;
@@ -150,6 +150,10 @@ pub struct RunArgs {
     /// A user who may use the socket besides the one who runs the control and root, by name or number
     #[arg(long, value_name = "USER,USER…", value_delimiter = ',', requires = "socket")]
     pub allow_user: Vec<AllowedUser>,
+
+    /// A group whose members may use the socket, by name or number
+    #[arg(long, value_name = "GROUP,GROUP…", value_delimiter = ',', requires = "socket")]
+    pub allow_group: Vec<AllowedGroup>,
 
     /// How long a scan of any task may take on the clock before the program is stopped: 50ms, 500us, 1s.
     /// In real time three periods of the control, at least 50ms, without this option; `off` is no limit.

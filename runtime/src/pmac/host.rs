@@ -81,9 +81,6 @@ pub(super) struct PmacHost {
     pub(super) events: Vec<Event>,
     /// This download, as it is noted in what it saves.
     pub(super) origin: Arc<Origin>,
-    /// The download that has saved what is kept now: this one, or one that ran before an online
-    /// change.
-    pub(super) saved_origin: Arc<Origin>,
     /// Another number whenever what SAVE keeps may have changed.
     pub(super) saved_revision: u64,
     /// Until when the scan that runs may run, if there is a limit; set before each scan.
@@ -94,7 +91,6 @@ impl PmacHost {
     pub(super) fn new(tables: PmacTables, layout: Layout) -> Self {
         let origin = Arc::new(Origin::new(&tables));
         Self {
-            saved_origin: Arc::clone(&origin),
             origin,
             state: State::new(&tables, &layout),
             texts: tables.texts.iter().map(PreparedText::new).collect(),
@@ -146,7 +142,7 @@ impl PmacHost {
         if let Some(now) = image.get(..saved.image.len()) {
             saved.image.copy_from_slice(now);
             saved.exists = true;
-            self.saved_origin = Arc::clone(&self.origin);
+            saved.origin = None;
             self.saved_revision = next_revision();
         }
     }

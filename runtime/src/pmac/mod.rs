@@ -26,7 +26,6 @@ mod watchdog;
 use std::any::Any;
 use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::Arc;
 
 use plcc_abi::{
     Engine, Program, Tables,
@@ -344,7 +343,7 @@ impl Executive for PmacExecutive {
     }
 
     fn retained_into(&self, out: &mut Vec<u8>) -> bool {
-        let origin = &self.host.saved_origin;
+        let origin = self.host.state.saved.origin.as_ref().unwrap_or(&self.host.origin);
         self.host.saved().is_some_and(|kept| save::pack(kept, origin, out))
     }
 
@@ -425,7 +424,6 @@ impl Executive for PmacExecutive {
         Definitions::new(&mut image, &self.host.layout).keep_assumptions_of(&self.image);
         self.image = image;
         self.host.state = state;
-        self.host.saved_origin = Arc::clone(&self.host.origin);
         self.host.saved_revision = host::next_revision();
         // The clock has gone on meanwhile; it is watched from now on.
         self.watchdog = self.options.realtime.then(WatchdogTimer::default);

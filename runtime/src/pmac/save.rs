@@ -8,8 +8,8 @@ use plcc_abi::{
     image::{read_f64, read_u64, write_f64},
     pmac::{Controller, Layout, Memory, PmacTables, Run, arithmetic::finite, layout::DOUBLE_SIZE},
 };
-use serde::Deserialize;
-use serde::ser::{Serialize, SerializeSeq, Serializer};
+use serde::ser::{SerializeSeq, Serializer};
+use serde::{Deserialize, Serialize};
 
 use super::PmacExecutive;
 use super::carry_over::{self, Variables};
@@ -38,6 +38,7 @@ struct FileContent {
 }
 
 /// The download that has saved something.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Origin {
     /// What tells it from others: a hash of the controller and the state after load.
     fingerprint: u64,

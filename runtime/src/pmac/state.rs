@@ -1,12 +1,14 @@
 //! What a PMAC keeps outside the process image.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use plcc_abi::ResumePoint;
 use plcc_abi::pmac::{Layout, PlcOp, PmacTables, Run, SparseMemory};
 use serde::{Deserialize, Serialize};
 
 use super::forces::Forces;
+use super::save::Origin;
 
 /// All of it. Variables, the words of memory that have a place, the definitions of M-variables and
 /// the timers are in the image.
@@ -38,6 +40,8 @@ pub(super) struct SavedImage {
     pub(super) image: Vec<u8>,
     /// Whether there was a SAVE.
     pub(super) exists: bool,
+    /// The download that saved it, where that is another one, which ran before an online change.
+    pub(super) origin: Option<Arc<Origin>>,
 }
 
 /// Whether a PLC runs when its turn comes.
@@ -170,7 +174,7 @@ impl State {
             plccs,
             queue: VecDeque::with_capacity(64),
             sparse: tables.sparse.clone(),
-            saved: SavedImage { image, exists: tables.save },
+            saved: SavedImage { image, exists: tables.save, origin: None },
             forces: Forces::default(),
         }
     }

@@ -81,7 +81,12 @@ impl Download {
         });
     }
 
-    fn start(mut self) -> (PmacExecutive, Script) {
+    fn start(self) -> (PmacExecutive, Script) {
+        let (executive, script, _) = self.start_with_program();
+        (executive, script)
+    }
+
+    fn start_with_program(mut self) -> (PmacExecutive, Script, Program) {
         self.memory().definitions().set_reference();
         self.tables.initial = Run::pack(&self.image);
         let program = Program {
@@ -97,7 +102,7 @@ impl Download {
             tables: Tables::Pmac(self.tables),
         };
         let executive = PmacExecutive::new(&program, PmacOptions::default()).unwrap();
-        (executive, self.script)
+        (executive, self.script, program)
     }
 }
 
@@ -538,4 +543,30 @@ fn the_used_parts_of_an_image_are_those_of_its_variables() {
     assert!(holds(word) && !holds(word + 8));
     let pmac::Place::Word(timer) = layout.place(Space::X, 0x700) else { panic!("no word") };
     assert!(holds(timer));
+}
+
+/// After an online change what is saved is still that of the former download, also in an executive that goes
+/// on from a checkpoint.
+#[test]
+fn a_checkpoint_knows_which_download_has_saved() {
+    let mut saving = Download::new(Controller::Pmac);
+    saving.plc("PLC1", |scan| {
+        call(scan, HostFn::PmacSave, [0; 4]);
+    });
+    let (mut old, mut script, old_program) = saving.start_with_program();
+    set(&mut old, "P5", "0.1");
+    run(&mut old, &mut script, 1);
+    let make = || {
+        let mut download = Download::new(Controller::Pmac);
+        download.memory().define(9, Definition::L { address: 0x1400 });
+        download.start_with_program()
+    };
+    let (mut new, _, new_program) = make();
+    let comparison = crate::swap::compare(&old_program, &new_program).unwrap();
+    assert!(new.take_over(&mut old, &comparison.plan));
+    let retained = new.retained().unwrap();
+    assert!(make().0.restore(&retained).unwrap().other_program);
+    let (mut resumed, ..) = make();
+    resumed.resume(&new.checkpoint()).unwrap();
+    assert_eq!(resumed.retained(), Some(retained));
 }

@@ -6,6 +6,8 @@
 //! downloads as they are after load. A PLC keeps whether it is enabled, disabled or paused. It goes
 //! on in its WHILE only if its own statements are the same in both downloads; else it begins at its top.
 
+use std::sync::Arc;
+
 use plcc_abi::image::{read_f64, read_u64, write_f64};
 use plcc_abi::pmac::{Definition, Definitions, Field, Layout, PmacName, PmacTables, Run};
 use plcc_abi::{Program, natural_cmp};
@@ -162,7 +164,7 @@ impl PmacExecutive {
         std::mem::swap(&mut state.saved, &mut was.saved);
         // What the former download has saved stays its own until this one saves, so that the next
         // start carries it over as this one's text asks.
-        std::mem::swap(&mut self.host.saved_origin, &mut old.host.saved_origin);
+        state.saved.origin.get_or_insert_with(|| Arc::clone(&old.host.origin));
         self.host.saved_revision = next_revision();
         std::mem::swap(&mut self.watchdog, &mut old.watchdog);
     }

@@ -4,12 +4,12 @@ use std::io::{self, Write};
 
 use plcc_abi::{Dialect, natural_cmp};
 
-use crate::{Executive, Place};
+use crate::{Executive, Place, Variable};
 
 use super::{End, Watch};
 
 /// A string as JSON, with its quotes.
-fn quoted(text: &str) -> String {
+pub(super) fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
@@ -25,8 +25,19 @@ pub fn dump(
     watch: &Watch,
     end: &End,
 ) -> io::Result<()> {
-    write!(out, "{{\"dialect\":\"{}\",\"ticks\":{},", dialect.name(), end.ticks)?;
+    head(out, dialect.name(), end, false)?;
+    let mut variables = executive.declared();
+    variables.extend(watch.variables().map(|watched| (executive.canonical(watched), watched)));
+    write_variables(out, executive, variables)?;
+    out.write_all(b"}\n")
+}
+
+/// Writes what stands before the variables. `stopped` says that the program was stopped where `end` does
+/// not know why.
+pub(super) fn head(out: &mut dyn Write, dialect: &str, end: &End, stopped: bool) -> io::Result<()> {
+    write!(out, "{{\"dialect\":\"{dialect}\",\"ticks\":{},", end.ticks)?;
     match &end.stop {
+        None if stopped => write!(out, "\"state\":\"stopped\",\"stop\":null,")?,
         None => write!(out, "\"state\":\"running\",\"stop\":null,")?,
         Some(stop) => {
             let tick = end.ticks.saturating_sub(1);
@@ -39,8 +50,15 @@ pub fn dump(
             write!(out, "}},")?;
         }
     }
-    let mut variables = executive.declared();
-    variables.extend(watch.variables().map(|watched| (executive.canonical(watched), watched)));
+    Ok(())
+}
+
+/// Writes the object `variables`: these variables in natural sort order, each once.
+pub(super) fn write_variables(
+    out: &mut dyn Write,
+    executive: &dyn Executive,
+    mut variables: Vec<(String, Variable)>,
+) -> io::Result<()> {
     variables.sort_by(|a, b| natural_cmp(&a.0, &b.0));
     variables.dedup_by(|a, b| a.0 == b.0);
     out.write_all(b"\"variables\":{")?;
@@ -48,5 +66,5 @@ pub fn dump(
         let comma = if i > 0 { "," } else { "" };
         write!(out, "{comma}{}:{}", quoted(&name), executive.get(variable))?;
     }
-    out.write_all(b"}}\n")
+    out.write_all(b"}")
 }

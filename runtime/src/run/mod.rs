@@ -5,6 +5,8 @@
 //! the place of a file.
 
 mod dump;
+#[cfg(target_os = "linux")]
+mod dump_image;
 mod hook;
 mod output_thread;
 mod pace;
@@ -29,6 +31,8 @@ use crate::journal::{EntryKind, ScanJournal};
 use crate::{Event, EventBody, Executive, Stop};
 
 pub use dump::dump;
+#[cfg(target_os = "linux")]
+pub use dump_image::{dump_image, dump_image_alone};
 pub use hook::{AfterTick, BeforeTick, Hook};
 pub use pace::{Beginning, Clock, OverrunPolicy, Pacer, Punctuality, SystemClock};
 pub use queues::ReportQueues;
@@ -167,6 +171,7 @@ impl Run<'_> {
         let mut held = false;
         while self.ticks.is_none_or(|ticks| end.ticks < ticks) {
             let mut beginning = Beginning::default();
+            let before = end.punctuality;
             if let Some((pacer, clock)) = &mut pacer {
                 let tick = Duration::from_nanos(self.executive.tick_ns());
                 let left = self.ticks.map(|ticks| ticks - end.ticks);
@@ -176,6 +181,10 @@ impl Run<'_> {
             if held {
                 // Time stands still for the program, so none of its ticks is late.
                 beginning = Beginning { late: beginning.late, ..Beginning::default() };
+                end.punctuality = before;
+                if let Some((pacer, _)) = &mut pacer {
+                    pacer.set_punctuality(before);
+                }
             }
             if self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
                 end.interrupted = true;

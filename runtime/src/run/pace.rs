@@ -171,6 +171,11 @@ impl Pacer {
         Beginning { late, overrun, skip, stop: missed > 0 && self.policy == OverrunPolicy::Stop }
     }
 
+    /// Goes back to what was counted before, where the tick that was waited for is none of the program.
+    pub fn set_punctuality(&mut self, punctuality: Punctuality) {
+        self.punctuality = punctuality;
+    }
+
     /// How late ticks have begun so far.
     pub fn punctuality(&self) -> Punctuality {
         self.punctuality

@@ -550,6 +550,8 @@ fn no_tick_is_skipped_while_the_program_stands_still() {
         assert_eq!(hook.rounds, 3);
         assert_eq!((control.skipped, control.log.borrow().len(), end.ticks), (0, 8, 8));
         assert!(end.stop.is_none());
+        let Punctuality { overruns, skipped, .. } = end.punctuality;
+        assert_eq!((overruns, skipped), (0, 0));
     }
 }
 

@@ -196,7 +196,12 @@ impl Job<'_> {
         let sources = StatusSources { retained: &retained, timing: &timing, recorded };
         let mut outside =
             Outside::start(program, args, machine, executive, has_variables, sources, journal)?;
-        let mut reports = Reports::open(args, &watch, executive, journal)?;
+        let reports = Reports::open(args, &watch, executive, journal);
+        if let (Err(_), Some(outside)) = (&reports, &mut outside) {
+            // Nothing runs, and the image file is to say so.
+            outside.hook.end(0, executive);
+        }
+        let mut reports = reports?;
         let mut progress = Progress::new(ticks);
         if args.realtime
             && let Err(why) = realtime_priority::request()

@@ -15,7 +15,9 @@ use crate::image_file::{Content, Publisher, SymbolTable};
 use crate::journal::Journal;
 use crate::record::{RecordedProgram, RecordedPrograms, RecorderProgram};
 use crate::run::Timing;
-use crate::socket::{Loaded, OutsideHook, Reached, Requests, Server, Surroundings, queues};
+use crate::socket::{
+    Admitted, Loaded, OutsideHook, Reached, Requests, Server, Surroundings, queues,
+};
 use crate::{Artifact, Executive, NativeEngine};
 
 use super::SessionError;
@@ -188,8 +190,8 @@ impl Outside {
                 journal: journal.clone(),
             };
             let requests = Requests::new(own, for_socket, Arc::clone(&reached), surroundings);
-            let users: Vec<u32> = args.allow_user.iter().map(|user| user.0).collect();
-            server = Some(Server::start(path, &users, requests).map_err(|e| error(&e))?);
+            let admitted = Admitted::new(&args.allow_user, &args.allow_group);
+            server = Some(Server::start(path, admitted, requests).map_err(|e| error(&e))?);
             scan_end = Some(for_scan);
         }
         let hook = OutsideHook::new(scan_end, publisher, reached, args.stimulus.is_some());

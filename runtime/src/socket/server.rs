@@ -17,6 +17,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use thiserror::Error;
 
 use super::connection::{Connected, Connection};
+use super::peer::Admitted;
 use super::protocol::{Envelope, Failure, MAX_REQUEST, reply};
 use super::requests::{Handled, Requests};
 use crate::Peer;
@@ -89,22 +90,21 @@ pub(crate) struct Server {
 }
 
 impl Server {
-    /// Opens the socket and starts the thread. Besides the own user and root, these users are served.
+    /// Opens the socket and starts the thread. It serves those who are admitted.
     ///
     /// # Errors
     /// When the socket is in use or can't be opened, or there is no thread.
     pub(crate) fn start(
         path: &Path,
-        users: &[u32],
+        admitted: Admitted,
         requests: Requests,
     ) -> Result<Self, SocketError> {
         // Who connects is checked in any case.
-        let mode = if users.is_empty() { 0o600 } else { 0o666 };
+        let mode = if admitted.is_alone() { 0o600 } else { 0o666 };
         let listener = open(path, mode)?;
-        let users = users.to_vec();
         let ends = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&ends);
-        let body = move || SocketThread::new(listener, users, requests).run(&flag);
+        let body = move || SocketThread::new(listener, admitted, requests).run(&flag);
         let thread = thread::Builder::new().name("socket".into()).spawn(body);
         let thread = thread.map_err(|error| SocketError::Io(path.to_owned(), error))?;
         Ok(Self { path: path.to_owned(), ends, thread: Some(thread) })
@@ -136,16 +136,14 @@ struct SocketThread {
     next_number: u64,
     /// The requests that wait, in the order in which their answers will come.
     waiting: VecDeque<Waiting>,
-    own_user: u32,
-    /// Other users who are served.
-    users: Vec<u32>,
+    /// Who is served.
+    admitted: Admitted,
 }
 
 impl SocketThread {
-    fn new(listener: UnixListener, users: Vec<u32>, requests: Requests) -> Self {
-        let own_user = rustix::process::geteuid().as_raw();
+    fn new(listener: UnixListener, admitted: Admitted, requests: Requests) -> Self {
         let (connections, waiting) = (vec![], VecDeque::new());
-        Self { listener, requests, connections, next_number: 0, waiting, own_user, users }
+        Self { listener, requests, connections, next_number: 0, waiting, admitted }
     }
 
     fn run(&mut self, ends: &AtomicBool) {
@@ -205,7 +203,7 @@ impl SocketThread {
             return;
         }
         let Ok(peer) = Peer::of(&stream) else { return };
-        let admitted = peer.is_admitted(self.own_user, &self.users);
+        let admitted = self.admitted.admits(&stream, &peer);
         if self.connections.len() >= MAX_CLIENTS {
             // The one that has done nothing for the longest time makes room.
             let idle = self.connections.iter().enumerate().filter(|(_, c)| !c.waits);
@@ -218,7 +216,8 @@ impl SocketThread {
         let mut connection = Connection::new(stream, peer, self.next_number, now);
         self.next_number += 1;
         if !admitted {
-            let text = "the socket is for the user who runs the control, for root, and for those whom --allow-user names";
+            let text = "the socket is for the user who runs the control, for root, and for those whom \
+                        --allow-user and --allow-group name";
             let by = connection.peer.clone();
             self.requests.journal.write(EntryKind::Refused { what: "the socket".into(), by });
             connection.ends = true;

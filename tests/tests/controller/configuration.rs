@@ -18,8 +18,9 @@ fn plcrt(shop: &Shop, args: &str) -> Output {
 fn a_configuration_says_what_runs_and_the_command_line_counts_more() {
     let shop = Shop::new("config", Dialect::Pmi, PMI);
     fs::create_dir(shop.path("etc")).unwrap();
-    let text =
-        "artifact = \"../p.plcx\"\nperiod = 1\nlog = \"log.jsonl\"\noverrun = \"catch-up=3\"\n";
+    let text = "artifact = \"../p.plcx\"\nperiod = 1\nlog = \"log.jsonl\"\noverrun = \"catch-up=3\"\n\
+         watchdog-device = \"device\"\n";
+    fs::write(shop.path("etc/device"), "").unwrap();
     fs::write(shop.path("etc/c.toml"), text).unwrap();
     let run = |args: &str| {
         let mut command = Command::new(loader());
@@ -30,6 +31,7 @@ fn a_configuration_says_what_runs_and_the_command_line_counts_more() {
     };
     run("");
     assert!(shop.read("etc/log.jsonl").contains("\"kind\":\"timing\""), "it runs in real time");
+    assert!(shop.read("etc/device").ends_with('V'), "the hardware watchdog is told the end");
     run("--log other.jsonl --period 2");
     assert!(shop.read("other.jsonl").contains("\"kind\":\"timing\""));
 }

@@ -12,7 +12,7 @@ use plcc_runtime::safe_outputs::SafeByte;
 use plcc_runtime::{Artifact, session};
 use rustix::process::{Pid, Signal, kill_process};
 
-use crate::shop::{Shop, wait};
+use crate::shop::{Shop, loader, wait};
 
 /// Counts scans, keeps a count over power-off, has an output that is on, and stops when `BAD` is set.
 const PMI: &str = "\
@@ -264,6 +264,54 @@ fn without_a_supervisor_there_is_one_process() {
     assert_eq!(fs::read_to_string(format!("/proc/{id}/task/{id}/children")).unwrap(), "");
     signal("-TERM", id);
     assert_eq!(wait(&mut alone).code(), Some(130));
+}
+
+/// The dump that `plcrt ARGS` prints, or why it does not.
+fn dumped(shop: &Shop, args: &str) -> Result<String, String> {
+    let mut command = Command::new(loader());
+    let output = command.args(args.split(' ')).current_dir(shop.path("")).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    match output.status.code() {
+        Some(0) => Ok(text(&output.stdout)),
+        code => Err(format!("{code:?} {}", text(&output.stderr))),
+    }
+}
+
+#[test]
+fn the_image_file_of_a_control_that_was_killed_gives_a_dump() {
+    let shop = shop("post-mortem");
+    let mut supervisor = shop.command(&format!("{RUN} --image image")).spawn().unwrap();
+    signal("-KILL", control_of(&supervisor, &shop));
+    wait(&mut supervisor);
+    let whole = dumped(&shop, "p.plcx --dump-image image.dead").unwrap();
+    assert!(whole.starts_with("{\"dialect\":\"pmi\",\"ticks\":"), "{whole}");
+    // The program's variables are as it left them; the lamp's line is off.
+    let parts = [
+        "\"state\":\"running\",\"stop\":null,",
+        "\"LAMP\":1,\"LIST\":[0,0,0],",
+        "\"outputs\":{\"LAMP\":0}}\n",
+    ];
+    for part in parts {
+        assert!(whole.contains(part), "{part} is not in {whole}");
+    }
+    let alone = dumped(&shop, "--dump-image image.dead").unwrap();
+    assert!(alone.contains("\"LAMP\":1,\"LIST\":[0,0,0],"), "{alone}");
+    assert!(alone.ends_with("\"outputs\":{\"LAMP\":0}}\n"), "{alone}");
+    let other = Shop::new("post-mortem-of-another", Dialect::Pmi, "$INTEGER\nX\n$END\nX = 1\n");
+    let artifact = other.path("p.plcx");
+    let refused = dumped(&shop, &format!("{} --dump-image image.dead", artifact.display()));
+    let refused = refused.unwrap_err();
+    assert!(refused.starts_with("Some(2)") && refused.contains("another program"), "{refused}");
+    let none = dumped(&shop, "--dump-image p.plcx").unwrap_err();
+    assert!(none.contains("it is no image file"), "{none}");
+}
+
+#[test]
+fn the_image_file_of_a_run_that_can_not_begin_says_so() {
+    let shop = shop("not-begun");
+    let args = "--realtime --image image --watch N --trace missing/t.csv";
+    assert_eq!(wait(&mut shop.command(args).spawn().unwrap()).code(), Some(2));
+    assert_eq!(ImageReader::open(&shop.path("image")).unwrap().state(), Some(State::Ended));
 }
 
 /// How often the control, and then the supervisor, is killed; more in `scripts/full supervisor`.
