@@ -99,8 +99,7 @@ enum plcrt_status plcrt_read(struct plcrt *control,
                              uint32_t index,
                              double *value);
 
-// How many elements a variable has that was found with PLCRT_READ: 1 if it is no array, 0 if it
-// fails.
+// The number of elements of a variable found with PLCRT_READ: 1 if it is no array, 0 if it fails.
 //
 // # Safety
 // As for plcrt_tick.
@@ -114,8 +113,7 @@ uint32_t plcrt_elements(struct plcrt *control, int64_t variable);
 // As for plcrt_tick.
 enum plcrt_status plcrt_write(struct plcrt *control, int64_t variable, double value);
 
-// Writes the value of a variable to `value`, by the variable's name; an element of an array is
-// named `A[3]`.
+// Writes the value of the variable `name` to `value`; `A[3]` names an element of an array.
 //
 // # Safety
 // As for plcrt_find and plcrt_read.

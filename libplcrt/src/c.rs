@@ -302,8 +302,7 @@ fn value(plcrt: &Plcrt, variable: i64) -> Result<Value, String> {
     }
 }
 
-/// How many elements a variable has that was found with PLCRT_READ: 1 if it is no array, 0 if it
-/// fails.
+/// The number of elements of a variable found with PLCRT_READ: 1 if it is no array, 0 if it fails.
 ///
 /// # Safety
 /// As for plcrt_tick.
@@ -348,8 +347,7 @@ pub unsafe extern "C" fn plcrt_write(
     }
 }
 
-/// Writes the value of a variable to `value`, by the variable's name; an element of an array is
-/// named `A[3]`.
+/// Writes the value of the variable `name` to `value`; `A[3]` names an element of an array.
 ///
 /// # Safety
 /// As for plcrt_find and plcrt_read.
