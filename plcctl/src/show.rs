@@ -89,7 +89,7 @@ fn timing(result: &Json) -> String {
         }
         text.push('\n');
     }
-    for key in ["overruns", "skipped", "forces"] {
+    for key in ["start_us", "overruns", "skipped", "forces"] {
         if let Some(value) = result.get(key) {
             let _ = writeln!(text, "{key:10} {:>10}", plain(value));
         }

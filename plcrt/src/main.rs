@@ -11,6 +11,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use clap::{CommandFactory, Parser};
 use plcc_abi::machine::Machine;
@@ -92,6 +93,10 @@ struct Cli {
     #[arg(long, value_name = "DEVICE")]
     watchdog_device: Option<PathBuf>,
 
+    /// When the supervisor began, in nanoseconds of CLOCK_MONOTONIC
+    #[arg(long, hide = true)]
+    started_at: Option<u64>,
+
     /// Says that this process is the control, and standard input the connection to its supervisor
     #[arg(long, hide = true)]
     supervised: bool,
@@ -105,17 +110,18 @@ struct Cli {
 }
 
 fn main() -> ExitCode {
+    let started = Instant::now();
     let words: Vec<OsString> = std::env::args_os().collect();
     let cli = Cli::parse_from(&words);
-    ExitCode::from(run(cli, &words).unwrap_or_else(|message| {
+    ExitCode::from(run(cli, &words, started).unwrap_or_else(|message| {
         // Where standard error can't be written either, the exit status still says it.
         let _ = writeln!(io::stderr(), "error: {}", printable(&message));
         session::USAGE
     }))
 }
 
-/// Does what the words of the command line say.
-fn run(cli: Cli, words: &[OsString]) -> Result<u8, String> {
+/// Does what the words of the command line say. The process began at `started`.
+fn run(cli: Cli, words: &[OsString], started: Instant) -> Result<u8, String> {
     if let Some(path) = &cli.check_config {
         return check_config(path);
     }
@@ -124,10 +130,13 @@ fn run(cli: Cli, words: &[OsString]) -> Result<u8, String> {
         None => cli,
     };
     if !cli.run.realtime || cli.no_supervisor || cli.supervised || cli.info {
-        return run_here(&cli);
+        return run_here(&cli, started);
     }
+    let mut words: Vec<OsString> = words.iter().skip(1).cloned().collect();
+    let began = supervisor::monotonic().saturating_sub(started.elapsed());
+    words.push(format!("--started-at={}", began.as_nanos()).into());
     supervisor::supervise(&Supervision {
-        words: words.iter().skip(1).cloned().collect(),
+        words,
         image: cli.run.image.clone(),
         log: cli.run.log.clone().filter(|path| path.as_os_str() != "-"),
         restart: cli.restart,
@@ -242,7 +251,7 @@ fn refusals(program: &Program, option: &str) -> Vec<String> {
 }
 
 /// Reads the artifact, maps its code and runs it in this process.
-fn run_here(cli: &Cli) -> Result<u8, String> {
+fn run_here(cli: &Cli, started: Instant) -> Result<u8, String> {
     let page = if cli.man { Some(pages::MANUAL) } else { cli.completions.as_deref() };
     if let Some(name) = page {
         let page = pages::page(name);
@@ -280,7 +289,13 @@ fn run_here(cli: &Cli) -> Result<u8, String> {
         return Err(Mistakes(path, &mistakes).to_string());
     }
     let input_rules = configuration::input_rules(&wiring);
-    let run = RunArgs { reads, supervised, program: recorded, input_rules, ..cli.run.clone() };
+    // That of the supervisor, where there is one: it is the process that somebody has started.
+    let since = cli.started_at.map(Duration::from_nanos);
+    let since = since.map(|at| supervisor::monotonic().saturating_sub(at));
+    let started = since.and_then(|since| Instant::now().checked_sub(since)).unwrap_or(started);
+    let started = Some(started);
+    let run =
+        RunArgs { reads, supervised, started, program: recorded, input_rules, ..cli.run.clone() };
     Ok(session::run(&artifact.program, &mut engine, &run, machine.as_ref()))
 }
 

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use plcc_image::latch::Rule;
@@ -178,6 +178,10 @@ pub struct RunArgs {
     /// The program, for its record.
     #[arg(skip)]
     pub program: Option<Arc<RecordedProgram>>,
+
+    /// When the process began, or its supervisor's.
+    #[arg(skip)]
+    pub started: Option<Instant>,
 
     /// Whether standard input is the connection to a supervisor of this process.
     #[arg(skip)]

@@ -349,7 +349,11 @@ impl fmt::Display for EntryKind {
                 }
             }
             Self::Timing { summary } => {
-                let TimingSummary { lateness, ticks, tasks, .. } = &**summary;
+                let TimingSummary { start_us, lateness, ticks, tasks, .. } = &**summary;
+                if *start_us > 0.0 {
+                    let start = start_us / 1000.0;
+                    write!(f, "the first tick began {start:.1} ms after the start; ")?;
+                }
                 write!(
                     f,
                     "{} ticks took {:.1} us on average, {:.1} us at most, and began {:.1} us late on \

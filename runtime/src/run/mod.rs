@@ -228,6 +228,9 @@ impl Run<'_> {
             } else {
                 self.player.apply(tick, self.executive);
                 let begun = self.clock.map(|clock| clock.now());
+                if let (Some(timing), Some(begun)) = (self.timing, begun) {
+                    timing.tick_begins(begun);
+                }
                 let result = self.executive.tick(self.engine, &mut events_of_tick);
                 if let (Some(timing), Some(clock), Some(begun)) = (self.timing, self.clock, begun) {
                     let now = clock.now();

@@ -161,11 +161,18 @@ pub struct Timing {
     pub tasks: Vec<(String, Times)>,
     overruns: AtomicU64,
     skipped: AtomicU64,
+    /// When the process began, where that is known.
+    started: Option<Instant>,
+    /// How long after that the first tick began, in nanoseconds; 0 before.
+    start_ns: AtomicU64,
 }
 
 /// What was recorded of a run so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct TimingSummary {
+    /// How long after the beginning of the process the first tick began, in microseconds; 0 before it has,
+    /// and where the beginning is not known.
+    pub start_us: f64,
     /// How often a tick began only when a later one was already due.
     pub overruns: u64,
     /// How many ticks were skipped.
@@ -189,8 +196,8 @@ pub struct TaskSummary {
 }
 
 impl Timing {
-    /// Nothing is recorded yet.
-    pub fn new(program: &Program) -> Self {
+    /// Nothing is recorded yet. `started` is when the process began.
+    pub fn new(program: &Program, started: Option<Instant>) -> Self {
         let tasks = program.tasks.iter().map(|task| (task.name.clone(), Times::default()));
         Self {
             lateness: Times::default(),
@@ -198,6 +205,19 @@ impl Timing {
             tasks: tasks.collect(),
             overruns: AtomicU64::new(0),
             skipped: AtomicU64::new(0),
+            started,
+            start_ns: AtomicU64::new(0),
+        }
+    }
+
+    /// A tick begins at this time.
+    #[inline]
+    pub(super) fn tick_begins(&self, now: Instant) {
+        if self.start_ns.load(Ordering::Relaxed) == 0
+            && let Some(started) = self.started
+        {
+            let time = now.saturating_duration_since(started).as_nanos();
+            self.start_ns.store(u64::try_from(time).unwrap_or(u64::MAX).max(1), Ordering::Relaxed);
         }
     }
 
@@ -214,6 +234,7 @@ impl Timing {
             TaskSummary { name, times }
         });
         TimingSummary {
+            start_us: microseconds(self.start_ns.load(Ordering::Relaxed)),
             overruns: self.overruns.load(Ordering::Relaxed),
             skipped: self.skipped.load(Ordering::Relaxed),
             lateness: self.lateness.summary(),

@@ -39,6 +39,8 @@ use crate::watchdog::{self, Watchdog, WatchdogLimit};
 use crate::{Executive, PanicBarrier};
 
 pub use executive::{executive, takes_machine_file};
+#[cfg(target_os = "linux")]
+pub(crate) use output::open as open_output_file;
 pub use output::write_whole;
 use output::{check_paths, check_retained, check_writable, open};
 use outside::{Outside, StatusSources};
@@ -188,7 +190,7 @@ impl Job<'_> {
             None
         };
 
-        let timing = Arc::new(Timing::new(program));
+        let timing = Arc::new(Timing::new(program, args.started));
         let has_variables = !watch.is_empty() || args.stimulus.is_some();
         let record = Record::start(args, machine, &mut replaceable, journal)?;
         let executive: &mut dyn Executive = &mut replaceable;

@@ -72,7 +72,7 @@ impl Write for Sink {
 ///
 /// # Errors
 /// When it can't be written; the message names it.
-pub(super) fn open(path: &Path, append: bool, realtime: bool) -> Result<File, SessionError> {
+pub(crate) fn open(path: &Path, append: bool, realtime: bool) -> Result<File, SessionError> {
     if is_stdout(path) {
         return standard_output().map_err(|error| not_written(path, &error));
     }

@@ -18,6 +18,14 @@ mod link;
 mod notify;
 mod parent;
 
+use std::time::Duration;
+
 pub use heartbeat::{Heartbeat, Phase};
 pub(crate) use link::Link;
 pub use parent::{Supervision, supervise};
+
+/// The time of the clock that all processes of the computer share (`CLOCK_MONOTONIC`).
+pub fn monotonic() -> Duration {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    Duration::new(u64::try_from(now.tv_sec).unwrap_or(0), u32::try_from(now.tv_nsec).unwrap_or(0))
+}

@@ -4,6 +4,7 @@
 use std::env;
 use std::fs::File;
 use std::io::Write;
+use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -44,7 +45,9 @@ impl Notifier {
         });
         let interval = env::var("WATCHDOG_USEC").ok().and_then(|text| text.parse().ok());
         let device = device.map(|path| {
-            let opened = File::options().write(true).open(path);
+            // A FIFO without a reader is refused rather than waited for, and nobody is waited for later.
+            let flags = rustix::fs::OFlags::NONBLOCK.bits() as i32;
+            let opened = File::options().write(true).custom_flags(flags).open(path);
             opened.map_err(|error| {
                 let why = crate::files::why_not_written(&error);
                 format!("the hardware watchdog {} can't be opened: {why}", path.display())

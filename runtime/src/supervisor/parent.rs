@@ -1,7 +1,7 @@
 //! The supervisor's own process.
 
 use std::ffi::OsString;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, ErrorKind, Read};
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
@@ -24,7 +24,8 @@ use super::{Heartbeat, Phase};
 use crate::image_file::OutputDriver;
 use crate::journal::{Destinations, EntryKind, Journal, JournalOwner};
 use crate::session::{
-    STOPPED, USAGE, ignores_hangup, realtime_priority, refuse_suspension, take_suspension,
+    STOPPED, USAGE, ignores_hangup, open_output_file, realtime_priority, refuse_suspension,
+    take_suspension,
 };
 
 /// How long the supervisor waits for a heartbeat before it looks at the clock, in nanoseconds.
@@ -148,8 +149,8 @@ impl Signalled {
 }
 
 fn start_journal(log: Option<&Path>) -> Result<JournalOwner, String> {
-    // The child has opened it too and tells what is wrong with it. Each line is appended as a whole.
-    let log = log.and_then(|path| File::options().append(true).create(true).open(path).ok());
+    // The child opens it too and tells what is wrong with it. Each line is appended as a whole.
+    let log = log.and_then(|path| open_output_file(path, true, true).ok());
     let started = JournalOwner::start(Destinations::standard(log), true);
     started.map(|(owner, _)| owner).map_err(|error| format!("no thread can be started: {error}"))
 }

@@ -266,6 +266,17 @@ fn without_a_supervisor_there_is_one_process() {
     assert_eq!(wait(&mut alone).code(), Some(130));
 }
 
+/// Nobody has opened the FIFO: the control ends before it would.
+#[test]
+fn a_fifo_as_log_or_hardware_watchdog_holds_up_no_supervisor() {
+    let shop = shop("fifos");
+    assert!(Command::new("mkfifo").arg(shop.path("fifo")).status().unwrap().success());
+    for args in ["--realtime --key missing --log fifo", "--realtime --watchdog-device fifo"] {
+        let mut supervisor = shop.command(args).spawn().unwrap();
+        assert_eq!(wait(&mut supervisor).code(), Some(2), "{args}");
+    }
+}
+
 /// The dump that `plcrt ARGS` prints, or why it does not.
 fn dumped(shop: &Shop, args: &str) -> Result<String, String> {
     let mut command = Command::new(loader());
