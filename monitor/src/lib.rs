@@ -49,6 +49,8 @@ pub mod terminal;
 mod testing;
 mod text;
 pub mod view;
+#[cfg(feature = "web")]
+pub mod web;
 
 pub use command::{Command, Edge, ExportFormat, Format, Refusal, Reply, Trigger};
 pub use session::{Opened, Session};

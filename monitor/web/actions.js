@@ -1,0 +1,74 @@
+// What can be done with a variable, the same on every screen.
+
+import { ask, choose } from "./dialogs.js";
+
+// Names that were typed: separated by blanks or commas outside of brackets.
+export function splitNames(text) {
+  return text.match(/[^\s,[\]]+(?:\[[^\]]*\])?/g) ?? [];
+}
+
+// Asks what to do with a variable, and does it.
+export async function variableMenu(app, name) {
+  const may = app.status ?? {};
+  const actions = [
+    ["watch it", () => app.apply({ command: "watch", names: [name] }, `${name} is watched`)],
+    ["show it on the scope", () => app.apply({ command: "scope_add", names: [name] }, `${name} is on the scope`)],
+    ["go back to its previous change", () => previousChange(app, name)],
+    ["where it occurs", () => references(app, name)],
+    may.may_write && ["change it", () => change(app, name)],
+    may.may_force && ["force it", () => force(app, name)],
+    may.may_force && ["end its force", () => app.apply({ command: "release", name })],
+  ].filter(Boolean);
+  const chosen = await choose({ title: name, rows: actions.map(([label]) => ({ label })) });
+  if (chosen !== null) await actions[chosen][1]();
+}
+
+// Goes back to the statement that changed a variable last, and shows it.
+export async function previousChange(app, name) {
+  if (await app.apply({ command: "previous_change", name })) app.open("statements");
+}
+
+// Sets a variable once.
+export async function change(app, name, value = "") {
+  const answer = await ask({
+    title: "Change a variable", confirm: "Set",
+    text: "The value is set once, between two scans. The program may overwrite it in its next scan.",
+    fields: [{ name: "name", label: "Variable", value: name }, { name: "value", label: "Value", value }],
+  });
+  if (answer?.name) await app.apply({ command: "change", ...answer });
+}
+
+// Holds an input or output at a value that is asked for.
+export async function force(app, name) {
+  const answer = await ask({ title: `Force ${name}`, fields: [{ name: "value", label: "Value" }], confirm: "Force" });
+  if (answer) await forceTo(app, name, answer.value);
+}
+
+// Holds an input or output at a value. The warning of PMI 5.3 is shown before the first time.
+export async function forceTo(app, name, value) {
+  const command = { command: "force", name, value };
+  try {
+    app.say(await app.connection.apply(command));
+  } catch (refusal) {
+    if (!refusal.warning) return app.refuse(refusal);
+    const confirmed = await ask({ title: "WARNING", text: refusal.warning, confirm: "I have read this", kind: "warning" });
+    if (confirmed && (await app.apply({ command: "confirm_warning" }))) await app.apply(command);
+  }
+}
+
+// Shows where a variable, label or statement occurs, and goes to the chosen line.
+export async function references(app, name) {
+  const body = (await app.ask({ screen: "references", name }))?.body;
+  if (!body) return;
+  if (body.screen !== "references") return app.refuse({ message: body.reason });
+  const kinds = [["written", "gets a value"], ["read", "is used"], ["tested", "is tested"], ["others", ""]];
+  const rows = kinds.flatMap(([kind, note]) =>
+    body[kind].map((row) => ({ number: row.number, label: row.name, note, value: row.row })));
+  const row = await choose({ title: `${body.name} occurs in ${rows.length} lines`, hint: body.meaning ?? "", rows });
+  if (row !== null) await goToRow(app, row);
+}
+
+// Puts the cursor on a line of the program and shows it.
+export async function goToRow(app, row) {
+  if (await app.apply({ command: "put_cursor", row })) app.open("statements");
+}

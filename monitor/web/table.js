@@ -1,0 +1,77 @@
+// A table whose rows are selected by arrow keys. The table has the focus, its selected row is marked by
+// a border and by `aria-activedescendant`, so that rows may be made again ten times a second.
+
+import { element, refill } from "./dom.js";
+
+let tables = 0;
+
+export class Table {
+  // `columns` have title, cell(row) (a text or elements), and optionally class. `keyOf(row)` is what a row
+  // is known by. `onActivate(row)` is called for Enter and double clicks.
+  constructor({ label, columns, keyOf, rowClass = () => "", onActivate = () => {}, empty = "nothing" }) {
+    Object.assign(this, { columns, keyOf, rowClass, onActivate, empty });
+    this.rows = [];
+    this.selectedKey = null;
+    tables += 1;
+    this.id = `table-${tables}`;
+    this.body = element("tbody", {});
+    this.table = element("table", { role: "grid", "aria-label": label },
+      element("thead", {}, element("tr", {}, columns.map((column) =>
+        element("th", { scope: "col", class: column.class }, column.title)))),
+      this.body);
+    this.element = element("div", {
+      class: "table", tabindex: "0", role: "group", "aria-label": label,
+      onkeydown: (event) => this.key(event),
+    }, this.table);
+  }
+
+  get selectedIndex() {
+    const found = this.rows.findIndex((row) => this.keyOf(row) === this.selectedKey);
+    return found >= 0 ? found : Math.min(this.lastIndex ?? 0, this.rows.length - 1);
+  }
+
+  get selected() {
+    return this.rows[this.selectedIndex] ?? null;
+  }
+
+  update(rows) {
+    this.rows = rows;
+    this.draw();
+  }
+
+  draw() {
+    const selected = this.selectedIndex;
+    this.lastIndex = Math.max(0, selected);
+    if (this.rows.length) this.selectedKey = this.keyOf(this.rows[selected]);
+    const made = this.rows.map((row, at) => element("tr", {
+      id: `${this.id}-${at}`, "aria-selected": String(at === selected), class: this.rowClass(row),
+      onclick: () => this.select(at),
+      ondblclick: () => this.onActivate(row),
+    }, this.columns.map((column) => element("td", { class: column.class, role: "gridcell" }, column.cell(row)))));
+    refill(this.body, made.length ? made
+      : element("tr", {}, element("td", { colspan: this.columns.length, class: "empty" }, this.empty)));
+    if (made.length) this.element.setAttribute("aria-activedescendant", `${this.id}-${selected}`);
+    else this.element.removeAttribute("aria-activedescendant");
+  }
+
+  select(at) {
+    const index = Math.max(0, Math.min(this.rows.length - 1, at));
+    if (!this.rows[index]) return;
+    this.selectedKey = this.keyOf(this.rows[index]);
+    this.draw();
+    this.body.children[index].scrollIntoView({ block: "nearest" });
+  }
+
+  key(event) {
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    const at = this.selectedIndex;
+    const moves = {
+      ArrowUp: at - 1, ArrowDown: at + 1, PageUp: at - 15, PageDown: at + 15, Home: 0, End: this.rows.length - 1,
+    };
+    if (event.key in moves) this.select(moves[event.key]);
+    else if (event.key === "Enter" && this.selected) this.onActivate(this.selected);
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+}
