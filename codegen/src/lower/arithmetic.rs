@@ -51,11 +51,19 @@ impl Lowering<'_> {
         result
     }
 
-    pub(super) fn binary(&mut self, op: BinaryOp, args: [Value; 2]) -> LowerResult<ClifValue> {
+    /// An operation on two operands, whose result is used `result_uses` times.
+    pub(super) fn binary(
+        &mut self,
+        op: BinaryOp,
+        args: [Value; 2],
+        result_uses: u32,
+    ) -> LowerResult<ClifValue> {
         let ty = self.func.ty(args[0]);
         let (a, mut b) = (self.value(args[0])?, self.value(args[1])?);
         if let (Some(InstData::Load { .. }), Some(&InstData::Fconst { bits })) =
             (self.func.def_inst(args[0]), self.func.def_inst(args[1]))
+            && self.use_count(args[0]) == 1
+            && result_uses == 1
         {
             b = self.pooled_constant(bits);
         }
@@ -83,7 +91,9 @@ impl Lowering<'_> {
 
     /// A double that is loaded from the constants behind the function's code. Cranelift would build
     /// it with two instructions of 15 bytes together. That is worth avoiding where the other
-    /// operand comes from the image, since the operation then reads that one from memory by itself.
+    /// operand comes from the image, if the operation then reads that one from memory by itself. It does
+    /// not if one of the two values is used more than once; then Cranelift lets the operation read the
+    /// constant from memory.
     fn pooled_constant(&mut self, bits: u64) -> ClifValue {
         let mut both = [0; 16];
         both[..8].copy_from_slice(&bits.to_le_bytes());

@@ -105,10 +105,23 @@ impl Lowering<'_> {
                 self.builder.ins().jump(block, &args);
             }
             Terminator::Brif { cond, then, otherwise } => {
-                let cond = self.truth(*cond)?;
+                let conds = self.separate_conditions(*cond, then, otherwise);
+                let if_any = self.is_cold(then);
                 let (then, then_args) = self.block_call(then)?;
                 let (otherwise, other_args) = self.block_call(otherwise)?;
-                self.builder.ins().brif(cond, then, &then_args, otherwise, &other_args);
+                let (last, others) = conds.split_last().unwrap_or((cond, &[]));
+                for &cond in others {
+                    let truth = self.truth(cond)?;
+                    let next = self.builder.create_block();
+                    if if_any {
+                        self.builder.ins().brif(truth, then, &then_args, next, &[]);
+                    } else {
+                        self.builder.ins().brif(truth, next, &[], otherwise, &other_args);
+                    }
+                    self.builder.switch_to_block(next);
+                }
+                let truth = self.truth(*last)?;
+                self.builder.ins().brif(truth, then, &then_args, otherwise, &other_args);
             }
             Terminator::Switch { arg, targets, default } => {
                 let number = self.value(*arg)?;
@@ -134,6 +147,39 @@ impl Lowering<'_> {
             Terminator::TrapAt { site, index } => self.trap_at(*site, *index)?,
         }
         Ok(())
+    }
+
+    /// The conditions of a guard, each of which gets a branch of its own: to the cold block from any of
+    /// them. A branch takes two instructions fewer than it takes to make a truth value of a comparison
+    /// and join it with others. For other branches there is one condition.
+    fn separate_conditions(
+        &self,
+        cond: Value,
+        then: &BlockCall,
+        otherwise: &BlockCall,
+    ) -> Vec<Value> {
+        let op = match (self.is_cold(then), self.is_cold(otherwise)) {
+            (true, false) => BinaryOp::Or,
+            (false, true) => BinaryOp::And,
+            _ => return vec![cond],
+        };
+        let (mut separate, mut pending) = (vec![], vec![cond]);
+        while let Some(value) = pending.pop() {
+            match self.func.def_inst(value) {
+                Some(&InstData::Binary { op: joined, args: [a, b] })
+                    if joined == op && !self.cold && self.use_count(value) == 1 =>
+                {
+                    pending.extend([b, a]);
+                }
+                _ => separate.push(value),
+            }
+        }
+        separate
+    }
+
+    /// Whether the target of a branch is a cold block.
+    fn is_cold(&self, call: &BlockCall) -> bool {
+        self.func.block(call.block).cold
     }
 
     /// Goes to the function's exit for traps, which all traps with a site share. So the code of one trap

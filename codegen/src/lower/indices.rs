@@ -25,6 +25,9 @@ use plcc_ir::{
 
 use super::{LowerResult, Lowering};
 
+/// Through how many instructions an index is followed back to find out how great it may be.
+const MAX_STEPS: u32 = 5;
+
 /// How many blocks are searched upwards for a comparison, so that the time is linear.
 const MAX_DISTANCE: usize = 64;
 
@@ -221,20 +224,36 @@ impl Lowering<'_> {
     /// Whether the instruction that computes a value shows that it is below the count, so that no
     /// check is needed.
     fn is_below(&self, value: Value, count: u32) -> bool {
-        let count = i64::from(count);
-        match self.func.def_inst(value) {
-            Some(&InstData::Iconst { ty: _, value }) => (0..count).contains(&value),
-            Some(&InstData::Convert { op: ConvertOp::Zext, to: _, arg }) => {
+        self.greatest(value, MAX_STEPS).is_some_and(|most| most < i64::from(count))
+    }
+
+    /// The greatest number that a value may be as an unsigned number; `None` if the instructions that
+    /// compute it, followed back through at most `steps` of them, show none below 2^31.
+    fn greatest(&self, value: Value, steps: u32) -> Option<i64> {
+        let steps = steps.checked_sub(1)?;
+        let not_negative = |value: Value| self.constant(value).filter(|&n| n >= 0);
+        let most = match *self.func.def_inst(value)? {
+            InstData::Iconst { ty: _, value } => Some(value).filter(|&n| n >= 0),
+            InstData::Convert { op: ConvertOp::Zext, to: _, arg } => {
                 let bits = self.func.ty(arg).bits();
-                bits < 32 && 1i64 << bits <= count
+                let all = (bits < 32).then(|| (1 << bits) - 1);
+                all.into_iter().chain(self.greatest(arg, steps)).min()
             }
-            Some(&InstData::Binary { op: BinaryOp::And, args }) => {
-                args.iter().any(|&arg| self.constant(arg).is_some_and(|n| (0..count).contains(&n)))
+            InstData::Convert { op: ConvertOp::Trunc, to: Type::I32, arg } => {
+                self.greatest(arg, steps)
             }
-            Some(&InstData::Binary { op: BinaryOp::Urem | BinaryOp::Umin, args: [_, limit] }) => {
-                self.constant(limit).is_some_and(|n| (1..count).contains(&n))
+            InstData::Binary { op: BinaryOp::And, args: [a, b] } => {
+                not_negative(a).into_iter().chain(not_negative(b)).min()
             }
-            _ => false,
-        }
+            InstData::Binary { op: BinaryOp::Add, args: [a, b] } => {
+                self.greatest(a, steps)?.checked_add(self.greatest(b, steps)?)
+            }
+            InstData::Binary { op: BinaryOp::Urem, args: [_, by] } => {
+                not_negative(by).filter(|&by| by > 0).map(|by| by - 1)
+            }
+            InstData::Binary { op: BinaryOp::Umin, args: [_, limit] } => not_negative(limit),
+            _ => None,
+        };
+        most.filter(|&most| most <= i64::from(i32::MAX))
     }
 }

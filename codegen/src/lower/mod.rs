@@ -81,6 +81,7 @@ pub(crate) fn function(
         indices: indices::Indices::new(func),
         cold: false,
         is_x86,
+        uses: use_counts(func),
         truncated: HashMap::new(),
         trap_exit: None,
         host_signature: None,
@@ -126,6 +127,23 @@ fn order(func: &FuncData) -> Vec<Block> {
     postorder
 }
 
+/// How often instructions and terminators of a function use each value.
+fn use_counts(func: &FuncData) -> Vec<u32> {
+    let mut counts = vec![0u32; func.value_count()];
+    let mut note = |value: Value| {
+        if let Some(count) = counts.get_mut(value.index()) {
+            *count += 1;
+        }
+    };
+    for (_, data) in func.blocks() {
+        data.insts.iter().for_each(|&inst| func.inst(inst).for_each_arg(&mut note));
+        if let Some(terminator) = &data.terminator {
+            terminator.for_each_arg(&mut note);
+        }
+    }
+    counts
+}
+
 fn successors(func: &FuncData, block: Block) -> Vec<Block> {
     let mut next = Vec::new();
     if let Some(terminator) = &func.block(block).terminator {
@@ -157,6 +175,8 @@ struct Lowering<'a> {
     cold: bool,
     /// Whether the target is x86-64, on which some operations have shorter forms.
     is_x86: bool,
+    /// How often each value is used.
+    uses: Vec<u32>,
     /// The results of truncations of doubles on x86-64, each with the vector whose lowest lane
     /// holds it, from which it is converted back in fewer bytes.
     truncated: HashMap<Value, ClifValue>,
@@ -238,6 +258,11 @@ impl Lowering<'_> {
         found.ok_or_else(|| InvalidIr(format!("{value} is used and not defined before")))
     }
 
+    /// How often a value is used.
+    fn use_count(&self, value: Value) -> u32 {
+        self.uses.get(value.index()).copied().unwrap_or(0)
+    }
+
     /// Records the CLIF value of an IR value.
     fn define(&mut self, value: Value, clif: ClifValue) -> LowerResult<()> {
         let slot = self.values.get_mut(value.index());
@@ -264,7 +289,10 @@ impl Lowering<'_> {
             InstData::Iconst { ty, value } => Some(self.iconst(ty, value)),
             InstData::Fconst { bits } => Some(self.builder.ins().f64const(f64::from_bits(bits))),
             InstData::Unary { op, arg } => Some(self.unary(op, arg)?),
-            InstData::Binary { op, args } => Some(self.binary(op, args)?),
+            InstData::Binary { op, args } => {
+                let uses = self.func.result(inst).map_or(0, |result| self.use_count(result));
+                Some(self.binary(op, args, uses)?)
+            }
             InstData::Icmp { cond, args } => Some(self.icmp(cond, args)?),
             InstData::Fcmp { cond, args } => Some(self.fcmp(cond, args)?),
             InstData::Select { cond, args } => {

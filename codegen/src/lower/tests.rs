@@ -91,6 +91,56 @@ fn an_index_that_was_checked_is_not_checked_again() {
     }
 }
 
+/// An index is compared only where the instructions that compute it do not show that it is inside.
+#[test]
+fn an_index_that_is_surely_inside_is_not_checked() {
+    for (index, count, compared) in [
+        ("v1: i32 = iconst 3\nv2: i32 = and v0, v1\nv9: i32 = add v2, v1", 7, false),
+        ("v1: i32 = iconst 3\nv2: i32 = and v0, v1\nv9: i32 = add v2, v1", 6, true),
+        (
+            "v1: i64 = zext v0\nv2: i64 = iconst 3\nv3: i64 = and v1, v2\nv9: i32 = trunc v3",
+            4,
+            false,
+        ),
+        (
+            "v1: i64 = zext v0\nv2: i64 = iconst 3\nv3: i64 = add v1, v2\nv9: i32 = trunc v3",
+            7,
+            true,
+        ),
+        ("v1: i32 = iconst 5\nv9: i32 = urem v0, v1", 5, false),
+        ("v1: i32 = iconst -1\nv9: i32 = and v0, v1", 5, true),
+        ("v1: i32 = iconst 2147483647\nv2: i32 = and v0, v1\nv9: i32 = add v2, v1", 5, true),
+        ("v1: i32 = iconst 3\nv2: i32 = and v0, v1\nv9: i32 = sub v2, v1", 5, true),
+    ] {
+        let body = format!(
+            "v0: i32 = load data:0\n{index}\nv10: i8 = load data:4[v9 * 1, {count}]\n\
+             store data:15, v10\nreturn"
+        );
+        let text = clif(&module(&body)).unwrap();
+        assert_eq!(text.contains("select"), compared, "{body}\n{text}");
+    }
+}
+
+/// A guard of several conditions branches by each of them; other branches join theirs.
+#[test]
+fn the_conditions_of_a_guard_are_branched_by_one_by_one() {
+    for (cold, op, targets, branches) in [
+        (" cold", "or", "block1, block2", 3),
+        (" cold", "and", "block2, block1", 3),
+        (" cold", "and", "block1, block2", 1),
+        ("", "or", "block1, block2", 1),
+    ] {
+        let body = format!(
+            "v0: i16 = load data:0\nv1: i16 = load data:2\nv2: i16 = load data:4\n\
+             v3: i1 = icmp eq v0, v1\nv4: i1 = icmp slt v1, v2\nv5: i1 = icmp ult v0, v2\n\
+             v6: i1 = {op} v3, v4\nv7: i1 = {op} v6, v5\nbrif v7, {targets}\n\
+             block1{cold}:\nstore data:8, v0\nreturn\nblock2:\nstore data:10, v1\nreturn"
+        );
+        let text = clif(&module(&body)).unwrap();
+        assert_eq!(text.matches("brif").count(), branches, "{body}\n{text}");
+    }
+}
+
 /// The index is widened where its narrow value is defined, and compared in the same register.
 #[test]
 fn an_index_is_widened_once() {

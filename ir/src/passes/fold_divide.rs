@@ -13,7 +13,9 @@
 //!   rounded down, is added to the product. `f` is off by at most `1/2`, so the product is off by
 //!   at most `2^(n-1)`, which is no more than what was added and, as `d` is no power of two, less
 //!   than the other half. So the shift gives the quotient of the dividend rounded down, whatever
-//!   the dividend's sign.
+//!   the dividend's sign. A dividend of little more than 32 bits, such as the sum of an `i32` and a
+//!   constant, is treated in the same way if there is a shift with which the product fits into 64
+//!   bits and is off by no more than what was added.
 //!
 //! A quotient of doubles becomes a product with the reciprocal if the divisor is a power of two
 //! whose reciprocal is a normal number. Then the exact quotient and the exact product are the same
@@ -32,6 +34,24 @@
 use super::fold::{Fold, Simpler};
 use super::value_range::mask;
 use crate::{BinaryOp, ConvertOp, InstData, Type, Value};
+
+/// `2^shift / by` rounded to the nearest integer, and half of it rounded down. `shift` is from 1 to 62.
+fn factor_and_half(shift: u32, by: i64) -> (i64, i64) {
+    (((1 << shift) + by / 2) / by, (1 << (shift - 1)) / by)
+}
+
+/// The least shift with which the quotient by a constant is rounded down rightly for every dividend of
+/// at most this magnitude, and no product exceeds 64 bits; `None` if there is no such shift.
+fn shift_for_long_dividend(magnitude: u64, by: i64) -> Option<u32> {
+    (i64::BITS - by.leading_zeros()..=62).find(|&shift| {
+        let (factor, half) = factor_and_half(shift, by);
+        let (magnitude, by) = (i128::from(magnitude), i128::from(by));
+        let (factor, half) = (i128::from(factor), i128::from(half));
+        // How far the factor is off, times the divisor.
+        let off = (factor * by - (1i128 << shift)).abs();
+        magnitude * off <= half * by && magnitude * factor + half <= i128::from(i64::MAX)
+    })
+}
 
 impl Fold<'_> {
     /// A quotient or remainder of an integer of at most 32 bits by a constant other than 0 and 1.
@@ -92,15 +112,15 @@ impl Fold<'_> {
         by: i64,
     ) -> Option<Value> {
         let bits = i64::BITS - (low ^ (low >> 63)).max(high ^ (high >> 63)).leading_zeros();
-        if bits > 31 {
-            return None;
-        }
-        let shift = bits + (i64::BITS - (by - 1).leading_zeros());
+        let shift = if bits > 31 {
+            shift_for_long_dividend(low.unsigned_abs().max(high.unsigned_abs()), by)?
+        } else {
+            bits + (i64::BITS - (by - 1).leading_zeros())
+        };
         if shift > 62 {
             return None;
         }
-        let factor = ((1 << shift) + by / 2) / by;
-        let half = (1 << (shift - 1)) / by;
+        let (factor, half) = factor_and_half(shift, by);
         let wide = self.extended_to_i64(ConvertOp::Sext, ty, a)?;
         let product = self.insert_with_const(BinaryOp::Mul, Type::I64, wide, factor)?;
         let sum = self.insert_with_const(BinaryOp::Add, Type::I64, product, half)?;

@@ -151,6 +151,40 @@ fn known_bounds_of_the_dividend_make_the_factors_smaller() {
     }
 }
 
+/// A dividend of little more than 32 bits: the sum of an `i32` and a constant, or a small multiple.
+#[test]
+fn sums_of_32_bits_are_divided_without_a_division() {
+    let mut rng = Rng::new(11);
+    for made in ["v3: i64 = add v1, v2", "v3: i64 = sub v1, v2", "v3: i64 = mul v1, v2"] {
+        for constant in [1, 3, 44, 1000, 5_000_000] {
+            for by in [3, 7, 33, 47, 63, 127, 641, 1000, 65_537, 8_388_609, 1_000_000_007] {
+                let text = format!(
+                    "image 16\nregion data at 0 size 16\ntask \"scan\" L0\n\nfn \"f\" {{\n\
+                     block0 (L0):\nv0: i32 = load data:0\nv1: i64 = sext v0\n\
+                     v2: i64 = iconst {constant}\n{made}\nv4: i64 = iconst {by}\n\
+                     v5: i64 = smod v3, v4\nstore data:8, v5\nreturn\n}}\n"
+                );
+                let mut module = parse(&text).unwrap();
+                let plain = module.clone();
+                optimize(&mut module, OptLevel::Speed);
+                if constant == 44 && by < 1000 && !made.contains("mul") {
+                    assert!(!print(&module).contains("smod"), "{}", print(&module));
+                }
+                let mut engines = [plain, module].map(Interpreter::new);
+                for x in dividends(Type::I32, by, &mut rng) {
+                    let results = engines.each_mut().map(|engine| {
+                        let mut image = [0; 16];
+                        image[..4].copy_from_slice(&(x as i32).to_le_bytes());
+                        engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+                        i64::from_le_bytes(image[8..].try_into().unwrap())
+                    });
+                    assert_eq!(results[0], results[1], "{made}, {x}, {constant}, by {by}");
+                }
+            }
+        }
+    }
+}
+
 /// A division of doubles by a power of two becomes a multiplication with the same result.
 #[test]
 fn division_by_a_power_of_two_becomes_a_multiplication() {
