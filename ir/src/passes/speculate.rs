@@ -25,7 +25,9 @@
 //! integers, from which the pass [`integers`](super::integers) makes integer arithmetic of the
 //! whole copy. The second is as it was, in a cold block.
 //!
-//! Either the doubles that a statement loads are checked, at most
+//! If a statement needs several checks, one cold block serves all of them
+//! ([`speculate_whole`](super::speculate_whole)). Otherwise
+//! either the doubles that a statement loads are checked, at most
 //! [`MAX_CHECKED`](super::speculation_plan::MAX_CHECKED) of them, or the operands of a single host
 //! function, whichever takes fewer checks. Of loads it must be known that
 //! nothing writes to them between the check and the load. Blocks that are cold or optimised for
@@ -161,7 +163,7 @@ pub(super) struct Speculate<'a> {
     pub(super) floats: FloatRanges<'a>,
     pub(super) uses: Uses,
     pub(super) marks: Vec<Mark>,
-    changed: bool,
+    pub(super) changed: bool,
 }
 
 impl Speculate<'_> {
@@ -187,6 +189,8 @@ impl Speculate<'_> {
     /// Examines a statement. `end` is the place behind it among the instructions of its block;
     /// `is_last` says that no instruction stands there.
     fn statement(&mut self, mut insts: &[Inst], end: usize, is_last: bool, rest: &mut Rest) {
+        let taken = self.whole_statement(insts, end, is_last, rest).unwrap_or(0);
+        insts = insts.get(taken..).unwrap_or_default();
         let mut plan = self.plan_statement(insts);
         loop {
             if plan.is_none() {
@@ -246,18 +250,12 @@ impl Speculate<'_> {
         }
         let ends_block = ends_block
             && matches!(rest.terminator, Some(Terminator::Brif { .. } | Terminator::Jump(_)));
-        let results: Vec<Value> =
-            plan.twice.iter().filter_map(|&inst| self.func.result(inst)).collect();
-        // Uses in other blocks count as uses elsewhere.
-        let used_behind =
-            |value: Value| self.uses.last.get(value.index()).is_some_and(|&last| last >= behind);
-        let set = |flags: &[bool], value: Value| flags.get(value.index()).copied().unwrap_or(false);
-        let is_used = |value: Value| set(&self.uses.elsewhere, value) || used_behind(value);
         // The copies can end the block only if nothing behind it uses what they compute.
-        let ends_block = ends_block && !results.iter().any(|&value| is_used(value));
-        let is_passed =
-            |value: Value| is_used(value) || !ends_block && set(&self.uses.by_terminator, value);
-        let passed: Vec<Value> = results.iter().copied().filter(|&v| is_passed(v)).collect();
+        let mut passed = self.passed_behind(&plan.twice, behind);
+        let ends_block = ends_block && passed.is_empty();
+        if !ends_block {
+            passed = self.with_terminator(&plan.twice, passed);
+        }
         let [hot, cold] = [false, true].map(|cold| self.new_block(cold));
         let join = (!ends_block).then(|| self.new_block(false));
         for (block, mut copies) in [(hot, integers), (cold, vec![])] {
@@ -304,10 +302,28 @@ impl Speculate<'_> {
         rest.block = join;
     }
 
+    /// The results of copied instructions that instructions behind them use, also in other blocks.
+    /// `behind` is the place of the next instruction among those of the block.
+    pub(super) fn passed_behind(&self, copied: &[Inst], behind: usize) -> Vec<Value> {
+        // Uses in other blocks count as uses elsewhere.
+        let is_used = |value: &Value| {
+            is_set(&self.uses.elsewhere, *value)
+                || self.uses.last.get(value.index()).is_some_and(|&last| last >= behind)
+        };
+        copied.iter().filter_map(|&inst| self.func.result(inst)).filter(is_used).collect()
+    }
+
+    /// Those results, and the ones that the block's terminator uses.
+    pub(super) fn with_terminator(&self, copied: &[Inst], passed: Vec<Value>) -> Vec<Value> {
+        let is_passed =
+            |value: &Value| passed.contains(value) || is_set(&self.uses.by_terminator, *value);
+        copied.iter().filter_map(|&inst| self.func.result(inst)).filter(is_passed).collect()
+    }
+
     /// Appends the check of a double. Gives the double that takes its place, a conversion of an integer,
     /// and the truth value of the check: with `never_nan`, which says that the double is never NaN,
     /// whether it fails, else whether it succeeds.
-    fn check(
+    pub(super) fn check(
         &mut self,
         out: &mut Vec<Inst>,
         value: Value,
@@ -360,13 +376,18 @@ impl Speculate<'_> {
     }
 
     /// Adds a block without instructions.
-    fn new_block(&mut self, cold: bool) -> Block {
+    pub(super) fn new_block(&mut self, cold: bool) -> Block {
         self.func.blocks.push(BlockData { cold, ..BlockData::default() });
         Block(self.func.blocks.len() as u32 - 1)
     }
 
     /// Appends an instruction to a list; gives its result.
-    fn append(&mut self, out: &mut Vec<Inst>, data: InstData, loc: SourceLoc) -> Option<Value> {
+    pub(super) fn append(
+        &mut self,
+        out: &mut Vec<Inst>,
+        data: InstData,
+        loc: SourceLoc,
+    ) -> Option<Value> {
         let inst = self.func.append(data, loc);
         out.push(inst);
         self.func.result(inst)
@@ -374,17 +395,25 @@ impl Speculate<'_> {
 }
 
 /// The last part of the block that is examined, behind the copies that were made so far.
-struct Rest {
+pub(super) struct Rest {
     /// The block that gets the instructions.
-    block: Block,
+    pub(super) block: Block,
     /// Its instructions so far.
-    out: Vec<Inst>,
+    pub(super) out: Vec<Inst>,
     /// Its terminator.
-    terminator: Option<Terminator>,
+    pub(super) terminator: Option<Terminator>,
+}
+
+/// Whether the flag of a value is set.
+fn is_set(flags: &[bool], value: Value) -> bool {
+    flags.get(value.index()).copied().unwrap_or(false)
 }
 
 /// Replaces operands by their copies. `visit` calls what it is given for each operand.
-fn replace_all(copies: &[(Value, Value)], visit: impl FnOnce(&mut dyn FnMut(&mut Value))) {
+pub(super) fn replace_all(
+    copies: &[(Value, Value)],
+    visit: impl FnOnce(&mut dyn FnMut(&mut Value)),
+) {
     visit(&mut |value: &mut Value| {
         if let Some(&(_, copy)) = copies.iter().rev().find(|(old, _)| old == value) {
             *value = copy;

@@ -21,7 +21,7 @@ pub(super) const MAX_CHECKED: usize = 6;
 
 /// In statements of more instructions than this only single operands are checked, so that the pass
 /// takes time in proportion to the length of a function.
-const MAX_STATEMENT: usize = 200;
+pub(super) const MAX_STATEMENT: usize = 200;
 
 /// To see how a double is computed, its definition is followed back this far.
 const MAX_STEPS: u32 = 4;
@@ -318,16 +318,24 @@ impl Speculate<'_> {
     /// fraction.
     fn checks_of(&self, data: &InstData) -> Vec<(Value, Check)> {
         let operands = self.operands_to_check(data);
-        let nature = operands.iter().map(|&value| self.nature(value, MAX_STEPS)).max();
-        let check = match (called_integer_form(data), nature.unwrap_or(Nature::Plain)) {
-            (_, Nature::Plain) => Check::Narrow,
-            (Some(IntegerForm::Bits), _) => Check::Rounded,
-            (Some(IntegerForm::Modulo), Nature::Fraction) => return vec![],
-            (Some(IntegerForm::Modulo), Nature::Product) => Check::Wide,
-            // Bit operators are seldom used on fractions and on more than 32 bits.
-            _ => Check::Narrow,
+        let Some(check) = self.check_for(called_integer_form(data), &operands) else {
+            return vec![];
         };
         operands.into_iter().map(|value| (value, check)).collect()
+    }
+
+    /// The check that most values of an operation's operands pass; `None` for a remainder whose
+    /// dividend probably has a fraction.
+    pub(super) fn check_for(&self, form: Option<IntegerForm>, operands: &[Value]) -> Option<Check> {
+        let nature = operands.iter().map(|&value| self.nature(value, MAX_STEPS)).max();
+        match (form, nature.unwrap_or(Nature::Plain)) {
+            (_, Nature::Plain) => Some(Check::Narrow),
+            (Some(IntegerForm::Bits), _) => Some(Check::Rounded),
+            (Some(IntegerForm::Modulo), Nature::Fraction) => None,
+            (Some(IntegerForm::Modulo), Nature::Product) => Some(Check::Wide),
+            // Bit operators are seldom used on fractions and on more than 32 bits.
+            _ => Some(Check::Narrow),
+        }
     }
 
     /// How a double is computed. Its definition is followed back through at most `steps`

@@ -252,7 +252,8 @@ impl Generator {
                 let condition = self.condition(2);
                 Statement::If(condition, self.result())
             }
-            6 => {
+            // Where compiled code speculates, both index and value often need integrality checks.
+            6 | 16 | 17 if self.kinds == Kinds::Speculated || self.rng.chance(33) => {
                 let value = self.expression(depth);
                 let limit = Expr::Number("16".into());
                 let index = Expr::Bin(Bin::Mod, Box::new(self.expression(2)), Box::new(limit));

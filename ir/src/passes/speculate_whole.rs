@@ -1,0 +1,358 @@
+//! Speculates on a whole statement at once, for the pass [`speculate`](super::speculate).
+//!
+//! A statement may need several integrality checks one after the other, for example one of a variable
+//! that gives an index, and one of a sum with the element at that index. If each had a cold block that
+//! goes on behind the instructions which depend on it, all that is known of the integers would be lost
+//! there. Instead all checks of the statement share one cold block, which executes the statement again from
+//! its beginning as it was. So the checks come before anything that the statement stores.
+//!
+//! ```text
+//! P(800+(P1%64))=(P2+P3)%10
+//!
+//! v0: f64 = load p:8                 v0: f64 = load p:8
+//! v1: f64 = … v0                     v9: … the integrality check of v0
+//! v2: f64 = load p:16                    brif v9, block2, block1
+//! v3: f64 = load p:24           block1:  … the index, of integers
+//! v4: f64 = fadd v2, v3    ==>       v4: f64 = fadd v2, v3
+//! v5: f64 = … v4                     v10: … the integrality check of v4
+//! store p:6400[v1 * 8, 224], v5          brif v10, block2, block3
+//!                               block3:  … the remainder, of integers, and the store
+//!                                        jump block4
+//!                               block2 cold: the statement as it was
+//!                                        jump block4
+//! ```
+
+use std::collections::HashMap;
+
+use super::float_range::FloatRange;
+use super::speculate::{Rest, Speculate, replace_all};
+use super::speculation_plan::{Check, MAX_STATEMENT, called_integer_form};
+use crate::{
+    BinaryOp, Block, BlockCall, Inst, InstData, SourceLoc, Terminator, Type, Value, ValueDef,
+};
+
+/// A statement may have at most this many checks.
+const MAX_CHECKS: usize = 8;
+
+/// If there are no more instructions than this from the first store of a statement on, they are part
+/// of both copies.
+const MAX_COPIED_BEHIND: usize = 2;
+
+/// The operands of an operation are followed back through this many instructions to the loads that
+/// they are computed from.
+const MAX_STEPS: u32 = 5;
+
+/// The checks that a statement needs.
+struct Checks<'a> {
+    /// The instructions before the first that has an effect.
+    insts: &'a [Inst],
+    /// Loads of the same variable as an earlier load, each with that one.
+    same: Vec<(Value, Value)>,
+    /// What is checked.
+    values: Vec<(Value, Check)>,
+    /// How many of the statement's instructions the two copies have.
+    end: usize,
+}
+
+impl Checks<'_> {
+    /// The value itself, or the earlier load of the same variable.
+    fn first_load(&self, value: Value) -> Value {
+        self.same.iter().find(|(again, _)| *again == value).map_or(value, |&(_, first)| first)
+    }
+
+    /// The check of a value, if it has one.
+    fn check(&self, value: Value) -> Option<Check> {
+        let value = self.first_load(value);
+        self.values.iter().find(|(checked, _)| *checked == value).map(|&(_, check)| check)
+    }
+}
+
+impl Speculate<'_> {
+    /// Speculates on a statement that needs at least two checks of which one follows another; gives how
+    /// many of its instructions the copies have taken, or `None` if nothing was done. `end` is the place
+    /// behind the statement among the instructions of its block; `is_last` says that no instruction
+    /// stands there.
+    pub(super) fn whole_statement(
+        &mut self,
+        insts: &[Inst],
+        end: usize,
+        is_last: bool,
+        rest: &mut Rest,
+    ) -> Option<usize> {
+        let checks = self.find_checks(insts)?;
+        let (copied, behind) = insts.split_at_checked(checks.end)?;
+        let passed = self.passed_behind(copied, end - behind.len());
+        let ends_block = is_last
+            && behind.is_empty()
+            && passed.is_empty()
+            && matches!(rest.terminator, Some(Terminator::Brif { .. } | Terminator::Jump(_)));
+        let passed = if ends_block { passed } else { self.with_terminator(copied, passed) };
+        let cold = self.new_block(true);
+        let fast = self.copy_with_checks(copied, &checks, cold, rest)?;
+        let mut insts = vec![];
+        let slow = self.copy(copied, &mut insts);
+        let join = (!ends_block).then(|| self.new_block(false));
+        let terminator_for = |copies: &[(Value, Value)]| match join {
+            Some(block) => {
+                let mut args = passed.clone();
+                replace_all(copies, |f| args.iter_mut().for_each(f));
+                Some(Terminator::Jump(BlockCall { block, args }))
+            }
+            None => {
+                let mut terminator = rest.terminator.clone();
+                if let Some(terminator) = &mut terminator {
+                    replace_all(copies, |f| terminator.for_each_arg_mut(f));
+                }
+                terminator
+            }
+        };
+        let (fast, slow) = (terminator_for(&fast), terminator_for(&slow));
+        let data = &mut self.func.blocks[cold.index()];
+        (data.insts, data.terminator) = (insts, slow);
+        let Some(join) = join else {
+            rest.terminator = fast;
+            return Some(checks.end);
+        };
+        let data = &mut self.func.blocks[rest.block.index()];
+        (data.insts, data.terminator) = (std::mem::take(&mut rest.out), fast);
+        // What is used behind the copies becomes a parameter of the block behind them.
+        for (at, &value) in passed.iter().enumerate() {
+            self.func.values[value.index()].def = ValueDef::Param(join, at as u32);
+        }
+        self.func.blocks[join.index()].params = passed;
+        rest.block = join;
+        Some(checks.end)
+    }
+
+    /// The checks that a statement needs; `None` if it can do with one, is too long or needs too many.
+    fn find_checks<'a>(&self, insts: &'a [Inst]) -> Option<Checks<'a>> {
+        if insts.len() > MAX_STATEMENT {
+            return None;
+        }
+        let has_effect = |&inst: &Inst| self.func.inst(inst).has_effect();
+        let effect = insts.iter().position(has_effect).unwrap_or(insts.len());
+        let (before, rest) = insts.split_at_checked(effect)?;
+        if !before.iter().any(|&inst| self.gains(self.func.inst(inst))) {
+            return None;
+        }
+        let end = if rest.len() <= MAX_COPIED_BEHIND { insts.len() } else { effect };
+        let same = self.repeated_loads(before);
+        let mut checks = Checks { insts: before, same, values: vec![], end };
+        for &inst in before {
+            let data = self.func.inst(inst);
+            if self.gains(data) {
+                self.add_checks(data, &mut checks);
+            }
+            if checks.values.len() > MAX_CHECKS {
+                return None;
+            }
+        }
+        (checks.values.len() > 1).then_some(checks)
+    }
+
+    /// The loads among some instructions without effects that read the same as an earlier one, each with
+    /// that one.
+    fn repeated_loads(&self, insts: &[Inst]) -> Vec<(Value, Value)> {
+        let mut first: HashMap<InstData, Value> = HashMap::new();
+        let mut same = vec![];
+        for &inst in insts {
+            if let (data @ InstData::Load { .. }, Some(result)) =
+                (self.func.inst(inst), self.func.result(inst))
+            {
+                let value = *first.entry(*data).or_insert(result);
+                if value != result {
+                    same.push((result, value));
+                }
+            }
+        }
+        same
+    }
+
+    /// Adds the checks that an operation needs to those of the operations before it.
+    fn add_checks(&self, data: &InstData, checks: &mut Checks<'_>) {
+        let mut operands = vec![];
+        data.for_each_arg(|value| {
+            let value = checks.first_load(value);
+            let range = self.range_after_checks(value, checks, MAX_STEPS);
+            if !is_int32(range) && checks.check(value).is_none() && !operands.contains(&value) {
+                operands.push(value);
+            }
+        });
+        let Some(check) = self.check_for(called_integer_form(data), &operands) else { return };
+        let is_own = |value: Value, checks: &Checks<'_>| {
+            checks.insts.iter().any(|&inst| self.func.result(inst) == Some(value))
+        };
+        for operand in operands {
+            let mut loads = vec![];
+            self.unchecked_loads(operand, checks, MAX_STEPS, &mut loads);
+            // It is the same number of checks whether the operand is checked or the only variable that
+            // it depends on; then all that follows from the variable is known, too.
+            if let [load] = loads.as_slice()
+                && check != Check::Rounded
+                && is_own(*load, checks)
+            {
+                checks.values.push((*load, Check::Narrow));
+                if self.range_after_checks(operand, checks, MAX_STEPS).integers().is_some() {
+                    continue;
+                }
+                checks.values.pop();
+            }
+            if is_own(operand, checks) {
+                checks.values.push((operand, check));
+            }
+        }
+    }
+
+    /// The range of a double where the checks have succeeded. Its definition is followed back through
+    /// at most `steps` instructions.
+    fn range_after_checks(&self, value: Value, checks: &Checks<'_>, steps: u32) -> FloatRange {
+        match checks.check(value) {
+            Some(Check::Narrow) => return FloatRange::INT32,
+            Some(Check::Wide | Check::Rounded) => return FloatRange::int(-(1 << 50), 1 << 50),
+            None => {}
+        }
+        match self.func.def_inst(value) {
+            Some(data) if steps > 0 && self.func.ty(value) == Type::F64 => {
+                let range = |value| self.range_after_checks(value, checks, steps - 1);
+                self.floats.of_operands(self.func, &self.integers, data, range)
+            }
+            _ => self.floats.get(value),
+        }
+    }
+
+    /// Adds the loads that a double is computed from by sums, differences and products to a list,
+    /// without those that are checked.
+    fn unchecked_loads(
+        &self,
+        value: Value,
+        checks: &Checks<'_>,
+        steps: u32,
+        loads: &mut Vec<Value>,
+    ) {
+        let value = checks.first_load(value);
+        if self.range_after_checks(value, checks, steps).integers().is_some() {
+            return;
+        }
+        match self.func.def_inst(value) {
+            Some(data @ InstData::Load { .. }) if self.floats.is_finite_load(data) => {
+                if !loads.contains(&value) {
+                    loads.push(value);
+                }
+            }
+            Some(&InstData::Binary {
+                op: BinaryOp::Fadd | BinaryOp::Fsub | BinaryOp::Fmul,
+                args,
+            }) if steps > 0 => {
+                for arg in args {
+                    self.unchecked_loads(arg, checks, steps - 1, loads);
+                }
+            }
+            // It is not computed from a single load.
+            _ => loads.extend([value, value]),
+        }
+    }
+
+    /// Copies instructions, with the checks of some of their results, to the block that is being
+    /// filled; a check that fails leads to the cold block. Gives the copy of each result.
+    fn copy_with_checks(
+        &mut self,
+        insts: &[Inst],
+        checks: &Checks<'_>,
+        cold: Block,
+        rest: &mut Rest,
+    ) -> Option<Vec<(Value, Value)>> {
+        let mut copies: Vec<(Value, Value)> = vec![];
+        // The checks that have been made and not been branched by: what is checked, the double that takes
+        // its place, the truth of the check, and whether that says that it fails.
+        let mut waiting: Vec<(Value, Value, Value, bool)> = vec![];
+        let mut repeated = vec![];
+        let mut loc = SourceLoc::NONE;
+        for &inst in insts {
+            if let Some(again) = self.func.result(inst).filter(|&v| checks.first_load(v) != v) {
+                repeated.push(again);
+                continue;
+            }
+            let mut data = *self.func.inst(inst);
+            loc = self.func.loc(inst);
+            data.for_each_arg_mut(|arg| *arg = checks.first_load(*arg));
+            let mut needs_check = data.has_effect();
+            data.for_each_arg(|arg| needs_check |= waiting.iter().any(|w| w.0 == arg));
+            if needs_check {
+                self.branch_by(&mut waiting, cold, rest, &mut copies, loc);
+            }
+            replace_all(&copies, |f| data.for_each_arg_mut(f));
+            let (old, new) = (self.func.result(inst), self.append(&mut rest.out, data, loc));
+            let Some((old, new)) = old.zip(new) else { continue };
+            copies.push((old, new));
+            if let Some(check) = checks.check(old) {
+                let never_nan = !self.floats.get(old).may_be_nan();
+                if waiting.last().is_some_and(|last| last.3 != never_nan) {
+                    self.branch_by(&mut waiting, cold, rest, &mut copies, loc);
+                }
+                let (double, truth) = self.check(&mut rest.out, new, check, never_nan, loc)?;
+                waiting.push((old, double, truth, never_nan));
+            }
+        }
+        self.branch_by(&mut waiting, cold, rest, &mut copies, loc);
+        for again in repeated {
+            let first = checks.first_load(again);
+            let copy = copies.iter().rev().find(|(old, _)| *old == first).map(|&(_, copy)| copy);
+            copies.extend(copy.map(|copy| (again, copy)));
+        }
+        self.changed = true;
+        Some(copies)
+    }
+
+    /// Ends the block that is being filled with a branch to the cold block if one of the checks fails, and
+    /// begins another.
+    fn branch_by(
+        &mut self,
+        waiting: &mut Vec<(Value, Value, Value, bool)>,
+        cold: Block,
+        rest: &mut Rest,
+        copies: &mut Vec<(Value, Value)>,
+        loc: SourceLoc,
+    ) {
+        let mut all = None;
+        let mut fails = true;
+        for (old, double, truth, never_nan) in waiting.drain(..) {
+            fails = never_nan;
+            copies.push((old, double));
+            let op = if never_nan { BinaryOp::Or } else { BinaryOp::And };
+            all = match all {
+                None => Some(truth),
+                Some(others) => {
+                    let args = [others, truth];
+                    self.append(&mut rest.out, InstData::Binary { op, args }, loc)
+                }
+            };
+        }
+        let Some(cond) = all else { return };
+        let next = self.new_block(false);
+        let (then, otherwise) = if fails { (cold, next) } else { (next, cold) };
+        let (then, otherwise) = (BlockCall::plain(then), BlockCall::plain(otherwise));
+        let data = &mut self.func.blocks[rest.block.index()];
+        data.insts = std::mem::take(&mut rest.out);
+        data.terminator = Some(Terminator::Brif { cond, then, otherwise });
+        rest.block = next;
+    }
+
+    /// Copies instructions as they are to a list. Gives the copy of each result.
+    fn copy(&mut self, insts: &[Inst], out: &mut Vec<Inst>) -> Vec<(Value, Value)> {
+        let mut copies = vec![];
+        for &inst in insts {
+            let mut data = *self.func.inst(inst);
+            replace_all(&copies, |f| data.for_each_arg_mut(f));
+            let (loc, old) = (self.func.loc(inst), self.func.result(inst));
+            copies.extend(old.zip(self.append(out, data, loc)));
+        }
+        copies
+    }
+}
+
+/// Whether a range has nothing but integers of 32 bits.
+fn is_int32(range: FloatRange) -> bool {
+    range
+        .integers()
+        .is_some_and(|(low, high)| i32::try_from(low).is_ok() && i32::try_from(high).is_ok())
+}
