@@ -11,6 +11,7 @@
 //! | `switches` | makes a switch of a row of comparisons with constants |
 //! | `if-convert` | makes selects of short branches |
 //! | `packed-bits` | collects bits that are put one by one into the same word, and stores it once |
+//! | `rows` | computes many bits of a word at once, where statements do the same with each of them |
 //! | `narrow` | computes with truth values instead of integers of which only one bit matters |
 //! | `demanded-bits` | goes around instructions that change only bits nobody uses |
 //! | `cse` | computes the same thing once (common subexpressions) |
@@ -58,6 +59,7 @@ mod image_bytes;
 mod integers;
 mod narrow;
 mod packed_bits;
+mod rows;
 mod speculate;
 mod speculate_whole;
 mod speculation_plan;
@@ -107,6 +109,8 @@ pub enum Pass {
     IfConvert,
     /// One store for all bits that a block puts into a word.
     PackedBits,
+    /// Operations on words instead of many of their bits.
+    Rows,
     /// Truth values instead of integers.
     Narrow,
     /// Goes around operations on bits that nobody uses.
@@ -133,7 +137,7 @@ pub enum Pass {
 
 impl Pass {
     /// Every pass, in the order of the table at the head of the module.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Integers,
         Self::Speculate,
         Self::Branches,
@@ -143,6 +147,7 @@ impl Pass {
         Self::Switches,
         Self::IfConvert,
         Self::PackedBits,
+        Self::Rows,
         Self::Narrow,
         Self::DemandedBits,
         Self::Cse,
@@ -167,6 +172,7 @@ impl Pass {
             Self::Switches => "switches",
             Self::IfConvert => "if-convert",
             Self::PackedBits => "packed-bits",
+            Self::Rows => "rows",
             Self::Narrow => "narrow",
             Self::DemandedBits => "demanded-bits",
             Self::Cse => "cse",
@@ -206,6 +212,7 @@ impl Pass {
             Self::Switches => return switches::run(func),
             Self::IfConvert => return if_convert::run(func),
             Self::PackedBits => return packed_bits::run(func, bytes),
+            Self::Rows => return rows::run(func, bytes),
             Self::Narrow => return narrow::run(func),
             Self::DemandedBits => demanded_bits::run(func),
             Self::Cse => cse::run(func),
@@ -225,7 +232,7 @@ struct PassOptions {
     /// `forward`: whether truth values are loaded again rather than forwarded.
     reload_bits: bool,
     /// `fold`: whether truth values that are bits of words are combined as words. Then it is no
-    /// longer seen which bit each of them is; so `packed-bits` comes first.
+    /// longer seen which bit each of them is; so `packed-bits` and `rows` come first.
     combine_bits: bool,
     /// Whether `packed-bits` pays.
     collect_bits: bool,
@@ -340,6 +347,9 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         }
         if stage.options.collect_bits && stage.pass(Pass::PackedBits) {
             stage.all(&[Pass::DemandedBits, Pass::Dce, Pass::Forward, Pass::Cse, Pass::Fold]);
+        }
+        if stage.options.collect_bits && stage.pass(Pass::Rows) {
+            stage.pass(Pass::Dce);
         }
         stage.options.combine_bits = true;
         stage.all(&[Pass::Narrow, Pass::Fold]);

@@ -6,5 +6,6 @@ mod bound;
 mod divide;
 mod filetests;
 mod passes;
+mod rows;
 mod rules;
 mod text;
