@@ -128,6 +128,14 @@ impl SourceMap {
         self.text(span.file).get(span.range()).unwrap_or("")
     }
 
+    /// The line of a byte offset, as [`line_col`](Self::line_col) gives it, without counting the characters
+    /// in front of it.
+    pub fn line(&self, id: FileId, offset: u32) -> u32 {
+        let Some(file) = self.file(id) else { return 1 };
+        let offset = offset.min(file.text.len() as u32);
+        file.line_starts.partition_point(|&start| start <= offset).max(1) as u32
+    }
+
     /// Line and column of a byte offset. Both count from 1; a column is a number of characters. An
     /// offset beyond the end of the text is taken as the end. A file of another map gives (1, 1).
     pub fn line_col(&self, id: FileId, offset: u32) -> (u32, u32) {
@@ -181,6 +189,9 @@ mod tests {
         assert_eq!(map.line_col(id, 7), (4, 1));
         assert_eq!(map.line_col(id, 99), (4, 2));
         assert_eq!(map.line_text(id, 2), "B");
+        for offset in 0..12 {
+            assert_eq!(map.line(id, offset), map.line_col(id, offset).0);
+        }
     }
 
     #[test]

@@ -163,6 +163,18 @@ impl Subject {
         start.elapsed().as_secs_f64() * 1e9 / scans as f64
     }
 
+    /// The number of the task that a scan runs, and the image before the first scan with the static inputs.
+    pub fn start_with_inputs(&self) -> (usize, Vec<u8>) {
+        let mut image = self.start.clone();
+        let mut bytes = self.input_bytes[Inputs::Static as usize][0].as_slice();
+        for range in &self.input_ranges {
+            let (part, rest) = bytes.split_at(range.len());
+            image[range.clone()].copy_from_slice(part);
+            bytes = rest;
+        }
+        (self.task, image)
+    }
+
     /// Runs scans with cold caches; gives nanoseconds a scan.
     pub fn run_cold(&mut self, inputs: Inputs, scans: usize) -> f64 {
         let mut evict = vec![0u8; 16 << 20];

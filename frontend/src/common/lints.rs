@@ -79,7 +79,7 @@ impl LintLevels {
                 let places = silenced
                     .entry(file)
                     .or_insert_with(|| silenced_in(sources, file, comment_marks, continuation));
-                let (line, _) = sources.line_col(file, start);
+                let line = sources.line(file, start);
                 if level == Level::Allow || places.contains(lint.name, line) {
                     return false;
                 }

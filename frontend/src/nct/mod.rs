@@ -62,7 +62,7 @@ pub fn check(
         return (None, found);
     }
     let read::parser::Parsed { stmts, condition_parts, texts, slots } = parsed;
-    let lines = stmts.iter().map(|s| sources.line_col(file, s.span.start).0).collect();
+    let lines = stmts.iter().map(|s| sources.line(file, s.span.start)).collect();
     let name = sources.path(file).to_owned();
     let text = text.to_owned();
     let checked = ast::Program { name, text, lines, stmts, condition_parts, labels, texts, slots };

@@ -1,5 +1,6 @@
 //! Rules 6 to 8 and 10 to 13: types of operands, constants, addresses and labels.
 
+use std::fmt;
 use std::ops::Range;
 
 use plcc_abi::HostType;
@@ -60,11 +61,13 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
     let type_mismatch = |[a, b]: [Value; 2]| {
         (ty(a) != ty(b)).then(|| format!("its operands are {} and {}", ty(a), ty(b)))
     };
-    let when_broken = |broken: bool, message: String| broken.then_some(message);
+    // The text is made only for an instruction that breaks a rule.
+    let when_broken =
+        |broken: bool, message: fmt::Arguments<'_>| broken.then(|| message.to_string());
     match *data {
         InstData::Iconst { ty, value } => when_broken(
             !ty.is_int() || ty.wrap(value) != value,
-            format!("{value} is no constant of type {ty}"),
+            format_args!("{value} is no constant of type {ty}"),
         ),
         InstData::Fconst { bits: _ } => None,
         InstData::Unary { op, arg } => {
@@ -73,7 +76,7 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
                 UnaryOp::Neg => ty(arg).is_int() && ty(arg) != Type::I1,
                 _ => ty(arg) == Type::F64,
             };
-            when_broken(!fits, format!("{} takes no {}", op.name(), ty(arg)))
+            when_broken(!fits, format_args!("{} takes no {}", op.name(), ty(arg)))
         }
         InstData::Binary { op, args } => type_mismatch(args).or_else(|| {
             let of = ty(args[0]);
@@ -82,7 +85,7 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
                 Type::I1 => matches!(op, BinaryOp::And | BinaryOp::Or | BinaryOp::Xor),
                 _ => !op.is_float(),
             };
-            when_broken(!fits, format!("{} takes no {of}", op.name()))
+            when_broken(!fits, format_args!("{} takes no {of}", op.name()))
         }),
         InstData::Icmp { cond, args } => type_mismatch(args).or_else(|| {
             let of = ty(args[0]);
@@ -91,16 +94,16 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
                 Type::I1 => matches!(cond, IntCond::Eq | IntCond::Ne),
                 _ => true,
             };
-            when_broken(!fits, format!("{} takes no {of}", cond.name()))
+            when_broken(!fits, format_args!("{} takes no {of}", cond.name()))
         }),
         InstData::Fcmp { cond, args } => type_mismatch(args).or_else(|| {
             when_broken(
                 ty(args[0]) != Type::F64,
-                format!("{} takes no {}", cond.name(), ty(args[0])),
+                format_args!("{} takes no {}", cond.name(), ty(args[0])),
             )
         }),
         InstData::Select { cond, args } => type_mismatch(args).or_else(|| {
-            when_broken(ty(cond) != Type::I1, format!("its condition is {}, not i1", ty(cond)))
+            when_broken(ty(cond) != Type::I1, format_args!("its condition is {}, not i1", ty(cond)))
         }),
         InstData::Convert { op, to, arg } => {
             let from = ty(arg);
@@ -115,7 +118,7 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
                     matches!((from, to), (Type::I64, Type::F64) | (Type::F64, Type::I64))
                 }
             };
-            when_broken(!fits, format!("{} cannot convert {from} to {to}", op.name()))
+            when_broken(!fits, format_args!("{} cannot convert {from} to {to}", op.name()))
         }
         InstData::Load { ty, at } => access_mistake(module, func, &at, ty, false),
         InstData::Store { at, value } => access_mistake(module, func, &at, ty(value), true),
@@ -127,7 +130,7 @@ fn mistake(module: &Module, func: &FuncData, data: &InstData) -> Option<String> 
                 && wanted.iter().zip(given).all(|(&wanted, &arg)| host_type(wanted) == ty(arg));
             when_broken(
                 !fits,
-                format!("these are not the arguments that {} takes", function.name()),
+                format_args!("these are not the arguments that {} takes", function.name()),
             )
         }
     }

@@ -51,7 +51,7 @@ struct Finder<'a> {
 impl Finder<'_> {
     fn add(&mut self, name: &str, at: TextRange, used: Use) {
         let (span, _) = self.download.origins.place(at);
-        let (line, _) = self.sources.line_col(span.file, span.start);
+        let line = self.sources.line(span.file, span.start);
         self.found.add(name, self.sources, span.file, line, used);
     }
 

@@ -259,14 +259,14 @@ impl Lowerer<'_> {
     /// An internal error with the place of the statement that was being lowered.
     fn with_place(&self, error: InternalError, stmt: &Stmt) -> InternalError {
         let (span, _) = self.download.origins.place(stmt.at);
-        let (line, _) = self.sources.line_col(span.file, span.start);
+        let line = self.sources.line(span.file, span.start);
         InternalError::at(error.message, self.sources.path(span.file), line)
     }
 
     /// Says that the instructions that follow belong to this statement.
     fn begin_statement(&mut self, stmt: &Stmt) {
         let (span, _) = self.download.origins.place(stmt.at);
-        let (line, _) = self.sources.line_col(span.file, span.start);
+        let line = self.sources.line(span.file, span.start);
         let (start, end) = (span.start, span.end);
         self.builder.statement(Statement { file: span.file.0, line, start, end });
         self.builder.ins().set_optimize_for_size(self.has_specialised_code);

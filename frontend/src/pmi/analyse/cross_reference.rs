@@ -33,7 +33,7 @@ pub(crate) fn cross_reference(checked: &Checked, sources: &SourceMap) -> CrossRe
     for announcement in checked.faults.iter().chain(&checked.messages) {
         let symbol = checked.symbol(announcement.symbol);
         let Some(place) = symbol.and_then(|symbol| symbol.declared) else { continue };
-        let (line, _) = sources.line_col(place.file, place.start);
+        let line = sources.line(place.file, place.start);
         for item in &announcement.items {
             if let Item::Value(symbol) = item {
                 finder.add(*symbol, place.file, line, Use::Read);

@@ -104,7 +104,7 @@ pub(crate) fn check(
     execution.finish(&mut diagnostics);
     checked.symbols = names.into_symbols();
     for step in &mut checked.steps {
-        step.line = sources.line_col(step.span.file, step.span.start).0;
+        step.line = sources.line(step.span.file, step.span.start);
     }
     for diagnostic in diagnostics.iter_mut().filter(|d| d.is_error() && d.help.is_none()) {
         diagnostic.help = diagnostic::default_help(diagnostic.code).map(MessageText::from);

@@ -1,0 +1,195 @@
+//! Counts the instructions of a scan of fixed kernels, and of a tick of empty programs, and compares them
+//! with `benches/instructions.txt`. Other than times they do not depend on what else the machine does, so
+//! the file is reviewed as a snapshot is: a change of it says what a change of the compiler or of an
+//! executive costs or brings.
+//!
+//! ```text
+//! cargo bench -p plcc-benches --bench instructions [-- --only TEXT]
+//! BLESS=1 cargo bench -p plcc-benches --bench instructions
+//! ```
+//!
+//! Code is compiled ahead of time for x86-64-v2, whatever this machine has. valgrind counts the
+//! instructions of a process that loads the artifact and runs it; two runs of different length differ by
+//! those of the further scans. The call of the engine is part of a scan, so the counts also change
+//! with the version of rustc, which stands in the first line. The exit status is 1 if a count has changed.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use plcc::compile;
+use plcc_abi::engine::NoHost;
+use plcc_abi::{Engine, Scan};
+use plcc_benches::compiled;
+use plcc_benches::kernels::families;
+use plcc_benches::kernels::subject::Subject;
+use plcc_codegen::{PassSet, Target};
+use plcc_runtime::args::ControlArgs;
+use plcc_runtime::pmac::{PmacExecutive, PmacOptions};
+use plcc_runtime::{Artifact, NativeEngine, session};
+
+/// The kernels are generated from this seed.
+const SEED: u64 = 1;
+/// Scans of the shorter and of the longer run.
+const SCANS: [u64; 2] = [2_000, 12_000];
+/// The argument by which the program runs itself to be counted.
+const RUN: &str = "--run";
+
+/// What is counted.
+struct Counted {
+    name: String,
+    bytes: usize,
+    instructions: u64,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    // Cargo passes `--bench`.
+    let args: Vec<String> = std::env::args().skip(1).filter(|arg| arg != "--bench").collect();
+    let words: Vec<&str> = args.iter().map(String::as_str).collect();
+    let only = match *words.as_slice() {
+        [RUN, folder, task, scans] => return run(Path::new(folder), task, scans.parse()?),
+        [] => "",
+        ["--only", text] => text,
+        _ => return Err("the arguments are `--only TEXT`".into()),
+    };
+    if cfg!(not(target_arch = "x86_64")) {
+        return Err("the counts are those of x86-64".into());
+    }
+    let folder = std::env::temp_dir().join(format!("plcc-instructions-{}", std::process::id()));
+    std::fs::create_dir_all(&folder)?;
+    let counted = count_all(only, &folder);
+    std::fs::remove_dir_all(&folder)?;
+    let text = table(&counted?);
+    print!("{text}");
+    if only.is_empty() { compare(&text) } else { Ok(()) }
+}
+
+fn count_all(only: &str, folder: &Path) -> Result<Vec<Counted>, Box<dyn Error>> {
+    let mut all = vec![];
+    for (name, source) in [
+        ("pmi", "$END\n"),
+        ("nct", ":000\nJ0\n:001\nJ1\n"),
+        ("pmac", "I5=3\n"),
+        ("pmac with a PLC", "OPEN PLC 1 CLEAR\nP1=1\nCLOSE\nI5=3\nENABLE PLC 1\n"),
+    ] {
+        let full_name = format!("tick of empty {name}");
+        if full_name.contains(only) {
+            let made = match name {
+                "pmi" => compiled::pmi(source, PassSet::ALL),
+                "nct" => compiled::nct(source, PassSet::ALL),
+                _ => compiled::pmac(source, PassSet::ALL),
+            }?;
+            all.push(count(full_name, &made, None, folder)?);
+        }
+    }
+    for kernel in families::all(SEED, 100) {
+        let name = format!("{} {}", kernel.language.group(), kernel.name);
+        if name.contains(only) {
+            let subject = Subject::new(&kernel, SEED, PassSet::ALL)?;
+            let start = subject.start_with_inputs();
+            all.push(count(name, &subject.compiled, Some(start), folder)?);
+        }
+    }
+    Ok(all)
+}
+
+/// Counts the instructions of a scan of a task that begins with an image, or else of a tick.
+fn count(
+    name: String,
+    made: &compiled::Compiled,
+    scan: Option<(usize, Vec<u8>)>,
+    folder: &Path,
+) -> Result<Counted, Box<dyn Error>> {
+    let code = plcc_codegen::compile(&made.module, &Target::host_baseline()?)?;
+    std::fs::write(artifact_in(folder), compile::artifact(&made.program, &code)?)?;
+    let (task, image) =
+        scan.map_or(("tick".into(), vec![]), |(task, image)| (task.to_string(), image));
+    std::fs::write(image_in(folder), image)?;
+    let [short, long] = SCANS;
+    let more = executed(folder, &task, long)?.saturating_sub(executed(folder, &task, short)?);
+    let instructions = (more + (long - short) / 2) / (long - short);
+    Ok(Counted { name, bytes: code.bytes.len(), instructions })
+}
+
+fn artifact_in(folder: &Path) -> PathBuf {
+    folder.join("program.plcx")
+}
+
+fn image_in(folder: &Path) -> PathBuf {
+    folder.join("image")
+}
+
+/// The instructions that a process executes which does this many scans.
+fn executed(folder: &Path, task: &str, scans: u64) -> Result<u64, Box<dyn Error>> {
+    let output = Command::new("valgrind")
+        .args(["--tool=cachegrind", "--cache-sim=no", "--cachegrind-out-file=/dev/null"])
+        .arg(std::env::current_exe()?)
+        .args([RUN.as_ref(), folder.as_os_str(), task.as_ref(), scans.to_string().as_ref()])
+        .output()
+        .map_err(|error| format!("valgrind can't be started: {error}"))?;
+    let messages = String::from_utf8_lossy(&output.stderr);
+    let refs = messages.lines().find_map(|line| line.split_once("I   refs:"));
+    let (_, number) = refs.filter(|_| output.status.success()).ok_or(messages.to_string())?;
+    Ok(number.trim().replace(',', "").parse()?)
+}
+
+/// Does what is counted: scans of a task, or ticks.
+fn run(folder: &Path, task: &str, scans: u64) -> Result<(), Box<dyn Error>> {
+    let artifact = Artifact::open(&artifact_in(folder), None)?;
+    let mut engine = NativeEngine::new(&artifact.code, &artifact.program)?;
+    if task == "tick" {
+        let executive = session::executive(&artifact.program, &ControlArgs::default(), false, None);
+        let mut executive = executive.map_err(|error| error.to_string())?;
+        let mut events = vec![];
+        for _ in 0..scans {
+            events.clear();
+            executive.tick(&mut engine, &mut events).map_err(|stop| stop.message)?;
+        }
+        return Ok(());
+    }
+    let task = task.parse()?;
+    let start = std::fs::read(image_in(folder))?;
+    let mut pmac = PmacExecutive::new(&artifact.program, PmacOptions::default());
+    let mut own_image = start.clone();
+    let (image, host) = match &mut pmac {
+        Some(pmac) => pmac.parts(),
+        None => (own_image.as_mut_slice(), &mut NoHost as &mut dyn plcc_abi::Host),
+    };
+    image.copy_from_slice(&start);
+    for _ in 0..scans {
+        engine.call(task, None, &mut Scan { image, host });
+    }
+    Ok(())
+}
+
+fn table(all: &[Counted]) -> String {
+    let rustc = Command::new("rustc").arg("--version").output();
+    let rustc = rustc.map_or_else(
+        |_| "unknown".into(),
+        |found| String::from_utf8_lossy(&found.stdout).trim().to_owned(),
+    );
+    let mut text = format!("{rustc}\n{:<28} {:>8} {:>13}\n", "", "bytes", "instructions");
+    for Counted { name, bytes, instructions } in all {
+        let _ = writeln!(text, "{name:<28} {bytes:>8} {instructions:>13}");
+    }
+    text
+}
+
+/// Compares the table with the one that was reviewed, or puts it in its place.
+fn compare(text: &str) -> Result<(), Box<dyn Error>> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("instructions.txt");
+    if std::env::var_os("BLESS").is_some() {
+        return Ok(std::fs::write(path, text)?);
+    }
+    let reviewed = std::fs::read_to_string(&path)?;
+    let mut differ = false;
+    for (was, is) in reviewed.lines().zip(text.lines()).filter(|(was, is)| was != is) {
+        println!("- {was}\n+ {is}");
+        differ = true;
+    }
+    if differ || reviewed.lines().count() != text.lines().count() {
+        return Err(format!("the counts are not those of {}", path.display()).into());
+    }
+    Ok(())
+}
