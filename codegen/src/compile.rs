@@ -154,8 +154,9 @@ pub fn compile_function(
     }
     // Cranelift panics where it finds an error of its own.
     let result = catch_unwind(AssertUnwindSafe(|| {
-        lower::function(module, func, &*target.isa, &mut context.func, builder_context)?;
-        let compiled = context.compile(&*target.isa, &mut ControlPlane::default());
+        let isa = target.isa_for(module, func);
+        lower::function(module, func, isa, &mut context.func, builder_context)?;
+        let compiled = context.compile(isa, &mut ControlPlane::default());
         compiled.map(|_| ()).map_err(|error| {
             InternalError::new(module, func, None, format!("Cranelift: {:?}", error.inner))
         })

@@ -73,6 +73,8 @@ enum Branch {
 pub struct ChunkBuilder {
     module: Module,
     limit: usize,
+    /// Whether the next place that is bound begins a new function, however short the current one is.
+    begins_function: bool,
     current: FuncBuilder,
     places: Vec<PlaceData>,
     /// The branches so far, each with the number of the function and the block that it ends.
@@ -92,6 +94,7 @@ impl ChunkBuilder {
         Self {
             module: Module { image_size, regions, ..Module::default() },
             limit: DEFAULT_LIMIT,
+            begins_function: false,
             current: FuncBuilder::new("chunk0"),
             places: vec![],
             branches: vec![],
@@ -203,13 +206,20 @@ impl ChunkBuilder {
             || self.current.func().block_count() >= self.limit
     }
 
+    /// Lets the next place that is bound begin a new function. Code that seldom runs should not be in a
+    /// function with code that often does, since the registers that it saves are saved for both.
+    pub fn begin_function(&mut self) {
+        self.begins_function = true;
+    }
+
     /// Binds a place to this point of the program. If the code before it has no terminator, control
     /// goes on from there to the place.
     pub fn bind(&mut self, place: Place) {
         if !self.current.is_terminated() {
             self.jump(place);
         }
-        if self.is_full() {
+        let begins_function = std::mem::take(&mut self.begins_function);
+        if self.is_full() || begins_function && self.current.func().inst_count() > 0 {
             let loc = self.current.loc();
             let name = format!("chunk{}", self.finished.len() + 1);
             self.finished_instructions += self.current.func().inst_count();
@@ -358,6 +368,31 @@ mod tests {
 
     fn regions() -> Vec<Region> {
         vec![Region { name: "vars".into(), offset: 0, size: 8, bits: false }]
+    }
+
+    #[test]
+    fn a_function_begins_where_one_is_asked_for() {
+        let mut b = ChunkBuilder::new(8, regions());
+        let region = b.region("vars").unwrap();
+        let (start, rare) = (b.place(), b.place());
+        b.begin_function();
+        b.bind(start);
+        b.task("scan", start);
+        let v = b.ins().load(Type::I16, Address::fixed(region, 0));
+        let cond = b.ins().icmp_imm(IntCond::Eq, v, 0);
+        let next = b.place();
+        b.brif(cond, rare, next);
+        b.bind(next);
+        b.ret();
+        b.begin_function();
+        b.bind(rare);
+        let v = b.ins().load(Type::I16, Address::fixed(region, 2));
+        b.ins().store(Address::fixed(region, 0), v);
+        b.ret();
+        let module = b.finish();
+        assert_eq!(module.funcs.len(), 2, "nothing stands before the first place");
+        assert!(module.label_targets().iter().all(Option::is_some));
+        assert_eq!(crate::verify::module(&module).first(), None);
     }
 
     #[test]

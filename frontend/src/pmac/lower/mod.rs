@@ -186,8 +186,9 @@ impl Lowerer<'_> {
         if both {
             self.branch_to_fitting_version(0, specialised, general)?;
             self.lower_version(code, specialised, Some(general), &resumes)?;
+        } else {
+            self.lower_version(code, general, None, &resumes)?;
         }
-        self.lower_version(code, general, None, &resumes)?;
         for (index, resume) in resumes.iter().enumerate() {
             let Some(resume) = resume else { continue };
             self.builder.bind(*resume);
@@ -196,6 +197,12 @@ impl Lowerer<'_> {
             } else {
                 self.builder.jump(general.place(index)?);
             }
+        }
+        if both {
+            // The general version seldom runs, and saves registers over its calls of the host.
+            self.builder.begin_function();
+            self.lower_version(code, general, None, &resumes)?;
+            self.builder.begin_function();
         }
         Ok(())
     }
