@@ -18,6 +18,8 @@ pub struct Target {
     /// The same machine, for functions that seldom run: registers are allocated in a single pass, which
     /// takes a small part of the time.
     quick_isa: Arc<dyn TargetIsa>,
+    /// The number of IR instructions of a program from which on that is done.
+    quick_from: usize,
     features: Vec<&'static str>,
 }
 
@@ -82,7 +84,19 @@ impl Target {
                 flags(allocator).map_err(|error| target_error(triple, error.to_string()))?;
             builder.finish(flags).map_err(|error| target_error(triple, error.to_string()))
         };
-        Ok(Self { isa: isa("backtracking")?, quick_isa: isa("single_pass")?, features })
+        Ok(Self {
+            isa: isa("backtracking")?,
+            quick_isa: isa("single_pass")?,
+            quick_from: QUICK_FROM,
+            features,
+        })
+    }
+
+    /// The same machine, with functions that seldom run compiled quickly in programs of this number of IR
+    /// instructions and more, for tests.
+    #[must_use]
+    pub fn with_quick_code_from(self, instructions: usize) -> Self {
+        Self { quick_from: instructions, ..self }
     }
 
     /// The machine with the settings for a function of a module. In a long program a function that seldom
@@ -92,7 +106,7 @@ impl Target {
         let mut blocks = func.blocks().filter(|(_, data)| !data.insts.is_empty());
         let seldom_runs = blocks.all(|(_, data)| data.optimize_for_size);
         let length = || module.funcs().map(|(_, func)| func.inst_count()).sum::<usize>();
-        if seldom_runs && length() >= QUICK_FROM { &*self.quick_isa } else { &*self.isa }
+        if seldom_runs && length() >= self.quick_from { &*self.quick_isa } else { &*self.isa }
     }
 
     /// The target's triple, such as `x86_64-unknown-linux-gnu`.

@@ -47,7 +47,9 @@ fn machines(source: &str, controller: Controller) -> Vec<Machine> {
     let artifact = |opt| -> Box<dyn Engine> {
         let mut module = lowered.module.clone();
         plcc_ir::passes::optimize(&mut module, opt);
-        let code = compile(&module, &Target::host_baseline().unwrap()).unwrap();
+        // As in a long program: code that seldom runs has its registers allocated in a single pass.
+        let target = Target::host_baseline().unwrap().with_quick_code_from(0);
+        let code = compile(&module, &target).unwrap();
         let read = Artifact::parse(&artifact::encode(&program, &code).unwrap(), None).unwrap();
         assert_eq!(read.program, program);
         Box::new(NativeEngine::new(&read.code, &read.program).unwrap())
