@@ -71,6 +71,7 @@ pub mod run;
 pub mod safe_outputs;
 #[cfg(feature = "args")]
 pub mod session;
+mod small_thread;
 #[cfg(feature = "args")]
 pub mod socket;
 #[cfg(all(feature = "args", target_os = "linux"))]

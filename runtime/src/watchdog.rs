@@ -16,6 +16,8 @@ use std::time::{Duration, Instant};
 
 use plcc_abi::TimeLimit;
 
+use crate::small_thread::small_thread;
+
 /// The time at which a scan is due while none runs.
 const NEVER: u64 = u64::MAX;
 /// How many periods of the control a scan may take, unless the user says otherwise.
@@ -104,7 +106,7 @@ impl Watchdog {
                 thread::park_timeout(check_due(&seen).min(shortest));
             }
         };
-        let thread = thread::Builder::new().name("watchdog".into()).spawn(watch)?;
+        let thread = small_thread("watchdog").spawn(watch)?;
         let stop = StopOnDrop { shared: Arc::clone(&shared), thread };
         Ok(Self { shared, limit, _stop: Arc::new(stop) })
     }

@@ -6,12 +6,12 @@ use std::fs::File;
 use std::io;
 use std::sync::atomic::Ordering;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
 use super::sink::Sink;
 use super::{Entry, EntryKind, Journal, LossCounter, Mode, NO_TICK, line, sentence};
 use crate::patient_writer::WriteOutcome;
+use crate::small_thread::small_thread;
 
 /// How many entries of other threads than the one that runs the ticks wait at most.
 const MAX_ENTRIES: usize = 4096;
@@ -144,7 +144,7 @@ pub(super) fn start(
         overruns: Overruns::default(),
         progress: progress.map(ProgressLine::new),
     };
-    thread::Builder::new().name("journal".into()).spawn(move || collector.run())?;
+    small_thread("journal").spawn(move || collector.run())?;
     Ok(())
 }
 

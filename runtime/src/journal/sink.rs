@@ -9,6 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::patient_writer::{PatientWriter, WriteOutcome};
+use crate::small_thread::small_thread;
 
 /// How many bytes of lines wait at most; what comes then is lost.
 const MAX_WAITING: usize = 1 << 20;
@@ -46,7 +47,7 @@ impl Sink {
         let shared: Arc<(Mutex<State>, Condvar)> = Arc::default();
         let sink = Self { name, shared };
         let writing = sink.clone();
-        thread::Builder::new().name(name.into()).spawn(move || writing.run(to))?;
+        small_thread(name).spawn(move || writing.run(to))?;
         Ok(sink)
     }
 

@@ -21,6 +21,7 @@ use super::run_header::RecordedProgram;
 use crate::Executive;
 use crate::files::why_not_written;
 use crate::journal::{EntryKind, Journal};
+use crate::small_thread::small_thread;
 
 /// How often the thread looks at the queue. It is not woken, since waking it is a system call.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
@@ -131,7 +132,7 @@ impl RecordThread {
             trouble: None,
             written: Instant::now(),
         };
-        let thread = thread::Builder::new().name("record".into()).spawn(move || {
+        let thread = small_thread("record").spawn(move || {
             // A mistake in plcc must not end more than the record.
             let end = catch_unwind(AssertUnwindSafe(|| writer.run(&flag)));
             let failed = Err("an internal error of plcc".to_owned());

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::journal::{EntryKind, Journal};
 use crate::patient_writer::{PatientWriter, WriteOutcome};
+use crate::small_thread::small_thread;
 
 /// Time between two looks at an empty queue, and between two attempts to write. The thread that fills the
 /// queue wakes nobody, since that would be a system call.
@@ -50,7 +51,7 @@ impl OutputThread {
             *shared.finished.lock().unwrap_or_else(PoisonError::into_inner) = true;
             shared.changed.notify_all();
         };
-        thread::Builder::new().name(output.into()).spawn(run)?;
+        small_thread(output).spawn(run)?;
         Ok(handle)
     }
 

@@ -19,6 +19,7 @@ use crate::Executive;
 use crate::journal::{EntryKind, Journal};
 use crate::retain::RetainedFile;
 use crate::run::{AfterTick, Hook};
+use crate::small_thread::small_thread;
 
 use super::SessionError;
 
@@ -136,7 +137,7 @@ impl RetainedWriter {
         };
         writer.make_buffers();
         let flag = Arc::clone(&ending);
-        let thread = thread::Builder::new().name("retain".into()).spawn(move || {
+        let thread = small_thread("retain").spawn(move || {
             let result = writer.run(&flag);
             // The lock is given back before the run learns that everything is written.
             drop(writer);

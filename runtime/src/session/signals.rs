@@ -23,6 +23,7 @@ use signal_hook::iterator::{Handle, Signals};
 
 use super::{INTERRUPTED, SessionError, message};
 use crate::journal::Journal;
+use crate::small_thread::small_thread;
 
 /// Signals within this time from the first one are that one.
 const SAME_WISH: Duration = Duration::from_secs(1);
@@ -69,7 +70,7 @@ impl EndSignals {
         let flag = Arc::clone(flag);
         let refusals = refusals.cloned();
         let wait = move || wait(signals, &flag, refusals.as_ref());
-        let thread = thread::Builder::new().name("signals".into()).spawn(wait).map_err(failed)?;
+        let thread = small_thread("signals").spawn(wait).map_err(failed)?;
         Ok(Self { handle, thread: Some(thread) })
     }
 }

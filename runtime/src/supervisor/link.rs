@@ -5,12 +5,12 @@ use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread;
 use std::time::Duration;
 
 use super::{Heartbeat, Phase};
 use crate::journal::Journal;
 use crate::session::realtime_priority;
+use crate::small_thread::small_thread;
 
 /// Time between two heartbeats.
 const INTERVAL: Duration = Duration::from_millis(5);
@@ -100,7 +100,7 @@ impl Link {
         let sender = Arc::new(Sender { connection, limit, journal: journal.clone() });
         let (sending, interrupt) = (Arc::clone(&sender), Arc::clone(interrupt));
         let run = move || run(reader, &sending, &interrupt);
-        thread::Builder::new().name("supervisor".into()).spawn(run)?;
+        small_thread("supervisor").spawn(run)?;
         Ok(Self { sender })
     }
 

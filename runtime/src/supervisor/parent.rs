@@ -27,6 +27,7 @@ use crate::session::{
     STOPPED, USAGE, ignores_hangup, open_output_file, realtime_priority, refuse_suspension,
     take_suspension,
 };
+use crate::small_thread::small_thread;
 
 /// How long the supervisor waits for a heartbeat before it looks at the clock, in nanoseconds.
 const HEARTBEAT_WAIT: i64 = 5_000_000;
@@ -185,7 +186,7 @@ fn pass_signals_on(signalled: &Arc<Signalled>) -> Result<(), String> {
             }
         }
     };
-    thread::Builder::new().name("signals".into()).spawn(pass_on).map_err(failed)?;
+    small_thread("signals").spawn(pass_on).map_err(failed)?;
     Ok(())
 }
 
@@ -244,7 +245,7 @@ impl Supervised {
     ) -> Result<Ending, String> {
         let (last, hung) = thread::scope(|scope| {
             let watch = || self.watch_until_safe(notifier, image, journal);
-            let builder = thread::Builder::new().name("watch".into());
+            let builder = small_thread("watch");
             let watching = builder
                 .spawn_scoped(scope, watch)
                 .map_err(|error| format!("no thread can be started: {error}"))?;
