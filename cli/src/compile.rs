@@ -1,6 +1,7 @@
 //! From source text to engines.
 
 use plcc_abi::{Code, Dialect, Engine, Program};
+use plcc_codegen::emit::{ObjectOptions, debug_object};
 use plcc_codegen::{CodegenError, JitMemory, PassSet, Target};
 use plcc_diag::{Diagnostic, FileId, MessageText, SourceMap, Span};
 use plcc_frontend::common::{
@@ -175,6 +176,23 @@ pub fn jit(lowered: &Lowered) -> Result<(NativeEngine, usize), CompileError> {
     Ok((NativeEngine::with_memory(&code, &lowered.program, memory)?, code.bytes.len()))
 }
 
+/// Does what [`jit`] does, and shows the code to gdb, with what debuggers need by these options.
+///
+/// # Errors
+/// When the code can't be made or mapped.
+pub fn jit_for_gdb(
+    lowered: &Lowered,
+    options: &ObjectOptions,
+) -> Result<NativeEngine, CompileError> {
+    let target = Target::host()?;
+    let code = generate(lowered, &target)?;
+    let debug = debug_object(&lowered.program, &code, &target, options)?;
+    let memory = Box::new(JitMemory::new(&code)?);
+    let mut engine = NativeEngine::with_memory(&code, &lowered.program, memory)?;
+    engine.show_to_gdb(&debug).map_err(NativeError::Misfit)?;
+    Ok(engine)
+}
+
 /// Code for a target.
 ///
 /// # Errors
@@ -183,12 +201,26 @@ pub fn code(lowered: &Lowered, target: &Target) -> Result<Code, CompileError> {
     generate(lowered, target)
 }
 
-/// An artifact's bytes.
+/// An artifact's bytes, without a debug part.
 ///
 /// # Errors
 /// When the code can't be made or the loader would not take it.
 pub fn artifact(program: &Program, code: &Code) -> Result<Vec<u8>, CompileError> {
     Ok(artifact::encode(program, code)?)
+}
+
+/// The same with the debug part, by which `--gdb` shows the code to gdb. `target` is that of the code.
+///
+/// # Errors
+/// When the loader would not take the artifact, or debuggers know no such machine.
+pub fn artifact_with_debug(
+    program: &Program,
+    code: &Code,
+    target: &Target,
+    options: &ObjectOptions,
+) -> Result<Vec<u8>, CompileError> {
+    let debug = debug_object(program, code, target, options)?;
+    Ok(artifact::encode_with_debug(program, code, &debug)?)
 }
 
 /// Compiles ahead of time for machines like this one and loads the result, in memory; with the
@@ -200,4 +232,21 @@ pub fn aot(lowered: &Lowered) -> Result<(NativeEngine, usize), CompileError> {
     let code = code(lowered, &Target::host_baseline()?)?;
     let loaded = Artifact::parse(&artifact(&lowered.program, &code)?, None)?;
     Ok((NativeEngine::new(&loaded.code, &loaded.program)?, loaded.code.bytes.len()))
+}
+
+/// Does what [`aot`] does, and shows the code to gdb.
+///
+/// # Errors
+/// When any step fails.
+pub fn aot_for_gdb(
+    lowered: &Lowered,
+    options: &ObjectOptions,
+) -> Result<NativeEngine, CompileError> {
+    let target = Target::host_baseline()?;
+    let code = code(lowered, &target)?;
+    let bytes = artifact_with_debug(&lowered.program, &code, &target, options)?;
+    let loaded = Artifact::parse(&bytes, None)?;
+    let mut engine = NativeEngine::new(&loaded.code, &loaded.program)?;
+    engine.show_to_gdb(&loaded.debug).map_err(NativeError::Misfit)?;
+    Ok(engine)
 }

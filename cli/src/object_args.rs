@@ -1,8 +1,8 @@
-//! The options of `plcc build --emit obj`.
+//! The options of `plcc build` that concern linkers and debuggers.
 
 use clap::Args;
 
-/// How an object is made.
+/// How an object is made, and what debuggers are told of an artifact.
 #[derive(Args)]
 pub(crate) struct ObjectArgs {
     /// --emit obj: what the names of its symbols begin with, so that several objects can be linked
@@ -10,8 +10,11 @@ pub(crate) struct ObjectArgs {
     #[arg(long, value_name = "NAME")]
     pub(crate) prefix: Option<String>,
 
-    /// --emit obj: paths for debuggers that begin with the folder OLD begin with NEW instead
-    /// (repeatable)
+    /// Paths for debuggers that begin with the folder OLD begin with NEW instead (repeatable)
     #[arg(long, value_name = "OLD=NEW")]
     pub(crate) debug_prefix_map: Vec<String>,
+
+    /// Leaves out of the artifact what --gdb needs: the lines, types and folder of the sources
+    #[arg(long)]
+    pub(crate) no_debug: bool,
 }

@@ -7,22 +7,29 @@
 use plcc_abi::pmac::Assumption;
 use plcc_abi::{Engine, Program, Tables};
 use plcc_codegen::PassSet;
+use plcc_codegen::emit::ObjectOptions;
 use plcc_frontend::Recompilable;
 use plcc_runtime::NativeEngine;
 use plcc_runtime::pmac::{Recompiler, Recompiling, Settings};
 
-use crate::compile::{Checked, jit};
+use crate::compile::{Checked, jit, jit_for_gdb};
 
 /// Compiles a PMAC program again for other definitions of its M-variables.
 pub struct PmacRecompiler {
     program: Box<dyn Recompilable>,
     passes: PassSet,
+    gdb: Option<ObjectOptions>,
 }
 
 impl PmacRecompiler {
     /// A compiler for one program, with the passes of a level or of a set.
     pub fn new(program: Box<dyn Recompilable>, passes: impl Into<PassSet>) -> Self {
-        Self { program, passes: passes.into() }
+        Self { program, passes: passes.into(), gdb: None }
+    }
+
+    /// Has the code that is made shown to gdb, with what debuggers need by these options.
+    pub fn with_gdb(self, options: Option<ObjectOptions>) -> Self {
+        Self { gdb: options, ..self }
     }
 }
 
@@ -31,25 +38,29 @@ impl Recompiler for PmacRecompiler {
         let lowered = self.program.lower_for(assumptions);
         let mut lowered = lowered.map_err(|error| error.to_string())?;
         plcc_ir::passes::optimize(&mut lowered.module, self.passes);
-        let compiled = jit(&lowered);
-        compiled.map(|(engine, _)| engine).map_err(|error| error.to_string())
+        let compiled = match &self.gdb {
+            None => jit(&lowered).map(|(engine, _)| engine),
+            Some(options) => jit_for_gdb(&lowered, options),
+        };
+        compiled.map_err(|error| error.to_string())
     }
 }
 
 /// An engine that recompiles the program when it has invalidated what its code assumes; for
 /// programs whose code assumes nothing, `native` as it is. `tables` and `native` are those of
-/// `checked` as it was lowered.
+/// `checked` as it was lowered; `gdb` has the code shown to gdb.
 pub fn recompiling(
     checked: &Checked,
     tables: &Program,
     native: NativeEngine,
     passes: PassSet,
     settings: Settings,
+    gdb: Option<ObjectOptions>,
 ) -> Box<dyn Engine> {
     match (checked.recompilable(), &tables.tables) {
         (Some(program), Tables::Pmac(tables)) => {
             let assumptions = program.assumptions().to_vec();
-            let compiler = Box::new(PmacRecompiler::new(program, passes));
+            let compiler = Box::new(PmacRecompiler::new(program, passes).with_gdb(gdb));
             let controller = tables.controller;
             Box::new(Recompiling::new(native, &assumptions, controller, compiler, settings))
         }

@@ -79,8 +79,8 @@ struct Cli {
     #[arg(long, value_name = "FILE.toml", exclusive = true)]
     check_config: Option<PathBuf>,
 
-    /// With --realtime, runs the control in this process, without another one that watches it; for
-    /// gdb and strace
+    /// With --realtime, runs the control in this process, without another one that watches it, as --gdb
+    /// does; for strace
     #[arg(long)]
     no_supervisor: bool,
 
@@ -129,7 +129,7 @@ fn run(cli: Cli, words: &[OsString], started: Instant) -> Result<u8, String> {
         Some(path) => configured(path, cli.artifact.as_deref(), words)?,
         None => cli,
     };
-    if !cli.run.realtime || cli.no_supervisor || cli.supervised || cli.info {
+    if !cli.run.realtime || cli.no_supervisor || cli.run.gdb || cli.supervised || cli.info {
         return run_here(&cli, started);
     }
     let mut words: Vec<OsString> = words.iter().skip(1).cloned().collect();
@@ -277,6 +277,9 @@ fn run_here(cli: &Cli, started: Instant) -> Result<u8, String> {
         Artifact::open_with_bytes(path, key.as_ref()).map_err(|error| failure(path, &error))?;
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let mut engine = engine.map_err(|error| named(&error))?;
+    if cli.run.gdb {
+        artifact.show_to_gdb(&mut engine).map_err(|error| named(&error))?;
+    }
     let machine =
         cli.machine.as_deref().map(|path| machine(path, &artifact.program)).transpose()?;
     let reads = cli.machine.iter().chain(&cli.artifact).cloned().collect();

@@ -54,6 +54,8 @@ mod file_lock;
 pub mod files;
 mod force_list;
 #[cfg(feature = "args")]
+mod gdb;
+#[cfg(feature = "args")]
 pub mod image_file;
 pub mod journal;
 pub mod native;

@@ -19,6 +19,8 @@ use plcc_abi::{
 use thiserror::Error;
 use wasmtime_internal_jit_icache_coherence as icache;
 
+#[cfg(feature = "args")]
+use crate::gdb::ShownCode;
 use crate::perf;
 
 /// Why code can't be run.
@@ -38,6 +40,9 @@ pub enum NativeError {
 
 /// Compiled code in executable memory.
 pub struct NativeEngine {
+    /// What gdb knows of the code, if it was told.
+    #[cfg(feature = "args")]
+    shown: Option<ShownCode>,
     /// Keeps the code in memory; the entries point into it. It is dropped with the engine, when no
     /// scan can be in it: a scan borrows the engine.
     memory: Box<dyn CodeMemory>,
@@ -84,6 +89,29 @@ fn io_error(error: impl ToString) -> io::Error {
 unsafe impl CodeMemory for MappedCode {
     fn bytes(&self) -> &[u8] {
         &self.0
+    }
+}
+
+/// Keeps code that gdb knows of in memory until the process ends: gdb does not forget the breakpoints in
+/// it, and reports an error and goes no further when it can't write there.
+#[cfg(feature = "args")]
+impl Drop for NativeEngine {
+    fn drop(&mut self) {
+        if self.shown.is_some() {
+            std::mem::forget(std::mem::replace(&mut self.memory, Box::new(NoMemory)));
+        }
+    }
+}
+
+/// Memory of no length.
+#[cfg(feature = "args")]
+struct NoMemory;
+
+// SAFETY: there is nothing that could move, be written or executed.
+#[cfg(feature = "args")]
+unsafe impl CodeMemory for NoMemory {
+    fn bytes(&self) -> &[u8] {
+        &[]
     }
 }
 
@@ -140,6 +168,8 @@ impl NativeEngine {
             perf::write_map(code, &program.files, bytes.as_ptr() as usize);
         }
         Ok(Self {
+            #[cfg(feature = "args")]
+            shown: None,
             memory,
             entries,
             tasks,
@@ -151,6 +181,18 @@ impl NativeEngine {
 }
 
 impl NativeEngine {
+    /// Tells gdb of the code, so that it stops at lines of the source and prints variables. `debug` is what
+    /// the compiler makes for that, [`Artifact::debug`](crate::Artifact::debug). From then on the code stays in
+    /// memory until the process ends.
+    ///
+    /// # Errors
+    /// What is wrong with `debug`.
+    #[cfg(feature = "args")]
+    pub fn show_to_gdb(&mut self, debug: &[u8]) -> Result<(), &'static str> {
+        self.shown = Some(ShownCode::new(debug, self.address())?);
+        Ok(())
+    }
+
     /// The offset in the code of an address of this process, for
     /// [`line_at`](plcc_abi::CodeParts::line_at) and
     /// [`function_at`](plcc_abi::CodeParts::function_at); `None` if the address is not in the code.
@@ -232,6 +274,10 @@ impl Engine for NativeEngine {
         let host_data = std::ptr::from_mut(&mut call);
         let context =
             ScanContext { image, host: host_call, host_data: host_data.cast(), epoch, limit };
+        #[cfg(feature = "args")]
+        if let Some(shown) = &self.shown {
+            shown.set_context(&raw const context);
+        }
         loop {
             let Some(entry) = self.entries.get(label as usize) else {
                 return Outcome::trap(TrapCode::BadLabel);

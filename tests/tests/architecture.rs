@@ -70,6 +70,7 @@ const UNSAFE: &[&str] = &[
     "image/src/shared_memory.rs",
     "libplcrt/src/c.rs",
     "runtime/src/artifact/mod.rs",
+    "runtime/src/gdb/interface.rs",
     "runtime/src/native.rs",
 ];
 

@@ -79,7 +79,7 @@ pub(crate) fn bench(args: &BenchArgs, report: &Report) -> Result<u8, Failure> {
     let aot_ms = compile_ms(args, &settings.options, |lowered| compile::aot(lowered).map(drop))?;
     let (jit, jit_bytes) = compile::jit(&lowered)?;
     let (aot, aot_bytes) = compile::aot(&lowered)?;
-    let jit = recompiling(&checked, &lowered.program, jit, opt, Settings::default());
+    let jit = recompiling(&checked, &lowered.program, jit, opt, Settings::default(), None);
     let engines: [(&'static str, Box<dyn Engine>); 3] =
         [("interp", checked.interpreter()), ("jit", jit), ("aot", Box::new(aot))];
     let mut runs = Vec::new();

@@ -14,6 +14,7 @@ use crate::args::{BuildArgs, Emit};
 use crate::compile::{self, CompileError};
 use crate::failure::{DONE, ERRORS, Failure};
 use crate::input::{Input, SourceSettings, is_standard_input};
+use crate::object_args::ObjectArgs;
 use crate::output;
 use crate::report::{Destination, Report};
 use crate::signing;
@@ -63,7 +64,8 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
                 report.message(&format!("{:<16} {ms:>9.3} ms", pass.name()));
             }
         }
-        let bytes = make(&lowered, &target, args.emit, &object)?;
+        let debug = !args.object.no_debug;
+        let bytes = make(&lowered, &target, args.emit, &object, debug)?;
         Ok((lowered, bytes))
     });
     let (lowered, mut bytes) = match made {
@@ -85,12 +87,22 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
-/// How an object is made: `--prefix` and `--debug-prefix-map`.
+/// How an object or the debug part of an artifact is made: `--prefix` and `--debug-prefix-map`.
 fn object_options(args: &BuildArgs) -> Result<ObjectOptions, Failure> {
-    if args.emit != Emit::Obj
-        && !(args.object.prefix.is_none() && args.object.debug_prefix_map.is_empty())
-    {
-        let what = "--prefix and --debug-prefix-map are for objects: --emit obj";
+    let refused = match args.emit {
+        Emit::Obj if args.object.no_debug => Some("--no-debug is for artifacts"),
+        Emit::Artifact if args.object.prefix.is_some() => {
+            Some("--prefix is for objects: --emit obj")
+        }
+        Emit::Artifact | Emit::Obj => None,
+        Emit::Ir | Emit::Clif | Emit::Asm => {
+            let ObjectArgs { prefix, debug_prefix_map, no_debug } = &args.object;
+            (prefix.is_some() || !debug_prefix_map.is_empty() || *no_debug).then_some(
+                "--prefix, --debug-prefix-map and --no-debug are for --emit obj or artifact",
+            )
+        }
+    };
+    if let Some(what) = refused {
         return Err(Failure::usage(what));
     }
     let default = ObjectOptions::default();
@@ -136,11 +148,15 @@ fn make(
     target: &Target,
     form: Emit,
     object: &ObjectOptions,
+    debug: bool,
 ) -> Result<Vec<u8>, CompileError> {
     Ok(match form {
         Emit::Artifact => {
             let code = compile::code(lowered, target)?;
-            compile::artifact(&lowered.program, &code)?
+            match debug {
+                true => compile::artifact_with_debug(&lowered.program, &code, target, object)?,
+                false => compile::artifact(&lowered.program, &code)?,
+            }
         }
         Emit::Obj => {
             let code = compile::code(lowered, target)?;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use plcc_abi::{Dialect, Engine, Program};
+use plcc_codegen::emit::ObjectOptions;
 use plcc_runtime::args::RunArgs;
 use plcc_runtime::files::open_regular;
 use plcc_runtime::pmac::Settings;
@@ -26,6 +27,11 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
     }
     if args.run.key.is_some() {
         return Err(Failure::usage("--key is for artifacts; a source has no signature"));
+    }
+    if args.run.gdb && args.engine == Some(EngineArg::Interp) {
+        let what = "--gdb shows machine code, which --engine interp has none of; `plcc debug` steps \
+                    through statements";
+        return Err(Failure::usage(what));
     }
     let settings = SourceSettings::for_files(&args.source, &args.files, report)?;
     let program = Input::read(&args.files, &args.source)?.check(&settings.options);
@@ -99,24 +105,38 @@ fn engine(
         }
         EngineArg::Jit => {
             let lowered = checked.optimized(opt)?;
-            let (native, _) = compile::jit(&lowered)?;
+            let gdb = args.run.gdb.then(debug_options);
+            let native = match &gdb {
+                None => compile::jit(&lowered)?.0,
+                Some(options) => compile::jit_for_gdb(&lowered, options)?,
+            };
             let standard = Settings { in_thread: args.run.realtime, ..Settings::default() };
             let engine: Box<dyn Engine> = match args.recompile_after {
                 Some(RecompileAfter::Never) => Box::new(native),
                 Some(RecompileAfter::Ticks(rest)) => {
                     let settings = Settings { settled_after: rest, ..standard };
-                    recompiling(checked, &lowered.program, native, opt, settings)
+                    recompiling(checked, &lowered.program, native, opt, settings, gdb)
                 }
-                None => recompiling(checked, &lowered.program, native, opt, standard),
+                None => recompiling(checked, &lowered.program, native, opt, standard, gdb),
             };
             (lowered.program, engine)
         }
         EngineArg::Aot => {
             let lowered = checked.optimized(opt)?;
-            let (engine, _) = compile::aot(&lowered)?;
+            let engine = match args.run.gdb {
+                false => compile::aot(&lowered)?.0,
+                true => compile::aot_for_gdb(&lowered, &debug_options())?,
+            };
             (lowered.program, Box::new(engine))
         }
     })
+}
+
+/// What debuggers are told by: the names of sources start from the current folder.
+fn debug_options() -> ObjectOptions {
+    let folder = std::env::current_dir().map(|folder| folder.to_string_lossy().into_owned());
+    let default = ObjectOptions::default();
+    ObjectOptions { folder: folder.unwrap_or(default.folder.clone()), ..default }
 }
 
 /// The artifact, if that is what was given.
@@ -186,6 +206,9 @@ fn run_artifact(path: &Path, args: &RunCommand, report: &Report) -> Result<u8, F
     }
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
     let mut engine = engine.map_err(|error| Failure::file(path, error))?;
+    if args.run.gdb {
+        artifact.show_to_gdb(&mut engine).map_err(|error| Failure::file(path, error))?;
+    }
     let reads = source.machine.iter().cloned().chain([path.to_owned()]).collect();
     let recorded = args.run.record.as_ref().map(|_| Arc::new(RecordedProgram::Artifact(bytes)));
     let run = RunArgs { reads, program: recorded, ..args.run.clone() };

@@ -83,12 +83,7 @@ pub fn object(
 ) -> Result<Vec<u8>, CodegenError> {
     let prefix = &options.prefix;
     let fail = |reason: String| CodegenError::Target { triple: target.triple(), reason };
-    let architecture = match target.isa.triple().architecture {
-        Architecture::X86_64 => ObjectArchitecture::X86_64,
-        Architecture::Aarch64(_) => ObjectArchitecture::Aarch64,
-        other => return Err(fail(format!("there are no objects for {other}"))),
-    };
-    let mut object = Object::new(BinaryFormat::Elf, architecture, Endianness::Little);
+    let mut object = Object::new(BinaryFormat::Elf, architecture(target)?, Endianness::Little);
     let first = program.files.first().map_or("", String::as_str);
     object.add_file_symbol(first.replace('\0', "?").into_bytes());
     let text = object.add_section(vec![], b".text".to_vec(), SectionKind::Text);
@@ -108,21 +103,37 @@ pub fn object(
     add_tables(&mut object, program, code, prefix);
     // Without this note linkers take the object to need a stack that can be executed.
     object.add_section(vec![], b".note.GNU-stack".to_vec(), SectionKind::Other);
-    let debug = dwarf::sections(program, code, options).map_err(|error| fail(error.to_string()))?;
+    let debug =
+        dwarf::sections(program, code, options, false).map_err(|error| fail(error.to_string()))?;
     add_debug(&mut object, &debug, &functions).map_err(|error| fail(error.to_string()))?;
     object.write().map_err(|error| fail(error.to_string()))
 }
 
+/// The architecture of a target, as objects name it.
+///
+/// # Errors
+/// When objects can't be made for it.
+pub(super) fn architecture(target: &Target) -> Result<ObjectArchitecture, CodegenError> {
+    match target.isa.triple().architecture {
+        Architecture::X86_64 => Ok(ObjectArchitecture::X86_64),
+        Architecture::Aarch64(_) => Ok(ObjectArchitecture::Aarch64),
+        other => {
+            let reason = format!("there are no objects for {other}");
+            Err(CodegenError::Target { triple: target.triple(), reason })
+        }
+    }
+}
+
 /// Where a symbol is.
-struct SymbolPlace {
-    section: ObjectSection,
-    offset: u64,
-    size: u64,
-    kind: SymbolKind,
+pub(super) struct SymbolPlace {
+    pub(super) section: ObjectSection,
+    pub(super) offset: u64,
+    pub(super) size: u64,
+    pub(super) kind: SymbolKind,
 }
 
 impl SymbolPlace {
-    fn export(self, object: &mut Object<'_>, name: &str) -> SymbolId {
+    pub(super) fn export(self, object: &mut Object<'_>, name: &str) -> SymbolId {
         object.add_symbol(Symbol {
             name: name.as_bytes().to_vec(),
             value: self.offset,
@@ -188,11 +199,12 @@ fn add_unwind(
     Ok(())
 }
 
-/// Adds the debug information with its relocations.
-fn add_debug(
+/// Adds the debug information with its relocations. `symbols` are those of the functions, and of what the
+/// debug information names besides.
+pub(super) fn add_debug(
     object: &mut Object<'_>,
     debug: &[(SectionId, dwarf::Section)],
-    functions: &[SymbolId],
+    symbols: &[SymbolId],
 ) -> object::write::Result<()> {
     let mut ids = HashMap::new();
     for (id, section) in debug {
@@ -209,7 +221,7 @@ fn add_debug(
         for relocation in &section.relocations {
             let symbol = match dwarf::target(relocation) {
                 Ok(section) => ids.get(&section).map(|&(_, symbol)| symbol),
-                Err(function) => functions.get(function).copied(),
+                Err(index) => symbols.get(index).copied(),
             };
             let Some(symbol) = symbol else { continue };
             let flags = RelocationFlags::Generic {

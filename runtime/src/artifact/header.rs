@@ -4,7 +4,7 @@
 //! | --- | --- | --- |
 //! | 0 | 8 | [`MAGIC`] |
 //! | 8 | 4 | [`ABI_VERSION`] |
-//! | 12 | 4 | 0 |
+//! | 12 | 4 | length of the debug part, 0 if there is none |
 //! | 16 | 8 | length of the whole file |
 //! | 24 | 4 | length of the tables |
 //! | 28 | 4 | number of labels |
@@ -32,6 +32,7 @@ pub const MAGIC: [u8; 8] = *b"\x8FPLCX\r\n\x1A";
 pub const LENGTH: usize = 192;
 
 const VERSION: usize = 8;
+const DEBUG: usize = 12;
 const FILE_LENGTH: usize = 16;
 const PARTS: usize = 24;
 const ARCHITECTURE: std::ops::Range<usize> = 40..64;
@@ -54,6 +55,8 @@ pub struct Parts {
     pub code: u32,
     /// Bytes of unwind information.
     pub eh_frame: u32,
+    /// Bytes of the debug part.
+    pub debug: u32,
 }
 
 /// The fields of the header, without the magic bytes, the digest and the checksum.
@@ -115,8 +118,13 @@ impl Header {
     pub fn encode(&self, payload: &[u8]) -> Result<[u8; LENGTH], ArtifactError> {
         let mut bytes = [0; LENGTH];
         put(&mut bytes, 0, &MAGIC);
-        let Parts { tables, labels, lines, code, eh_frame } = self.parts;
-        let words = [(VERSION, self.version), (EH_FRAME, eh_frame), (IMAGE_SIZE, self.image_size)];
+        let Parts { tables, labels, lines, code, eh_frame, debug } = self.parts;
+        let words = [
+            (VERSION, self.version),
+            (DEBUG, debug),
+            (EH_FRAME, eh_frame),
+            (IMAGE_SIZE, self.image_size),
+        ];
         let parts = [tables, labels, lines, code];
         let parts = parts.into_iter().enumerate().map(|(i, part)| (PARTS + 4 * i, part));
         for (at, word) in words.into_iter().chain(parts) {
@@ -170,6 +178,7 @@ impl Header {
                 lines: word(head, PARTS + 8),
                 code: word(head, PARTS + 12),
                 eh_frame: word(head, EH_FRAME),
+                debug: word(head, DEBUG),
             },
             architecture: text(&head[ARCHITECTURE])?,
             features: features.split(',').filter(|s| !s.is_empty()).map(str::to_owned).collect(),

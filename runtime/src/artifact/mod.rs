@@ -11,6 +11,7 @@
 //! | lines | the line table, three times 32 bits an entry: offset, file, line |
 //! | code | position-independent machine code without relocations |
 //! | unwind information | an `.eh_frame` section, see [`plcc_abi::unwind`] |
+//! | debug part | may be empty: an ELF file for gdb, see [`Artifact::debug`] |
 //!
 //! The header also has a digest of the whole file, so no byte can be wrong unnoticed. Behind an
 //! artifact a [`signature`] may stand. A digest is against accidents: whoever can write artifacts can
@@ -40,6 +41,8 @@ use std::path::Path;
 
 use plcc_abi::{ABI_VERSION, Code, CodeParts, Program};
 
+#[cfg(feature = "args")]
+use crate::NativeEngine;
 use crate::files::open_regular;
 pub use error::ArtifactError;
 use error::inconsistent;
@@ -60,21 +63,37 @@ pub struct Artifact {
     pub program: Program,
     /// The machine code, for the machine that is running.
     pub code: Code,
+    /// An ELF file that describes the code for debuggers, with symbols, lines, and types, for
+    /// [`NativeEngine::show_to_gdb`](crate::NativeEngine); empty if the artifact has none. What it holds is
+    /// for debuggers alone and is not checked: nothing that runs depends on it.
+    pub debug: Vec<u8>,
 }
 
-/// Writes an artifact.
+/// Writes an artifact without a debug part.
 ///
 /// # Errors
 /// When the program exceeds what the loader accepts, or program and code do not fit each other.
 pub fn encode(program: &Program, code: &Code) -> Result<Vec<u8>, ArtifactError> {
-    write(program, code)
+    write(program, code, &[])
 }
 
-/// Does what [`encode`] does, also for code that is not sealed.
-fn write(program: &Program, code: &CodeParts) -> Result<Vec<u8>, ArtifactError> {
+/// Writes an artifact with what debuggers need, see [`Artifact::debug`].
+///
+/// # Errors
+/// As [`encode`].
+pub fn encode_with_debug(
+    program: &Program,
+    code: &Code,
+    debug: &[u8],
+) -> Result<Vec<u8>, ArtifactError> {
+    write(program, code, debug)
+}
+
+/// Does what [`encode_with_debug`] does, also for code that is not sealed.
+fn write(program: &Program, code: &CodeParts, debug: &[u8]) -> Result<Vec<u8>, ArtifactError> {
     validate::program(program)?;
     validate::code(program, code)?;
-    let payload = payload::encode(program, code)?;
+    let payload = payload::encode(program, code, debug)?;
     let header = Header {
         version: ABI_VERSION,
         length: (header::LENGTH + payload.bytes.len()) as u64,
@@ -132,7 +151,7 @@ impl Artifact {
     /// # Errors
     /// When any check fails; [`ArtifactError`] lists them.
     pub fn parse(bytes: &[u8], key: Option<&PublicKey>) -> Result<Self, ArtifactError> {
-        let Inspection { program, code: parts, machine, .. } = read(bytes, key)?;
+        let Inspection { program, code: parts, debug, machine, .. } = read(bytes, key)?;
         machine?;
         // SAFETY: the digest says that the bytes are those that were written, and only `encode`
         // writes artifacts, for code that was sealed; sealing compares the code's own markers with
@@ -140,7 +159,19 @@ impl Artifact {
         // was given. All that the tables say has been checked, and that the code is for this
         // machine.
         let code = unsafe { Code::seal(parts) }.map_err(|error| inconsistent(error.to_string()))?;
-        Ok(Self { program, code })
+        Ok(Self { program, code, debug })
+    }
+
+    /// Tells gdb of the code that an engine of this artifact runs.
+    ///
+    /// # Errors
+    /// When the artifact has no debug part, or a damaged one.
+    #[cfg(feature = "args")]
+    pub fn show_to_gdb(&self, engine: &mut NativeEngine) -> Result<(), &'static str> {
+        if self.debug.is_empty() {
+            return Err("--gdb: the artifact was built with --no-debug; build it without");
+        }
+        engine.show_to_gdb(&self.debug)
     }
 
     /// A number that stands for the machine code: programs with the same number have the same code.
@@ -166,6 +197,8 @@ pub struct Inspection {
     pub program: Program,
     /// The machine code with its tables.
     pub code: CodeParts,
+    /// What debuggers need, see [`Artifact::debug`].
+    pub debug: Vec<u8>,
     /// Whether this machine can run it, else why not.
     pub machine: Result<(), ArtifactError>,
     /// The SHA-256 of the artifact, which names it.
@@ -199,9 +232,9 @@ fn read(bytes: &[u8], key: Option<&PublicKey>) -> Result<Inspection, ArtifactErr
     }
     let (header, digest, payload) = Header::decode(artifact)?;
     let machine = header.check_machine();
-    let (program, code) = payload::decode(&header, payload)?;
+    let (program, code, debug) = payload::decode(&header, payload)?;
     validate::program(&program)?;
     validate::code(&program, &code)?;
     let signed_by = signature.and_then(|signature| signature.key());
-    Ok(Inspection { program, code, machine, digest, signed_by })
+    Ok(Inspection { program, code, debug, machine, digest, signed_by })
 }

@@ -1,4 +1,4 @@
-//! Everything behind the header: tables, labels, lines, code and unwind information.
+//! Everything behind the header: tables, labels, lines, code, unwind information and debug part.
 
 use plcc_abi::{CodeLine, CodeParts, FunctionRange, Program, TrapSite};
 use serde::{Deserialize, Serialize};
@@ -33,7 +33,11 @@ pub(super) struct Payload {
 ///
 /// # Errors
 /// When one is larger than an artifact may be.
-pub(super) fn encode(program: &Program, code: &CodeParts) -> Result<Payload, ArtifactError> {
+pub(super) fn encode(
+    program: &Program,
+    code: &CodeParts,
+    debug: &[u8],
+) -> Result<Payload, ArtifactError> {
     // The other fields are in the header.
     let CodeParts { bytes: machine_code, labels, functions, lines, trap_sites, eh_frame, .. } =
         code;
@@ -47,6 +51,7 @@ pub(super) fn encode(program: &Program, code: &CodeParts) -> Result<Payload, Art
         lines: length(lines.len())?,
         code: length(machine_code.len())?,
         eh_frame: length(eh_frame.len())?,
+        debug: length(debug.len())?,
     };
     for label in labels {
         bytes.extend(label.to_le_bytes());
@@ -58,6 +63,7 @@ pub(super) fn encode(program: &Program, code: &CodeParts) -> Result<Payload, Art
     }
     bytes.extend(machine_code);
     bytes.extend(eh_frame);
+    bytes.extend(debug);
     Ok(Payload { bytes, parts })
 }
 
@@ -76,7 +82,7 @@ fn check_tables(size: u64) -> Result<(), ArtifactError> {
     }
 }
 
-/// Divides the payload into its parts and decodes them. The lengths that it claims are compared
+/// Divides the payload into its parts and decodes them: program, code and debug part. The lengths that it claims are compared
 /// with the bytes that are there before anything is allocated for them.
 ///
 /// # Errors
@@ -84,14 +90,15 @@ fn check_tables(size: u64) -> Result<(), ArtifactError> {
 pub(super) fn decode(
     header: &Header,
     payload: &[u8],
-) -> Result<(Program, CodeParts), ArtifactError> {
-    let Parts { tables, labels, lines, code, eh_frame } = header.parts;
+) -> Result<(Program, CodeParts, Vec<u8>), ArtifactError> {
+    let Parts { tables, labels, lines, code, eh_frame, debug } = header.parts;
     check_tables(u64::from(tables))?;
     let (tables, rest) = split(payload, 1, tables)?;
     let (labels, rest) = split(rest, LABEL, labels)?;
     let (lines, rest) = split(rest, LINE, lines)?;
     let (machine_code, rest) = split(rest, 1, code)?;
     let (eh_frame, rest) = split(rest, 1, eh_frame)?;
+    let (debug, rest) = split(rest, 1, debug)?;
     if !rest.is_empty() {
         return Err(inconsistent("its parts are shorter than the whole"));
     }
@@ -119,7 +126,7 @@ pub(super) fn decode(
         image_size: header.image_size,
         eh_frame: eh_frame.to_vec(),
     };
-    Ok((tables.program, code))
+    Ok((tables.program, code, debug.to_vec()))
 }
 
 fn split(bytes: &[u8], size: usize, count: u32) -> Result<(&[u8], &[u8]), ArtifactError> {

@@ -282,6 +282,8 @@ fn set_watchdog(executive: &mut dyn Executive, args: &RunArgs) -> Result<(), Ses
     let limit = match args.watchdog {
         Some(WatchdogLimit::Time(limit)) => Some(limit),
         Some(WatchdogLimit::Off) => None,
+        // A scan that a breakpoint holds up is not late.
+        None if args.gdb => None,
         None => {
             args.realtime.then(|| watchdog::usual_limit(Duration::from_nanos(executive.tick_ns())))
         }

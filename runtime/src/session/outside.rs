@@ -81,17 +81,21 @@ impl Engine for TimedByName {
 }
 
 /// Reads an artifact for an online change. With a key it must be signed, as the artifact that the run
-/// began with.
+/// began with. With `gdb` its code is shown to gdb.
 fn load(
     path: &Path,
     key: Option<&PublicKey>,
+    gdb: bool,
     timing: &Arc<Timing>,
     record: Option<&RecordedPrograms>,
 ) -> Result<Loaded, String> {
     let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let (artifact, bytes) = Artifact::open_with_bytes(path, key).map_err(|error| named(&error))?;
     let engine = NativeEngine::new(&artifact.code, &artifact.program);
-    let engine = engine.map_err(|error| named(&error))?;
+    let mut engine = engine.map_err(|error| named(&error))?;
+    if gdb {
+        artifact.show_to_gdb(&mut engine).map_err(|error| named(&error))?;
+    }
     let engine = Box::new(TimedByName::new(engine, &artifact.program, timing));
     let record = record.cloned();
     let put_into_record =
@@ -166,6 +170,7 @@ impl Outside {
             let recorded = sources.recorded;
             let (queues_of_record, buffer_size) =
                 (recorded.clone(), sources.retained.buffer_size());
+            let gdb = args.gdb;
             let surroundings = Surroundings {
                 program: Arc::new(program.clone()),
                 allow: args.allow.clone(),
@@ -173,7 +178,7 @@ impl Outside {
                 input_rules: args.input_rules.clone(),
                 found: if has_variables { executive.found() } else { vec![] },
                 load: Box::new(move |path| {
-                    load(path, key.as_ref(), &timing_of_swapped, recorded.as_ref())
+                    load(path, key.as_ref(), gdb, &timing_of_swapped, recorded.as_ref())
                 }),
                 make_executive: Box::new(move |program| {
                     configured(program, &options, machine.as_ref())
