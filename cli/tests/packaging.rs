@@ -31,6 +31,7 @@ fn the_package_holds_programs_that_run() {
     let folder = tempfile::tempdir().unwrap();
     let mut build = Command::new(root().join("scripts/deb"));
     build.env("DEB_COMPRESSION", "none").arg(programs()).arg(folder.path());
+    build.env("DEBFULLNAME", "A Packager").env("DEBEMAIL", "packager@example.org");
     done(&mut build);
     let architecture = done(Command::new("dpkg").arg("--print-architecture"));
     let name = format!("plcc_{}_{}.deb", env!("CARGO_PKG_VERSION"), architecture.trim());
@@ -60,6 +61,7 @@ fn the_package_holds_programs_that_run() {
         assert!(listing.lines().any(has), "{mode} {file} is missing in\n{listing}");
     }
     let control = done(Command::new("dpkg-deb").arg("--field").arg(&package));
+    assert!(control.contains("Maintainer: A Packager <packager@example.org>\n"));
     assert!(control.contains("Package: plcc\n") && control.contains("Depends: libc6 (>= 2."));
 
     let unpacked = folder.path().join("unpacked");

@@ -174,6 +174,7 @@ pub struct RunArgs {
     /// What the configuration says of inputs that other processes give, by the inputs' names.
     #[arg(skip)]
     pub input_rules: Vec<(String, Rule)>,
+
     /// Shows the compiled code to gdb, which then stops at lines of the source (`break lathe.pmi:75`) and
     /// prints variables. In this process alone, and without the watchdog that real time has otherwise
     #[arg(long)]

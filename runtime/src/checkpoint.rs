@@ -37,10 +37,12 @@ pub enum CheckpointError {
     #[error("this is no checkpoint")]
     NoCheckpoint,
     /// Another version of plcc has written it.
-    #[error("the checkpoint has version {0}, this plcc takes version {VERSION}")]
+    #[error(
+        "the checkpoint was written by another plcc: it has version {0}, this plcc takes version {VERSION}"
+    )]
     Version(u32),
     /// Bytes are missing or changed, or do not fit together.
-    #[error("the checkpoint is damaged")]
+    #[error("the checkpoint is damaged, or another build of plcc has written it")]
     Damaged,
     /// It was taken from another program.
     #[error("the checkpoint belongs to another program")]

@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::executive::MAX_FORCES;
 
+/// Why a bit is not forced to another value than 0 and 1; the end of a sentence that begins with its name.
+pub(crate) const ONE_BIT: &str = "is one bit, and can be forced to 0 or 1 only";
+
 /// Forces, each under a key that says which variable is forced.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct ForceList<K, F> {

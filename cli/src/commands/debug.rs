@@ -24,7 +24,15 @@ pub(crate) fn debug() -> Result<u8, Failure> {
     let input = BufReader::new(io::stdin());
     let sources = Sources::default();
     let served = dap::serve(input, io::stdout().lock(), &sources);
-    served.map_err(|error| Failure::usage(format!("the debugger's client is gone: {error}")))?;
+    served.map_err(|error| {
+        Failure::usage(match error.kind() {
+            io::ErrorKind::InvalidData => format!(
+                "standard input is no stream of messages of the Debug Adapter Protocol, which an \
+                 editor writes: {error}"
+            ),
+            _ => format!("the debugger's client is gone: {error}"),
+        })
+    })?;
     Ok(DONE)
 }
 

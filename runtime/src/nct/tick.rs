@@ -12,6 +12,7 @@ use thiserror::Error;
 use crate::checkpoint::{CheckpointError, ProgramIdentity, write_state};
 use crate::clock_decisions::ClockDecisions;
 use crate::executive::DialectVariable;
+use crate::force_list::ONE_BIT;
 use crate::safe_outputs::{SafeLines, SafeOutputs};
 use crate::swap::Plan;
 use crate::watchdog::Watchdog;
@@ -344,7 +345,11 @@ impl Executive for NctExecutive {
     fn force(&mut self, key: VariableKey, value: Option<Setting>) -> Result<(), &'static str> {
         match key.0 {
             DialectVariable::Nct(name) => {
-                self.state.forces.set(name, value.map(|value| value.integer() as u16))
+                let value = value.map(Setting::integer);
+                if name.is_bit() && !matches!(value, None | Some(0 | 1)) {
+                    return Err(ONE_BIT);
+                }
+                self.state.forces.set(name, value.map(|value| value as u16))
             }
             _ => Err("can't be forced"),
         }

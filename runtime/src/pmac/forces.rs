@@ -7,7 +7,7 @@
 use plcc_abi::pmac::{Definition, Memory, PmacName};
 use serde::{Deserialize, Serialize};
 
-use crate::force_list::ForceList;
+use crate::force_list::{ForceList, ONE_BIT};
 
 /// A force on one field of memory.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,9 +35,14 @@ impl Forces {
         field: Option<Definition>,
         value: f64,
     ) -> Result<(), &'static str> {
-        let Some(field @ (Definition::X { .. } | Definition::Y { .. })) = field else {
+        let Some(field @ (Definition::X { field: bits, .. } | Definition::Y { field: bits, .. })) =
+            field
+        else {
             return Err("is no field of an X or Y word of memory, and can't be forced");
         };
+        if bits.width == 1 && value != 0.0 && value != 1.0 {
+            return Err(ONE_BIT);
+        }
         self.list.set(name, Force { field, value })
     }
 

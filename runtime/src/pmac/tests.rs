@@ -510,6 +510,7 @@ fn forced_fields_are_held_for_the_program_and_behind_it() {
         executive.keys(variable)[0]
     };
     let m7 = key(&mut executive, "M7");
+    assert!(executive.force(m7, Some(Setting::Float(7.0))).is_err(), "a bit");
     executive.force(m7, Some(Setting::Float(1.0))).unwrap();
     run(&mut executive, &mut script, 2);
     assert_eq!(*seen.borrow(), [1.0, 1.0], "an input");

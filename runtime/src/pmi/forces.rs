@@ -8,7 +8,7 @@ use plcc_abi::pmi::{Format, Lines, Role, Symbol};
 use serde::{Deserialize, Serialize};
 
 use super::port_lines;
-use crate::force_list::ForceList;
+use crate::force_list::{ForceList, ONE_BIT};
 
 /// A force on one input or output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,11 +24,6 @@ struct Force {
 pub(super) struct Forces {
     /// By the indices of their symbols.
     list: ForceList<u32, Force>,
-}
-
-/// The value as an assignment to the variable of these lines would convert it.
-fn as_assigned(lines: Lines, value: i64) -> i16 {
-    if lines.format == Format::Bit { i16::from(value != 0) } else { value as i16 }
 }
 
 impl Forces {
@@ -48,10 +43,13 @@ impl Forces {
             Role::Output(lines) => (lines, None),
             _ => return Err("is neither an input nor an output, and can't be forced"),
         };
+        if lines.format == Format::Bit && !matches!(value, 0 | 1) {
+            return Err(ONE_BIT);
+        }
         if !port_lines::fits(lines, value) {
             return Err("has lines that can't carry this value in BCD");
         }
-        self.list.set(index, Force { lines, input, value: as_assigned(lines, value) })
+        self.list.set(index, Force { lines, input, value: value as i16 })
     }
 
     /// Makes room for all forces there can be, as at power-up, so that forcing allocates nothing.

@@ -478,7 +478,7 @@ impl Control {
 fn a_forced_input_is_seen_and_its_line_stays() {
     let mut control = Control::new();
     control.set("BUTTON", 0);
-    control.force("BUTTON", Some(7)).unwrap();
+    control.force("BUTTON", Some(1)).unwrap();
     control.force("TOOL", Some(42)).unwrap();
     control
         .scan(|image| {
@@ -517,6 +517,10 @@ fn only_inputs_and_outputs_can_be_forced_to_what_their_lines_carry() {
     let mut control = Control::new();
     for name in ["TOTAL", "LIST", "TC#COUNT", "PORT1.0", "@ESTOP"] {
         assert!(control.force(name, Some(1)).is_err(), "{name}");
+    }
+    for value in [7, 2, -1] {
+        assert!(control.force("BUTTON", Some(value)).is_err(), "{value}");
+        assert!(control.force("LAMP", Some(value)).is_err(), "{value}");
     }
     assert!(control.force("TOOL", Some(100)).is_err());
     assert!(control.force("TOOL", Some(99)).is_ok());

@@ -23,11 +23,20 @@ pub enum RecordError {
     #[error("{} is no record", .0.display())]
     NoRecord(PathBuf),
     /// Another version of plcc has written it.
-    #[error("the record has version {0}, this plcc reads version {VERSION}")]
+    #[error("the record was written by {age} plcc: it has version {0}, this plcc reads version {VERSION}; \
+             use the plcc that wrote it", age = age(.0))]
     Version(u32),
-    /// A block has the right checksum but holds something that plcc does not write.
-    #[error("the record is damaged at tick {0}")]
+    /// A block has the right checksum but holds what this plcc does not write.
+    #[error(
+        "the record holds, at tick {0}, what this plcc does not write: it is damaged, or another build \
+             of plcc has recorded it; use the plcc that recorded it"
+    )]
     Damaged(u64),
+}
+
+/// Whether a version is older or newer than this plcc's, for a sentence.
+fn age(version: &u32) -> &'static str {
+    if *version < VERSION { "an older" } else { "a newer" }
 }
 
 /// The path of the older part of a record.
@@ -189,10 +198,15 @@ impl Recording {
         self.damaged += before;
         let Block { kind, tick, .. } = place.block;
         if kind == Kind::Start {
-            let header: RunHeader = self.decoded(place)?;
-            if header.version != VERSION {
-                return Err(RecordError::Version(header.version));
+            // The version stands first in every version.
+            let content = self.content(place)?;
+            let version = postcard::take_from_bytes(&content).map(|(version, _)| version);
+            if let Ok(version) = version
+                && version != VERSION
+            {
+                return Err(RecordError::Version(version));
             }
+            let header: RunHeader = self.decoded(place)?;
             // A run that goes on in another part has a start block there too.
             if self.runs.last().is_none_or(|run| run.header.run != header.run) {
                 self.runs.push(RecordedRun {

@@ -97,9 +97,46 @@ fn canonical(text: &str) -> Option<(char, NctName)> {
     letters.chars().next().map(|first| (first, name))
 }
 
-/// What `plcc explain` prints for a variable such as `I510`; `None` if there is none of the name.
+/// The letters of statements that act on one variable, the letters of the variable that are left out
+/// behind them, and what they do with it (NCT 4.1, 4.6, 4.7, 4.12).
+const STATEMENTS: [(&str, &str, &str); 12] = [
+    ("UF", "F", "sets NAME to 1"),
+    ("DF", "F", "sets NAME to 0"),
+    ("UO", "O", "switches NAME on at once, without the output image"),
+    ("DO", "O", "switches NAME off at once, without the output image"),
+    ("UQ", "Q", "increments NAME; 65535 becomes 0"),
+    ("DQ", "Q", "decrements NAME; 0 becomes 65535"),
+    ("NL", "", "loads the complement of NAME into register OP"),
+    ("NS", "", "stores the complement of register OP into NAME"),
+    ("U", "Y", "sets NAME to 1"),
+    ("D", "Y", "sets NAME to 0"),
+    ("L", "", "loads NAME into register OP"),
+    ("S", "", "stores register OP into NAME"),
+];
+
+/// The statement that a text is, with the name of its variable: `U010` sets `Y010`.
+fn statement(text: &str) -> Option<(String, String)> {
+    let upper: String =
+        text.chars().filter(|c| !c.is_whitespace()).map(|c| c.to_ascii_uppercase()).collect();
+    STATEMENTS.into_iter().find_map(|(letters, omitted, does)| {
+        let name = format!("{omitted}{}", upper.strip_prefix(letters)?);
+        let (_, parsed) = canonical(&name).filter(|_| name.len() > 1)?;
+        let is_bit = matches!(letters, "UF" | "DF" | "UO" | "DO" | "U" | "D");
+        if is_bit && !parsed.is_bit() {
+            return None;
+        }
+        let shown = parsed.to_string();
+        Some((format!("{upper}\n  the statement {}", does.replace("NAME", &shown)), shown))
+    })
+}
+
+/// What `plcc explain` prints for a variable such as `I510`, or for a statement with one such as `U010`;
+/// `None` if there is none of the name.
 pub fn explain(text: &str) -> Option<String> {
-    let (letter, name) = canonical(text)?;
+    let Some((letter, name)) = canonical(text) else {
+        let (does, name) = statement(text)?;
+        return explain(&name).map(|page| format!("{does}\n\n{page}"));
+    };
     let shown = if letter == 'V' {
         format!("V{}", name.to_string().trim_start_matches('I'))
     } else {
@@ -195,6 +232,26 @@ fn kind(letter: char, name: NctName) -> (String, &'static str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn statements_are_explained_with_their_variable() {
+        for (text, part) in [
+            ("U010", "the statement sets Y010 to 1\n\nY010\n"),
+            ("d 012", "the statement sets Y012 to 0"),
+            ("UF0103", "sets F0103 to 1"),
+            ("UO012", "switches O012 on at once"),
+            ("UQ05", "increments Q05"),
+            ("LF020", "loads F020 into register OP"),
+            ("SRH060", "stores register OP into RH060"),
+            ("NLI00", "loads the complement of I00"),
+        ] {
+            let page = explain(text).unwrap_or_default();
+            assert!(page.contains(part), "{text}: {page}");
+        }
+        for text in ["U", "U01", "X010", "L", "U0109", "LQ", "UF010"] {
+            assert_eq!(explain(text), None, "{text}");
+        }
+    }
 
     #[test]
     fn the_table_of_names_has_no_mistakes() {

@@ -293,6 +293,9 @@ fn forced_inputs_are_seen_and_forced_lines_are_held() {
         }
         Outcome::End
     });
+    for (name, value) in [("I012", 7), ("Y017", 2), ("O300", -1)] {
+        assert!(force(&mut executive, name, Some(value)).is_err(), "{name}={value}");
+    }
     force(&mut executive, "I012", Some(1)).unwrap();
     force(&mut executive, "Y017", Some(1)).unwrap();
     force(&mut executive, "O300", Some(1)).unwrap();
