@@ -132,6 +132,23 @@ enum plcrt_status plcrt_set(struct plcrt *control, const char *name, double valu
 // As for plcrt_tick.
 const char *plcrt_next_event(struct plcrt *control);
 
+// Says whether events are kept from now on; they are at first. Without them, plcrt_tick, plcrt_read and
+// plcrt_write neither allocate memory nor call the operating system once the first tick is done, so that a
+// thread with real-time priority may call them. Two things do: the tick in which the program is stopped,
+// and an error.
+//
+// # Safety
+// As for plcrt_tick.
+enum plcrt_status plcrt_keep_events(struct plcrt *control,
+                                    bool keep);
+
+// Why the program was stopped, for people: the control's code and a sentence. Null if it was not stopped.
+// The text is valid until the next function with this control.
+//
+// # Safety
+// As for plcrt_tick.
+const char *plcrt_stop_message(struct plcrt *control);
+
 // How many events were lost; 0 for null.
 //
 // # Safety

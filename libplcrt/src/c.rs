@@ -9,7 +9,7 @@ use std::ffi::{CStr, CString, c_char, c_void};
 use std::path::Path;
 use std::slice;
 
-use plcc_runtime::{Value, Variable};
+use plcc_runtime::{Value, VariableKey};
 
 use crate::control::{Control, Settable};
 use crate::error::{self, c_text, fail, guarded};
@@ -29,8 +29,8 @@ pub struct Plcrt {
 
 /// A variable that was found.
 enum Found {
-    /// To be read.
-    Readable(Variable),
+    /// To be read: a key for each element.
+    Readable(Vec<VariableKey>),
     /// To be set.
     Settable(Settable),
 }
@@ -244,7 +244,10 @@ pub unsafe extern "C" fn plcrt_find(control: *mut Plcrt, name: *const c_char, pu
         with(control, -1, |plcrt| {
             let name = text(name)?;
             let found = match purpose {
-                PLCRT_READ => Found::Readable(plcrt.control.find(name)?),
+                PLCRT_READ => {
+                    let variable = plcrt.control.find(name)?;
+                    Found::Readable(plcrt.control.keys(variable))
+                }
                 PLCRT_WRITE => Found::Settable(plcrt.control.find_settable(name)?),
                 _ => return Err(format!("there is no purpose {purpose}")),
             };
@@ -280,23 +283,19 @@ pub unsafe extern "C" fn plcrt_read(
 
 /// The value of a variable, or of an element of an array.
 fn element(plcrt: &Plcrt, variable: i64, index: u32) -> Result<f64, String> {
-    let number = |value: &Value| match value {
-        Value::Int(value) => Some(*value as f64),
-        Value::Float(value) => Some(*value),
-        Value::Array(_) => None,
-    };
-    let value = match value(plcrt, variable)? {
-        Value::Array(values) => values.get(index as usize).and_then(number),
-        value => number(&value).filter(|_| index == 0),
-    };
-    value.ok_or_else(|| format!("the variable has no element {index}"))
+    let key = keys(plcrt, variable)?.get(index as usize);
+    match key.map(|key| plcrt.control.read(*key)) {
+        Some(Value::Int(value)) => Ok(value as f64),
+        Some(Value::Float(value)) => Ok(value),
+        Some(Value::Array(_)) | None => Err(format!("the variable has no element {index}")),
+    }
 }
 
-/// The value of a variable, whole.
-fn value(plcrt: &Plcrt, variable: i64) -> Result<Value, String> {
+/// The keys of a variable's elements.
+fn keys(plcrt: &Plcrt, variable: i64) -> Result<&[VariableKey], String> {
     let found = usize::try_from(variable).ok().and_then(|number| plcrt.found.get(number));
     match found {
-        Some(Found::Readable(variable)) => Ok(plcrt.control.get(*variable)),
+        Some(Found::Readable(keys)) => Ok(keys),
         Some(Found::Settable(_)) => Err("the variable was found to be set, not to be read".into()),
         None => Err(format!("no variable with the number {variable} was found")),
     }
@@ -309,14 +308,7 @@ fn value(plcrt: &Plcrt, variable: i64) -> Result<Value, String> {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn plcrt_elements(control: *mut Plcrt, variable: i64) -> u32 {
     // SAFETY: as the caller promises.
-    unsafe {
-        with(control, 0, |plcrt| {
-            Ok(match value(plcrt, variable)? {
-                Value::Array(values) => values.len() as u32,
-                _ => 1,
-            })
-        })
-    }
+    unsafe { with(control, 0, |plcrt| Ok(keys(plcrt, variable)?.len() as u32)) }
 }
 
 /// Sets a variable that was found with PLCRT_WRITE, as the machine or the operator would: the value
@@ -341,7 +333,7 @@ pub unsafe extern "C" fn plcrt_write(
             if !value.is_finite() {
                 return Err(format!("{value} is no value of a variable"));
             }
-            plcrt.control.set_variable(*variable, &value.to_string())?;
+            plcrt.control.set_number(*variable, value)?;
             Ok(PlcrtStatus::PlcrtOk)
         })
     }
@@ -407,6 +399,41 @@ pub unsafe extern "C" fn plcrt_next_event(control: *mut Plcrt) -> *const c_char 
         with(control, std::ptr::null(), |plcrt| {
             let Some(event) = plcrt.control.next_event() else { return Ok(std::ptr::null()) };
             plcrt.text = c_text(&event);
+            Ok(plcrt.text.as_ptr())
+        })
+    }
+}
+
+/// Says whether events are kept from now on; they are at first. Without them, plcrt_tick, plcrt_read and
+/// plcrt_write neither allocate memory nor call the operating system once the first tick is done, so that a
+/// thread with real-time priority may call them. Two things do: the tick in which the program is stopped,
+/// and an error.
+///
+/// # Safety
+/// As for plcrt_tick.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn plcrt_keep_events(control: *mut Plcrt, keep: bool) -> PlcrtStatus {
+    // SAFETY: as the caller promises.
+    unsafe {
+        with(control, PlcrtStatus::PlcrtFailed, |plcrt| {
+            plcrt.control.keep_events(keep);
+            Ok(PlcrtStatus::PlcrtOk)
+        })
+    }
+}
+
+/// Why the program was stopped, for people: the control's code and a sentence. Null if it was not stopped.
+/// The text is valid until the next function with this control.
+///
+/// # Safety
+/// As for plcrt_tick.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn plcrt_stop_message(control: *mut Plcrt) -> *const c_char {
+    // SAFETY: as the caller promises.
+    unsafe {
+        with(control, std::ptr::null(), |plcrt| {
+            let Some(stop) = plcrt.control.stop() else { return Ok(std::ptr::null()) };
+            plcrt.text = c_text(&format!("{}: {}", stop.code, stop.message));
             Ok(plcrt.text.as_ptr())
         })
     }

@@ -1,13 +1,15 @@
 //! A control with its program, by safe functions.
 
 use std::collections::VecDeque;
+use std::io::Write;
 use std::path::Path;
 
 use clap::Parser;
 use plcc_runtime::args::ControlArgs;
 use plcc_runtime::run::{End, Watch, dump};
 use plcc_runtime::{
-    Artifact, Event, EventBody, Executive, NativeEngine, Purpose, Stop, Value, Variable, session,
+    Artifact, Event, EventBody, Executive, NativeEngine, Purpose, Stop, Value, Variable,
+    VariableKey, session,
 };
 
 /// How many events are kept at most until they are taken. When a further one comes, the oldest is lost.
@@ -37,6 +39,8 @@ pub struct Control {
     /// The events that were not taken yet, the oldest first.
     events: VecDeque<Event>,
     lost_events: u64,
+    /// Whether events are kept.
+    keeps_events: bool,
 }
 
 impl Control {
@@ -78,6 +82,7 @@ impl Control {
             events_of_tick: vec![],
             events: VecDeque::new(),
             lost_events: 0,
+            keeps_events: true,
         })
     }
 
@@ -95,6 +100,9 @@ impl Control {
             let body = EventBody::Stop { code: stop.code.clone(), file, line };
             self.events_of_tick.push(Event { tick, body });
             self.stop = Some(stop);
+        }
+        if !self.keeps_events {
+            return self.stop.is_none();
         }
         for event in self.events_of_tick.drain(..) {
             if self.events.len() >= MAX_EVENTS {
@@ -133,6 +141,14 @@ impl Control {
         serde_json::to_string(&event).ok()
     }
 
+    /// Says whether events are kept from now on; they are at first. Without them a tick neither allocates
+    /// memory nor calls the operating system, but the tick in which the program is stopped.
+    pub fn keep_events(&mut self, keep: bool) {
+        self.keeps_events = keep;
+        // The events of a tick go through this list also when nobody is given them.
+        self.events_of_tick.reserve(256);
+    }
+
     /// How many events were lost because more than 65 536 waited to be taken.
     pub fn lost_events(&self) -> u64 {
         self.lost_events
@@ -153,6 +169,32 @@ impl Control {
     pub fn find_settable(&mut self, name: &str) -> Result<Settable, String> {
         let found = self.executive.find(name, Purpose::Stimulus);
         found.map(Settable).map_err(|error| error.to_string())
+    }
+
+    /// The keys of a variable that this control has found: one for each element.
+    pub(crate) fn keys(&self, variable: Variable) -> Vec<VariableKey> {
+        self.executive.keys(variable)
+    }
+
+    /// The value of a variable, or of an element of an array, by its key. Allocates nothing.
+    pub(crate) fn read(&self, key: VariableKey) -> Value {
+        self.executive.read(key)
+    }
+
+    /// Sets a variable to a number, as [`set_variable`](Self::set_variable) does. Allocates nothing, but to
+    /// say why the variable can't take the value.
+    ///
+    /// # Errors
+    /// When the variable can't take the value.
+    pub(crate) fn set_number(&mut self, variable: Settable, value: f64) -> Result<(), String> {
+        // The longest text of a double is one of 1075 digits, a sign, a zero and a point.
+        let mut text = [0; 1100];
+        let mut rest = text.as_mut_slice();
+        let _ = write!(rest, "{value}");
+        let unused = rest.len();
+        let written = text.get(..text.len() - unused).unwrap_or_default();
+        let text = std::str::from_utf8(written).map_err(|error| error.to_string())?;
+        self.set_variable(variable, text)
     }
 
     /// The value of a variable that this control has found.

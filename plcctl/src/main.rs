@@ -32,7 +32,11 @@ fn run(cli: &Cli) -> u8 {
     }
     if cli.man {
         let mut page = Vec::new();
-        return match clap_mangen::Man::new(Cli::command()).render(&mut page) {
+        // The synopsis is that of --help: clap_mangen's own names options without their values.
+        let mut command = Cli::command();
+        let usage = command.render_usage().to_string();
+        let command = command.override_usage(usage.trim_start_matches("Usage: ").to_owned());
+        return match clap_mangen::Man::new(command).render(&mut page) {
             Ok(()) => print(&page),
             Err(error) => fail(USAGE, &error.to_string()),
         };

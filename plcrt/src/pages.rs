@@ -49,7 +49,11 @@ mod tests {
             pages.push((shell, script));
         }
         let mut manual = vec![];
-        clap_mangen::Man::new(Cli::command()).render(&mut manual).unwrap();
+        // The synopsis is that of --help: clap_mangen's own names options without their values.
+        let mut command = Cli::command();
+        let usage = command.render_usage().to_string();
+        let command = command.override_usage(usage.trim_start_matches("Usage: ").to_owned());
+        clap_mangen::Man::new(command).render(&mut manual).unwrap();
         pages.push((MANUAL, manual));
         pages
     }

@@ -79,6 +79,8 @@ fn completions_and_the_manual_page_name_the_options() {
         assert_eq!(output.status.code(), Some(0), "{args:?}");
         assert!(text.contains("plcrt") && text.contains("stimulus"), "{args:?}: {text}");
     }
+    let page = String::from_utf8(plcrt(&["--man"]).stdout).unwrap();
+    assert!(page.contains("\\fBplcrt\\fR [OPTIONS] [ARTIFACT]"), "{page}");
     assert_eq!(plcrt(&["--completions", "none"]).status.code(), Some(2));
     assert_eq!(plcrt(&["--man", "x.plcx"]).status.code(), Some(2));
 }

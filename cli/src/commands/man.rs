@@ -32,6 +32,10 @@ pub(crate) fn man(dir: Option<&Path>) -> Result<u8, Failure> {
 
 fn page(command: &clap::Command) -> io::Result<Vec<u8>> {
     let mut page = Vec::new();
-    clap_mangen::Man::new(command.clone()).render(&mut page)?;
+    // The synopsis is that of --help: clap_mangen's own names options without their values.
+    let mut command = command.clone();
+    let usage = command.render_usage().to_string();
+    let command = command.override_usage(usage.trim_start_matches("Usage: ").to_owned());
+    clap_mangen::Man::new(command).render(&mut page)?;
     Ok(page)
 }
