@@ -26,6 +26,7 @@ mod commands;
 pub mod compile;
 pub mod disk;
 mod failure;
+mod hal;
 mod input;
 mod object_args;
 mod output;
@@ -59,6 +60,7 @@ fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
     match command {
         args::Command::Check(args) => commands::check::check(&args, report),
         args::Command::Build(args) => commands::build::build(&args, report),
+        args::Command::Hal(args) => commands::hal::hal(&args, report),
         args::Command::Key { command } => commands::key::key(&command),
         args::Command::Run(args) => commands::run::run(&args, report),
         args::Command::Replay(args) => commands::replay::replay(&args, report),

@@ -11,6 +11,7 @@ use plcc_abi::Dialect;
 use plcc_diag::lints::Lint;
 use plcc_runtime::args::{ControlArgs, RunArgs};
 
+use crate::hal::pins::Wanted;
 use crate::object_args::ObjectArgs;
 pub(crate) use recorded::{ConvertArgs, ConvertFormat, ReplayArgs};
 pub(crate) use values::{
@@ -84,6 +85,17 @@ Examples:
   plcc build sample.plc --emit asm             machine code, to read
   plcc build mill.pmc --target aarch64-unknown-linux-gnu")]
     Build(BuildArgs),
+
+    /// Writes a program as a real-time component for LinuxCNC's HAL
+    #[command(after_help = "\
+The folder NAME-hal gets the component in C, the artifact that becomes part of it, a makefile that builds \
+it by LinuxCNC's own rules, and an example for halcmd. Inputs, outputs and the control's own variables become \
+pins, other variables by --pin.
+
+Examples:
+  plcc hal lathe.pmi && make -C lathe-hal LIBPLCRT=/usr/lib/plcc/libplcrt.a
+  plcc hal mill.pmc --name spindle --pin P30=out --pin 'Y:$FFC0=in'")]
+    Hal(Box<HalArgs>),
 
     /// Makes keys with which artifacts are signed
     #[command(after_help = "\
@@ -353,6 +365,32 @@ pub(crate) struct BuildArgs {
 
     #[command(flatten)]
     pub(crate) object: ObjectArgs,
+
+    /// How diagnostics are written: for people, or as JSON for programs
+    #[arg(long, value_name = "FORMAT", default_value = "human")]
+    pub(crate) message_format: FormatArg,
+
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct HalArgs {
+    /// The source, - is standard input; several files are one PMAC download, in their order
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+
+    /// The folder for the component [default: NAME-hal in the current folder]
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// The component's name [default: the first source's name without its ending]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) name: Option<String>,
+
+    /// Makes a pin of a variable that has none by itself, or changes its direction (repeatable)
+    #[arg(long, value_name = "VARIABLE[=in|out|io]", value_parser = crate::commands::hal::wanted)]
+    pub(crate) pin: Vec<Wanted>,
 
     /// How diagnostics are written: for people, or as JSON for programs
     #[arg(long, value_name = "FORMAT", default_value = "human")]

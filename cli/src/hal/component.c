@@ -1,0 +1,230 @@
+/* COMPONENT: SOURCE as a component for LinuxCNC's HAL. Made by `plcc hal`; make it again rather than change it.
+ *
+ *     make && sudo make install
+ *     halcmd loadrt COMPONENT [options="--period 10"] [retain=/var/lib/COMPONENT.retained]
+ *     halcmd addf COMPONENT.tick THREAD
+ *
+ * COMPONENT.tick is called in every period of its thread. It does a tick of the control (a PMI scan, an NCT
+ * slice, a PMAC servo cycle) whenever one is due by the thread's period: it gives the program the input pins
+ * that have changed, executes the tick, and sets the output pins.
+ */
+#include "rtapi.h"
+#include "rtapi_app.h"
+#include "hal.h"
+
+#include "plcrt.h"
+
+#include <stdio.h>
+
+MODULE_AUTHOR("plcc");
+MODULE_DESCRIPTION("SOURCE, a PLC program");
+MODULE_LICENSE("GPL");
+
+static char *options = "";
+RTAPI_MP_STRING(options, "options of the control, as plcrt has them: --period 10");
+static char *retain = "";
+RTAPI_MP_STRING(retain, "the file that holds what survives power-off");
+
+/* The artifact. */
+__asm__(".pushsection .rodata\n"
+        "plcx_begin: .incbin \"COMPONENT.plcx\"\n"
+        "plcx_end: .byte 0\n"
+        ".popsection\n");
+extern const uint8_t plcx_begin[] __attribute__((visibility("hidden")));
+extern const uint8_t plcx_end[] __attribute__((visibility("hidden")));
+
+/* The pins: the program's variable, the pin behind the component's name, type and direction. */
+static const struct pin {
+    const char *variable;
+    const char *name;
+    hal_type_t type;
+    hal_pin_dir_t dir;
+} pins[] = {
+PINS};
+enum { PIN_COUNT = sizeof pins / sizeof *pins };
+
+/* Where HAL keeps the pins' values, in its shared memory. */
+struct values {
+    union {
+        hal_bit_t *bit;
+        hal_s32_t *s32;
+        hal_float_t *real;
+        void *any;
+    } pin[PIN_COUNT];
+    hal_bit_t *stopped;       /* the control has stopped the program */
+    hal_u32_t *ticks;         /* how many ticks were begun */
+    hal_s32_t tick_time;      /* how long the last tick took, in ns */
+    hal_s32_t tick_time_max;  /* the longest; may be set to 0 */
+};
+
+static struct values *values;
+static struct plcrt *control;
+static int component = -1;
+static int64_t readers[PIN_COUNT];
+static int64_t writers[PIN_COUNT];
+/* The value that each pin had when it was looked at, or set, last. */
+static double last[PIN_COUNT];
+/* How much time has passed since the last tick was due, in ns. */
+static int64_t elapsed = -1;
+
+static double get(int n)
+{
+    switch (pins[n].type) {
+    case HAL_BIT: return *values->pin[n].bit ? 1 : 0;
+    case HAL_S32: return *values->pin[n].s32;
+    default: return *values->pin[n].real;
+    }
+}
+
+static void set(int n, double value)
+{
+    switch (pins[n].type) {
+    case HAL_BIT: *values->pin[n].bit = value != 0; break;
+    case HAL_S32: *values->pin[n].s32 = (hal_s32_t)value; break;
+    default: *values->pin[n].real = value; break;
+    }
+}
+
+/* Sets output pins to what the program's variables are. */
+static void set_outputs(void)
+{
+    for (int n = 0; n < PIN_COUNT; n++) {
+        double value;
+        if (pins[n].dir != HAL_IN && plcrt_read(control, readers[n], 0, &value) == PLCRT_OK
+            && value != last[n]) {
+            last[n] = value;
+            set(n, value);
+        }
+    }
+}
+
+static void one_tick(void)
+{
+    for (int n = 0; n < PIN_COUNT; n++) {
+        double value = get(n);
+        if (pins[n].dir != HAL_OUT && value != last[n]) {
+            last[n] = value;
+            plcrt_write(control, writers[n], value);
+        }
+    }
+    if (plcrt_tick(control) != PLCRT_OK && !*values->stopped) {
+        const char *why = plcrt_stop_message(control);
+        *values->stopped = 1;
+        rtapi_print_msg(RTAPI_MSG_ERR, "COMPONENT: the program is stopped: %s\n",
+                        why ? why : plcrt_error());
+    }
+    *values->ticks = (hal_u32_t)plcrt_ticks(control);
+    set_outputs();
+}
+
+static void tick(void *unused, long period)
+{
+    int64_t due = (int64_t)plcrt_tick_ns(control);
+    (void)unused;
+    /* The first tick is due at once. */
+    elapsed = elapsed < 0 ? due : elapsed + period;
+    while (elapsed >= due && due > 0) {
+        long long begin = rtapi_get_time();
+        long long time;
+        elapsed -= due;
+        one_tick();
+        time = rtapi_get_time() - begin;
+        values->tick_time = (hal_s32_t)time;
+        if (time > values->tick_time_max)
+            values->tick_time_max = (hal_s32_t)time;
+        due = (int64_t)plcrt_tick_ns(control);
+    }
+}
+
+static int failed(const char *what)
+{
+    rtapi_print_msg(RTAPI_MSG_ERR, "COMPONENT: %s: %s\n", what, plcrt_error());
+    return -1;
+}
+
+/* Takes back what the file of `retain` has. A file that does not exist yet is no error. */
+static int restore(void)
+{
+    static uint8_t bytes[1 << 20];
+    FILE *file = *retain ? fopen(retain, "rb") : NULL;
+    size_t length;
+    if (!file)
+        return 0;
+    length = fread(bytes, 1, sizeof bytes, file);
+    fclose(file);
+    return plcrt_restore(control, bytes, length) == PLCRT_OK ? 0 : failed(retain);
+}
+
+/* Writes the file of `retain` anew, and puts it in the place of the old one as a whole. */
+static void save(void)
+{
+    static uint8_t bytes[1 << 20];
+    char path[512];
+    int64_t length = *retain ? plcrt_retained(control, bytes, sizeof bytes) : 0;
+    FILE *file;
+    if (length <= 0 || length > (int64_t)sizeof bytes)
+        return;
+    snprintf(path, sizeof path, "%s.new", retain);
+    file = fopen(path, "wb");
+    if (!file || fwrite(bytes, 1, (size_t)length, file) != (size_t)length || fflush(file) != 0
+        || fclose(file) != 0 || rename(path, retain) != 0)
+        rtapi_print_msg(RTAPI_MSG_ERR, "COMPONENT: %s can't be written\n", retain);
+}
+
+static int start(void)
+{
+    control = plcrt_load(plcx_begin, (size_t)(plcx_end - plcx_begin), options);
+    if (!control)
+        return failed("the program can't be loaded");
+    /* From now on a tick allocates no memory and calls nothing of the operating system. */
+    plcrt_keep_events(control, false);
+    if (restore() != 0)
+        return -1;
+    values = hal_malloc(sizeof *values);
+    if (!values)
+        return failed("HAL has no memory");
+    for (int n = 0; n < PIN_COUNT; n++) {
+        char name[HAL_NAME_LEN + 1];
+        if (rtapi_snprintf(name, sizeof name, "COMPONENT.%s", pins[n].name) > HAL_NAME_LEN)
+            return failed(pins[n].name);
+        if (hal_pin_new(name, pins[n].type, pins[n].dir, &values->pin[n].any, component) != 0)
+            return failed(name);
+        readers[n] = plcrt_find(control, pins[n].variable, PLCRT_READ);
+        writers[n] = pins[n].dir == HAL_OUT ? 0 : plcrt_find(control, pins[n].variable, PLCRT_WRITE);
+        if (readers[n] < 0 || writers[n] < 0
+            || plcrt_read(control, readers[n], 0, &last[n]) != PLCRT_OK)
+            return failed(pins[n].variable);
+        /* A pin begins with the value that its variable has. */
+        set(n, last[n]);
+    }
+    if (hal_pin_bit_newf(HAL_OUT, &values->stopped, component, "COMPONENT.stopped") != 0
+        || hal_pin_u32_newf(HAL_OUT, &values->ticks, component, "COMPONENT.ticks") != 0
+        || hal_param_s32_newf(HAL_RO, &values->tick_time, component, "COMPONENT.tick-time") != 0
+        || hal_param_s32_newf(HAL_RW, &values->tick_time_max, component, "COMPONENT.tick-time-max")
+               != 0)
+        return failed("a pin can't be made");
+    *values->stopped = 0;
+    *values->ticks = 0;
+    values->tick_time = values->tick_time_max = 0;
+    return hal_export_funct("COMPONENT.tick", tick, NULL, 1, 0, component);
+}
+
+int rtapi_app_main(void)
+{
+    component = hal_init("COMPONENT");
+    if (component < 0)
+        return component;
+    if (start() != 0) {
+        plcrt_close(control);
+        hal_exit(component);
+        return -1;
+    }
+    return hal_ready(component);
+}
+
+void rtapi_app_exit(void)
+{
+    hal_exit(component);
+    save();
+    plcrt_close(control);
+}

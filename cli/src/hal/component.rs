@@ -1,0 +1,55 @@
+//! The text of a component: C and its makefile, from the templates beside this file.
+
+use std::fmt::Write;
+
+use super::pins::{Direction, Pin, Type};
+
+/// The interface of libplcrt, which goes with the component.
+pub(crate) const HEADER: &str = include_str!("../../../libplcrt/include/plcrt.h");
+
+/// The name of a component: a name of C in small letters, as HAL has them.
+///
+/// # Errors
+/// When it is none, or too long for the names of pins.
+pub(crate) fn check_name(name: &str) -> Result<(), String> {
+    let mut chars = name.chars();
+    let begins = chars.next().is_some_and(|c| c.is_ascii_lowercase());
+    let goes_on = chars.all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
+    match begins && goes_on && name.len() <= 20 {
+        true => Ok(()),
+        false => Err(format!(
+            "`{name}` is no name of a component: write --name with at most 20 small letters, digits \
+             and `_`, a letter first"
+        )),
+    }
+}
+
+/// The component in C. `name` is the component's, `source` the program's.
+pub(crate) fn c(name: &str, source: &str, pins: &[Pin]) -> String {
+    let mut lines = String::new();
+    for Pin { variable, name, ty, direction, meaning: _ } in pins {
+        let ty = match ty {
+            Type::Bit => "HAL_BIT",
+            Type::S32 => "HAL_S32",
+            Type::Float => "HAL_FLOAT",
+        };
+        let direction = match direction {
+            Direction::In => "HAL_IN",
+            Direction::Out => "HAL_OUT",
+            Direction::Io => "HAL_IO",
+        };
+        let _ = writeln!(lines, "    {{ \"{variable}\", \"{name}\", {ty}, {direction} }},");
+    }
+    // The source's name is text in a comment and in a string of C.
+    let source: String = source
+        .chars()
+        .map(|c| if c.is_ascii_graphic() && !"\"\\*?".contains(c) { c } else { '_' })
+        .collect();
+    let text = include_str!("component.c").replace("SOURCE", &source).replace("COMPONENT", name);
+    text.replace("PINS}", &format!("{lines}}}"))
+}
+
+/// The makefile.
+pub(crate) fn makefile(name: &str) -> String {
+    include_str!("Makefile.in").replace("COMPONENT", name)
+}

@@ -1,0 +1,250 @@
+//! Which variables of a program become pins, with their types and directions.
+//!
+//! | language | input | output | both |
+//! | --- | --- | --- | --- |
+//! | PMI | inputs of the ports; variables of the executive that the program only reads | outputs of the ports; variables of the executive that it only writes | other variables of the executive: `@JGINC` |
+//! | NCT | I and P lines and flags; registers RH from the NC | Y and O lines and flags; registers RH to the NC | |
+//! | PMAC | M-variables in words of memory that the program only reads | those that it writes | |
+//!
+//! Everything else is the program's own business, and becomes a pin only by `--pin`.
+
+use std::collections::{BTreeMap, HashMap};
+
+use plcc_abi::nct::NctName;
+use plcc_abi::pmi::Role;
+use plcc_abi::{Program, Tables};
+use plcc_frontend::common::{CrossReference, CrossReferenceRow};
+use plcc_runtime::{Executive, Purpose, Value};
+
+/// The type of a pin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Type {
+    Bit,
+    S32,
+    Float,
+}
+
+impl Type {
+    /// The letter that `cfg=` of HAL's sampler and streamer has for it.
+    pub(crate) fn letter(self) -> char {
+        match self {
+            Self::Bit => 'b',
+            Self::S32 => 's',
+            Self::Float => 'f',
+        }
+    }
+}
+
+/// Who gives a pin its value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Direction {
+    /// Something else in HAL.
+    In,
+    /// The program.
+    Out,
+    /// Both.
+    Io,
+}
+
+/// A pin.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Pin {
+    /// The variable, as users of the control name it.
+    pub(crate) variable: String,
+    /// The pin's name behind that of the component.
+    pub(crate) name: String,
+    pub(crate) ty: Type,
+    pub(crate) direction: Direction,
+    /// What the variable means to the control.
+    pub(crate) meaning: Option<String>,
+}
+
+/// A pin that the user asks for by `--pin NAME[=DIRECTION]`.
+#[derive(Clone, Debug)]
+pub(crate) struct Wanted {
+    pub(crate) variable: String,
+    pub(crate) direction: Option<Direction>,
+}
+
+/// How a program uses a variable, all its files together.
+#[derive(Clone, Copy, Default)]
+struct Uses {
+    read: bool,
+    written: bool,
+}
+
+impl Uses {
+    fn direction(self) -> Direction {
+        match self {
+            Self { read: true, written: true } => Direction::Io,
+            Self { written: true, .. } => Direction::Out,
+            Self { .. } => Direction::In,
+        }
+    }
+}
+
+/// The pins of a program, in natural sort order of their variables, then those that were asked for
+/// besides. `executive` is a control at power-up with the program.
+///
+/// # Errors
+/// When a variable that was asked for does not exist, is an array, or when two pins get one name.
+pub(crate) fn pins(
+    program: &Program,
+    xref: &CrossReference,
+    executive: &mut dyn Executive,
+    wanted: &[Wanted],
+) -> Result<Vec<Pin>, String> {
+    let mut uses: HashMap<&str, Uses> = HashMap::new();
+    for CrossReferenceRow { name, read, written, tested, .. } in &xref.rows {
+        let uses = uses.entry(name).or_default();
+        uses.read |= !(read.is_empty() && tested.is_empty());
+        uses.written |= !written.is_empty();
+    }
+    let mut rows: Vec<(&str, Option<&String>)> = vec![];
+    for row in &xref.rows {
+        if rows.last().is_none_or(|(last, _)| *last != row.name) {
+            rows.push((&row.name, row.meaning.as_ref()));
+        }
+    }
+    let widths = widths(program);
+    let mut found = vec![];
+    for (name, meaning) in rows {
+        let uses = uses.get(name).copied().unwrap_or_default();
+        let Some(direction) = direction(program, &widths, name, uses) else { continue };
+        if wanted.iter().any(|wanted| wanted.variable == name) {
+            continue;
+        }
+        found.extend(pin(executive, &widths, name, direction, meaning)?);
+    }
+    for Wanted { variable, direction } in wanted {
+        let uses = uses.get(variable.as_str()).copied().unwrap_or_default();
+        let direction = direction.unwrap_or(uses.direction());
+        let meaning = xref.rows.iter().find(|row| row.name == *variable);
+        let meaning = meaning.and_then(|row| row.meaning.as_ref());
+        match pin(executive, &widths, variable, direction, meaning)? {
+            Some(pin) => found.push(pin),
+            None => {
+                return Err(format!("--pin: `{variable}` is an array; name one of its elements"));
+            }
+        }
+    }
+    let mut names = BTreeMap::new();
+    for pin in &found {
+        if let Some(other) = names.insert(&pin.name, &pin.variable) {
+            return Err(format!(
+                "{} and {other} would both be the pin `{}`",
+                pin.variable, pin.name
+            ));
+        }
+    }
+    Ok(found)
+}
+
+/// How many bits the M-variables of a PMAC have that lie in words of memory.
+fn widths(program: &Program) -> HashMap<String, u8> {
+    match &program.tables {
+        Tables::Pmac(_) => {
+            let fields = program.tables.bit_fields().into_iter();
+            fields.map(|field| (field.name, field.width)).collect()
+        }
+        Tables::Pmi(_) | Tables::Nct(_) => HashMap::new(),
+    }
+}
+
+/// The direction of a variable that is a pin without being asked for; `None` if it is none.
+fn direction(
+    program: &Program,
+    widths: &HashMap<String, u8>,
+    name: &str,
+    uses: Uses,
+) -> Option<Direction> {
+    match &program.tables {
+        Tables::Pmi(tables) => {
+            let role = tables.symbols.iter().find(|symbol| symbol.name == name).map(|s| s.role);
+            match role {
+                Some(Role::Input(_)) => Some(Direction::In),
+                Some(Role::Output(_)) => Some(Direction::Out),
+                // The control itself sets it in the first scan.
+                _ if name == "@IPL" => None,
+                _ => name.starts_with('@').then(|| uses.direction()),
+            }
+        }
+        Tables::Nct(_) => match name.parse().ok()? {
+            NctName::I { .. } | NctName::P { .. } => Some(Direction::In),
+            NctName::Y { .. } | NctName::O { .. } => Some(Direction::Out),
+            NctName::Rh(number) if number % 100 < 50 => Some(Direction::In),
+            NctName::Rh(_) => Some(Direction::Out),
+            _ => None,
+        },
+        Tables::Pmac(_) => {
+            let is_field = name.starts_with('M') && widths.contains_key(name);
+            is_field.then_some(if uses.written { Direction::Out } else { Direction::In })
+        }
+    }
+}
+
+/// The pin of a variable; `None` for an array.
+///
+/// # Errors
+/// When there is no such variable.
+fn pin(
+    executive: &mut dyn Executive,
+    widths: &HashMap<String, u8>,
+    variable: &str,
+    direction: Direction,
+    meaning: Option<&String>,
+) -> Result<Option<Pin>, String> {
+    let purpose = match direction {
+        Direction::In | Direction::Io => Purpose::Stimulus,
+        Direction::Out => Purpose::Watch,
+    };
+    let found = executive.find(variable, Purpose::Watch).map_err(|error| error.to_string())?;
+    if executive.keys(found).len() != 1 {
+        return Ok(None);
+    }
+    let found = executive.find(variable, purpose).map_err(|error| error.to_string())?;
+    let ty = match (executive.get(found), widths.get(variable)) {
+        (Value::Array(_), _) => return Ok(None),
+        _ if executive.is_logical(found) => Type::Bit,
+        (_, Some(1)) => Type::Bit,
+        (Value::Int(_), _) | (_, Some(2..=24)) => Type::S32,
+        (Value::Float(_), _) => Type::Float,
+    };
+    let name = pin_name(variable);
+    Ok(Some(Pin { variable: variable.to_owned(), name, ty, direction, meaning: meaning.cloned() }))
+}
+
+/// A variable's name as a name of HAL: small letters, digits and `-`. `@FRO` becomes `at-fro`, `A[3]`
+/// `a-3`, `&2Q5` `cs2-q5`.
+fn pin_name(variable: &str) -> String {
+    let name = variable.replace('@', "at-");
+    let name = match name.strip_prefix('&') {
+        Some(rest) => format!("cs{}", rest.replacen('Q', "-Q", 1)),
+        None => name,
+    };
+    let plain: String =
+        name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+    let words: Vec<&str> = plain.split('-').filter(|word| !word.is_empty()).collect();
+    words.join("-").to_ascii_lowercase()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::pin_name;
+
+    #[test]
+    fn names_of_variables_become_names_of_pins() {
+        for (variable, pin) in [
+            ("LS27", "ls27"),
+            ("@FRO", "at-fro"),
+            ("SPINDLE_ON", "spindle-on"),
+            ("A[3]", "a-3"),
+            ("@NVINT[1]", "at-nvint-1"),
+            ("Y012", "y012"),
+            ("X:$0700", "x-0700"),
+            ("&2Q5", "cs2-q5"),
+        ] {
+            assert_eq!(pin_name(variable), pin);
+        }
+    }
+}
