@@ -40,7 +40,8 @@ fn pins(folder: &Folder, name: &str) -> BTreeMap<String, [String; 3]> {
 fn variables_become_pins_by_class_and_direction() {
     let pmi = "$INPUT\nBTN=0/0\nTOOL=0/1-4/BCD\n$OUTPUT\nLAMP=1/0\n$INTEGER\nN,A[2]\n$LONG\nL\n$END\n\
                N=N+TOOL\nLAMP=BTN&/@ESTOP\n@FRO=@FRO+1\n@SPDAC=N\nA[1]=N\nL=N\n";
-    let nct = ":001\nI000 U010 I400 A F0103 U733\nLRH000 SRH060 SF020\nV001 U011\nJ1\n:000 J0\n";
+    let nct =
+        ":001\nI000 U010 Z\n(I400 A F0103) U733 Z\nLRH000 SRH060 SF020\nV001 U011 Z\nJ1\n:000 J0\n";
     let pmac = "M1->Y:$FFC2,8\nM2->X:$10,4,8,S\nM11->Y:$FFC2,0\nM7->*\nI5=2\nOPEN PLC 1 CLEAR\n\
                 M1=M11\nP1=M2\nM7=1\nCLOSE\n";
     let folder = Folder::with(&[("a.pmi", pmi), ("b.nct", nct), ("c.pmc", pmac)]);
@@ -315,7 +316,7 @@ fn the_magazine_runs_in_hal_as_in_plcc_run() {
         run: "nct/axrandom/by-hand/stimulus.csv",
         hal: "--pin F500=in --pin F502=in --pin F504=in --pin F506=in --pin F508=in --pin RP037=in \
               --pin RP038=in --pin RP039=in --pin F0132=out --pin F1011=out --pin F1012=out --pin Q01=out \
-              --pin Q05=out --pin F526=out --pin RH006=in --pin I470=in",
+              --pin Q05=out --pin F526=out --pin RH006=in --pin I541=in",
         options: "--param 61=12 --param 62=2",
         ticks: 100,
         watched: &[

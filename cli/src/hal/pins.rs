@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use plcc_abi::nct::NctName;
 use plcc_abi::pmi::Role;
-use plcc_abi::{Program, Tables};
+use plcc_abi::{Program, Tables, natural_cmp};
 use plcc_frontend::common::{CrossReference, CrossReferenceRow};
 use plcc_runtime::{Executive, Purpose, Value};
 
@@ -94,27 +94,28 @@ pub(crate) fn pins(
     executive: &mut dyn Executive,
     wanted: &[Wanted],
 ) -> Result<Vec<Pin>, String> {
-    let mut uses: HashMap<&str, Uses> = HashMap::new();
-    for CrossReferenceRow { name, read, written, tested, .. } in &xref.rows {
+    let mut uses: HashMap<String, Uses> = HashMap::new();
+    let mut rows: Vec<(String, Option<&String>)> = vec![];
+    for row in &xref.rows {
+        let CrossReferenceRow { name, read, written, tested, meaning, .. } = row;
+        let name = place(program, name);
+        if !uses.contains_key(&name) {
+            rows.push((name.clone(), meaning.as_ref()));
+        }
         let uses = uses.entry(name).or_default();
         uses.read |= !(read.is_empty() && tested.is_empty());
         uses.written |= !written.is_empty();
     }
-    let mut rows: Vec<(&str, Option<&String>)> = vec![];
-    for row in &xref.rows {
-        if rows.last().is_none_or(|(last, _)| *last != row.name) {
-            rows.push((&row.name, row.meaning.as_ref()));
-        }
-    }
+    rows.sort_by(|(a, _), (b, _)| natural_cmp(a, b));
     let widths = widths(program);
     let mut found = vec![];
     for (name, meaning) in rows {
-        let uses = uses.get(name).copied().unwrap_or_default();
-        let Some(direction) = direction(program, &widths, name, uses) else { continue };
+        let uses = uses.get(&name).copied().unwrap_or_default();
+        let Some(direction) = direction(program, &widths, &name, uses) else { continue };
         if wanted.iter().any(|wanted| wanted.variable == name) {
             continue;
         }
-        found.extend(pin(executive, &widths, name, direction, meaning)?);
+        found.extend(pin(executive, &widths, &name, direction, meaning)?);
     }
     for Wanted { variable, direction } in wanted {
         let uses = uses.get(variable.as_str()).copied().unwrap_or_default();
@@ -138,6 +139,14 @@ pub(crate) fn pins(
         }
     }
     Ok(found)
+}
+
+/// The variable that a name of a cross-reference stands for: `V012` of NCT asks whether `I012` has changed.
+fn place(program: &Program, name: &str) -> String {
+    match (&program.tables, name.strip_prefix('V')) {
+        (Tables::Nct(_), Some(rest)) => format!("I{rest}"),
+        _ => name.to_owned(),
+    }
 }
 
 /// How many bits the M-variables of a PMAC have that lie in words of memory.
