@@ -1,33 +1,39 @@
-//! The ticks of a recording, as the debugger runs them again. Ticks that are missing in it have no statements.
+//! The ticks of a recording, as the debugger runs them again.
 
+use std::fs;
 use std::ops::Range;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
 
 use plcc_abi::Engine;
-use plcc_runtime::record::{ReplayError, Replayed, Replayer};
+use plcc_runtime::record::{Recording, ReplayError, ReplayState, Replayed, RunTicks};
 use plcc_runtime::{Event, Executive};
 
 use crate::DebugError;
 use crate::history::{History, TickResult};
 
-/// Reads a recording again and makes a replayer of it; `None` if nothing was added since the last call.
-pub type Reopen<'r> = Box<dyn Fn() -> Result<Option<Replayer<'r>>, DebugError> + 'r>;
-
 /// The ticks of a recording.
-pub struct Recorded<'r> {
-    replayer: Replayer<'r>,
+pub struct Recorded {
+    path: PathBuf,
+    /// Which file the recording was read from: device and number.
+    file: Option<(u64, u64)>,
+    recording: Recording,
+    /// What the run calls itself.
+    run: u64,
+    generation: u16,
+    state: ReplayState,
     /// Runs the ticks that nobody looks at.
     engine: Box<dyn Engine>,
-    reopen: Reopen<'r>,
     first: u64,
     /// The tick behind the last one.
     end: u64,
-    /// The gap that was found last: ticks that are missing in the recording.
+    /// The ticks of a gap that a movement has come to.
     missing: Range<u64>,
-    /// Whether the user is still to be told of that gap.
+    /// Whether the user is still to be told of it.
     tells_missing: bool,
 }
 
-impl std::fmt::Debug for Recorded<'_> {
+impl std::fmt::Debug for Recorded {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Recorded").field("first", &self.first).field("end", &self.end).finish()
     }
@@ -37,23 +43,76 @@ fn failed(error: ReplayError) -> DebugError {
     DebugError(error.to_string())
 }
 
-impl<'r> Recorded<'r> {
-    /// The recording of which `reopen` makes a replayer. `engine`, any engine of the recorded program, runs the ticks
-    /// on the way to the one that is looked at.
+/// Which file is at a path now.
+fn file_at(path: &Path) -> Option<(u64, u64)> {
+    fs::metadata(path).ok().map(|metadata| (metadata.dev(), metadata.ino()))
+}
+
+/// The ticks of a run that calls itself so.
+fn ticks_of(recording: &Recording, run: u64, generation: u16) -> Result<RunTicks<'_>, DebugError> {
+    let found = recording.runs().iter().rfind(|one| one.header.run == run);
+    let run = found.ok_or_else(|| DebugError::new("the recording has become another one"))?;
+    Ok(RunTicks { recording, run, generation })
+}
+
+impl Recorded {
+    /// The ticks that a run of a recording did after `generation` online changes. `path` is that of the
+    /// recording, `run` what the run's header calls it. `executive` is one of the program that ran then,
+    /// set as the run was, and `engine` any engine of that program.
     ///
     /// # Errors
-    /// When the recording can't be read.
-    pub fn new(engine: Box<dyn Engine>, reopen: Reopen<'r>) -> Result<Self, DebugError> {
-        let replayer = reopen()?.ok_or_else(|| DebugError::new("the recording is empty"))?;
-        let (first, last) = replayer.range().map_err(failed)?;
+    /// When the recording can't be read, or has no such run.
+    pub fn new(
+        path: &Path,
+        recording: Recording,
+        run: u64,
+        generation: u16,
+        executive: Box<dyn Executive + Send>,
+        engine: Box<dyn Engine>,
+    ) -> Result<Self, DebugError> {
+        let (path, file) = (path.to_owned(), file_at(path));
+        let (first, last) = ticks_of(&recording, run, generation)?.range().map_err(failed)?;
+        let state = ReplayState::new(executive);
         let end = last.saturating_add(1);
-        Ok(Self { replayer, engine, reopen, first, end, missing: 0..0, tells_missing: false })
+        Ok(Self {
+            path,
+            file,
+            recording,
+            run,
+            generation,
+            state,
+            engine,
+            first,
+            end,
+            missing: 0..0,
+            tells_missing: false,
+        })
+    }
+
+    /// Runs a tick, in `observed` or else in the history's own engine.
+    fn step(
+        &mut self,
+        tick: u64,
+        observed: Option<&mut dyn Engine>,
+    ) -> Result<TickResult, DebugError> {
+        self.go_before(tick)?;
+        if let Some(skipped) = self.skipped(tick) {
+            return Ok(skipped);
+        }
+        let ticks = ticks_of(&self.recording, self.run, self.generation)?;
+        let mut events = vec![];
+        let engine = match observed {
+            Some(engine) => engine,
+            None => self.engine.as_mut(),
+        };
+        let replayed = self.state.step(ticks, engine, &mut events).map_err(failed)?;
+        result_of(tick, replayed, events)
     }
 
     /// What a tick gives that was skipped after an overrun, or is missing in the recording: nothing, since there is
     /// nothing to run again. `None` for any other tick.
     fn skipped(&mut self, tick: u64) -> Option<TickResult> {
-        let is_skipped = self.replayer.next().is_some_and(|next| next.tick > tick);
+        let is_skipped = self.state.next().is_some_and(|next| next.tick > tick);
         let Range { start, end } = self.missing;
         let tells = is_skipped && std::mem::take(&mut self.tells_missing);
         let note = tells.then(|| {
@@ -87,7 +146,7 @@ fn result_of(
     Ok(result)
 }
 
-impl History for Recorded<'_> {
+impl History for Recorded {
     fn first(&self) -> u64 {
         self.first
     }
@@ -101,11 +160,12 @@ impl History for Recorded<'_> {
     }
 
     fn go_before(&mut self, tick: u64) -> Result<(), DebugError> {
+        let ticks = ticks_of(&self.recording, self.run, self.generation)?;
         let known = self.missing.contains(&tick).then_some(self.missing.end);
-        let gone = self.replayer.go_to(known.unwrap_or(tick), self.engine.as_mut());
+        let gone = self.state.go_to(ticks, known.unwrap_or(tick), self.engine.as_mut());
         // A tick that is missing is like one that was skipped: the state is that after the gap.
         if let Err(ReplayError::NotKept { .. }) = gone
-            && let Some(missing) = self.replayer.missing().filter(|gap| gap.contains(&tick))
+            && let Some(missing) = self.state.missing().filter(|gap| gap.contains(&tick))
         {
             (self.missing, self.tells_missing) = (missing, true);
             return Ok(());
@@ -114,34 +174,33 @@ impl History for Recorded<'_> {
     }
 
     fn run(&mut self, tick: u64, engine: &mut dyn Engine) -> Result<TickResult, DebugError> {
-        self.go_before(tick)?;
-        if let Some(skipped) = self.skipped(tick) {
-            return Ok(skipped);
-        }
-        let mut events = vec![];
-        let replayed = self.replayer.step(engine, &mut events).map_err(failed)?;
-        result_of(tick, replayed, events)
+        self.step(tick, Some(engine))
     }
 
     fn run_unobserved(&mut self, tick: u64) -> Result<TickResult, DebugError> {
-        self.go_before(tick)?;
-        if let Some(skipped) = self.skipped(tick) {
-            return Ok(skipped);
-        }
-        let mut events = vec![];
-        let replayed = self.replayer.step(self.engine.as_mut(), &mut events).map_err(failed)?;
-        result_of(tick, replayed, events)
+        self.step(tick, None)
     }
 
     fn executive(&mut self) -> &mut dyn Executive {
-        self.replayer.executive()
+        self.state.executive()
     }
 
     fn look_for_more(&mut self) -> Result<(), DebugError> {
-        if let Some(replayer) = (self.reopen)()? {
-            let (first, last) = replayer.range().map_err(failed)?;
-            (self.first, self.end) = (first, last.saturating_add(1));
-            (self.replayer, self.missing) = (replayer, 0..0);
+        let read = |error: plcc_runtime::record::RecordError| DebugError(error.to_string());
+        let file = file_at(&self.path);
+        if file == self.file {
+            self.recording.refresh().map_err(read)?;
+        } else if file.is_some() {
+            // The part that was written is now the older one, and a new one was begun.
+            self.recording = Recording::open(&self.path).map_err(read)?;
+            self.file = file;
+        }
+        let ticks = ticks_of(&self.recording, self.run, self.generation)?;
+        let (first, last) = ticks.range().map_err(failed)?;
+        let end = last.saturating_add(1);
+        if (first, end) != (self.first, self.end) {
+            self.state.read_on(ticks).map_err(failed)?;
+            (self.first, self.end) = (first, end);
         }
         Ok(())
     }

@@ -38,6 +38,8 @@ pub(crate) struct ControlStatus {
     pub(crate) program: String,
     pub(crate) forces: Vec<NamedValue>,
     pub(crate) allow: Vec<String>,
+    /// How often the program was replaced.
+    pub(crate) generation: u64,
 }
 
 /// The values of variables at one moment.
@@ -223,6 +225,7 @@ fn status_of(reply: &Json) -> ControlStatus {
         dialect: text("dialect"),
         program: text("program"),
         forces: list("forces").iter().filter_map(force).collect(),
+        generation: number("generation"),
         allow: list("allow").iter().filter_map(|word| word.as_str().map(str::to_owned)).collect(),
     }
 }

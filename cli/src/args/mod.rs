@@ -13,7 +13,7 @@ use plcc_runtime::args::{ControlArgs, RunArgs};
 
 use crate::hal::pins::Wanted;
 use crate::object_args::ObjectArgs;
-pub(crate) use recorded::{ConvertArgs, ConvertFormat, ReplayArgs};
+pub(crate) use recorded::{ConvertArgs, ConvertFormat, MonitorArgs, ReplayArgs};
 pub(crate) use values::{
     ControllerArg, Denied, EngineArg, FormatArg, LimitsArg, OptArg, PassArgs, RecompileAfter,
 };
@@ -153,6 +153,21 @@ Examples:
   plcc bench lathe.pmi --stimulus lathe.csv
   plcc bench sample.plc --scans 20000 --json | jq .engines.jit")]
     Bench(BenchArgs),
+
+    /// Shows what a running or recorded program does: statements with their values, variables, inputs
+    /// and outputs, events, times, a scope
+    #[command(after_help = "\
+Number keys choose a screen, `?` shows the keys, `q` leaves.
+
+Examples:
+  plcc monitor lathe.pmi --stimulus lathe.csv         a program that runs here
+  plcc monitor lathe.plcrec                           a recording
+  plcc monitor lathe.sock --record lathe.plcrec lathe.pmi
+                                                      a control that runs
+
+Exit status: 0 the user has left; 2 wrong usage, no terminal that can be used, or a file that can't be read \
+or is not valid.")]
+    Monitor(Box<MonitorArgs>),
 
     /// Debugs a program, forwards and backwards, for an editor: Debug Adapter Protocol on standard input and
     /// output

@@ -1,4 +1,4 @@
-//! The options of the commands that read records: `plcc replay` and `plcc convert`.
+//! The options of the commands that read records: `plcc replay`, `plcc convert` and `plcc monitor`.
 
 use std::path::PathBuf;
 
@@ -105,4 +105,39 @@ pub(crate) struct ConvertArgs {
 
     #[command(flatten)]
     pub(crate) source: SourceArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct MonitorArgs {
+    /// A control's socket, a recording, or the source of a program
+    #[arg(value_name = "TARGET")]
+    pub(crate) target: PathBuf,
+
+    /// The sources of a recorded artifact; of a PMAC program the other files of the download
+    #[arg(value_name = "PROGRAM")]
+    pub(crate) program: Vec<PathBuf>,
+
+    /// The file in which the control is being recorded, for its statements and its past
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
+
+    /// The stimulus of a program that runs here, as `plcc run` takes it
+    #[arg(long, value_name = "IN.csv")]
+    pub(crate) stimulus: Option<PathBuf>,
+
+    /// A machine file
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) machine: Option<PathBuf>,
+
+    /// After how many ticks a program that runs here ends [default: never]
+    #[arg(long, value_name = "N")]
+    pub(crate) ticks: Option<u64>,
+
+    /// How fast a program runs here: 1 is real time, 0 as fast as possible
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    pub(crate) speed: f64,
+
+    /// Further options of `plcc run`
+    #[arg(last = true, value_name = "OPTION")]
+    pub(crate) run_options: Vec<String>,
 }

@@ -74,6 +74,8 @@ pub struct Session<'a> {
     /// Ticks that the clock left out.
     skipped: Vec<Skipped>,
     link: Option<Link>,
+    /// How often the control's program had been replaced when it was seen first.
+    generation: Option<u64>,
     /// Names that the control can't read.
     unreadable: BTreeSet<String>,
     store: Store,
@@ -113,6 +115,7 @@ impl<'a> Session<'a> {
             events: vec![],
             skipped: vec![],
             link: socket.as_deref().map(Link::new),
+            generation: None,
             unreadable: BTreeSet::new(),
             store,
             statements,
@@ -233,7 +236,7 @@ impl<'a> Session<'a> {
             may_write: self.allows("write"),
             may_force: self.allows("force"),
             control_ticks: control.map(|status| status.ticks),
-            note: self.time.note.clone(),
+            note: self.note(),
         }
     }
 
@@ -244,6 +247,18 @@ impl<'a> Session<'a> {
             // What can't be kept is known from the watch lists; the choice itself is made.
             let _ = self.save();
         }
+    }
+
+    /// What the user should know.
+    fn note(&self) -> Option<String> {
+        let status = self.link.as_ref().and_then(|link| link.status());
+        let is_replaced = status.is_some_and(|status| Some(status.generation) != self.generation);
+        if is_replaced && self.debugger.is_some() {
+            let what =
+                "the control's program was replaced: start the monitor again to see the new one";
+            return Some(what.into());
+        }
+        self.time.note.clone()
     }
 
     fn debugger(&mut self) -> Result<&mut Debugger<'a>, Refusal> {

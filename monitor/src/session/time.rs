@@ -62,6 +62,9 @@ impl Session<'_> {
         let until = Instant::now() + POLL_TIME;
         if let Some(link) = &mut self.link {
             link.poll();
+            if let Some(status) = link.status() {
+                self.generation.get_or_insert(status.generation);
+            }
         }
         let Some(wanted) = self.wanted() else { return false };
         while self.time.seen < wanted && Instant::now() < until {

@@ -54,7 +54,10 @@ pub fn run(session: &mut Session<'_>) -> Result<(), TerminalError> {
 }
 
 /// Whether there is a terminal that can be used.
-fn check() -> Result<(), TerminalError> {
+///
+/// # Errors
+/// When input or output is none, or `TERM` says that it can't place its cursor.
+pub fn check() -> Result<(), TerminalError> {
     let unfit = |text: &str| Err(TerminalError::Unfit(text.into()));
     if !io::stdout().is_terminal() {
         return unfit("standard output is no terminal");

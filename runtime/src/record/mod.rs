@@ -55,7 +55,9 @@ pub use keep::Keep;
 pub use recorder::Recorder;
 pub(crate) use recorder::RecorderProgram;
 pub use recording::{Gap, RecordError, RecordedRun, Recording, RunEnd, Span};
-pub use replay::{Difference, ReplayError, Replayed, Replayer, differing_variables};
+pub use replay::{
+    Difference, ReplayError, ReplayState, Replayed, Replayer, RunTicks, differing_variables,
+};
 pub use run_header::{RecordedFile, RecordedProgram, RecordedSources, RunHeader};
 pub use thread::{RecordThread, RecordedPrograms};
 

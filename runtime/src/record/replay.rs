@@ -6,7 +6,7 @@ use plcc_abi::{Engine, Program};
 use thiserror::Error;
 
 use super::entry::{Action, RecordedStop, TickRecord};
-use super::recording::{RecordError, RecordedRun, Recording, RunEnd};
+use super::recording::{RecordError, RecordedRun, Recording, RunEnd, Span};
 use super::state_hash::StateHash;
 use crate::checkpoint::seal;
 use crate::{CheckpointError, Event, Executive, Stop};
@@ -73,13 +73,28 @@ pub struct Replayed {
 /// interesting one run in the statement interpreter. Native code of a PMAC must not be
 /// [recompiled](crate::pmac::Recompiling) meanwhile.
 pub struct Replayer<'r> {
-    recording: &'r Recording,
-    run: &'r RecordedRun,
-    generation: u16,
+    ticks: RunTicks<'r>,
+    state: ReplayState,
+}
+
+/// The ticks that a run did after `generation` online changes, in a recording.
+#[derive(Clone, Copy, Debug)]
+pub struct RunTicks<'r> {
+    /// The recording.
+    pub recording: &'r Recording,
+    /// The run, one of the recording's.
+    pub run: &'r RecordedRun,
+    /// How many online changes there were before.
+    pub generation: u16,
+}
+
+/// What a [`Replayer`] has besides the recording. So a recording that grows can be read on while its replay
+/// goes on: each method is given the ticks anew.
+pub struct ReplayState {
     executive: Box<dyn Executive + Send>,
     hash: StateHash,
-    /// The index of the span whose ticks are in `ticks`.
-    span: Option<usize>,
+    /// The index of the span whose ticks are in `ticks`, and its first tick.
+    span: Option<(usize, u64)>,
     ticks: Vec<TickRecord>,
     /// The index in `ticks` of the next one.
     at: usize,
@@ -100,39 +115,74 @@ impl<'r> Replayer<'r> {
         generation: u16,
         executive: Box<dyn Executive + Send>,
     ) -> Self {
-        let hash = StateHash::new(executive.as_ref());
-        Self {
-            recording,
-            run,
-            generation,
-            executive,
-            hash,
-            span: None,
-            ticks: vec![],
-            at: 0,
-            gap: None,
-            difference: None,
-            cut: false,
-        }
+        let ticks = RunTicks { recording, run, generation };
+        Self { ticks, state: ReplayState::new(executive) }
     }
 
     /// The executive, in the state before the next tick.
     pub fn executive(&mut self) -> &mut dyn Executive {
-        self.executive.as_mut()
+        self.state.executive()
     }
 
     /// The recorded tick that [`step`](Self::step) runs next. `None` at the end of a span, whose successor only
     /// `step` reads, and before [`go_to`](Self::go_to) or `step` was called for the first time.
     pub fn next(&self) -> Option<&TickRecord> {
-        self.ticks.get(self.at)
+        self.state.next()
     }
 
     /// The ticks that are missing before the [next](Self::next) one, if the replay has passed over a gap to it. After
     /// [`go_to`](Self::go_to) has refused a tick that is missing, these are the ticks around it.
     pub fn missing(&self) -> Option<Range<u64>> {
-        self.gap.clone()
+        self.state.missing()
     }
 
+    /// The first and the last tick that are kept of this generation; without any, the first one that would be.
+    ///
+    /// # Errors
+    /// When the record can't be read.
+    pub fn range(&self) -> Result<(u64, u64), ReplayError> {
+        self.ticks.range()
+    }
+
+    /// Brings the executive into the state before a tick; if that tick was skipped, before the next one that was
+    /// run. The replay starts at the last checkpoint before the tick, or at the present state if that is nearer.
+    /// `engine` runs the ticks in between.
+    ///
+    /// # Errors
+    /// When the tick is not in the record, the record can't be read, or belongs to another program. If the tick lies
+    /// in a gap, the executive is then in the state before the first tick after the gap.
+    pub fn go_to(&mut self, tick: u64, engine: &mut dyn Engine) -> Result<(), ReplayError> {
+        self.state.go_to(self.ticks, tick, engine)
+    }
+
+    /// Does what acted on the control before the next tick, and runs the tick. Its events are appended to
+    /// `events`. `None` after the last tick.
+    ///
+    /// # Errors
+    /// When the record can't be read, or belongs to another program.
+    pub fn step(
+        &mut self,
+        engine: &mut dyn Engine,
+        events: &mut Vec<Event>,
+    ) -> Result<Option<Replayed>, ReplayError> {
+        self.state.step(self.ticks, engine, events)
+    }
+
+    /// After the last tick: does what acted on the control then. Gives how the run ended, and whether the
+    /// replay came to the recorded hash; that is also `true` where the two can't be compared, since the
+    /// last tick was cut or ticks before the end are missing. `None` where the record has no end.
+    pub fn end(&mut self) -> Option<(&'r RunEnd, bool)> {
+        let end = self.ticks.run.end.as_ref()?;
+        for action in &end.actions {
+            act(self.state.executive.as_mut(), action);
+        }
+        let is_comparable =
+            !self.state.cut && self.state.end_of_ticks(self.ticks) == Some(end.ticks);
+        Some((end, !is_comparable || self.state.hash.value() == end.hash))
+    }
+}
+
+impl RunTicks<'_> {
     /// The first and the last tick that are kept of this generation; without any, the first one that would be.
     ///
     /// # Errors
@@ -156,41 +206,6 @@ impl<'r> Replayer<'r> {
         Ok(first..end)
     }
 
-    /// Brings the executive into the state before a tick; if that tick was skipped, before the next one that was
-    /// run. The replay starts at the last checkpoint before the tick, or at the present state if that is nearer.
-    /// `engine` runs the ticks in between.
-    ///
-    /// # Errors
-    /// When the tick is not in the record, the record can't be read, or belongs to another program. If the tick lies
-    /// in a gap, the executive is then in the state before the first tick after the gap.
-    pub fn go_to(&mut self, tick: u64, engine: &mut dyn Engine) -> Result<(), ReplayError> {
-        let spans = self.run.spans.iter().enumerate();
-        let mut spans = spans.filter(|(_, span)| span.generation == self.generation);
-        let nearest = spans.rfind(|(_, span)| span.first <= tick).map(|(index, _)| index);
-        let Some(nearest) = nearest else { return Err(self.not_kept(tick)?) };
-        let is_near = self.span == Some(nearest) && self.next().is_some_and(|it| it.tick <= tick);
-        if !is_near {
-            self.restore(nearest)?;
-        }
-        let mut events = vec![];
-        loop {
-            match self.next().map(|next| next.tick) {
-                Some(next) if next >= tick => return Ok(()),
-                Some(_) => {}
-                None if self.enter_next_span()? => {
-                    // The tick is one of those that are missing.
-                    if self.gap.is_some() && self.next().is_some_and(|next| next.tick > tick) {
-                        return Err(self.not_kept(tick)?);
-                    }
-                    continue;
-                }
-                None => return Err(self.not_kept(tick)?),
-            }
-            self.step(engine, &mut events)?;
-            events.clear();
-        }
-    }
-
     fn not_kept(&self, tick: u64) -> Result<ReplayError, ReplayError> {
         let kept = self.kept()?;
         if kept.is_empty() {
@@ -199,47 +214,136 @@ impl<'r> Replayer<'r> {
         let (first, last) = (kept.start, kept.end.saturating_sub(1));
         Ok(ReplayError::NotKept { tick, first, last })
     }
+}
+
+impl ReplayState {
+    /// A replay that begins before the first tick that is kept, with an executive of the program that ran then.
+    pub fn new(executive: Box<dyn Executive + Send>) -> Self {
+        let hash = StateHash::new(executive.as_ref());
+        Self {
+            executive,
+            hash,
+            span: None,
+            ticks: vec![],
+            at: 0,
+            gap: None,
+            difference: None,
+            cut: false,
+        }
+    }
+
+    /// The executive, in the state before the next tick.
+    pub fn executive(&mut self) -> &mut dyn Executive {
+        self.executive.as_mut()
+    }
+
+    /// As [`Replayer::next`].
+    pub fn next(&self) -> Option<&TickRecord> {
+        self.ticks.get(self.at)
+    }
+
+    /// As [`Replayer::missing`].
+    pub fn missing(&self) -> Option<Range<u64>> {
+        self.gap.clone()
+    }
+
+    /// After the recording was read on or opened again: goes on with the ticks that the present span has now. If
+    /// the span is gone, the next movement begins with a checkpoint.
+    ///
+    /// # Errors
+    /// When the record can't be read.
+    pub fn read_on(&mut self, from: RunTicks<'_>) -> Result<(), ReplayError> {
+        let Some((_, first)) = self.span.take() else { return Ok(()) };
+        let mut spans = from.run.spans.iter().enumerate();
+        let is_it = |span: &Span| span.first == first && span.generation == from.generation;
+        match spans.find(|(_, span)| is_it(span)) {
+            Some((index, span)) => {
+                self.ticks = from.recording.ticks(span)?;
+                self.span = Some((index, first));
+            }
+            None => (self.ticks, self.at) = (vec![], 0),
+        }
+        Ok(())
+    }
+
+    /// As [`Replayer::go_to`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn go_to(
+        &mut self,
+        from: RunTicks<'_>,
+        tick: u64,
+        engine: &mut dyn Engine,
+    ) -> Result<(), ReplayError> {
+        let spans = from.run.spans.iter().enumerate();
+        let mut spans = spans.filter(|(_, span)| span.generation == from.generation);
+        let nearest = spans.rfind(|(_, span)| span.first <= tick).map(|(index, _)| index);
+        let Some(nearest) = nearest else { return Err(from.not_kept(tick)?) };
+        let is_near = self.span.is_some_and(|(index, _)| index == nearest)
+            && self.next().is_some_and(|it| it.tick <= tick);
+        if !is_near {
+            self.restore(from, nearest)?;
+        }
+        let mut events = vec![];
+        loop {
+            match self.next().map(|next| next.tick) {
+                Some(next) if next >= tick => return Ok(()),
+                Some(_) => {}
+                None if self.enter_next_span(from)? => {
+                    // The tick is one of those that are missing.
+                    if self.gap.is_some() && self.next().is_some_and(|next| next.tick > tick) {
+                        return Err(from.not_kept(tick)?);
+                    }
+                    continue;
+                }
+                None => return Err(from.not_kept(tick)?),
+            }
+            self.step(from, engine, &mut events)?;
+            events.clear();
+        }
+    }
 
     /// Restores the checkpoint with which a span begins.
-    fn restore(&mut self, index: usize) -> Result<(), ReplayError> {
-        let Some(span) = self.run.spans.get(index) else { return Ok(()) };
-        let stored = self.recording.checkpoint(span)?;
+    fn restore(&mut self, from: RunTicks<'_>, index: usize) -> Result<(), ReplayError> {
+        let Some(span) = from.run.spans.get(index) else { return Ok(()) };
+        let stored = from.recording.checkpoint(span)?;
         self.executive.resume(&seal(span.fingerprint, &stored.image, &stored.state))?;
         self.hash.set(span.hash);
-        self.ticks = self.recording.ticks(span)?;
-        (self.at, self.span, self.cut) = (0, Some(index), false);
+        self.ticks = from.recording.ticks(span)?;
+        (self.at, self.span, self.cut) = (0, Some((index, span.first)), false);
         (self.gap, self.difference) = (None, None);
         Ok(())
     }
 
     /// Goes on with the ticks of the next span; gives whether there is one.
-    fn enter_next_span(&mut self) -> Result<bool, ReplayError> {
-        let next = self.span.map_or(0, |span| span + 1);
-        let spans = self.run.spans.iter().enumerate().skip(next);
-        let found = spans.into_iter().find(|(_, span)| span.generation == self.generation);
+    fn enter_next_span(&mut self, from: RunTicks<'_>) -> Result<bool, ReplayError> {
+        let next = self.span.map_or(0, |(index, _)| index + 1);
+        let spans = from.run.spans.iter().enumerate().skip(next);
+        let found = spans.into_iter().find(|(_, span)| span.generation == from.generation);
         let Some((index, span)) = found else { return Ok(false) };
         // The thread that writes drops ticks while the file can't be written, and need not leave a mark.
-        let is_next = index == next && span.follows && self.end_of_ticks() == Some(span.first);
+        let is_next = index == next && span.follows && self.end_of_ticks(from) == Some(span.first);
         if !is_next {
             let before = self.gap.take().filter(|_| self.ticks.is_empty());
-            let from = before.map(|gap| gap.start).or(self.end_of_ticks());
-            self.restore(index)?;
-            self.gap = from.map(|from| from..span.first);
+            let earlier = before.map(|gap| gap.start).or(self.end_of_ticks(from));
+            self.restore(from, index)?;
+            self.gap = earlier.map(|tick| tick..span.first);
             return Ok(true);
         }
         // Nothing is restored: the state that the replay has come to must be that of the checkpoint.
-        let stored = self.recording.checkpoint(span)?;
+        let stored = from.recording.checkpoint(span)?;
         if !self.is_in_state(&stored.image, &stored.state) || self.hash.value() != span.hash {
             self.difference = Some(Difference::Checkpoint(stored.image));
         }
-        self.ticks = self.recording.ticks(span)?;
-        (self.at, self.span) = (0, Some(index));
+        self.ticks = from.recording.ticks(span)?;
+        (self.at, self.span) = (0, Some((index, span.first)));
         Ok(true)
     }
 
     /// The number of the tick behind the last one that was read; `None` before anything was restored.
-    fn end_of_ticks(&self) -> Option<u64> {
-        let span = self.run.spans.get(self.span?)?;
+    fn end_of_ticks(&self, from: RunTicks<'_>) -> Option<u64> {
+        let span = from.run.spans.get(self.span?.0)?;
         Some(self.ticks.last().map_or(span.first, |last| last.tick.saturating_add(1)))
     }
 
@@ -258,18 +362,18 @@ impl<'r> Replayer<'r> {
             && self.executive.compared_ranges().iter().all(same)
     }
 
-    /// Does what acted on the control before the next tick, and runs the tick. Its events are appended to
-    /// `events`. `None` after the last tick.
+    /// As [`Replayer::step`].
     ///
     /// # Errors
-    /// When the record can't be read, or belongs to another program.
+    /// As there.
     pub fn step(
         &mut self,
+        from: RunTicks<'_>,
         engine: &mut dyn Engine,
         events: &mut Vec<Event>,
     ) -> Result<Option<Replayed>, ReplayError> {
         while self.at >= self.ticks.len() {
-            if self.cut || !self.enter_next_span()? {
+            if self.cut || !self.enter_next_span(from)? {
                 return Ok(None);
             }
         }
@@ -290,16 +394,16 @@ impl<'r> Replayer<'r> {
                 after_gap,
             }));
         }
-        if self.run.header.clocked {
+        if from.run.header.clocked {
             self.executive.follow_clock(Some(&record.decisions));
         }
-        let from = events.len();
+        let earlier = events.len();
         let stop = self.executive.tick(engine, events).err();
         let hash = self.hash.add(self.executive.image());
         let difference = self.difference.take().or_else(|| {
             if stop.as_ref().map(RecordedStop::from) != record.stop {
                 Some(Difference::Stop)
-            } else if events.get(from..) != Some(&record.events) {
+            } else if events.get(earlier..) != Some(&record.events) {
                 Some(Difference::Events)
             } else {
                 (hash != record.hash).then_some(Difference::State)
@@ -307,18 +411,6 @@ impl<'r> Replayer<'r> {
         });
         let (tick, matches) = (record.tick, difference.is_none());
         Ok(Some(Replayed { tick, matches, difference, stop, cut: false, after_gap }))
-    }
-
-    /// After the last tick: does what acted on the control then. Gives how the run ended, and whether the
-    /// replay came to the recorded hash; that is also `true` where the two can't be compared, since the
-    /// last tick was cut or ticks before the end are missing. `None` where the record has no end.
-    pub fn end(&mut self) -> Option<(&'r RunEnd, bool)> {
-        let end = self.run.end.as_ref()?;
-        for action in &end.actions {
-            act(self.executive.as_mut(), action);
-        }
-        let is_comparable = !self.cut && self.end_of_ticks() == Some(end.ticks);
-        Some((end, !is_comparable || self.hash.value() == end.hash))
     }
 }
 

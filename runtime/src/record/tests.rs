@@ -382,3 +382,51 @@ fn a_program_with_larger_checkpoints_gets_a_larger_queue() {
     assert_eq!(recorded.spans.len(), 3, "{:?}", recorded.spans);
     let _ = std::fs::remove_file(path);
 }
+
+/// Counts how often it is called.
+struct Counted(u64);
+
+impl Engine for Counted {
+    fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
+        self.0 += 1;
+        Counter.call(task, from, scan)
+    }
+}
+
+#[test]
+fn a_record_that_grows_is_read_on_from_where_the_replay_stands() {
+    let path = std::env::temp_dir().join(format!("plcc-growing-{}.plcrec", std::process::id()));
+    let header = RunHeader::new(Duration::ZERO, 20_000_000, false, vec![]);
+    let program = RecordedProgram::Unknown;
+    let mut file =
+        RecordFile::create(&path, Keep::default(), Appending::No, header, program).unwrap();
+    let (queue, mut frames) = RingBuffer::new(80_000);
+    let mut control = ReplaceableExecutive::new(executive());
+    control.record(Recorder::to_queue(queue, file.wants_checkpoint(), &control));
+    let mut run = |ticks: u64| {
+        (0..ticks).for_each(|_| control.tick(&mut Counter, &mut vec![]).unwrap());
+        drain(&mut frames, &mut file);
+        file.flush().unwrap();
+    };
+    run(100);
+    let mut recording = Recording::open(&path).unwrap();
+    let mut state = ReplayState::new(executive());
+    let mut engine = Counted(0);
+    fn ticks(recording: &Recording) -> RunTicks<'_> {
+        RunTicks { recording, run: recording.last_run().unwrap(), generation: 0 }
+    }
+    let last = ticks(&recording).range().unwrap().1;
+    assert_eq!(last, 99);
+    state.go_to(ticks(&recording), last, &mut engine).unwrap();
+    state.step(ticks(&recording), &mut engine, &mut vec![]).unwrap();
+    assert_eq!(engine.0, 100);
+    run(50);
+    recording.refresh().unwrap();
+    assert_eq!(ticks(&recording).range().unwrap().1, 149);
+    state.read_on(ticks(&recording)).unwrap();
+    state.go_to(ticks(&recording), 149, &mut engine).unwrap();
+    assert_eq!(engine.0, 149, "nothing was run twice");
+    let replayed = state.step(ticks(&recording), &mut engine, &mut vec![]).unwrap().unwrap();
+    assert!(replayed.matches && replayed.tick == 149, "{replayed:?}");
+    let _ = std::fs::remove_file(path);
+}

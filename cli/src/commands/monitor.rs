@@ -1,0 +1,83 @@
+//! `plcc monitor`: what a running or recorded program does, in a terminal.
+
+use std::fs;
+use std::os::unix::fs::FileTypeExt;
+use std::path::Path;
+
+use plcc_debugger::dap::LaunchArguments;
+use plcc_monitor::view::TargetKind;
+use plcc_monitor::{Opened, Session, state_folder, terminal};
+use plcc_runtime::record::{RecordError, Recording};
+use serde_json::json;
+
+use crate::args::{MonitorArgs, RunCommand};
+use crate::debug_session::{attach, launch, run_command};
+use crate::failure::{DONE, Failure};
+
+pub(crate) fn monitor(args: &MonitorArgs) -> Result<u8, Failure> {
+    // Before anything is opened, since that may take a while.
+    terminal::check().map_err(|error| Failure::usage(error.to_string()))?;
+    let mut session = Session::open(opened(args)?);
+    let shown = terminal::run(&mut session);
+    shown.map_err(|error| Failure::usage(error.to_string()))?;
+    Ok(DONE)
+}
+
+/// What the arguments name: a control's socket, a recording, or a program.
+fn opened(args: &MonitorArgs) -> Result<Opened<'static>, Failure> {
+    let target = &args.target;
+    let metadata = fs::metadata(target)
+        .map_err(|error| Failure::file(target, format!("it can't be read: {error}")))?;
+    let (kind, run, socket) = if metadata.file_type().is_socket() {
+        let run = match &args.record {
+            Some(record) => Some(attach(&command(args, true)?, record)?),
+            None => None,
+        };
+        (TargetKind::Control, run, Some(target.clone()))
+    } else if is_recording(target)? {
+        (TargetKind::Recording, Some(attach(&command(args, true)?, target)?), None)
+    } else {
+        (TargetKind::Program, Some(launch(&command(args, false)?)?), None)
+    };
+    if socket.is_none() && args.record.is_some() {
+        return Err(Failure::usage("--record names the record of a control: name its socket too"));
+    }
+    Ok(Opened {
+        kind,
+        name: target.display().to_string(),
+        run,
+        socket,
+        state_folder: state_folder(),
+        speed: args.speed,
+    })
+}
+
+fn is_recording(path: &Path) -> Result<bool, Failure> {
+    match Recording::open(path) {
+        Ok(_) => Ok(true),
+        Err(RecordError::NoRecord(_)) => Ok(false),
+        Err(error) => Err(Failure::usage(error.to_string())),
+    }
+}
+
+/// The command line of `plcc run` that means the same.
+fn command(args: &MonitorArgs, is_record: bool) -> Result<RunCommand, Failure> {
+    let mut program: Vec<String> = vec![];
+    if !is_record {
+        program.push(args.target.display().to_string());
+    }
+    program.extend(args.program.iter().map(|path| path.display().to_string()));
+    let path =
+        |path: &Option<std::path::PathBuf>| path.as_ref().map(|path| path.display().to_string());
+    let arguments = json!({
+        "program": program,
+        "recording": is_record.then_some(""),
+        "stimulus": path(&args.stimulus),
+        "machine": path(&args.machine),
+        "ticks": args.ticks,
+        "args": args.run_options,
+    });
+    let arguments: LaunchArguments =
+        serde_json::from_value(arguments).map_err(|error| Failure::usage(error.to_string()))?;
+    run_command(&arguments).map_err(Failure::usage)
+}

@@ -1,0 +1,122 @@
+//! What `plcc debug` and `plcc monitor` begin with: a program that is run here, or a recording.
+
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use plcc_debugger::dap::LaunchArguments;
+use plcc_debugger::{DebuggedProgram, Launched, Recorded, Session};
+use plcc_runtime::record::Recording;
+use plcc_runtime::run::{Player, Stimulus};
+use plcc_runtime::session;
+use plcc_runtime::session::replay::recorded_executive;
+
+use crate::args::{Cli, Command, RunCommand};
+use crate::failure::Failure;
+use crate::input::{Input, SourceSettings};
+use crate::recorded::ReplayEngine;
+use crate::replay_input;
+use crate::report::Report;
+
+/// The arguments of a client as the command line of `plcc run` that means the same.
+pub(crate) fn run_command(arguments: &LaunchArguments) -> Result<RunCommand, String> {
+    let LaunchArguments { program, stimulus, machine, ticks, args, cwd, .. } = arguments;
+    let folder = cwd.as_deref().map(Path::new).unwrap_or(Path::new(""));
+    let path = |text: &String| folder.join(text).to_string_lossy().into_owned();
+    let mut words = vec!["plcc".to_owned(), "run".to_owned()];
+    words.extend(program.all().iter().map(path));
+    if arguments.recording.is_some() && program.all().is_empty() {
+        // The record holds the program, but the command line is only valid with the name of a file.
+        words.push("-".to_owned());
+    }
+    for (option, value) in [("--stimulus", stimulus), ("--machine", machine)] {
+        if let Some(value) = value {
+            words.extend([option.to_owned(), path(value)]);
+        }
+    }
+    if let Some(ticks) = ticks {
+        words.extend(["--ticks".to_owned(), ticks.to_string()]);
+    }
+    words.extend(args.iter().cloned());
+    match Cli::try_parse_from(words) {
+        Ok(Cli { command: Command::Run(command), .. }) => Ok(*command),
+        Ok(_) => Err("`args` has options of another command than `plcc run`".into()),
+        Err(error) => Err(error.render().to_string().trim_end().to_owned()),
+    }
+}
+
+fn report() -> Report {
+    Report::new(clap::ColorChoice::Never)
+}
+
+/// A session of a program that is run in simulated time.
+pub(crate) fn launch(command: &RunCommand) -> Result<Session<'static>, Failure> {
+    let settings = SourceSettings::for_files(&command.source, &command.files, &report())?;
+    let program = Input::read(&command.files, &command.source)?.check(&settings.options);
+    let Some(checked) = program.checked.filter(|_| {
+        command.keep_going || !program.diagnostics.iter().any(plcc_diag::Diagnostic::is_error)
+    }) else {
+        let errors = program.diagnostics.iter().filter(|diagnostic| diagnostic.is_error());
+        let lines: Vec<_> = errors.map(|error| place_and_text(&program.sources, error)).collect();
+        return Err(Failure::usage(format!("the program has errors:\n{}", lines.join("\n"))));
+    };
+    let tables = checked.lower().map_err(Failure::from)?.program;
+    let make = || {
+        session::executive(&tables, &command.run.control, false, settings.machine_file())
+            .map_err(|error| Failure::usage(error.to_string()))
+    };
+    let (mut executive, view) = (make()?, make()?);
+    let stimulus = match &command.run.stimulus {
+        Some(path) => session::stimulus(path, executive.as_mut())
+            .map_err(|error| Failure::usage(error.to_string()))?,
+        None => Stimulus::default(),
+    };
+    let ticks = match (command.run.ticks, command.run.duration) {
+        (Some(ticks), _) => Some(ticks),
+        (None, Some(time)) => {
+            let ticks = time.as_nanos().div_ceil(u128::from(executive.tick_ns().max(1)));
+            Some(u64::try_from(ticks).unwrap_or(u64::MAX))
+        }
+        (None, None) => None,
+    };
+    let player = Player::new(stimulus, command.run.repeat);
+    let history = Launched::new(executive, checked.interpreter(), player, ticks);
+    let program = DebuggedProgram::new(checked.into_program(), program.sources, tables);
+    Ok(Session { program, history: Box::new(history), view, may_change: true })
+}
+
+/// A session of the run that was recorded last, with the program of its last online change.
+pub(crate) fn attach(command: &RunCommand, path: &Path) -> Result<Session<'static>, Failure> {
+    let recording = Recording::open(path).map_err(|error| Failure::usage(error.to_string()))?;
+    let run = replay_input::chosen_run(&recording, None, path)?;
+    let generation = run.spans.last().map_or(0, |span| span.generation);
+    let recorded = run.program_of(generation);
+    let recorded = recorded.ok_or_else(|| Failure::file(path, "its program is missing"))?;
+    let files: Vec<PathBuf> =
+        command.files.iter().filter(|path| path.as_os_str() != "-").cloned().collect();
+    let found = replay_input::program(path, recorded, &files, &command.source, &report())?;
+    let engine = found.engine(found.usual_engine());
+    let engine = engine.or_else(|_| found.engine(ReplayEngine::Interpreter));
+    let engine = engine.map_err(|error| Failure::file(path, error))?;
+    let executive = || {
+        recorded_executive(&run.header, &found.program).map_err(|error| Failure::file(path, error))
+    };
+    let (view, executive) = (executive()?, executive()?);
+    let Some(checked) = found.checked else {
+        return Err(Failure::file(
+            path,
+            "the record holds an artifact, which has no statements; name the program's source",
+        ));
+    };
+    let number = run.header.run;
+    let history = Recorded::new(path, recording, number, generation, executive, engine);
+    let history = history.map_err(|error| Failure::usage(error.0))?;
+    let program = DebuggedProgram::new(checked.into_program(), found.sources, found.program);
+    Ok(Session { program, history: Box::new(history), view, may_change: false })
+}
+
+/// A diagnostic in one line of text: file, line, column, code and message.
+fn place_and_text(sources: &plcc_diag::SourceMap, error: &plcc_diag::Diagnostic) -> String {
+    let (line, column) = sources.line_col(error.span.file, error.span.start);
+    let path = PathBuf::from(sources.path(error.span.file));
+    format!("{}:{line}:{column}: {}: {}", path.display(), error.code, error.message)
+}
