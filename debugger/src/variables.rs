@@ -184,14 +184,20 @@ impl Debugger<'_> {
         self.view()?;
         let (program, view) = self.program_and_view();
         let values = names.iter().filter_map(|name| {
-            let number = match value_of(program, view, &image, name)? {
-                Value::Int(number) => number as f64,
-                Value::Float(number) => number,
-                Value::Array(_) => return None,
-            };
-            Some((name.clone(), number))
+            Some((name.clone(), number(value_of(program, view, &image, name)?)?))
         });
         Ok(values.collect())
+    }
+
+    /// The values of single variables behind the tick that the history has run last, as numbers. What has
+    /// no value is left out.
+    pub fn numbers_now(&mut self, names: &[String]) -> BTreeMap<String, f64> {
+        let (program, executive) = self.program_and_executive();
+        let image = executive.image().to_vec();
+        let values = names.iter().filter_map(|name| {
+            Some((name.clone(), number(value_of(program, executive, &image, name)?)?))
+        });
+        values.collect()
     }
 
     /// The parts of a variable: the elements of an array, and of a number its hexadecimal digits and
@@ -257,6 +263,15 @@ impl Debugger<'_> {
     pub fn hexadecimal(&self, value: &str) -> Option<String> {
         let number: f64 = value.parse().ok()?;
         (number.fract() == 0.0).then(|| formats(self.program(), number as i64).0)
+    }
+}
+
+/// The number of a single value.
+fn number(value: Value) -> Option<f64> {
+    match value {
+        Value::Int(number) => Some(number as f64),
+        Value::Float(number) => Some(number),
+        Value::Array(_) => None,
     }
 }
 

@@ -3,7 +3,9 @@
 use std::collections::{BTreeMap, HashMap};
 
 use plcc_abi::Dialect;
-use plcc_debugger::trace::{Access, Call, TickTrace};
+use plcc_debugger::observers::TickObserver;
+use plcc_debugger::trace::{Access, Call};
+use plcc_frontend::common::{Accessed, Observer, Value};
 
 /// How many ticks are looked through for the last scan of each task. A PMAC runs its up to 31 background
 /// PLCs in turn, one a tick.
@@ -24,21 +26,69 @@ pub(crate) struct TickSteps {
 }
 
 impl TickSteps {
-    pub(crate) fn new(trace: &TickTrace) -> Self {
-        let mut found = Self { calls: trace.calls.clone(), ..Self::default() };
-        for (at, step) in trace.steps.iter().enumerate() {
-            found.steps.push((step.statement, step.call));
-            found.first_access.push(found.accesses.len());
-            found.accesses.extend_from_slice(trace.accesses(at));
-        }
-        found
-    }
-
     /// What a step read and wrote.
     pub(crate) fn accesses(&self, step: usize) -> &[Access] {
         let Some(&from) = self.first_access.get(step) else { return &[] };
         let to = self.first_access.get(step + 1).copied().unwrap_or(self.accesses.len());
         self.accesses.get(from..to).unwrap_or(&[])
+    }
+}
+
+/// Records the statements of a tick.
+#[derive(Debug)]
+pub(crate) struct StepsRecorder<'a> {
+    /// Which statements are shown to a reader.
+    placed: &'a [bool],
+    steps: TickSteps,
+    /// Whether the statement that runs is one of them.
+    in_step: bool,
+}
+
+impl<'a> StepsRecorder<'a> {
+    pub(crate) fn new(placed: &'a [bool]) -> Self {
+        Self { placed, steps: TickSteps::default(), in_step: false }
+    }
+
+    pub(crate) fn finish(self) -> TickSteps {
+        self.steps
+    }
+
+    fn access(&mut self, variable: Accessed, value: Value, is_write: bool) {
+        if self.in_step {
+            self.steps.accesses.push(Access { variable, value, is_write });
+        }
+    }
+}
+
+impl Observer for StepsRecorder<'_> {
+    fn statement(&mut self, statement: u32, _: &[u8]) {
+        self.in_step = self.placed.get(statement as usize).copied().unwrap_or(false);
+        if self.in_step {
+            self.steps.steps.push((statement, self.steps.calls.len().saturating_sub(1)));
+            self.steps.first_access.push(self.steps.accesses.len());
+        }
+    }
+
+    fn read(&mut self, variable: Accessed, value: Value) {
+        self.access(variable, value, false);
+    }
+
+    fn write(&mut self, variable: Accessed, value: Value) {
+        self.access(variable, value, true);
+    }
+}
+
+impl TickObserver for StepsRecorder<'_> {
+    fn call_begins(&mut self, task: usize, resumed: bool, _: &[u8]) {
+        self.steps.calls.push(Call { task, resumed, suspended: false });
+        self.in_step = false;
+    }
+
+    fn call_ends(&mut self, suspended: bool, _: &[u8]) {
+        if let Some(call) = self.steps.calls.last_mut() {
+            call.suspended = suspended;
+        }
+        self.in_step = false;
     }
 }
 

@@ -185,6 +185,11 @@ impl<'a> Debugger<'a> {
         self.session.history.as_mut()
     }
 
+    /// The program, and the executive of the run, behind the tick that was run last.
+    pub(crate) fn program_and_executive(&mut self) -> (&DebuggedProgram, &mut dyn Executive) {
+        (&self.session.program, self.session.history.executive())
+    }
+
     /// The length of a tick in nanoseconds.
     pub fn tick_ns(&self) -> u64 {
         self.session.view.tick_ns()

@@ -34,13 +34,20 @@ impl Session<'_> {
         };
         if let Some(Tables::Pmi(tables)) = self.tables() {
             let (faults, messages) = (tables.faults.clone(), tables.messages.clone());
-            let tick = self.time.shown;
+            let (tick, stands_behind) = (self.time.shown, self.stands_behind);
             let debugger = self.debugger()?;
             if tick >= debugger.history().known() {
                 return Ok(vec![]);
             }
-            debugger.go_to_end_of_tick(tick)?;
-            let image = debugger.image()?;
+            let image = if stands_behind == Some(tick) {
+                debugger.history_mut().executive().image().to_vec()
+            } else {
+                debugger.go_to_end_of_tick(tick)?;
+                debugger.image()?
+            };
+            if stands_behind != Some(tick) {
+                self.stands_behind = None;
+            }
             let of = |list: Vec<Announcement>, kind: EventKind| {
                 let image = &image;
                 let is_on =

@@ -21,6 +21,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use plcc_debugger::Debugger;
+use plcc_frontend::common::StatementInterpreter;
 use plcc_runtime::Event;
 
 use crate::flow::{Flow, Traces};
@@ -65,6 +66,11 @@ pub struct Session<'a> {
     kind: TargetKind,
     name: String,
     debugger: Option<Debugger<'a>>,
+    interpreter: Option<Box<dyn StatementInterpreter>>,
+    /// Which statements are shown to a reader.
+    placed: Vec<bool>,
+    /// The tick behind which the executive of the run stands, if that is known.
+    stands_behind: Option<u64>,
     text: ProgramText,
     time: Time,
     traces: Traces,
@@ -99,6 +105,9 @@ impl<'a> Session<'a> {
         let debugger = run.map(Debugger::new);
         let text = debugger.as_ref().map(|debugger| ProgramText::new(debugger.program()));
         let text = text.unwrap_or_default();
+        let program = debugger.as_ref().map(Debugger::program);
+        let interpreter = program.map(|program| program.checked().statement_interpreter());
+        let placed = program.map_or(vec![], |program| program.placed());
         let time = Time::new(debugger.as_ref(), speed);
         let files = debugger.as_ref().map(|debugger| &debugger.program().tables().files);
         let program = files.and_then(|files| files.first()).unwrap_or(&name);
@@ -108,6 +117,9 @@ impl<'a> Session<'a> {
             kind,
             name,
             debugger,
+            interpreter,
+            placed,
+            stands_behind: None,
             text,
             time,
             traces: Traces::default(),

@@ -81,14 +81,20 @@ impl Session<'_> {
 
     /// The values at the end of the tick that is shown, of the run or recording.
     fn read_run(&mut self, names: &[String]) -> Result<Moment, Refusal> {
-        let tick = self.time.shown;
+        let (tick, stands_behind) = (self.time.shown, self.stands_behind);
+        if stands_behind != Some(tick) {
+            self.stands_behind = None;
+        }
         let debugger = self.debugger()?;
         if tick >= debugger.history().known() {
             return Err(Refusal::new("no tick was run yet"));
         }
+        let text = format!("the end of tick {tick}");
+        if stands_behind == Some(tick) {
+            return Ok(Moment { text, values: debugger.numbers_now(names) });
+        }
         debugger.go_to_end_of_tick(tick)?;
-        let shown = debugger.numbers(names)?;
-        Ok(Moment { text: format!("the end of tick {tick}"), values: shown })
+        Ok(Moment { text, values: debugger.numbers(names)? })
     }
 
     /// The language; of a control without a record as the control says it.

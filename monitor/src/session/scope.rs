@@ -141,6 +141,7 @@ impl Session<'_> {
 
     /// Runs a tick once more without taking anything from it; whether that was possible.
     fn run_again(&mut self, tick: u64) -> bool {
+        self.stands_behind = None;
         let Some(debugger) = &mut self.debugger else { return false };
         debugger.history_mut().run_unobserved(tick).is_ok()
     }

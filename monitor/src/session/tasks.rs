@@ -11,18 +11,22 @@ impl Session<'_> {
     pub(super) fn tasks_view(&mut self) -> Result<TasksView, Refusal> {
         let waits = self.waiting_rows()?;
         let flow = self.flow()?.clone();
-        let tick = self.time.shown;
+        let (tick, stands_behind) = (self.time.shown, self.stands_behind);
         let debugger = self.debugger()?;
         let names: Vec<String> =
             debugger.program().tables().tasks.iter().map(|task| task.name.clone()).collect();
         let seconds = flow.ticks as f64 * debugger.tick_ns() as f64 / 1e9;
-        let statuses = match tick < debugger.history().known() {
-            true => {
-                debugger.go_to_end_of_tick(tick)?;
-                debugger.view()?.task_statuses()
-            }
-            false => vec![],
+        let statuses = if tick >= debugger.history().known() {
+            vec![]
+        } else if stands_behind == Some(tick) {
+            debugger.history_mut().executive().task_statuses()
+        } else {
+            debugger.go_to_end_of_tick(tick)?;
+            debugger.view()?.task_statuses()
         };
+        if stands_behind != Some(tick) {
+            self.stands_behind = None;
+        }
         let mut rows = vec![];
         for (task, name) in names.iter().enumerate() {
             // The statements of a PMAC's COMMANDs are tasks for the engine alone.

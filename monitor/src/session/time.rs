@@ -3,9 +3,11 @@
 use std::time::{Duration, Instant};
 
 use plcc_debugger::Debugger;
+use plcc_debugger::history::TickResult;
+use plcc_debugger::observers::Observed;
 
 use super::Session;
-use crate::flow::{Flow, LOOK_BACK, TickSteps};
+use crate::flow::{Flow, LOOK_BACK, StepsRecorder};
 use crate::view::TargetKind;
 use crate::{Refusal, Reply};
 
@@ -144,11 +146,10 @@ impl Session<'_> {
 
     /// Runs a tick in the fastest engine, and takes in its events.
     fn run_unobserved(&mut self, tick: u64) -> Result<(), Refusal> {
+        self.stands_behind = None;
         let result = self.debugger()?.history_mut().run_unobserved(tick)?;
-        self.take_tick(tick, result.skipped, result.cut);
-        self.time.note = result.note.or(self.time.note.take());
-        self.time.stopped = result.stop.map(|stop| stop.message);
-        self.take_events(result.events);
+        self.stands_behind = Some(tick);
+        self.take_result(tick, result);
         Ok(())
     }
 
@@ -156,19 +157,29 @@ impl Session<'_> {
     /// was not run before, its events.
     pub(super) fn trace(&mut self, tick: u64) -> Result<(), Refusal> {
         let is_new = tick >= self.time.seen;
-        let debugger = self.debugger()?;
-        debugger.go_to_tick(tick)?;
-        let trace = debugger.trace()?;
-        let steps = TickSteps::new(trace);
-        let (events, stop) = (trace.events.clone(), trace.stop.clone());
-        let (skipped, cut) = (trace.skipped, trace.cut);
-        self.traces.insert(tick, steps);
+        self.debugger()?;
+        self.stands_behind = None;
+        let (Some(debugger), Some(interpreter)) = (&mut self.debugger, &mut self.interpreter)
+        else {
+            return Ok(());
+        };
+        let mut recorder = StepsRecorder::new(&self.placed);
+        let mut engine = Observed::new(interpreter.as_mut(), &mut recorder);
+        let result = debugger.history_mut().run(tick, &mut engine)?;
+        self.traces.insert(tick, recorder.finish());
+        self.stands_behind = Some(tick);
         if is_new {
-            self.take_tick(tick, skipped, cut);
-            self.time.stopped = stop.map(|stop| stop.message);
-            self.take_events(events);
+            self.take_result(tick, result);
         }
         Ok(())
+    }
+
+    /// Takes in what a tick gave that was not run before.
+    fn take_result(&mut self, tick: u64, result: TickResult) {
+        self.take_tick(tick, result.skipped, result.cut);
+        self.time.note = result.note.or(self.time.note.take());
+        self.time.stopped = result.stop.map(|stop| stop.message);
+        self.take_events(result.events);
     }
 
     /// Takes in a tick that was run for the first time; the executive stands behind it.
@@ -195,6 +206,8 @@ impl Session<'_> {
             let dialect = self.debugger()?.program().tables().dialect();
             let known = self.debugger()?.history().known();
             let first = (tick + 1).saturating_sub(LOOK_BACK).max(self.first());
+            // As time goes on, what was run is enough; going back would take longer than going on.
+            let first = if self.time.following && self.traces.has(tick) { tick } else { first };
             for of in first..=tick {
                 // A program has not run its first tick yet.
                 if !self.traces.has(of) && of < known {
@@ -284,6 +297,7 @@ impl Session<'_> {
     pub(super) fn previous_change(&mut self, name: &str) -> Result<Reply, Refusal> {
         let (shown, seen) = (self.time.shown, self.time.seen);
         let was_followed = self.time.following;
+        self.stands_behind = None;
         let debugger = self.debugger()?;
         // From the end of the tick that is shown when it is the newest one, else from its beginning, so
         // that the same command again goes further back.

@@ -199,6 +199,7 @@ impl Session<'_> {
             };
         }
         let seen = self.time.seen;
+        self.stands_behind = None;
         let debugger = self.debugger()?;
         if !debugger.may_change() {
             return Err(Refusal::new("a recording can't be changed"));
