@@ -67,7 +67,7 @@ impl Session<'_> {
                 format: entry.format,
                 logical: matches!(number, Some(value) if value == 0.0 || value == 1.0),
                 forced: forces.iter().any(|force| force.name == row.name),
-                changed: last.is_some() && last != number,
+                changed: row.fixed.is_none() && last.is_some() && last != number,
                 entry: entry.name,
                 name: row.name,
             });
