@@ -67,7 +67,7 @@ fn run(command: args::Command, report: &report::Report) -> Result<u8, Failure> {
         args::Command::Replay(args) => commands::replay::replay(&args, report),
         args::Command::Convert(args) => commands::convert::convert(&args, report),
         args::Command::Bench(args) => commands::bench::bench(&args, report),
-        args::Command::Monitor(args) => commands::monitor::monitor(&args),
+        args::Command::Monitor(args) => commands::monitor::monitor(&args, report),
         args::Command::Debug => commands::debug::debug(),
         args::Command::Explain(args) => commands::explain::explain(&args),
         args::Command::Io(args) => commands::io::io(&args, report),

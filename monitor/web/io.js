@@ -88,8 +88,9 @@ export class IoScreen {
   menu() {
     const release = () => this.selectedName() && this.app.apply({ command: "release", name: this.selectedName() });
     return [
-      { key: "F1", letter: "0", label: "ovrride=0", help: "hold the selected one at 0 (a number: ask for the value)", action: () => this.override("0") },
-      { key: "F2", letter: "1", label: "ovrride=1", help: "hold the selected one at 1", action: () => this.override("1") },
+      // Not the digits: 1 is the key of a screen, and must not force anything by mistake.
+      { key: "F1", letter: "z", label: "ovrride=0", help: "hold the selected one at 0 (a number: ask for the value)", action: () => this.override("0") },
+      { key: "F2", letter: "o", label: "ovrride=1", help: "hold the selected one at 1", action: () => this.override("1") },
       { key: "F3", letter: "x", label: "clear", help: "end its override", action: release },
       { key: "F4", letter: "X", label: "clear all", help: "end all overrides", action: () => this.clearAll() },
       { key: "F5", letter: "w", label: "in/output", help: "the other window", action: () => this.jump() },

@@ -151,7 +151,8 @@ class App {
     if (!key) return;
     const typing = isTyping(event.target);
     if (typing && key === "Escape") {
-      this.screen.focus();
+      if (this.screen.leave) this.screen.leave();
+      else this.screen.focus();
       return;
     }
     if (typing && !/^F\d+$/.test(key)) return;

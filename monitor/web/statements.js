@@ -17,6 +17,15 @@ export class StatementsScreen {
     this.list = element("div", {
       class: "statements", role: "listbox", tabindex: "0", "aria-label": "Program",
       onwheel: (event) => this.scroll(Math.sign(event.deltaY) * 3, event),
+      // Lines are made again while a button is held, so that a line itself would miss clicks.
+      onpointerdown: (event) => {
+        const row = event.target.closest?.("[data-row]")?.dataset.row;
+        if (row !== undefined) this.app.apply({ command: "put_cursor", row: Number(row) });
+      },
+      ondblclick: (event) => {
+        const name = event.target.closest?.("[data-name]")?.dataset.name;
+        if (name) variableMenu(this.app, name);
+      },
     });
     this.position = element("p", { class: "position" });
     this.element = element("section", { class: "fill", "aria-label": this.title }, this.scan, this.list, this.position);
@@ -96,11 +105,6 @@ export class StatementsScreen {
       id: `statement-${line.row}`, role: "option", "aria-selected": String(hasCursor), "data-row": line.row,
       class: `line ${line.execution}${hasCursor ? " cursor" : ""}${hasNumbers ? " two-rows" : ""}`,
       title: line.file,
-      onclick: () => { this.list.focus(); this.app.apply({ command: "put_cursor", row: line.row }); },
-      ondblclick: (event) => {
-        const name = event.target.closest?.("[data-name]")?.dataset.name;
-        if (name) variableMenu(this.app, name);
-      },
     },
     element("span", { class: "number" }, line.number),
     element("span", { class: "text" }, tokens),

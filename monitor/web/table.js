@@ -22,6 +22,12 @@ export class Table {
     this.element = element("div", {
       class: "table", tabindex: "0", role: "group", "aria-label": label,
       onkeydown: (event) => this.key(event),
+      // Rows are made again while a button is held, so that a row itself would miss clicks.
+      onpointerdown: (event) => {
+        const row = event.target.closest?.("tbody tr[id]");
+        if (row) this.select([...this.body.children].indexOf(row));
+      },
+      ondblclick: () => this.selected && this.onActivate(this.selected),
     }, this.table);
   }
 
@@ -35,6 +41,9 @@ export class Table {
   }
 
   update(rows) {
+    const text = JSON.stringify(rows);
+    if (text === this.lastText) return;
+    this.lastText = text;
     this.rows = rows;
     this.draw();
   }
@@ -45,8 +54,6 @@ export class Table {
     if (this.rows.length) this.selectedKey = this.keyOf(this.rows[selected]);
     const made = this.rows.map((row, at) => element("tr", {
       id: `${this.id}-${at}`, "aria-selected": String(at === selected), class: this.rowClass(row),
-      onclick: () => this.select(at),
-      ondblclick: () => this.onActivate(row),
     }, this.columns.map((column) => element("td", { class: column.class, role: "gridcell" }, column.cell(row)))));
     refill(this.body, made.length ? made
       : element("tr", {}, element("td", { colspan: this.columns.length, class: "empty" }, this.empty)));

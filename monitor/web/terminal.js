@@ -70,4 +70,15 @@ export class TerminalScreen {
   focus() {
     this.input.focus();
   }
+
+  // Esc goes from the command to the answers, where letters and digits are keys again; Enter goes back.
+  leave() {
+    this.log.focus();
+  }
+
+  key(event) {
+    if (event.key !== "Enter") return false;
+    this.input.focus();
+    return true;
+  }
 }

@@ -137,6 +137,17 @@ pub(crate) struct MonitorArgs {
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     pub(crate) speed: f64,
 
+    /// Shows the screens in browsers, and prints the address of the page
+    #[cfg(feature = "web")]
+    #[arg(
+        long,
+        value_name = "ADDRESS:PORT",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = plcc_monitor::web::DEFAULT_ADDRESS
+    )]
+    pub(crate) web: Option<std::net::SocketAddr>,
+
     /// Further options of `plcc run`
     #[arg(last = true, value_name = "OPTION")]
     pub(crate) run_options: Vec<String>,

@@ -1,4 +1,4 @@
-//! `plcc monitor`: what a running or recorded program does, in a terminal.
+//! `plcc monitor`: what a running or recorded program does, in a terminal or in browsers.
 
 use std::fs;
 use std::os::unix::fs::FileTypeExt;
@@ -13,13 +13,45 @@ use serde_json::json;
 use crate::args::{MonitorArgs, RunCommand};
 use crate::debug_session::{attach, launch, run_command};
 use crate::failure::{DONE, Failure};
+use crate::report::Report;
 
-pub(crate) fn monitor(args: &MonitorArgs) -> Result<u8, Failure> {
+pub(crate) fn monitor(args: &MonitorArgs, report: &Report) -> Result<u8, Failure> {
+    #[cfg(feature = "web")]
+    if let Some(address) = args.web {
+        return serve(args, address, report);
+    }
+    #[cfg(not(feature = "web"))]
+    let _ = report;
     // Before anything is opened, since that may take a while.
     terminal::check().map_err(|error| Failure::usage(error.to_string()))?;
     let mut session = Session::open(opened(args)?);
     let shown = terminal::run(&mut session);
     shown.map_err(|error| Failure::usage(error.to_string()))?;
+    Ok(DONE)
+}
+
+/// Serves browsers until the process is ended.
+#[cfg(feature = "web")]
+fn serve(
+    args: &MonitorArgs,
+    address: std::net::SocketAddr,
+    report: &Report,
+) -> Result<u8, Failure> {
+    use std::io::Write;
+
+    let mut session = Session::open(opened(args)?);
+    let announce = |url: &str| {
+        // Without standard error nobody asks for another address.
+        let _ = writeln!(std::io::stderr(), "for a further browser: {url}");
+    };
+    let server = plcc_monitor::web::Server::start(address, announce);
+    let server = server.map_err(|error| Failure::usage(error.to_string()))?;
+    report.message(&format!("the monitor is at {}", server.first_url()));
+    report.message("Ctrl-C ends it");
+    if let Some(warning) = server.warning() {
+        report.warn(&warning);
+    }
+    server.run(&mut session, || true);
     Ok(DONE)
 }
 
