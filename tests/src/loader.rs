@@ -37,19 +37,31 @@ const PATIENCE: Duration = Duration::from_secs(120);
 /// When it can't be built.
 pub fn plcrt() -> Command {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    Command::new(BUILT.get_or_init(|| {
-        let test = std::env::current_exe().unwrap();
-        let profile = test.parent().and_then(Path::parent).unwrap();
-        let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--quiet", "--offline", "--package", "plcrt", "--target-dir"]);
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-        cargo.arg(profile.parent().unwrap()).current_dir(root);
-        if profile.ends_with("release") {
-            cargo.arg("--release");
-        }
-        assert!(cargo.status().unwrap().success());
-        profile.join("plcrt")
-    }))
+    Command::new(BUILT.get_or_init(|| build("plcrt")))
+}
+
+/// A command that starts `plcio`, which is built once from the sources under test.
+///
+/// # Panics
+/// When it can't be built.
+pub fn plcio() -> Command {
+    static BUILT: OnceLock<PathBuf> = OnceLock::new();
+    Command::new(BUILT.get_or_init(|| build("plcio")))
+}
+
+/// Builds a program of the workspace, and gives its path.
+fn build(package: &str) -> PathBuf {
+    let test = std::env::current_exe().unwrap();
+    let profile = test.parent().and_then(Path::parent).unwrap();
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["build", "--quiet", "--offline", "--package", package, "--target-dir"]);
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    cargo.arg(profile.parent().unwrap()).current_dir(root);
+    if profile.ends_with("release") {
+        cargo.arg("--release");
+    }
+    assert!(cargo.status().unwrap().success());
+    profile.join(package)
 }
 
 /// A folder for one test, which goes away with it.

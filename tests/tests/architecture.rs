@@ -18,6 +18,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
     ("plcrt", &["plcc-abi", "plcc-image", "plcc-runtime"]),
     ("libplcrt", &["plcc-runtime"]),
     ("plcctl", &[]),
+    ("plcio", &["plcc-abi", "plcc-image"]),
     ("plcc-debugger", &["plcc-abi", "plcc-diag", "plcc-frontend", "plcc-runtime"]),
     ("plcc-monitor", &["plcc-abi", "plcc-debugger", "plcc-diag", "plcc-frontend", "plcc-runtime"]),
     (

@@ -156,7 +156,7 @@ fn first_address(entry: &Entry) -> Result<Option<Address>, String> {
         Driver::ModbusTcp => parse(true, false),
         Driver::ModbusRtu => parse(false, true),
         Driver::ModbusServer => parse(false, false),
-        Driver::OpcUa | Driver::Other => Ok(None),
+        Driver::Other => Ok(None),
     }
 }
 
@@ -296,7 +296,7 @@ mod tests {
             io("name = \"PUMP\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/coil/0\""),
             io("name = \"LAMP\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/coil/0\""),
             io("name = \"LS3\"\ndriver = \"other\""),
-            io("name = \"LS3..LS4\"\ndriver = \"opcua\""),
+            io("name = \"LS3..LS4\"\ndriver = \"other\""),
             io("name = \"LS4\"\ndirver = \"other\"\ndriver = \"modbustcp\"\nsafe = true"),
         ]
         .concat();

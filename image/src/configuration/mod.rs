@@ -47,19 +47,16 @@ pub enum Driver {
     ModbusRtu,
     /// Modbus over TCP: others ask `plcio`.
     ModbusServer,
-    /// OPC UA: others ask `plcio`.
-    OpcUa,
     /// Another program that uses the image file itself, such as a component of LinuxCNC.
     Other,
 }
 
 impl Driver {
     /// All drivers by their names.
-    pub const ALL: [(&str, Self); 5] = [
+    pub const ALL: [(&str, Self); 4] = [
         ("modbus-tcp", Self::ModbusTcp),
         ("modbus-rtu", Self::ModbusRtu),
         ("modbus-server", Self::ModbusServer),
-        ("opcua", Self::OpcUa),
         ("other", Self::Other),
     ];
 }

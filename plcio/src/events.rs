@@ -1,0 +1,48 @@
+//! The log: a line of JSON for each event, and a sentence on standard error.
+
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::SystemTime;
+
+use plcc_abi::printable;
+use serde_json::{Map, Value};
+
+/// Where events go. All drivers have a copy.
+#[derive(Clone, Debug)]
+pub(crate) struct Events(Arc<Mutex<Option<File>>>);
+
+impl Events {
+    /// Appends to a log, if there is one.
+    ///
+    /// # Errors
+    /// Why the file can't be opened.
+    pub(crate) fn open(log: Option<&Path>) -> Result<Self, String> {
+        let open = |path: &Path| {
+            let file = OpenOptions::new().create(true).append(true).open(path);
+            file.map_err(|error| format!("{}: {error}", path.display()))
+        };
+        Ok(Self(Arc::new(Mutex::new(log.map(open).transpose()?))))
+    }
+
+    /// Writes an event: its kind, and what belongs to it.
+    pub(crate) fn write(&self, kind: &str, about: &[(&str, Value)]) {
+        let mut line = Map::new();
+        let now = humantime::format_rfc3339_micros(SystemTime::now()).to_string();
+        line.insert("time".into(), now.into());
+        line.insert("kind".into(), kind.into());
+        let mut sentence = format!("{kind}:");
+        for (key, value) in about {
+            let shown = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+            sentence.push_str(&format!(" {key} {shown};"));
+            line.insert((*key).into(), value.clone());
+        }
+        // What can't be written is lost: there is nowhere else to say it.
+        let _ = writeln!(std::io::stderr(), "{}", printable(sentence.trim_end_matches([';', ':'])));
+        let mut log = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(log) = log.as_mut() {
+            let _ = writeln!(log, "{}", Value::Object(line));
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! The values of all points, between the drivers and the image file.
+
+use std::time::Duration;
+
+use plcc_image::configuration::Point;
+use plcc_image::{ImageReader, Input, InputWriter, Snapshot, State};
+
+/// The image file with its points. Drivers name a point by its index.
+#[derive(Debug)]
+pub(crate) struct Hub {
+    reader: ImageReader,
+    writer: InputWriter,
+    points: Vec<(Point, Option<Input>)>,
+    silence: Duration,
+    /// The tick that was read last, with safe outputs where they must be.
+    tick: Option<Snapshot>,
+    /// Whether outputs are safe because the control is silent, or because `plcio` ends.
+    safe: bool,
+    ending: bool,
+}
+
+impl Hub {
+    /// Claims all points that are given from outside.
+    ///
+    /// # Errors
+    /// Why one can't be claimed.
+    pub(crate) fn new(
+        reader: ImageReader,
+        mut writer: InputWriter,
+        points: Vec<Point>,
+        silence: Duration,
+    ) -> Result<Self, String> {
+        let mut claimed = vec![];
+        for point in points {
+            let input = match point.gives {
+                true => Some(writer.claim(&point.symbol.name).map_err(|why| why.to_string())?),
+                false => None,
+            };
+            claimed.push((point, input));
+        }
+        Ok(Self {
+            reader,
+            writer,
+            points: claimed,
+            silence,
+            tick: None,
+            safe: false,
+            ending: false,
+        })
+    }
+
+    /// A point.
+    pub(crate) fn point(&self, index: usize) -> Option<&Point> {
+        self.points.get(index).map(|(point, _)| point)
+    }
+
+    /// Takes a value from outside; the control gets it with [`publish`](Self::publish). Gives whether the
+    /// variable can have it.
+    pub(crate) fn give(&mut self, index: usize, outside: f64) -> bool {
+        let Some((point, Some(input))) = self.points.get(index) else { return false };
+        let Some(inside) = point.inside(outside) else { return false };
+        self.writer.set(*input, inside).is_ok()
+    }
+
+    /// Hands all values that were taken over to the control.
+    pub(crate) fn publish(&mut self) {
+        // A writer that has lost its mailbox ends with the session.
+        let _ = self.writer.publish();
+    }
+
+    /// Reads the newest tick. Gives whether outputs have become safe (`true`) or are the program's again
+    /// (`false`), where that has changed.
+    pub(crate) fn refresh(&mut self) -> Option<bool> {
+        let tick = self.reader.read();
+        let is_silent = |tick: &Snapshot| {
+            let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+            let now = now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64;
+            let since = u128::from(now.saturating_sub(tick.time));
+            let runs = tick.state == Some(State::Running);
+            runs && since > self.silence.as_nanos().max(u128::from(self.reader.tick_ns()) * 10)
+        };
+        let safe = self.ending || tick.as_ref().is_none_or(is_silent);
+        if let Some(tick) = tick {
+            self.tick = Some(tick);
+        }
+        if safe && let Some(tick) = &mut self.tick {
+            self.reader.make_safe(tick);
+        }
+        (std::mem::replace(&mut self.safe, safe) != safe).then_some(safe)
+    }
+
+    /// Has outputs be safe from now on, since `plcio` ends.
+    pub(crate) fn end(&mut self) {
+        self.ending = true;
+        self.refresh();
+    }
+
+    /// What the outside gets of a point: of an output what is on its lines.
+    pub(crate) fn take(&self, index: usize) -> Option<f64> {
+        let (point, _) = self.points.get(index)?;
+        let value = self.tick.as_ref()?.output(&point.symbol)?;
+        Some(point.outside(value))
+    }
+
+    /// Whether the control still works with this image file.
+    pub(crate) fn is_current(&self) -> bool {
+        self.writer.is_current()
+    }
+}

@@ -1,0 +1,206 @@
+//! Is asked by others, such as supervisory systems: they read all points of the driver `modbus-server`, and
+//! write those that are given from outside.
+
+use std::collections::HashMap;
+use std::future::{Ready, ready};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+use plcc_image::configuration::{Format, Table};
+use tokio::net::TcpListener;
+use tokio::sync::watch::Receiver;
+use tokio_modbus::server::Service;
+use tokio_modbus::server::tcp::Server;
+use tokio_modbus::{ExceptionCode, Request, Response};
+
+use super::blocks::{decode, encode};
+use crate::session::Shared;
+
+/// The most connections at once.
+const CONNECTIONS: usize = 16;
+
+/// Where the points of the server are: by table and number their index in the hub, their format, and which of
+/// their registers it is.
+type Places = HashMap<(Table, u16), Vec<(usize, Format, usize)>>;
+
+/// Answers the requests of one connection.
+struct Answers {
+    shared: Shared,
+    places: Arc<Places>,
+    connections: Arc<AtomicUsize>,
+}
+
+impl Drop for Answers {
+    fn drop(&mut self) {
+        self.connections.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+/// Serves until the session ends.
+pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<bool>) {
+    let Some(address) = shared.settings.modbus_server.clone() else {
+        let why = "[plcio] has no key `modbus-server`, which says where it listens";
+        shared.events.write("server_off", &[("why", why.into())]);
+        return;
+    };
+    let mut places = Places::new();
+    {
+        let hub = shared.hub();
+        for index in points {
+            let Some(at) = hub.point(index).and_then(|point| point.address.clone()) else {
+                continue;
+            };
+            for register in 0..at.format.registers() {
+                let place =
+                    places.entry((at.table, at.number.saturating_add(register))).or_default();
+                place.push((index, at.format, register.into()));
+            }
+        }
+    }
+    let places = Arc::new(places);
+    let connections = Arc::new(AtomicUsize::new(0));
+    let mut told = String::new();
+    loop {
+        let why = match TcpListener::bind(&address).await {
+            Ok(listener) => {
+                shared.events.write("server_on", &[("address", address.as_str().into())]);
+                let server = Server::new(listener);
+                let on_connected = |stream, _| {
+                    let (shared, places) = (shared.clone(), Arc::clone(&places));
+                    let connections = Arc::clone(&connections);
+                    async move {
+                        if connections.load(Ordering::Relaxed) >= CONNECTIONS {
+                            return Ok(None);
+                        }
+                        connections.fetch_add(1, Ordering::Relaxed);
+                        Ok(Some((Answers { shared, places, connections }, stream)))
+                    }
+                };
+                tokio::select! {
+                    result = server.serve(&on_connected, |_| {}) => {
+                        result.map_or_else(|error| error.to_string(), |()| String::new())
+                    }
+                    _ = ended.changed() => return,
+                }
+            }
+            Err(error) => error.to_string(),
+        };
+        if told != why {
+            shared.events.write("server_off", &[("why", why.as_str().into())]);
+            told = why;
+        }
+        tokio::select! {
+            () = tokio::time::sleep(Duration::from_secs(1)) => {}
+            _ = ended.changed() => return,
+        }
+    }
+}
+
+impl Answers {
+    /// The registers, or bits, of a table from a number on.
+    fn read(&self, table: Table, start: u16, count: u16) -> Result<Vec<u16>, ExceptionCode> {
+        let hub = self.shared.hub();
+        let register = |number: u16| {
+            let members =
+                self.places.get(&(table, number)).ok_or(ExceptionCode::IllegalDataAddress)?;
+            let mut word = 0;
+            for &(index, format, part) in members {
+                let value = hub.take(index).ok_or(ExceptionCode::ServerDeviceBusy)?;
+                let mut registers = [0; 2];
+                if !encode(format, value, &mut registers) {
+                    return Err(ExceptionCode::ServerDeviceFailure);
+                }
+                word |= registers.get(part).copied().unwrap_or(0);
+            }
+            Ok(word)
+        };
+        let end = start.checked_add(count).ok_or(ExceptionCode::IllegalDataAddress)?;
+        (start..end).map(register).collect()
+    }
+
+    /// Takes values for a table from a number on: all of them or none.
+    fn write(&self, table: Table, start: u16, values: &[u16]) -> Result<(), ExceptionCode> {
+        let mut hub = self.shared.hub();
+        let mut given = vec![];
+        for (number, at) in (start..=u16::MAX).zip(0..values.len()) {
+            let members =
+                self.places.get(&(table, number)).ok_or(ExceptionCode::IllegalDataAddress)?;
+            for &(index, format, part) in members {
+                let point = hub.point(index).ok_or(ExceptionCode::IllegalDataAddress)?;
+                if !point.gives {
+                    return Err(ExceptionCode::IllegalDataAddress);
+                }
+                // The second register of a value is written with the first one.
+                if part > 0 && at > 0 {
+                    continue;
+                }
+                let registers = values.get(at..).filter(|_| part == 0);
+                let value = registers.and_then(|registers| decode(format, registers));
+                let value = value.ok_or(ExceptionCode::IllegalDataAddress)?;
+                if point.inside(value).is_none() {
+                    return Err(ExceptionCode::IllegalDataValue);
+                }
+                given.push((index, value));
+            }
+        }
+        if usize::from(u16::MAX - start) + 1 < values.len() {
+            return Err(ExceptionCode::IllegalDataAddress);
+        }
+        for (index, value) in given {
+            hub.give(index, value);
+        }
+        hub.publish();
+        Ok(())
+    }
+
+    fn answer(&self, request: &Request<'_>) -> Result<Response, ExceptionCode> {
+        let bits = |table, start, count| {
+            let words = self.read(table, start, count)?;
+            Ok(words.into_iter().map(|word| word != 0).collect::<Vec<bool>>())
+        };
+        Ok(match *request {
+            Request::ReadCoils(start, count) => {
+                Response::ReadCoils(bits(Table::Coil, start, count)?)
+            }
+            Request::ReadDiscreteInputs(start, count) => {
+                Response::ReadDiscreteInputs(bits(Table::Discrete, start, count)?)
+            }
+            Request::ReadInputRegisters(start, count) => {
+                Response::ReadInputRegisters(self.read(Table::Input, start, count)?)
+            }
+            Request::ReadHoldingRegisters(start, count) => {
+                Response::ReadHoldingRegisters(self.read(Table::Holding, start, count)?)
+            }
+            Request::WriteSingleCoil(number, bit) => {
+                self.write(Table::Coil, number, &[bit.into()])?;
+                Response::WriteSingleCoil(number, bit)
+            }
+            Request::WriteSingleRegister(number, word) => {
+                self.write(Table::Holding, number, &[word])?;
+                Response::WriteSingleRegister(number, word)
+            }
+            Request::WriteMultipleCoils(start, ref bits) => {
+                let words: Vec<u16> = bits.iter().map(|&bit| bit.into()).collect();
+                self.write(Table::Coil, start, &words)?;
+                Response::WriteMultipleCoils(start, bits.len() as u16)
+            }
+            Request::WriteMultipleRegisters(start, ref words) => {
+                self.write(Table::Holding, start, words)?;
+                Response::WriteMultipleRegisters(start, words.len() as u16)
+            }
+            _ => return Err(ExceptionCode::IllegalFunction),
+        })
+    }
+}
+
+impl Service for Answers {
+    type Request = Request<'static>;
+    type Response = Response;
+    type Exception = ExceptionCode;
+    type Future = Ready<Result<Response, ExceptionCode>>;
+
+    fn call(&self, request: Self::Request) -> Self::Future {
+        ready(self.answer(&request))
+    }
+}

@@ -1,0 +1,121 @@
+//! The work for one image file, from its beginning until the control ends, makes another one, or `plcio`
+//! ends.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use plcc_image::configuration::{self, Driver};
+use plcc_image::{ImageReader, InputWriter, State};
+use tokio::sync::watch::{self, Receiver};
+use tokio::task::JoinSet;
+
+use crate::events::Events;
+use crate::hub::Hub;
+use crate::modbus::{client, server};
+use crate::settings::Settings;
+
+/// What all drivers share.
+#[derive(Clone, Debug)]
+pub(crate) struct Shared {
+    hub: Arc<Mutex<Hub>>,
+    pub(crate) events: Events,
+    pub(crate) settings: Arc<Settings>,
+}
+
+impl Shared {
+    /// The values.
+    pub(crate) fn hub(&self) -> MutexGuard<'_, Hub> {
+        self.hub.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The number of NCT in an image file, whose names end in bits.
+const NCT: u64 = 1;
+
+/// A session.
+pub(crate) struct Session {
+    shared: Shared,
+    /// For each driver the indices of its points.
+    by_driver: Vec<(Driver, Vec<usize>)>,
+}
+
+impl Session {
+    /// Opens the image file of the control and claims the inputs.
+    ///
+    /// # Errors
+    /// Why that is not possible now. A control that starts later, or again, may change it.
+    pub(crate) fn open(settings: &Settings, events: &Events) -> Result<Self, String> {
+        let path = &settings.image;
+        let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+        let reader = ImageReader::open(path).map_err(|error| named(&error))?;
+        match reader.state() {
+            Some(State::Prepared | State::Running | State::Stopped) => {}
+            _ => return Err(named(&"the control does not run")),
+        }
+        let is_nct = reader.dialect() == NCT;
+        let checked = configuration::points(&settings.entries, &reader.symbols(), is_nct, &[]);
+        if let Some(mistake) = checked.mistakes.first() {
+            return Err(format!("line {}: {}", mistake.line, mistake.message));
+        }
+        let own = checked.points.into_iter().filter(|point| point.entry.driver != Driver::Other);
+        let points: Vec<_> = own.collect();
+        let mut by_driver: Vec<(Driver, Vec<usize>)> = vec![];
+        for (index, point) in points.iter().enumerate() {
+            match by_driver.iter_mut().find(|(driver, _)| *driver == point.entry.driver) {
+                Some((_, indices)) => indices.push(index),
+                None => by_driver.push((point.entry.driver, vec![index])),
+            }
+        }
+        let writer = InputWriter::open(path, "plcio").map_err(|error| named(&error))?;
+        let hub = Hub::new(reader, writer, points, settings.silence)?;
+        let image = path.display().to_string();
+        events.write("control_found", &[("image", image.into())]);
+        let hub = Arc::new(Mutex::new(hub));
+        let settings = Arc::new(settings.clone());
+        Ok(Self { shared: Shared { hub, events: events.clone(), settings }, by_driver })
+    }
+
+    /// Runs the drivers until the image file is over or `stopped` becomes true.
+    pub(crate) async fn run(self, mut stopped: Receiver<bool>) {
+        let Self { shared, by_driver } = self;
+        let (end, ended) = watch::channel(false);
+        let mut tasks = JoinSet::new();
+        for (driver, points) in by_driver {
+            match driver {
+                Driver::ModbusTcp | Driver::ModbusRtu => {
+                    for device in client::devices(&shared, &points) {
+                        tasks.spawn(device.run(shared.clone(), ended.clone()));
+                    }
+                }
+                Driver::ModbusServer => {
+                    tasks.spawn(server::run(shared.clone(), points, ended.clone()));
+                }
+                Driver::Other => {}
+            }
+        }
+        loop {
+            tokio::select! {
+                () = tokio::time::sleep(Duration::from_millis(20)) => {}
+                _ = stopped.changed() => break,
+            }
+            let changed = shared.hub().refresh();
+            if let Some(safe) = changed {
+                let kind = if safe { "control_silent" } else { "control_heard" };
+                shared.events.write(kind, &[]);
+            }
+            if !shared.hub().is_current() {
+                break;
+            }
+        }
+        // The drivers write the outputs for the last time: as the control has left them, or safe.
+        if *stopped.borrow() {
+            shared.hub().end();
+        } else {
+            shared.hub().refresh();
+        }
+        let _ = end.send(true);
+        let wait = async { while tasks.join_next().await.is_some() {} };
+        let _ = tokio::time::timeout(Duration::from_secs(2), wait).await;
+        shared.events.write("control_left", &[]);
+    }
+}
