@@ -92,11 +92,12 @@ fn is_right(text: &str) {
     );
 }
 
-/// The loader without its own symbols, as it is installed.
+/// The loader stripped as the Debian package has it: without symbols but the two that gdb looks for.
 fn stripped_loader(folder: &Folder) -> PathBuf {
     let loader = folder.path().join("plcrt");
     std::fs::copy(programs().join("plcrt"), &loader).unwrap();
-    let stripped = Command::new("strip").arg(&loader).status();
+    let kept = ["-K", "__jit_debug_register_code", "-K", "__jit_debug_descriptor"];
+    let stripped = Command::new("strip").args(kept).arg(&loader).status();
     assert!(stripped.is_ok_and(|status| status.success()), "strip is part of what gdb needs");
     loader
 }

@@ -9,10 +9,11 @@ use std::ffi::{CStr, CString, c_char, c_void};
 use std::path::Path;
 use std::slice;
 
-use plcc_runtime::{Value, VariableKey};
+use plcc_runtime::Value;
 
-use crate::control::{Control, Settable};
+use crate::control::Control;
 use crate::error::{self, c_text, fail, guarded};
+use crate::found::{self, Found};
 
 /// A control with its program. It may be used by one thread at a time.
 pub struct Plcrt {
@@ -25,14 +26,6 @@ pub struct Plcrt {
     on_event: Option<(Callback, *mut c_void)>,
     /// Whether a panic has happened while the control was used.
     broken: bool,
-}
-
-/// A variable that was found.
-enum Found {
-    /// To be read: a key for each element.
-    Readable(Vec<VariableKey>),
-    /// To be set.
-    Settable(Settable),
 }
 
 /// What is called for each event; see [`plcrt_on_event`].
@@ -273,31 +266,11 @@ pub unsafe extern "C" fn plcrt_read(
     // SAFETY: as the caller promises.
     unsafe {
         with(control, PlcrtStatus::PlcrtFailed, |plcrt| {
-            let number = element(plcrt, variable, index)?;
+            let number = found::element(&plcrt.control, &plcrt.found, variable, index)?;
             let value = value.as_mut().ok_or("there is no place for the value: it is null")?;
             *value = number;
             Ok(PlcrtStatus::PlcrtOk)
         })
-    }
-}
-
-/// The value of a variable, or of an element of an array.
-fn element(plcrt: &Plcrt, variable: i64, index: u32) -> Result<f64, String> {
-    let key = keys(plcrt, variable)?.get(index as usize);
-    match key.map(|key| plcrt.control.read(*key)) {
-        Some(Value::Int(value)) => Ok(value as f64),
-        Some(Value::Float(value)) => Ok(value),
-        Some(Value::Array(_)) | None => Err(format!("the variable has no element {index}")),
-    }
-}
-
-/// The keys of a variable's elements.
-fn keys(plcrt: &Plcrt, variable: i64) -> Result<&[VariableKey], String> {
-    let found = usize::try_from(variable).ok().and_then(|number| plcrt.found.get(number));
-    match found {
-        Some(Found::Readable(keys)) => Ok(keys),
-        Some(Found::Settable(_)) => Err("the variable was found to be set, not to be read".into()),
-        None => Err(format!("no variable with the number {variable} was found")),
     }
 }
 
@@ -308,7 +281,7 @@ fn keys(plcrt: &Plcrt, variable: i64) -> Result<&[VariableKey], String> {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn plcrt_elements(control: *mut Plcrt, variable: i64) -> u32 {
     // SAFETY: as the caller promises.
-    unsafe { with(control, 0, |plcrt| Ok(keys(plcrt, variable)?.len() as u32)) }
+    unsafe { with(control, 0, |plcrt| Ok(found::keys(&plcrt.found, variable)?.len() as u32)) }
 }
 
 /// Sets a variable that was found with PLCRT_WRITE, as the machine or the operator would: the value
@@ -326,14 +299,11 @@ pub unsafe extern "C" fn plcrt_write(
     // SAFETY: as the caller promises.
     unsafe {
         with(control, PlcrtStatus::PlcrtFailed, |plcrt| {
-            let found = usize::try_from(variable).ok().and_then(|number| plcrt.found.get(number));
-            let Some(Found::Settable(variable)) = found else {
-                return Err(format!("no variable with the number {variable} was found to be set"));
-            };
+            let variable = found::settable(&plcrt.found, variable)?;
             if !value.is_finite() {
                 return Err(format!("{value} is no value of a variable"));
             }
-            plcrt.control.set_number(*variable, value)?;
+            plcrt.control.set_number(variable, value)?;
             Ok(PlcrtStatus::PlcrtOk)
         })
     }

@@ -23,5 +23,6 @@
 pub mod c;
 mod control;
 mod error;
+mod found;
 
 pub use control::{Control, Settable};

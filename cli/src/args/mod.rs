@@ -1,5 +1,6 @@
 //! The commands and options of `plcc`, with their help texts.
 
+mod machine;
 mod recorded;
 mod values;
 
@@ -11,8 +12,8 @@ use plcc_abi::Dialect;
 use plcc_diag::lints::Lint;
 use plcc_runtime::args::{ControlArgs, RunArgs};
 
-use crate::hal::pins::Wanted;
 use crate::object_args::ObjectArgs;
+pub(crate) use machine::{HalArgs, IoArgs};
 pub(crate) use recorded::{ConvertArgs, ConvertFormat, MonitorArgs, ReplayArgs};
 pub(crate) use values::{
     ControllerArg, Denied, EngineArg, FormatArg, LimitsArg, OptArg, PassArgs, RecompileAfter,
@@ -88,9 +89,8 @@ Examples:
 
     /// Writes a program as a real-time component for LinuxCNC's HAL
     #[command(after_help = "\
-The folder NAME-hal gets the component in C, the artifact that becomes part of it, a makefile that builds \
-it by LinuxCNC's own rules, and an example for halcmd. Inputs, outputs and the control's own variables become \
-pins, other variables by --pin.
+The folder NAME-hal gets the component in C, the artifact, a makefile and an example for halcmd. Inputs, \
+outputs and the control's own variables become pins, other variables by --pin.
 
 Examples:
   plcc hal lathe.pmi && make -C lathe-hal LIBPLCRT=/usr/lib/plcc/libplcrt.a
@@ -391,32 +391,6 @@ pub(crate) struct BuildArgs {
 }
 
 #[derive(Args)]
-pub(crate) struct HalArgs {
-    /// The source, - is standard input; several files are one PMAC download, in their order
-    #[arg(required = true, value_name = "FILE")]
-    pub(crate) files: Vec<PathBuf>,
-
-    /// The folder for the component [default: NAME-hal in the current folder]
-    #[arg(short, long, value_name = "DIR")]
-    pub(crate) output: Option<PathBuf>,
-
-    /// The component's name [default: the first source's name without its ending]
-    #[arg(long, value_name = "NAME")]
-    pub(crate) name: Option<String>,
-
-    /// Makes a pin of a variable that has none by itself, or changes its direction (repeatable)
-    #[arg(long, value_name = "VARIABLE[=in|out|io]", value_parser = crate::commands::hal::wanted)]
-    pub(crate) pin: Vec<Wanted>,
-
-    /// How diagnostics are written: for people, or as JSON for programs
-    #[arg(long, value_name = "FORMAT", default_value = "human")]
-    pub(crate) message_format: FormatArg,
-
-    #[command(flatten)]
-    pub(crate) source: SourceArgs,
-}
-
-#[derive(Args)]
 pub(crate) struct RunCommand {
     /// A source, - is standard input (several files are one PMAC download, in their order); or an
     /// artifact
@@ -509,16 +483,6 @@ pub(crate) struct ExplainArgs {
     /// Explains only what PMAC's variables mean on this controller
     #[arg(long, value_name = "CONTROLLER")]
     pub(crate) controller: Option<ControllerArg>,
-}
-
-#[derive(Args)]
-pub(crate) struct IoArgs {
-    /// The source, - is standard input; several files are one PMAC download, in their order
-    #[arg(required = true, value_name = "FILE")]
-    pub(crate) files: Vec<PathBuf>,
-
-    #[command(flatten)]
-    pub(crate) source: SourceArgs,
 }
 
 #[derive(Args)]

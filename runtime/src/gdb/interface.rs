@@ -1,8 +1,7 @@
 //! gdb's interface for code that is made while a program runs ("JIT Compilation Interface" in gdb's
 //! manual): a list of ELF files in memory that gdb reads. gdb finds the list and the function that says it
-//! has changed by their names, so these two are exported without mangling, which Rust counts as unsafe.
-//! Programs that use this let their linker export the two names (`build.rs` of `plcc` and `plcrt`), so that
-//! they are found in a stripped program too.
+//! has changed by their names, so these two are not mangled, which Rust counts as unsafe. gdb looks for the
+//! names among the symbols of the program: one that is stripped has to keep these two (`scripts/deb`).
 #![allow(unsafe_code)]
 #![allow(non_upper_case_globals, reason = "gdb's names")]
 
@@ -33,7 +32,7 @@ struct Descriptor {
     first: AtomicPtr<Entry>,
 }
 
-// SAFETY (for the name): no other code that is linked with this crate has a symbol of this name;
+// SAFETY: no other code that is linked with this crate has a symbol of this name;
 // wasmtime's, which has, is not used.
 #[unsafe(no_mangle)]
 static __jit_debug_descriptor: Descriptor = Descriptor {
@@ -44,7 +43,7 @@ static __jit_debug_descriptor: Descriptor = Descriptor {
 };
 
 /// gdb has a breakpoint here, and reads the descriptor when it is reached.
-// SAFETY (for the name): as above.
+// SAFETY: as above, for the name.
 #[unsafe(no_mangle)]
 #[inline(never)]
 extern "C" fn __jit_debug_register_code() {

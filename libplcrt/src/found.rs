@@ -1,0 +1,59 @@
+//! The variables that a C program has found, by the numbers that it was given for them.
+
+use plcc_runtime::{Value, VariableKey};
+
+use crate::control::{Control, Settable};
+
+/// A variable that was found.
+pub(crate) enum Found {
+    /// To be read: a key for each element.
+    Readable(Vec<VariableKey>),
+    /// To be set.
+    Settable(Settable),
+}
+
+/// The variable with a number.
+fn get(found: &[Found], number: i64) -> Option<&Found> {
+    usize::try_from(number).ok().and_then(|number| found.get(number))
+}
+
+/// The value of a variable, or of an element of an array.
+///
+/// # Errors
+/// When the variable was not found to be read, or has no such element.
+pub(crate) fn element(
+    control: &Control,
+    found: &[Found],
+    variable: i64,
+    index: u32,
+) -> Result<f64, String> {
+    let key = keys(found, variable)?.get(index as usize);
+    match key.map(|key| control.read(*key)) {
+        Some(Value::Int(value)) => Ok(value as f64),
+        Some(Value::Float(value)) => Ok(value),
+        Some(Value::Array(_)) | None => Err(format!("the variable has no element {index}")),
+    }
+}
+
+/// The keys of the elements of a variable that was found to be read.
+///
+/// # Errors
+/// When it was not.
+pub(crate) fn keys(found: &[Found], variable: i64) -> Result<&[VariableKey], String> {
+    match get(found, variable) {
+        Some(Found::Readable(keys)) => Ok(keys),
+        Some(Found::Settable(_)) => Err("the variable was found to be set, not to be read".into()),
+        None => Err(format!("no variable with the number {variable} was found")),
+    }
+}
+
+/// A variable that was found to be set.
+///
+/// # Errors
+/// When it was not.
+pub(crate) fn settable(found: &[Found], variable: i64) -> Result<Settable, String> {
+    match get(found, variable) {
+        Some(Found::Settable(variable)) => Ok(*variable),
+        _ => Err(format!("no variable with the number {variable} was found to be set")),
+    }
+}
