@@ -169,6 +169,7 @@ impl<'a> Session<'a> {
     /// # Errors
     /// When it can't be done, or is not allowed.
     pub fn apply(&mut self, command: Command) -> Result<Reply, Refusal> {
+        self.time.note = None;
         let reply = self.carry_out(command);
         self.keep_statements();
         reply

@@ -76,6 +76,10 @@ impl Session<'_> {
             let result = if is_near { self.trace(tick) } else { self.run_unobserved(tick) };
             if let Err(refusal) = result {
                 self.time.note = Some(refusal.message);
+                // Damage in a record is passed over; a program that can't go on stays where it is.
+                if self.kind != TargetKind::Program {
+                    self.time.seen = tick + 1;
+                }
                 break;
             }
             self.time.seen = tick + 1;
