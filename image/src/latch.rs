@@ -121,6 +121,8 @@ pub struct InputLatch {
     /// The slots that have an owner or a rule.
     active: Vec<u32>,
     claims: Option<u64>,
+    /// Whether inputs with a rule have their safe values from the first tick on.
+    begins_safe: bool,
     /// When the next input may be late.
     deadline: u64,
     counts: [[Count; Change::ALL.len()]; MAILBOXES + 1],
@@ -128,8 +130,15 @@ pub struct InputLatch {
 
 impl InputLatch {
     /// Makes the latch of an area with a slot for each of `symbols`, whose variables can be given; `rules` are
-    /// those of the configuration, in the same order.
-    pub fn new(area: InputArea, symbols: Vec<Symbol>, rules: &[Option<Rule>]) -> Self {
+    /// those of the configuration, in the same order. With `begins_safe` inputs with a rule have their safe
+    /// values from the first tick on; else, after an online change, they stay what they were, for at
+    /// most their timeout.
+    pub fn new(
+        area: InputArea,
+        symbols: Vec<Symbol>,
+        rules: &[Option<Rule>],
+        begins_safe: bool,
+    ) -> Self {
         let rules = rules.iter().copied().chain(std::iter::repeat(None));
         let slot = |(symbol, rule)| Slot {
             symbol,
@@ -145,7 +154,7 @@ impl InputLatch {
         let slots: Vec<Slot> = symbols.into_iter().zip(rules).map(slot).collect();
         let active = Vec::with_capacity(slots.len());
         let counts = Default::default();
-        Self { area, slots, active, claims: None, deadline: 0, counts }
+        Self { area, slots, active, claims: None, begins_safe, deadline: 0, counts }
     }
 
     /// Takes what the writers have given. `now` is the time in nanoseconds of `CLOCK_MONOTONIC`. `apply` is
@@ -191,7 +200,8 @@ impl InputLatch {
             });
             let given =
                 given.map(|(value, serial)| (read_word(value).to_le(), read_word(serial).to_le()));
-            let (change, value) = slot.step(words, self.area, given, now, first, again);
+            let begins = first && self.begins_safe;
+            let (change, value) = slot.step(words, self.area, given, now, begins, again);
             if let Some(value) = value {
                 apply(number, value);
             }

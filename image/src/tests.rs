@@ -79,7 +79,7 @@ impl Control {
         let file = reader::open_regular(&path, true).unwrap();
         let memory = SharedMemory::map(&file, Access::Write).unwrap();
         assert_eq!(InputArea::of(memory.words()), Some(area));
-        Self { path, memory, latch: InputLatch::new(area, symbols, rules) }
+        Self { path, memory, latch: InputLatch::new(area, symbols, rules, name != "changed") }
     }
 
     /// What is set before a tick at `now` milliseconds, and what is reported.
@@ -229,4 +229,14 @@ fn a_variable_has_one_writer() {
     assert!(matches!(InputWriter::open(&control.path, "one too many"), Err(ClaimError::NoMailbox)));
     drop(others);
     control.writer();
+}
+
+#[test]
+fn after_an_online_change_inputs_stay_what_they_were_until_they_are_late() {
+    let rule = Rule { safe: Safe::Value(Number::Int(1)), timeout_ns: 50_000_000 };
+    let mut control = Control::new("changed", &[Some(rule)]);
+    assert_eq!(control.take(100, false), NOTHING);
+    assert_eq!(control.take(149, false), NOTHING);
+    let late = (vec![(0, Number::Int(1))], vec![(Change::Late, 0, 1)]);
+    assert_eq!(control.take(150, false), late);
 }

@@ -89,7 +89,7 @@ async fn run(settings: Settings) -> ExitCode {
                 }
                 Err(_) => {}
             }
-            tokio::time::sleep(Duration::from_millis(100)).await;
+            tokio::time::sleep(Duration::from_millis(20)).await;
         }
     });
     tokio::select! {

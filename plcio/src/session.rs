@@ -1,6 +1,8 @@
 //! The work for one image file, from its beginning until the control ends, makes another one, or `plcio`
 //! ends.
 
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -29,12 +31,22 @@ impl Shared {
     }
 }
 
+/// How often it is looked whether the file of the image's name is still the same, in rounds of 20 ms.
+const LOOK_AT_NAME: u32 = 10;
+
+/// By which the file at a path is known.
+fn identity(path: &Path) -> Option<(u64, u64)> {
+    std::fs::metadata(path).ok().map(|about| (about.dev(), about.ino()))
+}
+
 /// The number of NCT in an image file, whose names end in bits.
 const NCT: u64 = 1;
 
 /// A session.
 pub(crate) struct Session {
     shared: Shared,
+    /// By which the image file is known: its device and its number there.
+    identity: Option<(u64, u64)>,
     /// For each driver the indices of its points.
     by_driver: Vec<(Driver, Vec<usize>)>,
 }
@@ -47,6 +59,7 @@ impl Session {
     pub(crate) fn open(settings: &Settings, events: &Events) -> Result<Self, String> {
         let path = &settings.image;
         let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+        let identity = identity(path);
         let reader = ImageReader::open(path).map_err(|error| named(&error))?;
         match reader.state() {
             Some(State::Prepared | State::Running | State::Stopped) => {}
@@ -72,12 +85,13 @@ impl Session {
         events.write("control_found", &[("image", image.into())]);
         let hub = Arc::new(Mutex::new(hub));
         let settings = Arc::new(settings.clone());
-        Ok(Self { shared: Shared { hub, events: events.clone(), settings }, by_driver })
+        Ok(Self { shared: Shared { hub, events: events.clone(), settings }, identity, by_driver })
     }
 
     /// Runs the drivers until the image file is over or `stopped` becomes true.
     pub(crate) async fn run(self, mut stopped: Receiver<bool>) {
-        let Self { shared, by_driver } = self;
+        let Self { shared, identity, by_driver } = self;
+        let mut rounds = 0_u32;
         let (end, ended) = watch::channel(false);
         let mut tasks = JoinSet::new();
         for (driver, points) in by_driver {
@@ -103,7 +117,11 @@ impl Session {
                 let kind = if safe { "control_silent" } else { "control_heard" };
                 shared.events.write(kind, &[]);
             }
-            if !shared.hub().is_current() {
+            // A control that was killed can't say that it has ended, but the next one makes another file.
+            rounds = rounds.wrapping_add(1);
+            let path = &shared.settings.image;
+            let is_other = rounds % LOOK_AT_NAME == 0 && self::identity(path) != identity;
+            if is_other || !shared.hub().is_current() {
                 break;
             }
         }

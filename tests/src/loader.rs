@@ -40,6 +40,15 @@ pub fn plcrt() -> Command {
     Command::new(BUILT.get_or_init(|| build("plcrt")))
 }
 
+/// A command that starts `plcc`, which is built once from the sources under test.
+///
+/// # Panics
+/// When it can't be built.
+pub fn plcc() -> Command {
+    static BUILT: OnceLock<PathBuf> = OnceLock::new();
+    Command::new(BUILT.get_or_init(|| build("plcc")))
+}
+
 /// A command that starts `plcio`, which is built once from the sources under test.
 ///
 /// # Panics

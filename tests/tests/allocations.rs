@@ -8,6 +8,7 @@ use std::path::Path;
 use clap::Parser;
 use plcc_abi::Dialect;
 use plcc_frontend::common::Options;
+use plcc_image::{InputWriter, Number};
 use plcc_runtime::args::{ControlArgs, RunArgs};
 use plcc_runtime::image_file::{Content, Publisher, State, SymbolTable};
 use plcc_runtime::run::{Player, Stimulus};
@@ -64,7 +65,17 @@ fn acting_from_outside_allocates_nothing() {
         let setting = old.parse(variable, "1").unwrap();
         let plan = compare(&program, &program).unwrap().plan;
 
+        let mut writer = InputWriter::open(&path, "test").unwrap();
+        let given = writer.symbols().iter().find(|symbol| symbol.slot.is_some()).unwrap().clone();
+        let input = writer.claim(&given.name).unwrap();
+        let has_fraction = given.outside().range().is_none();
+        let value = if has_fraction { Number::Float(1.0) } else { Number::Int(1) };
+        writer.set(input, value).unwrap();
+        writer.publish().unwrap();
+        let (mut set, mut events_of_inputs) = (0, 0);
+
         let region = Region::new(ALLOCATOR);
+        publisher.take_inputs(1, false, |_, _| set += 1, |_| events_of_inputs += 1);
         publisher.publish(old.image(), 50, 0, State::Running, 0);
         let before = old.read(key);
         old.write(key, setting);
@@ -74,6 +85,7 @@ fn acting_from_outside_allocates_nothing() {
         let change = region.change();
         let taken = change.allocations + change.reallocations + change.deallocations;
         assert_eq!(taken, 0, "{dialect:?}: {change:?}");
+        assert_eq!((set, events_of_inputs), (1, 1), "{dialect:?}");
         drop(before);
         let values = |executive: &mut dyn Executive| -> Vec<String> {
             let declared = executive.declared();

@@ -30,7 +30,9 @@ fn folder(name: &str) -> Folder {
 /// The options of the runs: in real time, with retained data that changes.
 fn options(artifact: &str) -> Vec<String> {
     let words = format!(
-        "{artifact} --realtime --no-supervisor --retain {artifact}.kept --record {artifact}.plcrec"
+        "{artifact} --realtime --no-supervisor --retain {artifact}.kept --record {artifact}.plcrec \
+         --image /dev/shm/plcc-calls-{}-{artifact}",
+        std::process::id()
     );
     words.split(' ').map(str::to_owned).collect()
 }

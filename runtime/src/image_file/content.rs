@@ -140,6 +140,6 @@ impl Content<'_> {
         let given = self.symbols.symbols.iter().filter(|symbol| symbol.slot.is_some());
         let rule = |name: &str| self.rules.iter().find(|(known, _)| known == name).map(|of| of.1);
         let rules: Vec<Option<Rule>> = given.clone().map(|symbol| rule(&symbol.name)).collect();
-        InputLatch::new(area, given.cloned().collect(), &rules)
+        InputLatch::new(area, given.cloned().collect(), &rules, self.generation == 0)
     }
 }
