@@ -1,0 +1,63 @@
+// Takes the screenshots of docs/monitor.md: node images.js FOLDER.
+
+import { mkdirSync } from "node:fs";
+import path from "node:path";
+
+import { EXAMPLES, answer, goToTick, openPage, search, startBrowser, startMonitor } from "./monitor.js";
+
+const folder = process.argv[2];
+mkdirSync(folder, { recursive: true });
+const browser = await startBrowser();
+
+async function images(example, options, work) {
+  const monitor = await startMonitor(EXAMPLES[example]);
+  const page = await openPage(browser, monitor.url, { viewport: { width: 1100, height: 700 }, ...options });
+  await work(page, (name) => page.screenshot({ path: path.join(folder, `monitor-${name}.png`) }));
+  await page.context().close();
+  await monitor.stop();
+}
+
+await images("pmi", {}, async (page, take) => {
+  await goToTick(page, 131);
+  await search(page, "@CL102=");
+  await page.waitForTimeout(300);
+  await take("pmi");
+  await page.keyboard.press("Space");
+  await page.keyboard.press("3");
+  await page.locator("tr[id]").first().waitFor();
+  await page.keyboard.press("F2");
+  await page.locator("dialog.warning").waitFor();
+  await take("warning");
+  await answer(page, {});
+  await page.locator(".value.forced").waitFor();
+  await take("io");
+  await page.keyboard.press("X");
+  await page.keyboard.press("7");
+  await page.keyboard.press("F1");
+  await answer(page, { names: "@CP101 @CP102 @CL101 @CL102 @JGINC BEEPER" });
+  await page.keyboard.press("F3");
+  await answer(page, { expression: "@CP102", edge: "rising", before: "40" });
+  await page.locator(".scope-state").filter({ hasText: "was triggered" }).waitFor({ timeout: 60_000 });
+  await page.locator("canvas").focus();
+  await page.keyboard.press("ArrowLeft");
+  await page.keyboard.press("b");
+  await page.keyboard.press("Shift+ArrowRight");
+  await page.waitForTimeout(500);
+  await take("scope");
+});
+await images("nct", {}, async (page, take) => {
+  await goToTick(page, 60);
+  await search(page, "Y400");
+  await page.waitForTimeout(300);
+  await take("nct");
+});
+await images("pmac", { colorScheme: "dark" }, async (page, take) => {
+  await goToTick(page, 400);
+  await search(page, "KEY_JOG_PLUS!=P42");
+  await page.waitForTimeout(300);
+  await take("pmac");
+  await page.keyboard.press("5");
+  await page.locator("tr[id]").first().waitFor();
+  await take("tasks");
+});
+await browser.close();
