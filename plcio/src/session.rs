@@ -120,7 +120,7 @@ impl Session {
             // A control that was killed can't say that it has ended, but the next one makes another file.
             rounds = rounds.wrapping_add(1);
             let path = &shared.settings.image;
-            let is_other = rounds % LOOK_AT_NAME == 0 && self::identity(path) != identity;
+            let is_other = rounds.is_multiple_of(LOOK_AT_NAME) && self::identity(path) != identity;
             if is_other || !shared.hub().is_current() {
                 break;
             }
