@@ -93,6 +93,36 @@ fn a_signal_leaves_the_terminal_as_it_was() {
 }
 
 #[test]
+fn it_ends_when_its_terminal_is_gone() {
+    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    grantpt(&master).unwrap();
+    unlockpt(&master).unwrap();
+    let name = ptsname(&master, vec![]).unwrap().into_string().unwrap();
+    let end = || OpenOptions::new().read(true).write(true).open(&name).unwrap();
+    let mut command = plcc();
+    command.args(["monitor", "examples/pmi/lathe.pmi", "--stimulus", "examples/pmi/lathe.csv"]);
+    let mut child = command.stdin(end()).stdout(end()).stderr(Stdio::null()).spawn().unwrap();
+    // Only this end is left besides those of the monitor.
+    drop(command);
+    let mut terminal = File::from(master);
+    let mut shown = String::new();
+    let mut bytes = [0; 4096];
+    while !shown.contains("lathe.pmi (PMI)") {
+        let count = terminal.read(&mut bytes).unwrap();
+        shown.push_str(&String::from_utf8_lossy(&bytes[..count]));
+    }
+    drop(terminal);
+    let begun = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if begun.elapsed() > Duration::from_secs(60) {
+            child.kill().unwrap();
+            panic!("the monitor still runs without a terminal");
+        }
+        thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
 fn without_a_terminal_it_says_so() {
     let output = plcc().args(["monitor", "examples/pmi/lathe.pmi"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
