@@ -1,7 +1,6 @@
 // Inputs and outputs with override (PMI 5.3): two windows, the program's value beside that of the line.
 
 import { force, variableMenu } from "./actions.js";
-import { ask } from "./dialogs.js";
 import { element, refill } from "./dom.js";
 import { Table } from "./table.js";
 
@@ -74,11 +73,6 @@ export class IoScreen {
     this.app.force(row.name, value);
   }
 
-  async clearAll() {
-    const answer = await ask({ title: "End all overrides?", confirm: "clear all" });
-    if (answer) await this.app.releaseAll();
-  }
-
   jump() {
     const at = this.tables.indexOf(this.table);
     this.current = (at + 1) % Math.max(1, this.tables.length);
@@ -92,7 +86,7 @@ export class IoScreen {
       { key: "F1", letter: "z", label: "ovrride=0", help: "hold the selected one at 0 (a number: ask for the value)", action: () => this.override("0") },
       { key: "F2", letter: "o", label: "ovrride=1", help: "hold the selected one at 1", action: () => this.override("1") },
       { key: "F3", letter: "x", label: "clear", help: "end its override", action: release },
-      { key: "F4", letter: "X", label: "clear all", help: "end all overrides", action: () => this.clearAll() },
+      { key: "F4", letter: "X", label: "clear all", help: "end all overrides", action: () => this.app.releaseAll() },
       { key: "F5", letter: "w", label: "in/output", help: "the other window", action: () => this.jump() },
       { key: "F6", letter: "e", label: "override=", help: "hold the selected one at a value that is asked for", action: () => this.selectedName() && force(this.app, this.selectedName()) },
     ];

@@ -180,7 +180,7 @@ export class StatementsScreen {
     await this.go({ command: "choose_statements", rows: chosen });
   }
 
-  async name(all) {
+  async findNames(all) {
     const answer = await ask({
       title: all ? "All occurrences" : "Name", confirm: "Show",
       text: "Names of targets, labels with their colon, or keywords; several are separated by blanks; arrays without brackets.",
@@ -212,9 +212,9 @@ export class StatementsScreen {
       { key: "F1", letter: "d", label: "directory", action: () => this.directory() },
       { key: "F2", letter: "n", label: "next stmt", action: () => this.go({ command: "next_statement" }) },
       { key: "F3", letter: "b", label: "prev stmt", action: () => this.go({ command: "previous_statement" }) },
-      { key: "F4", letter: "N", label: "name", action: () => this.name(false) },
+      { key: "F4", letter: "N", label: "name", action: () => this.findNames(false) },
       { key: "F5", letter: "o", label: "next occr", action: () => this.go({ command: "find_next" }) },
-      { key: "F6", letter: "a", label: "all occr", action: () => this.name(true) },
+      { key: "F6", letter: "a", label: "all occr", action: () => this.findNames(true) },
       { key: "F7", letter: "x", label: "clear", action: () => this.go({ command: "clear_statements" }) },
       { key: "F8", letter: "P", label: "program", help: "show the whole program", action: () => this.go({ command: "show_program" }) },
       ...this.commonMenu(),

@@ -29,9 +29,11 @@ await images("pmi", {}, async (page, take) => {
   await page.locator("dialog.warning").waitFor();
   await take("warning");
   await answer(page, {});
-  await page.locator(".value.forced").waitFor();
+  await page.locator(".value.forced").filter({ hasText: "1" }).waitFor();
   await take("io");
-  await page.keyboard.press("X");
+});
+// The trigger is met in tick 130, two seconds and a half after the start.
+await images("pmi", {}, async (page, take) => {
   await page.keyboard.press("7");
   await page.keyboard.press("F1");
   await answer(page, { names: "@CP101 @CP102 @CL101 @CL102 @JGINC BEEPER" });
@@ -39,10 +41,11 @@ await images("pmi", {}, async (page, take) => {
   await answer(page, { expression: "@CP102", edge: "rising", before: "40" });
   await page.locator(".scope-state").filter({ hasText: "was triggered" }).waitFor({ timeout: 60_000 });
   await page.locator("canvas").focus();
-  await page.keyboard.press("ArrowLeft");
-  await page.keyboard.press("b");
+  await page.keyboard.press("F7");
+  await page.keyboard.press("Shift+ArrowLeft");
+  await page.keyboard.press("F8");
   await page.keyboard.press("Shift+ArrowRight");
-  await page.waitForTimeout(500);
+  await page.waitForTimeout(3000);
   await take("scope");
 });
 await images("nct", {}, async (page, take) => {
@@ -56,8 +59,5 @@ await images("pmac", { colorScheme: "dark" }, async (page, take) => {
   await search(page, "KEY_JOG_PLUS!=P42");
   await page.waitForTimeout(300);
   await take("pmac");
-  await page.keyboard.press("5");
-  await page.locator("tr[id]").first().waitFor();
-  await take("tasks");
 });
 await browser.close();
