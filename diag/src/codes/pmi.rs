@@ -354,8 +354,8 @@ pub static CODES: &[CodeInfo] = &[
     },
     CodeInfo {
         code: "PMI-W10",
-        title: "constant outside a variable's range",
-        meaning: "Lint value-out-of-range. The manual says which values the executive variable takes, and the constant is not one of them. An INTEGER takes -32768 to 32767: of a larger constant only the low 16 bits are stored, and a comparison with it is never true.",
+        title: "constant outside an executive variable's range",
+        meaning: "Lint value-out-of-range. The manual says which values the executive variable takes, and the constant is not one of them.",
         mend: "Wrong:\n  @FRO = 200\nRight:\n  @FRO = 150    ? plcc explain @FRO has the range",
     },
     CodeInfo {

@@ -15,7 +15,7 @@ pub(crate) mod ports;
 pub(crate) mod specification_section;
 mod words_of_other_languages;
 
-use plcc_diag::{Diagnostic, FileId, MessageText, SourceMap, Span};
+use plcc_diag::{Diagnostic, FileId, MessageText, SourceMap};
 
 use crate::common::{EXPLAINED_ERRORS, FileLoader, Options};
 use crate::pmi::{
@@ -33,7 +33,7 @@ use crate::pmi::{
         diagnostic::{self, error},
         lexer::lex,
         statements::{self, Statement},
-        token::{Kind, Token},
+        token::Token,
     },
     reference::executive::Executive,
 };
@@ -52,10 +52,6 @@ pub(crate) fn check(
     let mut names = Names::new(&Executive::new(&options.machine));
     let mut lexer = Lexer { sources, options, tokens: vec![] };
 
-    // Where the logic seems to begin in a file without $END: the first wrong statement behind the last
-    // directive, if one of those that follow can be no declaration.
-    let mut wrong: Option<Span> = None;
-    let mut is_logic = false;
     let mut specification = SpecificationSection::new(&mut names, &mut checked, options.limits);
     let mut rest = text.statements.as_slice();
     while let [statement, tail @ ..] = rest {
@@ -63,12 +59,7 @@ pub(crate) fn check(
         let mut cursor = lexer.cursor(*statement);
         // An error may be that of a directive, which begins another part of the section.
         let section = specification.section;
-        if cursor.kind() == Some(Kind::Directive) {
-            (wrong, is_logic) = (None, false);
-        }
         if let Err(problem) = specification.statement(&mut cursor) {
-            wrong.get_or_insert(problem.span);
-            is_logic |= problem.code == "PMI-10";
             let section = section.or(Some(Section::End));
             let few = diagnostics.len() < EXPLAINED_ERRORS;
             let explained =
@@ -90,21 +81,10 @@ pub(crate) fn check(
             let [word] = cursor.tokens else { return None };
             (cursor.slice(*word) == "END").then(|| cursor.span_of(*word))
         });
-        let logic = wrong.filter(|_| is_logic);
-        let help = "put $END between the declarations and the logic";
-        let missing = match (ends.next(), logic) {
-            (Some(end), _) => missing.label(end, "this END has no `$`").help("write $END there"),
-            (None, Some(logic)) => missing.label(logic, "the logic seems to begin here").help(help),
-            (None, None) => missing.help(help),
-        };
-        // Whatever else is wrong from there on comes of reading statements as declarations.
-        if let Some(logic) = logic {
-            let is_before = |d: &Diagnostic| {
-                d.span.file != logic.file || d.span.start < logic.start || !d.is_error()
-            };
-            diagnostics.retain(is_before);
-        }
-        diagnostics.push(missing);
+        diagnostics.push(match ends.next() {
+            Some(end) => missing.label(end, "this END has no `$`").help("write $END there"),
+            None => missing.help("put $END between the declarations and the logic"),
+        });
     }
 
     for statement in rest {

@@ -1,6 +1,6 @@
 //! Constants: `value-out-of-range` and `constant-condition`.
 
-use plcc_abi::pmi::{Type, arithmetic};
+use plcc_abi::pmi::arithmetic;
 use plcc_diag::Diagnostic;
 
 use crate::pmi::ast::{Action, Binary, Checked, Meaning, Op, Ops, SymbolId, Target};
@@ -22,8 +22,8 @@ const RANGES: [(&str, i32, i32); 12] = [
     ("@SSO", 0, 150),
 ];
 
-/// Finds constants outside the range of the executive variable or INTEGER to which they are assigned, or
-/// with which they are compared for equality.
+/// Finds constants outside the range of the executive variable to which they are assigned, or with
+/// which they are compared for equality.
 pub(super) fn out_of_range(checked: &Checked, found: &mut Vec<Diagnostic>) {
     for step in &checked.steps {
         let finding = match &step.action {
@@ -37,41 +37,25 @@ pub(super) fn out_of_range(checked: &Checked, found: &mut Vec<Diagnostic>) {
             Action::Jump { .. } => None,
         };
         if let Some(message) = finding {
-            found.push(Diagnostic::warning("PMI-W10", step.span, message.text).help(message.help));
+            found.push(
+                Diagnostic::warning("PMI-W10", step.span, message)
+                    .help("`plcc explain` has the meaning of each executive variable"),
+            );
         }
     }
 }
 
-/// What is wrong with a constant, and what to do.
-struct Finding {
-    text: String,
-    help: &'static str,
-}
-
 /// What is wrong if a value is outside the range of a variable.
-fn outside(checked: &Checked, id: SymbolId, value: i32) -> Option<Finding> {
+fn outside(checked: &Checked, id: SymbolId, value: i32) -> Option<String> {
     let symbol = checked.symbol(id)?;
-    let range = RANGES.into_iter().find(|(name, ..)| *name == symbol.name);
-    if let Some((name, low, high)) = range {
-        let text = format!("{value} is outside the range of {name}, which is {low} to {high}");
-        let help = "`plcc explain` has the meaning of each executive variable";
-        return (!(low..=high).contains(&value)).then_some(Finding { text, help });
-    }
-    let is_integer = symbol.ty == Type::Integer && !matches!(symbol.meaning, Meaning::Unknown);
-    let low_bits = i32::from(value as i16);
-    (is_integer && low_bits != value).then(|| Finding {
-        text: format!(
-            "{value} is outside the range of the INTEGER {}, which is -32768 to 32767; its low 16 \
-             bits are {low_bits}",
-            symbol.name
-        ),
-        help: "declare the variable in $LONG",
-    })
+    let (name, low, high) = RANGES.into_iter().find(|(name, ..)| *name == symbol.name)?;
+    (!(low..=high).contains(&value))
+        .then(|| format!("{value} is outside the range of {name}, which is {low} to {high}"))
 }
 
 /// What is wrong with the first comparison for equality of an executive variable with a constant that
 /// it can't have.
-fn compared(checked: &Checked, ops: &Ops) -> Option<Finding> {
+fn compared(checked: &Checked, ops: &Ops) -> Option<String> {
     checked.ops(ops).array_windows().find_map(|[a, b, op]| {
         if !matches!(op, Op::Binary(Binary::Eq | Binary::Ne)) {
             return None;
