@@ -53,6 +53,7 @@ pub use entry::{Action, RecordedStop, TickRecord};
 pub use file::{Appending, RecordFile};
 pub use keep::Keep;
 pub use recorder::Recorder;
+#[cfg(feature = "args")]
 pub(crate) use recorder::RecorderProgram;
 pub use recording::{Gap, RecordError, RecordedRun, Recording, RunEnd, Span};
 pub use replay::{

@@ -37,8 +37,6 @@ mod crash_states;
 #[cfg(test)]
 mod tests;
 
-#[cfg(feature = "args")]
-use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
@@ -360,7 +358,7 @@ fn uninterrupted<T>(mut operation: impl FnMut() -> io::Result<T>) -> io::Result<
 /// When it is a folder or a device, or is write-protected.
 #[cfg(feature = "args")]
 pub(crate) fn can_be_written(path: &Path) -> io::Result<()> {
-    match fs::metadata(path) {
+    match std::fs::metadata(path) {
         Ok(about) if about.is_dir() => Err(ErrorKind::IsADirectory.into()),
         Ok(about) if !about.is_file() => {
             Err(io::Error::new(ErrorKind::InvalidInput, "it is no regular file"))

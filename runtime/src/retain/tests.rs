@@ -1,5 +1,7 @@
 //! Retained files on the real disk: generations, copies, locks, links and permissions.
 
+use std::fs;
+
 use super::*;
 
 /// A folder that goes away with the test.
