@@ -1,5 +1,5 @@
 //! Makes statements of NCT's text: the cursor, numbers, operands, conditions, what stands in
-//! parentheses and brackets, statements with a register area, text modules, the parser.
+//! parentheses and brackets, statements with a register area, text modules, operations, the parser.
 
 mod area;
 mod condition;
@@ -8,5 +8,6 @@ pub(crate) mod diagnostic;
 pub(crate) mod group;
 pub(crate) mod number;
 pub(crate) mod operand;
+mod operation;
 pub(crate) mod parser;
 pub(crate) mod text;
