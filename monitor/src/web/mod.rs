@@ -1,17 +1,17 @@
 //! The monitor in a browser: a server that gives the page, and a WebSocket by which the page says what is
 //! to be shown and done.
 //!
-//! Two threads work here. The server's thread ([`http`], [`client`]) speaks with browsers. The thread that
-//! owns the [`Session`](crate::Session) answers requests and makes views ([`clients`]); it never waits for
+//! Two threads work here. The server's thread (`http`, `client`) speaks with browsers. The thread that
+//! owns the [`Session`](crate::Session) answers requests and makes views (`clients`); it never waits for
 //! a browser:
 //!
 //! - A client has one request under way at a time; its next one is not even read before the answer. So a
 //!   client that floods waits for itself, and the queue of requests is never longer than there are clients.
 //! - Of a client's views only the newest is kept. A new one is made when the one before was sent, so a slow
 //!   client costs nothing and sees the newest state as soon as it can.
-//! - Messages, connections and clients are limited ([`limits`]).
+//! - Messages, connections and clients are limited (`limits`).
 //!
-//! Who may see the page is decided in [`access`].
+//! Who may see the page is decided in `access`.
 
 mod access;
 mod assets;

@@ -21,7 +21,7 @@
 //!
 //! The file is read, not mapped: what has been checked must be what is executed, whatever happens
 //! to the file meanwhile. Its code is copied into memory of its own that is executable and no
-//! longer writable, by [`NativeEngine`](crate::NativeEngine), and only when everything has been
+//! longer writable, by [`NativeEngine`], and only when everything has been
 //! found right: nothing of an artifact that is refused is ever executed.
 
 #![allow(unsafe_code)]
