@@ -31,7 +31,8 @@ struct Shown {
 
 impl Shown {
     fn new() -> Self {
-        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+        let master =
+            openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
         grantpt(&master).unwrap();
         unlockpt(&master).unwrap();
         let size = Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 };
@@ -94,7 +95,7 @@ fn a_signal_leaves_the_terminal_as_it_was() {
 
 #[test]
 fn it_ends_when_its_terminal_is_gone() {
-    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
     grantpt(&master).unwrap();
     unlockpt(&master).unwrap();
     tcsetwinsize(&master, Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 }).unwrap();
@@ -103,7 +104,7 @@ fn it_ends_when_its_terminal_is_gone() {
     let mut command = plcc();
     command.args(["monitor", "examples/pmi/lathe.pmi", "--stimulus", "examples/pmi/lathe.csv"]);
     let mut child = command.stdin(end()).stdout(end()).stderr(Stdio::null()).spawn().unwrap();
-    // Only this end is left besides those of the monitor.
+    // Only this end, which no child inherits, is left besides those of the monitor.
     drop(command);
     let mut terminal = File::from(master);
     let mut shown = String::new();
