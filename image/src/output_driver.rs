@@ -41,6 +41,15 @@ impl OutputDriver {
         fs::metadata(path).is_ok_and(|about| (about.dev(), about.ino()) == self.identity)
     }
 
+    /// Whether the process of this number made the file and has not ended its work in order.
+    pub fn is_in_use_by(&self, process: u32) -> bool {
+        let words = self.memory.words();
+        let number = |at: usize| words.get(at / 8).map(|word| read_word(word).to_le());
+        let ended = [State::Ended, State::Replaced].map(|state| Some(state.number()));
+        number(layout::AT_PROCESS) == Some(u64::from(process))
+            && !ended.contains(&number(layout::AT_STATE))
+    }
+
     /// Writes the safe outputs, and the state [`State::Dead`], into the file of a process that has died.
     /// It may have died while it wrote, so that the rest of the image belongs to two ticks.
     ///

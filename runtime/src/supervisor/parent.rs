@@ -243,7 +243,7 @@ impl Supervised {
         image: Option<&Path>,
         journal: &Journal,
     ) -> Result<Ending, String> {
-        let (last, hung) = thread::scope(|scope| {
+        let (last, hung, has_driven) = thread::scope(|scope| {
             let watch = || self.watch_until_safe(notifier, image, journal);
             let builder = small_thread("watch");
             let watching = builder
@@ -251,9 +251,8 @@ impl Supervised {
                 .map_err(|error| format!("no thread can be started: {error}"))?;
             watching.join().map_err(|_| "the thread that watches the control has failed".to_owned())
         })?;
-        let was_running = last.is_some_and(|last| last.phase == Phase::Running);
         if let Some(why) = hung {
-            keep_image(image, journal);
+            keep_image(image.filter(|_| has_driven), journal);
             return Ok(Ending::Death(why));
         }
         let status = match self.child.wait() {
@@ -263,7 +262,7 @@ impl Supervised {
         Ok(match status.code() {
             Some(code) => Ending::Exit(u8::try_from(code).unwrap_or(USAGE)),
             None => {
-                keep_image(image.filter(|_| was_running), journal);
+                keep_image(image.filter(|_| has_driven), journal);
                 let ticks = last.map_or(0, |last| last.ticks);
                 Ending::Death(format!("it was killed by {} after {ticks} ticks", killer(status)))
             }
@@ -271,19 +270,22 @@ impl Supervised {
     }
 
     /// Watches the control until the thread that runs its ticks has ended, or hangs and is killed, and makes
-    /// the outputs safe. Gives the last heartbeat, and why it hung.
+    /// the outputs safe. Gives the last heartbeat, why it hung, and whether there is an image file in which
+    /// outputs were made safe.
     fn watch_until_safe(
         &mut self,
         notifier: &mut Notifier,
         image: Option<&Path>,
         journal: &Journal,
-    ) -> (Option<Heartbeat>, Option<String>) {
+    ) -> (Option<Heartbeat>, Option<String>, bool) {
         // This thread must run at once when the control dies: before ordinary programs and before the
         // control's scans, and without reading memory back from a disk. Where that is not permitted, the
         // control's own note says so.
         realtime_priority::raise_above_scans();
         let _ = realtime_priority::lock_memory();
-        let mut outputs = Outputs { path: image, mapped: None, journal };
+        let control = self.child.id();
+        let mut outputs =
+            Outputs { path: image, control, is_running: false, mapped: None, journal };
         let mut now = Instant::now();
         let (mut heard, mut ticked) = (now, now);
         let mut last: Option<Heartbeat> = None;
@@ -328,16 +330,15 @@ impl Supervised {
                 let _ = self.child.kill();
                 let _ = self.child.wait();
                 // It may have written the image once more.
-                outputs.make_safe();
-                return (last, Some(why));
+                let has_driven = outputs.make_safe();
+                return (last, Some(why), has_driven);
             }
         }
         // The process is gone, or is about to go. A control that has said that it ends has made its
-        // outputs safe itself.
-        if last.is_some_and(|last| last.phase == Phase::Running) {
-            outputs.make_safe();
-        }
-        (last, None)
+        // outputs safe itself. One that dies at its first ticks may not yet have said that it runs.
+        let is_ending = last.is_some_and(|last| last.phase == Phase::Ending);
+        let has_driven = !is_ending && outputs.make_safe();
+        (last, None, has_driven)
     }
 }
 
@@ -375,6 +376,11 @@ fn killer(status: ExitStatus) -> String {
 /// The outputs in the image file, which get their safe values when the control dies.
 struct Outputs<'a> {
     path: Option<&'a Path>,
+    /// The number of the control's process. A file that another one has made is left alone: another control
+    /// may be using it.
+    control: u32,
+    /// Whether the control has said that it runs, so that it must have made the file.
+    is_running: bool,
     /// The file, mapped before it is needed.
     mapped: Option<OutputDriver>,
     journal: &'a Journal,
@@ -383,26 +389,32 @@ struct Outputs<'a> {
 impl Outputs<'_> {
     /// Maps the image file, which the control has made by now.
     fn prepare(&mut self) {
+        self.is_running = true;
         self.mapped = self.path.and_then(|path| OutputDriver::open(path).ok());
     }
 
-    /// Gives the outputs their safe values.
-    fn make_safe(&self) {
-        let Some(path) = self.path else { return };
-        let mut result = Ok(());
-        if let Some(mapped) = &self.mapped {
-            result = mapped.drive();
+    /// Gives the outputs their safe values. Gives whether there is a file of this control.
+    fn make_safe(&self) -> bool {
+        let Some(path) = self.path else { return false };
+        let (mut result, mut was_mapped) = (Ok(()), false);
+        if let Some(mapped) = self.mapped.as_ref().filter(|file| file.is_in_use_by(self.control)) {
+            (result, was_mapped) = (mapped.drive(), true);
             if mapped.is_at(path) {
-                return self.note(path, result);
+                self.note(path, result);
+                return true;
             }
         }
         // It could not be mapped before, or an online change has put another file in its place.
-        result = result.and(OutputDriver::open(path).and_then(|driver| driver.drive()));
-        self.note(path, result);
+        let opened = OutputDriver::open(path);
+        let is_ours = opened.as_ref().is_ok_and(|file| file.is_in_use_by(self.control));
+        let rest = opened.and_then(|file| if is_ours { file.drive() } else { Ok(()) });
+        self.note(path, result.and(rest));
+        was_mapped || is_ours
     }
 
     fn note(&self, path: &Path, result: io::Result<()>) {
         if let Err(error) = result
+            && self.is_running
             && error.kind() != ErrorKind::NotFound
         {
             self.journal.error(format!(

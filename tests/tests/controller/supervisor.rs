@@ -317,6 +317,33 @@ fn the_image_file_of_a_control_that_was_killed_gives_a_dump() {
     assert!(none.contains("it is no image file"), "{none}");
 }
 
+/// The supervisor has heard nothing from a control that is killed at its first tick, or before.
+#[test]
+fn outputs_are_safe_after_a_kill_at_the_first_tick() {
+    let shop = shop("first-tick");
+    let image = shop.path("image");
+    for _ in 0..8 {
+        let mut supervisor = shop.command(&format!("{RUN} --image image")).spawn().unwrap();
+        let mut process = 0;
+        until("there is no image file", || match ImageReader::open(&image) {
+            Ok(file) => {
+                process = file.process();
+                file.state() == Some(State::Running)
+            }
+            Err(_) => false,
+        });
+        let id = Pid::from_raw(i32::try_from(process).unwrap()).unwrap();
+        kill_process(id, Signal::KILL).unwrap();
+        assert_eq!(wait(&mut supervisor).code(), Some(3));
+        assert_eq!(ImageReader::open(&image).unwrap().state(), Some(State::Dead));
+        let whole = dumped(&shop, "p.plcx --dump-image image.dead").unwrap();
+        assert!(whole.ends_with("\"outputs\":{\"LAMP\":0}}\n"), "{whole}");
+        for file in [&image, &shop.path("image.dead")] {
+            fs::remove_file(file).unwrap();
+        }
+    }
+}
+
 #[test]
 fn the_image_file_of_a_run_that_can_not_begin_says_so() {
     let shop = shop("not-begun");
