@@ -1,6 +1,7 @@
 //! How long ticks take, where the time goes by line, and overruns.
 
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 
 use serde_json::Value as Json;
 
@@ -61,15 +62,7 @@ impl Session<'_> {
         let ticks = self.flow()?.ticks;
         let last = self.time.shown;
         let first = (last + 1).saturating_sub(LOOK_BACK.min(ticks));
-        let mut by_row: HashMap<usize, u64> = HashMap::new();
-        for tick in first..=last {
-            let Some(steps) = self.traces.get(tick) else { continue };
-            for (statement, _) in &steps.steps {
-                if let Some(row) = self.text.row_of(*statement) {
-                    *by_row.entry(row).or_default() += 1;
-                }
-            }
-        }
+        let by_row = self.executions(first..=last);
         let all: u64 = by_row.values().sum();
         let mut lines: Vec<LineCost> = by_row
             .into_iter()
@@ -88,6 +81,18 @@ impl Session<'_> {
         Ok((ticks, lines))
     }
 
+    /// By the rows of the program's text, how many statements of each were executed in some ticks.
+    fn executions(&self, ticks: RangeInclusive<u64>) -> HashMap<usize, u64> {
+        let mut by_row = HashMap::new();
+        for steps in ticks.filter_map(|tick| self.traces.get(tick)) {
+            for row in steps.steps.iter().filter_map(|(statement, _)| self.text.row_of(*statement))
+            {
+                *by_row.entry(row).or_default() += 1;
+            }
+        }
+        by_row
+    }
+
     fn overruns(&mut self, usual: f64) -> Vec<Overrun> {
         let from = self.skipped.len().saturating_sub(MOST_OVERRUNS);
         let skipped: Vec<Skipped> = self.skipped.get(from..).unwrap_or_default().to_vec();
@@ -100,20 +105,14 @@ impl Session<'_> {
                     if !self.traces.has(before) {
                         self.trace(before).ok()?;
                     }
-                    let steps = &self.traces.get(before)?.steps;
-                    let mut counts: HashMap<usize, u64> = HashMap::new();
-                    for (statement, _) in steps {
-                        if let Some(row) = self.text.row_of(*statement) {
-                            *counts.entry(row).or_default() += 1;
-                        }
-                    }
-                    let most =
-                        counts.into_iter().max_by_key(|&(row, count)| (count, usize::MAX - row));
+                    let count = self.traces.get(before)?.steps.len() as u64;
+                    let rows = self.executions(before..=before).into_iter();
+                    let most = rows.max_by_key(|&(row, count)| (count, usize::MAX - row));
                     let line = most.and_then(|(row, _)| {
                         let content = self.text.rows.get(row)?;
                         Some(format!("{} {}", content.number, content.text().trim()))
                     });
-                    Some((steps.len() as u64, line))
+                    Some((count, line))
                 });
                 let (statements, line) = match looked {
                     Some((statements, line)) => (Some(statements), line),
