@@ -1,5 +1,6 @@
 //! What an image file holds when it is made.
 
+use std::collections::HashMap;
 use std::ops::Range;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -138,8 +139,10 @@ impl Content<'_> {
     /// What takes inputs, of an area that [`encode`](Self::encode) has made.
     pub(super) fn latch(&self, area: InputArea) -> InputLatch {
         let given = self.symbols.symbols.iter().filter(|symbol| symbol.slot.is_some());
-        let rule = |name: &str| self.rules.iter().find(|(known, _)| known == name).map(|of| of.1);
-        let rules: Vec<Option<Rule>> = given.clone().map(|symbol| rule(&symbol.name)).collect();
+        let of_name: HashMap<&str, Rule> =
+            self.rules.iter().map(|(name, rule)| (name.as_str(), *rule)).collect();
+        let rules: Vec<Option<Rule>> =
+            given.clone().map(|symbol| of_name.get(symbol.name.as_str()).copied()).collect();
         InputLatch::new(area, given.cloned().collect(), &rules, self.generation == 0)
     }
 }
