@@ -28,7 +28,7 @@ use plcc_abi::Fnv;
 
 const MAGIC: [u8; 8] = *b"PLCCSTAT";
 /// The version of the form and of every dialect's state.
-const VERSION: u32 = 3;
+pub(crate) const VERSION: u32 = 3;
 
 /// Why bytes are no checkpoint that an executive can take. The executive is unchanged.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

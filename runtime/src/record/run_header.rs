@@ -4,8 +4,10 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-/// The version of the format of records.
-pub(super) const VERSION: u32 = 1;
+use crate::checkpoint;
+
+/// The version of the format of records, in thousands, and that of the checkpoints in them.
+pub(super) const VERSION: u32 = 1000 + checkpoint::VERSION;
 
 /// A run, as a record describes it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
