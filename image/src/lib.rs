@@ -25,6 +25,7 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `layout.rs` | the offsets in the file |
+//! | `clock.rs` | the clock of its times |
 //! | `sequence.rs` | the sequence counter, by which readers see whole ticks |
 //! | `triple_buffer.rs` | the three buffers by which the control takes a writer's inputs as a whole |
 //! | `symbol.rs` | the table of symbols: names, types and places |
@@ -36,6 +37,7 @@
 //! | `configuration/` | the entries `[[io]]` of a controller's configuration, behind the feature of that name |
 //! | `shared_memory.rs` | the mapped file as atomic words |
 
+mod clock;
 #[cfg(feature = "configuration")]
 pub mod configuration;
 pub mod input_area;
@@ -60,6 +62,7 @@ mod atomics {
     pub(crate) use std::sync::atomic::{AtomicU64, Ordering, fence};
 }
 
+pub use clock::monotonic_ns;
 pub use layout::State;
 pub use output_driver::OutputDriver;
 pub use reader::{ImageReader, Snapshot};

@@ -100,8 +100,7 @@ impl InputWriter {
         let area = InputArea::of(memory.words()).ok_or(ClaimError::NoInputs)?;
         let owner = process::this();
         let mailbox = free_mailbox(&memory, area, owner).ok_or(ClaimError::NoMailbox)?;
-        let serial = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
-        let serial = serial.tv_sec as u64 * 1_000_000_000 + serial.tv_nsec as u64;
+        let serial = crate::monotonic_ns();
         let mut writer = Self { memory, area, mailbox, owner, symbols, claimed: vec![], serial };
         writer.release_all();
         let words = writer.memory.words();

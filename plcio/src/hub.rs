@@ -73,9 +73,7 @@ impl Hub {
     pub(crate) fn refresh(&mut self) -> Option<bool> {
         let tick = self.reader.read();
         let is_silent = |tick: &Snapshot| {
-            let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
-            let now = now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64;
-            let since = u128::from(now.saturating_sub(tick.time));
+            let since = u128::from(plcc_image::monotonic_ns().saturating_sub(tick.time));
             let runs = tick.state == Some(State::Running);
             runs && since > self.silence.as_nanos().max(u128::from(self.reader.tick_ns()) * 10)
         };

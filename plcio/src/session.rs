@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use plcc_abi::Dialect;
 use plcc_image::configuration::{self, Driver};
 use plcc_image::{ImageReader, InputWriter, State};
 use tokio::sync::watch::{self, Receiver};
@@ -39,9 +40,6 @@ fn identity(path: &Path) -> Option<(u64, u64)> {
     std::fs::metadata(path).ok().map(|about| (about.dev(), about.ino()))
 }
 
-/// The number of NCT in an image file, whose names end in bits.
-const NCT: u64 = 1;
-
 /// A session.
 pub(crate) struct Session {
     shared: Shared,
@@ -65,7 +63,9 @@ impl Session {
             Some(State::Prepared | State::Running | State::Stopped) => {}
             _ => return Err(named(&"the control does not run")),
         }
-        let is_nct = reader.dialect() == NCT;
+        let dialect = Dialect::ALL.get(usize::try_from(reader.dialect()).unwrap_or(usize::MAX));
+        // Its names end in bits.
+        let is_nct = dialect == Some(&Dialect::Nct);
         let checked = configuration::points(&settings.entries, &reader.symbols(), is_nct, &[]);
         if let Some(mistake) = checked.mistakes.first() {
             return Err(format!("line {}: {}", mistake.line, mistake.message));

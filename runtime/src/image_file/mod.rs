@@ -24,6 +24,5 @@ mod tests;
 
 pub use content::Content;
 pub use plcc_image::{ImageReader, OutputDriver, Snapshot, State, layout};
-pub(crate) use publisher::monotonic_ns;
 pub use publisher::{ImageFileError, Publisher};
 pub use symbols::SymbolTable;

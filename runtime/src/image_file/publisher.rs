@@ -11,7 +11,7 @@ use thiserror::Error;
 use plcc_image::latch::{InputEvent, InputLatch};
 use plcc_image::layout::{self, HEADER_SIZE, State};
 use plcc_image::sequence::{begin_write, end_write, read_word, write_word};
-use plcc_image::{Access, Number, SharedMemory};
+use plcc_image::{Access, Number, SharedMemory, monotonic_ns};
 
 use super::content::Content;
 use super::pages::{PAGE, Pages};
@@ -252,12 +252,6 @@ impl Publisher {
             end_write(counter, self.sequence);
         }
     }
-}
-
-/// Now, in nanoseconds of `CLOCK_MONOTONIC`.
-pub(crate) fn monotonic_ns() -> u64 {
-    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
-    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
 /// The word that holds up to eight bytes in their order; missing ones are 0.

@@ -4,9 +4,11 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use plcc_image::monotonic_ns;
+
 use super::commands::{Answer, Batch, Command, Item, Reached, ScanEnd};
 use crate::Executive;
-use crate::image_file::{Publisher, State, monotonic_ns};
+use crate::image_file::{Publisher, State};
 use crate::run::{AfterTick, BeforeTick, Hook};
 use crate::swap::ReplaceableExecutive;
 

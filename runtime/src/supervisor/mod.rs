@@ -26,6 +26,5 @@ pub use parent::{Supervision, supervise};
 
 /// The time of the clock that all processes of the computer share (`CLOCK_MONOTONIC`).
 pub fn monotonic() -> Duration {
-    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
-    Duration::new(u64::try_from(now.tv_sec).unwrap_or(0), u32::try_from(now.tv_nsec).unwrap_or(0))
+    Duration::from_nanos(plcc_image::monotonic_ns())
 }
