@@ -17,6 +17,8 @@ pub(crate) const SIGN: Bit = flag(47);
 pub(crate) const OVERFLOW: Bit = flag(53);
 /// F0080: the statement was not done, since its operand is not valid.
 pub(crate) const SYNTAX: Bit = flag(80);
+/// F0081: a search has not found its item.
+pub(crate) const NOT_FOUND: Bit = flag(81);
 /// F0082: a digit is not decimal.
 pub(crate) const NOT_BCD: Bit = flag(82);
 /// F0083: a product does not fit in 16 bits; its high word is not 0.

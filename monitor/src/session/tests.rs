@@ -148,6 +148,58 @@ fn nct_shows_bits_and_words_at_the_right() {
     assert_eq!(view.lines[view.cursor].text(), ":000");
 }
 
+const REGISTER_AREAS: &str = "\
+:001
+.0002 SF220
+.0270 SF222
+.0274 SF224
+.0282 SF226
+LF270 +1 SF270
+ADD220
+.0002 SF120
+.0300 SF122
+.0004 SF124
+.FFFF SF126
+.0007 SF302
+HF120
+J1
+:000
+J0
+";
+
+#[test]
+fn nct_statements_with_a_register_area_show_what_they_read_and_write() {
+    let mut session = open(Dialect::Nct, REGISTER_AREAS, "");
+    session.run_to(3);
+    let view = session.statements();
+    let of = |text: &str| -> Vec<String> {
+        let line = view.lines.iter().find(|line| line.text().contains(text)).unwrap();
+        let shown = line.values.iter().map(|value| {
+            format!("{}{}{}", value.name, if value.written { ":=" } else { "=" }, value.value)
+        });
+        shown.collect()
+    };
+    let values = of("ADD220");
+    for expected in ["F220=2 .0002", "F222=624 .0270", "F270=4 .0004", "F282:=4 .0004", "F0046:=0"]
+    {
+        assert!(values.iter().any(|value| value == expected), "{expected}: {values:?}");
+    }
+    // The address of the item that was found is BCD.
+    let values = of("HF120");
+    for expected in ["F302=7 .0007", "F128:=770 .0302", "F0080:=0", "F0081:=0"] {
+        assert!(values.iter().any(|value| value == expected), "{expected}: {values:?}");
+    }
+    // Both are found as the writers of what they write, also of what had the value before.
+    let debugger = session.debugger.as_mut().unwrap();
+    for (name, line) in [("F282", "ADD220"), ("F128", "HF120"), ("F0081", "HF120")] {
+        debugger.go_to_end_of_tick(3).unwrap();
+        debugger.go_to_last_writer(name).unwrap();
+        let statement = debugger.step_here().unwrap().unwrap().statement;
+        let row = session.text.row_of(statement).unwrap();
+        assert_eq!(session.text.rows[row].text(), line, "{name}");
+    }
+}
+
 const PMAC: &str = "\
 I5=2
 #define COUNT P1

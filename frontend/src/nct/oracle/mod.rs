@@ -3,6 +3,7 @@
 //! It is the oracle with which the other engines are compared. It uses neither lowering nor IR;
 //! only the layout is the same.
 
+mod area;
 mod arithmetic;
 mod memory;
 mod run;
@@ -147,7 +148,13 @@ impl Interpreter {
             }
             if let Op::Area { op, area } = stmt.op {
                 let args = [area.into(), run.op.into(), 0, 0];
-                scan.host.call(run.image, op.host_function(), args);
+                if run.observer.is_active() {
+                    let result = run.observe_area_reads(op, area);
+                    scan.host.call(run.image, op.host_function(), args);
+                    run.observe_area_writes(op, area, result);
+                } else {
+                    scan.host.call(run.image, op.host_function(), args);
+                }
                 at += 1;
                 continue;
             }
