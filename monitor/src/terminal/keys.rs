@@ -52,8 +52,9 @@ const VARIABLES: &[Key] = &[
 ];
 
 const IO: &[Key] = &[
-    key(1, '0', "ovrride=0", Todo::Force0),
-    key(2, '1', "ovrride=1", Todo::Force1),
+    // Not the digits: 1 is the key of a screen, and must not force anything by mistake.
+    key(1, 'z', "ovrride=0", Todo::Force0),
+    key(2, 'o', "ovrride=1", Todo::Force1),
     key(3, 'x', "clear", Todo::Release),
     key(4, 'X', "clear all", Todo::ReleaseAll),
     key(5, 'w', "in/output", Todo::OtherWindow),

@@ -108,6 +108,12 @@ fn inputs_and_outputs_are_overridden_after_a_warning() {
     assert!(text.contains("! 1 OVERRIDE !") && text.contains("!1!"), "{text}");
     screen.keys("X");
     assert!(screen.session.status().forces.is_empty());
+    // The digits choose screens and never override.
+    screen.keys("o");
+    assert_eq!(screen.session.status().forces.len(), 1);
+    screen.keys("X1");
+    assert!(screen.session.status().forces.is_empty());
+    assert_eq!(screen.app.page, super::app::Page::Statements);
 }
 
 #[test]
