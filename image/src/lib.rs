@@ -33,7 +33,7 @@
 //! | `input_area.rs` | where the parts of the area for inputs lie |
 //! | `writer.rs` | gives inputs |
 //! | `latch.rs` | takes inputs, in the control |
-//! | `output_driver.rs` | safe outputs when the control has died |
+//! | `safe_output_writer.rs` | safe outputs when the control has died |
 //! | `configuration/` | the entries `[[io]]` of a controller's configuration, behind the feature of that name |
 //! | `shared_memory.rs` | the mapped file as atomic words |
 
@@ -43,7 +43,7 @@ pub mod configuration;
 pub mod input_area;
 pub mod latch;
 pub mod layout;
-mod output_driver;
+mod safe_output_writer;
 mod process;
 mod reader;
 pub mod sequence;
@@ -64,7 +64,7 @@ mod atomics {
 
 pub use clock::monotonic_ns;
 pub use layout::State;
-pub use output_driver::OutputDriver;
+pub use safe_output_writer::OutputDriver;
 pub use reader::{ImageReader, Snapshot};
 pub use shared_memory::{Access, SharedMemory};
 pub use symbol::{Direction, Number, Place, Symbol, Type};
