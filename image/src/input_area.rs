@@ -1,6 +1,6 @@
 //! The area for inputs: a part of the image file by which other processes give the control values.
 //!
-//! Each variable that can be given has a *slot*, by its number in the table of symbols. A process that gives
+//! Each variable that can be given has a *slot*; the table of symbols has its number. A process that gives
 //! values is a *writer*. It takes one of the *mailboxes*, and claims the slots that it wants to give: each slot
 //! has one owner at most, the number of a mailbox plus one. Through the three buffers of its mailbox
 //! (`triple_buffer.rs`) it hands over the values of all its slots as one set. With each value goes a *serial
@@ -26,7 +26,7 @@
 //! | `0x00` | the process that has it: its number in the upper 32 bits, the lower 32 bits of its start time (field 22 of `/proc/PID/stat`) in the lower ones; 0 where it is free |
 //! | `0x08` | state of the three buffers |
 //! | `0x10` | after how many nanoseconds a value is late that the control's configuration says nothing of; 0 never |
-//! | `0x18` | what such inputs become when they are late: 0 they become 0, 1 they stay what they are |
+//! | `0x18` | what such inputs become when they are late: 0 if they become 0, 1 if they stay what they are |
 //! | `0x20` | name of the writer, 32 bytes, 0 behind it |
 //! | `0x40` | three buffers: for each slot the value (an integer, or the bits of a number with a fraction) and its serial number, 64 bits each; a serial number of 0 is no value |
 
@@ -40,7 +40,7 @@ use crate::triple_buffer;
 pub const MAILBOXES: usize = 8;
 /// Bytes of a writer's name.
 pub const NAME_SIZE: usize = 32;
-/// How the area is aligned in the file: so that it can be mapped alone.
+/// The area begins at a multiple of this many bytes, a page, so that it can be mapped alone.
 const ALIGNMENT: usize = 4096;
 
 /// Words of the area's head.
@@ -83,7 +83,7 @@ impl InputArea {
         Self { slots, head, owners, states, first_mailbox, mailbox_size, mailboxes: MAILBOXES }
     }
 
-    /// The area of a mapped image file; `None` where it has none, or one that does not fit the file.
+    /// The area of a mapped image file; `None` if the file has none, or says that parts of it lie outside the file.
     pub fn of(words: &[AtomicU64]) -> Option<Self> {
         let number = |at: usize| words.get(at).map(read_word).map(u64::to_le);
         let place = |at: usize| usize::try_from(number(at)?).ok();
@@ -155,50 +155,57 @@ impl InputArea {
         words.into_iter().flat_map(u64::to_le_bytes).collect()
     }
 
-    /// The number of claims.
+    /// The word that holds the number of claims.
     pub fn claims(self, words: &[AtomicU64]) -> Option<&AtomicU64> {
         words.get(self.head + CLAIMS)
     }
 
-    /// The owner of a slot.
+    /// The word that holds the owner of a slot: the number of a mailbox plus one, or 0. `None` if there is no such
+    /// slot.
     pub fn owner(self, words: &[AtomicU64], slot: usize) -> Option<&AtomicU64> {
         words.get(self.owners + slot).filter(|_| slot < self.slots)
     }
 
-    /// The state of a slot.
+    /// The word that holds the state of a slot; `None` if there is no such slot.
     pub fn state(self, words: &[AtomicU64], slot: usize) -> Option<&AtomicU64> {
         words.get(self.states + slot).filter(|_| slot < self.slots)
     }
 
-    fn mailbox(self, words: &[AtomicU64], mailbox: usize, word: usize) -> Option<&AtomicU64> {
-        let at = self.first_mailbox + mailbox * self.mailbox_size + word;
-        words.get(at).filter(|_| mailbox < self.mailboxes)
+    /// The number of a mailbox's first word; `None` if there is no such mailbox. The number of a mailbox may come
+    /// from the file and be any.
+    fn mailbox_start(self, mailbox: usize) -> Option<usize> {
+        (mailbox < self.mailboxes).then(|| self.first_mailbox + mailbox * self.mailbox_size)
     }
 
-    /// The process that has a mailbox.
+    fn mailbox(self, words: &[AtomicU64], mailbox: usize, word: usize) -> Option<&AtomicU64> {
+        words.get(self.mailbox_start(mailbox)? + word)
+    }
+
+    /// The word that identifies the process that has a mailbox (see the table above); `None` if there is no such
+    /// mailbox.
     pub fn process(self, words: &[AtomicU64], mailbox: usize) -> Option<&AtomicU64> {
         self.mailbox(words, mailbox, OWNER)
     }
 
-    /// The state of a mailbox's buffers.
+    /// The word that holds the state of a mailbox's three buffers (see `triple_buffer.rs`).
     pub fn buffers(self, words: &[AtomicU64], mailbox: usize) -> Option<&AtomicU64> {
         self.mailbox(words, mailbox, STATE)
     }
 
-    /// After how many nanoseconds a mailbox's values are late.
+    /// The word that says after how many nanoseconds a mailbox's values are late; 0 never.
     pub fn timeout(self, words: &[AtomicU64], mailbox: usize) -> Option<&AtomicU64> {
         self.mailbox(words, mailbox, TIMEOUT)
     }
 
-    /// Whether a mailbox's late inputs stay what they are.
+    /// The word that says what a mailbox's late inputs become: 1 they stay what they are, 0 they become 0.
     pub fn hold(self, words: &[AtomicU64], mailbox: usize) -> Option<&AtomicU64> {
         self.mailbox(words, mailbox, HOLD)
     }
 
-    /// The words of a writer's name.
+    /// The words that hold the name of a mailbox's writer.
     pub fn name(self, words: &[AtomicU64], mailbox: usize) -> Option<&[AtomicU64]> {
-        let at = self.first_mailbox + mailbox * self.mailbox_size + NAME;
-        words.get(at..at + NAME_SIZE / 8).filter(|_| mailbox < self.mailboxes)
+        let at = self.mailbox_start(mailbox)? + NAME;
+        words.get(at..at + NAME_SIZE / 8)
     }
 
     /// The value of a slot and its serial number in a mailbox's buffer 0, 1 or 2.
@@ -220,7 +227,7 @@ impl InputArea {
 pub struct WriterName(pub [u8; NAME_SIZE]);
 
 impl WriterName {
-    /// The name, cut where it is too long.
+    /// The first [`NAME_SIZE`] bytes of a name.
     pub fn new(name: &str) -> Self {
         let mut bytes = [0; NAME_SIZE];
         bytes.iter_mut().zip(name.bytes()).for_each(|(to, from)| *to = from);

@@ -43,7 +43,7 @@ impl Control {
     fn new(name: &str, rules: &[Option<Rule>]) -> Self {
         let symbol = |(slot, name, ty, direction): (u32, &str, Type, Direction)| Symbol {
             name: name.into(),
-            value: Place::whole(slot * 8, ty),
+            value: Place::bytes(slot * 8, ty),
             line: None,
             elements: 1,
             direction,
@@ -229,6 +229,17 @@ fn a_variable_has_one_writer() {
     assert!(matches!(InputWriter::open(&control.path, "one too many"), Err(ClaimError::NoMailbox)));
     drop(others);
     control.writer();
+}
+
+#[test]
+fn a_slot_with_a_damaged_owner_can_be_claimed() {
+    let control = Control::new("damaged", &[]);
+    let area = InputArea::of(control.memory.words()).unwrap();
+    for damaged in [9, u64::MAX] {
+        let owner = area.owner(control.memory.words(), 0).unwrap();
+        owner.store(damaged, std::sync::atomic::Ordering::Relaxed);
+        control.writer().claim("A").unwrap();
+    }
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! Is asked by others, such as supervisory systems: they read all points of the driver `modbus-server`, and
-//! write those that are given from outside.
+//! The Modbus server. Clients, such as supervisory systems, read all points of the driver `modbus-server`, and write
+//! those that are given from outside.
 
 use std::collections::HashMap;
 use std::future::{Ready, ready};
@@ -20,8 +20,8 @@ use crate::session::Shared;
 /// The most connections at once.
 const CONNECTIONS: usize = 16;
 
-/// Where the points of the server are: by table and number their index in the hub, their format, and which of
-/// their registers it is.
+/// The points at each number of each table: a point's index in the hub, its format, and which of the point's
+/// registers (0 or 1) this number is.
 type Places = HashMap<(Table, u16), Vec<(usize, Format, usize)>>;
 
 /// Answers the requests of one connection.
@@ -60,7 +60,7 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
     }
     let places = Arc::new(places);
     let connections = Arc::new(AtomicUsize::new(0));
-    let mut told = String::new();
+    let mut reported = String::new();
     loop {
         let why = match TcpListener::bind(&address).await {
             Ok(listener) => {
@@ -86,14 +86,26 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
             }
             Err(error) => error.to_string(),
         };
-        if told != why {
+        if reported != why {
             shared.events.write("server_off", &[("why", why.as_str().into())]);
-            told = why;
+            reported = why;
         }
         tokio::select! {
             () = tokio::time::sleep(Duration::from_secs(1)) => {}
             _ = ended.changed() => return,
         }
+    }
+}
+
+/// The `count` numbers of a table from `start` on.
+///
+/// # Errors
+/// When the last one would be above 65535.
+fn numbers(start: u16, count: usize) -> Result<impl Iterator<Item = u16>, ExceptionCode> {
+    let numbers = start..=u16::MAX;
+    match count <= numbers.len() {
+        true => Ok(numbers.take(count)),
+        false => Err(ExceptionCode::IllegalDataAddress),
     }
 }
 
@@ -115,15 +127,14 @@ impl Answers {
             }
             Ok(word)
         };
-        let end = start.checked_add(count).ok_or(ExceptionCode::IllegalDataAddress)?;
-        (start..end).map(register).collect()
+        numbers(start, count.into())?.map(register).collect()
     }
 
     /// Takes values for a table from a number on: all of them or none.
     fn write(&self, table: Table, start: u16, values: &[u16]) -> Result<(), ExceptionCode> {
         let mut hub = self.shared.hub();
         let mut given = vec![];
-        for (number, at) in (start..=u16::MAX).zip(0..values.len()) {
+        for (number, at) in numbers(start, values.len())?.zip(0..) {
             let members =
                 self.places.get(&(table, number)).ok_or(ExceptionCode::IllegalDataAddress)?;
             for &(index, format, part) in members {
@@ -143,9 +154,6 @@ impl Answers {
                 }
                 given.push((index, value));
             }
-        }
-        if usize::from(u16::MAX - start) + 1 < values.len() {
-            return Err(ExceptionCode::IllegalDataAddress);
         }
         for (index, value) in given {
             hub.give(index, value);
@@ -202,5 +210,22 @@ impl Service for Answers {
 
     fn call(&self, request: Self::Request) -> Self::Future {
         ready(self.answer(&request))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    #[test]
+    fn numbers_go_up_to_the_last_one_of_a_table() {
+        let found = |start, count| numbers(start, count).map(Iterator::collect::<Vec<u16>>);
+        assert_eq!(found(7, 2).unwrap(), [7, 8]);
+        assert_eq!(found(u16::MAX, 1).unwrap(), [u16::MAX]);
+        assert_eq!(found(u16::MAX, 2), Err(ExceptionCode::IllegalDataAddress));
+        assert_eq!(found(0, 65_536).unwrap().len(), 65_536);
+        assert_eq!(found(1, 65_536), Err(ExceptionCode::IllegalDataAddress));
     }
 }
