@@ -24,7 +24,7 @@ pub enum Safe {
     Value(Number),
 }
 
-/// What the configuration says of an input.
+/// What the configuration says of one input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rule {
     /// What it becomes when it is not given in time.
@@ -40,7 +40,7 @@ pub enum Change {
     Begun,
     /// They were not given in time, and have their safe values.
     Late,
-    /// Their writer has released them or has ended, and they have their safe values.
+    /// Nobody gives them any more, since their writer has released them or has ended. They have their safe values.
     Released,
     /// They had their safe values, and are given again.
     Recovered,
@@ -92,39 +92,44 @@ enum SlotState {
 struct Slot {
     symbol: Symbol,
     rule: Option<Rule>,
-    /// The number of its mailbox plus one; 0 where it has none.
+    /// The number of its writer's mailbox plus one; 0 if it has no writer.
     owner: usize,
-    /// The owner before, for what is reported of a slot that has been released.
+    /// The last owner that was not 0. An event of a slot that was released names that writer.
     last_owner: usize,
     state: SlotState,
-    /// Whether the last value that came could not be taken.
+    /// Whether the newest value that was given is one that the variable can't have.
     refused: bool,
+    /// The serial number of the newest value that was given.
     serial: u64,
-    /// What it was given last, to be given again where somebody else has set the variable.
+    /// The value that the variable was set to last. It is set again if the stimulus or the socket may have
+    /// set the variable meanwhile.
     value: Option<Number>,
-    /// When it was given last, or when the control began to wait for it.
+    /// When the newest value was given or, before the first one, when the control began to wait for it, in
+    /// nanoseconds of `CLOCK_MONOTONIC`.
     since: u64,
 }
 
-/// How many inputs of a writer have changed in a way, and the first of them.
+/// The inputs of one writer with the same [`Change`] before one tick: the slot of the first and their number.
 #[derive(Clone, Copy, Debug, Default)]
 struct Count {
     first: u32,
     count: u32,
 }
 
-/// Takes inputs.
+/// Takes inputs. See [`take`](Self::take).
 #[derive(Clone, Debug)]
 pub struct InputLatch {
     area: InputArea,
     slots: Vec<Slot>,
     /// The slots that have an owner or a rule.
     active: Vec<u32>,
+    /// The number of claims in the area when the owners were looked up last; `None` before the first tick.
     claims: Option<u64>,
     /// Whether inputs with a rule have their safe values from the first tick on.
     begins_safe: bool,
-    /// When the next input may be late.
+    /// Before this time, in nanoseconds of `CLOCK_MONOTONIC`, no input can become late.
     deadline: u64,
+    /// The changes before the present tick, by owner (0 for none) and by kind.
     counts: [[Count; Change::ALL.len()]; MAILBOXES + 1],
 }
 
@@ -157,15 +162,15 @@ impl InputLatch {
         Self { area, slots, active, claims: None, begins_safe, deadline: 0, counts }
     }
 
-    /// Takes what the writers have given. `now` is the time in nanoseconds of `CLOCK_MONOTONIC`. `apply` is
-    /// called with the slot and the value of each variable that has to be set. With `again` also those
-    /// inputs are set that have not changed, since somebody else may have set them. `report` is called
-    /// for what has happened to inputs.
+    /// Takes what the writers have given; called before each tick. `words` is the mapped file, `now` the time in
+    /// nanoseconds of `CLOCK_MONOTONIC`. `apply` is called with the slot and the value of each variable that has
+    /// to be set. With `set_all` the inputs whose values have not changed are set too, since the stimulus or
+    /// the socket may have set them. `report` is called for each change of inputs.
     pub fn take(
         &mut self,
         words: &[AtomicU64],
         now: u64,
-        again: bool,
+        set_all: bool,
         mut apply: impl FnMut(u32, Number),
         mut report: impl FnMut(InputEvent),
     ) {
@@ -176,15 +181,15 @@ impl InputLatch {
             self.claims = claims;
             self.find_owners(words, now, first);
         }
-        // The mailboxes are looked at behind the claims: who has claimed a slot has cleared its mailbox
-        // before.
+        // The mailboxes are read after the claims: a writer clears its mailbox before it claims a slot, so no
+        // value of the mailbox's previous owner is taken.
         let mut fronts = [None; MAILBOXES];
         let mut fresh = false;
         for (mailbox, front) in fronts.iter_mut().enumerate() {
             *front = self.area.buffers(words, mailbox).and_then(triple_buffer::take);
             fresh |= front.is_some_and(|taken: Taken| taken.fresh);
         }
-        if !(fresh || changed || again || now >= self.deadline) {
+        if !(fresh || changed || set_all || now >= self.deadline) {
             return;
         }
         self.deadline = u64::MAX;
@@ -201,7 +206,7 @@ impl InputLatch {
             let given =
                 given.map(|(value, serial)| (read_word(value).to_le(), read_word(serial).to_le()));
             let begins = first && self.begins_safe;
-            let (change, value) = slot.step(words, self.area, given, now, begins, again);
+            let (change, value) = slot.step(words, self.area, given, now, begins, set_all);
             if let Some(value) = value {
                 apply(number, value);
             }
@@ -251,11 +256,11 @@ impl InputLatch {
                 slot.last_owner = owner;
             }
             slot.owner = owner;
-            // A value gets no newer by another owner.
+            // The time of the newest value stays when the owner changes: a change of owner is no new value.
             if first {
                 slot.since = now;
             }
-            // What has been released is looked at once more.
+            // A slot that was released is handled once more, so that its input gets the safe value.
             if owner != 0 || slot.rule.is_some() || slot.state == SlotState::Current {
                 self.active.push(number);
             }
@@ -264,19 +269,20 @@ impl InputLatch {
 }
 
 impl Slot {
-    /// What becomes of the slot before a tick: how it has changed, and what its variable is set to. `given`
-    /// is what its writer has published.
+    /// Brings the slot up to date before a tick. Gives how it has changed, and the value that its variable is to be
+    /// set to. `given` is the value and serial number that its writer has published last. `begins_safe` says
+    /// that this is the first tick, in which inputs with a rule get their safe values.
     fn step(
         &mut self,
         words: &[AtomicU64],
         area: InputArea,
         given: Option<(u64, u64)>,
         now: u64,
-        first: bool,
-        again: bool,
+        begins_safe: bool,
+        set_all: bool,
     ) -> (Option<Change>, Option<Number>) {
-        let is_level = self.symbol.direction == Direction::Input;
-        if first && is_level && self.rule.is_some() {
+        let is_input = self.symbol.direction == Direction::Input;
+        if begins_safe && is_input && self.rule.is_some() {
             return (None, self.safe_value(words, area));
         }
         if let Some((value, serial)) = given
@@ -289,7 +295,7 @@ impl Slot {
                 None => Number::Float(f64::from_bits(value)),
             };
             if !self.symbol.takes(value) {
-                // Told once: a source that is wrong is wrong again and again.
+                // This is reported once, and again after a value that could be taken.
                 let known = std::mem::replace(&mut self.refused, true);
                 let late = self.deadline(words, area).is_some_and(|end| now >= end);
                 if !late || self.state == SlotState::Safe {
@@ -304,9 +310,9 @@ impl Slot {
                 SlotState::Safe => Some(Change::Recovered),
                 SlotState::Current => None,
             };
-            // An input is set where its value is another one; another variable whenever it is given, since
-            // the program may have changed it.
-            let set = !is_level || again || change.is_some() || self.value != Some(value);
+            // An input is set when its value changes; another variable whenever it is given, since the
+            // program may have changed it.
+            let set = !is_input || set_all || change.is_some() || self.value != Some(value);
             self.state = SlotState::Current;
             self.value = Some(value);
             return (change, set.then_some(value));
@@ -319,18 +325,19 @@ impl Slot {
         if change.is_some() {
             return (change, self.become_safe(words, area));
         }
-        (None, self.value.filter(|_| again && is_level))
+        (None, self.value.filter(|_| set_all && is_input))
     }
 
-    /// Gives an input its safe value; gives what its variable is set to.
+    /// Puts the slot into the state [`SlotState::Safe`]. Gives the value that an input is to be set to; `None` if it
+    /// stays what it is, as variables that are no inputs do.
     fn become_safe(&mut self, words: &[AtomicU64], area: InputArea) -> Option<Number> {
         self.state = SlotState::Safe;
-        let is_level = self.symbol.direction == Direction::Input;
-        self.value = self.safe_value(words, area).filter(|_| is_level);
+        let is_input = self.symbol.direction == Direction::Input;
+        self.value = self.safe_value(words, area).filter(|_| is_input);
         self.value
     }
 
-    /// When the value is late, if it ever is.
+    /// The time from which on the value is late, in nanoseconds of `CLOCK_MONOTONIC`; `None` if it never is.
     fn deadline(&self, words: &[AtomicU64], area: InputArea) -> Option<u64> {
         let of_mailbox = || {
             let timeout = self.owner.checked_sub(1).and_then(|owner| area.timeout(words, owner));
@@ -342,7 +349,7 @@ impl Slot {
         (waits && timeout != 0).then(|| self.since.saturating_add(timeout))
     }
 
-    /// What the variable is set to when it is late; `None` where it stays what it is.
+    /// What the input is set to when it is late; `None` if it stays what it is.
     fn safe_value(&self, words: &[AtomicU64], area: InputArea) -> Option<Number> {
         let held = || {
             let hold = self.owner.checked_sub(1).and_then(|owner| area.hold(words, owner));

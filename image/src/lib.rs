@@ -33,7 +33,8 @@
 //! | `input_area.rs` | where the parts of the area for inputs lie |
 //! | `writer.rs` | gives inputs |
 //! | `latch.rs` | takes inputs, in the control |
-//! | `safe_output_writer.rs` | safe outputs when the control has died |
+//! | `process.rs` | which process gives inputs, and whether it still runs |
+//! | `safe_output_writer.rs` | writes the safe outputs of a control that has died |
 //! | `configuration/` | the entries `[[io]]` of a controller's configuration, behind the feature of that name |
 //! | `shared_memory.rs` | the mapped file as atomic words |
 
@@ -43,9 +44,9 @@ pub mod configuration;
 pub mod input_area;
 pub mod latch;
 pub mod layout;
-mod safe_output_writer;
 mod process;
 mod reader;
+mod safe_output_writer;
 pub mod sequence;
 mod shared_memory;
 pub mod symbol;
@@ -57,15 +58,16 @@ mod model;
 #[cfg(test)]
 mod tests;
 
-/// The atomics that `sequence.rs` and `triple_buffer.rs` work on; their model check has others.
+/// The atomics that `sequence.rs` and `triple_buffer.rs` use. `model.rs` compiles these two files once more with
+/// those of loom.
 mod atomics {
     pub(crate) use std::sync::atomic::{AtomicU64, Ordering, fence};
 }
 
 pub use clock::monotonic_ns;
 pub use layout::State;
-pub use safe_output_writer::OutputDriver;
 pub use reader::{ImageReader, Snapshot};
+pub use safe_output_writer::SafeOutputWriter;
 pub use shared_memory::{Access, SharedMemory};
 pub use symbol::{Direction, Number, Place, Symbol, Type};
 pub use writer::{ClaimError, Input, InputWriter};

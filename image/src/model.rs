@@ -1,18 +1,18 @@
-//! The model checks of the sequence counter and of the three buffers: `sequence.rs` and
-//! `triple_buffer.rs` run on loom's atomics, and loom tries all orders of loads and stores that the
-//! memory model allows.
+//! Checks the sequence counter and the three buffers with loom, which tries all orders of loads and stores that the
+//! memory model allows. For that `sequence.rs` and `triple_buffer.rs` are compiled once more here, with loom's
+//! atomics.
 
-/// What the two work on here.
+/// The atomics that the two included files use here.
 mod atomics {
     pub(crate) use loom::sync::atomic::{AtomicU64, Ordering, fence};
 }
 
-#[allow(clippy::duplicate_mod, reason = "it runs on other atomics here")]
+#[allow(clippy::duplicate_mod, reason = "it uses other atomics here")]
 #[path = "sequence.rs"]
 #[allow(dead_code, unreachable_pub, reason = "each check uses a part of it")]
 mod sequence;
 
-#[allow(clippy::duplicate_mod, reason = "it runs on other atomics here")]
+#[allow(clippy::duplicate_mod, reason = "it uses other atomics here")]
 #[path = "triple_buffer.rs"]
 #[allow(dead_code, unreachable_pub, reason = "each check uses a part of it")]
 mod triple_buffer;

@@ -1,4 +1,4 @@
-//! The reading side of an image file.
+//! Reads image files: whole ticks, the header, and the tables.
 
 use std::fs::{File, OpenOptions};
 use std::io;
@@ -11,8 +11,8 @@ use crate::sequence::{begin_read, end_read, read_word};
 use crate::symbol::{Number, Symbol};
 use crate::{Access, SharedMemory};
 
-/// How often a reader tries to copy a tick before it gives up. The writer needs some microseconds
-/// for each tick, so a reader that fails so often meets a writer that has died while it wrote.
+/// How often a reader tries to copy a tick before it gives up. The control needs some microseconds to write a tick,
+/// so a reader that fails so often reads the file of a control that has died while it wrote.
 const TRIES: u32 = 100_000;
 
 /// A whole tick.
@@ -57,13 +57,15 @@ impl Snapshot {
     }
 }
 
-/// Opens a regular file, without waiting for a FIFO that has this name.
+/// Opens a file, for writing too if `write` is true. Anything but a regular file is an error; opening a FIFO does
+/// not wait for its other end.
 pub(crate) fn open_regular(path: &Path, write: bool) -> io::Result<File> {
     let flags = rustix::fs::OFlags::NONBLOCK.bits() as i32;
     let file = OpenOptions::new().read(true).write(write).custom_flags(flags).open(path)?;
     if file.metadata()?.is_file() { Ok(file) } else { Err(wrong("it is no regular file")) }
 }
 
+/// The error for a file that is not what it should be.
 pub(crate) fn wrong(what: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, what)
 }
@@ -121,7 +123,8 @@ impl ImageReader {
         self.word(layout::AT_DIALECT) & 0xFFFF_FFFF
     }
 
-    /// Gives the outputs in a tick their safe values: for a driver that finds the control silent.
+    /// Gives the outputs in the copy of a tick their safe values, which the file's table says. For a driver whose
+    /// control ends no ticks any more.
     pub fn make_safe(&self, tick: &mut Snapshot) {
         let place = |at| usize::try_from(self.word(at)).unwrap_or(0);
         let (from, count) = (place(layout::AT_SAFE_OUTPUTS), place(layout::AT_SAFE_OUTPUTS_COUNT));

@@ -1,5 +1,5 @@
-//! What a supervisor does with the image file of a control that has died: it writes the outputs' safe
-//! values.
+//! Writes the outputs' safe values into the image file of a control that has died. The supervisor does
+//! this, so that drivers find the safe values in the file.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -12,18 +12,18 @@ use crate::reader::{image_place, wrong};
 use crate::sequence::{begin_write, end_write, read_word, write_word};
 use crate::{Access, SharedMemory};
 
-/// An image file, mapped so that its outputs can be made safe at once: [`drive`](Self::drive) makes no
-/// system call.
+/// An image file that is mapped while its control runs, so that the safe outputs can be written as soon as the
+/// control has died: [`write`](Self::write) makes no system call.
 #[derive(Debug)]
-pub struct OutputDriver {
+pub struct SafeOutputWriter {
     memory: SharedMemory,
     image_words: Range<usize>,
     image_size: usize,
-    /// By which a file is known: its device and its number there.
+    /// What identifies the file: the number of its device and its inode.
     identity: (u64, u64),
 }
 
-impl OutputDriver {
+impl SafeOutputWriter {
     /// Maps an image file.
     ///
     /// # Errors
@@ -41,7 +41,8 @@ impl OutputDriver {
         fs::metadata(path).is_ok_and(|about| (about.dev(), about.ino()) == self.identity)
     }
 
-    /// Whether the process of this number made the file and has not ended its work in order.
+    /// Whether the process with this number made the file, and the file does not say that this process has ended
+    /// or made another file.
     pub fn is_in_use_by(&self, process: u32) -> bool {
         let words = self.memory.words();
         let number = |at: usize| words.get(at / 8).map(|word| read_word(word).to_le());
@@ -50,12 +51,12 @@ impl OutputDriver {
             && !ended.contains(&number(layout::AT_STATE))
     }
 
-    /// Writes the safe outputs, and the state [`State::Dead`], into the file of a process that has died.
-    /// It may have died while it wrote, so that the rest of the image belongs to two ticks.
+    /// Writes the safe outputs and the state [`State::Dead`]. The control may have died while it wrote a tick; then
+    /// other parts of the process image belong to two ticks.
     ///
     /// # Errors
     /// When the file is too short.
-    pub fn drive(&self) -> io::Result<()> {
+    pub fn write(&self) -> io::Result<()> {
         let words = self.memory.words();
         let number = |at: usize| words.get(at / 8).map_or(0, read_word).to_le();
         let counter = words.get(layout::AT_SEQUENCE / 8).ok_or_else(|| wrong("it is too short"))?;

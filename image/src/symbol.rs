@@ -140,8 +140,8 @@ pub struct Place {
 }
 
 impl Place {
-    /// The place of a value of whole bytes.
-    pub fn whole(offset: u32, ty: Type) -> Self {
+    /// The place of a value that takes whole bytes, as many as its type has; one byte for the types of bits.
+    pub fn bytes(offset: u32, ty: Type) -> Self {
         let width = match ty {
             Type::Integer | Type::Word => 16,
             Type::Long => 32,
@@ -151,7 +151,7 @@ impl Place {
         Self { offset, ty, bit: 0, width }
     }
 
-    /// The place of some bits.
+    /// The place of `width` bits from bit number `bit` on, counted from the lowest bit of the byte at the offset.
     pub fn bits(offset: u32, ty: Type, bit: u8, width: u8) -> Self {
         Self { offset, ty, bit, width }
     }
@@ -246,7 +246,7 @@ pub struct Symbol {
     pub line: Option<Place>,
     /// How many elements follow one another; 1 for a variable that is no array.
     pub elements: u32,
-    /// Input, output, or neither.
+    /// Whether it is an input, an output, or neither.
     pub direction: Direction,
     /// By which slot another process can give the value, if it can.
     pub slot: Option<u32>,
@@ -255,7 +255,8 @@ pub struct Symbol {
 }
 
 impl Symbol {
-    /// What is given for an input, or taken for an output: its lines, or its value where it has none.
+    /// The place that drivers read or write: the physical lines of an input or output, or the value if there are
+    /// none.
     pub fn outside(&self) -> Place {
         self.line.unwrap_or(self.value)
     }
@@ -332,21 +333,21 @@ mod tests {
     #[test]
     fn values_are_read_by_their_type() {
         let image = [0x01, 0xFE, 0xFF, 0xFF, 0xFF, 0xA5, 0x92, 0, 0, 0, 0, 0, 0, 0xF8, 0x3F];
-        let whole = |offset, ty| Place::whole(offset, ty).read(&image);
+        let bytes = |offset, ty| Place::bytes(offset, ty).read(&image);
         let bits = |offset, ty, bit, width| Place::bits(offset, ty, bit, width).read(&image);
-        assert_eq!(whole(0, Type::Logical), Some(Number::Int(1)));
-        assert_eq!(whole(1, Type::Integer), Some(Number::Int(-2)));
-        assert_eq!(whole(1, Type::Word), Some(Number::Int(0xFFFE)));
-        assert_eq!(whole(1, Type::Long), Some(Number::Int(-2)));
-        assert_eq!(whole(7, Type::Double), Some(Number::Float(1.5)));
+        assert_eq!(bytes(0, Type::Logical), Some(Number::Int(1)));
+        assert_eq!(bytes(1, Type::Integer), Some(Number::Int(-2)));
+        assert_eq!(bytes(1, Type::Word), Some(Number::Int(0xFFFE)));
+        assert_eq!(bytes(1, Type::Long), Some(Number::Int(-2)));
+        assert_eq!(bytes(7, Type::Double), Some(Number::Float(1.5)));
         assert_eq!(bits(5, Type::Bits, 4, 4), Some(Number::Int(0xA)));
         assert_eq!(bits(5, Type::Bits, 7, 1), Some(Number::Int(1)));
         assert_eq!(bits(5, Type::SignedBits, 0, 8), Some(Number::Int(-91)));
         assert_eq!(bits(6, Type::Bcd, 0, 8), Some(Number::Int(92)));
         assert_eq!(bits(4, Type::Bits, 4, 8), Some(Number::Int(0x5F)));
-        assert_eq!(whole(12, Type::Long), None);
+        assert_eq!(bytes(12, Type::Long), None);
         assert_eq!(bits(14, Type::Bits, 4, 8), None);
-        assert_eq!(whole(u32::MAX, Type::Logical), None);
+        assert_eq!(bytes(u32::MAX, Type::Logical), None);
     }
 
     #[test]
@@ -357,7 +358,7 @@ mod tests {
         assert_eq!(range(Type::Bcd, 8), 0..=99);
         assert_eq!(range(Type::Bcd, 6), 0..=39);
         assert_eq!(range(Type::Bits, 32), 0..=0xFFFF_FFFF);
-        assert_eq!(Place::whole(0, Type::Double).range(), None);
+        assert_eq!(Place::bytes(0, Type::Double).range(), None);
     }
 
     #[test]
@@ -365,7 +366,7 @@ mod tests {
         let symbols = [
             Symbol {
                 name: "READY".into(),
-                value: Place::whole(7, Type::Logical),
+                value: Place::bytes(7, Type::Logical),
                 line: Some(Place::bits(64, Type::Bits, 3, 1)),
                 elements: 1,
                 direction: Direction::Input,
@@ -374,7 +375,7 @@ mod tests {
             },
             Symbol {
                 name: "@FRO".into(),
-                value: Place::whole(8, Type::Integer),
+                value: Place::bytes(8, Type::Integer),
                 line: None,
                 elements: 4,
                 direction: Direction::Internal,

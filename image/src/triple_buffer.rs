@@ -4,7 +4,7 @@
 //! The writer fills the *back* buffer, the control reads the *front* one, and the *middle* one is between
 //! them. Publishing exchanges back and middle, taking exchanges front and middle. Which buffer is which
 //! stands in one word, the state, and each exchange changes it as a whole. So a process may be killed at
-//! any moment: what it had not published is never seen, and who comes after it finds a consistent state.
+//! any moment: what it had not published is never seen, and the process that takes its place finds a consistent state.
 //!
 //! | bits of the state | hold |
 //! | --- | --- |
@@ -21,8 +21,8 @@ use super::atomics::{AtomicU64, Ordering};
 pub const INITIAL: u64 = 0b10_01_00;
 /// The bit that says that the middle buffer is newer than the front one.
 const FRESH: u64 = 1 << 6;
-/// How often the control tries to exchange buffers. It fails only where the writer publishes at the same
-/// moment, and keeps the buffer that it has then.
+/// How often the control tries to exchange buffers. A try fails only if the writer publishes at the same moment.
+/// After the last one the control keeps the buffer that it has.
 const TRIES: u32 = 8;
 
 /// What the control reads.
@@ -30,7 +30,7 @@ const TRIES: u32 = 8;
 pub struct Taken {
     /// The number of the buffer.
     pub front: usize,
-    /// Whether it is another one than before.
+    /// Whether it was published after the one that was taken before.
     pub fresh: bool,
 }
 

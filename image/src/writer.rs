@@ -1,4 +1,4 @@
-//! The side of a process that gives inputs.
+//! Gives inputs to a control: the side of the process outside.
 
 use std::path::Path;
 use std::sync::atomic::Ordering;
@@ -23,7 +23,7 @@ pub enum ClaimError {
     #[error("the image file has no area for inputs")]
     NoInputs,
     /// All mailboxes are taken.
-    #[error("as many processes as there can be give inputs already")]
+    #[error("no mailbox is free: the largest possible number of processes give inputs already")]
     NoMailbox,
     /// The program has no such variable.
     #[error("the program has no variable named `{0}`")]
@@ -53,7 +53,7 @@ pub enum ClaimError {
     #[error("the variable is not claimed")]
     Released,
     /// Somebody else has this writer's mailbox, or has damaged it.
-    #[error("the mailbox of this process is lost")]
+    #[error("another process has taken or damaged the mailbox of this one")]
     Lost,
 }
 
@@ -72,8 +72,7 @@ struct Claimed {
 
 /// Gives a control the values of inputs.
 ///
-/// The values that are [`set`](Self::set) are seen by the control when they are
-/// [published](Self::publish), all at once. When this process ends or the writer is dropped, and when a value
+/// The control sees the values that were [`set`](Self::set) when they are [published](Self::publish), all at once. When this process ends or the writer is dropped, and when a value
 /// has not been set again for too long, the inputs take their safe values.
 #[derive(Debug)]
 pub struct InputWriter {
@@ -91,14 +90,13 @@ impl InputWriter {
     /// 32 bytes.
     ///
     /// # Errors
-    /// When the file can't be opened, has no area for inputs, or as many processes as can be give inputs
-    /// already.
+    /// When the file can't be opened or has no area for inputs, or no mailbox is free.
     pub fn open(path: &Path, name: &str) -> Result<Self, ClaimError> {
         let symbols = ImageReader::open(path)?.symbols();
         let memory = SharedMemory::map(&open_regular(path, true)?, Access::Write)?;
         image_place(memory.words())?;
         let area = InputArea::of(memory.words()).ok_or(ClaimError::NoInputs)?;
-        let owner = process::this();
+        let owner = process::own_identity();
         let mailbox = free_mailbox(&memory, area, owner).ok_or(ClaimError::NoMailbox)?;
         let serial = crate::monotonic_ns();
         let mut writer = Self { memory, area, mailbox, owner, symbols, claimed: vec![], serial };
@@ -159,7 +157,7 @@ impl InputWriter {
             let other = (old.to_le() as usize).checked_sub(1);
             if let Some(other) = other.filter(|&other| other != self.mailbox)
                 && let Some(process) = self.area.process(words, other).map(read_word)
-                && process::lives(process.to_le())
+                && process::is_running(process.to_le())
             {
                 let writer = self.area.name(words, other).map(WriterName::read).unwrap_or_default();
                 let (name, writer) = (name.to_owned(), writer.to_string());
@@ -184,7 +182,7 @@ impl InputWriter {
     /// Sets a value, or says that it is the same as before and still current.
     ///
     /// # Errors
-    /// When the variable can't have this value; its old value gets no newer by that.
+    /// When the variable can't have this value. Its old value stays, and gets late after its timeout.
     pub fn set(&mut self, input: Input, value: Number) -> Result<(), ClaimError> {
         let claimed = self.claimed.get_mut(input.0).ok_or(ClaimError::Released)?;
         if !claimed.symbol.takes(value) {
@@ -228,7 +226,7 @@ impl InputWriter {
         triple_buffer::publish(state).ok_or(ClaimError::Lost)
     }
 
-    /// Whether the control still takes inputs by this file. It does not when it has ended, or when an
+    /// Whether the control still takes inputs from this file. It does not when it has ended, or when an
     /// online change has made another file of the same name: open that one then.
     pub fn is_current(&self) -> bool {
         let state = self.memory.words().get(layout::AT_STATE / 8).map_or(0, read_word).to_le();
@@ -242,7 +240,7 @@ impl InputWriter {
         let own = (self.mailbox as u64 + 1).to_le();
         for slot in 0..self.area.slots() {
             if let Some(owner) = self.area.owner(words, slot) {
-                // Another owner's slot stays his.
+                // Fails for a slot of another owner, which stays as it is.
                 let _ = owner.compare_exchange(own, 0, Ordering::AcqRel, Ordering::Relaxed);
             }
         }
@@ -277,7 +275,7 @@ fn free_mailbox(memory: &SharedMemory, area: InputArea, owner: u64) -> Option<us
         area.process(memory.words(), mailbox).is_some_and(|process| {
             let old = process.load(Ordering::Acquire);
             let new = owner.to_le();
-            !process::lives(old.to_le())
+            !process::is_running(old.to_le())
                 && process.compare_exchange(old, new, Ordering::AcqRel, Ordering::Relaxed).is_ok()
         })
     })

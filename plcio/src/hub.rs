@@ -14,8 +14,9 @@ pub(crate) struct Hub {
     silence: Duration,
     /// The tick that was read last, with safe outputs where they must be.
     tick: Option<Snapshot>,
-    /// Whether outputs are safe because the control is silent, or because `plcio` ends.
+    /// Whether the outputs in `tick` have their safe values, since the control ends no ticks or `plcio` ends.
     safe: bool,
+    /// Whether `plcio` ends.
     ending: bool,
 }
 
@@ -49,13 +50,13 @@ impl Hub {
         })
     }
 
-    /// A point.
+    /// The point with this index.
     pub(crate) fn point(&self, index: usize) -> Option<&Point> {
         self.points.get(index).map(|(point, _)| point)
     }
 
-    /// Takes a value from outside; the control gets it with [`publish`](Self::publish). Gives whether the
-    /// variable can have it.
+    /// Takes a value that a point outside gives; the control gets it with [`publish`](Self::publish). Gives whether
+    /// the variable can have the value.
     pub(crate) fn give(&mut self, index: usize, outside: f64) -> bool {
         let Some((point, Some(input))) = self.points.get(index) else { return false };
         let Some(inside) = point.inside(outside) else { return false };
@@ -87,13 +88,14 @@ impl Hub {
         (std::mem::replace(&mut self.safe, safe) != safe).then_some(safe)
     }
 
-    /// Has outputs be safe from now on, since `plcio` ends.
+    /// Gives the outputs their safe values from now on, since `plcio` ends.
     pub(crate) fn end(&mut self) {
         self.ending = true;
         self.refresh();
     }
 
-    /// What the outside gets of a point: of an output what is on its lines.
+    /// The value that the point outside gets of its variable: of an output the value of its physical lines. `None`
+    /// before the first tick.
     pub(crate) fn take(&self, index: usize) -> Option<f64> {
         let (point, _) = self.points.get(index)?;
         let value = self.tick.as_ref()?.output(&point.symbol)?;

@@ -29,7 +29,7 @@ use settings::Settings;
 /// Connects the inputs and outputs of a control with Modbus devices and supervisory systems.
 ///
 /// The entries `[[io]]` of the control's configuration say which variable belongs to which point. The
-/// control must run with an image file. plcio waits for it, and may be started and ended at any time.
+/// control must run with an image file. plcio is_reported for it, and may be started and ended at any time.
 #[derive(Parser)]
 #[command(
     name = "plcio",
@@ -76,16 +76,17 @@ async fn run(settings: Settings) -> ExitCode {
     let (Ok(mut terminate), Ok(mut interrupt)) = signals else { return ExitCode::from(2) };
     let (stop, stopped) = tokio::sync::watch::channel(false);
     let work = tokio::spawn(async move {
-        let mut waits = false;
+        // Whether the event `waiting` has been written since the last session.
+        let mut is_reported = false;
         while !*stopped.borrow() {
             match session::Session::open(&settings, &events) {
                 Ok(session) => {
-                    waits = false;
+                    is_reported = false;
                     session.run(stopped.clone()).await;
                 }
-                Err(why) if !waits => {
+                Err(why) if !is_reported => {
                     events.write("waiting", &[("why", why.into())]);
-                    waits = true;
+                    is_reported = true;
                 }
                 Err(_) => {}
             }

@@ -32,18 +32,19 @@ impl Shared {
     }
 }
 
-/// How often it is looked whether the file of the image's name is still the same, in rounds of 20 ms.
-const LOOK_AT_NAME: u32 = 10;
+/// After how many rounds of 20 ms the session checks again whether the file of that name is still the one that it
+/// has opened.
+const ROUNDS_UNTIL_FILE_CHECK: u32 = 10;
 
-/// By which the file at a path is known.
+/// What identifies the file at a path: the number of its device and its inode.
 fn identity(path: &Path) -> Option<(u64, u64)> {
     std::fs::metadata(path).ok().map(|about| (about.dev(), about.ino()))
 }
 
-/// A session.
+/// The work for one image file.
 pub(crate) struct Session {
     shared: Shared,
-    /// By which the image file is known: its device and its number there.
+    /// The identity of the image file.
     identity: Option<(u64, u64)>,
     /// For each driver the indices of its points.
     by_driver: Vec<(Driver, Vec<usize>)>,
@@ -53,7 +54,7 @@ impl Session {
     /// Opens the image file of the control and claims the inputs.
     ///
     /// # Errors
-    /// Why that is not possible now. A control that starts later, or again, may change it.
+    /// Why that is not possible now. It may be possible later, for example when the control has been started.
     pub(crate) fn open(settings: &Settings, events: &Events) -> Result<Self, String> {
         let path = &settings.image;
         let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
@@ -64,7 +65,7 @@ impl Session {
             _ => return Err(named(&"the control does not run")),
         }
         let dialect = Dialect::ALL.get(usize::try_from(reader.dialect()).unwrap_or(usize::MAX));
-        // Its names end in bits.
+        // Numbers in names of NCT end in a bit from 0 to 7.
         let is_nct = dialect == Some(&Dialect::Nct);
         let checked = configuration::points(&settings.entries, &reader.symbols(), is_nct, &[]);
         if let Some(mistake) = checked.mistakes.first() {
@@ -120,7 +121,8 @@ impl Session {
             // A control that was killed can't say that it has ended, but the next one makes another file.
             rounds = rounds.wrapping_add(1);
             let path = &shared.settings.image;
-            let is_other = rounds.is_multiple_of(LOOK_AT_NAME) && self::identity(path) != identity;
+            let is_other =
+                rounds.is_multiple_of(ROUNDS_UNTIL_FILE_CHECK) && self::identity(path) != identity;
             if is_other || !shared.hub().is_current() {
                 break;
             }

@@ -7,7 +7,7 @@
 //! | `modbus-server` | `TABLE/NUMBER[:FORMAT]` | `holding/0` |
 //!
 //! TABLE is `coil`, `discrete` (input), `input` (register) or `holding` (register). Numbers count from 0. FORMAT is
-//! for registers: `u16` (the usual one), `i16`, `u32`, `i32`, `f32`, with the high word first, or `-swapped`
+//! for registers: `u16` (the default), `i16`, `u32`, `i32`, `f32`, with the high word first, or `-swapped`
 //! behind it; or `bit0` to `bit15`.
 
 /// How a device is reached.
@@ -17,7 +17,7 @@ pub enum Medium {
     Tcp(String, u16),
     /// By a serial line: the device, bauds, and the letter of the parity (`N`, `E` or `O`).
     Serial(String, u32, char),
-    /// Others ask for the point.
+    /// The point belongs to the server of `plcio`, which others ask.
     Server,
 }
 
@@ -43,13 +43,13 @@ pub enum Format {
     U16,
     /// 16 bits with a sign.
     I16,
-    /// 32 bits without a sign, in two registers; whether the low one comes first.
+    /// 32 bits without a sign, in two registers. `true` if the low word comes first.
     U32(bool),
-    /// 32 bits with a sign.
+    /// The same with a sign.
     I32(bool),
-    /// 32 bits, IEEE 754.
+    /// A floating-point number of 32 bits (IEEE 754) in two registers; `true` as above.
     F32(bool),
-    /// A bit of a register.
+    /// A bit of a register, by its number from 0 for the lowest.
     BitOf(u8),
 }
 
@@ -84,7 +84,8 @@ pub struct Address {
 }
 
 impl Address {
-    /// Reads the address of a driver: `tcp`, `serial`, or of a server where neither is true.
+    /// Reads an address: of the driver `modbus-tcp` if `tcp` is true, of `modbus-rtu` if `serial` is, else of
+    /// `modbus-server`.
     ///
     /// # Errors
     /// What is wrong with it.
@@ -135,7 +136,8 @@ impl Address {
         Ok(Self { medium, unit, table, number, format })
     }
 
-    /// The point that follows so many others of the same kind; `None` beyond the last number.
+    /// The address of the point number `index` (from 0) of a range that begins here. `None` if it is beyond the
+    /// last number of the table, 65535.
     pub fn nth(&self, index: usize) -> Option<Self> {
         let mut next = self.clone();
         if let Format::BitOf(bit) = self.format {

@@ -19,7 +19,7 @@ pub struct Point {
     pub symbol: Symbol,
     /// The point, for drivers of Modbus.
     pub address: Option<Address>,
-    /// Whether the outside gives the value; else it takes it.
+    /// Whether the point outside gives the variable its value; else it takes the value.
     pub gives: bool,
 }
 
@@ -29,7 +29,8 @@ impl Point {
         Rule { safe: self.entry.safe, timeout_ns: self.entry.timeout_ms.saturating_mul(1_000_000) }
     }
 
-    /// The value inside that belongs to a value outside; `None` where the variable can't have it.
+    /// The value of the variable for a value of the point outside: inverted, or scaled and rounded, as the entry
+    /// says. `None` if the variable can't have it.
     pub fn inside(&self, outside: f64) -> Option<Number> {
         let place = self.symbol.outside();
         let value = if place.is_bit() {
@@ -44,7 +45,7 @@ impl Point {
         self.symbol.takes(value).then_some(value)
     }
 
-    /// The value outside that belongs to a value inside.
+    /// The value of the point outside for a value of the variable, the reverse of [`inside`](Self::inside).
     pub fn outside(&self, inside: Number) -> f64 {
         if self.symbol.outside().is_bit() {
             f64::from((inside.float() != 0.0) != self.entry.invert)
@@ -65,10 +66,15 @@ pub struct Checked {
     pub warnings: Vec<String>,
 }
 
-/// Resolves the entries for a program with these symbols. `octal` says that the last digit of a number in a
+/// Resolves the entries for a program with these symbols. `ends_in_bit` says that the last digit of a number in a
 /// name is a bit from 0 to 7, as in NCT. `outputs` are the outputs that the program uses; it is a warning if
 /// none of the entries takes one of them.
-pub fn points(entries: &[Entry], symbols: &[Symbol], octal: bool, outputs: &[String]) -> Checked {
+pub fn points(
+    entries: &[Entry],
+    symbols: &[Symbol],
+    ends_in_bit: bool,
+    outputs: &[String],
+) -> Checked {
     let by_name: HashMap<&str, &Symbol> =
         symbols.iter().map(|symbol| (symbol.name.as_str(), symbol)).collect();
     let mut checked = Checked::default();
@@ -78,7 +84,7 @@ pub fn points(entries: &[Entry], symbols: &[Symbol], octal: bool, outputs: &[Str
     for entry in entries {
         let mut wrong =
             |message: String| checked.mistakes.push(Mistake { line: entry.line, message });
-        let names = match names(&entry.name, octal) {
+        let names = match names(&entry.name, ends_in_bit) {
             Ok(names) => names,
             Err(message) => {
                 wrong(message);
@@ -105,7 +111,9 @@ pub fn points(entries: &[Entry], symbols: &[Symbol], octal: bool, outputs: &[Str
                 Some(first) => match first.nth(index) {
                     Some(address) => Some(address),
                     None => {
-                        wrong(format!("`{name}` lies behind the last point of its table"));
+                        wrong(format!(
+                            "the address of `{name}` is beyond the last number of its table"
+                        ));
                         break;
                     }
                 },
@@ -212,7 +220,7 @@ mod tests {
     fn symbols() -> Vec<Symbol> {
         let symbol = |(name, offset, width, direction): (&str, u32, u8, Direction)| Symbol {
             name: name.into(),
-            value: Place::whole(offset, Type::Integer),
+            value: Place::bytes(offset, Type::Integer),
             line: (direction != Direction::Internal)
                 .then(|| Place::bits(offset, Type::Bits, 0, width)),
             elements: 1,

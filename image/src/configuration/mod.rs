@@ -26,8 +26,8 @@ pub use check::{Checked, Point, points};
 use crate::latch::Safe;
 use crate::symbol::Number;
 
-/// The time after which an input is late whose entry has no `timeout_ms`, in milliseconds.
-pub const USUAL_TIMEOUT_MS: u64 = 500;
+/// The timeout of an input whose entry has no `timeout_ms`, in milliseconds.
+pub const DEFAULT_TIMEOUT_MS: u64 = 500;
 
 /// Something that is wrong with an entry.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -72,17 +72,18 @@ pub struct Entry {
     pub driver: Driver,
     /// The point outside, of a range the first one; empty where the driver needs none.
     pub address: String,
-    /// Whether a bit is 1 inside where it is 0 outside.
+    /// Whether a bit is 1 in the program when it is 0 at the point outside.
     pub invert: bool,
-    /// The value inside is the value outside times this, plus `offset`.
+    /// The value in the program is the value outside times this, plus `offset`.
     pub scale: f64,
-    /// See `scale`.
+    /// What is added to the value outside after it was multiplied by `scale`.
     pub offset: f64,
     /// What an input becomes when it is not given in time.
     pub safe: Safe,
     /// After how many milliseconds an input is late; 0 never.
     pub timeout_ms: u64,
-    /// Whether the outside gives the value (`in`) or takes it (`out`), where the entry says so.
+    /// Whether the point outside gives the variable its value (`direction = "in"`) rather than takes it (`"out"`);
+    /// `None` if the entry does not say it.
     pub gives: Option<bool>,
 }
 
@@ -154,7 +155,7 @@ fn entry(
         scale: 1.0,
         offset: 0.0,
         safe: Safe::Off,
-        timeout_ms: USUAL_TIMEOUT_MS,
+        timeout_ms: DEFAULT_TIMEOUT_MS,
         gives: None,
     };
     for (key, value) in table {

@@ -4,11 +4,11 @@
 /// The most names that a range may have.
 const MOST: u64 = 4096;
 
-/// The names of a range, or the one name. `octal` says that the last digit of a number is a bit.
+/// The names of a range, or the one name. `ends_in_bit` says that the last digit of a number is a bit from 0 to 7.
 ///
 /// # Errors
-/// Why it is no range.
-pub(super) fn names(text: &str, octal: bool) -> Result<Vec<String>, String> {
+/// If it is no range: the reason, as a message.
+pub(super) fn names(text: &str, ends_in_bit: bool) -> Result<Vec<String>, String> {
     let Some((first, last)) = text.split_once("..") else { return Ok(vec![text.trim().into()]) };
     let (first, last) = (first.trim(), last.trim());
     let parts = |name: &str| {
@@ -30,9 +30,9 @@ pub(super) fn names(text: &str, octal: bool) -> Result<Vec<String>, String> {
     if to - from >= MOST {
         return Err(format!("the range `{text}` has more than {MOST} names"));
     }
-    // A number that begins with 0 has a fixed width.
+    // If the first number begins with 0, all have as many digits as it.
     let padded = first.as_bytes().get(letters.len()) == Some(&b'0') && width > 1;
-    let numbers = (from..=to).filter(|number| !octal || number % 10 < 8);
+    let numbers = (from..=to).filter(|number| !ends_in_bit || number % 10 < 8);
     Ok(numbers
         .map(|number| match padded {
             true => format!("{letters}{number:0width$}"),

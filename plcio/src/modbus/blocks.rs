@@ -19,9 +19,9 @@ pub(super) struct Block {
     pub(super) members: Vec<Member>,
 }
 
-/// The most registers of a request to write; one to read may have two more.
+/// The most registers that a request may write, by the Modbus specification; it may read 125.
 const MOST_REGISTERS: u16 = 123;
-/// The most bits of a request to write; one to read may have some more.
+/// The most bits that a request may write, by the Modbus specification; it may read 2000.
 const MOST_BITS: u16 = 1968;
 
 /// Makes blocks of points. A point between two others that no entry names divides blocks, since a device may

@@ -1,7 +1,6 @@
 //! Asks devices: reads what they give, and writes what they get, in every poll.
 //!
-//! What a device does not give in time becomes no newer, so that the control gives these inputs their safe
-//! values. A lost connection is made again, after pauses that grow from 0.1 s to 5 s.
+//! An input whose device gives no value in time becomes late, so that the control gives it its safe value. A lost connection is made again, after pauses that grow from 0.1 s to 5 s.
 
 use std::collections::HashMap;
 use std::time::Duration;
@@ -19,7 +18,7 @@ use tokio_serial::SerialPortBuilderExt;
 use super::blocks::{Block, Member, blocks};
 use crate::session::Shared;
 
-/// The pauses before a connection is made again.
+/// The shortest and the longest pause before a connection is made again.
 const PAUSES: (Duration, Duration) = (Duration::from_millis(100), Duration::from_secs(5));
 
 /// A device, or all units of a serial line.
@@ -69,7 +68,7 @@ impl Device {
     /// Polls the device until the session ends; then writes the outputs once more.
     pub(crate) async fn run(self, shared: Shared, mut ended: Receiver<bool>) {
         let mut pause = PAUSES.0;
-        let mut told: Option<String> = None;
+        let mut reported: Option<String> = None;
         let device = || ("device", Value::from(self.name.as_str()));
         loop {
             let connected = tokio::select! {
@@ -78,8 +77,8 @@ impl Device {
             };
             let why = match connected.unwrap_or_else(|_| Err("it does not answer".into())) {
                 Ok(mut context) => {
-                    let (told, pause) = (&mut told, &mut pause);
-                    let why = self.poll(&mut context, &shared, &mut ended, told, pause).await;
+                    let (reported, pause) = (&mut reported, &mut pause);
+                    let why = self.poll(&mut context, &shared, &mut ended, reported, pause).await;
                     let _ = timeout(Duration::from_millis(100), context.disconnect()).await;
                     match why {
                         Some(why) => why,
@@ -88,10 +87,10 @@ impl Device {
                 }
                 Err(why) => why,
             };
-            // Each reason is told once, however often connecting fails.
-            if told.as_ref() != Some(&why) {
+            // The same reason is reported once, however often connecting fails.
+            if reported.as_ref() != Some(&why) {
                 shared.events.write("lost", &[device(), ("why", why.as_str().into())]);
-                told = Some(why);
+                reported = Some(why);
             }
             tokio::select! {
                 () = tokio::time::sleep(pause) => {}
@@ -128,11 +127,12 @@ impl Device {
         context: &mut Context,
         shared: &Shared,
         ended: &mut Receiver<bool>,
-        told: &mut Option<String>,
+        reported: &mut Option<String>,
         pause: &mut Duration,
     ) -> Option<String> {
+        // Whether the event `connected` has been written.
         let mut answers = false;
-        // The requests that the device refuses, by their places among all.
+        // The requests that the device refuses, by their numbers among all requests of a poll, and the reasons.
         let mut refused: HashMap<usize, String> = HashMap::new();
         let mut next = Instant::now();
         loop {
@@ -177,7 +177,7 @@ impl Device {
             if !std::mem::replace(&mut answers, true) {
                 let device = ("device", Value::from(self.name.as_str()));
                 shared.events.write("connected", &[device]);
-                (*told, *pause) = (None, PAUSES.0);
+                (*reported, *pause) = (None, PAUSES.0);
             }
             shared.hub().publish();
             next = (next + shared.settings.poll).max(Instant::now());
@@ -236,7 +236,7 @@ async fn read(context: &mut Context, shared: &Shared, block: &Block) -> Result<(
     let mut hub = shared.hub();
     for member in &block.members {
         if let Some(value) = block.value(member, &registers) {
-            // A value that the variable can't have makes it no newer.
+            // A value that the variable can't have is no new value; the input becomes late.
             hub.give(member.index, value);
         }
     }

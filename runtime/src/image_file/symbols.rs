@@ -75,7 +75,7 @@ fn of_pmi(tables: &PmiTables) -> Vec<Symbol> {
             _ => (Direction::Internal, None),
         };
         let elements = symbol.elements.unwrap_or(1);
-        let value = Place::whole(symbol.offset, ty);
+        let value = Place::bytes(symbol.offset, ty);
         Symbol { line, elements, ..variable(symbol.name.clone(), value, direction) }
     };
     tables.symbols.iter().map(symbol).collect()
@@ -88,7 +88,7 @@ fn of_nct(tables: &NctTables, program: &Program, lines: usize) -> Vec<Symbol> {
     let bytes = (lines / 8).min(4 * BOARD_BYTES) as u8;
     let flag = |places: &[FlagLocation], byte: usize, bit: u8| {
         places.get(byte).map(|location| match location.unpacked {
-            true => Place::whole(location.offset + u32::from(bit), Type::Logical),
+            true => Place::bytes(location.offset + u32::from(bit), Type::Logical),
             false => Place::bits(location.offset, Type::Bits, bit, 1),
         })
     };
@@ -107,7 +107,7 @@ fn of_nct(tables: &NctTables, program: &Program, lines: usize) -> Vec<Symbol> {
     names.dedup();
     let symbol = |name: NctName| {
         let register = |of: &str, number: u32, unit: &str| {
-            let place = Place::whole(region(of)? + number * 2, Type::Word);
+            let place = Place::bytes(region(of)? + number * 2, Type::Word);
             let unit = unit.to_owned();
             Some(Symbol { unit, ..variable(name.to_string(), place, Direction::Internal) })
         };
@@ -152,7 +152,7 @@ fn of_pmac(tables: &PmacTables) -> Vec<Symbol> {
     let doubles = all.symbols().into_iter().filter(|symbol| symbol.ty == ImageType::Double);
     let mut symbols: Vec<Symbol> = doubles
         .map(|symbol| {
-            let value = Place::whole(symbol.offset, Type::Double);
+            let value = Place::bytes(symbol.offset, Type::Double);
             variable(symbol.name, value, Direction::Internal)
         })
         .collect();

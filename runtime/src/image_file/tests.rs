@@ -161,7 +161,7 @@ fn a_supervisor_writes_safe_outputs_for_a_process_that_died_while_it_wrote() {
     std::fs::write(&path, &bytes).unwrap();
     let reader = ImageReader::open(&path).unwrap();
     assert_eq!(reader.read(), None);
-    OutputDriver::open(&path).unwrap().drive().unwrap();
+    SafeOutputWriter::open(&path).unwrap().write().unwrap();
     let snapshot = reader.read().unwrap();
     assert_eq!(snapshot.state, Some(State::Dead));
     let mut expected = [0xFF; 16];

@@ -21,7 +21,7 @@ use signal_hook::iterator::Signals;
 use super::link::is_timeout;
 use super::notify::Notifier;
 use super::{Heartbeat, Phase};
-use crate::image_file::OutputDriver;
+use crate::image_file::SafeOutputWriter;
 use crate::journal::{Destinations, EntryKind, Journal, JournalOwner};
 use crate::session::{
     STOPPED, USAGE, ignores_hangup, open_output_file, realtime_priority, refuse_suspension,
@@ -382,7 +382,7 @@ struct Outputs<'a> {
     /// Whether the control has said that it runs, so that it must have made the file.
     is_running: bool,
     /// The file, mapped before it is needed.
-    mapped: Option<OutputDriver>,
+    mapped: Option<SafeOutputWriter>,
     journal: &'a Journal,
 }
 
@@ -390,7 +390,7 @@ impl Outputs<'_> {
     /// Maps the image file, which the control has made by now.
     fn prepare(&mut self) {
         self.is_running = true;
-        self.mapped = self.path.and_then(|path| OutputDriver::open(path).ok());
+        self.mapped = self.path.and_then(|path| SafeOutputWriter::open(path).ok());
     }
 
     /// Gives the outputs their safe values. Gives whether there is a file of this control.
@@ -398,16 +398,16 @@ impl Outputs<'_> {
         let Some(path) = self.path else { return false };
         let (mut result, mut was_mapped) = (Ok(()), false);
         if let Some(mapped) = self.mapped.as_ref().filter(|file| file.is_in_use_by(self.control)) {
-            (result, was_mapped) = (mapped.drive(), true);
+            (result, was_mapped) = (mapped.write(), true);
             if mapped.is_at(path) {
                 self.note(path, result);
                 return true;
             }
         }
         // It could not be mapped before, or an online change has put another file in its place.
-        let opened = OutputDriver::open(path);
+        let opened = SafeOutputWriter::open(path);
         let is_ours = opened.as_ref().is_ok_and(|file| file.is_in_use_by(self.control));
-        let rest = opened.and_then(|file| if is_ours { file.drive() } else { Ok(()) });
+        let rest = opened.and_then(|file| if is_ours { file.write() } else { Ok(()) });
         self.note(path, result.and(rest));
         was_mapped || is_ours
     }
