@@ -15,9 +15,9 @@ use core::ops::Deref;
 
 use serde::{Deserialize, Serialize};
 
-use crate::TrapSite;
 use crate::function_marker;
 use crate::unwind::{self, UnwindEntry};
+use crate::{SourceLine, TrapSite};
 
 /// A compiled program's code and its tables: one position-independent blob without relocations.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -27,6 +27,10 @@ pub struct CodeParts {
     /// For each label, by its number, the offset in `bytes` of the function that has it. The
     /// function is called with the label's number.
     pub labels: Vec<u32>,
+    /// For each label, by its number, the line of the statement that begins there, for messages about a
+    /// scan that was stopped before it. Where it is not known there is none; the list may be shorter
+    /// than that of the labels.
+    pub label_lines: Vec<Option<SourceLine>>,
     /// The functions, by rising offset.
     pub functions: Vec<FunctionRange>,
     /// Which source line the code from an offset on belongs to, by rising offset.
@@ -120,6 +124,9 @@ impl CodeParts {
             let found = self.functions.binary_search_by_key(label, |function| function.offset);
             ensure(found.is_ok(), &|| "a label is at no function".into())?;
         }
+        ensure(self.label_lines.len() <= self.labels.len(), &|| {
+            "a line is that of no label".into()
+        })?;
         ensure(function_marker::are_right(self), &|| {
             "the code does not belong to its tables".into()
         })?;
@@ -229,7 +236,7 @@ mod tests {
     #[test]
     fn tables_that_do_not_fit_the_code_are_refused() {
         assert_eq!(parts().check(), Ok(()));
-        let changes: [fn(&mut CodeParts); 19] = [
+        let changes: [fn(&mut CodeParts); 20] = [
             |parts| parts.architecture.clear(),
             |parts| parts.bytes.truncate(71),
             |parts| parts.labels[0] = 1,
@@ -237,6 +244,7 @@ mod tests {
             |parts| parts.labels[0] = 16,
             |parts| parts.labels.swap(0, 1),
             |parts| parts.labels.truncate(2),
+            |parts| parts.label_lines = vec![None; 4],
             |parts| parts.image_size = 4,
             |parts| parts.functions.clear(),
             |parts| parts.functions.swap(0, 1),

@@ -82,7 +82,8 @@ pub struct Trap {
     /// Why.
     pub code: TrapCode,
     /// The statement that was executed, by the line at which it begins; `None` where no statement is
-    /// to blame.
+    /// to blame. For [`TrapCode::Watchdog`] it is the one that called the host function which took too
+    /// long, otherwise the one before which the scan was stopped.
     pub statement: Option<SourceLine>,
     /// The element that does not exist, for [`TrapCode::ArrayBounds`].
     pub element: Option<MissingElement>,
@@ -92,6 +93,12 @@ impl Trap {
     /// A trap for which no statement is to blame.
     pub const fn new(code: TrapCode) -> Self {
         Self { code, statement: None, element: None }
+    }
+
+    /// The trap of a scan that took longer than the watchdog allows, at or before a statement, if that is
+    /// known.
+    pub const fn late(statement: Option<SourceLine>) -> Self {
+        Self { code: TrapCode::Watchdog, statement, element: None }
     }
 }
 

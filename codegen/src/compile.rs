@@ -211,6 +211,7 @@ fn assemble(
         offset.ok_or_else(|| CodegenError::internal(format!("label L{label} stands nowhere")))
     });
     code.labels = labels.collect::<Result<_, _>>()?;
+    code.label_lines = module.label_lines();
     function_marker::write(&mut code);
     Ok(code)
 }

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use plcc_abi::{
-    Deadline, Engine, HostType, Outcome, ResumeLabels, ResumePoint, Scan, TrapCode, image,
+    Deadline, Engine, HostType, Outcome, ResumeLabels, ResumePoint, Scan, Trap, TrapCode, image,
 };
 
 use crate::{Address, Block, Func, FuncData, InstData, Module, Terminator, Type, Value, eval};
@@ -76,7 +76,8 @@ impl Interpreter {
                 let data = func.inst(inst);
                 let result = self.execute(func, data, scan);
                 if matches!(data, InstData::HostCall { .. }) && self.deadline.is_over(scan.host) {
-                    return Exit::Done(Outcome::trap(TrapCode::Watchdog));
+                    let statement = self.module.line(func.loc(inst));
+                    return Exit::Done(Outcome::Trap(Trap::late(statement)));
                 }
                 if let Some(value) = func.result(inst) {
                     self.set(value, result);
@@ -217,8 +218,9 @@ impl Engine for Interpreter {
                 return BAD_LABEL;
             };
             match self.run_function(func, block, task, scan) {
-                Exit::Goto(_) if self.deadline.is_over(scan.host) => {
-                    return Outcome::trap(TrapCode::Watchdog);
+                Exit::Goto(next) if self.deadline.is_over(scan.host) => {
+                    let statement = module.label_lines().get(next as usize).copied().flatten();
+                    return Outcome::Trap(Trap::late(statement));
                 }
                 Exit::Goto(next) => label = next,
                 Exit::Done(outcome) => return outcome,

@@ -5,11 +5,15 @@
 //! that listings and line tables can be made without the front end. Nothing in it refers to the
 //! language that it came from.
 
-use plcc_abi::{Task, TrapSite};
+use plcc_abi::{SourceLine, Task, TrapSite};
 
 use crate::bound::ReturnStack;
 use crate::passes::PassSet;
-use crate::{Block, Func, FuncData, Label, RegionId};
+use crate::{Block, Func, FuncData, Label, RegionId, SourceLoc};
+
+/// In how many blocks behind a label the first statement is looked for. Blocks without instructions stand
+/// where conditional statements end.
+const MAX_EMPTY_BLOCKS: usize = 64;
 
 /// A source file, kept for the comments of listings and for line tables.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -84,6 +88,37 @@ impl Module {
             }
         }
         targets
+    }
+
+    /// For each label the line of the statement that is executed first when control comes to it; `None` for
+    /// a label where none is known.
+    pub fn label_lines(&self) -> Vec<Option<SourceLine>> {
+        let targets = self.label_targets();
+        let line = |target: &Option<(Func, Block)>| {
+            let (func, block) = (*target)?;
+            self.line_at(self.funcs.get(func.index())?, block)
+        };
+        targets.iter().map(line).collect()
+    }
+
+    /// The line of the first statement that has instructions in a block or, if it has none, in the blocks
+    /// that follow it.
+    fn line_at(&self, func: &FuncData, mut block: Block) -> Option<SourceLine> {
+        for _ in 0..MAX_EMPTY_BLOCKS {
+            let data = func.block(block);
+            let mut locs = data.insts.iter().map(|&inst| func.loc(inst));
+            if let Some(loc) = locs.find(|&loc| loc != SourceLoc::NONE) {
+                return self.line(loc);
+            }
+            block = data.terminator.as_ref()?.successor(0)?;
+        }
+        None
+    }
+
+    /// The line at which a statement begins; `None` if there is no such statement.
+    pub fn line(&self, loc: SourceLoc) -> Option<SourceLine> {
+        let statement = self.statements.get(loc.index())?;
+        Some(SourceLine { file: statement.file, line: statement.line })
     }
 
     /// The name, offset and size of a region; `None` if there is no such region.

@@ -119,6 +119,11 @@ impl Place {
         let SourceLine { file, line } = statement;
         Some(Self { file: files.get(file as usize)?.clone(), line })
     }
+
+    /// Says at the end of a sentence where the watchdog stopped a scan, if that is known.
+    pub(crate) fn where_stopped(place: Option<&Self>) -> String {
+        place.map_or_else(String::new, |place| format!("; it was stopped in {place}"))
+    }
 }
 
 impl fmt::Display for Place {

@@ -6,6 +6,7 @@
 //! by returning.
 #![allow(unsafe_code)]
 
+use std::ffi::{c_int, c_void};
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,8 +14,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use memmap2::{Mmap, MmapMut};
 use plcc_abi::context::ChunkFn;
 use plcc_abi::{
-    Code, CodeMemory, Deadline, Engine, Host, HostFn, Outcome, Program, RawOutcome, ResumeLabels,
-    ResumePoint, Scan, ScanContext, TrapCode, TrapSite,
+    Code, CodeLine, CodeMemory, Deadline, Engine, Host, HostFn, Outcome, Program, RawOutcome,
+    ResumeLabels, ResumePoint, Scan, ScanContext, SourceLine, Trap, TrapCode, TrapSite,
 };
 use thiserror::Error;
 use wasmtime_internal_jit_icache_coherence as icache;
@@ -51,6 +52,10 @@ pub struct NativeEngine {
     /// For each task the labels at which it begins and goes on.
     tasks: Vec<ResumeLabels>,
     trap_sites: Vec<TrapSite>,
+    /// The source line of each label and of each piece of code, as in [`CodeParts`](plcc_abi::CodeParts), to
+    /// say where a scan was stopped that took too long.
+    label_lines: Vec<Option<SourceLine>>,
+    lines: Vec<CodeLine>,
     image_size: usize,
     /// A host function has panicked. No further scan is executed.
     host_panicked: bool,
@@ -174,6 +179,8 @@ impl NativeEngine {
             entries,
             tasks,
             trap_sites: code.trap_sites.clone(),
+            label_lines: code.label_lines.clone(),
+            lines: code.lines.clone(),
             image_size: code.image_size as usize,
             host_panicked: false,
         })
@@ -215,6 +222,29 @@ impl NativeEngine {
         self.host_panicked
     }
 
+    /// The source line of the call from which code returns to an address; `None` if the address is not in
+    /// the code, or the call belongs to no line.
+    fn line_of_call(&self, return_address: usize) -> Option<SourceLine> {
+        let offset = self.offset_of(return_address.checked_sub(1)?)?;
+        let starts = self.entries.iter().map(|&entry| entry as usize);
+        let function = starts.filter(|&start| start < return_address).max()? - self.address();
+        let behind = self.lines.partition_point(|line| line.offset <= offset);
+        let line = self.lines.get(behind.checked_sub(1)?)?;
+        // A line's code does not reach into the next function.
+        let known = line.offset as usize >= function;
+        known.then_some(SourceLine { file: line.file, line: line.line })
+    }
+
+    /// The address in the code to which the host function that runs now returns; `None` if that can't be
+    /// found out. Takes the innermost frame on the stack that belongs to the code.
+    fn return_address(code: (usize, usize)) -> Option<usize> {
+        let mut search = Search { code, found: 0 };
+        // SAFETY: the function calls `look` with the pointer that it is given, which lives until it
+        // returns, once for each frame on this thread's stack. It stops at frames that it can't unwind.
+        unsafe { _Unwind_Backtrace(look, (&raw mut search).cast()) };
+        (search.found != 0).then_some(search.found)
+    }
+
     /// The address of the code's first byte in this process.
     pub fn address(&self) -> usize {
         self.memory.bytes().as_ptr() as usize
@@ -226,6 +256,8 @@ struct HostCallState<'a> {
     image: *mut u8,
     image_len: usize,
     host: &'a mut dyn Host,
+    /// Where the code begins and ends in memory.
+    code: (usize, usize),
     /// Until when the scan may run.
     deadline: Deadline,
     /// Why the scan ended in a host function, and the image as it was then. Compiled code can't be
@@ -238,6 +270,53 @@ struct HostCallState<'a> {
 struct Left {
     code: TrapCode,
     image: Vec<u8>,
+    /// The address in the code at which the host function was called, if the scan was late.
+    return_address: Option<usize>,
+}
+
+/// A search for a frame of compiled code on the stack.
+struct Search {
+    /// Where the code begins and ends in memory.
+    code: (usize, usize),
+    /// The return address of the frame that was found; 0 as long as there is none.
+    found: usize,
+}
+
+/// The frames of a thread's stack as the platform's unwinder sees them (Itanium C++ ABI, Exception Handling).
+/// The standard library links it for panics.
+#[repr(C)]
+struct UnwindContext {
+    _opaque: [u8; 0],
+}
+
+unsafe extern "C" {
+    fn _Unwind_Backtrace(
+        look: unsafe extern "C" fn(*mut UnwindContext, *mut c_void) -> c_int,
+        data: *mut c_void,
+    ) -> c_int;
+    fn _Unwind_GetIP(context: *mut UnwindContext) -> usize;
+}
+
+/// Looks at one frame: ends the search if it belongs to the code.
+///
+/// # Safety
+/// Only `_Unwind_Backtrace` calls it, with a frame and the [`Search`] that it was given.
+unsafe extern "C" fn look(frame: *mut UnwindContext, search: *mut c_void) -> c_int {
+    /// Go on with the next frame.
+    const NO_REASON: c_int = 0;
+    /// Go no further.
+    const END_OF_STACK: c_int = 5;
+    // SAFETY: the caller says so; nothing else uses the search meanwhile.
+    let search = unsafe { &mut *search.cast::<Search>() };
+    // SAFETY: the frame is that of the unwinder, which waits for this function.
+    let address = unsafe { _Unwind_GetIP(frame) };
+    let (start, end) = search.code;
+    // A return address lies behind a call, so it may be the code's end and not its beginning.
+    if address > start && address <= end {
+        search.found = address;
+        return END_OF_STACK;
+    }
+    NO_REASON
 }
 
 impl HostCallState<'_> {
@@ -269,8 +348,9 @@ impl Engine for NativeEngine {
         let image_len = scan.image.len();
         let deadline = Deadline::new(scan.host.time_limit());
         let (epoch, limit) = (deadline.epoch(), AtomicU64::new(deadline.limit()));
-        let mut call =
-            HostCallState { image, image_len, host: &mut *scan.host, deadline, left: None };
+        let code = (self.address(), self.address() + self.memory.bytes().len());
+        let host = &mut *scan.host;
+        let mut call = HostCallState { image, image_len, host, code, deadline, left: None };
         let host_data = std::ptr::from_mut(&mut call);
         let context =
             ScanContext { image, host: host_call, host_data: host_data.cast(), epoch, limit };
@@ -293,12 +373,14 @@ impl Engine for NativeEngine {
                 self.host_panicked = left.code == TrapCode::HostPanic;
                 // Both have the length of the image that this call was given.
                 scan.image.copy_from_slice(&left.image);
-                return Outcome::trap(left.code);
+                let line = left.return_address.and_then(|address| self.line_of_call(address));
+                return Outcome::Trap(Trap { statement: line, ..Trap::new(left.code) });
             }
             match raw.kind() {
                 // Where chunks go round for ever, the scan is ended here.
                 RawOutcome::GOTO if call.is_over(&context) => {
-                    return Outcome::trap(TrapCode::Watchdog);
+                    let line = self.label_lines.get(raw.payload() as usize).copied().flatten();
+                    return Outcome::Trap(Trap::late(line));
                 }
                 RawOutcome::GOTO => label = raw.payload(),
                 RawOutcome::END => return Outcome::End,
@@ -348,13 +430,16 @@ unsafe extern "C" fn host_call(
     match result {
         Ok((result, false)) => result,
         Ok((_, true)) => {
-            call.left = Some(Box::new(Left { code: TrapCode::Watchdog, image: image.to_vec() }));
+            let return_address = NativeEngine::return_address(call.code);
+            let (code, image) = (TrapCode::Watchdog, image.to_vec());
+            call.left = Some(Box::new(Left { code, image, return_address }));
             0
         }
         Err(payload) => {
             // A payload may panic when it is dropped, which would leave this function.
             std::mem::forget(payload);
-            call.left = Some(Box::new(Left { code: TrapCode::HostPanic, image: image.to_vec() }));
+            let (code, image) = (TrapCode::HostPanic, image.to_vec());
+            call.left = Some(Box::new(Left { code, image, return_address: None }));
             0
         }
     }

@@ -117,7 +117,7 @@ impl CheckedProgram for Program {
     }
 
     fn statement_interpreter(&self) -> Box<dyn StatementInterpreter> {
-        Box::new(Interpreter::new(&self.download, &self.loaded))
+        Box::new(Interpreter::new(&self.download, &self.loaded, &self.sources))
     }
 
     fn statements(&self) -> Vec<Option<Span>> {

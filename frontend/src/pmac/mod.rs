@@ -133,7 +133,7 @@ impl Program {
 
     /// The statement interpreter, as an engine like the others.
     pub fn interpreter(&self) -> Box<dyn Engine> {
-        Box::new(Interpreter::new(&self.download, &self.loaded))
+        Box::new(Interpreter::new(&self.download, &self.loaded, &self.sources))
     }
 
     /// How each statement is computed, for `plcc check --explain-arithmetic`: under the name of

@@ -1,6 +1,6 @@
 //! Everything behind the header: tables, labels, lines, code, unwind information and debug part.
 
-use plcc_abi::{CodeLine, CodeParts, FunctionRange, Program, TrapSite};
+use plcc_abi::{CodeLine, CodeParts, FunctionRange, Program, SourceLine, TrapSite};
 use serde::{Deserialize, Serialize};
 
 use super::error::{ArtifactError, inconsistent};
@@ -11,17 +11,18 @@ use super::{MAX_FILE, MAX_TABLES};
 const LABEL: usize = 4;
 const LINE: usize = 12;
 
-/// The tables, which postcard writes and reads: a program, its functions, and the places at which it
-/// may be stopped; borrowed or owned.
+/// The tables, which postcard writes and reads: a program, its functions, the places at which it may be
+/// stopped, and the lines of its labels; borrowed or owned.
 #[derive(Serialize, Deserialize)]
-struct Tables<P, F, S> {
+struct Tables<P, F, S, L> {
     program: P,
     functions: F,
     trap_sites: S,
+    label_lines: L,
 }
 
 /// The tables as they are read.
-type OwnedTables = Tables<Program, Vec<FunctionRange>, Vec<TrapSite>>;
+type OwnedTables = Tables<Program, Vec<FunctionRange>, Vec<TrapSite>, Vec<Option<SourceLine>>>;
 
 /// The bytes and how they are divided.
 pub(super) struct Payload {
@@ -39,9 +40,9 @@ pub(super) fn encode(
     debug: &[u8],
 ) -> Result<Payload, ArtifactError> {
     // The other fields are in the header.
-    let CodeParts { bytes: machine_code, labels, functions, lines, trap_sites, eh_frame, .. } =
-        code;
-    let tables = Tables { program, functions, trap_sites };
+    let CodeParts { labels, label_lines, functions, lines, trap_sites, eh_frame, .. } = code;
+    let machine_code = &code.bytes;
+    let tables = Tables { program, functions, trap_sites, label_lines };
     let mut bytes = postcard::to_allocvec(&tables)
         .map_err(|error| inconsistent(format!("its tables can't be written: {error}")))?;
     check_tables(bytes.len() as u64)?;
@@ -118,6 +119,7 @@ pub(super) fn decode(
     let code = CodeParts {
         bytes: machine_code.to_vec(),
         labels,
+        label_lines: tables.label_lines,
         functions: tables.functions,
         trap_sites: tables.trap_sites,
         lines: lines.collect(),

@@ -183,16 +183,22 @@ impl NctExecutive {
         let at = |before: &str| {
             place.as_ref().map_or_else(String::new, |place| format!("{before}{place}"))
         };
-        let by_clock = self.realtime || code == TrapCode::Watchdog;
         let (code, message) = match code {
-            TrapCode::Timeout | TrapCode::Watchdog if by_clock => (
+            TrapCode::Watchdog => (
+                format!("PLC TIMEOUT{module}"),
+                format!(
+                    "module :00{module} did not reach its J{module} within its time{}",
+                    Place::where_stopped(place.as_ref())
+                ),
+            ),
+            TrapCode::Timeout if self.realtime => (
                 format!("PLC TIMEOUT{module}"),
                 format!(
                     "module :00{module} did not reach its J{module} within its time{}",
                     at("; then it jumped back or called in ")
                 ),
             ),
-            TrapCode::Timeout | TrapCode::Watchdog => (
+            TrapCode::Timeout => (
                 format!("PLC TIMEOUT{module}"),
                 format!(
                     "module :00{module} passed {MAX_SAFEPOINTS} backward jumps and calls without \

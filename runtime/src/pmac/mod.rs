@@ -83,6 +83,8 @@ pub struct PmacExecutive {
     safe_lines: SafeLines,
     /// What limits the time of a single scan.
     scan_watchdog: Option<Watchdog>,
+    /// The names of the source's files, for messages.
+    files: Vec<String>,
     /// What has been found by name, by the index of its [`Variable`].
     found: Vec<PmacName>,
     /// The index of each.
@@ -104,6 +106,7 @@ impl PmacExecutive {
             host: PmacHost::new(tables.clone(), layout),
             watchdog: options.realtime.then(WatchdogTimer::default),
             scan_watchdog: None,
+            files: program.files.clone(),
             options,
             identity: ProgramIdentity::new(program),
             decisions: ClockDecisions::default(),

@@ -13,7 +13,7 @@ use plcc_abi::{
 
 use super::{PmacExecutive, state::Status, watchdog};
 use crate::watchdog::Watchdog;
-use crate::{ClockDecision, Stop, Trip};
+use crate::{ClockDecision, Place as SourcePlace, Stop, Trip};
 
 /// What housekeeping sets the watchdog's register to.
 const WATCHDOG_START: u32 = 4095;
@@ -244,11 +244,16 @@ impl PmacExecutive {
         match outcome {
             Outcome::End => Ok(None),
             Outcome::Suspended(point) => Ok(Some(point)),
-            Outcome::Trap(Trap { code: TrapCode::Watchdog, .. }) => {
+            Outcome::Trap(Trap { code: TrapCode::Watchdog, statement, .. }) => {
                 self.decisions.note(ClockDecision::Cut);
-                let message =
-                    format!("{} took longer than the watchdog allows", program_name(context));
-                Err(Stop { code: "WATCHDOG".into(), message, place: None })
+                let place =
+                    statement.and_then(|statement| SourcePlace::new(&self.files, statement));
+                let message = format!(
+                    "{} took longer than the watchdog allows{}",
+                    program_name(context),
+                    SourcePlace::where_stopped(place.as_ref())
+                );
+                Err(Stop { code: "WATCHDOG".into(), message, place })
             }
             // PMAC's programs have no traps of their own.
             Outcome::Trap(trap) => Err(Stop::internal_error(trap.code)),

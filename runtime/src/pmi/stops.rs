@@ -8,9 +8,9 @@ use crate::{Place, Stop};
 impl PmiExecutive {
     /// Why the control stops after a trap.
     pub(super) fn stop(&self, Trap { code, statement, element }: Trap) -> Stop {
+        let place = statement.and_then(|statement| Place::new(&self.files, statement));
         match code {
             TrapCode::ArrayBounds => {
-                let place = statement.and_then(|statement| Place::new(&self.files, statement));
                 let at = place.as_ref().map_or_else(String::new, |place| format!(" in {place}"));
                 let what = element.and_then(|element| self.missing(element));
                 let what =
@@ -25,11 +25,12 @@ impl PmiExecutive {
             }
             TrapCode::Watchdog => Stop {
                 code: "WATCHDOG".into(),
-                message:
-                    "the scan took longer than the watchdog allows; the control is in emergency \
-                          stop and does not scan again"
-                        .into(),
-                place: None,
+                message: format!(
+                    "the scan took longer than the watchdog allows{}; the control is in emergency \
+                     stop and does not scan again",
+                    Place::where_stopped(place.as_ref())
+                ),
+                place,
             },
             TrapCode::BadLabel | TrapCode::Timeout | TrapCode::CallDepth | TrapCode::HostPanic => {
                 Stop::internal_error(code)

@@ -93,19 +93,19 @@ impl Engine for LateAt {
     }
 }
 
-/// All engines leave the scan behind the same host function, with the same variables.
+/// All engines leave the scan behind the same host function, with the same variables, and name its line.
 #[test]
 fn a_late_scan_ends_alike_in_every_engine() {
     let nct = ":001\nLF500 +1 SF500\nADD220\nLF500 SF510\nADD220\nLF500 SF520\nJ1\n:000\nJ0\n";
     let pmac = "I5=2\nOPEN PLC 3 CLEAR\nP1=P1+1\nSEND\"a\"\nP2=P1\nSEND\"b\"\nP3=P1\nCLOSE\n";
-    for (file, source, at, watch, code, part, trace) in [
+    for (file, source, at, watch, code, parts, trace) in [
         (
             "a.nct",
             nct,
             3,
             "F500,F510,F520",
             "PLC TIMEOUT1",
-            "module :001",
+            ["module :001", "in line 3 of"],
             "0,F500,1\n0,F510,1\n0,F520,1\n1,F500,2\n",
         ),
         (
@@ -114,7 +114,7 @@ fn a_late_scan_ends_alike_in_every_engine() {
             4,
             "P1,P2,P3",
             "WATCHDOG",
-            "PLC 3 took longer",
+            ["PLC 3 took longer", "in line 6 of"],
             "0,P1,1\n0,P2,1\n0,P3,1\n1,P1,2\n1,P2,2\n",
         ),
     ] {
@@ -125,13 +125,14 @@ fn a_late_scan_ends_alike_in_every_engine() {
             let args = format!("--ticks 9 --watch {watch}");
             let (status, rows, stop, message) = run(file, source, way, &args, wrap);
             assert_eq!((status, stop.as_str()), (3, code), "{file} {way:?}");
-            assert!(message.contains(part), "{file} {way:?}: {message}");
+            assert!(parts.iter().all(|part| message.contains(part)), "{file} {way:?}: {message}");
             assert_eq!(rows, format!("tick,name,value\n{trace}"), "{file} {way:?}");
         }
     }
 }
 
-/// A long straight program has no jump at which it could be stopped; its chunks are left at their end.
+/// A long straight program has no jump at which it could be stopped; its chunks are left at their end. The
+/// stop names the line there.
 /// Whether a certain scan is late depends on the computer, so the run has as many as it takes.
 #[test]
 fn a_straight_scan_is_stopped_between_two_chunks() {
@@ -145,12 +146,16 @@ fn a_straight_scan_is_stopped_between_two_chunks() {
         ("a.nct", &nct, "PLC TIMEOUT1", "module :001"),
         ("a.pmc", &pmac, "WATCHDOG", "PLC 7 took longer"),
     ] {
-        for way in [Way::Statements, Way::IrSpeed, Way::JitSpeed] {
+        for way in [Way::Statements, Way::IrSpeed, Way::JitSpeed, Way::Artifact] {
             let args = "--ticks 100000000 --watchdog 1us --watch *";
             let args = if file == "a.pmi" { args } else { "--ticks 100000000 --watchdog 1us" };
             let (status, _, stop, message) = run(file, source, way, args, |engine| engine);
             assert_eq!((status, stop.as_str()), (3, code), "{file} {way:?}");
             assert!(message.contains(part), "{file} {way:?}: {message}");
+            let line = message.split_once("it was stopped in line ").map(|(_, rest)| rest);
+            let line: usize = line.unwrap().split(' ').next().unwrap().parse().unwrap();
+            let lines = source.lines().count();
+            assert!((2..=lines).contains(&line), "{file} {way:?}: {message}");
         }
     }
 }
@@ -217,6 +222,7 @@ fn a_controller_that_is_stopped_has_its_outputs_off() {
         assert!(message.contains(code), "{message}");
         let dump = folder.read("d.json");
         assert!(dump.contains(&format!("\"code\":\"{code}\"")), "{dump}");
+        assert!(dump.contains("\"file\":") && dump.contains("\"line\":"), "{dump}");
         for variable in variables {
             assert!(dump.contains(variable), "{variable} is not in {dump}");
         }

@@ -133,7 +133,7 @@ impl Interpreter {
         }
         let outcome = loop {
             if run.deadline.is_late() && run.deadline.is_over(scan.host) {
-                break Outcome::trap(TrapCode::Watchdog);
+                break Outcome::Trap(Trap::late(line(&program, at)));
             }
             let Some(stmt) = program.stmts.get(at) else { break Outcome::End };
             if let Some(count) = self.counts.get_mut(at) {
@@ -155,6 +155,9 @@ impl Interpreter {
                 } else {
                     scan.host.call(run.image, op.host_function(), args);
                 }
+                if run.deadline.is_late() && run.deadline.is_over(scan.host) {
+                    break Outcome::Trap(Trap::late(line(&program, at)));
+                }
                 at += 1;
                 continue;
             }
@@ -173,9 +176,7 @@ impl Interpreter {
                 }
                 Next::End => break Outcome::End,
                 Next::Trap(code @ (TrapCode::Timeout | TrapCode::CallDepth)) => {
-                    let line = program.lines.get(at).copied();
-                    let statement = line.map(|line| SourceLine { file: 0, line });
-                    break Outcome::Trap(Trap { statement, ..Trap::new(code) });
+                    break Outcome::Trap(Trap { statement: line(&program, at), ..Trap::new(code) });
                 }
                 Next::Trap(code) => break Outcome::trap(code),
             }
@@ -183,6 +184,11 @@ impl Interpreter {
         write_u16(run.image, layout.context + context::OP, run.op);
         outcome
     }
+}
+
+/// The line of the statement with the index `at`.
+fn line(program: &Program, at: usize) -> Option<SourceLine> {
+    program.lines.get(at).map(|&line| SourceLine { file: 0, line })
 }
 
 /// The numbers of the calls (as statements) that have not returned yet in the module that ran last, the

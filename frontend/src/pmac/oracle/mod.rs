@@ -10,7 +10,8 @@ mod resolve;
 mod resolved;
 
 use plcc_abi::pmac::{Kind, Layout, Range, arithmetic, fixed};
-use plcc_abi::{Deadline, Engine, HostFn, Outcome, ResumePoint, Scan, TrapCode};
+use plcc_abi::{Deadline, Engine, HostFn, Outcome, ResumePoint, Scan, SourceLine, Trap, TrapCode};
+use plcc_diag::SourceMap;
 
 use self::evaluate::{integer_binary, integer_compare, truth, wrap};
 use self::memory::{Memory, MemoryMap};
@@ -20,7 +21,7 @@ use self::resolved::{
     TableRange,
 };
 use super::analyse::load::Loaded;
-use super::ast::{Download, Func, StmtKind};
+use super::ast::{Download, Func, Stmt, StmtKind};
 use super::tasks::tasks;
 use crate::common::{NoObserver, Observer, StatementInterpreter};
 
@@ -34,6 +35,8 @@ struct Task {
     resume_points: Vec<u32>,
     /// The number that its first statement has among the statements of all tasks.
     first: u32,
+    /// The line at which each statement begins.
+    lines: Vec<SourceLine>,
 }
 
 /// The statement interpreter.
@@ -52,9 +55,14 @@ pub struct Interpreter {
 }
 
 impl Interpreter {
-    /// An interpreter for a download. `loaded` is what executing its on-line commands gave.
-    pub(crate) fn new(download: &Download, loaded: &Loaded) -> Self {
+    /// An interpreter for a download, whose texts are in `sources`. `loaded` is what executing its on-line
+    /// commands gave.
+    pub(crate) fn new(download: &Download, loaded: &Loaded, sources: &SourceMap) -> Self {
         let mut resolver = Resolver::new(download, loaded);
+        let line = |stmt: &Stmt| {
+            let (span, _) = download.origins.place(stmt.at);
+            SourceLine { file: span.file.0, line: sources.line(span.file, span.start) }
+        };
         let mut all = Vec::new();
         let mut first = 0;
         for (kind, code) in tasks(download, loaded) {
@@ -62,7 +70,8 @@ impl Interpreter {
             let whiles =
                 (0..).zip(code).filter(|(_, stmt)| matches!(stmt.kind, StmtKind::While(..)));
             let resume_points = whiles.map(|(at, _)| at).collect();
-            all.push(Task { statements, context: kind.context(), resume_points, first });
+            let lines = code.iter().map(line).collect();
+            all.push(Task { statements, context: kind.context(), resume_points, first, lines });
             first += code.len() as u32;
         }
         Self {
@@ -279,13 +288,11 @@ impl Interpreter {
         let mut deadline = Deadline::new(machine.memory.scan.host.time_limit());
         let waiting = &mut self.waiting;
         while let Some(statement) = task.statements.get(at as usize) {
-            if deadline.is_late() && deadline.is_over(machine.memory.scan.host) {
-                return Outcome::trap(TrapCode::Watchdog);
-            }
             if machine.memory.observer.is_active() {
                 let Memory { observer, scan, .. } = &mut machine.memory;
                 observer.statement(task.first + at, scan.image);
             }
+            let this = at;
             at += 1;
             match *statement {
                 Statement::AssignDouble(offset, expression) => {
@@ -371,6 +378,9 @@ impl Interpreter {
                     machine.memory.host(HostFn::PmacSave, [0; 4]);
                 }
                 Statement::Nothing => {}
+            }
+            if deadline.is_late() && deadline.is_over(machine.memory.scan.host) {
+                return Outcome::Trap(Trap::late(task.lines.get(this as usize).copied()));
             }
         }
         Outcome::End

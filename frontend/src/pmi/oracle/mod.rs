@@ -94,7 +94,7 @@ impl Interpreter {
         let mut at = 0;
         while let Some(step) = steps.get(at) {
             if deadline.is_over(host) {
-                return Err(Stopped::Late);
+                return Err(Stopped::Late(at));
             }
             if let Some(count) = counts.get_mut(at) {
                 *count += 1;
@@ -174,8 +174,8 @@ fn assign<O: Observer>(
 enum Stopped {
     /// In the step with this number an index was outside its array. [`Rows::missing`] is the element.
     Missing(usize),
-    /// It took too long.
-    Late,
+    /// It took too long, and was stopped before the step with this number.
+    Late(usize),
 }
 
 impl Engine for Interpreter {
@@ -203,7 +203,7 @@ impl Interpreter {
         }
         match self.scan(scan.image, scan.host, observer) {
             Ok(()) => Outcome::End,
-            Err(Stopped::Late) => Outcome::trap(TrapCode::Watchdog),
+            Err(Stopped::Late(step)) => Outcome::Trap(Trap::late(self.lines.get(step).copied())),
             Err(Stopped::Missing(step)) => Outcome::Trap(Trap {
                 code: TrapCode::ArrayBounds,
                 statement: self.lines.get(step).copied(),
