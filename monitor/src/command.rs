@@ -33,7 +33,7 @@ pub enum Command {
         /// The variable.
         name: String,
     },
-    /// How fast a program that is run here runs.
+    /// Set the speed of a program that the monitor runs itself.
     SetSpeed {
         /// 1 is real time, 0 is as fast as possible.
         speed: f64,
@@ -62,9 +62,9 @@ pub enum Command {
     },
     /// Show the next statement with the names that were looked for last (PMI 5.1 `next occr`).
     FindNext,
-    /// Scroll to the statement behind the last one that is shown (PMI 5.1 `next stmt`).
+    /// Show the statement after the last one that is shown (PMI 5.1 `next stmt`).
     NextStatement,
-    /// Scroll back (PMI 5.1 `prev stmt`).
+    /// Show the statement before the first one that is shown (PMI 5.1 `prev stmt`).
     PreviousStatement,
     /// Move the cursor by lines.
     MoveCursor {
@@ -175,7 +175,7 @@ pub enum Command {
         /// The first tick.
         from: u64,
         /// The last tick; it is not more than [`MOST_SCOPE_TICKS`](crate::MOST_SCOPE_TICKS) ticks
-        /// behind the first.
+        /// after the first.
         to: u64,
     },
     /// Show so many ticks up to the newest, or around the trigger.
@@ -183,8 +183,8 @@ pub enum Command {
         /// How many.
         ticks: u64,
     },
-    /// Look for the trigger in what comes (or, in a record, from the beginning of what is shown), and
-    /// show the time around it.
+    /// Wait for the trigger in the ticks that come (in a recording search it from the first tick that is shown), and
+    /// show the ticks around it.
     ScopeTrigger {
         /// When it triggers; `None` switches the trigger off.
         trigger: Option<Trigger>,
@@ -201,12 +201,12 @@ pub enum Command {
         /// The name.
         name: String,
     },
-    /// Take what was kept under a name.
+    /// Load what was kept under a name.
     ScopeLoad {
         /// The name.
         name: String,
     },
-    /// The samples that are shown, as a file's text in [`Reply::text`].
+    /// Give the samples that are shown as the text of a file in [`Reply::text`].
     ScopeExport {
         /// The form.
         format: ExportFormat,

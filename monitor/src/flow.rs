@@ -1,4 +1,5 @@
-//! What the statements of a program did in the last scan of each task, up to a tick.
+//! The flow: what the statements of a program read and wrote in the last scan of each task, up to a tick. This is what
+//! displays of statements show beside the text.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -7,7 +8,7 @@ use plcc_debugger::observers::TickObserver;
 use plcc_debugger::trace::{Access, Call};
 use plcc_frontend::common::{Accessed, Observer, Value};
 
-/// How many ticks are looked through for the last scan of each task. A PMAC runs its up to 31 background
+/// How many ticks are searched for the last scan of each task. A PMAC runs its up to 31 background
 /// PLCs in turn, one a tick.
 pub(crate) const LOOK_BACK: u64 = 40;
 
@@ -20,7 +21,7 @@ pub(crate) struct TickSteps {
     pub(crate) calls: Vec<Call>,
     /// Statement and number of its call, in order of execution.
     pub(crate) steps: Vec<(u32, usize)>,
-    /// Where the accesses of each step begin.
+    /// For each step the index of its first access in `accesses`.
     first_access: Vec<usize>,
     accesses: Vec<Access>,
 }
@@ -37,10 +38,10 @@ impl TickSteps {
 /// Records the statements of a tick.
 #[derive(Debug)]
 pub(crate) struct StepsRecorder<'a> {
-    /// Which statements are shown to a reader.
+    /// By a statement's number, whether it has a place in the source; others are not recorded.
     placed: &'a [bool],
     steps: TickSteps,
-    /// Whether the statement that runs is one of them.
+    /// Whether the statement that is executed now has a place in the source.
     in_step: bool,
 }
 
@@ -102,7 +103,7 @@ impl Traces {
     pub(crate) fn insert(&mut self, tick: u64, steps: TickSteps) {
         self.ticks.insert(tick, steps);
         while self.ticks.len() > MOST_TRACES {
-            // The one that is farthest from this one goes.
+            // The trace of the tick that is farthest from this one is dropped.
             let first = self.ticks.keys().next().copied().unwrap_or(tick);
             let last = self.ticks.keys().next_back().copied().unwrap_or(tick);
             let farthest = if tick.abs_diff(first) >= tick.abs_diff(last) { first } else { last };
@@ -141,8 +142,6 @@ pub(crate) struct TaskScan {
     pub(crate) begun: u64,
     /// The tick of its last call.
     pub(crate) tick: u64,
-    /// Whether its beginning lies before what is known.
-    pub(crate) cut: bool,
     /// Whether the task waits in the middle of its text.
     pub(crate) waits: bool,
     /// The statement that it executed last.
@@ -169,30 +168,28 @@ impl Flow {
     /// the next slices and is one with its beginning; on a PMAC each round of a WHILE is a scan.
     pub(crate) fn new(traces: &Traces, tick: u64, dialect: Dialect) -> Self {
         let mut flow = Self::default();
-        // The tasks whose scan is whole.
-        let mut whole: Vec<usize> = vec![];
+        // The tasks whose last scan has been taken in from its beginning.
+        let mut complete: Vec<usize> = vec![];
         for (tick, steps) in traces.back_from(tick) {
             flow.ticks += 1;
             for (number, call) in steps.calls.iter().enumerate().rev() {
                 if !(call.resumed && dialect == Dialect::Nct) {
                     *flow.begun.entry(call.task).or_default() += 1;
                 }
-                if whole.contains(&call.task) {
+                if complete.contains(&call.task) {
                     continue;
                 }
                 flow.take(tick, steps, number, *call);
                 if !call.resumed || dialect != Dialect::Nct {
-                    whole.push(call.task);
+                    complete.push(call.task);
                 }
             }
-        }
-        for (task, scan) in &mut flow.tasks {
-            scan.cut = !whole.contains(task);
         }
         flow
     }
 
-    /// Takes in a call of a task; later calls of the same scan were taken before.
+    /// Adds a call of a task. Calls are added from the last to the first, so later calls of the same scan have been
+    /// added before.
     fn take(&mut self, tick: u64, steps: &TickSteps, number: usize, call: Call) {
         let mut count = 0;
         let mut last = None;
@@ -209,7 +206,6 @@ impl Flow {
         let scan = self.tasks.entry(call.task).or_insert(TaskScan {
             begun: tick,
             tick,
-            cut: false,
             waits: call.suspended,
             last: None,
             statements: 0,

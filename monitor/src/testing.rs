@@ -10,7 +10,7 @@ use plcc_runtime::run::{Player, Stimulus};
 use plcc_runtime::session;
 
 use crate::view::{Body, Screen, StatementLine, StatementsView, TargetKind};
-use crate::{Opened, Session};
+use crate::{Session, Target};
 
 /// A program with a stimulus, opened, before its first tick.
 pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'static> {
@@ -30,7 +30,7 @@ pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'sta
     let program = DebuggedProgram::new(checked, sources, tables);
     let run =
         plcc_debugger::Session { program, history: Box::new(history), view, may_change: true };
-    Session::open(Opened {
+    Session::open(Target {
         kind: TargetKind::Program,
         name: "main".into(),
         run: Some(run),
@@ -58,7 +58,7 @@ impl Session<'_> {
     }
 }
 
-/// A line as text: `~` before what was not executed, `_` around what is true, `=value` behind numbers.
+/// A line as text: `~` before what was not executed, `_` around what is true, `=value` after numbers.
 pub(crate) fn drawn(line: &StatementLine) -> String {
     use crate::view::Execution;
     let mut text = String::new();

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use plcc_debugger::dap::LaunchArguments;
 use plcc_monitor::view::TargetKind;
-use plcc_monitor::{Opened, Session, state_folder, terminal};
+use plcc_monitor::{Session, Target, state_folder, terminal};
 use plcc_runtime::record::{RecordError, Recording};
 use serde_json::json;
 
@@ -24,7 +24,7 @@ pub(crate) fn monitor(args: &MonitorArgs, report: &Report) -> Result<u8, Failure
     let _ = report;
     // Before anything is opened, since that may take a while.
     terminal::check().map_err(|error| Failure::usage(error.to_string()))?;
-    let mut session = Session::open(opened(args)?);
+    let mut session = Session::open(target(args)?);
     let shown = terminal::run(&mut session);
     shown.map_err(|error| Failure::usage(error.to_string()))?;
     Ok(DONE)
@@ -39,7 +39,7 @@ fn serve(
 ) -> Result<u8, Failure> {
     use std::io::Write;
 
-    let mut session = Session::open(opened(args)?);
+    let mut session = Session::open(target(args)?);
     let announce = |url: &str| {
         // Without standard error nobody asks for another address.
         let _ = writeln!(std::io::stderr(), "for a further browser: {url}");
@@ -56,27 +56,27 @@ fn serve(
 }
 
 /// What the arguments name: a control's socket, a recording, or a program.
-fn opened(args: &MonitorArgs) -> Result<Opened<'static>, Failure> {
-    let target = &args.target;
-    let metadata = fs::metadata(target)
-        .map_err(|error| Failure::file(target, format!("it can't be read: {error}")))?;
+fn target(args: &MonitorArgs) -> Result<Target<'static>, Failure> {
+    let path = &args.target;
+    let metadata = fs::metadata(path)
+        .map_err(|error| Failure::file(path, format!("it can't be read: {error}")))?;
     let (kind, run, socket) = if metadata.file_type().is_socket() {
         let run = match &args.record {
             Some(record) => Some(attach(&command(args, true)?, record)?),
             None => None,
         };
-        (TargetKind::Control, run, Some(target.clone()))
-    } else if is_recording(target)? {
-        (TargetKind::Recording, Some(attach(&command(args, true)?, target)?), None)
+        (TargetKind::Control, run, Some(path.clone()))
+    } else if is_recording(path)? {
+        (TargetKind::Recording, Some(attach(&command(args, true)?, path)?), None)
     } else {
         (TargetKind::Program, Some(launch(&command(args, false)?)?), None)
     };
     if socket.is_none() && args.record.is_some() {
         return Err(Failure::usage("--record names the record of a control: name its socket too"));
     }
-    Ok(Opened {
+    Ok(Target {
         kind,
-        name: target.display().to_string(),
+        name: path.display().to_string(),
         run,
         socket,
         state_folder: state_folder(),

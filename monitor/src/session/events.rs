@@ -34,19 +34,19 @@ impl Session<'_> {
         };
         if let Some(Tables::Pmi(tables)) = self.tables() {
             let (faults, messages) = (tables.faults.clone(), tables.messages.clone());
-            let (tick, stands_behind) = (self.time.shown, self.stands_behind);
+            let (tick, executive_tick) = (self.time.shown, self.executive_tick);
             let debugger = self.debugger()?;
             if tick >= debugger.history().known() {
                 return Ok(vec![]);
             }
-            let image = if stands_behind == Some(tick) {
+            let image = if executive_tick == Some(tick) {
                 debugger.history_mut().executive().image().to_vec()
             } else {
                 debugger.go_to_end_of_tick(tick)?;
                 debugger.image()?
             };
-            if stands_behind != Some(tick) {
-                self.stands_behind = None;
+            if executive_tick != Some(tick) {
+                self.executive_tick = None;
             }
             let of = |list: Vec<Announcement>, kind: EventKind| {
                 let image = &image;

@@ -90,7 +90,11 @@ fn svg(samples: &ScopeRows) -> String {
             points.trim_end()
         );
     }
-    let marks = [(samples.hit, "red"), (samples.cursors[0], "blue"), (samples.cursors[1], "green")];
+    let marks = [
+        (samples.trigger_tick, "red"),
+        (samples.cursors[0], "blue"),
+        (samples.cursors[1], "green"),
+    ];
     for (tick, colour) in marks {
         let Some(tick) = tick.filter(|tick| (first..=last).contains(tick)) else { continue };
         let _ = writeln!(
@@ -124,7 +128,7 @@ mod tests {
                 (6, vec![Some(1.0), Some(-1.0)]),
             ],
             tick_ns: 20_000_000,
-            hit: Some(5),
+            trigger_tick: Some(5),
             cursors: [None, Some(99)],
         }
     }

@@ -12,7 +12,7 @@ use super::Session;
 use crate::view::{IoRow, IoView, IoWindow, NamedValue};
 use crate::{Refusal, Reply};
 
-/// What PMI 5.3 has to be read before the first override.
+/// The warning that PMI 5.3 shows before the first override.
 const WARNING: &str = "Overriding inputs and outputs can be dangerous for people and for the machine. \
 Normally the program checks for dangerous conditions (limit switches, doors, interlocks). These checks \
 are completely bypassed by an override. An override stays when the monitor ends, until it is cleared or \
@@ -83,7 +83,7 @@ impl Session<'_> {
             None => {
                 return Err(Refusal::new(
                     "without the program its inputs and outputs are not known; name its source \
-                     behind the socket",
+                     after the socket",
                 ));
             }
         };
@@ -166,7 +166,7 @@ impl Session<'_> {
         }
         let tick = self.act(&name, None, true)?;
         self.io.forces.remove(&name);
-        Ok(Reply::message(format!("{name} is free from tick {tick} on")))
+        Ok(Reply::message(format!("{name} is not forced from tick {tick} on")))
     }
 
     pub(super) fn release_all(&mut self) -> Result<Reply, Refusal> {
@@ -210,7 +210,7 @@ fn pmi_points(tables: &PmiTables) -> Vec<Point> {
 }
 
 fn nct_points(tables: &NctTables) -> Vec<Point> {
-    /// The first byte behind the physical boards.
+    /// The first byte that belongs to no physical board.
     const BOARDS: u8 = 40;
     let mut named: Vec<NctName> = tables.named.clone();
     named.sort_by(|a, b| natural_cmp(&a.to_string(), &b.to_string()));

@@ -1,4 +1,5 @@
-//! One user's view of one program.
+//! A session: what is monitored, what is shown of it, and what the user does. `Session` holds all state; the other
+//! files of this folder add the methods for one screen each.
 
 mod events;
 mod export;
@@ -38,8 +39,8 @@ use time::Time;
 use timing::Skipped;
 use watch::WatchState;
 
-/// What a session monitors.
-pub struct Opened<'a> {
+/// What a session monitors: a control, a recording or a program.
+pub struct Target<'a> {
     /// What kind of thing it is.
     pub kind: TargetKind,
     /// Its name, for people.
@@ -55,9 +56,9 @@ pub struct Opened<'a> {
     pub speed: f64,
 }
 
-impl fmt::Debug for Opened<'_> {
+impl fmt::Debug for Target<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Opened").field("kind", &self.kind).field("name", &self.name).finish()
+        f.debug_struct("Target").field("kind", &self.kind).field("name", &self.name).finish()
     }
 }
 
@@ -67,10 +68,11 @@ pub struct Session<'a> {
     name: String,
     debugger: Option<Debugger<'a>>,
     interpreter: Option<Box<dyn StatementInterpreter>>,
-    /// Which statements are shown to a reader.
+    /// By a statement's number, whether it has a place in the source; others are not shown.
     placed: Vec<bool>,
-    /// The tick behind which the executive of the run stands, if that is known.
-    stands_behind: Option<u64>,
+    /// The tick that the executive of the run has run last, if that is known. Variables after this tick can be read
+    /// from it without running anything again.
+    executive_tick: Option<u64>,
     text: ProgramText,
     time: Time,
     traces: Traces,
@@ -80,7 +82,7 @@ pub struct Session<'a> {
     /// Ticks that the clock left out.
     skipped: Vec<Skipped>,
     link: Option<Link>,
-    /// How often the control's program had been replaced when it was seen first.
+    /// How often the control's program had been replaced when the session first got its status.
     generation: Option<u64>,
     /// Names that the control can't read.
     unreadable: BTreeSet<String>,
@@ -100,8 +102,8 @@ impl fmt::Debug for Session<'_> {
 
 impl<'a> Session<'a> {
     /// A session that shows the newest tick: of a recording its last one, of a program the first.
-    pub fn open(opened: Opened<'a>) -> Self {
-        let Opened { kind, name, run, socket, state_folder, speed } = opened;
+    pub fn open(target: Target<'a>) -> Self {
+        let Target { kind, name, run, socket, state_folder, speed } = target;
         let debugger = run.map(Debugger::new);
         let text = debugger.as_ref().map(|debugger| ProgramText::new(debugger.program()));
         let text = text.unwrap_or_default();
@@ -119,7 +121,7 @@ impl<'a> Session<'a> {
             debugger,
             interpreter,
             placed,
-            stands_behind: None,
+            executive_tick: None,
             text,
             time,
             traces: Traces::default(),
@@ -243,7 +245,7 @@ impl<'a> Session<'a> {
             seconds: tick as f64 * tick_ns as f64 / 1e9,
             following: self.time.following,
             first_tick: first,
-            last_tick: self.time.seen.saturating_sub(1).max(first),
+            last_tick: self.time.run_until.saturating_sub(1).max(first),
             tick_ns,
             forces: self.forces(),
             may_write: self.allows("write"),
@@ -253,11 +255,11 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// After a choice of statements: notes it for the next session.
+    /// Saves the chosen statements for the next session, if others are chosen than before.
     fn keep_statements(&mut self) {
         let numbers = self.statements.chosen_numbers(&self.text);
         if self.store.keep_statements(numbers) {
-            // What can't be kept is known from the watch lists; the choice itself is made.
+            // A failure is shown when a watch list is saved; the statements are chosen all the same.
             let _ = self.save();
         }
     }
@@ -278,7 +280,7 @@ impl<'a> Session<'a> {
         self.debugger.as_mut().ok_or_else(|| {
             Refusal::new(
                 "there is no record of this control, so that its statements and its past are not \
-                 known; start it with --record, and name the program's source behind the socket",
+                 known; start it with --record, and name the program's source after the socket",
             )
         })
     }

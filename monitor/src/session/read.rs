@@ -9,10 +9,10 @@ use serde_json::Value as Json;
 use super::Session;
 use crate::{Format, Refusal};
 
-/// Values by name, and the moment.
+/// The values of variables after one tick.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moment {
-    /// The tick behind which they were read, for people.
+    /// When that was, for people: the number of the tick.
     pub(super) text: String,
     pub(super) values: BTreeMap<String, f64>,
 }
@@ -24,7 +24,8 @@ impl Session<'_> {
         connected && (self.time.following || self.debugger.is_none())
     }
 
-    /// The values of single variables. A variable that has none is left out.
+    /// The values of variables that are no arrays: from the control while the newest tick is shown, else from the
+    /// run or recording. A name that has no value is left out.
     pub(super) fn read(&mut self, names: &[String]) -> Result<Moment, Refusal> {
         if names.is_empty() {
             return Ok(Moment { text: format!("tick {}", self.time.shown), ..Moment::default() });
@@ -81,16 +82,16 @@ impl Session<'_> {
 
     /// The values at the end of the tick that is shown, of the run or recording.
     fn read_run(&mut self, names: &[String]) -> Result<Moment, Refusal> {
-        let (tick, stands_behind) = (self.time.shown, self.stands_behind);
-        if stands_behind != Some(tick) {
-            self.stands_behind = None;
+        let (tick, executive_tick) = (self.time.shown, self.executive_tick);
+        if executive_tick != Some(tick) {
+            self.executive_tick = None;
         }
         let debugger = self.debugger()?;
         if tick >= debugger.history().known() {
             return Err(Refusal::new("no tick was run yet"));
         }
         let text = format!("the end of tick {tick}");
-        if stands_behind == Some(tick) {
+        if executive_tick == Some(tick) {
             return Ok(Moment { text, values: debugger.numbers_now(names) });
         }
         debugger.go_to_end_of_tick(tick)?;

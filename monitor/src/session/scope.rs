@@ -43,12 +43,13 @@ impl Buffer {
     }
 }
 
-/// A trigger that is waited for.
+/// A trigger that has not been met yet.
 #[derive(Debug)]
 struct Armed {
     expression: Expression,
-    /// The next tick that is looked at.
+    /// The next tick in which the trigger is tested.
     next: u64,
+    /// The value of the expression after the tick before.
     last: Option<f64>,
 }
 
@@ -60,7 +61,8 @@ pub(super) struct ScopeState {
     range: Option<(u64, u64)>,
     trigger: Option<Trigger>,
     armed: Option<Armed>,
-    hit: Option<u64>,
+    /// The tick in which the trigger was met.
+    trigger_tick: Option<u64>,
     cursors: [Option<u64>; 2],
     buffer: Buffer,
 }
@@ -73,7 +75,7 @@ impl Default for ScopeState {
             range: None,
             trigger: None,
             armed: None,
-            hit: None,
+            trigger_tick: None,
             cursors: [None; 2],
             buffer: Buffer::default(),
         }
@@ -81,17 +83,17 @@ impl Default for ScopeState {
 }
 
 impl ScopeState {
-    /// Takes the values behind a tick that was run, if it is the next one, and looks whether it triggers.
+    /// Takes the values after a tick that was run, if it is the next one, and tests the trigger.
     pub(super) fn take(&mut self, tick: u64, executive: &mut dyn Executive) {
         if !self.names.is_empty() && tick == self.buffer.end() {
             let row = values(&self.names, executive);
             self.buffer.push(row);
         }
-        self.look(tick, executive);
+        self.test_trigger(tick, executive);
     }
 
-    /// Looks whether the next tick triggers.
-    fn look(&mut self, tick: u64, executive: &mut dyn Executive) {
+    /// Tests whether the trigger is met in a tick, if this is the next one to be tested.
+    fn test_trigger(&mut self, tick: u64, executive: &mut dyn Executive) {
         let (Some(armed), Some(trigger)) = (&mut self.armed, &self.trigger) else { return };
         if tick != armed.next {
             return;
@@ -106,7 +108,7 @@ impl ScopeState {
             Edge::Both => last != now,
         };
         if met {
-            self.hit = Some(tick);
+            self.trigger_tick = Some(tick);
             self.armed = None;
         }
     }
@@ -126,22 +128,22 @@ fn values(names: &[String], executive: &mut dyn Executive) -> Vec<f64> {
 }
 
 impl Session<'_> {
-    /// Looks for the trigger in ticks that were run before it was set.
+    /// Tests the trigger in ticks that were run before it was set, until a moment.
     pub(super) fn search_trigger(&mut self, until: Instant) {
         while Instant::now() < until {
             let Some(next) = self.scope.armed.as_ref().map(|armed| armed.next) else { return };
-            if next >= self.time.seen || !self.run_again(next) {
+            if next >= self.time.run_until || !self.run_again(next) {
                 return;
             }
             if let Some(debugger) = &mut self.debugger {
-                self.scope.look(next, debugger.history_mut().executive());
+                self.scope.test_trigger(next, debugger.history_mut().executive());
             }
         }
     }
 
     /// Runs a tick once more without taking anything from it; whether that was possible.
     fn run_again(&mut self, tick: u64) -> bool {
-        self.stands_behind = None;
+        self.executive_tick = None;
         let Some(debugger) = &mut self.debugger else { return false };
         debugger.history_mut().run_unobserved(tick).is_ok()
     }
@@ -149,19 +151,19 @@ impl Session<'_> {
     /// The ticks that are shown.
     fn scope_range(&self) -> (u64, u64) {
         let scope = &self.scope;
-        let (first, last) = (self.first(), self.time.seen.saturating_sub(1).max(self.first()));
+        let (first, last) = (self.first(), self.time.run_until.saturating_sub(1).max(self.first()));
         let clamp = |from: u64, to: u64| (from.clamp(first, last), to.clamp(first, last));
-        match (scope.range, scope.hit, &scope.trigger) {
+        match (scope.range, scope.trigger_tick, &scope.trigger) {
             (Some((from, to)), ..) => clamp(from, to),
-            (None, Some(hit), Some(trigger)) => {
-                let from = hit.saturating_sub(trigger.before);
+            (None, Some(met), Some(trigger)) => {
+                let from = met.saturating_sub(trigger.before);
                 clamp(from, from + scope.width.saturating_sub(1))
             }
             _ => clamp((last + 1).saturating_sub(scope.width), last),
         }
     }
 
-    /// Collects the samples of a stretch, for a bounded time; whether all are there.
+    /// Collects the samples of the ticks `from` to `to`, until a moment at most; gives whether all are there.
     fn fill(&mut self, from: u64, to: u64, until: Instant) -> bool {
         let buffer = &mut self.scope.buffer;
         if from < buffer.first || from > buffer.end() {
@@ -185,7 +187,7 @@ impl Session<'_> {
     pub(super) fn scope_view(&mut self, samples: usize) -> Result<ScopeView, Refusal> {
         self.debugger()?;
         let (from, to) = self.scope_range();
-        let is_there = self.time.seen > 0
+        let is_there = self.time.run_until > 0
             && (self.scope.names.is_empty() || self.fill(from, to, Instant::now() + VIEW_TIME));
         let names = self.scope.names.clone();
         let channels = names.into_iter().enumerate();
@@ -199,7 +201,7 @@ impl Session<'_> {
             }
             _ => None,
         };
-        let state = match (scope.range, scope.hit, &scope.trigger) {
+        let state = match (scope.range, scope.trigger_tick, &scope.trigger) {
             (Some(_), ..) => State::Held,
             (None, Some(_), Some(_)) => State::Triggered,
             (None, None, Some(_)) => State::Waiting,
@@ -209,7 +211,7 @@ impl Session<'_> {
             channels,
             from,
             to,
-            trigger_tick: scope.hit,
+            trigger_tick: scope.trigger_tick,
             trigger: scope.trigger.clone(),
             state,
             cursors: scope.cursors,
@@ -303,16 +305,16 @@ impl Session<'_> {
 
     pub(super) fn scope_trigger(&mut self, trigger: Option<Trigger>) -> Result<Reply, Refusal> {
         let (from, _) = self.scope_range();
-        let seen = self.time.seen;
+        let run_until = self.time.run_until;
         let is_recording = self.kind == crate::view::TargetKind::Recording;
         let expression = match &trigger {
             Some(trigger) => Some(self.debugger()?.program().expression(&trigger.expression)?),
             None => None,
         };
         // In a recording, what is shown is searched again from its beginning.
-        let next = if is_recording { from } else { seen };
+        let next = if is_recording { from } else { run_until };
         self.scope.armed = expression.map(|expression| Armed { expression, next, last: None });
-        (self.scope.hit, self.scope.trigger, self.scope.range) = (None, trigger, None);
+        (self.scope.trigger_tick, self.scope.trigger, self.scope.range) = (None, trigger, None);
         Ok(Reply::default())
     }
 
@@ -335,10 +337,17 @@ impl Session<'_> {
         let saved = self.store.scope(name.trim()).cloned();
         let missing = || Refusal::new(format!("nothing is kept as `{}`", name.trim()));
         let SavedScope { names, width, trigger } = saved.ok_or_else(missing)?;
-        self.scope = ScopeState::default();
-        self.scope_add(&names)?;
-        self.scope_width(width)?;
-        self.scope_trigger(trigger)
+        let before = std::mem::take(&mut self.scope);
+        let load = || {
+            self.scope_add(&names)?;
+            self.scope_width(width)?;
+            self.scope_trigger(trigger)
+        };
+        let loaded = load();
+        if loaded.is_err() {
+            self.scope = before;
+        }
+        loaded
     }
 
     /// The samples that are shown: names, and a row for each tick.
@@ -356,7 +365,13 @@ impl Session<'_> {
             |tick: u64| (0..names.len()).map(|at| self.scope.buffer.value(tick, at)).collect();
         let rows = (from..=to).map(|tick| (tick, row(tick))).collect();
         let tick_ns = self.debugger()?.tick_ns();
-        Ok(ScopeRows { names, rows, tick_ns, hit: self.scope.hit, cursors: self.scope.cursors })
+        Ok(ScopeRows {
+            names,
+            rows,
+            tick_ns,
+            trigger_tick: self.scope.trigger_tick,
+            cursors: self.scope.cursors,
+        })
     }
 }
 
@@ -367,6 +382,24 @@ pub(super) struct ScopeRows {
     /// Tick, and the value of each variable.
     pub(super) rows: Vec<(u64, Vec<Option<f64>>)>,
     pub(super) tick_ns: u64,
-    pub(super) hit: Option<u64>,
+    pub(super) trigger_tick: Option<u64>,
     pub(super) cursors: [Option<u64>; 2],
+}
+
+#[cfg(test)]
+mod tests {
+    use plcc_abi::Dialect;
+
+    use super::*;
+
+    #[test]
+    fn a_set_up_with_unknown_variables_leaves_the_scope_as_it_is() {
+        let mut session = crate::testing::open(Dialect::Pmi, "$INTEGER\nN\n$END\nN=N+1\n", "");
+        session.run_to(3);
+        session.scope_add(&["N".into()]).unwrap();
+        let saved = SavedScope { names: vec!["GONE".into()], width: 10, trigger: None };
+        session.store.keep_scope("old", saved);
+        assert!(session.scope_load("old").is_err());
+        assert_eq!((session.scope.names.as_slice(), session.scope.width), (&["N".into()][..], 200));
+    }
 }

@@ -31,7 +31,7 @@ pub(super) struct SavedScope {
     pub(super) trigger: Option<Trigger>,
 }
 
-/// What is kept.
+/// The content of the file.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 struct Kept {
@@ -58,7 +58,7 @@ pub(crate) fn state_folder() -> Option<PathBuf> {
 }
 
 impl Store {
-    /// What is kept in a folder of the program of this name; nothing without a folder.
+    /// Reads what the folder holds for the program with this name; without a folder nothing is kept.
     pub(super) fn open(folder: Option<&Path>, program: &str) -> Self {
         let name = Path::new(program).file_name().unwrap_or_default().to_string_lossy();
         let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '.' | '-' | '_');
@@ -93,7 +93,7 @@ impl Store {
         self.kept.lists.entry(self.kept.list.clone()).or_default()
     }
 
-    /// Adds an entry; whether it is new.
+    /// Adds an entry to the present list. Gives whether the list did not have it.
     pub(super) fn add(&mut self, entry: Entry) -> bool {
         let entries = self.entries_mut();
         let is_new = entries.iter().all(|known| known.name != entry.name);
@@ -103,7 +103,7 @@ impl Store {
         is_new
     }
 
-    /// Removes an entry; whether there was one.
+    /// Removes an entry from the present list. Gives whether the list had it.
     pub(super) fn remove(&mut self, name: &str) -> bool {
         let entries = self.entries_mut();
         let count = entries.len();
@@ -150,7 +150,7 @@ impl Store {
         self.kept.statements.as_deref()
     }
 
-    /// Notes the chosen statements; whether these are others than before.
+    /// Keeps the numbers of the chosen statements. Gives whether these are others than before.
     pub(super) fn keep_statements(&mut self, numbers: Option<Vec<String>>) -> bool {
         let is_new = self.kept.statements != numbers;
         self.kept.statements = numbers;

@@ -11,21 +11,21 @@ impl Session<'_> {
     pub(super) fn tasks_view(&mut self) -> Result<TasksView, Refusal> {
         let waits = self.waiting_rows()?;
         let flow = self.flow()?.clone();
-        let (tick, stands_behind) = (self.time.shown, self.stands_behind);
+        let (tick, executive_tick) = (self.time.shown, self.executive_tick);
         let debugger = self.debugger()?;
         let names: Vec<String> =
             debugger.program().tables().tasks.iter().map(|task| task.name.clone()).collect();
         let seconds = flow.ticks as f64 * debugger.tick_ns() as f64 / 1e9;
         let statuses = if tick >= debugger.history().known() {
             vec![]
-        } else if stands_behind == Some(tick) {
+        } else if executive_tick == Some(tick) {
             debugger.history_mut().executive().task_statuses()
         } else {
             debugger.go_to_end_of_tick(tick)?;
             debugger.view()?.task_statuses()
         };
-        if stands_behind != Some(tick) {
-            self.stands_behind = None;
+        if executive_tick != Some(tick) {
+            self.executive_tick = None;
         }
         let mut rows = vec![];
         for (task, name) in names.iter().enumerate() {
@@ -59,7 +59,7 @@ impl Session<'_> {
         Ok(TasksView { rows, facts })
     }
 
-    /// What the control says of itself besides.
+    /// The length of a tick; of a PMAC also I5, I8, two timers, and the numbers of the PLCs without text.
     fn facts(&mut self, tasks: &[String]) -> Result<Vec<Fact>, Refusal> {
         let tick_ns = self.debugger()?.tick_ns();
         let fact = |title: &str, value: String| Fact { title: title.into(), value };
@@ -91,7 +91,8 @@ impl Session<'_> {
         Ok(facts)
     }
 
-    /// The task of a line of the program, by its name: the PLC in whose text it stands, on a PMAC.
+    /// The task that a line of a PMAC program belongs to: that of the PLC whose OPEN stands before it. `None` for the
+    /// other languages.
     pub(super) fn plc_of_row(&self, row: usize) -> Option<usize> {
         let debugger = self.debugger.as_ref()?;
         if debugger.program().tables().dialect() != Dialect::Pmac {

@@ -1,4 +1,4 @@
-//! The time that is shown, and how it goes on.
+//! Which tick is shown, and the running of ticks: new ones as time passes, and earlier ones again.
 
 use std::time::{Duration, Instant};
 
@@ -20,21 +20,23 @@ const EVENTS_BACK: u64 = 20_000;
 /// How many events are kept.
 const MOST_EVENTS: usize = 5_000;
 
-/// Where the user stands in time.
+/// Which tick is shown, and which were run.
 #[derive(Debug)]
 pub(super) struct Time {
     /// The tick that is shown.
     pub(super) shown: u64,
     /// Whether the newest one is shown.
     pub(super) following: bool,
-    /// The tick up to which all were run, for events and samples.
-    pub(super) seen: u64,
-    /// How fast a program runs.
+    /// The first tick that was not run yet. From all before it, events and samples were collected (of a long
+    /// recording, from the last [`EVENTS_BACK`]).
+    pub(super) run_until: u64,
+    /// How fast a program runs: 1 is real time, 0 as fast as possible.
     speed: f64,
-    /// When the program went on last, and with which tick.
+    /// When the program was last started, continued or given another speed, and the tick with which it went on.
     begun: Option<(Instant, u64)>,
     /// Why the program was stopped.
     pub(super) stopped: Option<String>,
+    /// What the user should know, such as that ticks of a record are damaged.
     pub(super) note: Option<String>,
 }
 
@@ -47,7 +49,7 @@ impl Time {
         Self {
             shown: first,
             following: true,
-            seen: known.saturating_sub(EVENTS_BACK).max(first),
+            run_until: known.saturating_sub(EVENTS_BACK).max(first),
             speed,
             begun: None,
             stopped: None,
@@ -57,10 +59,10 @@ impl Time {
 }
 
 impl Session<'_> {
-    /// Takes in what is new: ticks that were recorded, or those that the program has run meanwhile. Works
-    /// for a bounded time; what is left is done at the next call. Gives whether anything has changed.
+    /// Reads ticks that were recorded meanwhile, or runs those of a program that are due. Works for at most
+    /// some 40 ms; what is left is done at the next call. Gives whether anything has changed.
     pub fn poll(&mut self) -> bool {
-        let before = (self.time.seen, self.time.shown);
+        let before = (self.time.run_until, self.time.shown);
         let until = Instant::now() + POLL_TIME;
         if let Some(link) = &mut self.link {
             link.poll();
@@ -68,34 +70,35 @@ impl Session<'_> {
                 self.generation.get_or_insert(status.generation);
             }
         }
-        let Some(wanted) = self.wanted() else { return false };
-        while self.time.seen < wanted && Instant::now() < until {
-            let tick = self.time.seen;
-            // The last ticks are run in the interpreter at once: going back to them would take longer.
-            let is_near = wanted - tick <= LOOK_BACK;
+        let Some(run_target) = self.run_target() else { return false };
+        while self.time.run_until < run_target && Instant::now() < until {
+            let tick = self.time.run_until;
+            // The last ticks are run in the interpreter right now, since they are shown next: to run them again would
+            // take longer.
+            let is_near = run_target - tick <= LOOK_BACK;
             let result = if is_near { self.trace(tick) } else { self.run_unobserved(tick) };
             if let Err(refusal) = result {
                 self.time.note = Some(refusal.message);
                 // Damage in a record is passed over; a program that can't go on stays where it is.
                 if self.kind != TargetKind::Program {
-                    self.time.seen = tick + 1;
+                    self.time.run_until = tick + 1;
                 }
                 break;
             }
-            self.time.seen = tick + 1;
+            self.time.run_until = tick + 1;
             if self.time.stopped.is_some() {
                 break;
             }
         }
         self.search_trigger(until);
         if self.time.following {
-            self.time.shown = self.time.seen.saturating_sub(1).max(self.first());
+            self.time.shown = self.time.run_until.saturating_sub(1).max(self.first());
         }
-        before != (self.time.seen, self.time.shown)
+        before != (self.time.run_until, self.time.shown)
     }
 
-    /// The tick up to which ticks are to be run; `None` where nothing is known of any.
-    fn wanted(&mut self) -> Option<u64> {
+    /// The tick before which all are to be run now; `None` without a run or recording.
+    fn run_target(&mut self) -> Option<u64> {
         let (kind, following) = (self.kind, self.time.following);
         let debugger = self.debugger.as_mut()?;
         if kind != TargetKind::Program {
@@ -106,16 +109,16 @@ impl Session<'_> {
         }
         if !following || self.time.stopped.is_some() {
             self.time.begun = None;
-            return Some(self.time.seen);
+            return Some(self.time.run_until);
         }
-        let (since, from) = *self.time.begun.get_or_insert((Instant::now(), self.time.seen));
+        let (since, from) = *self.time.begun.get_or_insert((Instant::now(), self.time.run_until));
         let passed = since.elapsed().as_secs_f64();
         let ticks = match self.time.speed {
             speed if speed > 0.0 => passed * speed * 1e9 / debugger.tick_ns().max(1) as f64,
             _ => f64::INFINITY,
         };
         // As fast as possible: as many as can be run in the time of one call, but no more than that.
-        let most = self.time.seen.saturating_add(10_000);
+        let most = self.time.run_until.saturating_add(10_000);
         let wanted = from.saturating_add(1).saturating_add(ticks as u64).min(most);
         if wanted == most {
             self.time.begun = None;
@@ -137,7 +140,9 @@ impl Session<'_> {
             _ if self.time.stopped.is_some() => "stopped",
             (TargetKind::Recording, ..) => "recorded",
             (TargetKind::Program, Some(debugger), _) => {
-                match debugger.history().goes_on() || self.time.seen < debugger.history().known() {
+                match debugger.history().goes_on()
+                    || self.time.run_until < debugger.history().known()
+                {
                     true if self.time.following => "running",
                     true => "paused",
                     false => "ended",
@@ -150,9 +155,9 @@ impl Session<'_> {
 
     /// Runs a tick in the fastest engine, and takes in its events.
     fn run_unobserved(&mut self, tick: u64) -> Result<(), Refusal> {
-        self.stands_behind = None;
+        self.executive_tick = None;
         let result = self.debugger()?.history_mut().run_unobserved(tick)?;
-        self.stands_behind = Some(tick);
+        self.executive_tick = Some(tick);
         self.take_result(tick, result);
         Ok(())
     }
@@ -160,9 +165,9 @@ impl Session<'_> {
     /// Runs a tick in the statement interpreter, takes in what its statements did, and, of a tick that
     /// was not run before, its events.
     pub(super) fn trace(&mut self, tick: u64) -> Result<(), Refusal> {
-        let is_new = tick >= self.time.seen;
+        let is_new = tick >= self.time.run_until;
         self.debugger()?;
-        self.stands_behind = None;
+        self.executive_tick = None;
         let (Some(debugger), Some(interpreter)) = (&mut self.debugger, &mut self.interpreter)
         else {
             return Ok(());
@@ -171,7 +176,7 @@ impl Session<'_> {
         let mut engine = Observed::new(interpreter.as_mut(), &mut recorder);
         let result = debugger.history_mut().run(tick, &mut engine)?;
         self.traces.insert(tick, recorder.finish());
-        self.stands_behind = Some(tick);
+        self.executive_tick = Some(tick);
         if is_new {
             self.take_result(tick, result);
         }
@@ -186,7 +191,7 @@ impl Session<'_> {
         self.take_events(result.events);
     }
 
-    /// Takes in a tick that was run for the first time; the executive stands behind it.
+    /// Takes in a tick that was run for the first time. The executive is in the state after it.
     fn take_tick(&mut self, tick: u64, skipped: bool, cut: bool) {
         if skipped || cut {
             self.note_overrun(tick, cut);
@@ -210,7 +215,8 @@ impl Session<'_> {
             let dialect = self.debugger()?.program().tables().dialect();
             let known = self.debugger()?.history().known();
             let first = (tick + 1).saturating_sub(LOOK_BACK).max(self.first());
-            // As time goes on, what was run is enough; going back would take longer than going on.
+            // While newest ticks are followed, those that were traced already are enough: tracing all of the last
+            // ones would take longer than the ticks themselves.
             let first = if self.time.following && self.traces.has(tick) { tick } else { first };
             for of in first..=tick {
                 // A program has not run its first tick yet.
@@ -228,7 +234,7 @@ impl Session<'_> {
     pub(super) fn follow(&mut self) -> Result<Reply, Refusal> {
         self.debugger()?;
         self.time.following = true;
-        self.time.shown = self.time.seen.saturating_sub(1).max(self.first());
+        self.time.shown = self.time.run_until.saturating_sub(1).max(self.first());
         Ok(Reply::default())
     }
 
@@ -251,7 +257,7 @@ impl Session<'_> {
     }
 
     pub(super) fn go_to_tick(&mut self, tick: u64) -> Result<Reply, Refusal> {
-        let (first, last) = (self.first(), self.time.seen.saturating_sub(1));
+        let (first, last) = (self.first(), self.time.run_until.saturating_sub(1));
         self.debugger()?;
         if tick < first || tick > last {
             return Err(Refusal::new(format!("the ticks from {first} to {last} can be shown")));
@@ -262,14 +268,14 @@ impl Session<'_> {
     }
 
     pub(super) fn move_ticks(&mut self, by: i64) -> Result<Reply, Refusal> {
-        let (first, last) = (self.first(), self.time.seen.saturating_sub(1));
+        let (first, last) = (self.first(), self.time.run_until.saturating_sub(1));
         let tick = self.time.shown.saturating_add_signed(by).clamp(first, last.max(first));
         self.go_to_tick(tick)
     }
 
     /// Goes to the tick of the next or previous scan of the task at the cursor.
     pub(super) fn move_scans(&mut self, by: i64) -> Result<Reply, Refusal> {
-        /// How far is searched for a task's scan.
+        /// How many ticks are searched for a scan of the task.
         const MOST: u64 = 5_000;
         let task = self.task_at_cursor();
         let mut tick = self.time.shown;
@@ -277,7 +283,11 @@ impl Session<'_> {
             let mut looked = 0;
             loop {
                 let next = tick.saturating_add_signed(by.signum());
-                if next == tick || next < self.first() || next >= self.time.seen || looked >= MOST {
+                if next == tick
+                    || next < self.first()
+                    || next >= self.time.run_until
+                    || looked >= MOST
+                {
                     return Err(Refusal::new("there is no further scan of this task"));
                 }
                 tick = next;
@@ -299,13 +309,13 @@ impl Session<'_> {
 
     /// Goes back to the statement that changed a variable last, before the tick that is shown or in it.
     pub(super) fn previous_change(&mut self, name: &str) -> Result<Reply, Refusal> {
-        let (shown, seen) = (self.time.shown, self.time.seen);
+        let (shown, run_until) = (self.time.shown, self.time.run_until);
         let was_followed = self.time.following;
-        self.stands_behind = None;
+        self.executive_tick = None;
         let debugger = self.debugger()?;
         // From the end of the tick that is shown when it is the newest one, else from its beginning, so
         // that the same command again goes further back.
-        let from = if was_followed && shown + 1 >= seen { shown + 1 } else { shown };
+        let from = if was_followed && shown + 1 >= run_until { shown + 1 } else { shown };
         match from == shown {
             true => debugger.go_to_tick(shown)?,
             false => debugger.go_to_end()?,

@@ -12,7 +12,7 @@ use crate::view::{LineCost, Overrun, TimesRow, TimingView};
 
 /// How many lines are listed.
 const MOST_LINES: usize = 200;
-/// How many overruns are looked into.
+/// How many overruns are listed.
 const MOST_OVERRUNS: usize = 50;
 
 /// A stretch of ticks that the clock left out.
@@ -21,7 +21,7 @@ pub(super) struct Skipped {
     /// The first of them.
     pub(super) first: u64,
     pub(super) count: u64,
-    /// Whether the watchdog has stopped a scan instead.
+    /// Whether no tick was left out but the watchdog has stopped a scan; `first` is the tick of that scan then.
     pub(super) cut: bool,
 }
 
@@ -123,7 +123,7 @@ impl Session<'_> {
             .collect()
     }
 
-    /// Notes a tick that the clock left out, or whose scan was stopped.
+    /// Adds a tick that the clock left out or, with `cut`, in which the watchdog stopped a scan.
     pub(super) fn note_overrun(&mut self, tick: u64, cut: bool) {
         match self.skipped.last_mut() {
             Some(last) if !cut && !last.cut && last.first + last.count == tick => last.count += 1,

@@ -21,12 +21,12 @@ pub(super) struct WatchState {
     last: BTreeMap<String, f64>,
 }
 
-/// A row of an entry.
+/// A row of the watch list. An entry such as `A[2-5]` has several.
 #[derive(Clone, Debug, PartialEq)]
 struct Row {
     name: String,
     title: Option<&'static str>,
-    /// The value of what is no variable: a timer's delay.
+    /// The value, for a row that is no variable: the delay of a timer.
     fixed: Option<f64>,
 }
 
@@ -184,7 +184,8 @@ impl Session<'_> {
         Ok(Reply::message(format!("{name}={value} before tick {tick}")))
     }
 
-    /// Sets or forces a variable, in the control or in the program that is run here. Gives the tick.
+    /// Sets a variable, or forces it (`force`), in the control or in the program that is run here; without a value
+    /// ends its force. Gives the tick before which it is done.
     pub(super) fn act(
         &mut self,
         name: &str,
@@ -198,14 +199,14 @@ impl Session<'_> {
                 (None, _) => link.release(Some(name)),
             };
         }
-        let seen = self.time.seen;
-        self.stands_behind = None;
+        let tick = self.time.run_until;
+        self.executive_tick = None;
         let debugger = self.debugger()?;
         if !debugger.may_change() {
             return Err(Refusal::new("a recording can't be changed"));
         }
-        debugger.history_mut().change(seen, name, value, force)?;
-        Ok(seen)
+        debugger.history_mut().change(tick, name, value, force)?;
+        Ok(tick)
     }
 }
 
@@ -276,9 +277,20 @@ fn pmac_rows(entry: &str, defined: &dyn Fn(&str) -> Option<String>) -> Result<Ve
         if first > last {
             return Err(wrong());
         }
-        let last = last.min(first + MOST_ROWS - 1);
+        let last = last.min(first.saturating_add(MOST_ROWS - 1));
         let letters = letters.to_uppercase();
         return Ok((first..=last).map(|number| Row::of(format!("{letters}{number}"))).collect());
     }
     Ok(vec![Row::of(defined(entry).unwrap_or_else(|| entry.to_uppercase()))])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_may_end_at_the_largest_number() {
+        let rows = pmac_rows("P4294967294..4294967295", &|_| None).unwrap();
+        assert_eq!(rows, [Row::of("P4294967294"), Row::of("P4294967295")]);
+    }
 }

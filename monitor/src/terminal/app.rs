@@ -100,7 +100,7 @@ pub(super) struct App {
     /// The page to which Esc goes back.
     back: Page,
     pub(super) prompt: Option<Prompt>,
-    /// What was told last, and whether it is a refusal.
+    /// The message for the user, and whether it is a refusal.
     pub(super) message: Option<(String, bool)>,
     /// A warning that waits to be confirmed, and what is done then.
     pub(super) warning: Option<(String, Command)>,
@@ -285,7 +285,7 @@ impl App {
         self.selected = (self.selected as u64).saturating_add_signed(by) as usize;
     }
 
-    /// Does something, and tells what came of it.
+    /// Applies a command, and shows its message or refusal.
     pub(super) fn apply(&mut self, session: &mut Session<'_>, command: Command) {
         match session.apply(command.clone()) {
             Ok(Reply { message, .. }) => {
@@ -417,12 +417,12 @@ impl App {
         self.apply(session, command);
     }
 
-    /// Selects the row of the directory, or jumps to an occurrence.
+    /// Shows the selected statement of the directory besides those that were selected before.
     fn select(&mut self, session: &mut Session<'_>) {
         if let Body::Directory(view) = session.view(&Screen::Directory).body
             && let Some(row) = view.rows.get(self.selected.min(view.rows.len().saturating_sub(1)))
         {
-            // What is shown as the whole program is first emptied, so that the selected rows are alone.
+            // While the whole program is shown, the first selected statement replaces it.
             if view.rows.iter().all(|row| row.chosen) && view.rows.len() > 1 {
                 self.apply(session, Command::ClearStatements);
             }

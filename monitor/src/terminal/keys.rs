@@ -103,7 +103,7 @@ pub(super) const HELP: &[&str] = &[
     "g                                     go to a tick",
     "c                                     back to the previous change of a variable",
     "space                                 stay at this tick, or follow the newest",
-    "S                                     how fast a program runs here (1 real time, 0 as can be)",
+    "S                                     the speed of a program (1: real time, 0: as fast as possible)",
     "N a o  /                              name, all and next occurrence; search",
     "Insert, Delete                        add or remove a watched variable",
     "",

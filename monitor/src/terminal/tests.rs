@@ -171,6 +171,11 @@ fn the_scope_draws_courses_and_cursors() {
     screen.key(KeyCode::Enter);
     screen.keys("b25");
     screen.key(KeyCode::Enter);
+    // What is no number leaves the cursor where it is.
+    screen.keys("bx");
+    screen.key(KeyCode::Enter);
+    assert_eq!(screen.app.message, Some(("this is no number".into(), true)));
+    screen.app.message = None;
     insta::assert_snapshot!(screen.drawn());
 }
 

@@ -56,9 +56,10 @@ impl App {
             Todo::AskScope => Command::ScopeAdd { names: names() },
             Todo::AskScopeRemove => Command::ScopeRemove { name },
             Todo::AskTrigger => Command::ScopeTrigger { trigger: trigger(text) },
-            Todo::CursorA | Todo::CursorB => {
+            Todo::CursorA | Todo::CursorB if number().is_some() || text.is_empty() => {
                 Command::ScopeCursor { cursor: u8::from(todo == Todo::CursorB), tick: number() }
             }
+            Todo::CursorA | Todo::CursorB => return self.message = wrong,
             Todo::AskExport => return self.export(session, text),
             Todo::AskKeep => Command::ScopeSave { name },
             Todo::AskOpen => Command::ScopeLoad { name },

@@ -36,15 +36,15 @@ pub(super) fn lines(sources: &SourceMap, dialect: Dialect) -> Vec<SourceLine> {
     if dialect == Dialect::Pmi {
         // "Specification statements are not displayed" (PMI 5.1): what ends with $END is one.
         let is_directive = |line: &SourceLine| line.text.trim_start().starts_with('$');
-        let behind = found.iter().rposition(is_directive).map_or(0, |at| at + 1);
-        found.drain(..behind);
+        let first = found.iter().rposition(is_directive).map_or(0, |at| at + 1);
+        found.drain(..first);
         join_continued(&mut found);
     }
     found.retain(|line| !line.text.trim().is_empty());
     found
 }
 
-/// Joins PMI's continued lines: `#` behind a part of a statement.
+/// Joins PMI's continued lines: `#` at the end of a line continues the statement on the next one.
 fn join_continued(lines: &mut Vec<SourceLine>) {
     let mut joined: Vec<SourceLine> = vec![];
     for line in lines.drain(..) {

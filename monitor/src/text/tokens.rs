@@ -70,9 +70,9 @@ fn raw<'t>(line: &'t str) -> Vec<Raw<'t>> {
         } else {
             (first.len_utf8(), Raw::Sign)
         };
-        let (piece, behind) = rest.split_at_checked(length.max(1)).unwrap_or((rest, ""));
+        let (piece, after) = rest.split_at_checked(length.max(1)).unwrap_or((rest, ""));
         found.push(make(piece));
-        rest = behind;
+        rest = after;
     }
     found
 }
@@ -265,7 +265,7 @@ fn between(text: &str, pieces: &mut Vec<Piece>) {
 }
 
 /// Marks the variables in front of `=` where a statement can begin: at the beginning of a line, or, on a
-/// PMAC, behind a whole statement.
+/// PMAC, after a whole statement.
 fn mark_target(pieces: &mut [Piece]) {
     let is_comparison = |pieces: &[Piece], at: usize| {
         let before = pieces.get(..at).unwrap_or_default();
@@ -292,32 +292,33 @@ fn mark_target(pieces: &mut [Piece]) {
                 _ => {}
             }
         }
-        // `A=B=C` compares behind the first sign; a PMAC's line may hold further statements.
-        if pieces.iter().all(|piece| piece.statement.is_none()) && is_pmi_like(pieces, at) {
+        // The second sign of `A=B=C` is a comparison. On a line of a PMAC, further statements may follow.
+        if pieces.iter().all(|piece| piece.statement.is_none()) && is_one_expression(pieces, at) {
             return;
         }
     }
 }
 
-/// Whether everything behind a sign belongs to its expression: there are no two operands in a row.
-fn is_pmi_like(pieces: &[Piece], at: usize) -> bool {
-    let behind = pieces.get(at + 1..).unwrap_or_default();
-    let solid: Vec<_> = behind.iter().filter(|piece| piece.role != Role::Blank).collect();
+/// Whether all that stands after the sign `=` at a place is one expression. It is none if two operands follow each
+/// other without an operator, as where a PMAC's next statement begins on the same line.
+fn is_one_expression(pieces: &[Piece], at: usize) -> bool {
+    let after = pieces.get(at + 1..).unwrap_or_default();
+    let pieces: Vec<_> = after.iter().filter(|piece| piece.role != Role::Blank).collect();
     let is_operand = |piece: &Piece| matches!(piece.role, Role::Variable | Role::Constant);
-    !solid.array_windows().any(|[a, b]| {
+    !pieces.array_windows().any(|[a, b]| {
         (is_operand(a) || a.text == ")") && (is_operand(b) && !b.negated || b.role == Role::Keyword)
     })
 }
 
 /// The name by which the directory lists a line: its target, its label or its keyword (PMI 5.1).
 pub(super) fn name_of(pieces: &[Piece]) -> String {
-    let solid = || pieces.iter().filter(|piece| piece.role != Role::Blank);
-    if let Some(label) = solid().next().filter(|piece| piece.role == Role::Label) {
+    let visible = || pieces.iter().filter(|piece| piece.role != Role::Blank);
+    if let Some(label) = visible().next().filter(|piece| piece.role == Role::Label) {
         let colon = if label.text.starts_with(':') { "" } else { ":" };
         return format!("{}{colon}", label.text);
     }
-    let target = solid().find(|piece| piece.target);
-    let first = solid().next();
+    let target = visible().find(|piece| piece.target);
+    let first = visible().next();
     let named = match first {
         Some(first) if first.role == Role::Keyword => Some(first),
         _ => target.or(first),

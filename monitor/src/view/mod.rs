@@ -142,7 +142,7 @@ pub struct Status {
     pub last_tick: u64,
     /// The length of a tick in nanoseconds.
     pub tick_ns: u64,
-    /// How many ticks the control has done, where one is connected. Its record is about a second behind.
+    /// How many ticks the control has done, where one is connected. Its record ends about a second earlier.
     pub control_ticks: Option<u64>,
     /// The variables that are forced, with their values.
     pub forces: Vec<NamedValue>,

@@ -1,4 +1,4 @@
-//! Statements with power flow.
+//! Statements with the values that they read and wrote in one scan (power flow).
 
 use serde::{Deserialize, Serialize};
 

@@ -20,7 +20,7 @@ use axum::http::header::{COOKIE, HOST, ORIGIN, SEC_WEBSOCKET_PROTOCOL};
 
 use super::WebError;
 
-/// The name of the WebSocket's protocol. The key stands behind it in the same header.
+/// The name of the WebSocket's protocol. The key follows it in the same header.
 pub(super) const PROTOCOL: &str = "plcc-monitor";
 
 /// The random numbers, and where the server listens.

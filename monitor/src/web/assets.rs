@@ -2,7 +2,7 @@
 
 /// A file of the page.
 pub(super) struct Asset {
-    /// Its path behind the address: `/main.js`.
+    /// Its path in the address of the page: `/main.js`.
     pub(super) path: &'static str,
     pub(super) content_type: &'static str,
     pub(super) bytes: &'static [u8],

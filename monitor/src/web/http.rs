@@ -119,7 +119,8 @@ fn no_cookie() -> Response {
     )
 }
 
-/// The page; with a token, the way to it. The key goes behind `#`, which browsers keep for the page.
+/// The page; with a token, the way to it. The key follows `#`: browsers do not send that part of
+/// an address to a server, but the page can read it.
 async fn page(State(shared): State<Arc<Shared>>, uri: Uri, headers: HeaderMap) -> Response {
     let access = &shared.access;
     let token = uri.query().and_then(|query| query.strip_prefix("token="));

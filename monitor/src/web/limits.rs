@@ -30,7 +30,7 @@ pub(super) const PING_TIME: Duration = Duration::from_secs(15);
 /// How often views are made at most.
 pub(super) const VIEW_PERIOD: Duration = Duration::from_millis(100);
 
-/// How soon behind a command its effect is shown at the earliest.
+/// The shortest time from a command to the view that shows its effect.
 pub(super) const COMMAND_VIEW_DELAY: Duration = Duration::from_millis(20);
 
 /// How many lines of the program a view has at most.

@@ -1,7 +1,7 @@
 //! The messages between page and server: JSON texts.
 //!
 //! The page sends `{"id":1,"show":SCREEN}` to choose what it is shown from then on, `{"id":2,"ask":SCREEN}`
-//! for a single view, and `{"id":3,"apply":COMMAND}`; it sends the next message behind the answer. The
+//! for a single view, and `{"id":3,"apply":COMMAND}`; it sends the next message after the answer. The
 //! server answers with the same id and with `view`, `reply` or `refusal`, and sends `{"id":0,"view":VIEW}`
 //! when what is shown has changed.
 
@@ -30,7 +30,7 @@ struct Message {
     apply: Option<Command>,
 }
 
-/// What is read of a message that is not understood, so that its answer has its id.
+/// The id of a message that is not valid otherwise, so that the refusal has the same id.
 #[derive(Default, Deserialize)]
 struct IdAlone {
     id: u64,

@@ -63,11 +63,11 @@ impl Session<'_> {
             }
         };
         let rows = self.text.rows.iter().enumerate().filter(|(_, row)| {
-            let solid = || row.pieces.iter().filter(|piece| piece.role != Role::Blank);
+            let visible = || row.pieces.iter().filter(|piece| piece.role != Role::Blank);
             self.statements
                 .names
                 .iter()
-                .any(|name| solid().enumerate().any(|(at, piece)| matches(piece, at == 0, name)))
+                .any(|name| visible().enumerate().any(|(at, piece)| matches(piece, at == 0, name)))
         });
         rows.map(|(row, _)| row).collect()
     }

@@ -35,8 +35,8 @@ impl List {
         self.rows.push((text.into(), true, style));
     }
 
-    /// Draws the list so that the selected row is in sight; with `selected` behind the last row, the last
-    /// one is.
+    /// Draws the list so that the selected row is in sight; if `selected` is beyond the last row, the
+    /// last one is selected.
     fn draw(self, selected: &mut usize, frame: &mut Frame<'_>, area: Rect) {
         let rows: Vec<usize> =
             (0..self.rows.len()).filter(|&at| self.rows.get(at).is_some_and(|row| row.1)).collect();

@@ -93,7 +93,7 @@ fn time_line(status: &Status, width: u16) -> Line<'static> {
     Line::raw(text)
 }
 
-/// What is being typed, or what was told last.
+/// What is being typed, or the last message.
 fn message_line(app: &App, status: &Status) -> Line<'static> {
     if let Some(prompt) = &app.prompt {
         return Line::raw(format!("{}: {}_", prompt.title, prompt.text));
