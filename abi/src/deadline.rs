@@ -8,7 +8,7 @@
 //! The epoch is never reset, and every scan has a later limit than the ones before. So a watchdog that
 //! stores a moment too late, when the next scan has begun, does not stop that one.
 //!
-//! Engines look at the epoch where code may jump back, between two chunks, and behind each host
+//! Engines look at the epoch where code may jump back, between two chunks, and after each host
 //! function, by a [`Deadline`]:
 //!
 //! ```

@@ -102,7 +102,7 @@ impl Found {
     pub fn in_record(recorded: &RecordedProgram) -> Result<Self, String> {
         match recorded {
             RecordedProgram::Unknown => {
-                Err("the record does not hold the program; name it behind the record".into())
+                Err("the record does not hold the program; name it after the record".into())
             }
             RecordedProgram::Artifact(bytes) => {
                 let artifact = Artifact::parse(bytes, None);
@@ -209,7 +209,7 @@ impl Found {
                 ReplayEngine::Aot => Ok(Box::new(native.map_err(|error| error.to_string())?)),
                 ReplayEngine::Interpreter | ReplayEngine::Jit => {
                     Err("the record holds an artifact, which only --engine aot can run; name the \
-                     program's sources behind the record for the others"
+                     program's sources after the record for the others"
                         .into())
                 }
             };

@@ -167,9 +167,9 @@ fn a_record_without_a_whole_checkpoint_or_tick_is_no_success() {
         folder.plcc(command).exits(2).says(&["the record has no whole tick"]);
     }
     folder.write("r.plcrec", &bytes);
-    folder.plcc("replay r.plcrec --from 3 --to 2").exits(2).says(&["--from 3 is behind --to 2"]);
+    folder.plcc("replay r.plcrec --from 3 --to 2").exits(2).says(&["--from 3 is after --to 2"]);
     let convert = folder.plcc("convert r.plcrec --to csv --from 3 --until 2");
-    convert.exits(2).says(&["--from 3 is behind --until 2"]);
+    convert.exits(2).says(&["--from 3 is after --until 2"]);
 }
 
 /// Ticks that are damaged are missing: the run did not go otherwise because of that.

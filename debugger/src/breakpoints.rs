@@ -218,7 +218,7 @@ impl LineBreakpoint {
         file: u32,
         id: i64,
     ) -> Result<(u32, ActiveLine), DebugError> {
-        let none = || DebugError::new("no statement stands in this line or behind it");
+        let none = || DebugError::new("no statement stands in this line or after it");
         let file = plcc_diag::FileId(file);
         let (line, numbers) = program.statements_from(file, self.line).ok_or_else(none)?;
         let behind = |number: &&u32| {

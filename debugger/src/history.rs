@@ -30,7 +30,7 @@ pub trait History {
     /// The first tick that can be run again.
     fn first(&self) -> u64;
 
-    /// The tick behind the last one that is known; the end of a recording, or how far a run has
+    /// The tick after the last one that is known; the end of a recording, or how far a run has
     /// come.
     fn known(&self) -> u64;
 
@@ -64,7 +64,7 @@ pub trait History {
     /// When there is no such tick.
     fn run_unobserved(&mut self, tick: u64) -> Result<TickResult, DebugError>;
 
-    /// The executive, in the state behind the tick that was run last.
+    /// The executive, in the state after the tick that was run last.
     fn executive(&mut self) -> &mut dyn Executive;
 
     /// From now on, long movements end with an error as soon as `interruption` wants that.

@@ -25,7 +25,7 @@ pub struct Recorded {
     /// Runs the ticks that nobody looks at.
     engine: Box<dyn Engine>,
     first: u64,
-    /// The tick behind the last one.
+    /// The tick after the last one.
     end: u64,
     /// The ticks of a gap that a movement has come to.
     missing: Range<u64>,

@@ -58,7 +58,7 @@ pub struct TickTrace {
     /// What was executed.
     pub steps: Vec<Step>,
     accesses: Vec<Access>,
-    /// The image before the first scan of the tick; without a scan, behind the tick.
+    /// The image before the first scan of the tick; without a scan, the image after the tick.
     base: Vec<u8>,
     /// Bytes that changed since, in order: offset and new value.
     changes: Vec<(u32, u8)>,

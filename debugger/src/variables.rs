@@ -189,7 +189,7 @@ impl Debugger<'_> {
         Ok(values.collect())
     }
 
-    /// The values of single variables behind the tick that the history has run last, as numbers. What has
+    /// The values of single variables after the tick that the history has run last, as numbers. What has
     /// no value is left out.
     pub fn numbers_now(&mut self, names: &[String]) -> BTreeMap<String, f64> {
         let (program, executive) = self.program_and_executive();

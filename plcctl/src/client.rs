@@ -57,7 +57,7 @@ impl Client {
             map.insert("version".into(), VERSION.into());
         }
         let sent = self.stream.get_mut().write_all(format!("{request}\n").as_bytes());
-        // A control that sends a client away closes the connection behind its reply.
+        // A control that sends a client away closes the connection after its reply.
         if let Err(error) = sent.as_ref()
             && error.kind() != ErrorKind::BrokenPipe
         {

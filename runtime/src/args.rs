@@ -119,7 +119,7 @@ pub struct RunArgs {
     pub retain_must_exist: bool,
 
     /// Records the run, so that `plcc replay` can run every tick again: all that acts on the control, what
-    /// the clock decides, and its state now and then. With --realtime it goes on behind what is in the
+    /// the clock decides, and its state now and then. With --realtime it is appended to what is in the
     /// file
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,

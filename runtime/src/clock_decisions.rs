@@ -33,7 +33,7 @@ pub enum ClockDecision {
     Overdue,
     /// PMAC: the watchdog tripped at the real-time interrupt, and this is why.
     InterruptTripped(Trip),
-    /// PMAC: the watchdog tripped behind this background step.
+    /// PMAC: the watchdog tripped after this background step.
     BackgroundTripped {
         /// Which background step.
         step: u32,

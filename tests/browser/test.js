@@ -67,7 +67,7 @@ test("PMI: true is underlined, numbers stand above, what was not executed has a 
   });
 });
 
-test("PMI: statements are chosen by name, and stay chosen behind a reload", async () => {
+test("PMI: statements are chosen by name, and stay chosen after a reload", async () => {
   await withPage("pmi", async (page) => {
     await page.keyboard.press("F7");
     await page.locator(".statements .empty").waitFor();

@@ -741,7 +741,7 @@ fn replayed_programs(record: &Path) -> usize {
             assert!(replayed.matches && !replayed.after_gap, "{generation}: {replayed:?}");
         }
         if Some(&generation) == generations.last() {
-            assert!(replayer.end().unwrap().1, "the hash behind the last tick");
+            assert!(replayer.end().unwrap().1, "the hash after the last tick");
         }
     }
     generations.len()

@@ -125,7 +125,7 @@ or is not valid; 3 the program was stopped by a run-time fault; 130 Ctrl-C or SI
 
     /// Runs a recorded run again, and checks that every tick goes as it was recorded
     #[command(after_help = "\
-The program is taken from the record. Sources of it, named behind the record, let an artifact that was \
+The program is taken from the record. Sources of it, named after the record, let an artifact that was \
 recorded on a controller run in the other engines; they must be those that it was built from.
 
 Examples:

@@ -31,7 +31,7 @@ pub(crate) fn convert(args: &ConvertArgs, report: &Report) -> Result<u8, Failure
     if let (Some(from), Some(until)) = (args.from, args.until)
         && from > until
     {
-        return Err(Failure::usage(format!("--from {from} is behind --until {until}")));
+        return Err(Failure::usage(format!("--from {from} is after --until {until}")));
     }
     let to = args.output.clone().unwrap_or_else(|| named(path, args.to));
     overwrites_nothing(&to, args)?;

@@ -86,16 +86,16 @@ fn build(checked: &Checked) -> Result<(Lowered, Vec<u8>), CompileError> {
     Ok((lowered, artifact))
 }
 
-/// Reads `NAME` or `NAME=DIRECTION`.
+/// Reads the value of the option `--pin`: `NAME` or `NAME=DIRECTION`.
 ///
 /// # Errors
-/// When the direction is none.
+/// When the direction is neither in, out nor io.
 pub(crate) fn wanted(text: &str) -> Result<Wanted, String> {
     let (variable, direction) = match text.rsplit_once('=') {
         None => (text, None),
         Some((variable, direction)) => {
             let direction = <_ as clap::ValueEnum>::from_str(direction, true);
-            let what = "in, out or io is expected behind `=`";
+            let what = "in, out or io is expected after `=`";
             (variable, Some(direction.map_err(|_| what.to_owned())?))
         }
     };

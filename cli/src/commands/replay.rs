@@ -30,7 +30,7 @@ pub(crate) fn replay(args: &ReplayArgs, report: &Report) -> Result<u8, Failure> 
     if let (Some(from), Some(to)) = (args.from, args.to)
         && from > to
     {
-        return Err(Failure::usage(format!("--from {from} is behind --to {to}")));
+        return Err(Failure::usage(format!("--from {from} is after --to {to}")));
     }
     let run = chosen_run(&recording, args.run, path)?;
     tell_damage(&recording, run, report);
@@ -229,7 +229,7 @@ impl Replay<'_> {
             end.stop.get_or_insert(stop.into());
         }
         if !matches {
-            self.report.message("the state behind the last tick is not the recorded one");
+            self.report.message("the state after the last tick is not the recorded one");
         }
         matches
     }
@@ -252,7 +252,7 @@ impl Replay<'_> {
     ) -> Result<u8, Failure> {
         let tick = replayed.tick;
         let what = match &replayed.difference {
-            Some(Difference::State) | None => "the state behind it is another one",
+            Some(Difference::State) | None => "the state after it is not the recorded one",
             Some(Difference::Checkpoint(_)) => "the state before it is not that of the checkpoint",
             Some(Difference::Events) => "it reports something else",
             Some(Difference::Stop) => "it does not end as it did",

@@ -258,7 +258,7 @@ impl<W: Write> Server<'_, W> {
                         position.tick,
                         position.step + 1
                     ),
-                    None => format!("tick {}, behind its last statement", position.tick),
+                    None => format!("tick {}, after its last statement", position.tick),
                 };
                 statements.push((step.statement, format!("{} ({name})", task_name(step.task))));
                 let calls = match here {

@@ -179,13 +179,13 @@ impl<'a> Debugger<'a> {
         self.session.history.look_for_more()
     }
 
-    /// The run, to run ticks of it or to read variables behind the last of them. The user stays where he
+    /// The run, to run ticks of it or to read variables after the last of them. The user stays where he
     /// is.
     pub fn history_mut(&mut self) -> &mut (dyn History + 'a) {
         self.session.history.as_mut()
     }
 
-    /// The program, and the executive of the run, behind the tick that was run last.
+    /// The program, and the executive of the run, in the state after the tick that was run last.
     pub(crate) fn program_and_executive(&mut self) -> (&DebuggedProgram, &mut dyn Executive) {
         (&self.session.program, self.session.history.executive())
     }

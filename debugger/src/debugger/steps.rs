@@ -22,7 +22,7 @@ impl Debugger<'_> {
         Ok(())
     }
 
-    /// Goes behind the last statement of a tick.
+    /// Goes to the end of a tick, after its last statement.
     ///
     /// # Errors
     /// When there is no such tick.

@@ -24,8 +24,8 @@
 //! | `by-length` | no pass: `packed-bits` is left out in long programs |
 //!
 //! # What every pass must keep
-//! - A module that the [verifier](crate::verify) accepts before a pass is accepted behind it. Debug
-//!   builds check that behind each pass.
+//! - A module that the [verifier](crate::verify) accepts before a pass is accepted after it. Debug
+//!   builds check that after each pass.
 //! - Every scan leaves the same process image and the same outcome, whatever image it begins with.
 //! - Volatile accesses are neither moved, merged nor dropped.
 //! - Every store that stands before a trap, a suspension, a call of a host function or a volatile
@@ -406,7 +406,7 @@ impl Stage<'_> {
         debug_assert_eq!(
             verify::function(self.module, &self.func).first().map(ToString::to_string),
             None,
-            "{} behind {}",
+            "{} after {}",
             self.func.name(),
             pass.name()
         );

@@ -2,7 +2,7 @@
 //! for granted.
 //!
 //! Front ends and passes keep these rules by construction; the verifier finds mistakes in them. In
-//! debug builds it runs behind every pass. `structure` checks rules 1 to 5, `operation` rules 6 to
+//! debug builds it runs after every pass. `structure` checks rules 1 to 5, `operation` rules 6 to
 //! 8 and 10 to 13, `dominance` rule 9, `resume` rule 14. Each broken rule is a [`VerifyError`] with
 //! its place, and all of them are reported.
 //!

@@ -187,7 +187,7 @@ impl Header {
         match header.length.cmp(&(bytes.len() as u64)) {
             std::cmp::Ordering::Greater => return Err(truncated(bytes, header.length)),
             std::cmp::Ordering::Less => {
-                return Err(ArtifactError::Corrupt { what: "something stands behind its end" });
+                return Err(ArtifactError::Corrupt { what: "something follows its end" });
             }
             std::cmp::Ordering::Equal => {}
         }

@@ -341,7 +341,7 @@ impl ReplayState {
         Ok(true)
     }
 
-    /// The number of the tick behind the last one that was read; `None` before anything was restored.
+    /// The number of the tick after the last one that was read; `None` before anything was restored.
     fn end_of_ticks(&self, from: RunTicks<'_>) -> Option<u64> {
         let span = from.run.spans.get(self.span?.0)?;
         Some(self.ticks.last().map_or(span.first, |last| last.tick.saturating_add(1)))

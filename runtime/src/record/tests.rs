@@ -96,7 +96,7 @@ fn ticks_for_which_there_is_no_room_are_told_and_the_record_goes_on() {
     assert_eq!(gaps, [10_007]);
     // The second checkpoint, after 30 s, found no room any more.
     assert_eq!(ticks, 1500 + 100);
-    assert!(replayer.end().unwrap().1, "the hash behind the last tick");
+    assert!(replayer.end().unwrap().1, "the hash after the last tick");
     assert_eq!(read_u32(replayer.executive().image(), 8), 10_100);
     assert!(matches!(
         replayer.go_to(9000, &mut Counter),

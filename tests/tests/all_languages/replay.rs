@@ -95,7 +95,7 @@ fn replay(
         ticks += 1;
     }
     if let Some((end, matches)) = replayer.end() {
-        assert!(matches, "{what}: the hash behind the last tick");
+        assert!(matches, "{what}: the hash after the last tick");
         assert_eq!(end.ticks, from + ticks, "{what}");
     }
     ticks

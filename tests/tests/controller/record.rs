@@ -57,7 +57,7 @@ fn replay(
         stop = replayed.stop.or(stop);
     }
     if let Some((_, matches)) = replayer.end() {
-        assert!(matches, "the hash behind the last tick");
+        assert!(matches, "the hash after the last tick");
     }
     (ticks, stop)
 }
@@ -75,7 +75,7 @@ fn wait_for_ticks(shop: &Shop, ticks: u64) {
     }
 }
 
-/// A control that is killed leaves what it has done, and the next one goes on behind that. What the
+/// A control that is killed leaves what it has done, and the next one is appended to that. What the
 /// clock decided is in the record: how far a module of NCT came in each slice, say.
 #[test]
 fn a_killed_control_leaves_its_record() {
