@@ -2,6 +2,7 @@
 //! displays of statements show beside the text.
 
 use std::collections::{BTreeMap, HashMap};
+use std::time::{Duration, Instant};
 
 use plcc_abi::Dialect;
 use plcc_debugger::observers::TickObserver;
@@ -24,9 +25,16 @@ pub(crate) struct TickSteps {
     /// For each step the index of its first access in `accesses`.
     first_access: Vec<usize>,
     accesses: Vec<Access>,
+    /// How long the interpreter took for each step.
+    times: Vec<Duration>,
 }
 
 impl TickSteps {
+    /// How long the statement interpreter took for a step, the taking down of its values included.
+    pub(crate) fn time(&self, step: usize) -> Duration {
+        self.times.get(step).copied().unwrap_or_default()
+    }
+
     /// What a step read and wrote.
     pub(crate) fn accesses(&self, step: usize) -> &[Access] {
         let Some(&from) = self.first_access.get(step) else { return &[] };
@@ -43,15 +51,25 @@ pub(crate) struct StepsRecorder<'a> {
     steps: TickSteps,
     /// Whether the statement that is executed now has a place in the source.
     in_step: bool,
+    /// When the statement that runs has begun.
+    begun: Instant,
 }
 
 impl<'a> StepsRecorder<'a> {
     pub(crate) fn new(placed: &'a [bool]) -> Self {
-        Self { placed, steps: TickSteps::default(), in_step: false }
+        Self { placed, steps: TickSteps::default(), in_step: false, begun: Instant::now() }
     }
 
     pub(crate) fn finish(self) -> TickSteps {
         self.steps
+    }
+
+    /// Notes how long the statement took that has ended.
+    fn end_step(&mut self) {
+        if self.in_step {
+            self.steps.times.push(self.begun.elapsed());
+        }
+        self.in_step = false;
     }
 
     fn access(&mut self, variable: Accessed, value: Value, is_write: bool) {
@@ -63,10 +81,12 @@ impl<'a> StepsRecorder<'a> {
 
 impl Observer for StepsRecorder<'_> {
     fn statement(&mut self, statement: u32, _: &[u8]) {
+        self.end_step();
         self.in_step = self.placed.get(statement as usize).copied().unwrap_or(false);
         if self.in_step {
             self.steps.steps.push((statement, self.steps.calls.len().saturating_sub(1)));
             self.steps.first_access.push(self.steps.accesses.len());
+            self.begun = Instant::now();
         }
     }
 
@@ -82,14 +102,14 @@ impl Observer for StepsRecorder<'_> {
 impl TickObserver for StepsRecorder<'_> {
     fn call_begins(&mut self, task: usize, resumed: bool, _: &[u8]) {
         self.steps.calls.push(Call { task, resumed, suspended: false });
-        self.in_step = false;
+        self.end_step();
     }
 
     fn call_ends(&mut self, suspended: bool, _: &[u8]) {
+        self.end_step();
         if let Some(call) = self.steps.calls.last_mut() {
             call.suspended = suspended;
         }
-        self.in_step = false;
     }
 }
 

@@ -34,6 +34,7 @@ export class TimingScreen {
       columns: [
         { title: "Line", cell: (row) => row.number, class: "numeric" },
         { title: "Text", cell: (row) => row.text, class: "code" },
+        { title: "Nanoseconds a tick", cell: (row) => row.nanoseconds.toFixed(0), class: "numeric" },
         { title: "Executions", cell: (row) => String(row.executions), class: "numeric" },
         { title: "Share", cell: (row) => percent(row.share), class: "numeric" },
         { title: "", cell: (row) => element("meter", { min: 0, max: 1, value: row.share, "aria-label": percent(row.share) }) },
@@ -64,7 +65,7 @@ export class TimingScreen {
     this.times.update(body.times);
     const known = (value) => (value === null ? "not known" : String(value));
     setText(this.counts, `Ticks that began too late: ${known(body.overruns)} · skipped ticks: ${known(body.skipped)}`);
-    setText(this.covered, `Where the time goes: executed statements of ${body.ticks} ticks`);
+    setText(this.covered, `Where the statement interpreter's time goes in ${body.ticks} ticks (compiled code is faster, and may differ)`);
     this.lines.update(body.lines);
     this.overruns.update(body.recorded_overruns);
   }

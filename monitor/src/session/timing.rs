@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
+use std::time::Duration;
 
 use serde_json::Value as Json;
 
@@ -57,28 +58,45 @@ impl Session<'_> {
         })
     }
 
-    /// How many statements each line has executed in the ticks up to the one that is shown.
+    /// How long the interpreter took for the statements of each line in the ticks up to the one that is shown.
     fn line_costs(&mut self) -> Result<(u64, Vec<LineCost>), Refusal> {
         let ticks = self.flow()?.ticks;
         let last = self.time.shown;
         let first = (last + 1).saturating_sub(LOOK_BACK.min(ticks));
+        let times = self.interpreter_times(first..=last);
         let by_row = self.executions(first..=last);
-        let all: u64 = by_row.values().sum();
+        let all: Duration = times.values().sum();
         let mut lines: Vec<LineCost> = by_row
             .into_iter()
             .filter_map(|(row, executions)| {
+                let time = times.get(&row).copied().unwrap_or_default();
                 let content = self.text.rows.get(row)?;
                 Some(LineCost {
                     row,
                     number: content.number.clone(),
                     text: content.text().trim().to_owned(),
                     executions,
-                    share: executions as f64 / all.max(1) as f64,
+                    nanoseconds: time.as_nanos() as f64 / ticks.max(1) as f64,
+                    // A clock that is too coarse to see any of them gives no shares.
+                    share: time.as_secs_f64() / all.as_secs_f64().max(f64::MIN_POSITIVE),
                 })
             })
             .collect();
-        lines.sort_by(|a, b| b.executions.cmp(&a.executions).then(a.row.cmp(&b.row)));
+        lines.sort_by(|a, b| b.nanoseconds.total_cmp(&a.nanoseconds).then(a.row.cmp(&b.row)));
         Ok((ticks, lines))
+    }
+
+    /// By the rows of the program's text, how long the interpreter took for each in some ticks.
+    fn interpreter_times(&self, ticks: RangeInclusive<u64>) -> HashMap<usize, Duration> {
+        let mut by_row: HashMap<usize, Duration> = HashMap::new();
+        for steps in ticks.filter_map(|tick| self.traces.get(tick)) {
+            for (at, (statement, _)) in steps.steps.iter().enumerate() {
+                if let Some(row) = self.text.row_of(*statement) {
+                    *by_row.entry(row).or_default() += steps.time(at);
+                }
+            }
+        }
+        by_row
     }
 
     /// By the rows of the program's text, how many statements of each were executed in some ticks.

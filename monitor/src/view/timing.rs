@@ -14,7 +14,7 @@ pub struct TimingView {
     pub skipped: Option<u64>,
     /// How many ticks `lines` covers.
     pub ticks: u64,
-    /// Where the time goes, the lines that take most first.
+    /// Where the interpreter's time goes, the lines that take most first.
     pub lines: Vec<LineCost>,
     /// The overruns that the record knows, the newest last.
     pub recorded_overruns: Vec<Overrun>,
@@ -41,7 +41,9 @@ pub struct TimesRow {
     pub max_us: f64,
 }
 
-/// What a line of the program costs.
+/// What a line of the program costs: the time that the statement interpreter takes for its statements when it
+/// runs the ticks again, including the time to take down their values. Compiled code is many times faster, and what is
+/// expensive in one need not be so in the other: the time of the control itself is in [`TimesRow`], by task alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LineCost {
     /// Which line of the program it is.
@@ -52,7 +54,9 @@ pub struct LineCost {
     pub text: String,
     /// How often its statements were executed in the ticks that were looked at.
     pub executions: u64,
-    /// Which part of all executed statements that is, from 0 to 1.
+    /// How long the interpreter took for them in a tick, in the mean, in nanoseconds.
+    pub nanoseconds: f64,
+    /// Which part of the interpreter's time for all statements that is, from 0 to 1.
     pub share: f64,
 }
 

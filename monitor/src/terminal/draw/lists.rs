@@ -222,11 +222,17 @@ fn timing(view: &TimingView, list: &mut List) {
     if let (Some(overruns), Some(skipped)) = (view.overruns, view.skipped) {
         list.text(format!("overruns {overruns}, ticks skipped {skipped}"));
     }
-    list.title(format!("executed statements by line, in the last {} ticks", view.ticks));
+    list.title(format!(
+        "time of the statement interpreter (not of the control), {} ticks",
+        view.ticks
+    ));
     for line in &view.lines {
         let percent = line.share * 100.0;
         list.row(
-            format!("{percent:>5.1} % {:>7}x {:>6} {}", line.executions, line.number, line.text),
+            format!(
+                "{percent:>5.1} % {:>8.0} ns {:>7}x {:>6} {}",
+                line.nanoseconds, line.executions, line.number, line.text
+            ),
             Style::new(),
         );
     }
