@@ -21,7 +21,10 @@ pub enum Target {
 impl Target {
     /// What a name means on a PMAC.
     pub(crate) fn pmac(name: &str, controller: Controller) -> Option<Self> {
-        PmacName::parse(name, &Layout::new(controller)).ok().map(Self::Pmac)
+        let name = PmacName::parse(name, &Layout::new(controller)).ok()?;
+        // Statements enable and disable PLCs, but no observer is told that as a write.
+        let is_plc = matches!(name, PmacName::Plc { .. });
+        (!is_plc).then_some(Self::Pmac(name))
     }
 
     /// Whether an access is one of this variable. For NCT, an access of a word is also one of its bits, and the

@@ -6,6 +6,7 @@
 //! | `Q5`, `&2Q5` | a Q-variable of coordinate system 1, and of system 2 |
 //! | `X:$0700`, `Y:65474` | a word of memory |
 //! | `D:$28`, `DP:$D200`, `L:$1001`, `F:$D200` | two words of memory, in that format |
+//! | `PLC3`, `PLCC3` | whether a PLC or PLCC is enabled: see [`PlcOp`](super::PlcOp) for what setting it does |
 
 use alloc::{format, string::String};
 use core::fmt;
@@ -21,7 +22,17 @@ pub enum PmacName {
     Variable(Variable),
     /// Memory: an `X:` or `Y:` word, or two words as `D:`, `DP:`, `L:` or `F:` take them.
     Memory(Definition),
+    /// The state of a PLC: 0 disabled, 1 enabled, 2 paused.
+    Plc {
+        /// Whether it is a PLCC.
+        compiled: bool,
+        /// Its number, 0 to 31.
+        number: u32,
+    },
 }
+
+/// The highest number of a PLC.
+const LAST_PLC: u32 = 31;
 
 impl Default for PmacName {
     /// P0.
@@ -68,6 +79,17 @@ impl PmacName {
                 _ => return Err(PmacNameError::Malformed),
             }));
         }
+        if let Some(rest) = upper.strip_prefix("PLC") {
+            let (compiled, digits) =
+                rest.strip_prefix('C').map_or((false, rest), |rest| (true, rest));
+            let number = decimal(digits).ok_or(PmacNameError::Malformed)?;
+            if number > LAST_PLC {
+                return Err(PmacNameError::Beyond(format!(
+                    "is beyond PLC{LAST_PLC}, the last one"
+                )));
+            }
+            return Ok(Self::Plc { compiled, number });
+        }
         let (system, rest) = match upper.strip_prefix('&') {
             Some(rest) => {
                 let split = rest.find('Q').and_then(|at| rest.split_at_checked(at));
@@ -98,13 +120,15 @@ impl PmacName {
     }
 
     /// The order of a dump: Q-variables of the coordinate systems from 2 on, then the others by
-    /// letter and number. A dump has no places of memory; by address they come among the Q-variables.
+    /// letter and number. A dump has neither places of memory nor PLCs; by address and number they come
+    /// among the Q-variables and the P-variables.
     pub fn dump_order(&self) -> (u32, Kind, u32) {
         match *self {
             Self::Variable(Variable { kind, number, system }) => {
                 (if system > 1 { system } else { u32::MAX }, kind, number)
             }
             Self::Memory(definition) => (u32::MAX, Kind::Q, definition.address()),
+            Self::Plc { compiled, number } => (u32::MAX, Kind::P, 2 * number + u32::from(compiled)),
         }
     }
 }
@@ -130,6 +154,9 @@ impl fmt::Display for PmacName {
                     Definition::Star | Definition::Tw { .. } => "M",
                 };
                 write!(f, "{prefix}:${:X}", definition.address())
+            }
+            Self::Plc { compiled, number } => {
+                write!(f, "{}{number}", if compiled { "PLCC" } else { "PLC" })
             }
         }
     }
@@ -189,6 +216,8 @@ mod tests {
             ("y:65474", "Y:$FFC2"),
             ("L:$1001", "L:$1001"),
             ("d p:$d2 00", "DP:$D200"),
+            ("plc 3", "PLC3"),
+            ("PLCC031", "PLCC31"),
         ] {
             let name = PmacName::parse(text, &layout).unwrap();
             assert_eq!(name.to_string(), spelling);
@@ -206,6 +235,13 @@ mod tests {
             assert_eq!(error, Err(PmacNameError::Malformed), "{text}");
         }
         let turbo = Layout::new(Controller::Turbo);
+        for text in ["PLC32", "PLCC99"] {
+            let error = PmacName::parse(text, &pmac);
+            assert!(matches!(error, Err(PmacNameError::Beyond(_))), "{text}");
+        }
+        for text in ["PLC", "PLCC", "PLCD1", "PLC-1"] {
+            assert_eq!(PmacName::parse(text, &pmac), Err(PmacNameError::Malformed), "{text}");
+        }
         for text in ["P1024", "&9Q1", "X:$10000"] {
             let error = PmacName::parse(text, &pmac);
             assert!(matches!(error, Err(PmacNameError::Beyond(_))), "{text}");

@@ -148,6 +148,18 @@ impl Session<'_> {
         debugger.history_mut().run_unobserved(tick).is_ok()
     }
 
+    /// The values of variables behind a tick, which is run again; NaN for those that have none.
+    pub(super) fn values_behind(
+        &mut self,
+        tick: u64,
+        names: &[String],
+    ) -> Result<Vec<f64>, Refusal> {
+        if !self.run_again(tick) {
+            return Err(Refusal::new(format!("tick {tick} can't be run again")));
+        }
+        Ok(values(names, self.debugger()?.history_mut().executive()))
+    }
+
     /// The ticks that are shown.
     fn scope_range(&self) -> (u64, u64) {
         let scope = &self.scope;

@@ -242,6 +242,134 @@ fn pmac_shows_where_each_plc_waits() {
     assert!(online(&mut session, "J+").is_err());
 }
 
+/// Types a line into the terminal and gives the answer, or the reason for none.
+fn typed(session: &mut crate::Session<'_>, line: &str) -> Result<String, String> {
+    let reply = session.apply(Command::Online { line: line.into() });
+    reply.map(|reply| reply.text.unwrap()).map_err(|refusal| refusal.message)
+}
+
+#[test]
+fn the_pmac_terminal_reports_motors_from_their_registers() {
+    // 96 * 32 units are a count; motor 2 lies $3C or $C0 behind motor 1.
+    let stimulus = "1,D:$2B,307200\n1,D:$813,3072\n1,D:$840,6144\n1,Y:$814,1025\n1,X:$818,1\n\
+                    1,D:$67,-30720\n1,D:$900,3072\n1,X:$79,262144\n1,X:3,4194304\n1,&2Q5,7\n\
+                    1,Y:$82A,16777215\n";
+    let mut session = open(Dialect::Pmac, PMAC, stimulus);
+    session.run_to(3);
+    session.apply(Command::Follow).unwrap();
+    for (line, answer) in [
+        ("#", "1"),
+        ("P", "101"),
+        ("F", "2"),
+        ("?", "000000000401 (in position, home complete)"),
+        ("#2P", "-10"),
+        ("#", "2"),
+        // In open loop there is no following error.
+        ("F", "0"),
+        ("?", "040000000000 (open loop)"),
+        ("??", "000001000000 (program running)"),
+        ("???", "400000000000 (real-time interrupt re-entry)"),
+        ("&2", ""),
+        ("Q5", "7"),
+        ("^P", "101 -10 0 0 0 0 0 0"),
+        ("^F", "2 0 0 0 0 0 0 0"),
+        ("^Y", "Q5"),
+        ("^I", "7"),
+        ("type", "PMAC"),
+    ] {
+        assert_eq!(typed(&mut session, line).unwrap(), answer, "{line}");
+    }
+    assert!(typed(&mut session, "#1V").unwrap().starts_with('-'));
+    assert_eq!(typed(&mut session, "^B").unwrap().lines().count(), 8);
+    for (line, reason) in [
+        ("J+", "motors"),
+        ("^K", "motors"),
+        ("OPEN PLC 3", "source"),
+        ("DATE", "firmware"),
+        ("PC", "motion programs"),
+        ("#9", "1 to 8"),
+        ("M1->Y:$FFC2,8", "definitions"),
+        ("^Z", "serial"),
+        ("FOO", "can't be given"),
+    ] {
+        let refused = typed(&mut session, line).unwrap_err();
+        assert!(refused.contains(reason), "{line}: {refused}");
+    }
+}
+
+#[test]
+fn the_pmac_terminal_enables_and_disables_plcs() {
+    let mut session = open(Dialect::Pmac, PMAC, "");
+    session.run_to(5);
+    session.apply(Command::Follow).unwrap();
+    typed(&mut session, "DISABLE PLC 1").unwrap();
+    typed(&mut session, "pau plc 2..9").unwrap();
+    let last = session.status().last_tick;
+    session.run_to(last + 4);
+    assert_eq!(
+        typed(&mut session, "PLC1").unwrap_err().split('.').next(),
+        Some("`PLC1` can't be given here")
+    );
+    let Body::Tasks(tasks) = session.view(&Screen::Tasks).body else { panic!() };
+    let states: Vec<_> = tasks.rows.iter().map(|row| row.state).collect();
+    assert_eq!(states, [crate::view::TaskState::Disabled, crate::view::TaskState::Paused]);
+    session.apply(Command::Follow).unwrap();
+    typed(&mut session, "ENA PLC 1,2").unwrap();
+    typed(&mut session, "^D").unwrap();
+    typed(&mut session, "RES PLC 2").unwrap();
+    typed(&mut session, "ENABLE PLC 1").unwrap();
+    let last = session.status().last_tick;
+    session.run_to(last + 4);
+    let Body::Tasks(tasks) = session.view(&Screen::Tasks).body else { panic!() };
+    // What is disabled does not resume.
+    let states: Vec<_> = tasks.rows.iter().map(|row| row.state).collect();
+    assert_eq!(states, [crate::view::TaskState::Running, crate::view::TaskState::Disabled]);
+    assert!(typed(&mut session, "ENABLE PLC 40").is_err());
+}
+
+#[test]
+fn the_pmac_terminal_gathers_from_ticks_that_are_run_again() {
+    let stimulus = "0,I19,2\n0,I20,3\n0,I21,$400000\n0,I22,$C00700\n";
+    let mut session = open(Dialect::Pmac, PMAC, stimulus);
+    session.run_to(9);
+    assert!(typed(&mut session, "GATHER").unwrap_err().contains("DEFINE GATHER"));
+    typed(&mut session, "DEFINE GATHER 100").unwrap();
+    let begun = session.status().last_tick + 1;
+    typed(&mut session, "GATHER").unwrap();
+    session.apply(Command::Follow).unwrap();
+    session.run_to(begun + 6);
+    let answer = typed(&mut session, "ENDGATHER").unwrap();
+    assert!(answer.starts_with(&format!("ticks {begun} to ")), "{answer}");
+    // X:0 counts servo cycles: behind tick n it is n + 1.
+    let first = |line: &str| line.split(' ').next().unwrap().parse::<u64>().unwrap();
+    let listed = typed(&mut session, "LIST GATHER 1,2").unwrap();
+    let counts: Vec<u64> = listed.lines().map(first).collect();
+    assert_eq!(counts, [begun + 3, begun + 5]);
+    let Body::Scope(scope) = session.view(&Screen::Scope { samples: 10 }).body else { panic!() };
+    let names: Vec<_> = scope.channels.iter().map(|channel| channel.name.as_str()).collect();
+    assert_eq!((names, scope.from), (vec!["X:$0", "L:$700"], begun));
+    assert_eq!(typed(&mut session, "^E").unwrap().split(' ').count(), 2);
+    typed(&mut session, "DEL GAT").unwrap();
+    assert!(typed(&mut session, "LIST GATHER").is_err());
+}
+
+/// Shares of time add up to all of it, and every executed line is there.
+#[test]
+fn lines_have_the_time_that_the_interpreter_took() {
+    let mut session = open(Dialect::Pmi, PMI, "1,A,1\n");
+    session.run_to(20);
+    let Body::Timing(timing) = session.view(&Screen::Timing).body else { panic!() };
+    let mut executions: Vec<_> =
+        timing.lines.iter().map(|line| (line.number.as_str(), line.executions)).collect();
+    executions.sort_unstable();
+    // 15 is executed from the third scan on, 17 in the two scans before.
+    assert_eq!(executions, [("11", 21), ("12", 21), ("14", 21), ("15", 19), ("17", 2), ("20", 21)]);
+    assert!(timing.lines.is_sorted_by(|a, b| a.nanoseconds >= b.nanoseconds), "{timing:?}");
+    let shares: f64 = timing.lines.iter().map(|line| line.share).sum();
+    let time: f64 = timing.lines.iter().map(|line| line.nanoseconds).sum();
+    assert!(time == 0.0 || (shares - 1.0).abs() < 1e-9, "{timing:?}");
+}
+
 const TIMER: &str = "\
 $TIMER
 E/TC/DC=3

@@ -15,7 +15,7 @@ use plcc_abi::{
 use crate::{DisplayedText, Event, EventBody};
 
 use super::save::Origin;
-use super::state::{MAX_QUEUED, Queued, State};
+use super::state::{MAX_QUEUED, Queued, State, Status};
 
 /// A [`Text`], prepared so that its statement need not allocate.
 pub(super) enum PreparedText {
@@ -148,10 +148,20 @@ impl PmacHost {
     }
 
     /// Enables, disables, pauses or resumes the PLCs from `first` to `last`.
-    fn command_plcs(&mut self, op: PlcOp, compiled: bool, first: u32, last: u32) {
+    pub(super) fn command_plcs(&mut self, op: PlcOp, compiled: bool, first: u32, last: u32) {
         let plcs = if compiled { &mut self.state.plccs } else { &mut self.state.plcs };
         for number in first..=last.min(31) {
             plcs.apply(op, number);
+        }
+    }
+
+    /// The state of a PLC as users see it: 0 disabled (or there is none), 1 enabled, 2 paused.
+    pub(super) fn plc_status(&self, compiled: bool, number: u32) -> f64 {
+        let plcs = if compiled { &self.state.plccs } else { &self.state.plcs };
+        match plcs.all().get(number as usize).map(|plc| plc.status) {
+            Some(Status::Enabled) => 1.0,
+            Some(Status::Paused) => 2.0,
+            Some(Status::Disabled | Status::Absent) | None => 0.0,
         }
     }
 

@@ -141,6 +141,11 @@ impl PmacExecutive {
         };
         match name {
             PmacName::Memory(definition) => self.memory().write(definition, value),
+            PmacName::Plc { compiled, number } => {
+                if let Some(op) = variables::plc_op(value) {
+                    self.host.command_plcs(op, compiled, number, number);
+                }
+            }
             PmacName::Variable(Named { kind, number, system }) => {
                 let layout = self.host.layout;
                 match kind {
@@ -166,6 +171,7 @@ impl PmacExecutive {
         let layout = self.host.layout;
         Value::Float(match name {
             PmacName::Memory(definition) => self.view().read(definition),
+            PmacName::Plc { compiled, number } => self.host.plc_status(compiled, number),
             PmacName::Variable(Named { kind, number, system }) => match kind {
                 Kind::I => read_f64(&self.image, layout.i_offset(number)),
                 Kind::P => read_f64(&self.image, layout.p_offset(number)),
@@ -188,7 +194,7 @@ impl PmacExecutive {
             PmacName::Variable(Named { kind: Kind::L, number, .. }) => {
                 Some(self.host.l_definition(number))
             }
-            PmacName::Variable(_) => None,
+            PmacName::Variable(_) | PmacName::Plc { .. } => None,
         }
     }
 
@@ -236,8 +242,15 @@ impl Executive for PmacExecutive {
         Ok(self.remember(found))
     }
 
-    fn parse(&self, _variable: Variable, text: &str) -> Result<Setting, ValueError> {
-        variables::number(text).map(Setting::Float)
+    fn parse(&self, variable: Variable, text: &str) -> Result<Setting, ValueError> {
+        let value = variables::number(text)?;
+        if let PmacName::Plc { .. } = self.name(variable)
+            && variables::plc_op(value).is_none()
+        {
+            let reason = "is none of 0 (DISABLE), 1 (ENABLE), 2 (PAUSE) and 3 (RESUME)".into();
+            return Err(ValueError { value: text.into(), reason });
+        }
+        Ok(Setting::Float(value))
     }
 
     fn set(&mut self, variable: Variable, value: Setting) {

@@ -97,6 +97,7 @@ impl PmacExecutive {
         let found = variables::find(name, &layout, &self.host.tables)?;
         let (definition, number) = match found {
             PmacName::Memory(definition) => (definition, 0),
+            PmacName::Plc { .. } => (Definition::Star, 0),
             PmacName::Variable(variable) => match variable.kind {
                 Kind::M => (self.view().definition(variable.number), variable.number),
                 Kind::L => (self.host.l_definition(variable.number), variable.number),

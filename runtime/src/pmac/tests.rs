@@ -211,6 +211,38 @@ fn plccs_run_for_every_plc() {
     assert_eq!((count("PLC1"), count("PLC31"), count("PLCC1")), (2, 2, 14));
 }
 
+/// A PLC is set as by the on-line commands ENABLE, DISABLE, PAUSE and RESUME.
+#[test]
+fn plcs_are_enabled_and_disabled_from_outside() {
+    let mut download = Download::new(Controller::Pmac);
+    download.plc("PLC1", |_| ());
+    download.plc("PLCC2", |_| ());
+    let (mut executive, mut script) = download.start();
+    assert_eq!((get(&mut executive, "PLC1"), get(&mut executive, "PLCC2")), (1.0, 1.0));
+    for (name, value, state) in [
+        ("PLCC2", "0", 0.0),
+        ("PLC1", "2", 2.0),
+        // Only what is paused goes on, and only what is enabled pauses.
+        ("PLCC2", "3", 0.0),
+        ("PLCC2", "2", 0.0),
+        ("PLC1", "3", 1.0),
+        ("PLC1", "0", 0.0),
+    ] {
+        set(&mut executive, name, value);
+        assert_eq!(get(&mut executive, name), state, "{name}={value}");
+    }
+    run(&mut executive, &mut script, 2);
+    assert_eq!(script.log.join(" "), "");
+    set(&mut executive, "PLC1", "1");
+    run(&mut executive, &mut script, 1);
+    assert_eq!(script.log.join(" "), "PLC1");
+    assert!(executive.find("PLC3", Purpose::Watch).is_err());
+    let plc = executive.find("PLC1", Purpose::Stimulus).unwrap();
+    assert!(executive.parse(plc, "4").is_err());
+    let [key] = executive.keys(plc)[..] else { panic!() };
+    assert!(executive.force(key, Some(Setting::Float(0.0))).is_err());
+}
+
 #[test]
 fn several_background_steps_run_in_a_tick() {
     let mut download = Download::new(Controller::Pmac);

@@ -2,7 +2,7 @@
 //! a stimulus.
 
 use plcc_abi::pmac::name::suggest;
-use plcc_abi::pmac::{Kind, Layout, PmacName, PmacNameError, PmacTables, Variable};
+use plcc_abi::pmac::{Kind, Layout, PlcOp, PmacName, PmacNameError, PmacTables, Variable};
 
 use crate::{NameError, ValueError};
 
@@ -24,7 +24,20 @@ pub(super) fn find(
     {
         return Err(unfit("is an L-variable that the program does not define".into()));
     }
+    if let PmacName::Plc { compiled, number } = name
+        && !tables.programs.iter().any(|plc| (plc.compiled, plc.number) == (compiled, number))
+    {
+        return Err(unfit("is empty: the program has no text for it".into()));
+    }
     Ok(name)
+}
+
+/// What setting a PLC to a value does, as the on-line commands of these names do: 0 DISABLE, 1 ENABLE, 2
+/// PAUSE, 3 RESUME. `None` for other values.
+pub(super) fn plc_op(value: f64) -> Option<PlcOp> {
+    [(0.0, PlcOp::Disable), (1.0, PlcOp::Enable), (2.0, PlcOp::Pause), (3.0, PlcOp::Resume)]
+        .into_iter()
+        .find_map(|(number, op)| (number == value).then_some(op))
 }
 
 /// A value of a stimulus: an optional sign, then digits with or without a fraction, or `$hex`.

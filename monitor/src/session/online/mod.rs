@@ -1,5 +1,12 @@
-//! The PMAC terminal: on-line commands that look at variables, memory and programs (PMAC quick reference,
-//! On-line Commands). Those that would act on programs or motors can't be given over a control's socket.
+//! The PMAC terminal: on-line commands (PMAC quick reference, appendix C) for variables, memory, definitions, PLCs,
+//! motors' registers and gathering.
+//!
+//! Commands for the motion side are refused with the reason: plcc runs the PLC programs of a PMAC, and no servo. Its
+//! answers are the guide's; an error begins with ERRnnn where the guide has a number for it.
+
+mod gather;
+mod motion;
+mod plcs;
 
 use plcc_abi::image::read_u64;
 use plcc_abi::pmac::{Controller, Definition, Field, Format, Kind, Layout, PmacName};
@@ -15,10 +22,28 @@ const MOST_VALUES: u32 = 256;
 /// How many lines the terminal keeps.
 const MOST_LINES: usize = 1000;
 
-/// What was typed and answered.
-#[derive(Debug, Default)]
+/// What a command answers.
+type Answer = Result<String, Refusal>;
+
+pub(super) use motion::{MOTORS, Motor};
+
+/// What was typed and answered, and what later commands refer to.
+#[derive(Debug)]
 pub(super) struct OnlineState {
     lines: Vec<TerminalLine>,
+    /// The motor and the coordinate system that are addressed.
+    motor: u32,
+    system: u32,
+    gather: gather::Gather,
+    /// The last line that was no control character.
+    last: String,
+}
+
+impl Default for OnlineState {
+    fn default() -> Self {
+        let (gather, last) = (gather::Gather::default(), String::new());
+        Self { lines: vec![], motor: 1, system: 1, gather, last }
+    }
 }
 
 impl OnlineState {
@@ -53,25 +78,43 @@ impl Session<'_> {
         answer.map(|text| Reply { message: None, text: Some(text) })
     }
 
-    fn answer(&mut self, line: &str) -> Result<String, Refusal> {
+    fn answer(&mut self, line: &str) -> Answer {
         let plain = line.to_uppercase().replace(char::is_whitespace, "");
+        if let Some(letter) = plain.strip_prefix('^').filter(|rest| rest.chars().count() == 1) {
+            return self.control_character(letter);
+        }
+        self.online.last = line.to_owned();
+        self.command(line, &plain)
+    }
+
+    /// A command; `plain` is the same in capitals without spaces.
+    fn command(&mut self, line: &str, plain: &str) -> Answer {
         if plain.is_empty() {
             return Ok(String::new());
         }
-        if let Some((name, value)) = line.split_once('=') {
-            let reply = self.change(name.trim(), value.trim())?;
-            return Ok(reply.message.unwrap_or_default());
+        if let Some(answer) = self.address(plain) {
+            return answer;
+        }
+        if plain.contains("->") && !plain.ends_with("->") {
+            return Err(Refusal::new(
+                "definitions are the program's: change them in the source and build it again, or \
+                 have the program execute the definition",
+            ));
+        }
+        if let Some((name, value)) = line.split_once('=').filter(|_| !plain.starts_with('J')) {
+            return self.assign(name, value);
         }
         if let Some(name) = plain.strip_suffix("->") {
             return self.definition_of(name);
         }
-        match plain.as_str() {
-            "TYPE" => {
-                let Some(Tables::Pmac(tables)) = self.tables() else { return Ok("PMAC".into()) };
-                return Ok(format!("{:?}", tables.controller).to_uppercase());
-            }
-            "VERSION" | "VER" => return Ok(env!("CARGO_PKG_VERSION").into()),
-            _ => {}
+        if let Some(answer) = self.gather_command(plain).or_else(|| self.plc_command(plain)) {
+            return answer;
+        }
+        if let Some(answer) = self.report(plain) {
+            return answer;
+        }
+        if let Some(reason) = refused(plain) {
+            return Err(Refusal::new(reason));
         }
         let listed = plain.strip_prefix("LISTPLCC").map(|number| (true, number));
         if let Some((compiled, number)) =
@@ -84,7 +127,7 @@ impl Session<'_> {
         {
             return self.read_memory(rest);
         }
-        let names = range_of(&plain)?;
+        let names = self.in_system(range_of(plain)?);
         let moment = self.read(&names)?;
         let mut texts = vec![];
         for name in &names {
@@ -96,6 +139,105 @@ impl Session<'_> {
             }
         }
         Ok(texts.join("\n"))
+    }
+
+    /// `#`, `&`, `#2`, `&3`, and such a number before a command: `#2P`. `None` if the line begins with neither.
+    fn address(&mut self, plain: &str) -> Option<Answer> {
+        let (is_motor, rest) = match plain.strip_prefix('#') {
+            Some(rest) => (true, rest),
+            None => (false, plain.strip_prefix('&')?),
+        };
+        let end = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
+        let (digits, command) = rest.split_at_checked(end)?;
+        let slot = if is_motor { &mut self.online.motor } else { &mut self.online.system };
+        if rest.is_empty() {
+            return Some(Ok(slot.to_string()));
+        }
+        match digits.parse() {
+            Ok(number @ 1..=MOTORS) => *slot = number,
+            _ => {
+                let what = if is_motor { "motors" } else { "coordinate systems" };
+                return Some(Err(Refusal::new(format!("ERR003: the {what} are 1 to {MOTORS}"))));
+            }
+        }
+        Some(self.command(command, command))
+    }
+
+    /// Q-variables are those of the addressed coordinate system.
+    fn in_system(&self, names: Vec<String>) -> Vec<String> {
+        let system = self.online.system;
+        let in_system = |name: String| match name.starts_with('Q') && system > 1 {
+            true => format!("&{system}{name}"),
+            false => name,
+        };
+        names.into_iter().map(in_system).collect()
+    }
+
+    /// `P1=5`, `P1..5=0`, or a name that the program defines.
+    fn assign(&mut self, name: &str, value: &str) -> Answer {
+        let plain = name.to_uppercase().replace(char::is_whitespace, "");
+        let names = match range_of(&plain) {
+            Ok(names) => self.in_system(names),
+            Err(_) => vec![name.trim().to_owned()],
+        };
+        let mut done = vec![];
+        for name in &names {
+            done.push(self.change(name, value.trim())?.message.unwrap_or_default());
+        }
+        Ok(done.join("\n"))
+    }
+
+    /// What reports something of the controller; `None` if the line is no such command.
+    fn report(&mut self, plain: &str) -> Option<Answer> {
+        let (motor, system) = (self.online.motor, self.online.system);
+        let one = |found: Result<Vec<String>, Refusal>| found.map(|lines| lines.join("\n"));
+        Some(match plain {
+            "P" => self.motor_values(&[motor], |motor| motor.position),
+            "V" => self.motor_values(&[motor], |motor| motor.velocity),
+            "F" => self.motor_values(&[motor], |motor| motor.following_error),
+            "?" => one(self.motor_statuses(&[motor])),
+            "??" => one(self.system_statuses(&[system])),
+            "???" => self.global_status(),
+            "TYPE" => Ok(match self.tables() {
+                Some(Tables::Pmac(tables)) => format!("{:?}", tables.controller).to_uppercase(),
+                _ => "PMAC".into(),
+            }),
+            "VERSION" | "VER" => Ok(env!("CARGO_PKG_VERSION").into()),
+            _ => return None,
+        })
+    }
+
+    /// A value of each motor, in a row.
+    fn motor_values(&mut self, motors: &[u32], value: impl Fn(&Motor) -> f64) -> Answer {
+        let motors = self.motors(motors)?;
+        Ok(motors.iter().map(|motor| number(value(motor))).collect::<Vec<_>>().join(" "))
+    }
+
+    /// A control character, by its letter.
+    fn control_character(&mut self, letter: &str) -> Answer {
+        let all: Vec<u32> = (1..=MOTORS).collect();
+        let row = |found: Result<Vec<String>, Refusal>| found.map(|lines| lines.join("\n"));
+        match letter {
+            "B" => row(self.motor_statuses(&all)),
+            "C" => row(self.system_statuses(&all)),
+            "D" => self.disable_all_plcs(),
+            "E" => self.gather_once(),
+            "F" => self.motor_values(&all, |motor| motor.following_error),
+            "G" => self.global_status(),
+            "I" => {
+                let line = self.online.last.clone();
+                self.answer(&line)
+            }
+            "P" => self.motor_values(&all, |motor| motor.position),
+            "V" => self.motor_values(&all, |motor| motor.velocity),
+            // Each command is answered before the next one is typed.
+            "X" => Ok(String::new()),
+            "Y" => Ok(self.online.last.clone()),
+            "A" | "K" | "O" | "Q" | "R" | "S" | "L" | "U" => Err(Refusal::new(NO_MOTION)),
+            _ => Err(Refusal::new(
+                "this character is about the serial line or the dual-ported RAM, which the monitor does not use",
+            )),
+        }
     }
 
     fn definition_of(&mut self, name: &str) -> Result<String, Refusal> {
@@ -162,12 +304,43 @@ impl Session<'_> {
     }
 }
 
+/// Why commands of the motion side are refused.
+const NO_MOTION: &str = "plcc runs the PLC programs of a PMAC, not its motors and motion programs: nothing would move. \
+The registers of motors can be looked at (P, V, F, ?)";
+
+/// Why a command is refused that the guide has and this terminal does not; `None` for others.
+fn refused(plain: &str) -> Option<&'static str> {
+    let begins = |words: &[&str]| words.iter().any(|word| plain.starts_with(word));
+    let is = |words: &[&str]| words.contains(&plain);
+    if is(&["DATE"]) {
+        return Some("there is no firmware with a date; VERSION gives the version of plcc");
+    }
+    if is(&["SIZE"]) {
+        return Some("programs are compiled and take no buffer memory whose rest could be told");
+    }
+    if is(&["PC", "PE", "PR", "%"]) {
+        return Some("there are no motion programs whose place or feedrate could be told");
+    }
+    if begins(&["OPEN", "CLOSE", "CLEAR", "DELETE", "DEL", "UNDEFINE", "UND", "DEFINE", "SAVE"]) {
+        return Some(
+            "programs and buffers are changed in the source, which is built and swapped in",
+        );
+    }
+    if is(&["A", "B", "H", "HM", "HMZ", "K", "Q", "R", "S", "/", "\\", "<", ">"])
+        || begins(&["J+", "J-", "J/", "J=", "J:", "J^", "O", "%", "HOME", "$", "MOVETIME"])
+    {
+        return Some(NO_MOTION);
+    }
+    None
+}
+
 /// The names of a command that asks for values: `P3`, `P1..5`.
 fn range_of(plain: &str) -> Result<Vec<String>, Refusal> {
     let wrong = || {
         Refusal::new(format!(
             "`{plain}` can't be given here. There are: P1 Q1 M1 I1 and ranges as P1..5, M1->, P1=…, \
-             RX:$address and RHY:$address,n, LIST PLC n, TYPE, VERSION"
+             RX:$address and RHY:$address,n, LIST PLC n, ENABLE PLC n and the like, #n &n P V F ? ?? ???, \
+             GATHER and the like, TYPE, VERSION"
         ))
     };
     let (first, last) = plain.split_once("..").map_or((plain, None), |(a, b)| (a, Some(b)));

@@ -1,0 +1,197 @@
+//! Gathering (guide, I19 to I45): values of chosen addresses in every so many servo cycles.
+//!
+//! A PMAC stores the values while it runs. Here nothing is stored: between GATHER and ENDGATHER only the ticks are
+//! noted, and the values come from running these ticks again. So any number of sources costs the control nothing,
+//! and what was not chosen before can still be gathered afterwards.
+
+use plcc_abi::Tables;
+use plcc_abi::pmac::Controller;
+use plcc_runtime::value::number;
+
+use super::Answer;
+use crate::session::Session;
+use crate::{Command, Refusal};
+
+/// How many samples are listed or kept at most.
+const MOST_SAMPLES: u64 = 4096;
+/// I-variables: the period, the mask of sources, and the address of the first of 24 sources.
+const PERIOD: u32 = 19;
+const MASK: u32 = 20;
+const FIRST_SOURCE: u32 = 21;
+const SOURCES: u32 = 24;
+
+/// What was gathered.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Gather {
+    /// How many samples the buffer has room for; `None` if none is defined.
+    room: Option<u64>,
+    /// What is gathered, and every how many servo cycles.
+    names: Vec<String>,
+    period: u64,
+    /// The first tick, and the one behind the last.
+    begun: Option<u64>,
+    ended: Option<u64>,
+}
+
+/// The variable at a source's address. The guide calls the addresses modified and does not say how; *decided*: as
+/// the first hexadecimal digit says, $0 a Y word, $4 an X word, $8 both as an integer, $C both as a number with a fraction.
+fn source(address: u32) -> Result<String, Refusal> {
+    let space = match address >> 20 {
+        0x0 => "Y",
+        0x4 => "X",
+        0x8 => "D",
+        0xC => "L",
+        _ => {
+            return Err(Refusal::new(format!(
+                "${address:06X} is no source: it begins with $0 (Y), $4 (X), $8 (D) or $C (L)"
+            )));
+        }
+    };
+    Ok(format!("{space}:${:X}", address & 0xFFFF))
+}
+
+impl Session<'_> {
+    /// The commands of gathering; `None` if the line is none of them. `plain` is the line in capitals without spaces.
+    pub(super) fn gather_command(&mut self, plain: &str) -> Option<Answer> {
+        if let Some(size) =
+            plain.strip_prefix("DEFINEGATHER").or_else(|| plain.strip_prefix("DEFGAT"))
+        {
+            return Some(self.define_gather(size));
+        }
+        if let Some(range) =
+            plain.strip_prefix("LISTGATHER").or_else(|| plain.strip_prefix("LISGAT"))
+        {
+            return Some(self.list_gather(range));
+        }
+        Some(match plain {
+            "GATHER" | "GAT" => self.begin_gather(),
+            "GATHERTRIGGER" | "GATTRIG" => Err(Refusal::new(
+                "there is no trigger input; set a trigger on the scope, which needs no gathering",
+            )),
+            "ENDGATHER" | "ENDG" => self.end_gather(),
+            "DELETEGATHER" | "DELGAT" => {
+                self.online.gather = Gather::default();
+                Ok(String::new())
+            }
+            _ => return None,
+        })
+    }
+
+    fn define_gather(&mut self, size: &str) -> Answer {
+        let room = match size {
+            "" => MOST_SAMPLES,
+            _ => size.parse().map_err(|_| Refusal::new("ERR003: DEFINE GATHER takes a number"))?,
+        };
+        self.online.gather =
+            Gather { room: Some(room.clamp(1, MOST_SAMPLES)), ..Gather::default() };
+        Ok(String::new())
+    }
+
+    /// The sources that I20 selects, by their names, and the period of I19.
+    fn gather_sources(&mut self) -> Result<(Vec<String>, u64), Refusal> {
+        match self.tables() {
+            Some(Tables::Pmac(tables)) if tables.controller == Controller::Pmac => {}
+            _ => return Err(Refusal::new("I19 to I45 are known of PMAC only, not of Turbo PMAC")),
+        }
+        let variables: Vec<String> =
+            (PERIOD..FIRST_SOURCE + SOURCES).map(|number| format!("I{number}")).collect();
+        let values = self.read(&variables)?.values;
+        let of = |number: u32| values.get(&format!("I{number}")).copied().unwrap_or(0.0);
+        let mask = of(MASK) as u32;
+        let selected = (0..SOURCES).filter(|bit| mask >> bit & 1 != 0);
+        let names: Result<Vec<String>, Refusal> =
+            selected.map(|bit| source(of(FIRST_SOURCE + bit) as u32)).collect();
+        let names = names?;
+        if names.is_empty() {
+            return Err(Refusal::new(
+                "I20 selects no source: bit 0 selects that of I21, and so on",
+            ));
+        }
+        Ok((names, of(PERIOD).max(1.0) as u64))
+    }
+
+    fn begin_gather(&mut self) -> Answer {
+        if self.online.gather.room.is_none() {
+            return Err(Refusal::new("ERR003: DEFINE GATHER comes before GATHER"));
+        }
+        self.debugger()?;
+        let (names, period) = self.gather_sources()?;
+        let begun = Some(self.time.run_until);
+        let room = self.online.gather.room;
+        self.online.gather = Gather { room, names, period, begun, ended: None };
+        Ok(String::new())
+    }
+
+    /// Ends gathering and shows what was gathered on the scope.
+    fn end_gather(&mut self) -> Answer {
+        let gather = &mut self.online.gather;
+        let Some(begun) = gather.begun else {
+            return Err(Refusal::new("nothing is being gathered"));
+        };
+        let room = gather.room.unwrap_or(MOST_SAMPLES).saturating_mul(gather.period);
+        let ended =
+            *gather.ended.get_or_insert(self.time.run_until.min(begun.saturating_add(room)));
+        let names = gather.names.clone();
+        if ended > begun {
+            self.apply(Command::ScopeAdd { names })?;
+            self.apply(Command::ScopeRange { from: begun, to: ended - 1 })?;
+        }
+        Ok(format!("ticks {begun} to {}, on the scope", ended.saturating_sub(1)))
+    }
+
+    /// `LIST GATHER [start][,length]`: a line a sample, with the values of the sources in the order of I21 to I44.
+    fn list_gather(&mut self, range: &str) -> Answer {
+        let wrong = || Refusal::new("ERR003: LIST GATHER takes a start and a length");
+        let number_of = |text: &str, without: u64| match text {
+            "" => Ok(without),
+            _ => text.parse::<u64>().map_err(|_| wrong()),
+        };
+        let (start, length) = range.split_once(',').unwrap_or((range, ""));
+        let (start, length) = (number_of(start, 0)?, number_of(length, MOST_SAMPLES)?);
+        let Gather { names, period, begun, ended, .. } = self.online.gather.clone();
+        let Some(begun) = begun else { return Err(Refusal::new("nothing was gathered")) };
+        let end = ended.unwrap_or(self.time.run_until);
+        let ticks = (0..length.min(MOST_SAMPLES))
+            .map_while(|sample| {
+                let tick = start.checked_add(sample)?.checked_mul(period)?.checked_add(begun)?;
+                (tick < end).then_some(tick)
+            })
+            .collect::<Vec<u64>>();
+        let mut lines = vec![];
+        for tick in ticks {
+            let values = self.values_behind(tick, &names)?;
+            let values = values.iter().map(|value| match value.is_nan() {
+                true => "?".to_owned(),
+                false => number(*value),
+            });
+            lines.push(values.collect::<Vec<_>>().join(" "));
+        }
+        Ok(lines.join("\n"))
+    }
+
+    /// `^E`: the present values of the sources.
+    pub(super) fn gather_once(&mut self) -> Answer {
+        let (names, _) = self.gather_sources()?;
+        let values = self.read(&names)?.values;
+        let value = |name: &String| values.get(name).map_or_else(|| "?".into(), |v| number(*v));
+        Ok(names.iter().map(value).collect::<Vec<_>>().join(" "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_source_is_read_from_its_first_digit() {
+        for (address, name) in [
+            (0x00_0814, "Y:$814"),
+            (0x40_003D, "X:$3D"),
+            (0x80_002B, "D:$2B"),
+            (0xC0_081F, "L:$81F"),
+        ] {
+            assert_eq!(source(address).unwrap(), name);
+        }
+        assert!(source(0x10_0000).is_err());
+    }
+}
