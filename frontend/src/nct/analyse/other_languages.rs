@@ -18,15 +18,15 @@ const OF_STATEMENTS: &[&str] = &[
 ];
 
 /// What was probably meant: a message in place of the error's own if that would mislead, and a help.
-type Meant = (Option<String>, String);
+type Explanation = (Option<String>, String);
 
-/// A meaning with a message of its own.
-fn meant(message: impl Into<String>, help: impl Into<String>) -> Option<Meant> {
+/// An explanation with a message in place of the error's own.
+fn explanation(message: impl Into<String>, help: impl Into<String>) -> Option<Explanation> {
     Some((Some(message.into()), help.into()))
 }
 
-/// A meaning for which the error's own message is good enough.
-fn help(help: impl Into<String>) -> Option<Meant> {
+/// An explanation beside the error's own message.
+fn help(help: impl Into<String>) -> Option<Explanation> {
     Some((None, help.into()))
 }
 
@@ -79,7 +79,7 @@ impl Place<'_> {
 }
 
 /// Signs with which comments begin in other languages, at an error or in front of it on its line.
-fn comment(place: &Place<'_>) -> Option<Meant> {
+fn comment(place: &Place<'_>) -> Option<Explanation> {
     let Surroundings { before, at, behind } = place.around;
     for sign in ["//", "(*", "--"] {
         let behind_sign = before.contains(sign) && place.is(&["44", "7", "13", "18", "19"]);
@@ -92,7 +92,7 @@ fn comment(place: &Place<'_>) -> Option<Meant> {
             } else {
                 format!("`{sign}` begins no comment: {names}")
             };
-            return meant(message, COMMENT);
+            return explanation(message, COMMENT);
         }
     }
     let inner = behind.split(')').next().unwrap_or("");
@@ -101,7 +101,7 @@ fn comment(place: &Place<'_>) -> Option<Meant> {
         && behind.contains(')')
         && inner.chars().all(|c| c.is_ascii_alphabetic() || c == ' ')
     {
-        return meant("parentheses stand around conditions, not around comments", COMMENT);
+        return explanation("parentheses stand around conditions, not around comments", COMMENT);
     }
     if place.code != "NCT-44" || at == "x" && before.ends_with('0') {
         return None;
@@ -110,12 +110,14 @@ fn comment(place: &Place<'_>) -> Option<Meant> {
     let sign = before.trim_start().chars().next().filter(|c| "?'#{!\"%".contains(*c));
     match (at.chars().next()?, sign) {
         (c @ ('?' | '\'' | '{' | '"'), _) if line_begins => {
-            meant(format!("`{c}` begins no comment"), COMMENT)
+            explanation(format!("`{c}` begins no comment"), COMMENT)
         }
         ('#' | '!', _) if line_begins && behind.starts_with(' ') => {
-            meant(format!("`{at}` begins no comment"), COMMENT)
+            explanation(format!("`{at}` begins no comment"), COMMENT)
         }
-        (_, Some(sign)) => meant(format!("`{sign}` in front of this begins no comment"), COMMENT),
+        (_, Some(sign)) => {
+            explanation(format!("`{sign}` in front of this begins no comment"), COMMENT)
+        }
         (c, _) if c.is_ascii_lowercase() => {
             let (word, _) = place.around.word(|c| c.is_ascii_alphanumeric());
             let word = word.trim_start_matches(|c: char| c.is_ascii_digit());
@@ -129,7 +131,7 @@ fn comment(place: &Place<'_>) -> Option<Meant> {
 }
 
 /// Assignments of other languages: `Y012=1`, `Q05:=10`, `F010=F020`.
-fn assignment(place: &Place<'_>) -> Option<Meant> {
+fn assignment(place: &Place<'_>) -> Option<Explanation> {
     let Surroundings { before, at, .. } = place.around;
     let colon = place.around.is_followed_by(":=") || at == ":" && place.around.is_followed_by("=");
     let equals = place.around.is_followed_by("=") && !place.around.is_followed_by("==");
@@ -159,7 +161,7 @@ fn assignment(place: &Place<'_>) -> Option<Meant> {
         }
         (_, _) => format!("load a value and store it: ,10 S{target} or LI00 S{target}"),
     };
-    meant(message, what)
+    explanation(message, what)
 }
 
 /// The name of a bit, word, counter or timer at the end of a text: `Y012` of `I001 Y012`.
@@ -171,17 +173,17 @@ fn last_address(text: &str) -> Option<&str> {
 }
 
 /// Words of other languages.
-fn word(place: &Place<'_>) -> Option<Meant> {
+fn word(place: &Place<'_>) -> Option<Explanation> {
     let (word, from) = place.around.word(|c| c.is_ascii_alphabetic() || c == '_');
     let line = [place.around.before, place.around.at, place.around.behind].concat();
     let before = line.get(..from).unwrap_or("");
     let behind = line.get(from + word.len()..).unwrap_or("");
     let what = word_of_other_language(&word, before, behind)?;
-    meant(format!("`{word}` is no word of NCT"), what)
+    explanation(format!("`{word}` is no word of NCT"), what)
 }
 
 /// `UI002`: U and D switch outputs and flags. In German instruction lists, U is AND.
-fn switch_of_input(place: &Place<'_>) -> Option<Meant> {
+fn switch_of_input(place: &Place<'_>) -> Option<Explanation> {
     let Surroundings { at, behind, .. } = place.around;
     let written = place.written();
     let mut rest = written.chars().chain(behind.chars());
@@ -192,14 +194,14 @@ fn switch_of_input(place: &Place<'_>) -> Option<Meant> {
         return None;
     }
     match name {
-        'I' | 'P' => meant(
+        'I' | 'P' => explanation(
             format!("{name}{digits} is an input, which {switch} can't switch"),
             format!(
                 "{switch}{digits} switches output Y{digits}; to do something where the input is on, \
                  write {name}{digits} … Z"
             ),
         ),
-        _ => meant(
+        _ => explanation(
             format!("{switch} switches outputs and flags, no timers"),
             format!("load the time and store it to start the timer: ,50 S{name}{digits}"),
         ),
@@ -207,13 +209,13 @@ fn switch_of_input(place: &Place<'_>) -> Option<Meant> {
 }
 
 /// Addresses with too few or too many digits, or with a point.
-fn digits(place: &Place<'_>) -> Option<Meant> {
+fn digits(place: &Place<'_>) -> Option<Explanation> {
     let Surroundings { before, at, behind } = place.around;
     if place.code == "NCT-7" && at.starts_with(|c: char| c.is_ascii_digit()) {
         // A digit that no letter, comma or point introduces: the address in front of it was complete.
         let first = at.chars().next()?;
         if before.ends_with('J') || before.ends_with("J0") || before.ends_with("J1") {
-            return meant(
+            return explanation(
                 format!("`{first}` is one digit too many"),
                 "J0, J1 and J2 end modules; a jump is written G and a label: G010",
             );
@@ -227,7 +229,7 @@ fn digits(place: &Place<'_>) -> Option<Meant> {
             'F' => "a bit is F and four digits, a word F and three",
             _ => "a bit has three digits, a word two: I001, LI00",
         };
-        return meant(format!("`{first}` is one digit too many behind {address}"), what);
+        return explanation(format!("`{first}` is one digit too many behind {address}"), what);
     }
     if !place.is(&["9", "19"]) {
         return None;
@@ -245,7 +247,10 @@ fn digits(place: &Place<'_>) -> Option<Meant> {
         let message = format!("a bit is written without a point, not `{written}.{bit}`");
         let byte = number.trim_start_matches('0');
         let byte = if byte.is_empty() { "0" } else { byte };
-        return meant(message, format!("write {letters}{number:0>2}{bit}: byte {byte}, bit {bit}"));
+        return explanation(
+            message,
+            format!("write {letters}{number:0>2}{bit}: byte {byte}, bit {bit}"),
+        );
     }
     if behind.starts_with(['B', 'W', 'X', 'D']) && number.is_empty() {
         let (bit, word) = if letters.ends_with('F') { ("0000", "000") } else { ("001", "00") };
@@ -281,20 +286,20 @@ fn digits(place: &Place<'_>) -> Option<Meant> {
 }
 
 /// Operators of other languages.
-fn symbol(place: &Place<'_>) -> Option<Meant> {
+fn symbol(place: &Place<'_>) -> Option<Explanation> {
     let Surroundings { before, at, behind } = place.around;
     let equals = behind.starts_with('=');
     let unequal = "there is no such relation: write the other case behind E, =5 E … Z";
     match at {
-        "&" => meant("`&` is no operator", "AND is written A: (I001 A I002)"),
-        "|" => meant("`|` is no operator", "OR is written O: (I001 O I002)"),
-        "^" => meant("`^` is no operator", "the exclusive OR is written X: (I001 X I002)"),
-        "!" if equals => meant("`!=` is no relation", unequal),
+        "&" => explanation("`&` is no operator", "AND is written A: (I001 A I002)"),
+        "|" => explanation("`|` is no operator", "OR is written O: (I001 O I002)"),
+        "^" => explanation("`^` is no operator", "the exclusive OR is written X: (I001 X I002)"),
+        "!" if equals => explanation("`!=` is no relation", unequal),
         "!" | "~" if behind.starts_with(|c: char| c.is_ascii_uppercase() || c == '(') => {
-            meant(format!("`{at}` is no operator"), "NOT is written N: NI001")
+            explanation(format!("`{at}` is no operator"), "NOT is written N: NI001")
         }
-        "<>" => meant("`<>` is no relation", unequal),
-        "==" => meant("`==` is no relation", "equality is written =5 or =LI00"),
+        "<>" => explanation("`<>` is no relation", unequal),
+        "==" => explanation("`==` is no relation", "equality is written =5 or =LI00"),
         _ if place.is(&["45"]) && at.starts_with('/') && at.ends_with(char::is_alphabetic) => help(
             "NOT is written N: NI001; `/` divides register OP by a variable, /LI00, or a number, /5",
         ),
@@ -304,7 +309,7 @@ fn symbol(place: &Place<'_>) -> Option<Meant> {
         _ if place.is(&["44"]) && at == "%" && before.trim().is_empty() => {
             help("NCT's addresses have no `%`: I001, Y012; a part program is no PLC program")
         }
-        _ if place.is(&["13"]) && is_block(before, at, behind) => meant(
+        _ if place.is(&["13"]) && is_block(before, at, behind) => explanation(
             "this looks like a block of a part program",
             "a PLC program has labels, :010, and statements such as I001 U012 Z",
         ),
@@ -333,7 +338,7 @@ fn is_block(before: &str, at: &str, behind: &str) -> bool {
 }
 
 /// Constants without a comma, and those of other languages.
-fn constant(place: &Place<'_>) -> Option<Meant> {
+fn constant(place: &Place<'_>) -> Option<Explanation> {
     let Surroundings { before, at, behind } = place.around;
     let number: String = [at, behind].concat();
     let number: String = number.chars().skip(1).take_while(char::is_ascii_digit).collect();
@@ -343,7 +348,7 @@ fn constant(place: &Place<'_>) -> Option<Meant> {
         return help(format!("the colon stands in front of the label: :{label}"));
     }
     if introduced == 'L' && number.len() == 3 && behind.contains(':') {
-        return meant(
+        return explanation(
             "`L` begins no label",
             format!("a label is a colon and three digits: :{number}"),
         );
@@ -352,7 +357,7 @@ fn constant(place: &Place<'_>) -> Option<Meant> {
         if introduced == '#' && before.ends_with(|c: char| c.is_ascii_digit()) {
             return hexadecimal(behind);
         }
-        return meant(
+        return explanation(
             format!("`{introduced}` begins no constant"),
             format!("a decimal constant begins with a comma: ,{number}"),
         );
@@ -382,7 +387,7 @@ fn constant(place: &Place<'_>) -> Option<Meant> {
 }
 
 /// The help for a hexadecimal number whose digits stand at the beginning of a text.
-fn hexadecimal(text: &str) -> Option<Meant> {
+fn hexadecimal(text: &str) -> Option<Explanation> {
     let digits: String = text.trim_start().chars().take_while(char::is_ascii_hexdigit).collect();
     let value = u16::from_str_radix(&digits, 16).ok()?;
     help(format!("a hexadecimal constant is a point and four digits: .{value:04X}"))

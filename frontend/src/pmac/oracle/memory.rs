@@ -14,7 +14,7 @@ use plcc_abi::pmac::{
 };
 use plcc_abi::{HostFn, Scan};
 
-use super::resolved::{Bits, LongVariable};
+use super::resolved::{Bits, LVariable};
 use crate::common::{Accessed, Observer, Value};
 
 /// What the guide says of a controller's memory.
@@ -108,7 +108,7 @@ pub(super) struct Memory<'a, 'b, O> {
     pub(super) layout: &'a Layout,
     pub(super) map: &'a MemoryMap,
     /// L-variables.
-    pub(super) longs: &'a [LongVariable],
+    pub(super) l_variables: &'a [LVariable],
     /// The ranges of I-variables, by rising number.
     pub(super) ranges: &'a [(u32, Range)],
     /// The definitions of M-variables after load, encoded, by number.
@@ -213,7 +213,7 @@ impl<O: Observer> Memory<'_, '_, O> {
         read_f64(self.scan.image, self.i_offset(15)) != 0.0
     }
 
-    /// A variable's value. An L-variable has none by its number; see [`Self::read_long`].
+    /// A variable's value. An L-variable has none by its number; see [`Self::read_l_variable`].
     pub(super) fn read(&mut self, kind: Kind, number: u32) -> f64 {
         let value = self.value(kind, number);
         if self.observer.is_active() {
@@ -430,48 +430,48 @@ impl<O: Observer> Memory<'_, '_, O> {
         self.write_word(space, address, fixed::insert_field(word, field, bits));
     }
 
-    /// The value of the L-variable at an index of `longs`.
-    pub(super) fn read_long(&mut self, index: u32) -> i32 {
-        let Some(long) = self.longs.get(index as usize).copied() else { return 0 };
-        let value = fixed::read_field(self.long_word(long), long.field);
+    /// The value of the L-variable at an index of `l_variables`.
+    pub(super) fn read_l_variable(&mut self, index: u32) -> i32 {
+        let Some(variable) = self.l_variables.get(index as usize).copied() else { return 0 };
+        let value = fixed::read_field(self.l_variable_word(variable), variable.field);
         if self.observer.is_active() {
-            self.observe(O::read, Kind::L, long.number.into(), value.into());
+            self.observe(O::read, Kind::L, variable.number.into(), value.into());
         }
         value
     }
 
     /// Puts a floating-point value into an L-variable.
-    pub(super) fn write_long(&mut self, index: u32, value: f64) {
-        let Some(long) = self.longs.get(index as usize).copied() else { return };
-        self.write_long_bits(long, fixed::field_bits(value, long.field.format));
+    pub(super) fn write_l_variable(&mut self, index: u32, value: f64) {
+        let Some(variable) = self.l_variables.get(index as usize).copied() else { return };
+        self.write_l_variable_bits(variable, fixed::field_bits(value, variable.field.format));
     }
 
     /// Puts the result of an integer statement into an L-variable.
-    pub(super) fn write_long_integer(&mut self, index: u32, value: i32) {
-        let Some(long) = self.longs.get(index as usize).copied() else { return };
-        let bits = match long.field.format {
+    pub(super) fn write_l_variable_integer(&mut self, index: u32, value: i32) {
+        let Some(variable) = self.l_variables.get(index as usize).copied() else { return };
+        let bits = match variable.field.format {
             Format::U | Format::S => value as u32,
-            Format::D | Format::C => fixed::field_bits(f64::from(value), long.field.format),
+            Format::D | Format::C => fixed::field_bits(f64::from(value), variable.field.format),
         };
-        self.write_long_bits(long, bits);
+        self.write_l_variable_bits(variable, bits);
     }
 
-    fn long_word(&mut self, long: LongVariable) -> u32 {
-        match long.offset {
+    fn l_variable_word(&mut self, variable: LVariable) -> u32 {
+        match variable.offset {
             Some(offset) => read_u32(self.scan.image, offset) & 0xFF_FFFF,
-            None => self.word(long.space, long.address),
+            None => self.word(variable.space, variable.address),
         }
     }
 
-    fn write_long_bits(&mut self, long: LongVariable, bits: u32) {
-        let word = fixed::insert_field(self.long_word(long), long.field, bits);
-        match long.offset {
+    fn write_l_variable_bits(&mut self, variable: LVariable, bits: u32) {
+        let word = fixed::insert_field(self.l_variable_word(variable), variable.field, bits);
+        match variable.offset {
             Some(offset) => write_u32(self.scan.image, offset, word),
-            None => self.write_word(long.space, long.address, word),
+            None => self.write_word(variable.space, variable.address, word),
         }
         if self.observer.is_active() {
-            let value = fixed::read_field(word, long.field).into();
-            self.observe(O::write, Kind::L, long.number.into(), value);
+            let value = fixed::read_field(word, variable.field).into();
+            self.observe(O::write, Kind::L, variable.number.into(), value);
         }
     }
 }

@@ -114,7 +114,7 @@ impl<O: Observer> Machine<'_, '_, O> {
             Operand::Q(number) => self.memory.read(Kind::Q, number),
             Operand::Field(number, _) => self.memory.read(Kind::M, u32::from(number)),
             Operand::M(number) => self.memory.read(Kind::M, number),
-            Operand::Long(index) => f64::from(self.memory.read_long(index)),
+            Operand::L(index) => f64::from(self.memory.read_l_variable(index)),
         }
     }
 
@@ -173,7 +173,7 @@ impl<O: Observer> Machine<'_, '_, O> {
         match operand {
             IntegerOperand::Constant(value) => value,
             IntegerOperand::Bits(number, bits) => self.memory.bits(Kind::L, number, bits),
-            IntegerOperand::Long(index) => wrap(self.memory.read_long(index)),
+            IntegerOperand::L(index) => wrap(self.memory.read_l_variable(index)),
         }
     }
 
@@ -213,7 +213,7 @@ impl<O: Observer> Machine<'_, '_, O> {
         match to {
             Destination::Variable(Kind::L, index) => {
                 let value = arithmetic::finite(self.value(expression, waiting));
-                self.memory.write_long(index, value);
+                self.memory.write_l_variable(index, value);
             }
             Destination::Variable(kind, number) => {
                 let value = self.value(expression, waiting);
@@ -232,10 +232,10 @@ impl<O: Observer> Machine<'_, '_, O> {
                     self.memory.write(kind, first + k * step, value);
                 }
             }
-            Destination::Longs(longs) => {
+            Destination::LVariables(l_variables) => {
                 let value = arithmetic::finite(self.value(expression, waiting));
-                for &index in longs.of(&self.tables.long_ranges) {
-                    self.memory.write_long(index, value);
+                for &index in l_variables.of(&self.tables.l_variable_ranges) {
+                    self.memory.write_l_variable(index, value);
                 }
             }
         }
@@ -277,7 +277,7 @@ impl Interpreter {
         let memory = Memory {
             layout: &self.layout,
             map: &self.map,
-            longs: &self.tables.longs,
+            l_variables: &self.tables.l_variables,
             ranges: &self.ranges,
             definitions: &self.tables.definitions,
             context: task.context,
@@ -310,12 +310,12 @@ impl Interpreter {
                 Statement::Assign(to, expression) => machine.assign(to, expression, waiting),
                 Statement::AssignInteger(index, expression) => {
                     let value = machine.integer(expression, &mut self.waiting_integers);
-                    machine.memory.write_long_integer(index, value);
+                    machine.memory.write_l_variable_integer(index, value);
                 }
-                Statement::AssignIntegers(longs, expression) => {
+                Statement::AssignIntegers(l_variables, expression) => {
                     let value = machine.integer(expression, &mut self.waiting_integers);
-                    for &index in longs.of(&self.tables.long_ranges) {
-                        machine.memory.write_long_integer(index, value);
+                    for &index in l_variables.of(&self.tables.l_variable_ranges) {
+                        machine.memory.write_l_variable_integer(index, value);
                     }
                 }
                 Statement::If(condition, target) => {

@@ -7,8 +7,8 @@ use plcc_abi::pmac::{Definition, Field, Format, Kind, Layout, Space};
 
 use super::memory::MemoryMap;
 use super::resolved::{
-    Bits, Comparison, Destination, IntegerOperand, IntegerOperation, LongVariable, Operand,
-    Operation, Statement, TableRange,
+    Bits, Comparison, Destination, IntegerOperand, IntegerOperation, LVariable, Operand, Operation,
+    Statement, TableRange,
 };
 use crate::pmac::analyse::load::Loaded;
 use crate::pmac::ast::{Download, Expr, Func, Op, Stmt, StmtKind, Target};
@@ -17,9 +17,9 @@ use crate::pmac::ast::{Download, Expr, Func, Op, Stmt, StmtKind, Target};
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tables {
     /// L-variables.
-    pub(super) longs: Vec<LongVariable>,
-    /// L-variables that range assignments write: their indices among `longs`.
-    pub(super) long_ranges: Vec<u32>,
+    pub(super) l_variables: Vec<LVariable>,
+    /// L-variables that range assignments write: their indices among `l_variables`.
+    pub(super) l_variable_ranges: Vec<u32>,
     /// The operations of all expressions.
     pub(super) operations: Vec<Operation>,
     /// The comparisons of conditions that consist of several.
@@ -35,8 +35,8 @@ pub(super) struct Resolver<'a> {
     download: &'a Download,
     layout: Layout,
     map: MemoryMap,
-    /// For the number of each L-variable its index in `tables.longs`.
-    long_index: HashMap<u16, u32>,
+    /// For the number of each L-variable its index in `tables.l_variables`.
+    l_variable_index: HashMap<u16, u32>,
     /// What the statements that were resolved so far refer to.
     pub(super) tables: Tables,
 }
@@ -50,7 +50,7 @@ impl<'a> Resolver<'a> {
             download,
             layout,
             map: MemoryMap::new(layout.controller),
-            long_index: HashMap::new(),
+            l_variable_index: HashMap::new(),
             tables: Tables { definitions, ..Tables::default() },
         };
         for (&number, definition) in &download.l_defs {
@@ -60,8 +60,8 @@ impl<'a> Resolver<'a> {
                 _ => continue,
             };
             let offset = this.map.plain_word(&layout, space, address);
-            this.long_index.insert(number, this.tables.longs.len() as u32);
-            this.tables.longs.push(LongVariable { number, space, address, field, offset });
+            this.l_variable_index.insert(number, this.tables.l_variables.len() as u32);
+            this.tables.l_variables.push(LVariable { number, space, address, field, offset });
         }
         this
     }
@@ -126,14 +126,14 @@ impl<'a> Resolver<'a> {
             return Statement::AssignField(number, offset, field, self.expression(value));
         }
         let destination = match target {
-            Target::Var(Kind::L, number) => match self.long_index.get(&number) {
+            Target::Var(Kind::L, number) => match self.l_variable_index.get(&number) {
                 Some(&index) => Destination::Variable(Kind::L, index),
                 None => return Statement::Nothing,
             },
             Target::Var(kind, number) => Destination::Variable(kind, u32::from(number)),
             Target::Indirect(kind, index) => Destination::Indirect(kind, self.expression(index)),
             Target::Range { kind: Kind::L, first, count, step } => {
-                Destination::Longs(self.long_range(first, count, step))
+                Destination::LVariables(self.l_variable_range(first, count, step))
             }
             Target::Range { kind, first, count, step } => Destination::Range {
                 kind,
@@ -148,27 +148,27 @@ impl<'a> Resolver<'a> {
     /// An assignment to L-variables whose right side is computed in integers.
     fn assign_integer(&mut self, target: Target, value: Expr) -> Statement {
         match target {
-            Target::Var(_, number) => match self.long_index.get(&number).copied() {
+            Target::Var(_, number) => match self.l_variable_index.get(&number).copied() {
                 Some(index) => Statement::AssignInteger(index, self.integer_expression(value)),
                 None => Statement::Nothing,
             },
             Target::Range { first, count, step, .. } => {
-                let longs = self.long_range(first, count, step);
-                Statement::AssignIntegers(longs, self.integer_expression(value))
+                let l_variables = self.l_variable_range(first, count, step);
+                Statement::AssignIntegers(l_variables, self.integer_expression(value))
             }
             Target::Indirect(..) => Statement::Nothing,
         }
     }
 
-    fn long_range(&mut self, first: u16, count: u16, step: u16) -> TableRange {
-        let start = self.tables.long_ranges.len();
+    fn l_variable_range(&mut self, first: u16, count: u16, step: u16) -> TableRange {
+        let start = self.tables.l_variable_ranges.len();
         for k in 0..count {
             let number = first.wrapping_add(k.wrapping_mul(step));
-            if let Some(&index) = self.long_index.get(&number) {
-                self.tables.long_ranges.push(index);
+            if let Some(&index) = self.l_variable_index.get(&number) {
+                self.tables.l_variable_ranges.push(index);
             }
         }
-        TableRange::since(start, &self.tables.long_ranges)
+        TableRange::since(start, &self.tables.l_variable_ranges)
     }
 
     /// The field that an M-variable means by its definition after load, and the offset of the field's word in the
@@ -239,7 +239,7 @@ impl<'a> Resolver<'a> {
         while let Some(op) = ops.next() {
             let operand = match *op {
                 Op::Const(value) => IntegerOperand::Constant(value as i32),
-                Op::Var(_, number) => self.long(number),
+                Op::Var(_, number) => self.l_operand(number),
                 Op::Neg => {
                     self.tables.integer_operations.push(IntegerOperation::Negate);
                     continue;
@@ -280,19 +280,21 @@ impl<'a> Resolver<'a> {
     }
 
     /// An L-variable in a statement that is computed in integers.
-    fn long(&self, number: u16) -> IntegerOperand {
-        let Some(&index) = self.long_index.get(&number) else { return IntegerOperand::Constant(0) };
-        let bits = self.tables.longs.get(index as usize).and_then(|long| {
+    fn l_operand(&self, number: u16) -> IntegerOperand {
+        let Some(&index) = self.l_variable_index.get(&number) else {
+            return IntegerOperand::Constant(0);
+        };
+        let bits = self.tables.l_variables.get(index as usize).and_then(|variable| {
             // Integers have 24 bits with a sign, whatever the format says of a whole word.
-            let field = match long.field {
+            let field = match variable.field {
                 Field { width: 24, format: Format::U, offset } => {
                     Field { width: 24, format: Format::S, offset }
                 }
                 other => other,
             };
-            Bits::new(long.offset?, field)
+            Bits::new(variable.offset?, field)
         });
-        bits.map_or(IntegerOperand::Long(index), |bits| IntegerOperand::Bits(number, bits))
+        bits.map_or(IntegerOperand::L(index), |bits| IntegerOperand::Bits(number, bits))
     }
 
     fn variable(&self, kind: Kind, number: u16) -> Operand {
@@ -301,7 +303,7 @@ impl<'a> Resolver<'a> {
             Kind::P => Operand::Double(self.layout.p + 8 * wide),
             Kind::I => Operand::Double(self.layout.i + 8 * wide),
             Kind::Q => Operand::Q(wide),
-            Kind::L => Operand::Long(self.long_index.get(&number).copied().unwrap_or(u32::MAX)),
+            Kind::L => Operand::L(self.l_variable_index.get(&number).copied().unwrap_or(u32::MAX)),
             Kind::M => {
                 let bits = self.field(number).and_then(|(offset, field)| Bits::new(offset, field));
                 bits.map_or(Operand::M(wide), |bits| Operand::Field(number, bits))

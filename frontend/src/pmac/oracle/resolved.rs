@@ -49,7 +49,7 @@ impl Bits {
 
 /// An L-variable.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LongVariable {
+pub(super) struct LVariable {
     pub(super) number: u16,
     pub(super) space: Space,
     pub(super) address: u32,
@@ -72,7 +72,7 @@ pub(super) enum Operand {
     /// Any other M-variable.
     M(u32),
     /// An L-variable: its index in the table.
-    Long(u32),
+    L(u32),
 }
 
 /// An operation of an expression or condition.
@@ -107,7 +107,7 @@ pub(super) enum IntegerOperand {
     /// An L-variable that is a field of a word in the image: its number, and that field.
     Bits(u16, Bits),
     /// An L-variable: its index in the table.
-    Long(u32),
+    L(u32),
 }
 
 /// An operation of a statement of L-variables, as in [`Operation`].
@@ -193,7 +193,7 @@ pub(super) enum Destination {
     /// `count` variables from `first` on, `step` apart.
     Range { kind: Kind, first: u32, count: u32, step: u32 },
     /// L-variables: their place in the table of ranges of L-variables.
-    Longs(TableRange),
+    LVariables(TableRange),
 }
 
 /// A statement. Branch targets are indices of statements.

@@ -13,15 +13,18 @@ use plcc_diag::MessageText;
 const COMMENT: &str = "a comment begins with `;` or `//` and goes on to the end of the line";
 
 /// What was probably meant: a message in place of the error's own if that would mislead, and a help.
-pub(super) type Meant = (Option<String>, String);
+pub(super) type Explanation = (Option<String>, String);
 
-/// A meaning with a message of its own.
-pub(super) fn meant(message: impl Into<String>, help: impl Into<String>) -> Option<Meant> {
+/// An explanation with a message in place of the error's own.
+pub(super) fn explanation(
+    message: impl Into<String>,
+    help: impl Into<String>,
+) -> Option<Explanation> {
     Some((Some(message.into()), help.into()))
 }
 
-/// A meaning for which the error's own message is good enough.
-pub(super) fn help(help: impl Into<String>) -> Option<Meant> {
+/// An explanation beside the error's own message.
+pub(super) fn help(help: impl Into<String>) -> Option<Explanation> {
     Some((None, help.into()))
 }
 
@@ -115,7 +118,7 @@ pub(super) fn explain(text: &str, controller: Controller, error: &mut ParseError
 }
 
 /// Signs with which comments begin in other languages.
-fn comment(place: &Place<'_>) -> Option<Meant> {
+fn comment(place: &Place<'_>) -> Option<Explanation> {
     let Surroundings { before, at, behind } = place.around;
     let first = before.trim().is_empty();
     let sign = match at {
@@ -126,7 +129,7 @@ fn comment(place: &Place<'_>) -> Option<Meant> {
         "REM" | "Rem" | "rem" if first => at,
         _ => return None,
     };
-    meant(format!("`{sign}` begins no comment"), COMMENT)
+    explanation(format!("`{sign}` begins no comment"), COMMENT)
 }
 
 /// Whether a line's beginning ends with a word such as SEND, which a text in quotes follows.
@@ -138,7 +141,7 @@ fn sends(before: &str) -> bool {
 }
 
 /// Placeholders for values that another tool fills in before the download.
-fn template(place: &Place<'_>) -> Option<Meant> {
+fn template(place: &Place<'_>) -> Option<Explanation> {
     let Surroundings { before, at, behind } = place.around;
     let rest = [at, behind].concat();
     let opened =
@@ -149,7 +152,7 @@ fn template(place: &Place<'_>) -> Option<Meant> {
     let end = rest.find([')', '}', '>']).map_or(rest.len(), |end| end + 1);
     let end = end + usize::from(rest.get(end..).is_some_and(|rest| rest.starts_with('}')));
     let written = rest.get(..end).unwrap_or(&rest);
-    meant(
+    explanation(
         format!("`{written}` is the place of a value that nothing has filled in"),
         "run the tool that fills this template before; here `--define NAME=VALUE` replaces $(NAME) \
          and $(NAME=DEFAULT)",
@@ -157,7 +160,7 @@ fn template(place: &Place<'_>) -> Option<Meant> {
 }
 
 /// Numbers as other languages write them.
-fn number(place: &Place<'_>) -> Option<Meant> {
+fn number(place: &Place<'_>) -> Option<Explanation> {
     let Surroundings { before, at, behind } = place.around;
     let upper = place.word.to_ascii_uppercase();
     let hexadecimal = |digits: &str| {
@@ -197,18 +200,18 @@ fn number(place: &Place<'_>) -> Option<Meant> {
 }
 
 /// The help for a binary number.
-fn decimal(value: u64) -> Option<Meant> {
+fn decimal(value: u64) -> Option<Explanation> {
     help(format!("there are decimal numbers, {value}, and hexadecimal ones, ${value:X}"))
 }
 
 /// Braces of C.
-fn brace(place: &Place<'_>) -> Option<Meant> {
+fn brace(place: &Place<'_>) -> Option<Explanation> {
     let sign = place.around.at;
     matches!(sign, "{" | "}" | "[" | "]").then_some(())?;
     if matches!(sign, "[" | "]") {
         return None;
     }
-    meant(
+    explanation(
         format!("`{sign}` does not stand around statements"),
         "an IF ends with ENDIF, a WHILE with ENDWHILE, a program with CLOSE",
     )
@@ -216,7 +219,7 @@ fn brace(place: &Place<'_>) -> Option<Meant> {
 
 /// Assignments of other languages: `:=`, `+=`, `++` and similar ones, two in one statement, and lines that
 /// continue the line before.
-fn assignment(place: &Place<'_>) -> Option<Meant> {
+fn assignment(place: &Place<'_>) -> Option<Explanation> {
     let Surroundings { before, at, behind } = place.around;
     let variable = is_variable(at);
     let rest = behind.trim_start();
@@ -224,20 +227,20 @@ fn assignment(place: &Place<'_>) -> Option<Meant> {
         for sign in ["+", "-", "*", "/", "%"] {
             let Some(rest) = rest.strip_prefix(sign) else { continue };
             if rest.starts_with('=') {
-                return meant(
+                return explanation(
                     format!("`{sign}=` is no assignment"),
                     format!("write {at}={at}{sign}…"),
                 );
             }
             if rest.starts_with(sign) {
-                return meant(
+                return explanation(
                     format!("`{sign}{sign}` is no assignment"),
                     format!("write {at}={at}{sign}1"),
                 );
             }
         }
         if rest.starts_with('[') {
-            return meant(
+            return explanation(
                 "brackets follow no variable",
                 "each number is a variable of its own, P1; P(P2+1) is the one that a value chooses",
             );
@@ -246,7 +249,7 @@ fn assignment(place: &Place<'_>) -> Option<Meant> {
             behind.strip_prefix('.').filter(|r| r.starts_with(|c: char| c.is_ascii_digit()))
         {
             let bit: String = bit.chars().take_while(char::is_ascii_digit).collect();
-            return meant(
+            return explanation(
                 format!("`{at}.{bit}` is no bit"),
                 format!("a bit is an M-variable of its own: M100->Y:$FFC2,{bit}"),
             );
@@ -255,7 +258,7 @@ fn assignment(place: &Place<'_>) -> Option<Meant> {
     let colon = (variable || at == ":") && [at, rest].concat().contains(":=");
     let name = if variable { at } else { before.trim().trim_end_matches('=') };
     if colon && is_variable(name) && (rest.starts_with(":=") || at == ":") {
-        return meant("`:=` is no assignment", format!("write {name}=…"));
+        return explanation("`:=` is no assignment", format!("write {name}=…"));
     }
     if at != "=" {
         return None;
@@ -263,11 +266,11 @@ fn assignment(place: &Place<'_>) -> Option<Meant> {
     if before.contains('=') {
         let help = "write an assignment for each variable, and IF (P2>3) P1=1 ELSE P1=0 ENDIF for a \
                     comparison";
-        return meant("a statement assigns to one variable", help);
+        return explanation("a statement assigns to one variable", help);
     }
     let open = place.line_before_ends.filter(|c| "=+-*/%&|^,(".contains(*c))?;
     is_variable(before.trim()).then(|| {
-        meant(
+        explanation(
             format!("this line goes on with the line before, which ends with `{open}`"),
             format!("finish the line before: something is missing behind its `{open}`"),
         )
@@ -335,7 +338,7 @@ fn undefined_name(place: &Place<'_>, error: &mut ParseError) -> Option<String> {
 }
 
 /// Definitions of M-variables whose addresses hold a name or are written as in other languages.
-fn definition(place: &Place<'_>) -> Option<Meant> {
+fn definition(place: &Place<'_>) -> Option<Explanation> {
     let Surroundings { before, at, behind } = place.around;
     if is_variable(at) && behind.trim_start().starts_with("->") {
         return help("M-variables stand for parts of the memory: M1->Y:$FFC2,8");
@@ -368,7 +371,7 @@ fn definition(place: &Place<'_>) -> Option<Meant> {
     if let Some(digits) = upper.strip_prefix("0X").or(upper.strip_suffix('H'))
         && is_hexadecimal(digits)
     {
-        return meant(
+        return explanation(
             format!("`{written}` is no address"),
             format!("hexadecimal numbers are written ${digits}"),
         );
@@ -383,7 +386,7 @@ fn definition(place: &Place<'_>) -> Option<Meant> {
         return None;
     }
     if !written.starts_with('$') && !before.ends_with('$') && is_hexadecimal(name) {
-        return meant(
+        return explanation(
             format!("`{written}` is no decimal number"),
             format!("hexadecimal numbers are written ${name}"),
         );
@@ -391,14 +394,14 @@ fn definition(place: &Place<'_>) -> Option<Meant> {
     if !name.contains(|c: char| c.is_ascii_alphabetic()) {
         return None;
     }
-    meant(
+    explanation(
         format!("`{name}` is neither a number nor defined"),
         format!("write the address, or define the name before: #define {name} …"),
     )
 }
 
 /// Texts without quotes, or in single quotes.
-fn quotes(place: &Place<'_>) -> Option<Meant> {
+fn quotes(place: &Place<'_>) -> Option<Explanation> {
     let Surroundings { before, at, behind } = place.around;
     if !sends(before) || before.trim_end().ends_with('=') {
         let text = at == "\"" && before.trim_end().ends_with('=');
@@ -416,5 +419,5 @@ fn quotes(place: &Place<'_>) -> Option<Meant> {
     } else {
         "a text stands between quotes"
     };
-    meant(message, format!("write {statement}\"{inner}\""))
+    explanation(message, format!("write {statement}\"{inner}\""))
 }

@@ -1,11 +1,11 @@
 //! Words of other languages, and what PMAC has in their place.
 
-use super::other_languages::{Meant, Place, help, meant};
+use super::other_languages::{Explanation, Place, explanation, help};
 use crate::common::Controller;
 use crate::pmac::ast::FUNCTIONS;
 
 /// Directives of the download program without their `#`, or misspelt ones.
-pub(super) fn directive(place: &Place<'_>) -> Option<Meant> {
+pub(super) fn directive(place: &Place<'_>) -> Option<Explanation> {
     let line = [&place.before, place.word.as_str(), &place.behind].concat();
     let line = line.trim();
     let first: String = line.chars().take_while(|c| *c == '#' || c.is_ascii_alphabetic()).collect();
@@ -22,17 +22,17 @@ pub(super) fn directive(place: &Place<'_>) -> Option<Meant> {
     }
     if with_sign {
         return match name.as_str() {
-            "if" | "elif" | "elseif" => meant(
+            "if" | "elif" | "elseif" => explanation(
                 format!("`#{name}` is no directive"),
                 "there are #ifdef and #ifndef, #else, #endif",
             ),
             "def" | "defin" | "defines" | "defined" | "defien" | "deifne" => {
-                meant(format!("`#{name}` is no directive"), format!("write #define {rest}"))
+                explanation(format!("`#{name}` is no directive"), format!("write #define {rest}"))
             }
             "inc" | "includ" | "inlcude" | "import" | "using" => {
-                meant(format!("`#{name}` is no directive"), format!("write #include {rest}"))
+                explanation(format!("`#{name}` is no directive"), format!("write #include {rest}"))
             }
-            glued if glued.starts_with("define") && glued.len() > "define".len() => meant(
+            glued if glued.starts_with("define") && glued.len() > "define".len() => explanation(
                 format!("`{first}` is no directive"),
                 "a blank stands between #define and the name",
             ),
@@ -41,9 +41,9 @@ pub(super) fn directive(place: &Place<'_>) -> Option<Meant> {
     }
     match name.as_str() {
         "include" if rest.starts_with(['"', '<']) || is_name => {
-            meant("`include` is a directive only with `#`", format!("write #include {rest}"))
+            explanation("`include` is a directive only with `#`", format!("write #include {rest}"))
         }
-        "define" | "undef" | "ifdef" | "ifndef" if is_name => meant(
+        "define" | "undef" | "ifdef" | "ifndef" if is_name => explanation(
             format!("`{first}` is a directive only with `#`"),
             format!("write #{name} {rest}"),
         ),
@@ -52,7 +52,7 @@ pub(super) fn directive(place: &Place<'_>) -> Option<Meant> {
 }
 
 /// Functions without parentheses, and those that PMAC does not have.
-pub(super) fn function(place: &Place<'_>) -> Option<Meant> {
+pub(super) fn function(place: &Place<'_>) -> Option<Explanation> {
     let word = place.word.to_ascii_uppercase();
     let behind = place.behind.trim_start();
     let inside = place.before.to_ascii_uppercase();
@@ -73,7 +73,7 @@ pub(super) fn function(place: &Place<'_>) -> Option<Meant> {
         };
         let value = if value.is_empty() { "…".to_owned() } else { value };
         let message = format!("the value of {} stands in parentheses", known.0);
-        return meant(message, format!("write {}({value})", known.0));
+        return explanation(message, format!("write {}({value})", known.0));
     }
     let what = match word.as_str() {
         "SQR" | "ROOT" => "the square root is SQRT(…), a square P1*P1",
@@ -87,14 +87,14 @@ pub(super) fn function(place: &Place<'_>) -> Option<Meant> {
         "FABS" => "the function is ABS(…)",
         "MOD" | "FMOD" => "the remainder is written with `%`: P1%P2",
         "MIN" | "MAX" | "SGN" | "SIGN" | "LIMIT" => "write IF (P1<P2) P3=P1 ELSE P3=P2 ENDIF",
-        "NOT" => return meant("there is no NOT", "write the opposite comparison: (P1!=0)"),
+        "NOT" => return explanation("there is no NOT", "write the opposite comparison: (P1!=0)"),
         _ => return None,
     };
-    meant(format!("there is no function {word}"), what)
+    explanation(format!("there is no function {word}"), what)
 }
 
 /// Words and signs of other languages in expressions and conditions.
-pub(super) fn operand(place: &Place<'_>) -> Option<Meant> {
+pub(super) fn operand(place: &Place<'_>) -> Option<Explanation> {
     let inside = place.before.contains(['=', '(']);
     if !inside {
         return None;
@@ -102,24 +102,24 @@ pub(super) fn operand(place: &Place<'_>) -> Option<Meant> {
     let condition = place.before.contains('(');
     let word = place.word.to_ascii_uppercase();
     match word.as_str() {
-        "NOT" => meant("there is no NOT", "write the opposite comparison: (P1!=0), (P1=0)"),
-        "TRUE" | "ON" | "HIGH" => meant(format!("there is no constant {word}"), "write 1"),
-        "FALSE" | "OFF" | "LOW" => meant(format!("there is no constant {word}"), "write 0"),
+        "NOT" => explanation("there is no NOT", "write the opposite comparison: (P1!=0), (P1=0)"),
+        "TRUE" | "ON" | "HIGH" => explanation(format!("there is no constant {word}"), "write 1"),
+        "FALSE" | "OFF" | "LOW" => explanation(format!("there is no constant {word}"), "write 0"),
         "XOR" if condition => {
-            meant("there is no XOR of conditions", "bits are linked with `^`: (M1^M2=1)")
+            explanation("there is no XOR of conditions", "bits are linked with `^`: (M1^M2=1)")
         }
-        "XOR" => meant("XOR is no operator", "bits are linked with `^`: P1=P2^P3"),
-        "MOD" => meant("MOD is no operator", "the remainder is written with `%`: P1%P2"),
-        "DIV" => meant("DIV is no operator", "write INT(P1/P2)"),
+        "XOR" => explanation("XOR is no operator", "bits are linked with `^`: P1=P2^P3"),
+        "MOD" => explanation("MOD is no operator", "the remainder is written with `%`: P1%P2"),
+        "DIV" => explanation("DIV is no operator", "write INT(P1/P2)"),
         "AND" | "OR" if place.around.at == place.word && !condition => {
             let sign = if word == "AND" { "&" } else { "|" };
-            meant(
+            explanation(
                 format!("{word} joins conditions, not values"),
                 format!("bits are linked with `{sign}`: P1=P2{sign}P3"),
             )
         }
         "SHL" | "SHR" | "ROL" | "ROR" => {
-            meant(format!("{word} is no operator"), "multiply or divide by a power of 2")
+            explanation(format!("{word} is no operator"), "multiply or divide by a power of 2")
         }
         _ => match place.around.at {
             "!" if place.before.trim_end().ends_with('=') => help(
@@ -136,14 +136,14 @@ pub(super) fn operand(place: &Place<'_>) -> Option<Meant> {
 }
 
 /// Words with which statements begin elsewhere.
-pub(super) fn statement(place: &Place<'_>) -> Option<Meant> {
+pub(super) fn statement(place: &Place<'_>) -> Option<Explanation> {
     let word = place.word.to_ascii_uppercase();
     let letters = word.trim_end_matches(|c: char| c.is_ascii_digit());
     let Place { before, behind, code, .. } = place;
     let at = place.around.at;
     let opens = matches!(before.trim().to_ascii_uppercase().as_str(), "OPEN PLC" | "OPEN PLCC");
     if opens && word.starts_with(|c: char| c.is_ascii_alphabetic()) && word != "CLEAR" {
-        return meant(
+        return explanation(
             format!("a PLC has a number, 0 to 31, and `{}` is none", place.word),
             format!("write OPEN PLC 1 CLEAR, or before it #define {} 1", place.word),
         );
@@ -172,7 +172,8 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Meant> {
     let index = before.rfind('(').and_then(|open| before.get(..open)).unwrap_or("");
     let in_index = index.ends_with(|c: char| "PQMIpqmi".contains(c));
     let ends_line = behind.trim().is_empty();
-    let no_word = |help: &str| meant(format!("`{}` is no statement of a PLC", place.word), help);
+    let no_word =
+        |help: &str| explanation(format!("`{}` is no statement of a PLC", place.word), help);
     match letters {
         "THEN" | "DO" | "BEGIN" if !place.before.contains("=") || *code == "PMAC-3" => {
             let help = format!("leave {letters} out: the statements follow the condition directly");
@@ -212,7 +213,7 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Meant> {
         "ENABLE" | "DISABLE" | "ENA" | "DIS" => {
             let number: String = behind.trim().chars().take_while(char::is_ascii_digit).collect();
             (!number.is_empty()).then(|| {
-                meant(
+                explanation(
                     format!("PLC is missing behind {}", place.word),
                     format!("write {letters} PLC {number}"),
                 )
@@ -242,7 +243,7 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Meant> {
         | "END_VAR" | "LET" | "WORD"
             if place.begins_line() =>
         {
-            meant(
+            explanation(
                 format!("`{}` declares nothing", place.word),
                 "variables exist without a declaration: P0 to P1023; #define COUNT P1 names one",
             )

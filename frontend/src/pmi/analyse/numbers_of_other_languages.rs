@@ -1,12 +1,12 @@
 //! Numbers as other languages write them, and what PMI has in their place.
 
 use super::{
-    other_languages::{Meant, Place},
+    other_languages::{Explanation, Place},
     specification_section::Section,
 };
 
 /// The delay of a timer in seconds, or with a unit: PMI counts units of 20 ms.
-pub(super) fn delay(place: &Place<'_, '_>) -> Option<Meant> {
+pub(super) fn delay(place: &Place<'_, '_>) -> Option<Explanation> {
     if place.section != Some(Section::Timer) || !matches!(place.code, "PMI-5" | "PMI-12" | "PMI-30")
     {
         return None;
@@ -35,18 +35,21 @@ pub(super) fn delay(place: &Place<'_, '_>) -> Option<Meant> {
     } else {
         format!("{milliseconds} ms are {units} units of 20 ms: write {rounded}")
     };
-    Meant::new(format!("`{written}` is no delay: a delay is a number of units of 20 ms"), what)
+    Explanation::new(
+        format!("`{written}` is no delay: a delay is a number of units of 20 ms"),
+        what,
+    )
 }
 
 /// Hexadecimal and binary numbers, numbers with an exponent.
-pub(super) fn other_number(place: &Place<'_, '_>) -> Option<Meant> {
+pub(super) fn other_number(place: &Place<'_, '_>) -> Option<Explanation> {
     if place.code == "PMI-1" {
         return None;
     }
     let written = place.around(|c| c.is_ascii_alphanumeric() || matches!(c, '#' | '$'));
     if let Some(value) = value_of(written) {
         let message = format!("`{written}` is no number of PMI");
-        return Meant::new(message, format!("numbers are decimal: write {value}"));
+        return Explanation::new(message, format!("numbers are decimal: write {value}"));
     }
     behind_hash(place)
 }
@@ -81,10 +84,10 @@ fn value_of(written: &str) -> Option<i64> {
 
 /// An error behind `16#FF`: the `#` continues the statement on the next line, where the error then
 /// stands.
-fn behind_hash(place: &Place<'_, '_>) -> Option<Meant> {
+fn behind_hash(place: &Place<'_, '_>) -> Option<Explanation> {
     let written = place.number_before_hash()?;
     let value = value_of(written)?;
-    Meant::new(
+    Explanation::new(
         format!("`{written}` is no number of PMI: its `#` continues the statement on this line"),
         format!("numbers are decimal: write {value}"),
     )

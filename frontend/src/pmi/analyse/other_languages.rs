@@ -20,18 +20,18 @@ use crate::pmi::{
 const COMMENT: &str = "a comment begins with `?` and goes on to the end of the line";
 
 /// What was probably meant: a help, and a message in place of the error's own if that would mislead.
-pub(super) struct Meant {
+pub(super) struct Explanation {
     pub(super) message: Option<String>,
     pub(super) help: String,
 }
 
-impl Meant {
-    /// A meaning with a message of its own.
+impl Explanation {
+    /// An explanation with a message in place of the error's own.
     pub(super) fn new(message: impl Into<String>, help: impl Into<String>) -> Option<Self> {
         Some(Self { message: Some(message.into()), help: help.into() })
     }
 
-    /// A meaning for which the error's own message is good enough.
+    /// An explanation beside the error's own message.
     pub(super) fn help(help: impl Into<String>) -> Option<Self> {
         Some(Self { message: None, help: help.into() })
     }
@@ -125,7 +125,7 @@ pub(crate) fn explain(
         return problem;
     };
     let place = Place { cursor, at, code: problem.code, section };
-    let meant = comment(&place)
+    let explanation = comment(&place)
         .or_else(|| assignment(&place, &problem))
         .or_else(|| symbol(&place))
         .or_else(|| keyword(&place))
@@ -134,7 +134,7 @@ pub(crate) fn explain(
         .or_else(|| other_number(&place))
         .or_else(|| address(&place))
         .or_else(|| index(&place));
-    if let Some(Meant { message, help }) = meant {
+    if let Some(Explanation { message, help }) = explanation {
         if let Some(message) = message {
             if problem.code == "PMI-10" {
                 // The label shows an earlier declaration, which does not help: what was meant is no
@@ -150,35 +150,41 @@ pub(crate) fn explain(
 }
 
 /// Comments of other languages, and braces.
-fn comment(place: &Place<'_, '_>) -> Option<Meant> {
+fn comment(place: &Place<'_, '_>) -> Option<Explanation> {
     let Token { end, .. } = place.token(place.at)?;
     let rest = place.text_from(end);
     match place.found() {
         ";" if rest.trim().is_empty() => {
-            return Meant::new(
+            return Explanation::new(
                 "a statement does not end with `;`",
                 "leave the `;` out: a statement ends with its line",
             );
         }
         ";" if rest.contains('=') => {
             let help = "put each statement on a line of its own; a comment begins with `?`";
-            return Meant::new("`;` neither ends a statement nor begins a comment", help);
+            return Explanation::new("`;` neither ends a statement nor begins a comment", help);
         }
-        ";" => return Meant::new("`;` begins no comment", COMMENT),
+        ";" => return Explanation::new("`;` begins no comment", COMMENT),
         "{" | "}"
             if place.cursor.text.get(place.cursor.statement_span().range())?.contains('}')
                 && rest.contains('}') =>
         {
-            return Meant::new("`{` begins no comment", COMMENT);
+            return Explanation::new("`{` begins no comment", COMMENT);
         }
         sign @ ("{" | "}") => {
             let help = "the body of an IF begins on the next line and ends with ENDIF";
-            return Meant::new(format!("`{sign}` does not stand around the body of an IF"), help);
+            return Explanation::new(
+                format!("`{sign}` does not stand around the body of an IF"),
+                help,
+            );
         }
         "'" if rest.contains('\'') && place.section.is_some() => {
-            return Meant::new("`'` begins no text", "put the text between double quotes: \"…\"");
+            return Explanation::new(
+                "`'` begins no text",
+                "put the text between double quotes: \"…\"",
+            );
         }
-        "'" => return Meant::new("`'` begins no comment", COMMENT),
+        "'" => return Explanation::new("`'` begins no comment", COMMENT),
         _ => {}
     }
     // Two signs that begin a comment elsewhere. Behind an operand, `//` would divide by a negation,
@@ -206,11 +212,11 @@ fn comment(place: &Place<'_, '_>) -> Option<Meant> {
         place.is_glued(first + 1).then_some(signs)
     };
     let signs = (0..=place.at).find_map(begins)?;
-    Meant::new(format!("`{signs}` begins no comment"), COMMENT)
+    Explanation::new(format!("`{signs}` begins no comment"), COMMENT)
 }
 
 /// Assignments of other languages: `:=`, `+=`, `++` and similar ones.
-fn assignment(place: &Place<'_, '_>, problem: &Diagnostic) -> Option<Meant> {
+fn assignment(place: &Place<'_, '_>, problem: &Diagnostic) -> Option<Explanation> {
     let name = place.word(0);
     let colon = |index| place.word(index) == ":" && place.word(index + 1) == "=";
     let named = matches!(place.kind(0), Some(Kind::Name | Kind::Executive));
@@ -219,7 +225,10 @@ fn assignment(place: &Place<'_, '_>, problem: &Diagnostic) -> Option<Meant> {
         || place.found() == "=" && place.before() == ":";
     if is_label && named {
         let message = "`:=` is no sign of PMI: an assignment is written with `=`";
-        return Meant::new(message, format!("write {name} = …; a colon stands behind a label"));
+        return Explanation::new(
+            message,
+            format!("write {name} = …; a colon stands behind a label"),
+        );
     }
     // In another statement, `:=` has made a label of this name.
     let made_label = problem.labels().first().is_some_and(|label| {
@@ -228,7 +237,7 @@ fn assignment(place: &Place<'_, '_>, problem: &Diagnostic) -> Option<Meant> {
             && behind.strip_prefix(':').is_some_and(|rest| rest.trim_start().starts_with('='))
     });
     if made_label {
-        return Meant::help(
+        return Explanation::help(
             "where it is a label an assignment was probably meant: write `=` in place of `:=`",
         );
     }
@@ -245,45 +254,46 @@ fn assignment(place: &Place<'_, '_>, problem: &Diagnostic) -> Option<Meant> {
     if compound {
         let sign = sign.trim_end_matches('=');
         let message = format!("`{sign}=` is no assignment");
-        return Meant::new(message, format!("write {name} = {name} {sign} …"));
+        return Explanation::new(message, format!("write {name} = {name} {sign} …"));
     }
     if matches!(sign, "+" | "-") && place.behind() == sign {
         let message = format!("`{sign}{sign}` is no assignment");
-        return Meant::new(message, format!("write {name} = {name} {sign} 1"));
+        return Explanation::new(message, format!("write {name} = {name} {sign} 1"));
     }
     None
 }
 
 /// Operators that are written with other signs.
-fn symbol(place: &Place<'_, '_>) -> Option<Meant> {
+fn symbol(place: &Place<'_, '_>) -> Option<Explanation> {
     let glued = place.is_glued(place.at);
     let before = if glued { place.before() } else { "" };
     match (before, place.found()) {
-        (_, "|") => Meant::new("`|` is no operator", "OR is written `!`: A ! B"),
-        (_, "~") => Meant::new("`~` is no operator", "NOT is written `/`: /A"),
+        (_, "|") => Explanation::new("`|` is no operator", "OR is written `!`: A ! B"),
+        (_, "~") => Explanation::new("`~` is no operator", "NOT is written `/`: /A"),
         (_, "^") => {
             let help = "the exclusive OR of two LOGICALs is A /= B";
-            Meant::new("`^` is no operator", help)
+            Explanation::new("`^` is no operator", help)
         }
-        ("&", "&") => Meant::new("`&&` is no operator", "AND is written `&`: A & B"),
-        ("!", "!") => Meant::new("`!!` is no operator", "OR is written `!`: A ! B"),
+        ("&", "&") => Explanation::new("`&&` is no operator", "AND is written `&`: A & B"),
+        ("!", "!") => Explanation::new("`!!` is no operator", "OR is written `!`: A ! B"),
         (_, "!") if place.code == "PMI-34" => {
-            Meant::new("`!` is OR, and stands between two operands", "NOT is written `/`: /A")
+            Explanation::new("`!` is OR, and stands between two operands", "NOT is written `/`: /A")
         }
-        ("=", "=") => Meant::new("`==` is no operator", "equality is written `=`: A = B"),
-        ("!" | "<", sign @ ("=" | ">")) => Meant::new(
+        ("=", "=") => Explanation::new("`==` is no operator", "equality is written `=`: A = B"),
+        ("!" | "<", sign @ ("=" | ">")) => Explanation::new(
             format!("`{before}{sign}` is no operator"),
             "inequality is written `/=`: A /= B",
         ),
-        ("=", sign @ ("<" | ">")) => {
-            Meant::new(format!("`={sign}` is no operator"), format!("write `{sign}=`: A {sign}= B"))
-        }
+        ("=", sign @ ("<" | ">")) => Explanation::new(
+            format!("`={sign}` is no operator"),
+            format!("write `{sign}=`: A {sign}= B"),
+        ),
         _ => None,
     }
 }
 
 /// Keywords of other languages.
-fn keyword(place: &Place<'_, '_>) -> Option<Meant> {
+fn keyword(place: &Place<'_, '_>) -> Option<Explanation> {
     let found = place.found();
     let first = place.word(0);
     let code = place.code;
@@ -292,17 +302,17 @@ fn keyword(place: &Place<'_, '_>) -> Option<Meant> {
     }
     if matches!(found, "THEN" | "DO") && code == "PMI-5" && place.section.is_none() {
         let help = format!("leave {found} out: the body begins on the next line");
-        return Meant::new(format!("there is no {found} behind a condition"), help);
+        return Explanation::new(format!("there is no {found} behind a condition"), help);
     }
     let is_keyword = matches!(first, "IF" | "ELSEIF" | "ELSE" | "ENDIF" | "GOTO");
     if is_keyword && code == "PMI-10" && place.section.is_some() && place.behind() != "=" {
         let help = "statements stand behind $END: write $END on a line of its own in front of the \
                     first one";
-        return Meant::new(format!("{first} stands in front of $END"), help);
+        return Explanation::new(format!("{first} stands in front of $END"), help);
     }
     let is_if = matches!(first, "IF" | "ELSEIF");
     if is_if && code == "PMI-11" && place.at == 1 {
-        return Meant::help(format!(
+        return Explanation::help(format!(
             "write {first} (condition), without THEN, on a line of its own"
         ));
     }
@@ -315,12 +325,12 @@ fn keyword(place: &Place<'_, '_>) -> Option<Meant> {
         let rest = rest.strip_suffix("ENDIF").unwrap_or(rest).trim_end();
         let rest: String = rest.chars().take(30).collect();
         if place.before() == ")" {
-            return Meant::help(format!(
+            return Explanation::help(format!(
                 "write the condition, `{rest}` and ENDIF on lines of their own; one pair of \
                  parentheses stands around the whole condition"
             ));
         }
-        return Meant::help(format!(
+        return Explanation::help(format!(
             "put parentheses around the whole condition, `{rest}` on the next line, and an ENDIF \
              behind it"
         ));
@@ -335,9 +345,9 @@ fn keyword(place: &Place<'_, '_>) -> Option<Meant> {
         return statement(first, place.word(1));
     }
     if place.section.is_some()
-        && let Some(meant) = declaration(place)
+        && let Some(explanation) = declaration(place)
     {
-        return Some(meant);
+        return Some(explanation);
     }
     match code {
         "PMI-37" | "PMI-34" => operator(found),
@@ -348,16 +358,16 @@ fn keyword(place: &Place<'_, '_>) -> Option<Meant> {
 }
 
 /// Names with characters that PMI's names can't have, and M and G codes without `@`.
-fn name(place: &Place<'_, '_>) -> Option<Meant> {
+fn name(place: &Place<'_, '_>) -> Option<Explanation> {
     if place.found().starts_with('_') {
         let whole = place.around(|c| c.is_ascii_alphanumeric() || c == '_');
         let joined: String = whole.chars().filter(|c| *c != '_').collect();
         let joined = joined.to_ascii_uppercase();
         let message = format!("`_` has no place in a name: `{whole}`");
         if place.section.is_none()
-            && let Some(meant) = statement(&joined, "")
+            && let Some(explanation) = statement(&joined, "")
         {
-            return Some(Meant { message: Some(message), help: meant.help });
+            return Some(Explanation { message: Some(message), help: explanation.help });
         }
         let help = match joined.as_str() {
             "ENDIF" | "ELSEIF" | "GOTO" => format!("write {joined}"),
@@ -367,14 +377,17 @@ fn name(place: &Place<'_, '_>) -> Option<Meant> {
                 joined.get(..6).unwrap_or(&joined)
             ),
         };
-        return Meant::new(message, help);
+        return Explanation::new(message, help);
     }
     let ports = matches!(place.section, Some(Section::Input | Section::Output));
     if ports && place.at == 1 && place.is_glued(1) && matches!(place.code, "PMI-11" | "PMI-30") {
         let whole = place.around(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '.'));
         if whole.contains(['-', '.']) {
             let message = format!("`{whole}` is no name");
-            return Meant::new(message, "a name is a letter and up to five letters and digits");
+            return Explanation::new(
+                message,
+                "a name is a letter and up to five letters and digits",
+            );
         }
     }
     if place.code != "PMI-24" {
@@ -386,16 +399,16 @@ fn name(place: &Place<'_, '_>) -> Option<Meant> {
     let last = match (kind, place.section) {
         ("M", Some(Section::MCode)) => 299,
         ("G", Some(Section::GCode)) => 199,
-        ("M", _) => return Meant::help("M codes stand behind $MCODE"),
-        ("G", _) => return Meant::help("G codes stand behind $GCODE"),
+        ("M", _) => return Explanation::help("M codes stand behind $MCODE"),
+        ("G", _) => return Explanation::help("G codes stand behind $GCODE"),
         _ => return None,
     };
     (number <= last)
-        .then(|| Meant::help(format!("write @{kind}{number:02}/P or @{kind}{number:02}/D")))?
+        .then(|| Explanation::help(format!("write @{kind}{number:02}/P or @{kind}{number:02}/D")))?
 }
 
 /// Addresses that other languages use as operands: `I0.1`, `%Q0.1`.
-fn address(place: &Place<'_, '_>) -> Option<Meant> {
+fn address(place: &Place<'_, '_>) -> Option<Explanation> {
     let fraction = |index| place.kind(index).is_some() && place.word(index).starts_with('.');
     let ports = matches!(place.section, Some(Section::Input | Section::Output));
     let executive = place.found().starts_with('@') || place.before().starts_with('@');
@@ -420,7 +433,7 @@ fn address(place: &Place<'_, '_>) -> Option<Meant> {
         Some(Section::Input | Section::Output) => {
             let digits = written.trim_start_matches(|c: char| !c.is_ascii_digit());
             let (port, bit) = digits.split_once('.').filter(|(_, bit)| !bit.is_empty())?;
-            Meant::new(
+            Explanation::new(
                 format!("`{written}` is no line of a port"),
                 format!("a line is written port/bit: {port}/{bit}"),
             )
@@ -429,32 +442,34 @@ fn address(place: &Place<'_, '_>) -> Option<Meant> {
         None => {
             let help = "declare a name for the line behind $INPUT or $OUTPUT (NAME = port/bit) and \
                         write the name";
-            Meant::new(format!("the address `{written}` is no operand"), help)
+            Explanation::new(format!("the address `{written}` is no operand"), help)
         }
     }
 }
 
 /// Indices in parentheses, and more than one of them.
-fn index(place: &Place<'_, '_>) -> Option<Meant> {
+fn index(place: &Place<'_, '_>) -> Option<Explanation> {
     let array = |index: usize| index.checked_sub(1).map_or("", |index| place.word(index));
     match (place.code, place.found()) {
-        ("PMI-36", name) if place.behind() == "(" => Meant::new(
+        ("PMI-36", name) if place.behind() == "(" => Explanation::new(
             format!("the index of {name} stands in parentheses"),
             format!("write {name}[…]"),
         ),
         ("PMI-11", "(") if place.at == 1 && place.section.is_none() => {
             let name = array(place.at);
-            Meant::help(format!("an element of an array is written {name}[…]; nothing is called"))
+            Explanation::help(format!(
+                "an element of an array is written {name}[…]; nothing is called"
+            ))
         }
         ("PMI-5", ",") => {
             let open = (0..place.at).rev().find(|index| place.word(*index) == "[")?;
             let name = array(open);
-            Meant::new(
+            Explanation::new(
                 format!("{name} has one index"),
                 format!("compute one index of several: {name}[10*ROW + COLUMN]"),
             )
         }
-        ("PMI-11" | "PMI-34", "[") if place.before() == "]" => Meant::new(
+        ("PMI-11" | "PMI-34", "[") if place.before() == "]" => Explanation::new(
             "an array has one index",
             "compute one index of several: LIST[10*ROW + COLUMN]",
         ),

@@ -1,12 +1,12 @@
 //! Words of other languages, and what PMI has in their place.
 
 use super::{
-    other_languages::{Meant, Place},
+    other_languages::{Explanation, Place},
     specification_section::Section,
 };
 
 /// Operators that are words elsewhere.
-pub(super) fn operator(word: &str) -> Option<Meant> {
+pub(super) fn operator(word: &str) -> Option<Explanation> {
     let help = match word {
         "AND" => "AND is written `&`: A & B",
         "OR" => "OR is written `!`: A ! B",
@@ -19,22 +19,22 @@ pub(super) fn operator(word: &str) -> Option<Meant> {
         "LT" | "LE" | "GT" | "GE" => "the relations are < <= > >= = /=",
         _ => return None,
     };
-    Meant::new(format!("`{word}` is no operator"), help)
+    Explanation::new(format!("`{word}` is no operator"), help)
 }
 
 /// Truth values that are words elsewhere.
-pub(super) fn truth_value(word: &str) -> Option<Meant> {
+pub(super) fn truth_value(word: &str) -> Option<Explanation> {
     let value = match word {
         "TRUE" | "ON" | "HIGH" | "YES" => "T",
         "FALSE" | "OFF" | "LOW" | "NO" => "F",
         _ => return None,
     };
     let help = format!("write {value}: true is T, false is F");
-    Meant::new(format!("{word} is no constant and no variable"), help)
+    Explanation::new(format!("{word} is no constant and no variable"), help)
 }
 
 /// A statement that begins with `first`, with `second` behind it.
-pub(super) fn statement(first: &str, second: &str) -> Option<Meant> {
+pub(super) fn statement(first: &str, second: &str) -> Option<Explanation> {
     let help = match (first, second) {
         ("END", "IF") => "write ENDIF as one word",
         ("ELSE", "IF") => "write ELSEIF as one word",
@@ -86,7 +86,7 @@ pub(super) fn statement(first: &str, second: &str) -> Option<Meant> {
         }
         _ => return None,
     };
-    Meant::new(format!("`{first}` begins no statement of PMI"), help)
+    Explanation::new(format!("`{first}` begins no statement of PMI"), help)
 }
 
 /// Whether a word numbers the block of a part program: `N10`.
@@ -106,7 +106,7 @@ fn directive_of(ty: &str) -> Option<&'static str> {
 }
 
 /// A directive that does not exist.
-pub(super) fn directive(word: &str) -> Option<Meant> {
+pub(super) fn directive(word: &str) -> Option<Explanation> {
     let name = word.strip_prefix('$').unwrap_or(word);
     let help = match name {
         "VAR" | "VARIABLE" => {
@@ -123,22 +123,24 @@ pub(super) fn directive(word: &str) -> Option<Meant> {
         }
         _ => format!("write {}", directive_of(name)?),
     };
-    Meant::help(help)
+    Explanation::help(help)
 }
 
 /// A declaration with a type.
-pub(super) fn declaration(place: &Place<'_, '_>) -> Option<Meant> {
+pub(super) fn declaration(place: &Place<'_, '_>) -> Option<Explanation> {
     let typed = (1..=3).find_map(|index| directive_of(place.word(index)));
     let first = place.word(0);
     if first == "VAR" {
         let help = "leave VAR out: a directive such as $INTEGER begins a list of variables";
-        return Meant::help(help);
+        return Explanation::help(help);
     }
     let directive = typed.or_else(|| directive_of(first))?;
     let is_variable =
         |section| matches!(section, Section::Logical | Section::Integer | Section::Long);
     if place.section.is_some_and(is_variable) {
-        return Meant::help(format!("leave the type out: the names behind {directive} have it"));
+        return Explanation::help(format!(
+            "leave the type out: the names behind {directive} have it"
+        ));
     }
-    Meant::help(format!("declare variables behind {directive}, the name alone"))
+    Explanation::help(format!("declare variables behind {directive}, the name alone"))
 }
