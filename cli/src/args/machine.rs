@@ -32,7 +32,7 @@ pub(crate) struct HalArgs {
     pub(crate) name: Option<String>,
 
     /// Makes a pin of a variable that has none by itself, or changes its direction (repeatable)
-    #[arg(long, value_name = "VARIABLE[=in|out|io]", value_parser = crate::commands::hal::wanted)]
+    #[arg(long, value_name = "VARIABLE[=in|out|io]", value_parser = crate::commands::hal::wanted_pin)]
     pub(crate) pin: Vec<Wanted>,
 
     /// How diagnostics are written: for people, or as JSON for programs

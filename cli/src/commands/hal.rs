@@ -51,7 +51,7 @@ pub(crate) fn hal(args: &HalArgs, report: &Report) -> Result<u8, Failure> {
     let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{name}-hal")));
     fs::create_dir_all(&folder).map_err(|error| Failure::file(&folder, error))?;
     let shown = source.and_then(|file| file.file_name()).map(|file| file.to_string_lossy());
-    let c = component::c(&name, &shown.unwrap_or_default(), &pins);
+    let c = component::source_text(&name, &shown.unwrap_or_default(), &pins);
     let example = example::example(&name, &pins, executive.tick_ns());
     let makefile = component::makefile(&name);
     let files: [(String, &[u8]); 5] = [
@@ -90,7 +90,7 @@ fn build(checked: &Checked) -> Result<(Lowered, Vec<u8>), CompileError> {
 ///
 /// # Errors
 /// When the direction is neither in, out nor io.
-pub(crate) fn wanted(text: &str) -> Result<Wanted, String> {
+pub(crate) fn wanted_pin(text: &str) -> Result<Wanted, String> {
     let (variable, direction) = match text.rsplit_once('=') {
         None => (text, None),
         Some((variable, direction)) => {

@@ -33,7 +33,7 @@ __asm__(".pushsection .rodata\n"
 extern const uint8_t plcx_begin[] __attribute__((visibility("hidden")));
 extern const uint8_t plcx_end[] __attribute__((visibility("hidden")));
 
-/* The pins: the program's variable, the pin behind the component's name, type and direction. */
+/* The pins: the program's variable; the pin's name, without that of the component before it; type; direction. */
 static const struct pin {
     const char *variable;
     const char *name;
@@ -62,9 +62,9 @@ static struct plcrt *control;
 static int component = -1;
 static int64_t readers[PIN_COUNT];
 static int64_t writers[PIN_COUNT];
-/* The value that each pin had when it was looked at, or set, last. */
+/* The value that each pin had when it was last read or set here. */
 static double last[PIN_COUNT];
-/* How much time has passed since the last tick was due, in ns. */
+/* How much time has passed since the last tick was due, in ns; -1 before the first one. */
 static int64_t elapsed = -1;
 
 static double get(int n)
@@ -142,7 +142,7 @@ static int failed(const char *what)
     return -1;
 }
 
-/* Takes back what the file of `retain` has. A file that does not exist yet is no error. */
+/* Restores the retained data from the file that `retain` names. It is no error if there is no such file yet. */
 static int restore(void)
 {
     static uint8_t bytes[1 << 20];
@@ -155,13 +155,17 @@ static int restore(void)
     return plcrt_restore(control, bytes, length) == PLCRT_OK ? 0 : failed(retain);
 }
 
-/* Writes the file of `retain` anew, and puts it in the place of the old one as a whole. */
+/* Writes the retained data to a new file, which then replaces the one that `retain` names. */
 static void save(void)
 {
     static uint8_t bytes[1 << 20];
     char path[512];
     int64_t length = *retain ? plcrt_retained(control, bytes, sizeof bytes) : 0;
     FILE *file;
+    if (length < 0)
+        failed(retain);
+    if (length > (int64_t)sizeof bytes)
+        rtapi_print_msg(RTAPI_MSG_ERR, "COMPONENT: %s is not written: it would be too long\n", retain);
     if (length <= 0 || length > (int64_t)sizeof bytes)
         return;
     snprintf(path, sizeof path, "%s.new", retain);

@@ -7,10 +7,11 @@ use super::pins::{Direction, Pin, Type};
 /// The interface of libplcrt, which goes with the component.
 pub(crate) const HEADER: &str = include_str!("../../../libplcrt/include/plcrt.h");
 
-/// The name of a component: a name of C in small letters, as HAL has them.
+/// Checks the name of a component. It is a name of C in small letters, as names in HAL are, and so short that the
+/// names of pins have room beside it.
 ///
 /// # Errors
-/// When it is none, or too long for the names of pins.
+/// When the name is not of this form; the message says what is.
 pub(crate) fn check_name(name: &str) -> Result<(), String> {
     let mut chars = name.chars();
     let begins = chars.next().is_some_and(|c| c.is_ascii_lowercase());
@@ -24,8 +25,8 @@ pub(crate) fn check_name(name: &str) -> Result<(), String> {
     }
 }
 
-/// The component in C. `name` is the component's, `source` the program's.
-pub(crate) fn c(name: &str, source: &str, pins: &[Pin]) -> String {
+/// The text of the component in C. `name` is the name of the component, `source` that of the program's file.
+pub(crate) fn source_text(name: &str, source: &str, pins: &[Pin]) -> String {
     let mut lines = String::new();
     for Pin { variable, name, ty, direction, meaning: _ } in pins {
         let ty = match ty {

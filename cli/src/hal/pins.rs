@@ -51,7 +51,7 @@ pub(crate) enum Direction {
 pub(crate) struct Pin {
     /// The variable, as users of the control name it.
     pub(crate) variable: String,
-    /// The pin's name behind that of the component.
+    /// The pin's name, without the name of the component before it.
     pub(crate) name: String,
     pub(crate) ty: Type,
     pub(crate) direction: Direction,

@@ -3,7 +3,7 @@
 //! The code itself is in the program's memory and not in this file.
 //!
 //! Its allocated sections have the addresses that they would have if the code began at 0. Whoever has loaded
-//! the code adds its address (`runtime/src/gdb/mod.rs`, which has a table of that), and debuggers apply
+//! the code adds its address (the table in `runtime/src/gdb/mod.rs` says to what), and debuggers apply
 //! the relocations of the debug sections, as they do for any relocatable object.
 
 use object::elf::{
@@ -25,8 +25,8 @@ const SECTION_HEADER: usize = 64;
 const FLAGS: usize = 8;
 const ADDRESS: usize = 16;
 
-/// The debug part for code that was compiled for the target. Of the options the prefix counts too: the
-/// image's type is called `struct {prefix}_image`.
+/// The debug part for code that was compiled for the target. The prefix in `options` stands before the names of
+/// functions, and the image's type is called `struct {prefix}_image`.
 ///
 /// # Errors
 /// When objects can't be made for the target.

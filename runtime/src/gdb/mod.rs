@@ -3,8 +3,8 @@
 //!
 //! The compiler makes an ELF file that describes the code for debuggers: symbols, lines, unwind
 //! information, the type of the process image. It is made for code at address 0, and holds none. When the
-//! code has been mapped, [`place`] adds its address, and [`interface::register`] tells gdb of the result. gdb
-//! never has to forget code: what it was told of stays mapped until the process ends.
+//! code has been mapped, [`set_addresses`] adds its address, and [`interface::register`] tells gdb of the result. gdb
+//! never has to forget code: all code that it knows of stays mapped until the process ends.
 //!
 //! | section | its address in the file | becomes |
 //! | --- | --- | --- |
@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicPtr, Ordering};
 
 use plcc_abi::ScanContext;
 
-/// Code that gdb knows of.
+/// Code that gdb has been told of.
 pub(crate) struct ShownCode {
     /// gdb's variable `context` is here, for as long as the process lives.
     context: &'static AtomicPtr<ScanContext>,
@@ -33,7 +33,7 @@ impl ShownCode {
     pub(crate) fn new(debug: &[u8], code: usize) -> Result<Self, &'static str> {
         let mut file = debug.to_vec();
         let context = Box::leak(Box::new(AtomicPtr::new(ptr::null_mut())));
-        place(&mut file, code as u64, (&raw const *context) as u64)?;
+        set_addresses(&mut file, code as u64, (&raw const *context) as u64)?;
         interface::register(file);
         Ok(Self { context })
     }
@@ -45,11 +45,12 @@ impl ShownCode {
     }
 }
 
-/// Puts addresses into an ELF file's allocated sections, see the module's table.
+/// Sets the addresses of an ELF file's allocated sections, as the table at the head of this file says. `code` is
+/// where the code is mapped, `context` where the pointer to the scan context is kept.
 ///
 /// # Errors
 /// When it is no ELF file of 64 bits, little endian, or ends too early.
-fn place(file: &mut [u8], code: u64, context: u64) -> Result<(), &'static str> {
+fn set_addresses(file: &mut [u8], code: u64, context: u64) -> Result<(), &'static str> {
     const DAMAGED: &str = "its debug part is damaged";
     /// `\x7FELF`, 64 bits, little endian.
     const MAGIC: &[u8] = b"\x7FELF\x02\x01";
@@ -92,7 +93,7 @@ fn place(file: &mut [u8], code: u64, context: u64) -> Result<(), &'static str> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::indexing_slicing)]
 mod tests {
-    use super::place;
+    use super::set_addresses;
 
     /// A header, and those of three sections: code, unwind information and a context.
     fn file() -> Vec<u8> {
@@ -111,7 +112,7 @@ mod tests {
     #[test]
     fn allocated_sections_get_addresses() {
         let mut placed = file();
-        place(&mut placed, 0x1000, 0x7FFF_0000_1234).unwrap();
+        set_addresses(&mut placed, 0x1000, 0x7FFF_0000_1234).unwrap();
         let address = |section: usize| {
             u64::from_le_bytes(placed[64 + section * 64 + 16..][..8].try_into().unwrap())
         };
@@ -122,14 +123,18 @@ mod tests {
     fn damaged_files_are_refused() {
         let whole = file();
         for length in 0..whole.len() {
-            // Behind the last address nothing is read.
+            // Nothing after the last address is read.
             let mut cut = whole[..length].to_vec();
-            assert_eq!(place(&mut cut, 1, 2).is_ok(), length >= whole.len() - 40, "{length}");
+            assert_eq!(
+                set_addresses(&mut cut, 1, 2).is_ok(),
+                length >= whole.len() - 40,
+                "{length}"
+            );
         }
         for at in [0, 4, 5, 0x28 + 7] {
             let mut changed = whole.clone();
             changed[at] ^= 0xFF;
-            assert!(place(&mut changed, 1, 2).is_err(), "{at}");
+            assert!(set_addresses(&mut changed, 1, 2).is_err(), "{at}");
         }
     }
 }
