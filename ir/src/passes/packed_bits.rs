@@ -19,8 +19,8 @@
 //! replaced, in their places, in a value of their own ([`Word::bits`]), and delays the store of the word: until
 //! something may read or write the word in another way (an access that overlaps, a host call, a trap), and at
 //! latest until the end of the block. The block may contain branches whose two sides meet again, if they
-//! touch none of these words and have no effect that could be seen before the delayed stores. A load in
-//! between gives the word as it was before the first store, so the replaced bits are put into its result. Most
+//! touch none of these words and have no effect that could be seen before the delayed stores. A load of the
+//! word before the delayed store gives the word as it was before the first store, so the replaced bits are put into its result. Most
 //! of these loads read a single bit. Then the pass `demanded-bits` replaces the load by the truth value that
 //! was put into that bit, or uses the old word alone, so that nothing waits for a store.
 
@@ -52,7 +52,7 @@ struct Word {
     replaced: u64,
     /// The replaced bits, in their places; all other bits are 0. `None` if they are all 0.
     bits: Option<Value>,
-    /// Values that are equal to the whole word as it should be now.
+    /// Values that are equal to the word with its replaced bits.
     current: Vec<Value>,
     /// The source place of the statement that replaced bits last.
     loc: SourceLoc,
@@ -66,7 +66,7 @@ type Change = (u64, Option<Value>);
 struct Collector<'a> {
     func: &'a mut FuncData,
     bytes: &'a ImageBytes,
-    /// The words for which this is done, with the type of their stores.
+    /// The words whose bits are collected, with the type of their stores.
     candidates: HashMap<Address, Type>,
     ranges: ValueRanges,
     /// The words with replaced bits that are not stored yet.
@@ -115,13 +115,14 @@ fn candidates(func: &FuncData, graph: &Graph) -> HashMap<Address, Type> {
     stores.into_iter().filter(|(_, (_, count))| *count > 1).map(|(at, (ty, _))| (at, ty)).collect()
 }
 
-/// Whether the pass may delay an access: its address is constant, it is not volatile, and it is of an integer of
+/// Whether the pass may delay an access: its address is constant, it is not volatile, and its type is an integer of
 /// 8, 16 or 32 bits.
 fn is_word(at: &Address, ty: Type) -> bool {
     at.index.is_none() && !at.volatile && matches!(ty, Type::I8 | Type::I16 | Type::I32)
 }
 
 impl Collector<'_> {
+    /// Collects bits in a block, and writes the block anew.
     fn block(&mut self, graph: &Graph, block: Block, values: &mut Substitution) {
         self.words = self.waiting.remove(&block).unwrap_or_default();
         let insts = std::mem::take(&mut self.func.blocks[block.index()].insts);

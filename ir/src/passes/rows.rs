@@ -1,4 +1,4 @@
-//! Computes many bits of a word at once, where a row of statements does the same with each of them.
+//! Computes many bits of a word at once, where consecutive statements (a *row*) do the same with one bit each.
 //!
 //! ```text
 //! M1=M101 & !M201              v0: i32 = load words:0        (M101, M102, …)
@@ -57,15 +57,15 @@ struct Lane {
     to: u8,
 }
 
-/// How a row of bits is computed. In the word that it gives, bits that are no lanes may be anything.
+/// How a row of lanes is computed as one word. The bits of that word that are no lanes may have any value.
 enum Row {
-    /// It was computed before.
+    /// It was computed before, as this word.
     Known(Value),
-    /// It is a word shifted left by so much; if that is negative, right.
+    /// It is this word, shifted left by so many bits; if the number is negative, right.
     Word(Value, i32),
-    /// An operation on one or two rows.
+    /// An operation on one or two rows, which gives these lanes.
     Operation(Operation, Vec<Row>, Vec<Lane>),
-    /// Each lane is put in its place.
+    /// Each lane is moved to its place by itself.
     Gather(Vec<Lane>),
 }
 
@@ -84,12 +84,13 @@ struct Rows<'a> {
     /// For each value the place of its definition among the instructions of the current block. It is
     /// 0 for one that another block defines.
     places: Vec<usize>,
-    /// For each value the first load in its block that gave the same, or the value itself.
+    /// For each value the first load in its block that reads the same, or the value itself.
     first_load: Vec<Value>,
-    /// The latest rows of the current block that have been computed: their lanes and the words.
+    /// The rows of the current block that were computed last: their lanes and the words.
     known: VecDeque<(HashSet<Lane>, Value)>,
     /// New instructions, each with the place of the instruction before which it stands.
     inserted: Vec<(usize, Inst)>,
+    /// The source place of the store that is examined.
     loc: SourceLoc,
 }
 
@@ -157,7 +158,7 @@ impl Rows<'_> {
         changed
     }
 
-    /// Enters places, ranges and equal loads of a block's instructions.
+    /// Finds out, for each instruction of a block, its place, the range of its result, and an equal load before it.
     fn note_block(&mut self, insts: &[Inst]) {
         let mut loads: Vec<(Address, Type, Value)> = vec![];
         for (at, &inst) in insts.iter().enumerate() {
@@ -232,7 +233,7 @@ impl Rows<'_> {
         if found.len() < MIN_LANES {
             return None;
         }
-        // In one order, so that the same row is found again.
+        // Always in the same order, so that a row that was computed before is found again.
         found.sort_by_key(|(lane, _)| lane.to);
         let (lanes, places): (Vec<Lane>, Vec<usize>) = found.into_iter().unzip();
         let row = self.row(ty, &lanes, MAX_DEPTH);
@@ -266,6 +267,8 @@ impl Rows<'_> {
                 && distance(lane) == distance(&first)
         };
         if lanes.iter().all(same_word) {
+            // All loads of the word are equal. That of the last lane is probably the latest one, and is kept in
+            // a register for the shortest time.
             return Row::Word(lanes.last().unwrap_or(&first).value, distance(&first));
         }
         if depth > 0
@@ -277,7 +280,7 @@ impl Rows<'_> {
         Row::Gather(lanes)
     }
 
-    /// The word of a row that has been computed and has all these lanes.
+    /// The word of a row that was computed before and contains all these lanes.
     fn known(&self, lanes: &[Lane]) -> Option<Value> {
         let has_all = |known: &HashSet<Lane>| {
             lanes.iter().all(|&lane| known.contains(&self.with_first_load(lane)))
@@ -285,7 +288,7 @@ impl Rows<'_> {
         self.known.iter().find(|(known, _)| has_all(known)).map(|&(_, word)| word)
     }
 
-    /// The same lane; if it is a bit of a load, of the first load that gave the same.
+    /// The same lane; if it is a bit of a load, as a bit of the first load that reads the same.
     fn with_first_load(&self, lane: Lane) -> Lane {
         Lane { value: self.first(lane.value), ..lane }
     }
@@ -294,8 +297,8 @@ impl Rows<'_> {
         self.first_load.get(value.index()).copied().unwrap_or(value)
     }
 
-    /// The same bit as a bit of the value that it comes from, behind shifts, masks and conversions. That
-    /// value is a word of type `ty` or a truth value.
+    /// Follows a lane back through shifts, masks and conversions, and gives the same bit as a bit of the value that it
+    /// comes from. That value is a word of type `ty` or a truth value.
     fn source(&self, ty: Type, lane: Lane) -> Lane {
         let mut found = lane;
         let (mut value, mut bit) = (lane.value, i64::from(lane.bit));
@@ -366,7 +369,7 @@ impl Rows<'_> {
                 operands = args.into_iter().map(|arg| vec![arg]).collect();
                 continue;
             }
-            // The operands may be exchanged; like ones go together.
+            // The operations are commutative: each operand goes to the row whose first lane it is more alike.
             if let ([a, b], [first, second]) = (args.as_slice(), operands.as_slice())
                 && let (Some(x), Some(y)) = (first.first(), second.first())
                 && self.likeness(x, a) + self.likeness(y, b)
@@ -381,8 +384,8 @@ impl Rows<'_> {
         Some((wanted, operands))
     }
 
-    /// How much two lanes are alike: bits of the same word at the same distance most, then results of
-    /// the same operation.
+    /// How much two lanes are alike: 4 for bits of the same word that are moved by the same distance, 1 for results
+    /// of the same operation, else 0.
     fn likeness(&self, a: &Lane, b: &Lane) -> u32 {
         let distance = |lane: &Lane| i32::from(lane.to) - i32::from(lane.bit);
         if self.first(a.value) == self.first(b.value) && distance(a) == distance(b) {
@@ -418,7 +421,7 @@ impl Row {
         }
     }
 
-    /// How many operations compute each of its lanes.
+    /// How many operations compute each of its lanes as it is now, one lane after the other.
     fn operations(&self) -> usize {
         match self {
             Self::Operation(_, rows, _) => 1 + rows.iter().map(Self::operations).sum::<usize>(),

@@ -1,4 +1,4 @@
-//! Speculates that doubles are integers: computes with integers behind an integrality check, and
+//! Speculates that doubles are integers: computes with integers after an integrality check, and
 //! with doubles where the check fails.
 //!
 //! ```text
@@ -26,7 +26,7 @@
 //! whole copy. The second is as it was, in a cold block.
 //!
 //! If a statement needs several checks, one cold block serves all of them
-//! ([`speculate_whole`](super::speculate_whole)). Otherwise
+//! ([`speculate_statement`](super::speculate_statement)). Otherwise
 //! either the doubles that a statement loads are checked, at most
 //! [`MAX_CHECKED`](super::speculation_plan::MAX_CHECKED) of them, or the operands of a single host
 //! function, whichever takes fewer checks. Of loads it must be known that
@@ -186,7 +186,7 @@ impl Speculate<'_> {
         data.terminator = rest.terminator;
     }
 
-    /// Examines a statement. `end` is the place behind it among the instructions of its block;
+    /// Examines a statement. `end` is the place after it among the instructions of its block;
     /// `is_last` says that no instruction stands there.
     fn statement(&mut self, mut insts: &[Inst], end: usize, is_last: bool, rest: &mut Rest) {
         let taken = self.whole_statement(insts, end, is_last, rest).unwrap_or(0);
@@ -198,21 +198,21 @@ impl Speculate<'_> {
                 plan = call.map(|at| self.plan_call(insts, at));
             }
             let Some(now) = plan.take() else { break };
-            let (done, behind) = insts.split_at(now.end.min(insts.len()));
-            let ends_block = is_last && behind.is_empty();
-            self.carry_out(&now, done, end - behind.len(), ends_block, rest);
-            insts = behind;
+            let (done, following) = insts.split_at(now.end.min(insts.len()));
+            let ends_block = is_last && following.is_empty();
+            self.carry_out(&now, done, end - following.len(), ends_block, rest);
+            insts = following;
         }
         rest.out.extend(insts);
     }
 
-    /// Does what a plan says with the instructions `done`, the first of a statement. `behind` is the
+    /// Does what a plan says with the instructions `done`, the first of a statement. `next` is the
     /// place of the next instruction among those of the block; `ends_block` says that there is none.
     fn carry_out(
         &mut self,
         plan: &Plan,
         done: &[Inst],
-        behind: usize,
+        next: usize,
         ends_block: bool,
         rest: &mut Rest,
     ) {
@@ -250,8 +250,8 @@ impl Speculate<'_> {
         }
         let ends_block = ends_block
             && matches!(rest.terminator, Some(Terminator::Brif { .. } | Terminator::Jump(_)));
-        // The copies can end the block only if nothing behind it uses what they compute.
-        let mut passed = self.passed_behind(&plan.twice, behind);
+        // The copies can end the block only if nothing after it uses what they compute.
+        let mut passed = self.used_later(&plan.twice, next);
         let ends_block = ends_block && passed.is_empty();
         if !ends_block {
             passed = self.with_terminator(&plan.twice, passed);
@@ -294,7 +294,7 @@ impl Speculate<'_> {
         };
         let data = &mut self.func.blocks[rest.block.index()];
         (data.insts, data.terminator) = (std::mem::take(&mut rest.out), Some(guard));
-        // What is used behind the copies becomes a parameter of the block behind them.
+        // What is used after the copies becomes a parameter of the block after them.
         for (at, &value) in passed.iter().enumerate() {
             self.func.values[value.index()].def = ValueDef::Param(join, at as u32);
         }
@@ -302,13 +302,13 @@ impl Speculate<'_> {
         rest.block = join;
     }
 
-    /// The results of copied instructions that instructions behind them use, also in other blocks.
-    /// `behind` is the place of the next instruction among those of the block.
-    pub(super) fn passed_behind(&self, copied: &[Inst], behind: usize) -> Vec<Value> {
+    /// The results of copied instructions that later instructions use, also in other blocks.
+    /// `next` is the place of the next instruction among those of the block.
+    pub(super) fn used_later(&self, copied: &[Inst], next: usize) -> Vec<Value> {
         // Uses in other blocks count as uses elsewhere.
         let is_used = |value: &Value| {
             is_set(&self.uses.elsewhere, *value)
-                || self.uses.last.get(value.index()).is_some_and(|&last| last >= behind)
+                || self.uses.last.get(value.index()).is_some_and(|&last| last >= next)
         };
         copied.iter().filter_map(|&inst| self.func.result(inst)).filter(is_used).collect()
     }
@@ -394,7 +394,7 @@ impl Speculate<'_> {
     }
 }
 
-/// The last part of the block that is examined, behind the copies that were made so far.
+/// The last part of the block that is examined, after the copies that were made so far.
 pub(super) struct Rest {
     /// The block that gets the instructions.
     pub(super) block: Block,

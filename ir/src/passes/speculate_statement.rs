@@ -1,9 +1,9 @@
-//! Speculates on a whole statement at once, for the pass [`speculate`](super::speculate).
+//! Speculates on a statement as a whole, for the pass [`speculate`](super::speculate).
 //!
 //! A statement may need several integrality checks one after the other, for example one of a variable
-//! that gives an index, and one of a sum with the element at that index. If each had a cold block that
-//! goes on behind the instructions which depend on it, all that is known of the integers would be lost
-//! there. Instead all checks of the statement share one cold block, which executes the statement again from
+//! that gives an index, and one of a sum with the element at that index. If each had a cold block of its own,
+//! control would come back from it after the instructions that depend on the check, and nothing would be known
+//! there of the integers. Instead all checks of the statement share one cold block, which executes the statement again from
 //! its beginning as it was. So the checks come before anything that the statement stores.
 //!
 //! ```text
@@ -34,9 +34,9 @@ use crate::{
 /// A statement may have at most this many checks.
 const MAX_CHECKS: usize = 8;
 
-/// If there are no more instructions than this from the first store of a statement on, they are part
-/// of both copies.
-const MAX_COPIED_BEHIND: usize = 2;
+/// If there are no more instructions than this from the first effect of a statement on, both copies contain
+/// them. Otherwise they stand once, after the copies.
+const MAX_COPIED_FROM_EFFECT: usize = 2;
 
 /// The operands of an operation are followed back through this many instructions to the loads that
 /// they are computed from.
@@ -44,18 +44,30 @@ const MAX_STEPS: u32 = 5;
 
 /// The checks that a statement needs.
 struct Checks<'a> {
-    /// The instructions before the first that has an effect.
+    /// The statement's instructions before the first that has an effect.
     insts: &'a [Inst],
-    /// Loads of the same variable as an earlier load, each with that one.
+    /// The loads that read the same as an earlier load, each with that one.
     same: Vec<(Value, Value)>,
-    /// What is checked.
+    /// The values that are checked, each with the kind of check.
     values: Vec<(Value, Check)>,
-    /// How many of the statement's instructions the two copies have.
+    /// How many of the statement's instructions are copied, from the first on.
     end: usize,
 }
 
+/// A check that was written, and whose result no branch has tested yet.
+struct WaitingCheck {
+    /// The value that is checked.
+    checked: Value,
+    /// The double, converted from an integer, that takes its place if the check succeeds.
+    double: Value,
+    /// The result of the check, a truth value.
+    truth: Value,
+    /// Whether a true result means that the check fails.
+    truth_means_failure: bool,
+}
+
 impl Checks<'_> {
-    /// The value itself, or the earlier load of the same variable.
+    /// The earlier load that reads the same as this value; the value itself if there is none.
     fn first_load(&self, value: Value) -> Value {
         self.same.iter().find(|(again, _)| *again == value).map_or(value, |&(_, first)| first)
     }
@@ -68,10 +80,9 @@ impl Checks<'_> {
 }
 
 impl Speculate<'_> {
-    /// Speculates on a statement that needs at least two checks of which one follows another; gives how
-    /// many of its instructions the copies have taken, or `None` if nothing was done. `end` is the place
-    /// behind the statement among the instructions of its block; `is_last` says that no instruction
-    /// stands there.
+    /// Speculates on a statement that needs at least two checks. `insts` are the instructions of the statement, `end`
+    /// is the place after them among those of the block; `is_last` says that no instruction stands there. Gives
+    /// how many of the instructions were copied; `None` if nothing was done.
     pub(super) fn whole_statement(
         &mut self,
         insts: &[Inst],
@@ -80,10 +91,10 @@ impl Speculate<'_> {
         rest: &mut Rest,
     ) -> Option<usize> {
         let checks = self.find_checks(insts)?;
-        let (copied, behind) = insts.split_at_checked(checks.end)?;
-        let passed = self.passed_behind(copied, end - behind.len());
+        let (copied, following) = insts.split_at_checked(checks.end)?;
+        let passed = self.used_later(copied, end - following.len());
         let ends_block = is_last
-            && behind.is_empty()
+            && following.is_empty()
             && passed.is_empty()
             && matches!(rest.terminator, Some(Terminator::Brif { .. } | Terminator::Jump(_)));
         let passed = if ends_block { passed } else { self.with_terminator(copied, passed) };
@@ -115,7 +126,7 @@ impl Speculate<'_> {
         };
         let data = &mut self.func.blocks[rest.block.index()];
         (data.insts, data.terminator) = (std::mem::take(&mut rest.out), fast);
-        // What is used behind the copies becomes a parameter of the block behind them.
+        // What is used after the copies becomes a parameter of the block after them.
         for (at, &value) in passed.iter().enumerate() {
             self.func.values[value.index()].def = ValueDef::Param(join, at as u32);
         }
@@ -124,7 +135,8 @@ impl Speculate<'_> {
         Some(checks.end)
     }
 
-    /// The checks that a statement needs; `None` if it can do with one, is too long or needs too many.
+    /// The checks that a statement needs. `None` if it needs fewer than two or more than [`MAX_CHECKS`], or is too
+    /// long.
     fn find_checks<'a>(&self, insts: &'a [Inst]) -> Option<Checks<'a>> {
         if insts.len() > MAX_STATEMENT {
             return None;
@@ -135,7 +147,7 @@ impl Speculate<'_> {
         if !before.iter().any(|&inst| self.gains(self.func.inst(inst))) {
             return None;
         }
-        let end = if rest.len() <= MAX_COPIED_BEHIND { insts.len() } else { effect };
+        let end = if rest.len() <= MAX_COPIED_FROM_EFFECT { insts.len() } else { effect };
         let same = self.repeated_loads(before);
         let mut checks = Checks { insts: before, same, values: vec![], end };
         for &inst in before {
@@ -150,8 +162,8 @@ impl Speculate<'_> {
         (checks.values.len() > 1).then_some(checks)
     }
 
-    /// The loads among some instructions without effects that read the same as an earlier one, each with
-    /// that one.
+    /// The loads among some instructions that read the same as an earlier one of them, each with that one. None of
+    /// the instructions has an effect.
     fn repeated_loads(&self, insts: &[Inst]) -> Vec<(Value, Value)> {
         let mut first: HashMap<InstData, Value> = HashMap::new();
         let mut same = vec![];
@@ -262,9 +274,8 @@ impl Speculate<'_> {
         rest: &mut Rest,
     ) -> Option<Vec<(Value, Value)>> {
         let mut copies: Vec<(Value, Value)> = vec![];
-        // The checks that have been made and not been branched by: what is checked, the double that takes
-        // its place, the truth of the check, and whether that says that it fails.
-        let mut waiting: Vec<(Value, Value, Value, bool)> = vec![];
+        // The checks whose results no branch has tested yet.
+        let mut waiting: Vec<WaitingCheck> = vec![];
         let mut repeated = vec![];
         let mut loc = SourceLoc::NONE;
         for &inst in insts {
@@ -276,9 +287,11 @@ impl Speculate<'_> {
             loc = self.func.loc(inst);
             data.for_each_arg_mut(|arg| *arg = checks.first_load(*arg));
             let mut needs_check = data.has_effect();
-            data.for_each_arg(|arg| needs_check |= waiting.iter().any(|w| w.0 == arg));
+            data.for_each_arg(|arg| {
+                needs_check |= waiting.iter().any(|check| check.checked == arg)
+            });
             if needs_check {
-                self.branch_by(&mut waiting, cold, rest, &mut copies, loc);
+                self.branch_on(&mut waiting, cold, rest, &mut copies, loc);
             }
             replace_all(&copies, |f| data.for_each_arg_mut(f));
             let (old, new) = (self.func.result(inst), self.append(&mut rest.out, data, loc));
@@ -286,14 +299,15 @@ impl Speculate<'_> {
             copies.push((old, new));
             if let Some(check) = checks.check(old) {
                 let never_nan = !self.floats.get(old).may_be_nan();
-                if waiting.last().is_some_and(|last| last.3 != never_nan) {
-                    self.branch_by(&mut waiting, cold, rest, &mut copies, loc);
+                if waiting.last().is_some_and(|last| last.truth_means_failure != never_nan) {
+                    self.branch_on(&mut waiting, cold, rest, &mut copies, loc);
                 }
                 let (double, truth) = self.check(&mut rest.out, new, check, never_nan, loc)?;
-                waiting.push((old, double, truth, never_nan));
+                let truth_means_failure = never_nan;
+                waiting.push(WaitingCheck { checked: old, double, truth, truth_means_failure });
             }
         }
-        self.branch_by(&mut waiting, cold, rest, &mut copies, loc);
+        self.branch_on(&mut waiting, cold, rest, &mut copies, loc);
         for again in repeated {
             let first = checks.first_load(again);
             let copy = copies.iter().rev().find(|(old, _)| *old == first).map(|&(_, copy)| copy);
@@ -303,11 +317,11 @@ impl Speculate<'_> {
         Some(copies)
     }
 
-    /// Ends the block that is being filled with a branch to the cold block if one of the checks fails, and
-    /// begins another.
-    fn branch_by(
+    /// Ends the block that is being filled by a branch that goes to the cold block if one of the waiting checks fails,
+    /// and begins another block. Does nothing if no check waits.
+    fn branch_on(
         &mut self,
-        waiting: &mut Vec<(Value, Value, Value, bool)>,
+        waiting: &mut Vec<WaitingCheck>,
         cold: Block,
         rest: &mut Rest,
         copies: &mut Vec<(Value, Value)>,
@@ -315,10 +329,11 @@ impl Speculate<'_> {
     ) {
         let mut all = None;
         let mut fails = true;
-        for (old, double, truth, never_nan) in waiting.drain(..) {
-            fails = never_nan;
-            copies.push((old, double));
-            let op = if never_nan { BinaryOp::Or } else { BinaryOp::And };
+        for check in waiting.drain(..) {
+            let WaitingCheck { checked, double, truth, truth_means_failure } = check;
+            fails = truth_means_failure;
+            copies.push((checked, double));
+            let op = if truth_means_failure { BinaryOp::Or } else { BinaryOp::And };
             all = match all {
                 None => Some(truth),
                 Some(others) => {
@@ -350,7 +365,7 @@ impl Speculate<'_> {
     }
 }
 
-/// Whether a range has nothing but integers of 32 bits.
+/// Whether all numbers of a range are integers of 32 bits.
 fn is_int32(range: FloatRange) -> bool {
     range
         .integers()

@@ -38,7 +38,7 @@ const MAX_INSTS: usize = 5;
 /// `otherwise`.
 struct Test {
     value: Value,
-    /// By how many bits the value is shifted left before it is compared, as fields of words are.
+    /// By how many bits the value is shifted left before it is compared: 0 unless it is a field of a word.
     shift: u32,
     /// The number, already shifted by as many bits.
     number: i64,
@@ -60,8 +60,9 @@ pub(super) fn run(func: &mut FuncData) -> bool {
 fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
     let Some(first) = test(func, block) else { return false };
     let (value, shift) = (first.value, first.shift);
-    let may_load = has_no_effect_behind(func, block, value);
+    let may_load = has_no_effect_after(func, block, value);
     let mut tests = vec![(first.number, first.then)];
+    // The blocks of the row after the first one.
     let mut links = vec![];
     let mut next = first.otherwise;
     while let Some(link) = test(func, next)
@@ -90,8 +91,8 @@ fn convert(func: &mut FuncData, graph: &Graph, block: Block) -> bool {
             *number = double as i64;
         }
     }
-    // A switch takes an unsigned number. A field of a word is compared with its lowest bit in a
-    // higher place; the bits below are 0 in all numbers.
+    // A switch takes an unsigned number. A field of a word is compared after it was shifted left by `shift` bits;
+    // then the lowest `shift` bits of all numbers must be 0.
     let mask = (1 << ty.bits().min(32)) - 1;
     if tests.iter().any(|(number, _)| number & ((1 << shift) - 1) != 0) {
         return false;
@@ -176,10 +177,10 @@ fn integer_of(
 
 /// Whether a value is computed in a block and no later instruction of the block has an effect, so that the
 /// variable that it was loaded from still has that value at the end of the block.
-fn has_no_effect_behind(func: &FuncData, block: Block, value: Value) -> bool {
+fn has_no_effect_after(func: &FuncData, block: Block, value: Value) -> bool {
     let insts = func.block(block).insts.iter().rev();
-    let mut behind = insts.take_while(|&&inst| !func.inst(inst).has_effect());
-    behind.any(|&inst| func.result(inst) == Some(value))
+    let mut after = insts.take_while(|&&inst| !func.inst(inst).has_effect());
+    after.any(|&inst| func.result(inst) == Some(value))
 }
 
 /// Whether two values are loads of the same variable.

@@ -169,8 +169,8 @@ struct Finder<'a> {
 }
 
 impl Finder<'_> {
-    /// Lets an edge that begins at a block skip the tests whose results are known on it; gives
-    /// whether it goes elsewhere now.
+    /// Lets an edge that begins at a block skip the tests whose results are known on it. `known` holds what variables
+    /// are known to hold at the end of the block. Gives whether the edge leads to another block now.
     fn thread(
         &self,
         block: Block,
@@ -185,7 +185,8 @@ impl Finder<'_> {
         for _ in 0..MAX_SKIPPED {
             let Some(test) = self.tests.get(to.index()).and_then(Option::as_ref) else { break };
             let variable = test.variable;
-            // The edge on which a test finds its variable equal tells the variable's value; the other edge does not.
+            // On the edge that a test takes if its variable is equal to the constant, the value is that constant. On
+            // the other edge nothing follows.
             let value = match self.along_edge(block, first, &variable) {
                 Some(value) => Some(value),
                 None => match known.iter().find(|(asked, _)| *asked == variable) {
@@ -201,7 +202,7 @@ impl Finder<'_> {
             let holds = is_equal(variable.1, value, test.number);
             to = if holds { test.equal } else { test.otherwise };
             if to == first {
-                // A circle of tests, which control never leaves, stays as it is.
+                // The tests form a loop that control never leaves; it stays as it is.
                 return false;
             }
         }
@@ -223,7 +224,7 @@ impl Finder<'_> {
         self.search(block, variable, &mut blocks)
     }
 
-    /// The same, looking at no more than `blocks` blocks.
+    /// The same, searching no more than `blocks` blocks.
     fn search(&self, block: Block, variable: &Variable, blocks: &mut usize) -> Option<i64> {
         *blocks = blocks.checked_sub(1)?;
         let (at, ty, shift) = variable;

@@ -4,8 +4,8 @@ use super::{Lane, MAX_KNOWN, Operation, Row, Rows};
 use crate::{BinaryOp, ConvertOp, InstData, Type, UnaryOp, Value};
 
 impl Rows<'_> {
-    /// Adds the instructions that compute a row, before the instruction at a place; gives the word.
-    /// `places` says for each lane from where on it is there.
+    /// Adds the instructions that compute a row, before the instruction at the place `at`; gives the word. `places`
+    /// has, for each lane, the first place at which its value is known.
     pub(super) fn emit(
         &mut self,
         ty: Type,
@@ -43,7 +43,7 @@ impl Rows<'_> {
         Some(word)
     }
 
-    /// Puts each lane in its place as soon as it is there.
+    /// Moves each lane to its place in the word, at the first place at which its value is known.
     fn gather(&mut self, ty: Type, lanes: &[Lane], places: &[usize]) -> Option<Value> {
         let mut lanes: Vec<(usize, Lane)> = places.iter().copied().zip(lanes.to_vec()).collect();
         lanes.sort_by_key(|&(at, _)| at);
@@ -68,7 +68,7 @@ impl Rows<'_> {
         all
     }
 
-    /// A word shifted left by so much; if that is negative, right.
+    /// A word shifted left by `by` bits; if the number is negative, right.
     fn shifted(&mut self, ty: Type, word: Value, by: i32, at: usize) -> Option<Value> {
         match by {
             0 => Some(word),
