@@ -39,6 +39,7 @@ fn code() -> CodeParts {
         // Traps at once, in case a refused artifact is ever entered.
         bytes: vec![0xCC; 80],
         labels: vec![64, 16, 64],
+        label_lines: vec![Some(SourceLine { file: 0, line: 4 }), None],
         functions: vec![
             FunctionRange { name: "chunk0".into(), offset: 16, len: 20 },
             FunctionRange { name: "chunk1".into(), offset: 64, len: 16 },
@@ -233,6 +234,8 @@ fn tables_that_point_outside_are_refused() {
     inconsistent(|_, code| code.lines[1].line = 0);
     inconsistent(|_, code| code.lines.swap(0, 1));
     inconsistent(|_, code| code.trap_sites[0].statement.file = 1);
+    inconsistent(|_, code| code.label_lines[0] = Some(SourceLine { file: 1, line: 1 }));
+    inconsistent(|_, code| code.label_lines = vec![None; 4]);
     inconsistent(|program, _| program.tasks[0].entry = 3);
     inconsistent(|program, _| program.image_size = u32::MAX);
     inconsistent(|program, _| program.image_size -= 1);
@@ -256,6 +259,7 @@ fn tables_of_another_program_are_refused_although_the_digest_is_right() {
     let mut other = code.clone();
     other.functions = vec![FunctionRange { name: "chunk0".into(), offset: 16, len: 64 }];
     other.labels = vec![16];
+    other.label_lines.clear();
     other.lines.clear();
     other.eh_frame.clear();
     function_marker::write(&mut other);

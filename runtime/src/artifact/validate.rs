@@ -88,6 +88,9 @@ fn code_tables(program: &Program, code: &CodeParts) -> Check {
     ensure(code.lines.iter().all(|line| exists(line.file)), || {
         "its line table names a file that is not there".into()
     })?;
+    ensure(code.label_lines.iter().flatten().all(|line| exists(line.file)), || {
+        "a label is in a file that is not there".into()
+    })?;
     ensure(code.trap_sites.iter().all(|site| exists(site.statement.file)), || {
         "a place at which it may be stopped is in a file that is not there".into()
     })
