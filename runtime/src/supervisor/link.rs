@@ -98,6 +98,8 @@ impl Link {
         let limit = period.saturating_mul(PERIODS).max(SHORTEST_LIMIT);
         let connection = Mutex::new(Connection { stream, ending: false, lost: false });
         let sender = Arc::new(Sender { connection, limit, journal: journal.clone() });
+        // Sent before any tick, so that the supervisor knows from then on when this process stands still.
+        sender.send(false)?;
         let (sending, interrupt) = (Arc::clone(&sender), Arc::clone(interrupt));
         let run = move || run(reader, &sending, &interrupt);
         small_thread("supervisor").spawn(run)?;

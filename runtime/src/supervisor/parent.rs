@@ -344,23 +344,26 @@ impl Supervised {
 
 /// Why a control is taken to hang, if it is. `last` is its last heartbeat, `silent` the time since that, and
 /// `still` the time since the last one that told of a further tick.
+///
+/// A control sends heartbeats from before its first tick on, by a thread that does nothing else. So a silent
+/// one may have run ticks since it said that it starts, and outputs may be on. One that has said that it
+/// ends has made its outputs safe, and is given its time to save.
 fn hang(last: Option<Heartbeat>, silent: Duration, still: Duration) -> Option<String> {
-    let running = last.filter(|last| last.phase == Phase::Running);
-    match running {
-        Some(last) if still > last.limit => Some(format!(
+    match last {
+        Some(last) if last.phase == Phase::Running && still > last.limit => Some(format!(
             "it hung: no tick has begun for {:.1} s after tick {}",
             still.as_secs_f64(),
             last.ticks.saturating_sub(1)
         )),
-        Some(_) if silent > SILENCE => {
+        Some(last) if last.phase != Phase::Ending && silent > SILENCE => {
             Some(format!("it hung: the process did nothing for {:.1} s", silent.as_secs_f64()))
         }
-        Some(_) => None,
-        None if still > LONGEST_START_AND_END => Some(format!(
+        Some(last) if last.phase == Phase::Running => None,
+        _ if still > LONGEST_START_AND_END => Some(format!(
             "it hung: it has run no tick for {:.0} s and has not ended",
             still.as_secs_f64()
         )),
-        None => None,
+        _ => None,
     }
 }
 
@@ -433,5 +436,41 @@ fn keep_image(image: Option<&Path>, journal: &Journal) {
     if let Err(error) = fs::copy(path, PathBuf::from(copy)) {
         let path = path.display();
         journal.error(format!("no copy of the image file {path} can be kept: {error}"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_control_hangs_that_is_silent_or_runs_no_tick() {
+        let seconds = Duration::from_secs;
+        let limit = seconds(2);
+        let said = |phase| Some(Heartbeat { phase, ticks: 7, rounds: 7, limit });
+        let [starting, running, ending] =
+            [Phase::Starting, Phase::Running, Phase::Ending].map(said);
+        for (last, silent, still, hangs) in [
+            // It has yet to say anything, and may take its time.
+            (None, 59, 59, None),
+            (None, 61, 61, Some("no tick for 61 s")),
+            (starting, 2, 50, None),
+            (starting, 2, 61, Some("no tick for 61 s")),
+            // It may run ticks by now.
+            (starting, 4, 4, Some("did nothing for 4.0 s")),
+            (running, 0, 1, None),
+            (running, 0, 3, Some("after tick 6")),
+            (running, 4, 1, Some("did nothing for 4.0 s")),
+            // Its outputs are safe.
+            (ending, 59, 59, None),
+            (ending, 61, 61, Some("has not ended")),
+        ] {
+            let why = hang(last, seconds(silent), seconds(still));
+            let right = match (&why, hangs) {
+                (Some(why), Some(part)) => why.contains(part),
+                (why, hangs) => why.is_none() && hangs.is_none(),
+            };
+            assert!(right, "{last:?}, silent for {silent} s, still for {still} s: {why:?}");
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::os::unix::net::UnixDatagram;
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -32,7 +33,7 @@ ENDIF
 ";
 
 /// Where all is well nothing waits as long as this.
-const LONG: Duration = Duration::from_secs(60);
+const LONG: Duration = Duration::from_secs(600);
 
 fn shop(name: &str) -> Shop {
     Shop::new(name, Dialect::Pmi, PMI)
@@ -68,16 +69,17 @@ fn signal(name: &str, process: u32) {
     assert!(Command::new("kill").args([name, &process]).status().unwrap().success());
 }
 
-const RUN: &str = "--realtime --period 2 --watch N --trace t.csv --dump d.json --log log.jsonl";
+const RUN: &str =
+    "--realtime --watchdog 1h --period 2 --watch N --trace t.csv --dump d.json --log log.jsonl";
 
 #[test]
 fn the_exit_status_is_that_of_the_control() {
     let shop = shop("status");
     fs::write(shop.path("s.csv"), "tick,name,value\n5,BAD,1\n").unwrap();
     for (args, status) in [
-        ("--realtime --period 1 --ticks 20", 0),
-        ("--realtime --period 1 --ticks 20 --stimulus s.csv", 3),
-        ("--realtime --watch NOPE", 2),
+        ("--realtime --watchdog 1h --period 1 --ticks 20", 0),
+        ("--realtime --watchdog 1h --period 1 --ticks 20 --stimulus s.csv", 3),
+        ("--realtime --watchdog 1h --watch NOPE", 2),
     ] {
         let mut child = shop.command(args).spawn().unwrap();
         assert_eq!(wait(&mut child).code(), Some(status), "{args}");
@@ -146,6 +148,18 @@ fn a_control_that_stands_still_is_killed() {
     signal("-STOP", control_of(&supervisor, &shop));
     assert_eq!(wait(&mut supervisor).code(), Some(3));
     assert!(shop.read("log.jsonl").contains("it hung"));
+}
+
+/// One that is stopped at its first tick may not yet have said that it runs.
+#[test]
+fn a_control_that_stands_still_at_its_first_tick_is_killed() {
+    let shop = shop("stopped-at-first-tick");
+    let image = shop.path("image");
+    let mut supervisor = shop.command(&format!("{RUN} --image image")).spawn().unwrap();
+    signal("-STOP", first_running(&image));
+    assert_eq!(wait(&mut supervisor).code(), Some(3));
+    assert!(shop.read("log.jsonl").contains("it hung"));
+    assert_eq!(ImageReader::open(&image).unwrap().state(), Some(State::Dead));
 }
 
 #[test]
@@ -271,7 +285,10 @@ fn without_a_supervisor_there_is_one_process() {
 fn a_fifo_as_log_or_hardware_watchdog_holds_up_no_supervisor() {
     let shop = shop("fifos");
     assert!(Command::new("mkfifo").arg(shop.path("fifo")).status().unwrap().success());
-    for args in ["--realtime --key missing --log fifo", "--realtime --watchdog-device fifo"] {
+    for args in [
+        "--realtime --watchdog 1h --key missing --log fifo",
+        "--realtime --watchdog 1h --watchdog-device fifo",
+    ] {
         let mut supervisor = shop.command(args).spawn().unwrap();
         assert_eq!(wait(&mut supervisor).code(), Some(2), "{args}");
     }
@@ -317,21 +334,27 @@ fn the_image_file_of_a_control_that_was_killed_gives_a_dump() {
     assert!(none.contains("it is no image file"), "{none}");
 }
 
-/// The supervisor has heard nothing from a control that is killed at its first tick, or before.
+/// Waits until an image file says that a control runs, and gives the control's process.
+fn first_running(image: &Path) -> u32 {
+    let mut process = 0;
+    until("there is no image file", || match ImageReader::open(image) {
+        Ok(file) => {
+            process = file.process();
+            file.state() == Some(State::Running)
+        }
+        Err(_) => false,
+    });
+    u32::try_from(process).unwrap()
+}
+
+/// The supervisor has heard little from a control that is killed at its first tick, or before.
 #[test]
 fn outputs_are_safe_after_a_kill_at_the_first_tick() {
     let shop = shop("first-tick");
     let image = shop.path("image");
     for _ in 0..8 {
         let mut supervisor = shop.command(&format!("{RUN} --image image")).spawn().unwrap();
-        let mut process = 0;
-        until("there is no image file", || match ImageReader::open(&image) {
-            Ok(file) => {
-                process = file.process();
-                file.state() == Some(State::Running)
-            }
-            Err(_) => false,
-        });
+        let process = first_running(&image);
         let id = Pid::from_raw(i32::try_from(process).unwrap()).unwrap();
         kill_process(id, Signal::KILL).unwrap();
         assert_eq!(wait(&mut supervisor).code(), Some(3));
@@ -347,7 +370,7 @@ fn outputs_are_safe_after_a_kill_at_the_first_tick() {
 #[test]
 fn the_image_file_of_a_run_that_can_not_begin_says_so() {
     let shop = shop("not-begun");
-    let args = "--realtime --image image --watch N --trace missing/t.csv";
+    let args = "--realtime --watchdog 1h --image image --watch N --trace missing/t.csv";
     assert_eq!(wait(&mut shop.command(args).spawn().unwrap()).code(), Some(2));
     assert_eq!(ImageReader::open(&shop.path("image")).unwrap().state(), Some(State::Ended));
 }
@@ -389,7 +412,7 @@ fn kill_at_random(name: &str, supervisor_dies: bool) {
     let mut times = vec![];
     for kill in 0..kills() {
         let _ = fs::remove_file(shop.path("t.csv"));
-        let args = "--realtime --watch N --trace t.csv --image image";
+        let args = "--realtime --watchdog 1h --watch N --trace t.csv --image image";
         let mut supervisor = shop.command(args).spawn().unwrap();
         let control = control_of(&supervisor, &shop);
         let reader = ImageReader::open(&image).unwrap();
