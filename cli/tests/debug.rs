@@ -522,7 +522,7 @@ fn a_control_that_runs_is_followed_by_its_recording() {
     let folder = Folder::with(&[("count.pmi", PMI)]);
     let record = folder.path().join("count.plcrec");
     let mut control = Command::new(env!("CARGO_BIN_EXE_plcc"))
-        .args(["run", "count.pmi", "--realtime", "--record"])
+        .args(["run", "count.pmi", "--realtime", "--watchdog", "1h", "--record"])
         .arg(&record)
         .current_dir(folder.path())
         .stderr(Stdio::null())
@@ -584,7 +584,8 @@ fn a_record_with_online_changes_is_shown_from_any_tick() {
     let folder = Folder::with(&[("one.pmi", PMI), ("two.pmi", &format!("{PMI}N=N+1\n"))]);
     folder.plcc("build one.pmi").exits(0);
     folder.plcc("build two.pmi").exits(0);
-    let options = "one.plcx --realtime --no-supervisor --socket s --allow swap --record r.plcrec";
+    let options = "one.plcx --realtime --watchdog 1h --no-supervisor --socket s --allow swap \
+                   --record r.plcrec";
     let mut control = Command::new(support::programs().join("plcrt"))
         .args(options.split(' '))
         .current_dir(folder.path())

@@ -73,7 +73,7 @@ impl Known {
 
     fn connect(&self) -> WebSocket<TcpStream> {
         let stream = TcpStream::connect(&self.host).unwrap();
-        let timeout = Some(Duration::from_secs(60));
+        let timeout = Some(Duration::from_secs(600));
         stream.set_read_timeout(timeout).unwrap();
         stream.set_write_timeout(Some(Duration::from_secs(1))).unwrap();
         let mut request = format!("ws://{}/socket", self.host).into_client_request().unwrap();
@@ -95,11 +95,13 @@ fn browsers_that_flood_hang_and_leave_change_no_tick() {
 
     // No tick is skipped, however busy the computer is.
     let mut command = lathe(&path("watched.csv"));
-    command.args(["--realtime", "--overrun", "catch-up=100000", "--socket"]).arg(path("socket"));
+    command
+        .args(["--realtime", "--watchdog", "1h", "--overrun", "catch-up=100000", "--socket"])
+        .arg(path("socket"));
     let mut control = Killed(command.stderr(Stdio::null()).spawn().unwrap());
     let start = Instant::now();
     while !path("socket").exists() {
-        assert!(start.elapsed() < Duration::from_secs(60), "the control does not start");
+        assert!(start.elapsed() < Duration::from_secs(600), "the control does not start");
         thread::sleep(Duration::from_millis(5));
     }
     let mut command = plcc();

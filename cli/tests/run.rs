@@ -65,7 +65,7 @@ fn recompiled_code_gives_the_same_results() {
     }
     assert!(all.windows(2).all(|pair| pair[0] == pair[1]), "{all:#?}");
     folder.plcc("run m.pmc --ticks 1 --recompile-after soon").exits(2).says(&["or never"]);
-    folder.plcc("run m.pmc --realtime --ticks 300 --recompile-after 3").exits(0);
+    folder.plcc("run m.pmc --realtime --watchdog 1h --ticks 300 --recompile-after 3").exits(0);
 }
 
 #[test]
@@ -120,7 +120,7 @@ fn a_run_needs_ticks_or_a_time() {
     let done = folder.plcc("run a.pmi --for 1s --period 100 --dump -").exits(0);
     assert!(done.stdout.contains("\"ticks\":10"), "{}", done.stdout);
     folder.plcc("run a.pmi --ticks 1 --for 1s").exits(2);
-    folder.plcc("run a.pmi --realtime --ticks 2 --period 1").exits(0);
+    folder.plcc("run a.pmi --realtime --watchdog 1h --ticks 2 --period 1").exits(0);
 }
 
 #[test]
@@ -291,7 +291,8 @@ fn signals_end_a_run_after_the_dump_is_written() {
     let hears = ignored.is_some_and(|m| u64::from_str_radix(m.trim(), 16).unwrap() & 1 == 0);
     for signal in ["-INT", "-TERM"].into_iter().chain(hears.then_some("-HUP")) {
         let folder = Folder::with(&[("a.pmi", COUNTER)]);
-        let args = "run a.pmi --realtime --period 1 --watch N --trace t.csv --dump d.json";
+        let args =
+            "run a.pmi --realtime --watchdog 1h --period 1 --watch N --trace t.csv --dump d.json";
         let mut command = folder.command(&args.split(' ').collect::<Vec<_>>());
         let mut child = command.stdout(Stdio::null()).spawn().unwrap();
         let start = Instant::now();
@@ -331,14 +332,16 @@ fn a_closed_pipe_ends_the_run_without_a_message() {
 #[test]
 fn what_the_system_does_not_permit_is_told_in_one_note() {
     let folder = Folder::with(&[("a.pmi", COUNTER)]);
-    let run = "run a.pmi --ticks 2 --period 1 --realtime --dump -";
+    let run =
+        "run a.pmi --ticks 2 --period 1 --realtime --watchdog 1h --overrun catch-up=9 --dump -";
     let done = folder.plcc(run).exits(0);
     // The other note says how long the ticks took.
     let is_note = |line: &&str| line.starts_with("note:") && !line.contains(" ticks took ");
     let notes = done.stderr.lines().filter(is_note).count();
     assert!(notes <= 1, "{}", done.stderr);
     assert!(notes == 0 || done.stderr.contains("`ulimit"), "{}", done.stderr);
-    let simulated = folder.plcc(&run.replace("--realtime", "")).exits(0);
+    let simulated =
+        folder.plcc(&run.replace("--realtime --watchdog 1h --overrun catch-up=9", "")).exits(0);
     assert_eq!(simulated.stderr, "", "asks for nothing");
     assert_eq!(simulated.stdout, done.stdout);
 }

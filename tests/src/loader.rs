@@ -29,7 +29,7 @@ use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
 
 /// How long a test waits for something that happens soon, on a machine that does much else.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// A command that starts `plcrt`, which is built once from the sources under test.
 ///

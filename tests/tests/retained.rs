@@ -17,9 +17,10 @@ use plcc_tests::loader::{Folder, Running, wait_until};
 const COUNT: &str = ":001\nLF500 +1 SF500\nJ1\n:000\nJ0\n";
 
 /// A control whose process is the one that the test has started.
-const REALTIME: [&str; 5] = ["count.plcx", "--realtime", "--no-supervisor", "--retain", "kept"];
+const REALTIME: [&str; 7] =
+    ["count.plcx", "--realtime", "--watchdog", "1h", "--no-supervisor", "--retain", "kept"];
 /// A control in a process of its own, which the process that the test has started supervises.
-const SUPERVISED: [&str; 4] = ["count.plcx", "--realtime", "--retain", "kept"];
+const SUPERVISED: [&str; 6] = ["count.plcx", "--realtime", "--watchdog", "1h", "--retain", "kept"];
 
 fn folder(name: &str) -> Folder {
     let folder = Folder::new(name);
@@ -42,8 +43,8 @@ fn saved_count(folder: &Folder, file: &str) -> u64 {
 fn a_folder_that_vanishes_and_comes_back_ends_no_saving() {
     let folder = folder("vanishes");
     fs::create_dir(folder.path("disk")).unwrap();
-    let args = "count.plcx --realtime --no-supervisor --retain disk/kept --log log --socket socket";
-    let args: Vec<&str> = args.split(' ').collect();
+    let args = ["--retain", "disk/kept", "--log", "log", "--socket", "socket"];
+    let args = [&REALTIME[..REALTIME.len() - 2], &args[..]].concat();
     let mut running = folder.start(&args);
     wait_until("the first save", || folder.path("disk/kept.bak").exists());
     fs::rename(folder.path("disk"), folder.path("away")).unwrap();
@@ -140,10 +141,14 @@ fn signals_that_come_together_are_one_and_all_is_saved() {
         }
         let dump = format!("dump{round}");
         let options = if round % 2 == 0 { &REALTIME[..] } else { &SUPERVISED };
-        let mut running = folder.start(&[options, &["--dump", &dump]].concat());
+        let trace = format!("trace{round}");
+        let more = ["--dump", &dump, "--watch", "F500", "--trace", &trace];
+        let mut running = folder.start(&[options, &more].concat());
         wait_until("that it handles signals", || handles_signals(&folder));
         // Some ticks, for the count to go on.
-        thread::sleep(Duration::from_millis(300));
+        wait_until("some ticks", || {
+            fs::read_to_string(folder.path(&trace)).is_ok_and(|text| text.lines().count() > 5)
+        });
         let before = if round == 0 { 0 } else { saved_count_of_copy(&folder) };
         running.signal(signal, times);
         assert_eq!(running.end().code(), Some(130), "{signal}");

@@ -16,7 +16,11 @@ use plcc_tests::loader::{Folder, Running, wait_until};
 const PROGRAMS: [(&str, Dialect, &str); 3] = [
     ("a.plcx", Dialect::Pmi, "$OUTPUT\nOUT=1/0\n$INTEGER\nN\n$END\nN=N+1\nOUT=N>3\n@NVINT[1]=N\n"),
     ("b.plcx", Dialect::Nct, ":001\nLF500 +1 SF500\nJ1\n:000\nJ0\n"),
-    ("c.plcx", Dialect::Pmac, "I5=2\nOPEN PLC 1 CLEAR\nP1=P1+1\nM1=P1\nCMD\"SAVE\"\nCLOSE\n"),
+    (
+        "c.plcx",
+        Dialect::Pmac,
+        "I5=2\nI8=20\nOPEN PLC 1 CLEAR\nP1=P1+1\nM1=P1\nCMD\"SAVE\"\nCLOSE\n",
+    ),
 ];
 
 fn folder(name: &str) -> Folder {
@@ -30,7 +34,7 @@ fn folder(name: &str) -> Folder {
 /// The options of the runs: in real time, with retained data that changes.
 fn options(artifact: &str) -> Vec<String> {
     let words = format!(
-        "{artifact} --realtime --no-supervisor --retain {artifact}.kept --record {artifact}.plcrec \
+        "{artifact} --realtime --watchdog 1h --no-supervisor --retain {artifact}.kept --record {artifact}.plcrec \
          --image /dev/shm/plcc-calls-{}-{artifact}",
         std::process::id()
     );

@@ -18,6 +18,7 @@ const PMI: &str = "$INPUT\nDOOR = 0/0\nLEVEL = 1/0-3/B\n$OUTPUT\nPUMP = 2/0\nCOP
                    $END\nPUMP = /DOOR\nCOPY = LEVEL\nIF (DOOR)\n N = N + 1\nENDIF\n";
 
 const CONFIGURATION: &str = "artifact = \"p.plcx\"\nimage = \"image\"\nperiod = 2\nlog = \"log.jsonl\"\n\
+    watchdog = \"1h\"\noverrun = \"catch-up=100000\"\n\
     [[io]]\nname = \"DOOR\"\ndriver = \"other\"\nsafe = 1\ntimeout_ms = 300\n\
     [[io]]\nname = \"LEVEL\"\ndriver = \"other\"\nsafe = \"hold\"\ntimeout_ms = 300\n\
     [[io]]\nname = \"PUMP\"\ndriver = \"other\"\n";
@@ -96,10 +97,10 @@ fn a_configuration_that_does_not_fit_the_program_is_refused_with_its_lines() {
         let output = folder.run(&[option, "bad.toml"]);
         let text = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{text}");
-        assert!(text.contains("bad.toml:15: `PUMP` is an output, and can't be given"), "{text}");
+        assert!(text.contains("bad.toml:17: `PUMP` is an output, and can't be given"), "{text}");
         assert!(
             text.contains(
-                "bad.toml:19: the program has no variable named `DOR`; did you mean `DOOR`?"
+                "bad.toml:21: the program has no variable named `DOR`; did you mean `DOOR`?"
             ),
             "{text}"
         );

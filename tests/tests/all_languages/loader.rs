@@ -155,7 +155,7 @@ fn the_artifact_is_not_overwritten() {
 /// Ctrl-C, in real time and in simulated time.
 #[test]
 fn ctrl_c_ends_a_run_with_its_outputs_complete() {
-    for pace in [&["--realtime"][..], &["--ticks", "100000000000"]] {
+    for pace in [&["--realtime", "--watchdog", "1h"][..], &["--ticks", "100000000000"]] {
         let shop = Shop::new(if pace.len() == 1 { "clock" } else { "fast" });
         // Something changes in every tick, so that the trace grows.
         fs::write(shop.path("s.csv"), "tick,name,value\n0,@FRO,1\n1,@FRO,2\n").unwrap();
@@ -190,7 +190,7 @@ fn ctrl_c_ends_a_run_with_its_outputs_complete() {
 fn a_signal_makes_the_outputs_safe() {
     let shop = Shop::new("safe");
     fs::write(shop.path("s.csv"), "tick,name,value\n0,PORT2.0,1\n0,PORT2.1,1\n").unwrap();
-    let args = "lathe.plcx --realtime --stimulus s.csv --repeat --watch PORT2.0,PORT2.1,PORT2.7 \
+    let args = "lathe.plcx --realtime --watchdog 1h --stimulus s.csv --repeat --watch PORT2.0,PORT2.1,PORT2.7 \
                 --safe PORT2.7=1 --safe BEEPER=hold --trace t.csv --dump d.json";
     let child = shop.spawn(&args.split_whitespace().collect::<Vec<&str>>());
     let start = Instant::now();

@@ -363,7 +363,7 @@ fn in_real_time_each_tick_waits_for_its_time() {
     let simulated = "--ticks 6 --dump %d.json";
     assert_eq!(shop.run_by_clock(&clock, "p.pmi", simulated), 0);
     assert_eq!(clock.slept.get(), Duration::ZERO);
-    let real = "--ticks 6 --realtime --dump %d.json --retain %kept";
+    let real = "--ticks 6 --realtime --watchdog 1h --dump %d.json --retain %kept";
     assert_eq!(shop.run_by_clock(&clock, "p.pmi", real), 0);
     // The first tick begins at once; each of the other five waits for 20 ms.
     assert_eq!(clock.slept.get(), Duration::from_millis(100));
@@ -404,8 +404,9 @@ fn skipped_ticks_move_what_time_moves() {
         ("c.pmc", "1,X:$0700,1000\n4,P3,4\n", "X:$0,X:$0700,Y:$0700,P3", 1),
     ] {
         fs::write(shop.path("s.csv"), format!("tick,name,value\n{rows}")).unwrap();
-        let args =
-            format!("--ticks 52 --realtime --stimulus %s.csv --watch {watch} --dump %d.json");
+        let args = format!(
+            "--ticks 52 --realtime --watchdog 1h --stimulus %s.csv --watch {watch} --dump %d.json"
+        );
         let run = |at, more: &str| {
             let clock = Rc::new(SleptTime { start: Instant::now(), slept: Cell::default() });
             let wrap = |engine| -> Box<dyn Engine> {

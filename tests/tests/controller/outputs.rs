@@ -25,11 +25,12 @@ LIST[N - N / 200 * 200] = N
 BUSY = (N - N / 2 * 2) = 1
 ";
 
-const TICKS: &str = "--realtime --period 1 --ticks 800";
-
 fn shop(name: &str) -> Shop {
     Shop::new(name, Dialect::Pmi, PMI)
 }
+
+/// The options of a run. Its ticks are all executed, however busy the computer is.
+const TICKS: &str = "--realtime --watchdog 1h --overrun catch-up=100000 --period 1 --ticks 800";
 
 /// All ticks were run, and the dump says so.
 fn assert_all_ticks(shop: &Shop) {
@@ -153,9 +154,9 @@ fn a_stopped_terminal_delays_nothing() {
     let terminal = File::options().read(true).write(true).open(path.to_str().unwrap()).unwrap();
     let mut master = File::from(master);
     master.write_all(b"\x13").unwrap();
-    let args =
-        "--realtime --period 1 --ticks 1600 --trace - --watch N,LIST --dump d.json --log log.jsonl";
-    let mut command = shop.command(args);
+    let ticks = TICKS.replace("800", "1600");
+    let args = format!("{ticks} --trace - --watch N,LIST --dump d.json --log log.jsonl");
+    let mut command = shop.command(&args);
     command.stdout(terminal.try_clone().unwrap()).stderr(terminal);
     let mut child = command.spawn().unwrap();
     let status = wait(&mut child);

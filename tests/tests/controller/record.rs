@@ -22,7 +22,7 @@ const PMI: &str = "$OUTPUT\nLAMP = 1/0\n$INTEGER\nN\n$END\nN = N + 1\nLAMP = N >
 /// `:000` never comes to its end, so that the clock decides in each slice how far it comes.
 const NCT: &str = ":001\nLF500 +1 SF500\nJ1\n:000\n:010\nLF502 +1 SF502\nG010\nJ0\n";
 
-const PMAC: &str = "I5=3\nOPEN PLC 0 CLEAR\nP2=P2+1\nCLOSE\nOPEN PLC 1 CLEAR\nP1=P1+1\nWHILE (P3<50)\n\
+const PMAC: &str = "I5=3\nI8=20\nOPEN PLC 0 CLEAR\nP2=P2+1\nCLOSE\nOPEN PLC 1 CLEAR\nP1=P1+1\nWHILE (P3<50)\n\
                     P3=P3+1\nENDWHILE\nP3=0\nCLOSE\n";
 
 /// The program in a record, or that of these sources, if there are any.
@@ -81,7 +81,7 @@ fn wait_for_ticks(shop: &Shop, ticks: u64) {
 fn a_killed_control_leaves_its_record() {
     for (dialect, source) in [(Dialect::Pmi, PMI), (Dialect::Nct, NCT), (Dialect::Pmac, PMAC)] {
         let shop = Shop::new(&format!("killed-{}", dialect.name()), dialect, source);
-        let options = "--realtime --no-supervisor --record r.plcrec";
+        let options = "--realtime --watchdog 1h --no-supervisor --record r.plcrec";
         for _ in 0..2 {
             let runs = Recording::open(&shop.path("r.plcrec")).map_or(0, |it| it.runs().len());
             let mut child = shop.command(options).spawn().unwrap();
@@ -124,7 +124,8 @@ fn a_killed_control_leaves_its_record() {
 fn a_module_that_takes_too_long_is_stopped_in_the_replay_too() {
     let source = ":001\n:010\nLF500 +1 SF500\nG010\nJ1\n:000\nJ0\n";
     let shop = Shop::new("too-long", Dialect::Nct, source);
-    let mut child = shop.command("--realtime --no-supervisor --record r.plcrec").spawn().unwrap();
+    let options = "--realtime --watchdog 1h --no-supervisor --record r.plcrec";
+    let mut child = shop.command(options).spawn().unwrap();
     assert_eq!(wait(&mut child).code(), Some(3));
     let recording = Recording::open(&shop.path("r.plcrec")).unwrap();
     let run = recording.last_run().unwrap();
@@ -145,7 +146,8 @@ fn a_record_that_can_not_be_written_stops_no_control() {
     for path in ["/dev/full", "missing/r.plcrec"] {
         let options = format!("--ticks 5 --period 1 --dump d.json --log log.jsonl --record {path}");
         assert_eq!(exit(&options), Some(2), "{path}");
-        assert_eq!(exit(&format!("{options} --realtime --no-supervisor")), Some(0), "{path}");
+        let options = format!("{options} --realtime --watchdog 1h --no-supervisor");
+        assert_eq!(exit(&options), Some(0), "{path}");
         assert!(shop.read("d.json").contains("\"ticks\":5,"), "{path}");
         assert!(shop.read("log.jsonl").contains("the run is not recorded"), "{path}");
     }

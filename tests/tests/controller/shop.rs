@@ -14,7 +14,7 @@ use plcc_diag::SourceMap;
 use plcc_frontend::common::Options;
 
 /// After this time a process that was to end is taken to hang. Where all is well nothing waits for it.
-const HANGS: Duration = Duration::from_secs(60);
+const HANGS: Duration = Duration::from_secs(600);
 
 /// The loader, built once from the sources under test.
 pub(crate) fn loader() -> &'static Path {
