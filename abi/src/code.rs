@@ -100,7 +100,7 @@ impl CodeParts {
         (offset - function.offset < function.len).then_some(function)
     }
 
-    /// Whether the tables fit the bytes and each other: functions lie in the code one behind the
+    /// Whether the tables fit the bytes and each other: functions lie in the code one after the
     /// other and are not empty, each has its [marker](function_marker) in front of it, every label's
     /// offset is that of a function, lines are sorted and lie in the code, and unwind information is
     /// about functions.

@@ -1,4 +1,4 @@
-//! The name that was probably meant: what messages suggest behind "did you mean".
+//! The name that was probably meant: what messages suggest after "did you mean".
 
 use alloc::string::String;
 

@@ -1,6 +1,6 @@
 //! Measures a base tick in each engine, and the time from source text to native code, for the examples
 //! and for generated programs of 200, 2000 and 20 000 equations.
-//! `cargo bench -p plcc-benches --bench engines` runs all; a word behind `--` selects the measurements
+//! `cargo bench -p plcc-benches --bench engines` runs all; a word after `--` selects the measurements
 //! with that word in their name.
 
 use std::hint::black_box;

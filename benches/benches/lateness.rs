@@ -1,7 +1,7 @@
 //! How late the ticks of a program begin when a clock paces them: 1 ms a tick, in native code, with the
 //! priority and the locked memory that `plcrt --realtime` asks for.
 //!
-//! The number behind `--` is how many seconds it lasts (10 without one). `scripts/full lateness` runs it
+//! The number after `--` is how many seconds it lasts (10 without one). `scripts/full lateness` runs it
 //! idle and loaded, beside cyclictest.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::panic)]
 

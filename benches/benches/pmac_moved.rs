@@ -3,7 +3,7 @@
 //! after the change, through its general path; in code that was recompiled for the new definition; and
 //! with the variable left to the host because its definition changes too often.
 //!
-//! `cargo bench -p plcc-benches --bench pmac_moved` runs it; `-- 200 2000` behind it gives other numbers
+//! `cargo bench -p plcc-benches --bench pmac_moved` runs it; `-- 200 2000` after it gives other numbers
 //! of statements. It fails when recompiled code has less than 0.8 of the speed before the change, or
 //! ends in another state than the interpreter.
 #![allow(clippy::indexing_slicing)]

@@ -3,7 +3,7 @@
 //!
 //! Each input is checked, and built, in a process of its own, which is this same program: it tells the
 //! time and the most memory that it ever had. `cargo bench -p plcc-benches --bench robustness`; words
-//! behind `--` select the inputs with one of them in their names.
+//! after `--` select the inputs with one of them in their names.
 //!
 //! Exits with 1 when checking an input takes more than a second or 100 MiB, or building it more than 3
 //! seconds or 256 MiB. A program that the compiler refuses for its length counts as built.

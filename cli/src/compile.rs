@@ -158,7 +158,7 @@ fn generate(lowered: &Lowered, target: &Target) -> Result<Code, CompileError> {
                 Dialect::Nct => "NCT-X3",
                 Dialect::Pmac => "PMAC-X8",
             };
-            let what = "the program is too long: with the code of this statement and those behind \
+            let what = "the program is too long: with the code of this statement and those after \
                         it, its machine code has more than 32 MiB";
             CompileError::TooLong(Box::new(too_long(code, statement, what)))
         }

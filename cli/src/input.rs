@@ -164,7 +164,7 @@ pub(crate) struct Input {
 /// A program's sources, checked.
 pub(crate) struct Program {
     pub(crate) sources: SourceMap,
-    /// How many of the sources were named; those behind them in `sources` are included ones.
+    /// How many of the sources were named; those after them in `sources` are included ones.
     pub(crate) named_files: usize,
     pub(crate) dialect: Dialect,
     pub(crate) checked: Option<Checked>,

@@ -16,7 +16,7 @@ use crate::failure::Failure;
 const MAX_KEY_FILE: u64 = 64 << 10;
 
 /// Makes a new pair of keys. The private one is written to `path`, readable by its owner alone, the
-/// public one to the same name with `.pub` behind it. Gives the public key in hexadecimal digits.
+/// public one to the same name with `.pub` after it. Gives the public key in hexadecimal digits.
 ///
 /// # Errors
 /// When one of the files exists or can't be written, or the system gives no random numbers.
@@ -59,7 +59,7 @@ fn create(path: &Path, bytes: &[u8], mode: u32) -> Result<(), Failure> {
     })
 }
 
-/// An artifact with a signature behind it, made with the private key in a file.
+/// An artifact with a signature after it, made with the private key in a file.
 ///
 /// # Errors
 /// When the file can't be read, or holds no private key of this kind.

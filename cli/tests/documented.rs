@@ -10,9 +10,9 @@
 //!   text; every other line must occur, in this order, as part of a line of the output. Where no `…`
 //!   stands between two lines, they must follow each other.
 //!
-//! Behind `console` may stand the name of a processor (the block is for that one alone), `fails` (the
+//! After `console` may stand the name of a processor (the block is for that one alone), `fails` (the
 //! block's last command must end with another exit status than 0; all others end with 0), and
-//! `background` (the command goes on while the page's others run, and is ended behind them; what it
+//! `background` (the command goes on while the page's others run, and is ended after them; what it
 //! has printed is compared then).
 //!
 //! A block fenced as ```` ```sh ```` holds commands that are not run here, since they need other rights,
@@ -33,7 +33,7 @@ use support::programs;
 
 /// Our programs.
 const PROGRAMS: [&str; 3] = ["plcc", "plcrt", "plcctl"];
-/// What may stand behind `console` besides the name of a processor.
+/// What may stand after `console` besides the name of a processor.
 const FAILS: &str = "fails";
 const BACKGROUND: &str = "background";
 
@@ -63,7 +63,7 @@ fn pages() -> Vec<PathBuf> {
 struct Block {
     /// The line of its first fence, from 1.
     line: usize,
-    /// The words behind the first fence.
+    /// The words after the first fence.
     info: Vec<String>,
     lines: Vec<String>,
 }

@@ -154,7 +154,7 @@ fn rows(text: &str) -> Vec<(usize, String, String)> {
         .collect()
 }
 
-/// A value of a table: decimal, or hexadecimal behind `$`.
+/// A value of a table: decimal, or hexadecimal after `$`.
 fn number(text: &str) -> f64 {
     match text.strip_prefix('$') {
         Some(digits) => i64::from_str_radix(digits, 16).unwrap() as f64,

@@ -150,7 +150,7 @@ fn no_output_overwrites_what_is_read() {
     }
 }
 
-/// A record that is cut within its first checkpoint, or behind it, has nothing that went as recorded.
+/// A record that is cut within its first checkpoint, or after it, has nothing that went as recorded.
 #[test]
 fn a_record_without_a_whole_checkpoint_or_tick_is_no_success() {
     let folder = Folder::with(&[("a.pmi", COUNTER)]);

@@ -25,7 +25,7 @@ fn a_signed_artifact_runs_with_its_key_alone() {
     folder.plcc("run plain.plcx --ticks 1 --key mine.pub").exits(2).says(&["is not signed"]);
     folder.plcc("run a.plcx --ticks 1 --key other.pub").exits(2).says(&["another key"]);
     let mut changed = fs::read(folder.path().join("a.plcx")).unwrap();
-    // Behind the magic bytes nothing is looked at before the signature.
+    // After the magic bytes nothing is looked at before the signature.
     changed[8] ^= 0xFF;
     folder.write("a.plcx", &changed);
     folder.plcc("run a.plcx --ticks 1 --key mine.pub").exits(2).says(&["signature is wrong"]);

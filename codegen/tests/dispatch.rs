@@ -163,7 +163,7 @@ fn switch_and_goto_indirect_choose_by_number() {
         b.trap(TrapCode::Timeout);
     };
     for (name, mut engine) in engines(make) {
-        // Behind the targets' labels stand those of the tasks and of functions that were cut.
+        // After the targets' labels stand those of the tasks and of functions that were cut.
         for number in (0..30).chain([1000, i32::MAX, -1, i32::MIN]) {
             for task in [0, 1] {
                 let mut image = [0; IMAGE as usize];
@@ -183,7 +183,7 @@ fn switch_and_goto_indirect_choose_by_number() {
     }
 }
 
-/// Stores before a trap are done, those behind it are not.
+/// Stores before a trap are done, those after it are not.
 #[test]
 fn traps_stop_at_once() {
     for &code in TrapCode::ALL {
@@ -367,7 +367,7 @@ fn a_panic_of_the_host_traps_and_no_scan_runs_afterwards() {
             assert_eq!(outcome, Outcome::trap(TrapCode::HostPanic), "{name}, call {at}");
             assert_eq!(host.calls.len(), at + 1, "{name}, call {at}: called again");
             assert_eq!(image[40], at as u8 + 1, "{name}, call {at}: what the host did stays");
-            assert_eq!(image[41], 0, "{name}, call {at}: a store behind the panic stays");
+            assert_eq!(image[41], 0, "{name}, call {at}: a store after the panic stays");
             let before = image;
             host.panics_at = None;
             let outcome = engine.call(0, None, &mut Scan { image: &mut image, host: &mut host });
@@ -479,7 +479,7 @@ impl Host for LateHost {
     }
 }
 
-/// Stores behind the call that was too late are undone, so that every engine leaves the same image.
+/// Stores after the call that was too late are undone, so that every engine leaves the same image.
 #[test]
 fn a_scan_ends_behind_the_host_function_in_which_its_time_is_up() {
     let make = |b: &mut ChunkBuilder| {

@@ -35,7 +35,7 @@ fn listings_contain_the_source_lines() {
     }
 }
 
-/// The code of a cold block stands behind that of the other blocks, whichever side of a branch it is.
+/// The code of a cold block stands after that of the other blocks, whichever side of a branch it is.
 #[test]
 fn cold_blocks_stand_behind_the_others() {
     let positions = |marks: [&str; 2]| {

@@ -22,7 +22,7 @@ pub struct StatementPlace {
     pub column: u32,
     /// The line in which it ends.
     pub end_line: u32,
-    /// The column behind its last character.
+    /// The column after its last character.
     pub end_column: u32,
 }
 

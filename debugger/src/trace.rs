@@ -86,7 +86,7 @@ impl TickTrace {
         self.accesses.get(..end).unwrap_or(&[])
     }
 
-    /// The process image before a step. Behind the last step it is that at the end of the tick.
+    /// The process image before a step. After the last step it is that at the end of the tick.
     pub fn image(&self, step: usize) -> Vec<u8> {
         let mut image = self.base.clone();
         let end = self.steps.get(step).map_or(self.changes.len(), |step| step.changes);

@@ -141,7 +141,7 @@ fn if_and_else_run_the_branch_that_is_chosen() {
 }
 
 /// PMI 3.3.4 and the rulings: a GOTO may lead into a body of an IF; at the end of the body
-/// execution goes on behind the ENDIF.
+/// execution goes on after the ENDIF.
 #[test]
 fn goto_may_jump_into_an_if() {
     let text = "$INTEGER\nA,R\n$END\nR=0\nIF(A)\nGOTO IN\nENDIF\nR=1\nIF(A=9)\nR=2\nIN: R=R+10\nELSEIF(A=0)\nR=R+20\nELSE\nR=R+40\nENDIF\nR=R+100\nIF(A=5)\nGOTO END\nENDIF\nR=R+1000\nEND:\n";
@@ -188,7 +188,7 @@ fn a_timer_of_type_e_switches_on_late() {
     assert_eq!(outputs, "0000111000000000110");
 }
 
-/// PMI 3.1.9.3: the contact goes at once with TC and falls P scans behind it; not at power-up.
+/// PMI 3.1.9.3: the contact goes at once with TC and falls P scans after it; not at power-up.
 #[test]
 fn a_timer_of_type_d_switches_off_late() {
     let mut control = Control::new("$INPUT\nS=0/0\n$TIMER\nD/TC/DC=3\n$END\nTC=S\nO=DC\n");

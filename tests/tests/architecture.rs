@@ -272,7 +272,7 @@ fn oracles_share_nothing_with_the_lowering() {
     }
 }
 
-/// The code of a line: nothing behind `//`.
+/// The code of a line: nothing after `//`.
 fn code(line: &str) -> &str {
     line.split("//").next().unwrap_or("")
 }

@@ -21,7 +21,7 @@ fn patches() -> Vec<PathBuf> {
     paths
 }
 
-/// What stands behind `# FIELD: ` in a patch's header.
+/// What stands after `# FIELD: ` in a patch's header.
 fn field<'a>(text: &'a str, field: &str) -> Option<&'a str> {
     let header = text.lines().take_while(|line| line.starts_with('#'));
     let mut values =

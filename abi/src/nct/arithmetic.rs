@@ -10,7 +10,7 @@ pub enum Operation {
     Sub,
     /// MUL: C, of twice the bytes, is A · B.
     Mul,
-    /// DIV: C is the quotient A / B, where A has twice the bytes; the remainder is right behind.
+    /// DIV: C is the quotient A / B, where A has twice the bytes; the remainder is right after.
     Div,
     /// CMP: sets flags as SUB does, and has no C.
     Cmp,

@@ -97,7 +97,7 @@ impl NctName {
         }
     }
 
-    /// The number behind the letters as written, and how many digits it has.
+    /// The number after the letters as written, and how many digits it has.
     fn digits(self) -> (u32, u32) {
         match self {
             Self::I { byte, bit }
@@ -167,7 +167,7 @@ fn error(reason: &str) -> NctNameError {
 /// The byte that digits name, and the bit. `wide` digits name a word, by its lower byte; one digit more
 /// names a bit of the byte. There are `bytes` bytes.
 fn address(digits: &str, wide: usize, bytes: u16) -> Result<(u16, Option<u8>), NctNameError> {
-    let number: u16 = digits.parse().map_err(|_| error("has no number behind its letter"))?;
+    let number: u16 = digits.parse().map_err(|_| error("has no number after its letter"))?;
     let (byte, bit) = match digits.len() {
         n if n == wide => (number, None),
         n if n == wide + 1 => (number / 10, Some((number % 10) as u8)),
@@ -187,7 +187,7 @@ fn address(digits: &str, wide: usize, bytes: u16) -> Result<(u16, Option<u8>), N
 /// The number of a register, `first` to `count - 1`, written with at most as many digits as the
 /// canonical name has.
 fn register(digits: &str, first: u16, count: u16) -> Result<u16, NctNameError> {
-    let number: u16 = digits.parse().map_err(|_| error("has no number behind its letters"))?;
+    let number: u16 = digits.parse().map_err(|_| error("has no number after its letters"))?;
     let width = if count > 100 || first > 0 { 3 } else { 2 };
     if digits.len() > width || !(first..count).contains(&number) {
         let last = count - 1;

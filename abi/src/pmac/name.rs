@@ -184,7 +184,7 @@ fn decimal(text: &str) -> Option<u32> {
     text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok())?
 }
 
-/// An address in decimal, or in hexadecimal behind `$`.
+/// An address in decimal, or in hexadecimal after `$`.
 fn address_of(text: &str) -> Option<u32> {
     match text.strip_prefix('$') {
         Some(hex) if hex.bytes().all(|byte| byte.is_ascii_hexdigit()) => {

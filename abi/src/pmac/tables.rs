@@ -77,7 +77,7 @@ pub enum Text {
         position: u32,
         /// The field's characters, the point among them.
         width: u32,
-        /// Digits behind the point.
+        /// Digits after the point.
         decimals: u32,
     },
     /// COMMAND.

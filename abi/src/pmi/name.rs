@@ -30,7 +30,7 @@ pub enum PmiName {
 pub enum PmiNameError {
     /// It begins as a port line does, but there is no such port or bit.
     Line,
-    /// What stands behind this variable is no index of an element and not `#COUNT`.
+    /// What stands after this variable is no index of an element and not `#COUNT`.
     Index(String),
 }
 

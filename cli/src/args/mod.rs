@@ -337,7 +337,7 @@ pub(crate) enum Emit {
 pub(crate) enum KeyCommand {
     /// Writes a new private key, which only its owner may read, and its public key beside it
     New {
-        /// The file of the private key; the public key gets the same name with .pub behind it.
+        /// The file of the private key; the public key gets the same name with .pub after it.
         /// Neither may exist
         #[arg(value_name = "PATH")]
         path: PathBuf,

@@ -40,7 +40,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-5",
         "no buffer is open (ERR005)",
-        "A statement of a program stands where only on-line commands can: before an OPEN or behind a CLOSE.",
+        "A statement of a program stands where only on-line commands can: before an OPEN or after a CLOSE.",
         "Wrong:\n  IF (P1=1) P2=3 ENDIF\nRight:\n  OPEN PLC 1 CLEAR\n  IF (P1=1) P2=3 ENDIF\n  CLOSE",
     ),
     code(
@@ -208,7 +208,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-W8",
         "#define without a name",
-        "No name stands behind #define, so it defines nothing.",
+        "No name stands after #define, so it defines nothing.",
         "Wrong:\n  #define ; PUMP P1\nRight:\n  #define PUMP P1",
     ),
     code(
@@ -226,7 +226,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-W11",
         "statement that no scan reaches",
-        "Lint unreachable. It stands behind a WHILE that never ends.",
+        "Lint unreachable. It stands after a WHILE that never ends.",
         "Wrong:\n  WHILE (1=1)\n    P1=P1+1\n  ENDWHILE\n  M1=1\nRight:\n  WHILE (P1<100)",
     ),
     code(
@@ -238,7 +238,7 @@ pub static CODES: &[CodeInfo] = &[
     code(
         "PMAC-W13",
         "sent in every scan",
-        "Lint repeats-every-scan. The SEND, DISPLAY or COMMAND stands in no IF and behind no WHILE, and nothing disables the PLC, so it is executed hundreds of times a second.",
+        "Lint repeats-every-scan. The SEND, DISPLAY or COMMAND stands in no IF and after no WHILE, and nothing disables the PLC, so it is executed hundreds of times a second.",
         "Wrong:\n  OPEN PLC 2 CLEAR\n  SEND\"READY\"\n  CLOSE\nRight:\n  SEND\"READY\"\n  DISABLE PLC 2",
     ),
     code(

@@ -7,7 +7,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-1",
         title: "invalid directive",
-        meaning: "A word with $ is none of PMI's directives, or a directive other than $INCLUDE stands behind $END (PMI 2.2.6).",
+        meaning: "A word with $ is none of PMI's directives, or a directive other than $INCLUDE stands after $END (PMI 2.2.6).",
         mend: "Wrong: $INPUTZ\nMended: $INPUT",
     },
     CodeInfo {
@@ -19,7 +19,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-3",
         title: "directive expected",
-        meaning: "The specification section starts with a directive, since only that says what the declarations behind it are (PMI 3.1).",
+        meaning: "The specification section starts with a directive, since only that says what the declarations after it are (PMI 3.1).",
         mend: "Wrong: LS27 = 0/0\nMended: $INPUT\n        LS27 = 0/0",
     },
     CodeInfo {
@@ -31,19 +31,19 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-5",
         title: "extraneous characters",
-        meaning: "Something stands behind the end of a statement, or a character is not one of PMI's; small letters are not (PMI 2.2.1).",
+        meaning: "Something stands after the end of a statement, or a character is not one of PMI's; small letters are not (PMI 2.2.1).",
         mend: "Wrong: Led = T\nMended: LED = T",
     },
     CodeInfo {
         code: "PMI-6",
         title: "nested include",
         meaning: "A file that is included cannot include a file itself (PMI 3.3.5).",
-        mend: "Include both files from the main program, one behind the other.",
+        mend: "Include both files from the main program, one after the other.",
     },
     CodeInfo {
         code: "PMI-7",
         title: "invalid file name",
-        meaning: "Behind $INCLUDE stands the name of a file, without the characters \" < > | * (PMI 3.3.5).",
+        meaning: "After $INCLUDE stands the name of a file, without the characters \" < > | * (PMI 3.3.5).",
         mend: "Wrong: $INCLUDE\nMended: $INCLUDE FAULTS.PMI",
     },
     CodeInfo {
@@ -140,7 +140,7 @@ pub static CODES: &[CodeInfo] = &[
         code: "PMI-23",
         title: "duplicate directive",
         meaning: "Each directive but $INCLUDE stands once; what it declares is kept together (PMI 3.1).",
-        mend: "Move the statements behind the first one.",
+        mend: "Move the statements after the first one.",
     },
     CodeInfo {
         code: "PMI-24",
@@ -187,7 +187,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-34",
         title: "invalid expression",
-        meaning: "An operand is missing, two unary operators stand side by side, unary + is used, or brackets stand behind something that is no name (PMI 2.3.2.1, 2.3.4.1).",
+        meaning: "An operand is missing, two unary operators stand side by side, unary + is used, or brackets stand after something that is no name (PMI 2.3.2.1, 2.3.4.1).",
         mend: "Wrong: X = --A\nMended: X = -(-A)",
     },
     CodeInfo {
@@ -337,7 +337,7 @@ pub static CODES: &[CodeInfo] = &[
     CodeInfo {
         code: "PMI-W7",
         title: "output that is assigned twice in one scan",
-        meaning: "Lint output-assigned-twice. Outputs are written when the scan ends, so only the value that is assigned last shows. The statement is told of if every way through the program behind it assigns the output again.",
+        meaning: "Lint output-assigned-twice. Outputs are written when the scan ends, so only the value that is assigned last shows. It is reported if every way through the program after the statement assigns the output again.",
         mend: "Wrong:\n  LAMP = A\n  LAMP = B\nRight:\n  LAMP = A + B",
     },
     CodeInfo {

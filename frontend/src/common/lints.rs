@@ -114,7 +114,7 @@ impl Silenced {
 }
 
 /// The comments of a file that silence lints: `? plcc: allow NAME, NAME`. Such a comment is for the
-/// statement behind which it stands, and for the next one.
+/// statement after which it stands, and for the next one.
 fn silenced_in(
     sources: &SourceMap,
     file: FileId,
@@ -126,7 +126,7 @@ fn silenced_in(
         return silenced;
     }
     let split = |line| split_comment(sources.line_text(file, line), comment_marks);
-    // From the end of the file to its beginning, since what a comment is for stands behind it. The
+    // From the end of the file to its beginning, since what a comment is for stands after it. The
     // next statement ends in the next line that has more than a comment, and goes on where a line ends
     // with the sign of continuation.
     let mut next_end = sources.line_count(file);
@@ -149,8 +149,8 @@ fn silenced_in(
     silenced
 }
 
-/// A line's part before its comment, and the comment behind its mark. A mark inside a text in quotes
-/// counts too. That matters only for a text that contains `plcc: allow` behind such a mark.
+/// A line's part before its comment, and the comment after its mark. A mark inside a text in quotes
+/// counts too. That matters only for a text that contains `plcc: allow` after such a mark.
 fn split_comment<'a>(line: &'a str, marks: &[&str]) -> (&'a str, &'a str) {
     let first = marks.iter().filter_map(|mark| Some((line.find(mark)?, mark.len()))).min();
     match first {
@@ -159,7 +159,7 @@ fn split_comment<'a>(line: &'a str, marks: &[&str]) -> (&'a str, &'a str) {
     }
 }
 
-/// The names of lints behind `plcc: allow` in a comment.
+/// The names of lints after `plcc: allow` in a comment.
 fn allowed_names(comment: &str) -> Option<impl Iterator<Item = &str>> {
     let rest = comment.trim_start().strip_prefix("plcc:")?.trim_start();
     let names = rest.strip_prefix("allow")?;

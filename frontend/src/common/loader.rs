@@ -40,7 +40,7 @@ impl MemoryLoader {
     }
 }
 
-/// The path without `.`, and without `..` behind the name of a folder.
+/// The path without `.`, and without `..` after the name of a folder.
 fn normalised(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for part in path.components() {

@@ -15,7 +15,7 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) before: &'a str,
     /// The part itself, up to the line's end.
     pub(crate) at: &'a str,
-    /// The text behind the part up to the line's end, or its first 256 bytes.
+    /// The text after the part up to the line's end, or its first 256 bytes.
     pub(crate) behind: &'a str,
 }
 

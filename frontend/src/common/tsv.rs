@@ -105,7 +105,7 @@ pub fn load<'t, T>(
             Some(Ordering::Equal) => return Err(row.error_at(0, format!("`{first}` stands twice"))),
             Some(Ordering::Greater) => {
                 let before = before.unwrap_or("");
-                return Err(row.error_at(0, format!("`{first}` stands behind `{before}`")));
+                return Err(row.error_at(0, format!("`{first}` stands after `{before}`")));
             }
             Some(Ordering::Less) | None => {}
         }
@@ -242,7 +242,7 @@ mod tests {
             ("A\t\tbit\n", "t.tsv:2: size: the cell is empty"),
             ("A \t1\tbit\n", "t.tsv:2: name: blanks around `A `"),
             ("A\t1\tbit\nA\t1\tbit\n", "t.tsv:3: name: `A` stands twice"),
-            ("B\t1\tbit\nA\t1\tbit\n", "t.tsv:3: name: `A` stands behind `B`"),
+            ("B\t1\tbit\nA\t1\tbit\n", "t.tsv:3: name: `A` stands after `B`"),
         ] {
             assert_eq!(table(&format!("{head}{rows}")), Err(message.to_owned()), "{rows:?}");
         }

@@ -334,7 +334,7 @@ pub(crate) enum Op {
         slot: u16,
     },
     /// A condition: a range of [`Program::condition_parts`]. If it does not hold, execution goes on
-    /// behind the statement `otherwise`, its `E` or `Z`.
+    /// after the statement `otherwise`, its `E` or `Z`.
     If {
         /// First of its parts.
         first: u32,
@@ -343,7 +343,7 @@ pub(crate) enum Op {
         /// The index of its `E` or else its `Z`.
         otherwise: u32,
     },
-    /// `E`: execution goes on behind the statement `end`, the `Z`.
+    /// `E`: execution goes on after the statement `end`, the `Z`.
     Else {
         /// The index of the `Z`.
         end: u32,

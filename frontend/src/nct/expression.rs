@@ -8,12 +8,12 @@
 //! | --- | --- |
 //! | a variable as traces name it: `I002`, `F020`, `Y40`, `RH060`, `Q05`, `T00`, `RP001` | its value; of a bit true or false |
 //! | a condition as it stands in a program: `NF0103`, `(I000 A NI001)`, `(I000 A =5)` | true or false |
-//! | statements that load and compute: `LF020 + LF022`, `[LF020 * 3] >>2 BIN` | OP behind them |
-//! | such statements and a condition behind them: `LF020 =5`, `LRH060 (>.00FF O I000)` | true or false |
+//! | statements that load and compute: `LF020 + LF022`, `[LF020 * 3] >>2 BIN` | OP after them |
+//! | such statements and a condition after them: `LF020 =5`, `LRH060 (>.00FF O I000)` | true or false |
 //!
 //! At the beginning OP has the value that the module which ran last left in it, so a relation that
 //! stands alone, such as `=5`, tests that value. Status flags that a computation writes are seen by
-//! what stands behind it, but those in the image do not change. Statements that change variables
+//! what stands after it, but those in the image do not change. Statements that change variables
 //! (`U`, `D`, `S`), jump or end are refused. `V` compares the input images of the module that ran
 //! last.
 //!
@@ -85,7 +85,7 @@ impl Program {
         }
         parsed.condition_parts.iter().filter_map(tested_place).for_each(add);
         let image_size = self.layout.size;
-        // The values of OP that brackets keep are placed behind the image.
+        // The values of OP that brackets keep are placed after the image.
         let layout = Layout { scratch: image_size, ..Layout::clone(&self.layout) };
         let Parsed { stmts, condition_parts, slots, .. } = parsed;
         let statements = ast::Program {
@@ -102,7 +102,7 @@ impl Program {
         Ok(Expression::new(text, variables, image_size as usize, evaluator))
     }
 
-    /// Parses statements that load and compute, and at most one condition behind them.
+    /// Parses statements that load and compute, and at most one condition after them.
     fn statements(&self, text: &str) -> Result<Parsed, Vec<Diagnostic>> {
         let (parsed, found) = parse(FILE, text, self.limits);
         if !found.is_empty() {
@@ -114,7 +114,7 @@ impl Program {
                 Op::Load(_) | Op::Arith { .. } | Op::Shift { .. } | Op::Bin | Op::Bcd
                     if condition.is_some() =>
                 {
-                    Some("nothing may stand behind the condition")
+                    Some("nothing may stand after the condition")
                 }
                 Op::If { .. } if condition.is_some() => Some(
                     "an expression has one condition; combine several in parentheses: (I000 A I001)",
@@ -158,7 +158,7 @@ fn variable(text: &str) -> Option<(Place, Stmt)> {
     Some((place, Stmt { op, span: cursor.span_from(0) }))
 }
 
-/// An expression's statements, for an image with room for the values of brackets behind it.
+/// An expression's statements, for an image with room for the values of brackets after it.
 #[derive(Debug)]
 struct Evaluator {
     statements: ast::Program,

@@ -17,7 +17,7 @@ use crate::nct::{
     status_flags::{HIGH_WORD, NOT_BCD, STATUS_BYTES},
 };
 
-/// The region of the values of OP that brackets keep. Behind them stands the number of the
+/// The region of the values of OP that brackets keep. After them stands the number of the
 /// statement that jumps back or calls, see `lower/flow.rs`.
 pub(crate) const SCRATCH: &str = "scratch";
 /// The region of the results that wait for their gate when the code of a long condition is cut.
@@ -204,7 +204,7 @@ impl Uses {
     }
 }
 
-/// Lays out regions one behind the other.
+/// Lays out regions one after the other.
 #[derive(Default)]
 struct Regions {
     all: Vec<Region>,
@@ -223,7 +223,7 @@ impl Regions {
     }
 
     /// Adds the two regions of I, Y or F, for bytes and for single bits, and gives where each byte
-    /// lies. Behind the bytes stands one more that is always 0, so that a word can be read at the
+    /// lies. After the bytes stands one more that is always 0, so that a word can be read at the
     /// last one.
     fn locations(&mut self, names: [&str; 2], unpacked: &[bool]) -> Vec<FlagLocation> {
         let [bytes, bits] = names;
@@ -260,7 +260,7 @@ impl Layout {
         let h = regions.add(region::H, words(H_COUNT), false);
         let m = regions.add(region::M, words(M_COUNT), false);
         let rp = regions.add(region::RP, words(RP_COUNT), false);
-        // The number of the statement that jumps back or calls lies behind them, aligned.
+        // The number of the statement that jumps back or calls lies after them, aligned.
         let slots = (u32::from(program.slots) * 2).next_multiple_of(4);
         let scratch = regions.add(SCRATCH, slots + 4, false);
         regions.add(WAITING, WAITING_BITS, true);

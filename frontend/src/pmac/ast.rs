@@ -175,7 +175,7 @@ pub(crate) enum StmtKind {
     /// Execution goes on at the target. It stands where ELSE does, at the end of the statements
     /// that are executed when the condition is true.
     Jump(u32),
-    /// WHILE: when the condition is false, execution goes on at the target, behind the ENDWHILE.
+    /// WHILE: when the condition is false, execution goes on at the target, after the ENDWHILE.
     While(Expr, u32),
     /// ENDWHILE: the scan ends, and the next one starts at the target, which is the `While`.
     EndWhile(u32),

@@ -1,7 +1,7 @@
 //! One expression or condition of PMAC, read and evaluated outside any program text: for the
 //! conditions of breakpoints, triggers and watches.
 //!
-//! The parser is that of programs. So the expression may be what stands behind `=` or in the
+//! The parser is that of programs. So the expression may be what stands after `=` or in the
 //! parentheses of an IF: numbers, I-, P-, Q-, M- and L-variables, indirect ones (`P(P1+5)`),
 //! functions, operators, comparators, AND and OR. A condition needs no parentheses around it.
 //! Names that the program defined with `#define` are replaced.
@@ -254,7 +254,7 @@ mod tests {
     #[test]
     fn errors_have_their_places() {
         for (text, error) in [
-            ("P1+", "PMAC-3 expression 2..3: a value is missing behind this"),
+            ("P1+", "PMAC-3 expression 2..3: a value is missing after this"),
             ("P1 P2", "PMAC-3 expression 3..5: an operator is expected here, not `P2`"),
             ("P1024", "PMAC-X1 expression 1..5: there are variables 0 to 1023, not 1024"),
             ("(P1=1", "PMAC-3 expression 0..1: this parenthesis is not closed"),

@@ -7,7 +7,7 @@ use plcc_diag::{Diagnostic, Span};
 pub(crate) struct TextRange {
     /// Offset of the first byte.
     pub(crate) start: u32,
-    /// Offset behind the last byte.
+    /// Offset after the last byte.
     pub(crate) end: u32,
 }
 

@@ -65,7 +65,7 @@ impl Generator {
         self.line(end);
     }
 
-    /// A loop that ends after a few scans, so that what stands behind it and around it runs too.
+    /// A loop that ends after a few scans, so that what stands after it and around it runs too.
     fn counted_loop(&mut self, budget: &mut usize, depth: usize) {
         let counter = 100 + 8 * self.number + depth + if self.compiled { 4 } else { 0 };
         let times = 1 + self.rng.below(3);

@@ -1,7 +1,7 @@
 //! Definitions and numbers that generated downloads use.
 //!
 //! In a definition `@P`, `@Q` and `@M` stand for the addresses of P0, &1Q0 and M0's definition,
-//! which differ between the controllers; the hexadecimal digits behind them are added: `L:@P20` is
+//! which differ between the controllers; the hexadecimal digits after them are added: `L:@P20` is
 //! P32.
 
 /// M-variables that are defined in every download.

@@ -76,7 +76,7 @@ fn pmi_names_the_line_the_array_and_the_index() {
 }
 
 /// Arrays of other sizes than the original compiler allows, and an expression that is cut into
-/// several functions behind the index of its target.
+/// several functions after the index of its target.
 #[test]
 fn pmi_without_limits_names_them_too() {
     let long = "+B[I]".repeat(1500);

@@ -93,7 +93,7 @@ impl Engine for LateAt {
     }
 }
 
-/// All engines leave the scan behind the same host function, with the same variables, and name its line.
+/// All engines leave the scan after the same host function, with the same variables, and name its line.
 #[test]
 fn a_late_scan_ends_alike_in_every_engine() {
     let nct = ":001\nLF500 +1 SF500\nADD220\nLF500 SF510\nADD220\nLF500 SF520\nJ1\n:000\nJ0\n";

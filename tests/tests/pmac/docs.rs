@@ -1,6 +1,6 @@
 //! Compiles the examples of docs/pmac.md: each must get exactly the diagnostics that it names.
 //!
-//! What stands behind ```` ```pmac ```` is `turbo` for `--controller turbo`, a code for each
+//! What stands after ```` ```pmac ```` is `turbo` for `--controller turbo`, a code for each
 //! diagnostic in the order of their places, or the name of a file for examples that include it.
 #![allow(clippy::unwrap_used)]
 

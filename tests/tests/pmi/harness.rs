@@ -100,7 +100,7 @@ impl Machines {
         Self { all: engines.into_iter().map(machine).collect(), scratch }
     }
 
-    /// Looks up the rows of a stimulus, `tick,name,value` behind a heading.
+    /// Looks up the rows of a stimulus, `tick,name,value` after a heading.
     pub(crate) fn stimulus(&mut self, text: &str) -> Result<Vec<Change>, String> {
         let rows = text.lines().skip(1);
         rows.map(|row| {

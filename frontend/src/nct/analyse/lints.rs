@@ -198,7 +198,7 @@ fn unreachable(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Whether execution never goes on with the statement behind one.
+/// Whether execution never goes on with the statement after one.
 const fn ends_routine(op: Op) -> bool {
     matches!(op, Op::Goto(_) | Op::Return | Op::End(_) | Op::Text)
 }
@@ -241,7 +241,7 @@ fn falls_through(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>)
         }
         before = Some(stmt.op);
     }
-    // Behind the last statement no R can come any more. (Behind a module J0 to J2 must stand, and a
+    // After the last statement no R can come any more. (After a module J0 to J2 must stand, and a
     // program that could run into texts has error 74.)
     if let Some((from, place)) = routine
         && let Some(last) = program.stmts.last()
@@ -255,7 +255,7 @@ fn falls_through(program: &Program, reached: &[u8], found: &mut Vec<Diagnostic>)
         found.push(
             Diagnostic::warning("NCT-W9", last.span, message)
                 .label(place, "this subroutine")
-                .help("write R behind this"),
+                .help("write R after this"),
         );
     }
 }

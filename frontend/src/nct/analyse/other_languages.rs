@@ -86,7 +86,7 @@ fn comment(place: &Place<'_>) -> Option<Explanation> {
         let second = |text: &str| text.starts_with(sign.get(1..).unwrap_or(""));
         let first = |text: &str| text.ends_with(sign.get(..1).unwrap_or(""));
         if at.starts_with(sign) || behind_sign || first(before) && second(at) {
-            let names = "what stands behind it is read as statements";
+            let names = "what stands after it is read as statements";
             let message = if behind_sign {
                 format!("`{sign}` in front of this begins no comment")
             } else {
@@ -229,7 +229,7 @@ fn digits(place: &Place<'_>) -> Option<Explanation> {
             'F' => "a bit is F and four digits, a word F and three",
             _ => "a bit has three digits, a word two: I001, LI00",
         };
-        return explanation(format!("`{first}` is one digit too many behind {address}"), what);
+        return explanation(format!("`{first}` is one digit too many after {address}"), what);
     }
     if !place.is(&["9", "19"]) {
         return None;
@@ -289,7 +289,7 @@ fn digits(place: &Place<'_>) -> Option<Explanation> {
 fn symbol(place: &Place<'_>) -> Option<Explanation> {
     let Surroundings { before, at, behind } = place.around;
     let equals = behind.starts_with('=');
-    let unequal = "there is no such relation: write the other case behind E, =5 E … Z";
+    let unequal = "there is no such relation: write the other case after E, =5 E … Z";
     match at {
         "&" => explanation("`&` is no operator", "AND is written A: (I001 A I002)"),
         "|" => explanation("`|` is no operator", "OR is written O: (I001 O I002)"),
@@ -408,7 +408,7 @@ fn note_small_letters(text: &str, found: &mut [Diagnostic]) {
         let at = text.get(diagnostic.span.range()).unwrap_or("");
         diagnostic.code == "NCT-44" && at.starts_with(|c: char| c.is_ascii_lowercase())
     };
-    // Comments behind other signs than `;` have small letters too.
+    // Comments after other signs than `;` have small letters too.
     let comments = found.iter().any(|diagnostic| diagnostic.help.as_deref() == Some(COMMENT));
     if small > 9 * capital
         && !comments

@@ -366,7 +366,7 @@ impl Checker<'_> {
                     Some(Op::If { .. } | Op::Bad { opens: Opens::Yes }) => depth += 1,
                     Some(Op::EndIf) => depth = depth.saturating_sub(1),
                     Some(Op::Return) if depth == 0 => {
-                        let help = "R ends subroutines; put them behind the module's J";
+                        let help = "R ends subroutines; put them after the module's J";
                         self.error(71, self.span(at), in_module, help);
                     }
                     Some(Op::Return) => {

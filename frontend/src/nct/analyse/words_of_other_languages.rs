@@ -18,7 +18,7 @@ pub(super) fn word_of_other_language(word: &str, before: &str, behind: &str) -> 
             "conditions are joined in parentheses: (I001 A I002 O NI003) U012 Z".into()
         }
         "A" | "AN" | "O" | "ON" | "UN" if first && behind.starts_with(' ') => {
-            "conditions are joined in parentheses, and the statements behind them run where they \
+            "conditions are joined in parentheses, and the statements after them run where they \
              hold: (I001 A I002 O NI003) U012 Z"
                 .into()
         }

@@ -41,7 +41,7 @@ impl Parser<'_> {
         self.area_address(start, op)
     }
 
-    /// The address behind the name: three digits, so that the whole area lies in F.
+    /// The address after the name: three digits, so that the whole area lies in F.
     fn area_address(&mut self, start: usize, op: AreaOp) -> Read<Op> {
         let area = address(&mut self.cursor, start, 3, 3, Digits::Decimal)?.value;
         let (name, bytes) = (op.name(), op.area());

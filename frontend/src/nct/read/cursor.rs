@@ -13,7 +13,7 @@ pub(crate) struct Cursor<'a> {
     pos: usize,
     /// Whether white space or a comment stands before [`Self::pos`].
     gap: bool,
-    /// Offset behind the last character taken.
+    /// Offset after the last character taken.
     end: usize,
     /// Offset of a `/*` that nothing closes.
     open_comment: Option<usize>,
@@ -111,7 +111,7 @@ impl<'a> Cursor<'a> {
         self.pos
     }
 
-    /// Offset behind the last character taken.
+    /// Offset after the last character taken.
     pub(crate) fn end(&self) -> usize {
         self.end
     }
@@ -126,7 +126,7 @@ impl<'a> Cursor<'a> {
         self.open_comment
     }
 
-    /// From `start` to behind the last character taken, one character at least.
+    /// From `start` to after the last character taken, one character at least.
     pub(crate) fn span_from(&self, start: usize) -> Span {
         let least = self.text.get(start..).and_then(|t| t.chars().next()).map_or(0, char::len_utf8);
         Span::new(self.file, start, self.end.max(start + least))
@@ -152,7 +152,7 @@ impl<'a> Cursor<'a> {
         Some(Some(c))
     }
 
-    /// Goes back to where the last significant character ended, so that the white space behind it
+    /// Goes back to where the last significant character ended, so that the white space after it
     /// is read by [`Self::bump_raw`].
     pub(crate) fn enter_raw(&mut self) {
         self.pos = self.end;

@@ -105,7 +105,7 @@ impl Parser<'_> {
         }
     }
 
-    /// The error if no condition begins where one must, right behind `(` (`first`) or behind a
+    /// The error if no condition begins where one must, right after `(` (`first`) or after a
     /// gate.
     fn no_test(&mut self, first: bool) -> SyntaxError {
         if !first {
@@ -290,7 +290,7 @@ impl Parser<'_> {
                 error(20, cursor.span_from(start), "L is missing before the variable's name", help)
             }));
         }
-        Err(self.wrong_inside("a constant, a variable behind L, or `[`"))
+        Err(self.wrong_inside("a constant, a variable after L, or `[`"))
     }
 }
 
@@ -356,7 +356,7 @@ struct NextClosing {
 }
 
 impl NextClosing {
-    /// Whether that character, behind the cursor, closes an `opening`.
+    /// Whether that character, after the cursor, closes an `opening`.
     fn is(&mut self, cursor: &Cursor<'_>, opening: char) -> bool {
         if self.end <= cursor.pos() {
             let mut ahead = cursor.clone();

@@ -120,7 +120,7 @@ pub(crate) fn decimal(cursor: &mut Cursor<'_>, start: usize) -> Read<u16> {
     })
 }
 
-/// Reads a hexadecimal constant behind its point: one to four digits; a gap ends it.
+/// Reads a hexadecimal constant after its point: one to four digits; a gap ends it.
 pub(crate) fn hexadecimal(cursor: &mut Cursor<'_>, start: usize) -> Read<u16> {
     let mut value = 0_u16;
     let mut len = 0;

@@ -1,4 +1,4 @@
-//! Reads the variables behind `L`, `NL`, `S` and `NS`, and the operands of operations and relations
+//! Reads the variables after `L`, `NL`, `S` and `NS`, and the operands of operations and relations
 //! (NCT 4.6, 4.7).
 //!
 //! In all functions `start` is the offset at which the statement begins, for the place of an error.
@@ -50,8 +50,8 @@ impl Prefix {
     }
 }
 
-/// Reads the address of a word or bit behind its letter: two digits name a word, three a bit;
-/// behind `F` there is one digit more.
+/// Reads the address of a word or bit after its letter: two digits name a word, three a bit;
+/// after `F` there is one digit more.
 fn bit_or_word(cursor: &mut Cursor<'_>, start: usize, space: Space) -> Read<Place> {
     let least = if space == Space::F { 3 } else { 2 };
     let found = address(cursor, start, least, least + 1, Digits::Octal)?;
@@ -70,7 +70,7 @@ fn bit_of_digits(space: Space, digits: u16) -> Bit {
     Bit { space, byte: digits / 10, bit: (digits % 10) as u8 }
 }
 
-/// Reads the address of a bit behind its letter.
+/// Reads the address of a bit after its letter.
 pub(crate) fn bit(cursor: &mut Cursor<'_>, start: usize, space: Space) -> Read<Bit> {
     let len = if space == Space::F { 4 } else { 3 };
     let found = address(cursor, start, len, len, Digits::Octal)?;
@@ -97,7 +97,7 @@ fn check_port(cursor: &Cursor<'_>, start: usize, place: Place) -> Read<()> {
     Ok(())
 }
 
-/// Reads the number of a counter or timer behind its letter.
+/// Reads the number of a counter or timer after its letter.
 pub(crate) fn counter(cursor: &mut Cursor<'_>, start: usize, letter: char) -> Read<Word> {
     let len = if letter == 'M' { 1 } else { 2 };
     let n = address(cursor, start, len, len, Digits::Decimal)?.value as u8;
@@ -119,7 +119,7 @@ pub(crate) fn counter(cursor: &mut Cursor<'_>, start: usize, letter: char) -> Re
     })
 }
 
-/// Reads a register or constant behind `R`.
+/// Reads a register or constant after `R`.
 fn register(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Word> {
     if cursor.eat('H') {
         let n = address(cursor, start, 3, 3, Digits::Decimal)?.value;
@@ -170,7 +170,7 @@ fn register(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Word>
 
 /// Makes the error of a character that can't stand here, and skips what belongs to the mistake. The
 /// character itself is taken before `make` is called, unless it may be a part of the program's
-/// structure, such as `Z` or a parenthesis. The letters and digits of a variable right behind it
+/// structure, such as `Z` or a parenthesis. The letters and digits of a variable right after it
 /// are skipped afterwards.
 pub(crate) fn refuse(
     cursor: &mut Cursor<'_>,
@@ -188,7 +188,7 @@ pub(crate) fn refuse(
     fail
 }
 
-/// Reads a variable behind `L`, `NL`, `S` or `NS`.
+/// Reads a variable after `L`, `NL`, `S` or `NS`.
 pub(crate) fn place(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Place> {
     let letter = cursor.peek();
     let space = match letter {
@@ -257,13 +257,13 @@ pub(crate) fn begins_constant(cursor: &Cursor<'_>) -> bool {
     cursor.peek().is_some_and(|d| d.is_ascii_digit() || d == '.')
 }
 
-/// Reads such a constant: decimal, or hexadecimal behind a point.
+/// Reads such a constant: decimal, or hexadecimal after a point.
 pub(crate) fn constant(cursor: &mut Cursor<'_>, start: usize) -> Read<Operand> {
     let value = if cursor.eat('.') { hexadecimal(cursor, start)? } else { decimal(cursor, start)? };
     Ok(Operand::Const(value))
 }
 
-/// Reads a variable behind `L` or `NL` as an operand.
+/// Reads a variable after `L` or `NL` as an operand.
 pub(crate) fn load(cursor: &mut Cursor<'_>, start: usize, prefix: Prefix) -> Read<Operand> {
     let place = place(cursor, start, prefix)?;
     Ok(Operand::Load { negate: prefix.negates(), place })

@@ -116,7 +116,7 @@ impl Parser<'_> {
         Ok(Op::Arith { op, operand })
     }
 
-    /// The error of an operation `first`, with an `N` behind it or `not`, that has no valid
+    /// The error of an operation `first`, with an `N` after it or `not`, that has no valid
     /// operand.
     fn bad_operand(&mut self, start: usize, first: char, not: bool) -> SyntaxError {
         let found = self.cursor.peek();

@@ -1,5 +1,5 @@
 //! Parses the text into statements (NCT 4). A statement that can't be read is reported, and the
-//! next one is looked for behind it.
+//! next one is looked for after it.
 //!
 //! In all functions of the parser `start` is the offset at which the statement begins, for its
 //! place and for the place of an error.
@@ -83,7 +83,7 @@ fn opens(text: &str) -> Opens {
 impl Parser<'_> {
     /// Reads all statements.
     fn all(&mut self) {
-        // An error right behind another one, without a statement or a gap between, follows from it
+        // An error right after another one, without a statement or a gap between, follows from it
         // and is not reported.
         let mut quiet = false;
         let mut too_long = false;
@@ -121,8 +121,8 @@ impl Parser<'_> {
         }
     }
 
-    /// Goes on behind a statement that could not be read: at least one character and all digits
-    /// behind it belong to it. `again` says that its error follows from the one before.
+    /// Goes on after a statement that could not be read: at least one character and all digits
+    /// after it belong to it. `again` says that its error follows from the one before.
     fn recover(&mut self, start: usize, again: bool) {
         if self.cursor.pos() == start {
             self.cursor.bump();
@@ -197,7 +197,7 @@ impl Parser<'_> {
         }
         let help = match first {
             '0'..='9' => {
-                "a number stands behind a letter, `,` or `.`; the letter may be missing, \
+                "a number stands after a letter, `,` or `.`; the letter may be missing, \
                           or I and O written as 1 and 0"
             }
             ')' | ']' => "no parenthesis or bracket is open here",
@@ -243,7 +243,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// `<<` and `>>`, behind the sign.
+    /// `<<` and `>>`, after the sign.
     pub(crate) fn shift(&mut self, start: usize, left: bool) -> Read<Op> {
         let by = decimal(&mut self.cursor, start)?;
         match u8::try_from(by) {
@@ -257,7 +257,7 @@ impl Parser<'_> {
         }
     }
 
-    /// `BIN` and `BCD`, behind the `B`.
+    /// `BIN` and `BCD`, after the `B`.
     pub(crate) fn convert(&mut self, start: usize) -> Read<Op> {
         let (second, last, number, op) = match self.cursor.peek() {
             Some('I') => ('I', 'N', 27, Op::Bin),
@@ -275,7 +275,7 @@ impl Parser<'_> {
         }))
     }
 
-    /// `U…` (`up`) and `D…`, behind that letter.
+    /// `U…` (`up`) and `D…`, after that letter.
     fn switch(&mut self, start: usize, up: bool) -> Read<Op> {
         let cursor = &mut self.cursor;
         let bit = match cursor.peek() {
@@ -311,7 +311,7 @@ impl Parser<'_> {
         Ok(if up { Op::Set(bit) } else { Op::Clear(bit) })
     }
 
-    /// `G…`, and `C…` (`call`), behind that letter.
+    /// `G…`, and `C…` (`call`), after that letter.
     fn jump(&mut self, start: usize, call: bool) -> Read<Op> {
         let cursor = &mut self.cursor;
         if cursor.eat('F') {
@@ -346,7 +346,7 @@ impl Parser<'_> {
         }
     }
 
-    /// `J0`, `J1` and `J2`, behind the `J`.
+    /// `J0`, `J1` and `J2`, after the `J`.
     fn end(&mut self, start: usize) -> Read<Op> {
         if let Some(digit @ '0'..='2') = self.cursor.peek() {
             self.cursor.bump();
@@ -360,7 +360,7 @@ impl Parser<'_> {
         }))
     }
 
-    /// `:nnn`, and the texts behind :197 to :200.
+    /// `:nnn`, and the texts after :197 to :200.
     fn label(&mut self, start: usize) -> Read<()> {
         self.cursor.bump();
         let label = address(&mut self.cursor, start, 3, 3, Digits::Decimal)?.value;

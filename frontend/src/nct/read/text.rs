@@ -41,7 +41,7 @@ fn begins_module(rest: &str) -> bool {
 }
 
 impl Parser<'_> {
-    /// Reads the texts behind a label, up to `$`.
+    /// Reads the texts after a label, up to `$`.
     pub(crate) fn text_module(&mut self, label: u16, start: usize) {
         self.cursor.enter_raw();
         let mut texts = vec![];
@@ -104,7 +104,7 @@ impl Parser<'_> {
             self.cursor.span_here()
         };
         let message = format!("the texts of :{label} do not end");
-        self.found.push(*error(55, span, message, "write `$` behind the last text"));
+        self.found.push(*error(55, span, message, "write `$` after the last text"));
     }
 
     /// Reports texts that are too long or too many. Each has its start, if it is not empty, and its

@@ -86,7 +86,7 @@ pub fn meaning(name: NctName) -> Option<&'static str> {
 fn canonical(text: &str) -> Option<(char, NctName)> {
     let upper: String =
         text.chars().filter(|c| !c.is_whitespace()).map(|c| c.to_ascii_uppercase()).collect();
-    // A leading O is the letter of output lines; behind the letters it can only be a zero.
+    // A leading O is the letter of output lines; after the letters it can only be a zero.
     let letters = ["RH", "RP", "OP"].into_iter().find(|l| upper.starts_with(l)).map_or(1, str::len);
     let (letters, digits) = upper.split_at_checked(letters)?;
     let digits = digits.replace('O', "0");
@@ -98,7 +98,7 @@ fn canonical(text: &str) -> Option<(char, NctName)> {
 }
 
 /// The letters of statements that act on one variable, the letters of the variable that are left out
-/// behind them, and what they do with it (NCT 4.1, 4.6, 4.7, 4.12).
+/// after them, and what they do with it (NCT 4.1, 4.6, 4.7, 4.12).
 const STATEMENTS: [(&str, &str, &str); 12] = [
     ("UF", "F", "sets NAME to 1"),
     ("DF", "F", "sets NAME to 0"),
@@ -269,7 +269,7 @@ mod tests {
             ("T00\ttimer\tx\t2.4.3", "2: section: `T00` stands in 2.4.2, not in 2.4.3"),
             ("T00\tclock\tx\t2.4.2", "2: kind: `clock` is none of: constant, counter"),
             ("T00\ttimer\t\t2.4.2", "2: meaning: the cell is empty"),
-            ("T01\ttimer\tx\t2.4.2\nT00\ttimer\tx\t2.4.2", "3: name: `T00` stands behind `T01`"),
+            ("T01\ttimer\tx\t2.4.2\nT00\ttimer\tx\t2.4.2", "3: name: `T00` stands after `T01`"),
         ] {
             let table = format!("{}\n{rows}\n", COLUMNS.join("\t"));
             let error = load(table.leak()).unwrap_err().to_string();

@@ -9,7 +9,7 @@ const LOOKED_AT: usize = 200;
 /// How many bytes of a line are looked at.
 const LINE: usize = 300;
 
-/// The data structures of Power PMAC: the first part of their names, behind which an index in
+/// The data structures of Power PMAC: the first part of their names, after which an index in
 /// brackets or a point stands.
 const STRUCTURES: &[&str] = &[
     "motor",
@@ -86,7 +86,7 @@ fn is_power_pmac(line: &str) -> bool {
 }
 
 /// Whether the name of a data structure stands in front of the point at an offset, with or without
-/// an index, and the name of one of its parts behind it.
+/// an index, and the name of one of its parts after it.
 fn ends_with_structure(code: &str, point: usize) -> bool {
     let before = code.get(..point).unwrap_or("");
     let behind = code.get(point + 1..).unwrap_or("");

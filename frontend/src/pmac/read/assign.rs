@@ -15,7 +15,7 @@ pub(crate) enum VariableCommand {
     /// `I…=*`: the first variable's number, how many there are, and the difference between the
     /// numbers of two neighbours.
     Defaults(u16, u16, u16),
-    /// `M…->` or `L…->`, behind which a definition stands: the first variable's number, and how
+    /// `M…->` or `L…->`, after which a definition stands: the first variable's number, and how
     /// many there are.
     Define(Kind, u16, u16),
     /// The variable alone, which asks for its value or definition.
@@ -259,7 +259,7 @@ impl Reader<'_> {
             self.cur.pos += 1;
             let letter = self.cur.byte().to_ascii_uppercase();
             if !(b'@'..=b'_').contains(&letter) {
-                return self.cur.expected("a letter behind `^`");
+                return self.cur.expected("a letter after `^`");
             }
             self.cur.pos += 1;
             return Ok(format!("^{}", letter as char));

@@ -18,7 +18,7 @@ pub(crate) struct ParseError {
 }
 
 /// The end of the message that something is missing at the end of a line.
-pub(crate) const MISSING: &str = "is missing behind this";
+pub(crate) const MISSING: &str = "is missing after this";
 
 /// What a rule of the parser has read, or its error.
 pub(crate) type Parsed<T> = Result<T, ParseError>;
@@ -57,7 +57,7 @@ impl<'a> Cursor<'a> {
         self.byte_at(0)
     }
 
-    /// The byte that stands `ahead` bytes further on; 0 behind the end of the text.
+    /// The byte that stands `ahead` bytes further on; 0 after the end of the text.
     pub(crate) fn byte_at(&self, ahead: usize) -> u8 {
         self.text.as_bytes().get(self.pos + ahead).copied().unwrap_or(0)
     }
@@ -84,13 +84,13 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Skips blanks; gives the byte behind them, 0 at the end of the text.
+    /// Skips blanks; gives the byte after them, 0 at the end of the text.
     pub(crate) fn peek(&mut self) -> u8 {
         self.blanks();
         self.byte()
     }
 
-    /// Takes a character, given in capitals, if it comes next behind the blanks.
+    /// Takes a character, given in capitals, if it comes next after the blanks.
     pub(crate) fn eat(&mut self, byte: u8) -> bool {
         let found = self.peek().to_ascii_uppercase() == byte && !self.at_end();
         self.pos += usize::from(found);
@@ -105,7 +105,7 @@ impl<'a> Cursor<'a> {
             .is_some_and(|b| b.eq_ignore_ascii_case(word.as_bytes()))
     }
 
-    /// Takes a word if it comes next behind the blanks, whatever stands behind it.
+    /// Takes a word if it comes next after the blanks, whatever stands after it.
     pub(crate) fn eat_word(&mut self, word: &str) -> bool {
         self.blanks();
         let found = self.starts_with(word);
@@ -115,7 +115,7 @@ impl<'a> Cursor<'a> {
         found
     }
 
-    /// Takes as many letters of `word` as stand behind the blanks, if these are its first `least`
+    /// Takes as many letters of `word` as stand after the blanks, if these are its first `least`
     /// letters at least.
     pub(crate) fn eat_abbreviated(&mut self, word: &str, least: usize) -> bool {
         self.blanks();
@@ -137,7 +137,7 @@ impl<'a> Cursor<'a> {
         )
     }
 
-    /// The range of the next word or other character behind the blanks, for an error that points at
+    /// The range of the next word or other character after the blanks, for an error that points at
     /// it. Of a word it has 64 bytes at most.
     pub(crate) fn next_word(&mut self) -> TextRange {
         self.blanks();

@@ -50,7 +50,7 @@ impl Reader<'_> {
         Ok(format)
     }
 
-    /// Takes a field such as `,0,48` behind the address of a D, DP, L or F definition. It has no
+    /// Takes a field such as `,0,48` after the address of a D, DP, L or F definition. It has no
     /// meaning, since these are never parts of words.
     fn no_field(&mut self) -> Parsed<()> {
         let mut parts = 0;
@@ -65,7 +65,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// A definition, as it stands behind `->`.
+    /// A definition, as it stands after `->`.
     pub(crate) fn definition(&mut self) -> Parsed<Definition> {
         self.cur.blanks();
         let start = self.cur.pos;
@@ -114,7 +114,7 @@ impl Reader<'_> {
                 format = self.format()?;
             } else {
                 let given = self.small("the number of bits", 0, 24)?;
-                // A width of 0 means 1. Behind the offset 24, which means the whole word, it counts
+                // A width of 0 means 1. After the offset 24, which means the whole word, it counts
                 // for nothing.
                 if !whole {
                     width = given.max(1);

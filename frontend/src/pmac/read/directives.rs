@@ -13,7 +13,7 @@ use crate::common::{Inclusion, find_include};
 
 impl Preprocessor<'_> {
     /// Executes a directive; false if `word`, in small letters, is no directive. The `#` stands at
-    /// the offset `lead` of the line, the text behind the word at `tail`.
+    /// the offset `lead` of the line, the text after the word at `tail`.
     pub(super) fn directive(
         &mut self,
         word: &str,
@@ -84,7 +84,7 @@ impl Preprocessor<'_> {
     }
 
     /// Opens the file that `#include` names; `at` is the place of the directive, `written` the text
-    /// behind its word.
+    /// after its word.
     fn include(&mut self, at: Span, written: &str) {
         let (from, close) = match written.chars().next() {
             Some('"') => (1, '"'),

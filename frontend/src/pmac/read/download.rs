@@ -19,7 +19,7 @@ pub(crate) struct Open {
     /// Whether it is a PLCC.
     pub(crate) compiled: bool,
     pub(crate) number: u8,
-    /// Whether the number behind OPEN is not known. The statements are read for their errors then,
+    /// Whether the number after OPEN is not known. The statements are read for their errors then,
     /// and dropped.
     pub(crate) discarded: bool,
     /// The IF and WHILE that are open, the innermost last.
@@ -29,7 +29,7 @@ pub(crate) struct Open {
     /// Whether a name stands in it that a missing file may define, so that errors of its structure
     /// are not reported.
     pub(crate) has_unknown_names: bool,
-    /// The first IF that stands behind an ELSE on the same line.
+    /// The first IF that stands after an ELSE on the same line.
     pub(crate) else_if: Option<TextRange>,
 }
 
@@ -198,7 +198,7 @@ impl DownloadReader<'_> {
         }
     }
 
-    /// Does what an on-line command at `at` means for the reading behind it. Gives whether a buffer
+    /// Does what an on-line command at `at` means for the reading after it. Gives whether a buffer
     /// is open now.
     pub(crate) fn apply(&mut self, effect: OnlineEffect, at: TextRange) -> bool {
         match effect {
@@ -392,8 +392,8 @@ impl DownloadReader<'_> {
                 .label(place, message);
                 match else_if {
                     Some(place) => diagnostic
-                        .label(place, "this IF behind ELSE needs an ENDIF of its own")
-                        .help("there is no ELSEIF: end each IF that stands behind an ELSE"),
+                        .label(place, "this IF after ELSE needs an ENDIF of its own")
+                        .help("there is no ELSEIF: end each IF that stands after an ELSE"),
                     None => diagnostic.help("each IF needs its ENDIF, each WHILE its ENDWHILE"),
                 }
             });

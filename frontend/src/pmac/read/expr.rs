@@ -235,7 +235,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads operands and operators by the shunting-yard algorithm. With `closed` the text begins
-    /// with a parenthesis, and reading ends behind the one that closes it. Gives whether the result
+    /// with a parenthesis, and reading ends after the one that closes it. Gives whether the result
     /// is a truth value.
     fn shunt(&mut self, closed: bool) -> Parsed<bool> {
         let mut stacks = Stacks { operators: Vec::new(), values: Vec::new(), depth: 0 };
@@ -468,7 +468,7 @@ impl<'a> Reader<'a> {
             (b'<', true) => Cmp::NotLt,
             (b'~', false) => Cmp::Near,
             (b'~', true) => Cmp::NotNear,
-            (_, true) => return self.cur.expected("`=`, `>`, `<` or `~` behind `!`"),
+            (_, true) => return self.cur.expected("`=`, `>`, `<` or `~` after `!`"),
             _ if self.cur.eat_word("AND") => return Ok(Some(PendingOperator::Both)),
             _ if self.cur.eat_word("OR") => return Ok(Some(PendingOperator::Either)),
             _ => return Ok(None),

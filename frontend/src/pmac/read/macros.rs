@@ -21,7 +21,7 @@ impl Preprocessor<'_> {
     /// How many bytes of a word are to be looked up as one name. That is the whole word, with two
     /// exceptions for words that are no names themselves: the number of a name that follows a
     /// number (2 for `20MSEC`, then 4 for `MSEC`), and a name in front of the last digits of an
-    /// address (4 for `PAGE00` behind `$`). `before` is the byte in front of the word.
+    /// address (4 for `PAGE00` after `$`). `before` is the byte in front of the word.
     pub(super) fn name_length(&self, word: &str, before: Option<&u8>) -> usize {
         let is_name = |part: Option<&str>| part.is_some_and(|p| self.macros.contains_key(p));
         let hex = |part: &str| part.bytes().all(|b| b.is_ascii_hexdigit());

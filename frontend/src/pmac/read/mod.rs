@@ -5,7 +5,7 @@
 //! 2. [`download`] reads that text: on-line commands ([`online`], `buffers`) and the statements of
 //!    the buffers between them ([`statement`], `structure`, `command`, `texts`, `ring`). Both use
 //!    the parsers of [`expr`], [`assign`], [`define`] and the table of `words`. `skip` passes over
-//!    motion programs. Behind an error, `report` and `recover` find where reading goes on, and
+//!    motion programs. After an error, `report` and `recover` find where reading goes on, and
 //!    `other_languages` says what people who know other languages probably meant.
 
 pub(crate) mod assign;

@@ -15,7 +15,7 @@ use crate::pmac::origin::TextRange;
 /// The help for a word that is similar to no other.
 pub(crate) const PERHAPS_A_NAME: &str = "if it is a name, its #define must come before";
 
-/// What an on-line command changes for the reading of the text behind it.
+/// What an on-line command changes for the reading of the text after it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum OnlineEffect {
     /// Nothing: reading goes on with the next command.
@@ -293,7 +293,7 @@ impl Reader<'_> {
             && (self.cur.byte_at(1).is_ascii_digit() || matches!(self.cur.byte_at(1), b'(' | b'-'))
     }
 
-    /// Takes what may stand behind the word of a command.
+    /// Takes what may stand after the word of a command.
     fn tail(&mut self, tail: Tail) {
         match tail {
             Tail::Nothing => {}

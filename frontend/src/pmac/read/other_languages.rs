@@ -35,7 +35,7 @@ pub(super) struct Place<'a> {
     pub(super) word: String,
     /// What stands in front of the word on its line.
     pub(super) before: String,
-    /// What stands behind the word on its line.
+    /// What stands after the word on its line.
     pub(super) behind: String,
     /// The last character of the lines before, other than blanks.
     line_before_ends: Option<char>,
@@ -169,7 +169,7 @@ fn number(place: &Place<'_>) -> Option<Explanation> {
     };
     let letter = |c: char| c.is_ascii_alphabetic() && !c.is_ascii_hexdigit();
     if at == "$" && behind.starts_with(letter) {
-        return help("behind `$` stand hexadecimal digits, 0 to 9 and A to F");
+        return help("after `$` stand hexadecimal digits, 0 to 9 and A to F");
     }
     if at == "#" {
         let base = before.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -272,7 +272,7 @@ fn assignment(place: &Place<'_>) -> Option<Explanation> {
     is_variable(before.trim()).then(|| {
         explanation(
             format!("this line goes on with the line before, which ends with `{open}`"),
-            format!("finish the line before: something is missing behind its `{open}`"),
+            format!("finish the line before: something is missing after its `{open}`"),
         )
     })?
 }

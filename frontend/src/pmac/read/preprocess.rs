@@ -387,7 +387,7 @@ impl<'a> Preprocessor<'a> {
         self.copy(text, from..pos.min(line.len()));
     }
 
-    /// Whether `*/` stands behind an offset of a file. If not, the file is remembered, and the rest
+    /// Whether `*/` stands after an offset of a file. If not, the file is remembered, and the rest
     /// of it is not searched again.
     fn comment_ends(&mut self, file: FileId, from: usize) -> bool {
         if self.file_without_comment_end == Some(file) {

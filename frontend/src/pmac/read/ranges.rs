@@ -41,7 +41,7 @@ impl Default for RangeBudget {
 
 impl RangeBudget {
     /// Takes `count` variables. Gives how many of them are to be read; `None` for the range that
-    /// exceeds the budget. Of the ranges behind it only one variable is read: the download is
+    /// exceeds the budget. Of the ranges after it only one variable is read: the download is
     /// refused anyway.
     pub(crate) fn take(&mut self, count: u16) -> Option<u16> {
         if self.is_exceeded {

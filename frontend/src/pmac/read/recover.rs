@@ -1,8 +1,8 @@
-//! Where reading goes on behind an error: the next statement of the same line, or the line's end.
+//! Where reading goes on after an error: the next statement of the same line, or the line's end.
 //!
 //! Each wrong statement is to have one error. So a word counts as the beginning of the next
 //! statement only where it can't belong to the wrong one: outside of parentheses and quotes, and
-//! behind something with which an expression can end.
+//! after something with which an expression can end.
 
 use super::cursor::Cursor;
 use super::words::{self, Keyword, PLC, Word};
@@ -11,7 +11,7 @@ use super::words::{self, Keyword, PLC, Word};
 /// with many errors.
 const QUOTES_AHEAD: usize = 1024;
 
-/// The offset of the next statement behind `pos`, or of the line's end. The wrong statement begins
+/// The offset of the next statement after `pos`, or of the line's end. The wrong statement begins
 /// at `start`. In `online` text there is no IF, WHILE or CLOSE that would begin a statement
 /// wherever it stands.
 pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool) -> usize {
@@ -78,7 +78,7 @@ pub(super) fn next_statement(text: &str, start: usize, pos: usize, online: bool)
     text.len()
 }
 
-/// The word of a PLC's statement that stands at an offset, and a cursor behind it.
+/// The word of a PLC's statement that stands at an offset, and a cursor after it.
 fn word_at(text: &str, at: usize) -> Option<(&'static Word, Cursor<'_>)> {
     let mut cur = Cursor::new(text);
     cur.pos = at;

@@ -1,4 +1,4 @@
-//! Errors of statements: which are reported, with which help, and where reading goes on behind one.
+//! Errors of statements: which are reported, with which help, and where reading goes on after one.
 
 use plcc_diag::{Diagnostic, MessageText};
 
@@ -156,12 +156,12 @@ impl DownloadReader<'_> {
         TextRange::new(from, start + after.find('\n').unwrap_or(after.len()))
     }
 
-    /// Moves behind an error of the statement that begins at the offset `start`: to the next
+    /// Moves after an error of the statement that begins at the offset `start`: to the next
     /// statement, or to the line's end.
     pub(crate) fn recover(&mut self, start: usize) {
         let cur = &mut self.reader.cur;
         let blank = |c: char| c.is_whitespace() || c.is_control();
-        // Where there are only blanks before the place, it is on the line behind them.
+        // Where there are only blanks before the place, it is on the line after them.
         let rest = self.preprocessed.text.get(start..).unwrap_or("");
         let start = start + (rest.len() - rest.trim_start_matches(blank).len());
         cur.pos = cur.pos.max(start);

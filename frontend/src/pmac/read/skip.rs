@@ -9,7 +9,7 @@ use crate::pmac::origin::TextRange;
 
 /// Where a buffer that is skipped ends.
 enum End {
-    /// At a CLOSE: the offset behind it.
+    /// At a CLOSE: the offset after it.
     Close(usize),
     /// At the OPEN of another buffer: the offset of that OPEN.
     Open(usize),
@@ -50,7 +50,7 @@ impl DownloadReader<'_> {
 }
 
 /// Where the buffer that is open at `cur` ends: at a CLOSE or OPEN that is a word of its own
-/// outside of quotes. An OPEN only counts with the name of a buffer behind it.
+/// outside of quotes. An OPEN only counts with the name of a buffer after it.
 fn end_of_buffer(cur: Cursor<'_>) -> End {
     let mut quoted = false;
     let mut before = b'\n';

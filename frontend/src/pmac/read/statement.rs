@@ -67,7 +67,7 @@ impl DownloadReader<'_> {
             Keyword::And | Keyword::Or if self.reader.cur.peek() == b'(' => {
                 self.reader.cur = before;
                 let at = self.reader.cur.next_word();
-                let message = format!("{} stands behind no IF or WHILE", word.spelling);
+                let message = format!("{} stands after no IF or WHILE", word.spelling);
                 syntax_help(at, message, "it follows the condition it belongs to")
             }
             // These functions read the word themselves.
@@ -266,7 +266,7 @@ impl DownloadReader<'_> {
         let diagnostic = self.preprocessed.origins.diagnose(at, |span| {
             Diagnostic::warning("PMAC-W3", span, "an on-line command in an open buffer")
                 .note("it is done at load, it does not become part of the program")
-                .help("move it before OPEN or behind CLOSE")
+                .help("move it before OPEN or after CLOSE")
         });
         self.diagnostics.push(diagnostic);
     }
@@ -320,7 +320,7 @@ impl DownloadReader<'_> {
         bare
     }
 
-    /// What stands behind `#` or `&` of ADDRESS: a number (`Ok`), or the value of a variable
+    /// What stands after `#` or `&` of ADDRESS: a number (`Ok`), or the value of a variable
     /// (`Err`). `pmac` and `turbo` are the largest numbers on the two controllers.
     fn addressed(&mut self, what: &str, pmac: u64, turbo: u64) -> Parsed<Result<u8, Expr>> {
         match self.reader.variable_kind() {

@@ -187,7 +187,7 @@ impl DownloadReader<'_> {
 }
 
 /// Whether AND (true) or OR (false) stands at `cur` and joins a further condition, and a cursor
-/// behind it.
+/// after it.
 fn joining(cur: Cursor<'_>) -> Option<(bool, Cursor<'_>)> {
     let (word, behind) = words::find(cur, PLC)?;
     match word.keyword {

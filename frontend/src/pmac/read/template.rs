@@ -221,7 +221,7 @@ pub(crate) struct Template<'a> {
 }
 
 impl<'a> Template<'a> {
-    /// The name of the template at the beginning of a text, and the text behind the template.
+    /// The name of the template at the beginning of a text, and the text after the template.
     pub(crate) fn name_and_rest(text: &'a str) -> Option<(&'a str, &'a str)> {
         let template = Self::read(text)?;
         Some((template.name, text.get(template.length..)?))

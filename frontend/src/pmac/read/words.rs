@@ -1,10 +1,10 @@
 //! The table of PMAC's words: how each is spelled, how far it may be shortened, what it means, and
 //! where it has that meaning (in a PLC, on-line, …).
 //!
-//! The parsers of statements and of on-line commands, the search for the next statement behind an
+//! The parsers of statements and of on-line commands, the search for the next statement after an
 //! error, and the suggestions for misspelt words all take their words from here.
 //!
-//! The controller has no tokens: a word may be glued to whatever stands behind it (`DISPLC5`,
+//! The controller has no tokens: a word may be glued to whatever stands after it (`DISPLC5`,
 //! `ENDIFENDIF`, `CMD"…"`). So a word is looked for at a place, and takes as many of its letters as
 //! stand there.
 
@@ -28,7 +28,7 @@ pub(crate) const MOTION: Contexts = Contexts(1 << 2);
 pub(crate) const LETTER: Contexts = Contexts(1 << 3);
 /// A buffer that DEFINE makes and DELETE erases.
 pub(crate) const BUFFER: Contexts = Contexts(1 << 4);
-/// A buffer for something else than PLCs, behind OPEN.
+/// A buffer for something else than PLCs, after OPEN.
 pub(crate) const OPENED: Contexts = Contexts(1 << 5);
 /// The word is suggested for a misspelt one.
 const SUGGESTED: Contexts = Contexts(1 << 6);
@@ -79,7 +79,7 @@ pub(crate) enum Keyword {
     Open,
     Close,
     Clear,
-    /// ENABLE, DISABLE, PAUSE and RESUME, which have `PLC` behind them.
+    /// ENABLE, DISABLE, PAUSE and RESUME, which have `PLC` after them.
     Switch(PlcOp),
     /// A read over the MACRO ring.
     RingRead,
@@ -122,7 +122,7 @@ impl Word {
         self.contexts.intersects(contexts)
     }
 
-    /// Takes the word if it stands at `cur`, behind blanks.
+    /// Takes the word if it stands at `cur`, after blanks.
     fn take(&self, cur: &mut Cursor<'_>, contexts: Contexts) -> bool {
         let (head, rest) = self.spelling.split_at(self.split);
         if self.split > 0 {
@@ -138,7 +138,7 @@ impl Word {
         cur.eat_abbreviated(rest, self.min_letters) && self.fits_what_follows(*cur, contexts)
     }
 
-    /// Whether the text behind the word fits the word's meaning.
+    /// Whether the text after the word fits the word's meaning.
     fn fits_what_follows(&self, mut behind: Cursor<'_>, contexts: Contexts) -> bool {
         match self.keyword {
             Keyword::Switch(_) => {
@@ -355,7 +355,7 @@ const WORDS: &[Word] = &[
     letter("S", Tail::Nothing),
     letter("V", Tail::Nothing),
     letter("Z", Tail::Nothing),
-    // Buffers behind DEFINE, DELETE and OPEN.
+    // Buffers after DEFINE, DELETE and OPEN.
     word("ROTARY", 3, Keyword::Buffer, BUFFER.or(OPENED)),
     buffer("TBUF", 2),
     buffer("TCOMP", 2),
@@ -376,8 +376,8 @@ const WORDS: &[Word] = &[
     opened("SUBPROG", 3),
 ];
 
-/// The word that stands at `cur`, behind blanks, and has a meaning in one of `contexts`; with a
-/// cursor behind it.
+/// The word that stands at `cur`, after blanks, and has a meaning in one of `contexts`; with a
+/// cursor after it.
 pub(crate) fn find(mut cur: Cursor<'_>, contexts: Contexts) -> Option<(&'static Word, Cursor<'_>)> {
     words_with(cur.peek()).iter().find_map(|word| {
         let mut behind = cur;
@@ -401,7 +401,7 @@ fn words_with(letter: u8) -> &'static [&'static Word] {
     by_letter.get(index).map_or(&[], Vec::as_slice)
 }
 
-/// Takes the letter directly behind SEND or COMMAND that names a port, if there is one: the S of
+/// Takes the letter directly after SEND or COMMAND that names a port, if there is one: the S of
 /// `SENDS`, the R of `CMDR`.
 pub(crate) fn port(cur: &mut Cursor<'_>) -> Option<char> {
     let letter = cur.byte().to_ascii_uppercase();

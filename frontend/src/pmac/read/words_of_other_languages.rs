@@ -214,7 +214,7 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Explanation> {
             let number: String = behind.trim().chars().take_while(char::is_ascii_digit).collect();
             (!number.is_empty()).then(|| {
                 explanation(
-                    format!("PLC is missing behind {}", place.word),
+                    format!("PLC is missing after {}", place.word),
                     format!("write {letters} PLC {number}"),
                 )
             })?
@@ -223,7 +223,7 @@ pub(super) fn statement(place: &Place<'_>) -> Option<Explanation> {
             help("ENABLE PLC n and DISABLE PLC n start and stop a PLC")
         }
         "PLC" if place.begins_line() => {
-            help("write OPEN PLC 5 CLEAR, and CLOSE behind its statements")
+            help("write OPEN PLC 5 CLEAR, and CLOSE after its statements")
         }
         "LD" | "LDN" | "LDI" | "OUT" | "ST" | "STN" | "U" | "UN" | "A" | "AN" | "O" | "AND"
         | "OR" | "ANI" | "ORI" | "MOV" | "MOVE"

@@ -48,7 +48,7 @@ pub struct IVariable {
 pub struct MVariable {
     /// Its number.
     pub number: u32,
-    /// Its definition, as behind `->`.
+    /// Its definition, as after `->`.
     pub definition: &'static str,
     /// What it means.
     pub meaning: &'static str,

@@ -498,7 +498,7 @@ fn the_lowering_reports_its_own_defects_with_their_place() {
     assert_eq!(endless, ("an ENDWHILE has no WHILE".to_owned(), 4));
 }
 
-/// The host functions that a PLC with one statement calls behind the passes, each with whether the
+/// The host functions that a PLC with one statement calls after the passes, each with whether the
 /// call's block is cold.
 fn calls(statement: &str) -> Vec<(HostFn, bool)> {
     let text = format!("I5=2\nOPEN PLC 1 CLEAR\n{statement}\nCLOSE\n");

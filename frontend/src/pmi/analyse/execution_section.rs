@@ -137,7 +137,7 @@ impl<'a> ExecutionSection<'a> {
         match cursor.kind() {
             None => Ok(()),
             Some(Kind::Directive) => {
-                let what = format!("{} stands behind $END", cursor.found());
+                let what = format!("{} stands after $END", cursor.found());
                 Err(cursor
                     .error_here(1, what)
                     .help_if_none(
@@ -215,7 +215,7 @@ impl<'a> ExecutionSection<'a> {
         matches!(symbol.meaning, Meaning::Label(_)).then_some(symbol.declared).flatten()
     }
 
-    /// The error of a name behind which neither `=` nor `[` stands.
+    /// The error of a name after which neither `=` nor `[` stands.
     fn no_assignment(&mut self, cursor: &mut Cursor<'_>, name: &str) -> Result {
         cursor.at += 1;
         let help = match (name, keyword(cursor)) {
@@ -224,7 +224,7 @@ impl<'a> ExecutionSection<'a> {
             ("GO", _) => "write GOTO as one word",
             _ => "an assignment is written name = expression",
         };
-        let what = format!("`=` is expected behind {name}, not {}", cursor.found());
+        let what = format!("`=` is expected after {name}, not {}", cursor.found());
         Err(cursor.error_here(11, what).help_if_none(help).into())
     }
 
@@ -261,10 +261,10 @@ impl<'a> ExecutionSection<'a> {
             .into())
     }
 
-    /// `(condition)` and nothing behind it.
+    /// `(condition)` and nothing after it.
     fn condition(&mut self, cursor: &mut Cursor<'_>, word: &str) -> Result<crate::pmi::ast::Ops> {
         if !cursor.eat(Kind::LParen) {
-            let what = format!("`(` is expected behind {word}, not {}", cursor.found());
+            let what = format!("`(` is expected after {word}, not {}", cursor.found());
             return Err(cursor
                 .error_here(11, what)
                 .help_if_none(format!("write {word}(condition)"))
@@ -277,7 +277,7 @@ impl<'a> ExecutionSection<'a> {
                 .into());
         }
         if cursor.kind().is_some() {
-            let what = format!("{} stands behind the condition", cursor.found());
+            let what = format!("{} stands after the condition", cursor.found());
             let help = "put the whole condition in one pair of parentheses, and statements in \
                         lines of their own";
             return Err(cursor.error_here(5, what).help_if_none(help).into());
@@ -310,7 +310,7 @@ impl<'a> ExecutionSection<'a> {
     }
 
     /// Ends a body of an IF: adds the jump to the ENDIF. If the body's condition was false,
-    /// execution goes on behind that jump.
+    /// execution goes on after that jump.
     fn end_body(&mut self, span: Span) {
         let jump = self.step(Action::Jump { to: 0, is_goto: false }, span);
         let here = self.next_step();
@@ -329,10 +329,10 @@ impl<'a> ExecutionSection<'a> {
         }
     }
 
-    /// The error of an ELSEIF, ELSE or ENDIF that has no IF or stands behind an ELSE.
+    /// The error of an ELSEIF, ELSE or ENDIF that has no IF or stands after an ELSE.
     fn misplaced(&self, span: Span, word: &str) -> Result {
         let problem = match self.open_ifs.last() {
-            Some(open_if) => error(39, span, format!("{word} stands behind ELSE"))
+            Some(open_if) => error(39, span, format!("{word} stands after ELSE"))
                 .label(open_if.span, "of this IF")
                 .help("ELSE is the last part of an IF"),
             None => error(39, span, format!("{word} has no IF"))
@@ -392,14 +392,14 @@ impl<'a> ExecutionSection<'a> {
         }
     }
 
-    /// Refuses anything more in the statement behind `word`. An empty `help` stands for the usual
+    /// Refuses anything more in the statement after `word`. An empty `help` stands for the usual
     /// one.
     fn expect_end_behind(&self, cursor: &Cursor<'_>, word: &str, help: &'static str) -> Result {
         if cursor.kind().is_none() {
             return Ok(());
         }
         let help = if help.is_empty() { "put it on a line of its own" } else { help };
-        let what = format!("{} stands behind {word}", cursor.found());
+        let what = format!("{} stands after {word}", cursor.found());
         Err(cursor.error_here(5, what).help_if_none(help).into())
     }
 
@@ -414,7 +414,7 @@ impl<'a> ExecutionSection<'a> {
         }
         let reserved = cursor.token().is_some_and(|token| RESERVED.contains(&cursor.slice(token)));
         let Some((name, span)) = (if reserved { None } else { cursor.name() }) else {
-            let what = format!("a label is expected behind GOTO, not {}", cursor.found());
+            let what = format!("a label is expected after GOTO, not {}", cursor.found());
             return Err(cursor
                 .error_here(46, what)
                 .help_if_none("write GOTO and the label's name")
@@ -452,8 +452,7 @@ impl<'a> ExecutionSection<'a> {
     pub(crate) fn finish(mut self, diagnostics: &mut Vec<Diagnostic>) {
         for open_if in std::mem::take(&mut self.open_ifs) {
             diagnostics.push(
-                error(39, open_if.span, "this IF has no ENDIF")
-                    .help("put an ENDIF behind its body"),
+                error(39, open_if.span, "this IF has no ENDIF").help("put an ENDIF after its body"),
             );
         }
         for (step, label) in std::mem::take(&mut self.jumps) {

@@ -14,7 +14,7 @@ use crate::pmi::{
 /// whether a `[` follows it. `None` if the name comes from a declaration that has an error.
 ///
 /// # Errors
-/// A name that does not exist or is a label, an array without an index, and an index behind a name
+/// A name that does not exist or is a label, an array without an index, and an index after a name
 /// that is no array.
 pub(crate) fn resolve(
     names: &mut Names,
@@ -73,7 +73,7 @@ fn undefined(
     });
     if let Some(code) = code {
         let directive = if code.starts_with('M') { "$MCODE" } else { "$GCODE" };
-        return problem.help(format!("declare the code behind {directive}: {name}/P or {name}/D"));
+        return problem.help(format!("declare the code after {directive}: {name}/P or {name}/D"));
     }
     if let Some(family) = family_of(name) {
         return problem.help(format!("there are {} to {}", family.first, family.last));
@@ -83,7 +83,7 @@ fn undefined(
     }
     problem.help(match (indexed, name.starts_with('@')) {
         (_, true) => "the manual's 3.4 lists the executive's variables; a machine file adds others",
-        (true, _) => "declare it behind $LOGICAL, $INTEGER or $LONG with its number of elements",
+        (true, _) => "declare it after $LOGICAL, $INTEGER or $LONG with its number of elements",
         (false, _) => "declare it, or assign it somewhere, which makes it a LOGICAL",
     })
 }

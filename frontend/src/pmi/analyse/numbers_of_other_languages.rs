@@ -82,7 +82,7 @@ fn value_of(written: &str) -> Option<i64> {
     None
 }
 
-/// An error behind `16#FF`: the `#` continues the statement on the next line, where the error then
+/// An error after `16#FF`: the `#` continues the statement on the next line, where the error then
 /// stands.
 fn behind_hash(place: &Place<'_, '_>) -> Option<Explanation> {
     let written = place.number_before_hash()?;

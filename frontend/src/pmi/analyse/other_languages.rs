@@ -73,7 +73,7 @@ impl<'c> Place<'_, 'c> {
         self.at.checked_sub(1).map_or("", |index| self.word(index))
     }
 
-    /// The text of the token behind that at the error.
+    /// The text of the token after that at the error.
     fn behind(&self) -> &'c str {
         self.word(self.at + 1)
     }
@@ -187,7 +187,7 @@ fn comment(place: &Place<'_, '_>) -> Option<Explanation> {
         "'" => return Explanation::new("`'` begins no comment", COMMENT),
         _ => {}
     }
-    // Two signs that begin a comment elsewhere. Behind an operand, `//` would divide by a negation,
+    // Two signs that begin a comment elsewhere. After an operand, `//` would divide by a negation,
     // and `--` subtract one.
     let begins = |first: usize| {
         let operand = first == 0
@@ -227,7 +227,7 @@ fn assignment(place: &Place<'_, '_>, problem: &Diagnostic) -> Option<Explanation
         let message = "`:=` is no sign of PMI: an assignment is written with `=`";
         return Explanation::new(
             message,
-            format!("write {name} = …; a colon stands behind a label"),
+            format!("write {name} = …; a colon stands after a label"),
         );
     }
     // In another statement, `:=` has made a label of this name.
@@ -302,11 +302,11 @@ fn keyword(place: &Place<'_, '_>) -> Option<Explanation> {
     }
     if matches!(found, "THEN" | "DO") && code == "PMI-5" && place.section.is_none() {
         let help = format!("leave {found} out: the body begins on the next line");
-        return Explanation::new(format!("there is no {found} behind a condition"), help);
+        return Explanation::new(format!("there is no {found} after a condition"), help);
     }
     let is_keyword = matches!(first, "IF" | "ELSEIF" | "ELSE" | "ENDIF" | "GOTO");
     if is_keyword && code == "PMI-10" && place.section.is_some() && place.behind() != "=" {
-        let help = "statements stand behind $END: write $END on a line of its own in front of the \
+        let help = "statements stand after $END: write $END on a line of its own in front of the \
                     first one";
         return Explanation::new(format!("{first} stands in front of $END"), help);
     }
@@ -332,10 +332,10 @@ fn keyword(place: &Place<'_, '_>) -> Option<Explanation> {
         }
         return Explanation::help(format!(
             "put parentheses around the whole condition, `{rest}` on the next line, and an ENDIF \
-             behind it"
+             after it"
         ));
     }
-    // Behind a variable whose `=` is missing, an operator would stand.
+    // After a variable whose `=` is missing, an operator would stand.
     let is_word = matches!(
         place.kind(1),
         None | Some(Kind::Name | Kind::Executive | Kind::Number(_) | Kind::LParen | Kind::Bad(_))
@@ -399,8 +399,8 @@ fn name(place: &Place<'_, '_>) -> Option<Explanation> {
     let last = match (kind, place.section) {
         ("M", Some(Section::MCode)) => 299,
         ("G", Some(Section::GCode)) => 199,
-        ("M", _) => return Explanation::help("M codes stand behind $MCODE"),
-        ("G", _) => return Explanation::help("G codes stand behind $GCODE"),
+        ("M", _) => return Explanation::help("M codes stand after $MCODE"),
+        ("G", _) => return Explanation::help("G codes stand after $GCODE"),
         _ => return None,
     };
     (number <= last)
@@ -440,7 +440,7 @@ fn address(place: &Place<'_, '_>) -> Option<Explanation> {
         }
         Some(_) => None,
         None => {
-            let help = "declare a name for the line behind $INPUT or $OUTPUT (NAME = port/bit) and \
+            let help = "declare a name for the line after $INPUT or $OUTPUT (NAME = port/bit) and \
                         write the name";
             Explanation::new(format!("the address `{written}` is no operand"), help)
         }

@@ -70,7 +70,7 @@ impl SpecificationSection<'_> {
                 self.group(cursor, port, low)?
             }
             Some(_) => {
-                let what = format!("{} stands behind the line's bit", cursor.found());
+                let what = format!("{} stands after the line's bit", cursor.found());
                 let help = "a group of bits is written port/bit-bit/type, for instance 2/0-7/BCD";
                 return Err(cursor.error_here(5, what).help_if_none(help).into());
             }

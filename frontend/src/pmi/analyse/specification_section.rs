@@ -99,9 +99,9 @@ pub(crate) struct SpecificationSection<'a> {
     pub(crate) pending: Vec<PendingAnnouncement>,
     pub(crate) warnings: Vec<Diagnostic>,
     pub(crate) limits: Limits,
-    /// The part that is being read; none before the first directive, or behind an unknown one.
+    /// The part that is being read; none before the first directive, or after an unknown one.
     pub(crate) section: Option<Section>,
-    /// Whether the statements stand behind a directive that is not known, so that nothing is known
+    /// Whether the statements stand after a directive that is not known, so that nothing is known
     /// of them either.
     behind_unknown: bool,
     /// The directives so far, and where they stand.
@@ -215,7 +215,7 @@ impl<'a> SpecificationSection<'a> {
         if let Some(at) = earlier {
             return Err(error(23, span, format!("{word} stands a second time"))
                 .label(at, "it stands here already")
-                .help("put all its statements behind the first one")
+                .help("put all its statements after the first one")
                 .into());
         }
         self.seen.push((section, span));
@@ -365,7 +365,7 @@ impl<'a> SpecificationSection<'a> {
             let what = format!("the text has {length} characters; the control shows 40");
             self.warnings.push(
                 Diagnostic::warning(diagnostic::LONG_TEXT, cursor.statement_span(), what)
-                    .help("what is behind the 40th character is cut; shorten the text"),
+                    .help("what is after the 40th character is cut; shorten the text"),
             );
         }
         let fault = section == Section::Fault;
@@ -423,7 +423,7 @@ impl<'a> SpecificationSection<'a> {
                 let place = when.map_or(cursor.span(), |(_, span)| span);
                 let what = format!("{name} needs /P (prompt) or /D (delayed)");
                 let mut problem = cursor.error_here(25, what);
-                // The error points at a wrong word, not at what stands behind it.
+                // The error points at a wrong word, not at what stands after it.
                 if when.is_some() {
                     problem.span = place;
                 }

@@ -33,7 +33,7 @@ pub(super) fn truth_value(word: &str) -> Option<Explanation> {
     Explanation::new(format!("{word} is no constant and no variable"), help)
 }
 
-/// A statement that begins with `first`, with `second` behind it.
+/// A statement that begins with `first`, with `second` after it.
 pub(super) fn statement(first: &str, second: &str) -> Option<Explanation> {
     let help = match (first, second) {
         ("END", "IF") => "write ENDIF as one word",
@@ -42,7 +42,7 @@ pub(super) fn statement(first: &str, second: &str) -> Option<Explanation> {
         ("ELSIF" | "ELIF" | "ELIFS", _) => "write ELSEIF (condition)",
         ("FI" | "ENDIFS", _) => "write ENDIF",
         ("THEN" | "BEGIN" | "DO", _) => {
-            "leave it out: the body of an IF begins behind the condition's line"
+            "leave it out: the body of an IF begins after the condition's line"
         }
         (
             "WHILE" | "FOR" | "REPEAT" | "UNTIL" | "LOOP" | "NEXT" | "WEND" | "EXIT" | "BREAK"
@@ -63,7 +63,7 @@ pub(super) fn statement(first: &str, second: &str) -> Option<Explanation> {
              later label"
         }
         ("VAR" | "ENDVAR" | "INT" | "BOOL" | "DINT" | "WORD" | "DIM" | "CONST", _) => {
-            "declare variables in front of $END, behind $LOGICAL, $INTEGER or $LONG"
+            "declare variables in front of $END, after $LOGICAL, $INTEGER or $LONG"
         }
         (
             "LD" | "LDN" | "LDI" | "ST" | "STN" | "STR" | "OUT" | "U" | "UN" | "A" | "AN" | "O"
@@ -79,7 +79,7 @@ pub(super) fn statement(first: &str, second: &str) -> Option<Explanation> {
             "write an assignment: COUNT = COUNT + 1"
         }
         ("TON" | "TOF" | "TP", _) => {
-            "declare the timer behind $TIMER (E/CONTROL/DELAYED = 50) and assign its control contact"
+            "declare the timer after $TIMER (E/CONTROL/DELAYED = 50) and assign its control contact"
         }
         (line, _) if is_block_number(line) && !second.is_empty() => {
             "blocks of part programs have no place here; a label is a name with a colon"
@@ -109,18 +109,14 @@ fn directive_of(ty: &str) -> Option<&'static str> {
 pub(super) fn directive(word: &str) -> Option<Explanation> {
     let name = word.strip_prefix('$').unwrap_or(word);
     let help = match name {
-        "VAR" | "VARIABLE" => {
-            "variables are declared behind $LOGICAL, $INTEGER or $LONG".to_owned()
-        }
+        "VAR" | "VARIABLE" => "variables are declared after $LOGICAL, $INTEGER or $LONG".to_owned(),
         "REAL" | "FLOAT" | "LREAL" | "DOUBLE" => {
             "there are whole numbers only: use $INTEGER or $LONG and scale the values".to_owned()
         }
         "CONST" | "CONSTANT" | "DEFINE" => {
-            "a constant is declared with its type: NAME = 5 behind $INTEGER".to_owned()
+            "a constant is declared with its type: NAME = 5 after $INTEGER".to_owned()
         }
-        "PROGRAM" | "LOGIC" | "MAIN" | "BEGIN" | "CODE" => {
-            "the logic begins behind $END".to_owned()
-        }
+        "PROGRAM" | "LOGIC" | "MAIN" | "BEGIN" | "CODE" => "the logic begins after $END".to_owned(),
         _ => format!("write {}", directive_of(name)?),
     };
     Explanation::help(help)
@@ -139,8 +135,8 @@ pub(super) fn declaration(place: &Place<'_, '_>) -> Option<Explanation> {
         |section| matches!(section, Section::Logical | Section::Integer | Section::Long);
     if place.section.is_some_and(is_variable) {
         return Explanation::help(format!(
-            "leave the type out: the names behind {directive} have it"
+            "leave the type out: the names after {directive} have it"
         ));
     }
-    Explanation::help(format!("declare variables behind {directive}, the name alone"))
+    Explanation::help(format!("declare variables after {directive}, the name alone"))
 }

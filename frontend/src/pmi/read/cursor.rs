@@ -39,7 +39,7 @@ impl<'a> Cursor<'a> {
         self.token().map(|token| token.kind)
     }
 
-    /// The kind of the token behind the next one.
+    /// The kind of the token after the next one.
     pub(crate) fn second_kind(&self) -> Option<Kind> {
         self.tokens.get(self.at + 1).map(|token| token.kind)
     }
@@ -54,7 +54,7 @@ impl<'a> Cursor<'a> {
         Span { file: self.file(), start: token.start, end: token.end }
     }
 
-    /// The place of the next token; behind the last one, that of the last one.
+    /// The place of the next token; after the last one, that of the last one.
     pub(crate) fn span(&self) -> Span {
         match self.token().or(self.tokens.last().copied()) {
             Some(token) => self.span_of(token),
@@ -126,7 +126,7 @@ impl<'a> Cursor<'a> {
                     .help(format!("write it in capitals: {word}{}", short.to_ascii_uppercase()))
             }
             Fault::Extraneous if text.starts_with(|c: char| c.is_ascii_uppercase()) => {
-                error(5, span, format!("`{short}` stands right behind a number"))
+                error(5, span, format!("`{short}` stands right after a number"))
                     .help("a name starts with a letter, and a number has digits only")
             }
             Fault::Extraneous => error(5, span, format!("`{short}` has no meaning here"))
@@ -144,7 +144,7 @@ impl<'a> Cursor<'a> {
                     .help("write the text without `#`")
             }
             Fault::OpenText => {
-                error(11, span, "the text is not closed on its line").help("put a \" behind it")
+                error(11, span, "the text is not closed on its line").help("put a \" after it")
             }
         }
     }

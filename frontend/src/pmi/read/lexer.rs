@@ -19,7 +19,7 @@ const NAME_LIMIT: usize = 6;
 /// The most digits of a number that it took (PMI 4.5, error 28).
 const DIGIT_LIMIT: usize = 9;
 
-/// Appends the tokens of `text[start..end]`, one statement without the comment behind it, to `out`.
+/// Appends the tokens of `text[start..end]`, one statement without the comment after it, to `out`.
 /// A `#` continues the statement on the next line; the rest of its own line is skipped.
 pub(crate) fn lex(text: &str, start: u32, end: u32, limits: Limits, out: &mut Vec<Token>) {
     let text = text.get(..end as usize).unwrap_or(text);
@@ -91,7 +91,7 @@ impl Lexer<'_> {
         true
     }
 
-    /// A sign that may have `=` behind it.
+    /// A sign that may have `=` after it.
     fn maybe_equal(&mut self, alone: Kind, equal: Kind) {
         match self.rest().as_bytes().get(1) {
             Some(b'=') => self.push(equal, 2),
@@ -99,7 +99,7 @@ impl Lexer<'_> {
         }
     }
 
-    /// A name of the program, or of the executive, behind a prefix (`@`) of `prefix` bytes.
+    /// A name of the program, or of the executive, after a prefix (`@`) of `prefix` bytes.
     fn name(&mut self, kind: Kind, prefix: usize) {
         let len = self.word(prefix);
         let word = self.rest().as_bytes().get(prefix..prefix + len).unwrap_or(&[]);

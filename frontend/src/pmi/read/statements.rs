@@ -13,7 +13,7 @@ use crate::pmi::read::{
 /// How many characters fit in a line of the original editor.
 const LINE_LIMIT: usize = 71;
 
-/// A statement's place, without the comment behind it.
+/// A statement's place, without the comment after it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Statement {
     pub(crate) file: FileId,
@@ -59,7 +59,7 @@ struct Reader<'a> {
 struct Line {
     /// Offset of its first character that is no blank; the line's end if there is none.
     start: usize,
-    /// Offset behind its last character that is no blank and in no comment.
+    /// Offset after its last character that is no blank and in no comment.
     end: usize,
     /// Offset of its `#`, if it is continued.
     hash: Option<usize>,
@@ -202,7 +202,7 @@ impl Reader<'_> {
         let what = "the original editor has no room for more than 71 characters in a line";
         self.diagnostics.push(
             Diagnostic::warning(diagnostic::LONG_LINE, span, what)
-                .help("go on in the next line behind a `#`, or compile with `--limits none`"),
+                .help("go on in the next line after a `#`, or compile with `--limits none`"),
         );
     }
 
@@ -278,5 +278,5 @@ fn too_much(span: Span) -> Diagnostic {
 
 fn no_name(span: Span) -> Diagnostic {
     error(7, span, "the name of the file to include is missing")
-        .help("write it behind $INCLUDE: $INCLUDE MESSAGES.PMI")
+        .help("write it after $INCLUDE: $INCLUDE MESSAGES.PMI")
 }

@@ -55,10 +55,10 @@ pub(crate) enum Kind {
     Bad(Fault),
 }
 
-/// Why some text is no token. The number behind the colon is the manual's error.
+/// Why some text is no token. The number after the colon is the manual's error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fault {
-    /// A character outside PMI's set, a small letter, a letter behind a number: 5.
+    /// A character outside PMI's set, a small letter, a letter after a number: 5.
     Extraneous,
     /// A name of more than six characters: 4.
     LongName,

@@ -157,14 +157,14 @@ fn program(checked: &mut Checked<'_>, buffer: &Buffer, written: &Written) {
                         .help("compare a variable, or take the WHILE out")
                 }),
                 Known::Always(true) => {
-                    // A loop that runs for ever is a usual way to write a PLC; what stands behind it
+                    // A loop that runs for ever is a usual way to write a PLC; what stands after it
                     // never runs.
                     if let Some(next) = buffer.code.get(behind as usize)
                         && !matches!(next.kind, StmtKind::EndWhile(_) | StmtKind::Jump(_))
                     {
                         checked.add(next.at, |span| {
                             Diagnostic::warning("PMAC-W11", span, "no scan reaches this statement")
-                                .note("it stands behind a WHILE that never ends")
+                                .note("it stands after a WHILE that never ends")
                                 .help("give the WHILE a condition that ends it, or take it out")
                         });
                     }

@@ -55,7 +55,7 @@ pub(super) fn never_runs(checked: &mut Checked<'_>) {
 }
 
 /// For each statement of a program whether something before it decides if it is executed in a scan:
-/// it stands in an IF or behind a WHILE.
+/// it stands in an IF or after a WHILE.
 fn conditional(buffer: &Buffer) -> Vec<bool> {
     let mut conditional = Vec::with_capacity(buffer.code.len());
     let mut until = 0;
@@ -72,7 +72,7 @@ fn conditional(buffer: &Buffer) -> Vec<bool> {
     conditional
 }
 
-/// SEND, DISPLAY of a text, and COMMAND that are executed in every scan: in no IF, behind no WHILE,
+/// SEND, DISPLAY of a text, and COMMAND that are executed in every scan: in no IF, after no WHILE,
 /// in a PLC that nothing disables.
 pub(super) fn repeats_every_scan(checked: &mut Checked<'_>) {
     let disabled = |compiled: bool, number: u32| {

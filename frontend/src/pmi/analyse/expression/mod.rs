@@ -54,7 +54,7 @@ enum Waiting {
     Paren {
         at: Option<Token>,
     },
-    /// `[` behind an array, `None` if the array is not known; `at` is `None` for that of an
+    /// `[` after an array, `None` if the array is not known; `at` is `None` for that of an
     /// assigned element, which was read before the expression.
     Bracket {
         array: Option<SymbolId>,
@@ -396,7 +396,7 @@ impl<'p, 'c> Parser<'p, 'c> {
                         None => problem,
                     }))
                 }
-                Some(_) => self.refuse(34, "a bracket is not closed", "put a `]` behind the index"),
+                Some(_) => self.refuse(34, "a bracket is not closed", "put a `]` after the index"),
             };
         };
         if let Some(binds) = precedence(token.kind) {
@@ -448,7 +448,7 @@ impl<'p, 'c> Parser<'p, 'c> {
             }
             Kind::LBracket | Kind::Text => {
                 let what = format!("{} has no place in an expression", self.cursor.found());
-                self.refuse(34, what, "brackets belong right behind an array's name")
+                self.refuse(34, what, "brackets belong right after an array's name")
             }
             Kind::Comma | Kind::Directive if self.in_parentheses() => self.not_closed(),
             _ => {

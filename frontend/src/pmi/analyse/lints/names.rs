@@ -64,7 +64,7 @@ pub(super) fn near_names(checked: &Checked, found: &mut Vec<Diagnostic>) {
                 Diagnostic::warning("PMI-W5", span, message)
                     .label(place, format!("{near} is declared here"))
                     .help(format!(
-                        "write {near} if that was meant; else list {} behind $LOGICAL",
+                        "write {near} if that was meant; else list {} after $LOGICAL",
                         symbol.name
                     )),
             );
