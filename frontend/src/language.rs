@@ -141,6 +141,12 @@ pub trait CheckedProgram: fmt::Debug + Send + Sync {
     /// Where each variable is read, written and tested.
     fn cross_reference(&self) -> CrossReference;
 
+    /// The texts of PMI's keys in the order of their numbers, which begin with 1 (PMI 3.1.11). Other languages
+    /// have none.
+    fn key_texts(&self) -> Vec<String> {
+        vec![]
+    }
+
     /// A line for each statement that says whether it is computed in integers or in floating point.
     /// `None` for languages in which the types decide this.
     fn explain_arithmetic(&self) -> Option<String> {

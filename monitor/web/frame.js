@@ -42,11 +42,11 @@ export class Frame {
   }
 
   drawScreens() {
-    refill(document.getElementById("screens"), this.visibleScreens().map((screen, at) =>
+    refill(document.getElementById("screens"), this.visibleScreens().map((screen) =>
       element("button", {
         type: "button", "aria-current": screen === this.app.screen ? "page" : null, "data-screen": screen.name,
         onclick: () => this.app.open(screen.name),
-      }, element("kbd", {}, String(at + 1)), " ", screen.title)));
+      }, element("kbd", {}, String(this.app.screens.indexOf(screen) + 1)), " ", screen.title)));
   }
 
   drawMenu() {

@@ -8,6 +8,7 @@ import { Frame } from "./frame.js";
 import { help, keyName } from "./keys.js";
 import { EventsScreen } from "./events.js";
 import { IoScreen } from "./io.js";
+import { PanelsScreen } from "./panels.js";
 import { ScopeScreen } from "./scope.js";
 import { StatementsScreen } from "./statements.js";
 import { TasksScreen } from "./tasks.js";
@@ -23,7 +24,7 @@ class App {
     this.connection = new Connection(takeKey(), (view) => this.receive(view),
       (isOpen, text) => this.frame.setConnection(isOpen, text));
     this.screens = [StatementsScreen, VariablesScreen, IoScreen, EventsScreen, TasksScreen, TimingScreen, ScopeScreen,
-      TerminalScreen].map((Screen) => new Screen(this));
+      TerminalScreen, PanelsScreen].map((Screen) => new Screen(this));
     this.frame = new Frame(this);
     this.place = document.getElementById("screen");
     document.addEventListener("keydown", (event) => this.key(event));
@@ -169,8 +170,9 @@ class App {
       return true;
     }
     if (this.screen.key?.(event)) return true;
-    const number = this.frame.visibleScreens()[Number(key) - 1];
-    if (/^[1-9]$/.test(key) && number) {
+    // A screen has the same number for all controls, as in the terminal.
+    const number = this.screens[Number(key) - 1];
+    if (/^[1-9]$/.test(key) && this.frame.visibleScreens().includes(number)) {
       this.open(number.name);
       return true;
     }

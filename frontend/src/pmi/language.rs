@@ -104,4 +104,8 @@ impl CheckedProgram for Program {
     fn interpreter(&self) -> Box<dyn Engine> {
         self.interpreter()
     }
+
+    fn key_texts(&self) -> Vec<String> {
+        self.checked.keys.iter().map(|(_, text)| text.clone()).collect()
+    }
 }

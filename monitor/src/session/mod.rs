@@ -5,6 +5,7 @@ mod events;
 mod export;
 mod io;
 mod online;
+mod panels;
 mod read;
 mod scope;
 mod statements;
@@ -162,6 +163,7 @@ impl<'a> Session<'a> {
             Screen::Events => Body::Events(self.events_view()?),
             Screen::Timing => Body::Timing(self.timing_view()?),
             Screen::Terminal => Body::Terminal(self.terminal_view()?),
+            Screen::Panels => Body::Panels(self.panels_view()?),
             Screen::Scope { samples } => Body::Scope(self.scope_view(*samples)?),
         })
     }

@@ -242,6 +242,108 @@ fn pmac_shows_where_each_plc_waits() {
     assert!(online(&mut session, "J+").is_err());
 }
 
+/// The panel with a title.
+fn panel(session: &mut crate::Session<'_>, title: &str) -> crate::view::Panel {
+    let Body::Panels(view) = session.view(&Screen::Panels).body else { panic!() };
+    let titles: Vec<String> = view.panels.iter().map(|panel| panel.title.clone()).collect();
+    let found = view.panels.into_iter().find(|panel| panel.title == title);
+    found.unwrap_or_else(|| panic!("{titles:?}"))
+}
+
+const TOUCH: &str = "\
+$KEY
+TXLOW = \"LOW\"
+TXAUTO = \"  AUTO\"
+$OUTPUT
+LAMP=1/0
+$END
+@OTX00=TXAUTO
+@OTX03=0
+@OLT00=@OPB00
+@CL101=@CP101
+@STTXT[0]=TXLOW
+@STVAR[0]=1
+@STCNV[0]=2
+LAMP=@CP101
+";
+
+#[test]
+fn pmi_panels_have_buttons_lamps_and_texts_of_keys() {
+    let mut session = open(Dialect::Pmi, TOUCH, "1,@CP101,1\n1,@OPB00,1\n1,@MODE,2\n1,@FRO,80\n");
+    session.run_to(3);
+    let operator = panel(&mut session, "Operator panel");
+    assert_eq!((operator.columns, operator.cells.len()), (3, 17));
+    let pressed: Vec<&str> = operator
+        .cells
+        .iter()
+        .filter(|cell| cell.pressed == Some(true) && cell.light == Some(true))
+        .map(|cell| cell.label.as_str())
+        .collect();
+    assert_eq!(pressed, ["@CP101"]);
+    // "Bottom centered @CP115".
+    assert_eq!(
+        (operator.cells[15].label.as_str(), operator.cells[16].label.as_str()),
+        ("", "@CP115")
+    );
+    let touch = panel(&mut session, "Operator touch window");
+    assert_eq!((touch.cells[0].label.as_str(), touch.cells[0].light), ("  AUTO", Some(true)));
+    assert_eq!((touch.cells[3].label.as_str(), touch.cells[3].pressed), ("", None));
+    let status = panel(&mut session, "mach stat");
+    assert_eq!(
+        (status.cells[0].label.as_str(), status.cells[1].value.as_deref()),
+        ("LOW", Some("ON"))
+    );
+    let production = panel(&mut session, "Production");
+    let value = |label: &str| {
+        let cell = production.cells.iter().find(|cell| cell.label == label).unwrap();
+        cell.value.clone().unwrap()
+    };
+    assert_eq!((value("mode"), value("@FRO %")), ("automatic".into(), "80".into()));
+    // A press sets the variable as the operator would.
+    session.apply(Command::Follow).unwrap();
+    session.apply(Command::Change { name: "@CP101".into(), value: "0".into() }).unwrap();
+    let last = session.status().last_tick;
+    session.run_to(last + 2);
+    assert_eq!(panel(&mut session, "Operator panel").cells[1].light, Some(false));
+}
+
+#[test]
+fn nct_panels_show_screens_softkeys_and_tables() {
+    let text =
+        ":001\nU520\nI401 U401 Z\nI710 U710 Z\nJ1\n:000\nJ0\n:197\nMAG RESET$\n:199\nDOOR OPEN$\n";
+    let stimulus = "1,I401,1\n1,RH027,260\n1,RH071,30\n1,I710,1\n1,F500,49157\n";
+    let mut session = open(Dialect::Nct, text, stimulus);
+    session.run_to(3);
+    let screen = panel(&mut session, "Screen and messages");
+    assert_eq!(screen.cells[0].value.as_deref(), Some("0104h Work offsts"));
+    let message = screen.cells.iter().find(|cell| cell.label.contains("DOOR OPEN")).unwrap();
+    assert_eq!(message.light, Some(true));
+    let softkeys = panel(&mut session, "Operator's panel softkeys");
+    let key = |label: &str| softkeys.cells.iter().find(|cell| cell.label == label).unwrap();
+    assert_eq!(key("MODES").light, Some(true));
+    assert_eq!((key("HNDL").pressed, key("HNDL").light), (Some(true), Some(true)));
+    assert_eq!(key("HNDL").variable.as_deref(), Some("I401"));
+    assert_eq!(key("MAG RESET").variable.as_deref(), Some("I500"));
+    let functions = panel(&mut session, "FUNCTION");
+    assert_eq!(functions.cells[1].value.as_deref(), Some("30"));
+}
+
+#[test]
+fn pmac_panels_show_positions_and_connectors() {
+    let stimulus = "1,D:$2B,307200\n1,Y:$814,1\n1,Y:$FFC2,258\n1,X:$C004,2097152\n";
+    let mut session = open(Dialect::Pmac, PMAC, stimulus);
+    session.run_to(3);
+    let positions = panel(&mut session, "Position window");
+    assert_eq!((positions.columns, positions.cells[0].value.as_deref()), (3, Some("100")));
+    let flags = panel(&mut session, "Motors and flags");
+    assert_eq!(
+        (flags.cells[0].value.as_deref(), flags.cells[8 + 5].value.as_deref()),
+        (Some("1"), Some("1"))
+    );
+    let connectors = panel(&mut session, "Connectors");
+    assert_eq!(connectors.cells[1].value.as_deref(), Some("00000010"));
+}
+
 /// Types a line into the terminal and gives the answer, or the reason for none.
 fn typed(session: &mut crate::Session<'_>, line: &str) -> Result<String, String> {
     let reply = session.apply(Command::Online { line: line.into() });

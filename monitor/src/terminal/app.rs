@@ -4,7 +4,7 @@ use ratatui::Frame;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::{draw, keys};
-use crate::view::{Body, IoRow, Screen, View};
+use crate::view::{Body, IoRow, PanelCell, Screen, View};
 use crate::{Command, Format, Refusal, Reply, Session};
 
 /// A screen of the terminal.
@@ -18,13 +18,14 @@ pub(super) enum Page {
     Timing,
     Scope,
     Terminal,
+    Panels,
     Directory,
     References,
     Help,
 }
 
 /// The pages that have a number.
-pub(super) const PAGES: [(Page, &str); 8] = [
+pub(super) const PAGES: [(Page, &str); 9] = [
     (Page::Statements, "statmnt"),
     (Page::Variables, "var"),
     (Page::Io, "i/o"),
@@ -33,6 +34,7 @@ pub(super) const PAGES: [(Page, &str); 8] = [
     (Page::Timing, "time"),
     (Page::Scope, "scope"),
     (Page::Terminal, "terminal"),
+    (Page::Panels, "panels"),
 ];
 
 /// What a key does.
@@ -58,6 +60,10 @@ pub(super) enum Todo {
     Release,
     ReleaseAll,
     OtherWindow,
+    NextPanel,
+    PreviousPanel,
+    PressCell,
+    AskCell,
     ZoomIn,
     ZoomOut,
     CursorA,
@@ -107,6 +113,9 @@ pub(super) struct App {
     /// The selected row of lists, and of the two windows of inputs and outputs.
     pub(super) selected: usize,
     pub(super) window: usize,
+    /// Which panel is shown, and how many of its cells stand side by side.
+    pub(super) panel: usize,
+    pub(super) columns: usize,
     /// What is being typed in the PMAC terminal.
     pub(super) line: String,
     pub(super) references: String,
@@ -127,6 +136,8 @@ impl App {
             warning: None,
             selected: 0,
             window: 0,
+            panel: 0,
+            columns: 1,
             line: String::new(),
             references: String::new(),
             height: 10,
@@ -146,6 +157,7 @@ impl App {
             Page::Timing => Screen::Timing,
             Page::Scope => Screen::Scope { samples: width.saturating_sub(2).max(1) },
             Page::Terminal => Screen::Terminal,
+            Page::Panels => Screen::Panels,
             Page::Directory => Screen::Directory,
             Page::References => Screen::References { name: self.references.clone() },
             Page::Help => Screen::Status,
@@ -198,7 +210,7 @@ impl App {
                 matches!(key.todo, Todo::AskWatch) || matches!(key.todo, Todo::AskScope)
             }
             KeyCode::Delete => matches!(key.todo, Todo::Unwatch | Todo::AskScopeRemove),
-            KeyCode::Enter => matches!(key.todo, Todo::Select),
+            KeyCode::Enter => matches!(key.todo, Todo::Select | Todo::PressCell),
             _ => false,
         });
         if let Some(key) = found {
@@ -214,7 +226,7 @@ impl App {
             KeyCode::Char('?') | KeyCode::F(1) => self.go(Page::Help),
             KeyCode::Esc => self.go(self.back),
             KeyCode::Tab | KeyCode::BackTab => self.next_page(code == KeyCode::Tab),
-            KeyCode::Char(digit @ '1'..='8') => {
+            KeyCode::Char(digit @ '1'..='9') => {
                 let page = digit.to_digit(10).and_then(|digit| PAGES.get(digit as usize - 1));
                 if let Some((page, _)) = page {
                     self.go(*page);
@@ -246,8 +258,13 @@ impl App {
         }
     }
 
-    /// On the scope the shown stretch moves, elsewhere the tick.
+    /// On the scope the shown stretch moves, on panels the cursor by a cell, elsewhere the tick.
     fn time(&mut self, session: &mut Session<'_>, ticks: i64) {
+        if self.page == Page::Panels && ticks.abs() == 1 {
+            // Drawing keeps it within the panel.
+            self.selected = (self.selected as u64).saturating_add_signed(ticks) as usize;
+            return;
+        }
         if self.page != Page::Scope {
             return self.apply(session, Command::MoveTicks { by: ticks });
         }
@@ -281,6 +298,8 @@ impl App {
         if self.page == Page::Statements {
             return self.apply(session, Command::MoveCursor { by });
         }
+        let by =
+            if self.page == Page::Panels { by.saturating_mul(self.columns as i64) } else { by };
         // Drawing keeps it within the list.
         self.selected = (self.selected as u64).saturating_add_signed(by) as usize;
     }
@@ -342,6 +361,10 @@ impl App {
                 self.window = 1 - self.window.min(1);
                 self.selected = 0;
             }
+            Todo::NextPanel => self.choose_panel(1),
+            Todo::PreviousPanel => self.choose_panel(-1),
+            Todo::PressCell => self.press(session),
+            Todo::AskCell => self.ask("value", none(), todo),
             Todo::ZoomIn => self.zoom(session, 1, 2),
             Todo::ZoomOut => self.zoom(session, 2, 1),
             Todo::CursorA => self.ask("cursor A at tick (empty: none)", none(), todo),
@@ -401,6 +424,35 @@ impl App {
     pub(super) fn force(&mut self, session: &mut Session<'_>, value: &str) {
         if let Some(row) = self.io_row(session) {
             self.apply(session, Command::Force { name: row.name, value: value.into() });
+        }
+    }
+
+    /// The next or the previous panel; their number is that of the last view, so drawing takes the rest of it.
+    fn choose_panel(&mut self, by: isize) {
+        self.panel = self.panel.wrapping_add_signed(by);
+        self.selected = 0;
+    }
+
+    /// The selected cell of the panel that is shown.
+    pub(super) fn cell(&mut self, session: &mut Session<'_>) -> Option<PanelCell> {
+        let Body::Panels(view) = session.view(&Screen::Panels).body else { return None };
+        let count = view.panels.len();
+        let panel = view.panels.into_iter().nth(self.panel % count.max(1))?;
+        panel.cells.into_iter().nth(self.selected)
+    }
+
+    /// Presses or releases a push-button; of another cell asks for the value.
+    fn press(&mut self, session: &mut Session<'_>) {
+        let Some(PanelCell { variable: Some(name), pressed, .. }) = self.cell(session) else {
+            self.message = Some(("nothing can be set here".into(), true));
+            return;
+        };
+        match pressed {
+            Some(pressed) => {
+                let value = if pressed { "0" } else { "1" }.to_owned();
+                self.apply(session, Command::Change { name, value });
+            }
+            None => self.run(session, Todo::AskCell),
         }
     }
 

@@ -75,6 +75,13 @@ const SCOPE: &[Key] = &[
     key(0, 'o', "open", Todo::AskOpen),
 ];
 
+const PANELS: &[Key] = &[
+    key(1, 'p', "press", Todo::PressCell),
+    key(2, 'e', "set", Todo::AskCell),
+    key(5, 'w', "next panel", Todo::NextPanel),
+    key(6, 'W', "previous panel", Todo::PreviousPanel),
+];
+
 const DIRECTORY: &[Key] =
     &[key(1, 's', "select", Todo::Select), key(2, 'x', "clear", Todo::ClearSelection)];
 
@@ -86,6 +93,7 @@ pub(super) fn keys(page: Page, is_pmi: bool) -> &'static [Key] {
         Page::Variables => VARIABLES,
         Page::Io => IO,
         Page::Scope => SCOPE,
+        Page::Panels => PANELS,
         Page::Directory => DIRECTORY,
         _ => &[],
     }
@@ -94,7 +102,7 @@ pub(super) fn keys(page: Page, is_pmi: bool) -> &'static [Key] {
 /// The text of the help, a line each.
 pub(super) const HELP: &[&str] = &[
     "1 statements  2 variables  3 inputs/outputs  4 faults and messages",
-    "5 tasks  6 timing  7 scope  8 PMAC terminal    Tab: next screen",
+    "5 tasks  6 timing  7 scope  8 PMAC terminal  9 panels    Tab: next screen",
     "",
     "arrows up/down, PgUp/PgDn, Home/End   move the cursor",
     "arrows left/right                     a tick back or on",

@@ -180,11 +180,48 @@ fn the_scope_draws_courses_and_cursors() {
 }
 
 #[test]
+fn panels_are_pressed_and_chosen() {
+    let program = "$OUTPUT\nSOL1=1/0\n$END\n@CL100=@CP100\nSOL1=@CP102\n@STVAR[1]=@STVAR[0]\n";
+    let mut screen = Screen::new(Dialect::Pmi, program, "", 5);
+    screen.session.apply(crate::Command::Follow).unwrap();
+    screen.keys("9");
+    screen.drawn();
+    // The third button of the first row.
+    screen.key(KeyCode::Right);
+    screen.key(KeyCode::Right);
+    screen.drawn();
+    screen.key(KeyCode::Enter);
+    let last = screen.session.status().last_tick;
+    screen.session.run_to(last + 2);
+    // The next key clears the message, whose tick depends on how fast this computer is.
+    screen.key(KeyCode::Up);
+    insta::assert_snapshot!(screen.drawn());
+    // A value that can be set, on the next panel but one.
+    while !screen.drawn().contains("mach stat") {
+        screen.keys("w");
+    }
+    screen.key(KeyCode::Right);
+    screen.drawn();
+    screen.session.apply(crate::Command::Follow).unwrap();
+    screen.keys("e");
+    screen.keys("42");
+    screen.key(KeyCode::Enter);
+    let last = screen.session.status().last_tick;
+    screen.session.run_to(last + 2);
+    let text = screen.drawn();
+    assert!(text.contains("value 0 42") && text.contains("value 1 42"), "{text}");
+    screen.key(KeyCode::Left);
+    screen.drawn();
+    screen.keys("p");
+    assert!(screen.drawn().contains("nothing can be set here"));
+}
+
+#[test]
 fn every_page_fits_a_small_and_a_tiny_terminal() {
     let mut screen = Screen::new(Dialect::Pmi, PMI, "", 5);
     for (width, height) in [(80, 24), (40, 10), (10, 4), (1, 1)] {
         screen.terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
-        for page in "12345678?".chars() {
+        for page in "123456789?".chars() {
             screen.key(KeyCode::Esc);
             screen.key(KeyCode::Tab);
             screen.keys(&page.to_string());

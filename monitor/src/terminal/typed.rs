@@ -53,6 +53,13 @@ impl App {
             },
             Todo::AskList => Command::ChooseList { list: name },
             Todo::AskForce => return self.force(session, text),
+            Todo::AskCell => match self.cell(session).and_then(|cell| cell.variable) {
+                Some(variable) => Command::Change { name: variable, value: name },
+                None => {
+                    self.message = Some(("nothing can be set here".into(), true));
+                    return;
+                }
+            },
             Todo::AskScope => Command::ScopeAdd { names: names() },
             Todo::AskScopeRemove => Command::ScopeRemove { name },
             Todo::AskTrigger => Command::ScopeTrigger { trigger: trigger(text) },

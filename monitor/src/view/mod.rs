@@ -3,6 +3,7 @@
 
 mod events;
 mod io;
+mod panels;
 mod scope;
 mod statements;
 mod tasks;
@@ -13,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 pub use events::{Active, EventKind, EventLine, EventsView};
 pub use io::{IoRow, IoView, IoWindow};
+pub use panels::{Panel, PanelCell, PanelsView};
 pub use scope::{Channel, Sample, ScopeState, ScopeView};
 pub use statements::{
     DirectoryRow, DirectoryView, Execution, NamedValue, ReferencesView, Role, StatementLayout,
@@ -55,6 +57,8 @@ pub enum Screen {
     Timing,
     /// The PMAC terminal.
     Terminal,
+    /// Operator panels, displays and tables of the control.
+    Panels,
     /// The scope.
     Scope {
         /// How many samples of a variable at most. A longer time is shown by the smallest and the
@@ -99,6 +103,8 @@ pub enum Body {
     Timing(TimingView),
     /// The PMAC terminal.
     Terminal(TerminalView),
+    /// Panels.
+    Panels(PanelsView),
     /// The scope.
     Scope(ScopeView),
 }

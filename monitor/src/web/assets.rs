@@ -38,6 +38,7 @@ pub(super) const ASSETS: &[Asset] = assets! {
     "io.js": SCRIPT,
     "keys.js": SCRIPT,
     "main.js": SCRIPT,
+    "panels.js": SCRIPT,
     "scope.js": SCRIPT,
     "scope_drawing.js": SCRIPT,
     "statements.js": SCRIPT,

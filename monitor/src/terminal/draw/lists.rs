@@ -97,7 +97,7 @@ pub(super) fn draw(app: &mut App, body: &Body, frame: &mut Frame<'_>, area: Rect
             }
             list.row(format!(" {}_", app.line), Style::new());
         }
-        Body::Status { .. } | Body::Statements(_) | Body::Scope(_) => {}
+        Body::Status { .. } | Body::Statements(_) | Body::Scope(_) | Body::Panels(_) => {}
     }
     list.draw(&mut app.selected, frame, area);
 }

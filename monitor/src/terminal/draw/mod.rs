@@ -1,6 +1,7 @@
 //! Draws a view with characters. What colours say, underlines, marks or words say too.
 
 mod lists;
+mod panels;
 mod scope;
 mod statements;
 
@@ -33,6 +34,7 @@ pub(super) fn draw(app: &mut App, view: &View, frame: &mut Frame<'_>) {
         }
         (Body::Statements(view), _) => statements::draw(view, frame, body),
         (Body::Scope(view), _) => scope::draw(view, frame, body),
+        (Body::Panels(view), _) => panels::draw(app, view, frame, body),
         (Body::Status { reason }, _) => {
             let text = reason.clone().unwrap_or_default();
             frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), body);
@@ -130,7 +132,7 @@ fn bar_lines(app: &App, width: u16) -> Vec<Line<'static>> {
         pages.push(Span::styled(format!("{number} {title}"), style));
         pages.push(Span::raw(" "));
     }
-    pages.push(Span::raw("?:help q:quit"));
+    pages.push(Span::raw("?:help"));
     let bar = Line::styled(text.trim_end().to_owned(), Style::new().add_modifier(Modifier::BOLD));
     vec![bar, Line::from(pages)]
 }
