@@ -28,7 +28,7 @@ pub(crate) fn section<'a>(
     let base = code_len.next_multiple_of(ALIGNMENT) as u64;
     for (offset, info) in functions {
         // The encoding of an address is relative to where it stands. The section begins `base`
-        // bytes behind the beginning of the code.
+        // bytes after the beginning of the code.
         let address = Address::Constant(u64::from(offset).wrapping_sub(base));
         table.add_fde(cie, info.to_fde(address));
     }

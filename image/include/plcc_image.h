@@ -112,7 +112,7 @@ static inline const struct plcc_symbol *plcc_image_symbol(const struct plcc_imag
     if (number >= plcc_image_symbols(image)) return 0;
     return (const struct plcc_symbol *)(image->file + plcc_at(image, 0x68)) + number;
 }
-/* The name of a symbol, which has no zero behind it: its length is symbol->name_length. */
+/* The name of a symbol, which has no zero after it: its length is symbol->name_length. */
 static inline const char *plcc_image_name(const struct plcc_image *image, const struct plcc_symbol *symbol) {
     return (const char *)image->file + symbol->name;
 }

@@ -27,7 +27,7 @@
 //! | `0x08` | state of the three buffers |
 //! | `0x10` | after how many nanoseconds a value is late that the control's configuration says nothing of; 0 never |
 //! | `0x18` | what such inputs become when they are late: 0 if they become 0, 1 if they stay what they are |
-//! | `0x20` | name of the writer, 32 bytes, 0 behind it |
+//! | `0x20` | name of the writer, 32 bytes, 0 after it |
 //! | `0x40` | three buffers: for each slot the value (an integer, or the bits of a number with a fraction) and its serial number, 64 bits each; a serial number of 0 is no value |
 
 use std::sync::atomic::AtomicU64;
@@ -73,7 +73,7 @@ pub struct InputArea {
 }
 
 impl InputArea {
-    /// The area for a number of slots that begins behind `from` bytes of the file.
+    /// The area for a number of slots that begins after `from` bytes of the file.
     pub fn new(from: usize, slots: usize) -> Self {
         let head = from.next_multiple_of(ALIGNMENT) / 8;
         let owners = head + HEAD;
@@ -118,7 +118,7 @@ impl InputArea {
         self.head * 8
     }
 
-    /// The first byte behind the area.
+    /// The first byte after the area.
     pub fn end(self) -> usize {
         (self.first_mailbox + self.mailbox_size * self.mailboxes) * 8
     }

@@ -5,7 +5,7 @@
 pub const MAGIC: [u8; 8] = *b"PLCCIMG1";
 /// The version of this layout.
 pub const VERSION: u32 = 1;
-/// Bytes of the header; the process image begins behind it.
+/// Bytes of the header; the process image begins after it.
 pub const HEADER_SIZE: usize = 4096;
 
 /// Offset of [`MAGIC`].

@@ -60,7 +60,7 @@ fn a_reader_accepts_whole_ticks_only() {
     }
 }
 
-/// The same without the fence behind the counter's first store: loom finds the order in which a
+/// The same without the fence after the counter's first store: loom finds the order in which a
 /// reader accepts words of two ticks, so that the test above can fail.
 #[test]
 fn without_its_fence_the_counter_protects_nothing() {

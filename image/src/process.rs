@@ -14,7 +14,7 @@ pub(crate) fn own_identity() -> u64 {
 /// for its parent (a zombie).
 fn start_time(process: u32) -> Option<u64> {
     let stat = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
-    // The program's name, in parentheses, may hold spaces. The start time is the 20th field behind it.
+    // The program's name, in parentheses, may hold spaces. The start time is the 20th field after it.
     let (_, fields) = stat.rsplit_once(')')?;
     let mut fields = fields.split_ascii_whitespace();
     if fields.next()? == "Z" {

@@ -22,7 +22,7 @@ use super::atomics::{AtomicU64, Ordering, fence};
 pub fn begin_write(counter: &AtomicU64, number: u64) -> u64 {
     let odd = if number & 1 == 0 { number.wrapping_add(1) } else { number.wrapping_add(2) };
     counter.store(odd, Ordering::Relaxed);
-    // The stores of the words, which follow, stay behind the store of the counter.
+    // The stores of the words, which follow, stay after the store of the counter.
     fence(Ordering::Release);
     odd.wrapping_add(1)
 }

@@ -2,7 +2,7 @@
 //!
 //! Other processes may read and write the file at any time, so nothing here gives out a reference to
 //! plain bytes. The only thing that this can't protect from is a process of the same user that makes
-//! the file shorter: an access behind its end then raises SIGBUS.
+//! the file shorter: an access after its end then raises SIGBUS.
 #![allow(unsafe_code)]
 
 use std::fs::File;

@@ -12,7 +12,7 @@
 //! # Calls
 //! In a language with subroutines (NCT) code pushes the label to return to on a stack in the process
 //! image, and returns by a jump to the label that it takes from there. Seen as mere jumps, a subroutine
-//! that is called twice would be a loop: into it by the first call, out of it behind the second, and
+//! that is called twice would be a loop: into it by the first call, out of it after the second, and
 //! round. So a call is taken as one step, whose length is that of the longest way through the
 //! subroutine. [`ReturnStack`] says by which stores calls are recognised.
 //!
@@ -87,7 +87,7 @@ enum Next {
     Same(usize),
     /// Into a subroutine that does not come back.
     Into(usize),
-    /// Through a subroutine and on behind the call: the first node of each.
+    /// Through a subroutine and on after the call: the first node of each.
     Through(usize, usize),
 }
 

@@ -14,8 +14,8 @@ use crate::{
 
 /// A function under construction and the block that instructions are appended to.
 ///
-/// If something is appended behind a terminator, a new block is made for it. No branch leads to
-/// that block, and a pass drops it. So front ends need not treat statements behind a jump
+/// If something is appended after a terminator, a new block is made for it. No branch leads to
+/// that block, and a pass drops it. So front ends need not treat statements after a jump
 /// specially.
 #[derive(Clone, Debug)]
 pub struct FuncBuilder {
@@ -311,7 +311,7 @@ mod tests {
         b.switch_to(nested);
         assert!(b.set_cold(true));
         b.ret();
-        // A new block begins behind the end of `nested`.
+        // A new block begins after the end of `nested`.
         b.jump(join, &[]);
         assert!(b.set_cold(false));
         b.switch_to(join);

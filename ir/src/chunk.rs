@@ -18,7 +18,7 @@
 //!   bind q             block2:                       block2: goto L1
 //! ```
 //!
-//! Values do not live across a bound place or the beginning of a statement; what is needed behind
+//! Values do not live across a bound place or the beginning of a statement; what is needed after
 //! it is in the process image. Control flow inside one statement that passes values along uses
 //! blocks of the [`FuncBuilder`] directly.
 

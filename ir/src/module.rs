@@ -11,7 +11,7 @@ use crate::bound::ReturnStack;
 use crate::passes::PassSet;
 use crate::{Block, Func, FuncData, Label, RegionId, SourceLoc};
 
-/// In how many blocks behind a label the first statement is looked for. Blocks without instructions stand
+/// In how many blocks after a label the first statement is looked for. Blocks without instructions stand
 /// where conditional statements end.
 const MAX_EMPTY_BLOCKS: usize = 64;
 
@@ -33,7 +33,7 @@ pub struct Statement {
     pub line: u32,
     /// The byte offset in the file's text at which it starts.
     pub start: u32,
-    /// The byte offset behind its end.
+    /// The byte offset after its end.
     pub end: u32,
 }
 

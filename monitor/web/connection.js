@@ -3,7 +3,7 @@
 const KEY_NAME = "plcc-monitor-key";
 const WAITS = [300, 1000, 2000, 5000];
 
-// The key that the server gave behind the `#` of the address, kept for this origin alone.
+// The key that the server gave after the `#` of the address, kept for this origin alone.
 export function takeKey() {
   const found = /^#key=([0-9a-f]+)$/.exec(location.hash);
   if (found) {

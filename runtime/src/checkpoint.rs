@@ -117,7 +117,7 @@ pub(crate) fn without(whole: Range<u32>, holes: &[Range<u32>]) -> Vec<Range<u32>
     rest
 }
 
-/// What was written behind the header.
+/// What was written after the header.
 #[derive(Deserialize)]
 struct Payload<S> {
     /// The image, without its zeros.

@@ -138,7 +138,7 @@ impl Serialize for AnnouncedText {
     }
 }
 
-/// A line of at most 40 characters, as the control's screen shows it (PMI 3.1.6). What is written behind the
+/// A line of at most 40 characters, as the control's screen shows it (PMI 3.1.6). What is written after the
 /// 40th is cut off.
 #[derive(Clone, Debug)]
 pub struct Line {
@@ -194,7 +194,7 @@ pub enum DisplayedText {
         value: f64,
         /// The characters of its field, the point among them.
         width: u32,
-        /// Digits behind the point.
+        /// Digits after the point.
         decimals: u32,
     },
 }

@@ -311,7 +311,7 @@ pub trait Executive {
     // From here on methods have defaults that do nothing, for executives in tests. Those of the three
     // languages have all of them.
 
-    /// Appends the state outside the process image, in the form in which a checkpoint holds it behind
+    /// Appends the state outside the process image, in the form in which a checkpoint holds it after
     /// the image. It allocates nothing but more room for `_out`.
     fn state_into(&self, _out: &mut Vec<u8>) {}
 

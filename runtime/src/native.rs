@@ -311,7 +311,7 @@ unsafe extern "C" fn look(frame: *mut UnwindContext, search: *mut c_void) -> c_i
     // SAFETY: the frame is that of the unwinder, which waits for this function.
     let address = unsafe { _Unwind_GetIP(frame) };
     let (start, end) = search.code;
-    // A return address lies behind a call, so it may be the code's end and not its beginning.
+    // A return address lies after a call, so it may be the code's end and not its beginning.
     if address > start && address <= end {
         search.found = address;
         return END_OF_STACK;

@@ -59,7 +59,7 @@ impl<W: Write> PatientWriter<W> {
         self.closed
     }
 
-    /// Where bytes are added, behind those that wait.
+    /// Where bytes are added, after those that wait.
     pub(crate) fn buffer(&mut self) -> &mut Vec<u8> {
         &mut self.pending
     }

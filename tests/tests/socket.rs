@@ -426,7 +426,7 @@ fn pmi_programs_are_exchanged_and_taken_back() {
     let source = "$INPUT\nDOOR = 0/0\n$OUTPUT\nLAMP = 1/0\nHORN = 1/1\n$INTEGER\nCOUNT,LEVEL,OLD\n\
                   $TIMER\nE/RUN/DONE = 30000\n$FAULT\nBAD = \"BAD\"\n$END\n\
                   COUNT = COUNT + 1\nLAMP = DOOR\nHORN = T\nRUN = T\nOLD = 5\nBAD = T\n";
-    // COUNT moves behind a new variable; HORN goes, and with it what drives its line.
+    // COUNT moves after a new variable; HORN goes, and with it what drives its line.
     let other = "$INPUT\nDOOR = 0/0\n$OUTPUT\nLAMP = 1/0\n$INTEGER\nAHEAD[20],COUNT,LEVEL,NEWS\n\
                  $TIMER\nE/RUN/DONE = 30000\n$FAULT\nBAD = \"BAD\"\n$END\n\
                  COUNT = COUNT + 1\nLAMP = /DOOR\nRUN = T\nNEWS = NEWS + 1\nBAD = T\nAHEAD[0] = 1\n";
@@ -634,7 +634,7 @@ fn nct_programs_are_exchanged() {
     let ends = control.get("F506").as_i64().unwrap();
     control.assign("set", "F700", 0);
     control.tick();
-    assert!(control.get("F506").as_i64().unwrap() > ends, "it goes on behind its own call");
+    assert!(control.get("F506").as_i64().unwrap() > ends, "it goes on after its own call");
     control.assign("set", "F700", 1);
     control.tick();
     let starts = control.get("F500").as_i64().unwrap();

@@ -82,7 +82,7 @@ fn a_tick_makes_one_system_call() {
 /// The page faults of a thread so far, those that read from the disk and those that do not.
 fn page_faults(process: &str, thread: &str) -> u64 {
     let stat = fs::read_to_string(format!("/proc/{process}/task/{thread}/stat")).unwrap();
-    // The name of the program, in parentheses, may hold spaces. Behind it stand the fields from the
+    // The name of the program, in parentheses, may hold spaces. After it stand the fields from the
     // third on; the tenth and the twelfth are the two numbers.
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
     let field = |at: usize| fields.get(at).unwrap().parse::<u64>().unwrap();

@@ -102,14 +102,14 @@ impl Listing<'_> {
         }
     }
 
-    /// Lists the data from an offset up to the next block, and gives the offset behind it. What a
+    /// Lists the data from an offset up to the next block, and gives the offset after it. What a
     /// jump table holds are distances from its own beginning.
     fn data(&self, out: &mut String, start: u32, following: Next) -> u32 {
         let next = self.blocks.partition_point(|&block| block < start);
         let end = self.blocks.get(next).copied().unwrap_or(self.bytes.len() as u32);
         let data = self.bytes.get(start as usize..end as usize).unwrap_or_default();
         let mut at = start;
-        // Constants begin at a multiple of 4, jump tables right behind the instruction.
+        // Constants begin at a multiple of 4, jump tables right after the instruction.
         let padding =
             if following == Next::Data { (at.next_multiple_of(4) - at) as usize } else { 0 };
         let (padding, data) = data.split_at(padding.min(data.len()));

@@ -43,7 +43,7 @@ impl RelocateWriter for Section {
 
 /// The debug sections of a program's code. Addresses refer to functions by their index, in
 /// [`RelocationTarget::Symbol`]; with `context` there is the variable `context` too, whose section has the
-/// index behind those of the functions.
+/// index after those of the functions.
 pub(super) fn sections(
     program: &Program,
     code: &Code,

@@ -89,7 +89,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// A double that is loaded from the constants behind the function's code. Cranelift would build
+    /// A double that is loaded from the constants after the function's code. Cranelift would build
     /// it with two instructions of 15 bytes together. That is worth avoiding where the other
     /// operand comes from the image, if the operation then reads that one from memory by itself. It does
     /// not if one of the two values is used more than once; then Cranelift lets the operation read the

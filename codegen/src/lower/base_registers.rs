@@ -7,7 +7,7 @@
 
 use plcc_ir::{FuncData, InstData, Module};
 
-/// The bytes that a distance of one signed byte reaches: 128 before the base to 127 behind it.
+/// The bytes that a distance of one signed byte reaches: 128 before the base to 127 after it.
 const REACH: u32 = 256;
 /// The largest number of bases, since each takes a register.
 const MAX_BASES: usize = 2;
@@ -44,7 +44,7 @@ pub(super) fn bases(module: &Module, func: &FuncData) -> Vec<u32> {
 }
 
 /// The longest run of offsets in a sorted list that one base reaches: the index of its first, and
-/// that behind its last. Of several equally long ones the first.
+/// that after its last. Of several equally long ones the first.
 fn longest_run(places: &[u32]) -> Option<(usize, usize)> {
     let mut end = 0;
     let mut best = None;

@@ -9,7 +9,7 @@ use super::{InvalidIr, LowerResult, Lowering, clif_type};
 
 impl Lowering<'_> {
     /// Loads the image's address from the context and computes the base addresses from it. That is
-    /// done at the beginning of a function, and they are rematerialised behind each call in a cold
+    /// done at the beginning of a function, and they are rematerialised after each call in a cold
     /// block: so they need not survive that call in a callee-saved register, of which there are
     /// few and most of whose encodings take a byte more in each instruction.
     pub(super) fn materialise_bases(&mut self) {

@@ -8,7 +8,7 @@
 //!
 //! TABLE is `coil`, `discrete` (input), `input` (register) or `holding` (register). Numbers count from 0. FORMAT is
 //! for registers: `u16` (the default), `i16`, `u32`, `i32`, `f32`, with the high word first, or `-swapped`
-//! behind it; or `bit0` to `bit15`.
+//! after it; or `bit0` to `bit15`.
 
 /// How a device is reached.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

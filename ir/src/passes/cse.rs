@@ -120,7 +120,7 @@ fn table_key(mut data: InstData) -> InstData {
 struct Forest {
     /// The blocks, each before those below it, tree after tree.
     order: Vec<Block>,
-    /// For each block its number, which is the first of its subtree, and the number behind the last
+    /// For each block its number, which is the first of its subtree, and the number after the last
     /// of its subtree.
     spans: Vec<(u32, u32)>,
 }

@@ -24,7 +24,7 @@ use super::image_bytes::ImageBytes;
 use super::substitution::Substitution;
 use crate::{Address, Block, ConvertOp, FuncData, InstData, SourceLoc, Type, Value};
 
-/// The forwarding window: a value is forwarded in this many statements behind the one in which it
+/// The forwarding window: a value is forwarded in this many statements after the one in which it
 /// was stored or loaded.
 pub(super) const FORWARDING_WINDOW: u32 = 8;
 

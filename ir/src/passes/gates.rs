@@ -61,7 +61,7 @@ struct Gates<'a> {
     places: Vec<Block>,
     /// For each instruction whether it is part of a gate that will be written again.
     absorbed: Vec<bool>,
-    /// The nodes of the outermost gate that is examined or written, each behind its inputs.
+    /// The nodes of the outermost gate that is examined or written, each after its inputs.
     nodes: Vec<Node>,
     /// The block that is visited.
     block: Block,

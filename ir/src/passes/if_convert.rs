@@ -17,7 +17,7 @@
 //! chosen as integers with the same bits.
 //!
 //! Volatile accesses, host calls, stores through an index, and operations that take long must stay
-//! behind their branch. Stores keep their order.
+//! after their branch. Stores keep their order.
 
 use super::graph::Graph;
 use crate::{

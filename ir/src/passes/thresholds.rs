@@ -8,7 +8,7 @@
 /// Shorter code would have to wait for the loads, since what they load has just been stored.
 pub const RELOAD_BITS_FROM: usize = 8000;
 
-/// In this many instructions behind a store, code generation does not load the stored byte as a part of
+/// In this many instructions after a store, code generation does not load the stored byte as a part of
 /// 32 bits (`wide-bits`), since the processor can't take such a load from the store. With 0, short
 /// programs of relay logic take 2.5 to 3.5 times as long; beyond 100 little changes.
 pub const STORED_RECENTLY: u32 = 100;

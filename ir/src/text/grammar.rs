@@ -23,7 +23,7 @@ use crate::{
 pub(super) enum Item {
     /// `image`: the size in bytes.
     Image(u32),
-    /// `region`: a region, and whether `finite` stands behind it, for
+    /// `region`: a region, and whether `finite` stands after it, for
     /// [`Module::finite_regions`](crate::Module::finite_regions).
     Region(plcc_abi::Region, bool),
     /// `task`: its name, the label where it starts, and those of its resume points.
@@ -48,7 +48,7 @@ pub(super) struct Func {
 pub(super) struct BlockText {
     /// The name it has at its head.
     pub(super) head: Block,
-    /// What stands in parentheses behind that.
+    /// What stands in parentheses after that.
     pub(super) params: Vec<Param>,
     /// Whether `cold` stands before the colon.
     pub(super) cold: bool,

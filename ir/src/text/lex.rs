@@ -2,11 +2,11 @@
 //!
 //! | token | what it is |
 //! | --- | --- |
-//! | word | letters, digits, `_` and `.`; may begin with `@`. A number is a word too: it may begin with `-`, and `+` or `-` may stand behind the `e` of its exponent |
+//! | word | letters, digits, `_` and `.`; may begin with `@`. A number is a word too: it may begin with `-`, and `+` or `-` may stand after the `e` of its exponent |
 //! | quoted text | what stands between two `"`, escapes not yet replaced |
-//! | line of text | what stands behind a `\|` at the very beginning of a line, escapes not yet replaced |
+//! | line of text | what stands after a `\|` at the very beginning of a line, escapes not yet replaced |
 //! | sign | any other character that is no space |
-//! | end of a line | behind each line that has tokens and is no line of text |
+//! | end of a line | after each line that has tokens and is no line of text |
 //!
 //! A `;` outside quotes begins a comment, which is left out.
 
@@ -21,7 +21,7 @@ pub(super) enum Token<'t> {
     Word(&'t str),
     /// Text in quotes, without them.
     Quoted(&'t str),
-    /// A line of a source file, without the `|` and one space behind it.
+    /// A line of a source file, without the `|` and one space after it.
     Line(&'t str),
     /// Any other character.
     Sign(char),
@@ -48,7 +48,7 @@ pub(super) struct Tokens<'t> {
     /// In the order of the text.
     pub(super) tokens: Vec<Token<'t>>,
     /// For each token the offset of its first byte in the text; that of an end of a line is
-    /// behind the line's last token.
+    /// after the line's last token.
     offsets: Vec<usize>,
 }
 
@@ -125,7 +125,7 @@ fn lexer<'t>() -> impl Parser<'t, &'t str, Vec<(Option<Token<'t>>, SimpleSpan)>>
 }
 
 /// Text with each escape replaced by the character that it stands for; `None` if something else
-/// than `\`, `r` or `{hex}` stands behind a backslash.
+/// than `\`, `r` or `{hex}` stands after a backslash.
 pub(super) fn unescaped(text: &str) -> Option<String> {
     let mut out = String::with_capacity(text.len());
     let mut chars = text.chars();

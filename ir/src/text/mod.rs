@@ -43,9 +43,9 @@
 //! - A `;` begins a comment, except inside quotes.
 //! - Regions stand above the functions. Blocks are numbered from `block0` in the order in which
 //!   they stand. A value may be used above its definition.
-//! - The names of labels in parentheses behind a block's name make it an entry.
+//! - The names of labels in parentheses after a block's name make it an entry.
 //! - `cold` before the colon of a block's head (`block3(v7: i32) cold:`) says that the block seldom
-//!   runs, `small` (behind `cold` if both stand there) that it is to be optimised for size.
+//!   runs, `small` (after `cold` if both stand there) that it is to be optimised for size.
 //! - `finite` at the end of a region's line (`region p at 0 size 8 finite`) says that the region
 //!   holds only doubles that are finite and never -0.
 //! - `@N` says that the instructions that follow belong to statement N, `@none` that they belong to

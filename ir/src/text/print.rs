@@ -8,7 +8,7 @@ use crate::{
     Address, Block, BlockCall, FuncData, InstData, Module, RegionId, SourceLoc, Terminator, Value,
 };
 
-/// The column in which a comment begins. Behind a longer line it follows at once.
+/// The column in which a comment begins. After a longer line it follows at once.
 const COMMENT: usize = 40;
 
 /// Prints a module. [`parse`](super::parse()) reads the text back as the same module.

@@ -143,7 +143,7 @@ fn nearest_common_dominator(parents: &[Option<u32>], mut a: u32, mut b: u32) -> 
 /// Numbers the nodes of a tree, given by the parent of each node, so that the nodes of each subtree
 /// have consecutive numbers. Gives for each node the first and the last number of its subtree.
 fn spans(parents: &[Option<u32>]) -> Vec<(u32, u32)> {
-    // A parent comes before its children, so the sizes of subtrees add up from behind.
+    // A parent comes before its children, so the sizes of subtrees are added up from the end.
     let mut sizes = vec![1u32; parents.len()];
     for at in (0..parents.len()).rev() {
         if let Some(up) = parents[at]

@@ -148,8 +148,8 @@ impl Session<'_> {
         debugger.history_mut().run_unobserved(tick).is_ok()
     }
 
-    /// The values of variables behind a tick, which is run again; NaN for those that have none.
-    pub(super) fn values_behind(
+    /// The values of variables after a tick, which is run again; NaN for those that have none.
+    pub(super) fn values_after(
         &mut self,
         tick: u64,
         names: &[String],

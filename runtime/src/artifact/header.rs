@@ -42,7 +42,7 @@ const EH_FRAME: usize = 180;
 const IMAGE_SIZE: usize = 184;
 const CRC: usize = 188;
 
-/// The lengths of the parts behind the header.
+/// The lengths of the parts after the header.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Parts {
     /// Bytes of the tables.
@@ -93,7 +93,7 @@ fn digest(head: &[u8], payload: &[u8]) -> ArtifactDigest {
 }
 
 /// Makes digest, checksum and length of an artifact right again after bytes of it were changed, for
-/// tests of the checks behind them. Does nothing to fewer bytes than a header has.
+/// tests of the checks after them. Does nothing to fewer bytes than a header has.
 pub fn reseal(bytes: &mut [u8]) {
     let length = bytes.len() as u64;
     if let Some((head, payload)) = bytes.split_at_mut_checked(LENGTH) {
@@ -111,7 +111,7 @@ fn seal(head: &mut [u8], payload: &[u8]) {
 }
 
 impl Header {
-    /// The header's bytes, with `payload` behind it.
+    /// The header's bytes, with `payload` after it.
     ///
     /// # Errors
     /// When a name is too long.

@@ -13,7 +13,7 @@
 //! | unwind information | an `.eh_frame` section, see [`plcc_abi::unwind`] |
 //! | debug part | may be empty: an ELF file for gdb, see [`Artifact::debug`] |
 //!
-//! The header also has a digest of the whole file, so no byte can be wrong unnoticed. Behind an
+//! The header also has a digest of the whole file, so no byte can be wrong unnoticed. After an
 //! artifact a [`signature`] may stand. A digest is against accidents: whoever can write artifacts can
 //! run code, as with any executable, unless the loader is told to take signed ones only. Tables from
 //! one artifact beside code from another are found by the code's [markers](plcc_abi::function_marker)

@@ -1,4 +1,4 @@
-//! Everything behind the header: tables, labels, lines, code, unwind information and debug part.
+//! Everything after the header: tables, labels, lines, code, unwind information and debug part.
 
 use plcc_abi::{CodeLine, CodeParts, FunctionRange, Program, SourceLine, TrapSite};
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,7 @@ pub(super) struct Payload {
     pub(super) parts: Parts,
 }
 
-/// Writes the parts one behind the other.
+/// Writes the parts one after the other.
 ///
 /// # Errors
 /// When one is larger than an artifact may be.

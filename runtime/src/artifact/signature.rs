@@ -1,6 +1,6 @@
 //! Signatures of artifacts, by Ed25519.
 //!
-//! The signature of a signed artifact stands behind it, [`LENGTH`] bytes:
+//! The signature of a signed artifact stands after it, [`LENGTH`] bytes:
 //!
 //! | offset | bytes | holds |
 //! | --- | --- | --- |
@@ -32,7 +32,7 @@ pub const LENGTH: usize = MAGIC.len() + PUBLIC_KEY_LENGTH + SIGNATURE_LENGTH;
 /// The longest file of a key that is read, in bytes.
 const MAX_KEY_FILE: u64 = 64 << 10;
 
-/// A signature as it stands behind an artifact. Nothing of it is checked.
+/// A signature as it stands after an artifact. Nothing of it is checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Signature {
     key: [u8; PUBLIC_KEY_LENGTH],
@@ -45,7 +45,7 @@ impl Signature {
         Self { key, signature }
     }
 
-    /// The bytes that stand behind the artifact.
+    /// The bytes that stand after the artifact.
     pub fn bytes(&self) -> Vec<u8> {
         [&MAGIC[..], &self.key, &self.signature].concat()
     }
@@ -56,7 +56,7 @@ impl Signature {
     }
 }
 
-/// Divides a file into the artifact and the signature behind it, if one stands there.
+/// Divides a file into the artifact and the signature after it, if one stands there.
 pub fn split(bytes: &[u8]) -> (&[u8], Option<Signature>) {
     let parts = || {
         let (artifact, tail) = bytes.split_last_chunk::<LENGTH>()?;

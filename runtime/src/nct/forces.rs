@@ -24,7 +24,7 @@ pub(super) struct Forces {
     inputs: Vec<ForcedBits>,
     outputs: Vec<ForcedBits>,
     any_output: bool,
-    /// Whether an input may be forced. Not part of a checkpoint, so unknown behind one.
+    /// Whether an input may be forced. Not part of a checkpoint, so unknown after one.
     #[serde(skip, default = "unknown")]
     maybe_input: bool,
 }

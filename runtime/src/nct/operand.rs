@@ -1,4 +1,4 @@
-//! Local variables as operands: bytes behind their locations, register areas, the flags that a
+//! Local variables as operands: bytes at their flag locations, register areas, the flags that a
 //! statement writes.
 
 use plcc_abi::nct::arithmetic::{from_bcd, sign_extend};

@@ -66,7 +66,7 @@ fn search_pot(
         return Ok(Some(address(row)));
     }
     let is_free = |pot: &u16| locals.word(address(*pot)) == width;
-    // Pots 1 to `pots` are a ring; the spindle lies before pot 1 and behind the last.
+    // Pots 1 to `pots` are a ring; the spindle lies before pot 1 and after the last.
     let up = |distance: u16| (row + distance - 1) % pots + 1;
     let down = |distance: u16| {
         let from = if row == 0 { pots + 1 } else { row };

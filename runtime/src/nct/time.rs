@@ -1,6 +1,6 @@
 //! How long a module of NCT may run in real time.
 //!
-//! The manual gives each module a share of the time (NCT 1.2): `:001`, and `:000` behind it, 5 ms of
+//! The manual gives each module a share of the time (NCT 1.2): `:001`, and `:000` after it, 5 ms of
 //! each slice, and `:002` its period. That is time of the control's processor, so it is counted as
 //! processor time of the thread that runs the scans: another program that takes the processor away
 //! for a while does not stop the PLC. Besides, `--watchdog` limits the time on the clock.

@@ -168,7 +168,7 @@ impl Target<'_> {
         }
     }
 
-    /// Physical lines from `offset` on and, up to byte `end`, the NC's flags behind them.
+    /// Physical lines from `offset` on and, up to byte `end`, the NC's flags after them.
     fn lines(&mut self, offset: u32, end: usize, byte: usize, bit: Option<u8>, word: u16) {
         let image = &mut self.image.bytes;
         let mut change = |n: usize, mask: u8, value: u8| {

@@ -213,7 +213,7 @@ mod tests {
     #[test]
     fn another_controller_takes_what_means_the_same_there() {
         let one = number(1.0);
-        // &2Q0 is the first behind 512 of a Turbo's, and behind 128 of a PMAC's.
+        // &2Q0 is the first after 512 of a Turbo's, and after 128 of a PMAC's.
         let values =
             [(Kind::P, 9, one), (Kind::P, 5000, one), (Kind::Q, 512, one), (Kind::I, 5, one)];
         let (saved, saved_layout) = image(Controller::Turbo, &values);

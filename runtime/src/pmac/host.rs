@@ -136,7 +136,7 @@ impl PmacHost {
         self.state.saved.exists.then_some(&self.state.saved.image)
     }
 
-    /// Keeps the regions `p q i mdef` of an image. It may end behind them.
+    /// Keeps the regions `p q i mdef` of an image. It may end after them.
     pub(super) fn save(&mut self, image: &[u8]) {
         let saved = &mut self.state.saved;
         if let Some(now) = image.get(..saved.image.len()) {

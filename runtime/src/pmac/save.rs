@@ -121,7 +121,7 @@ fn image_of(runs: &[Run], layout: &Layout) -> Vec<u8> {
 
 impl FileContent {
     /// The controller on which this was saved. Earlier versions did not write it down; a Turbo PMAC's
-    /// I-variables, some of which are never 0, lie behind everything that a PMAC saves.
+    /// I-variables, some of which are never 0, lie after everything that a PMAC saves.
     fn controller(&self) -> Controller {
         let end = Layout::new(Controller::Pmac).reference_definitions;
         self.controller.unwrap_or(match self.runs.last() {

@@ -63,7 +63,7 @@ impl Download {
         self.script.tasks.len() as u32 - 1
     }
 
-    /// A PLC that does something and ends; its number is behind the C or CC of its name.
+    /// A PLC that does something and ends; its number is after the C or CC of its name.
     fn plc(&mut self, name: &'static str, mut call: impl FnMut(&mut Scan<'_>) + 'static) {
         let task = self.task(name, move |scan| {
             call(scan);

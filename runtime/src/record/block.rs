@@ -5,7 +5,7 @@
 //! | --- | --- | --- |
 //! | 0 | 3 | the marker `89 52 42` (hexadecimal), by which a block is found after damaged bytes |
 //! | 3 | 1 | the [`Kind`] |
-//! | 4 | 4 | how many bytes are stored behind this header, little endian like all numbers |
+//! | 4 | 4 | how many bytes are stored after this header, little endian like all numbers |
 //! | 8 | 4 | how many bytes they are when decompressed (LZ4); the same number where they are not compressed |
 //! | 12 | 8 | the number of the tick with which the block begins |
 //! | 20 | 4 | a checksum (CRC-32) of the bytes from 3 to 19 and of all that are stored |

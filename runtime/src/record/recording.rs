@@ -51,7 +51,7 @@ pub(super) fn older_part(path: &Path) -> PathBuf {
 struct Part {
     path: PathBuf,
     file: File,
-    /// The offset behind the last block that was read.
+    /// The offset after the last block that was read.
     read: u64,
 }
 
@@ -193,7 +193,7 @@ impl Recording {
         Ok(())
     }
 
-    /// Takes in a block that stands behind `before` bytes of damage.
+    /// Takes in a block that stands after `before` bytes of damage.
     fn take(&mut self, place: Place, before: u64) -> Result<(), RecordError> {
         self.damaged += before;
         let Block { kind, tick, .. } = place.block;

@@ -248,7 +248,7 @@ fn a_record_that_is_removed_is_begun_again() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// Appends a block with a right checksum behind a record's file.
+/// Appends a block with a right checksum after a record's file.
 fn append(path: &std::path::Path, bytes: &[u8]) {
     use std::io::Write;
     let mut file = std::fs::OpenOptions::new().append(true).open(path).unwrap();

@@ -21,14 +21,14 @@ const OLD_MAGIC: [u8; 8] = *b"PLCCRET1";
 /// What the magic bytes of all versions begin with.
 const MAGIC_OF_ANY_VERSION: &[u8] = b"PLCCRET";
 
-/// What stands behind the header, to be read.
+/// What stands after the header, to be read.
 #[derive(Deserialize)]
 struct Content {
     dialect: Dialect,
     payload: Vec<u8>,
 }
 
-/// What stands behind the header, to be written.
+/// What stands after the header, to be written.
 #[derive(Serialize)]
 struct ContentToWrite<'a> {
     dialect: Dialect,

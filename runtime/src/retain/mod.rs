@@ -117,7 +117,7 @@ fn named_process(number: Option<u32>) -> String {
     number.map_or_else(|| "another process".into(), |number| format!("process {number}"))
 }
 
-/// A file beside `path`, with more behind its name.
+/// A file beside `path`, with more after its name.
 fn beside(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(ending);

@@ -91,7 +91,7 @@ pub struct Beginning {
     /// Whether this is an overrun: another tick was due by then, and this one does not make up for an
     /// earlier overrun.
     pub overrun: bool,
-    /// How many ticks are skipped: this one and those behind it, so that a later one begins.
+    /// How many ticks are skipped: this one and those after it, so that a later one begins.
     pub skip: u64,
     /// Whether the program is to be stopped for it.
     pub stop: bool,
@@ -222,7 +222,7 @@ mod tests {
     fn a_number_of_ticks_can_be_made_up_for() {
         let mut pacer = Pacer::new(OverrunPolicy::CatchUp(2));
         // Due at 20, begun at 105: four more are due, two of them are skipped. That due at 60 begins at
-        // once, those due at 80 and 100 behind it.
+        // once, those due at 80 and 100 after it.
         let begun = begin(&mut pacer, None, &[0, 105, 106, 107, 120, 185]);
         let expected = [(0, false), (2, true), (0, false), (0, false), (0, false), (0, true)];
         assert_eq!(begun, expected);

@@ -43,7 +43,7 @@ pub(crate) enum Request {
         /// Which; all without it.
         #[serde(default)]
         pattern: Option<String>,
-        /// The name behind which the list begins.
+        /// The name after which the list begins.
         #[serde(default)]
         after: Option<String>,
     },

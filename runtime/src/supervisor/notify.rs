@@ -106,7 +106,7 @@ impl Notifier {
     }
 }
 
-/// The address of a socket: a path, or on Linux a name without a file behind `@`.
+/// The address of a socket: a path, or on Linux a name without a file after `@`.
 fn address(path: &Path) -> Option<SocketAddr> {
     #[cfg(target_os = "linux")]
     {

@@ -53,7 +53,7 @@ impl Lowerer<'_> {
         Ok(at + 1)
     }
 
-    /// The bits that the two parts of a condition switch, and the index of the statement behind its
+    /// The bits that the two parts of a condition switch, and the index of the statement after its
     /// `Z`. `None` if they do anything else, if something jumps into them, or if there are too
     /// many.
     fn switches(&self, at: usize, otherwise: usize) -> Option<(Vec<Switch>, Vec<Switch>, usize)> {

@@ -2,12 +2,12 @@
 //!
 //! A safepoint takes one off the fuel in the region `context`, the number of safepoints that the
 //! module may still pass. At 0, or when the scan is late, the module is suspended or stopped. A call is known by its number,
-//! counted over all calls of the program in the source's order. A return goes on behind the call
+//! counted over all calls of the program in the source's order. A return goes on after the call
 //! whose number was stored last.
 //!
 //! A module that is stopped names the statement that it was at. Each statement that can pass a
 //! safepoint has a number for that: a call its own number, a jump back one above those of all calls.
-//! Where fuel is used up, the number is stored in the image (`pending`), so that the code behind is
+//! Where fuel is used up, the number is stored in the image (`pending`), so that the code after is
 //! shared. An indirect jump or call stores it in any case before it goes to a stub.
 
 use plcc_abi::{SourceLine, TrapCode, TrapSite, nct::context};
@@ -48,8 +48,8 @@ enum Number {
 const NAMED: std::ops::RangeInclusive<u16> = 3..=196;
 
 impl Lowerer<'_> {
-    /// Makes places for the statements that jumps, calls and returns lead to. The places behind
-    /// calls come first, so that the number of a call is also the number of the chunk label behind
+    /// Makes places for the statements that jumps, calls and returns lead to. The places after
+    /// calls come first, so that the number of a call is also the number of the chunk label after
     /// it.
     pub(super) fn find_places(&mut self) {
         let stmts = &self.program.stmts;
@@ -87,7 +87,7 @@ impl Lowerer<'_> {
     }
 
     /// Adds the trap sites. The number of a statement that can pass a safepoint is also that of its
-    /// site for a module that takes too long. Those for calls that nest too deep follow behind all
+    /// site for a module that takes too long. Those for calls that nest too deep follow after all
     /// of them, in the order of the calls.
     pub(super) fn trap_sites(&mut self) -> Result {
         for (at, stmt) in self.program.stmts.iter().enumerate() {
@@ -283,7 +283,7 @@ impl Lowerer<'_> {
         self.safepoint(call, to);
     }
 
-    /// `R`: goes on behind the call that was done last. Outside of calls it ends the task.
+    /// `R`: goes on after the call that was done last. Outside of calls it ends the task.
     pub(super) fn ret(&mut self) {
         self.leave(LiveSet::ALL);
         let depth = self.context(Type::I16, context::DEPTH);
@@ -356,7 +356,7 @@ impl Lowerer<'_> {
         place
     }
 
-    /// Adds, behind the program's last statement, the code that its branches share: stubs,
+    /// Adds, after the program's last statement, the code that its branches share: stubs,
     /// safepoints whose fuel is used up, traps.
     pub(super) fn shared_code(&mut self) {
         let points = self.resume_points();

@@ -1,7 +1,7 @@
 //! Liveness of OP and of the status flags before each statement. What is overwritten before
 //! anything can read it need not be computed.
 //!
-//! The statements are walked once, backwards. It is assumed that everything can be read behind the
+//! The statements are walked once, backwards. It is assumed that everything can be read after the
 //! end of a module, a return, a call, a jump back and an indirect jump, by an indirect access to F
 //! (but for OP), and by a statement with a register area.
 

@@ -174,7 +174,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Binds a place. Behind it register OP is in the image.
+    /// Binds a place. After it register OP is in the image.
     fn bind(&mut self, place: Place) {
         self.builder.bind(place);
         self.op = None;

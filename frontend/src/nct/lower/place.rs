@@ -119,7 +119,7 @@ impl Lowerer<'_> {
     }
 
     /// Reads the word at a byte, an i16. At the last byte this is possible too, since a byte that
-    /// is always 0 lies behind it.
+    /// is always 0 lies after it.
     fn bytes(&mut self, space: Space, byte: u16) -> Result<Value> {
         let location = self.location(space, byte)?;
         let at = self.byte_address(space, location)?;
@@ -212,7 +212,7 @@ impl Lowerer<'_> {
         let high = ins.binary_imm(BinaryOp::Lshr, value, 8);
         let high = ins.zextend_or_trunc(Type::I8, high);
         ins.store(Address::indexed(flags, 1, to.index, 1, count), high);
-        // The high byte of a word at F999 is dropped: the byte behind F999 is always 0.
+        // The high byte of a word at F999 is dropped: the byte after F999 is always 0.
         let zero = ins.iconst(Type::I8, 0);
         ins.store(Address::fixed(flags, count), zero);
     }

@@ -5,7 +5,7 @@
 //! the places that the assumed definitions give, general code accesses them through the host. The
 //! guard that decides which of the two runs is a word of the image that is not 0 once a definition
 //! differs from the assumed one. It is checked at the entry of the task, at every WHILE at which a
-//! suspended scan goes on, and behind every statement that may change a definition. From there
+//! suspended scan goes on, and after every statement that may change a definition. From there
 //! control goes to the code that fits.
 //!
 //! All arithmetic is lowered as the control's floating point, but for statements of L-variables

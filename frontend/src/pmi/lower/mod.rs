@@ -218,7 +218,7 @@ impl Lowerer<'_> {
     }
 
     /// Lets the builder begin another function inside an expression. The stack is stored in the
-    /// image before that place and loaded again behind it.
+    /// image before that place and loaded again after it.
     fn cut(&mut self) -> Result {
         let scratch = self.scratch.or_missing(|| format!("region `{SCRATCH}`"))?;
         let stack = std::mem::take(&mut self.stack);

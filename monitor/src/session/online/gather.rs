@@ -28,7 +28,7 @@ pub(super) struct Gather {
     /// What is gathered, and every how many servo cycles.
     names: Vec<String>,
     period: u64,
-    /// The first tick, and the one behind the last.
+    /// The first tick, and the one after the last.
     begun: Option<u64>,
     ended: Option<u64>,
 }
@@ -159,7 +159,7 @@ impl Session<'_> {
             .collect::<Vec<u64>>();
         let mut lines = vec![];
         for tick in ticks {
-            let values = self.values_behind(tick, &names)?;
+            let values = self.values_after(tick, &names)?;
             let values = values.iter().map(|value| match value.is_nan() {
                 true => "?".to_owned(),
                 false => number(*value),

@@ -128,7 +128,7 @@ impl Session<'_> {
                 "the guide gives the registers of motors for PMAC only, not for Turbo PMAC",
             )),
             _ => Err(Refusal::new(
-                "without the program the controller is not known; name its source behind the socket",
+                "without the program the controller is not known; name its source after the socket",
             )),
         }
     }
@@ -195,7 +195,7 @@ impl Session<'_> {
     }
 }
 
-/// A pair of status words: twelve hexadecimal digits, and behind them the names of the bits that are on.
+/// A pair of status words: twelve hexadecimal digits, and after them the names of the bits that are on.
 fn status_text(
     words: &[String; 2],
     bits: [&[StatusBit]; 2],

@@ -33,7 +33,7 @@ fn search(
     [(f[8] & 1).into(), (f[8] >> 1 & 1).into(), found]
 }
 
-/// Row 0 is the spindle, eight pots behind it; 5 stands in pot 3 as a wide tool.
+/// Row 0 is the spindle, eight pots after it; 5 stands in pot 3 as a wide tool.
 const POTS: [u16; 9] = [0x4009, 1, 0, 0x4005, 0x4000, 7, 8, 0x8000, 0x4002];
 
 #[test]
