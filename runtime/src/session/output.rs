@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use plcc_abi::Program;
 
 use crate::args::RunArgs;
-use crate::files::{can_replace, open_output, replace, why_not_written};
+use crate::files::{can_replace, open_output, replace, resolve_links, why_not_written};
 use crate::retain;
 
 use super::SessionError;
@@ -178,10 +178,13 @@ pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), Sessi
     // A source that was read from standard input is no file.
     let source = program.files.iter().map(PathBuf::from).filter(|file| !is_stdout(file));
     let source = source.map(|file| ("the program", file));
-    let mut seen: Vec<(&str, PathBuf)> =
-        option("--stimulus", &args.stimulus).into_iter().chain(source).chain(read).collect();
+    let read = option("--stimulus", &args.stimulus).into_iter().chain(source).chain(read);
+    // Each path is looked up once: that takes system calls, and the first tick waits for it.
+    let mut seen: Vec<(&str, Target)> =
+        read.map(|(name, path)| (name, Target::of(&path))).collect();
     for (name, path) in outputs {
-        if let Some((other, _)) = seen.iter().find(|(_, other)| same(other, &path)) {
+        let target = Target::of(&path);
+        if let Some((other, _)) = seen.iter().find(|(_, other)| target.excludes(other)) {
             return Err(SessionError(if is_stdout(&path) {
                 format!(
                     "{name} and {other} can't both go to standard output: give one of them a file"
@@ -190,20 +193,35 @@ pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), Sessi
                 format!("{name} would overwrite {other}: both are {}", path.display())
             }));
         }
-        seen.push((name, path));
+        seen.push((name, target));
     }
     Ok(())
 }
 
-/// Whether two paths are the same file. Devices (`/dev/null`) may be shared.
-fn same(a: &Path, b: &Path) -> bool {
-    if is_stdout(a) || is_stdout(b) {
-        return is_stdout(a) && is_stdout(b);
+/// What a path of the command line means.
+#[derive(PartialEq, Eq)]
+enum Target {
+    /// Standard output.
+    StandardOutput,
+    /// A file, which may not exist yet, by its path without links.
+    File(PathBuf),
+    /// A device (`/dev/null`) or something else that several options may name.
+    Shared,
+}
+
+impl Target {
+    fn of(path: &Path) -> Self {
+        if is_stdout(path) {
+            Self::StandardOutput
+        } else if fs::metadata(path).is_ok_and(|about| !about.is_file()) {
+            Self::Shared
+        } else {
+            Self::File(resolve_links(path))
+        }
     }
-    let place = |path: &Path| {
-        let whole = fs::canonicalize(path);
-        whole.or_else(|_| std::path::absolute(path)).unwrap_or_else(|_| path.to_owned())
-    };
-    let is_device = fs::metadata(a).is_ok_and(|about| !about.is_file());
-    !is_device && place(a) == place(b)
+
+    /// Whether an output that goes here would damage the other.
+    fn excludes(&self, other: &Self) -> bool {
+        *self != Self::Shared && self == other
+    }
 }

@@ -4,6 +4,7 @@
 use std::fs::{self, File};
 use std::io::{Read, Write, pipe};
 use std::os::fd::OwnedFd;
+use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -141,6 +142,26 @@ fn a_reader_that_leaves_ends_no_run() {
     assert_all_ticks(&shop);
     let log = shop.read("log.jsonl");
     assert!(log.contains("\"kind\":\"output_closed\",\"output\":\"trace\""), "{log}");
+}
+
+/// None of the files exists before the run.
+#[test]
+fn outputs_that_links_make_one_file_are_refused() {
+    let shop = shop("links");
+    symlink(".", shop.path("folder")).unwrap();
+    symlink("new", shop.path("other")).unwrap();
+    for (events, dump) in [("new", "folder/new"), ("new", "other"), ("folder/other", "new")] {
+        let args = format!("--ticks 1 --events {events} --dump {dump}");
+        let (mut told, to) = pipe().unwrap();
+        let mut command = shop.command(&args);
+        let mut child = command.stderr(file(to)).spawn().unwrap();
+        drop(command);
+        let mut message = String::new();
+        told.read_to_string(&mut message).unwrap();
+        assert_eq!(wait(&mut child).code(), Some(2), "{args}: {message}");
+        assert!(message.contains("--dump would overwrite --events"), "{args}: {message}");
+        assert!(!shop.path("new").exists(), "{args}");
+    }
 }
 
 /// Ctrl-S stops a terminal: whoever writes to it waits until Ctrl-Q.
