@@ -237,7 +237,10 @@ fn open_temporary(path: &Path) -> io::Result<File> {
     for _ in 0..REPLACE_ATTEMPTS {
         match open_locked(path) {
             Ok(file) => {
-                file.set_len(0)?;
+                if let Err(error) = file.set_len(0) {
+                    let _ = fs::remove_file(path);
+                    return Err(error);
+                }
                 return Ok(file);
             }
             Err(LockError::Held(_)) => thread::sleep(REPLACE_PAUSE),

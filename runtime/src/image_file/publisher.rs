@@ -114,10 +114,12 @@ impl Publisher {
     /// Renames the file that [`prepare`](Self::prepare) has made for `path` to that name.
     ///
     /// # Errors
-    /// When the system refuses it.
+    /// When the system refuses it; the file is then removed.
     pub fn put_in_place(path: &Path) -> Result<(), ImageFileError> {
-        let renamed = fs::rename(beside(path), path);
-        renamed.map_err(|error| ImageFileError::Io(path.to_owned(), error))
+        fs::rename(beside(path), path).map_err(|error| {
+            Self::discard(path);
+            ImageFileError::Io(path.to_owned(), error)
+        })
     }
 
     /// Removes the file that [`prepare`](Self::prepare) has made for `path`.

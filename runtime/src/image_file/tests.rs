@@ -192,6 +192,17 @@ fn files_that_are_something_else_or_in_use_are_not_replaced() {
     assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 1, "nothing is left over");
 }
 
+#[test]
+fn a_file_that_can_not_be_put_in_place_is_removed() {
+    let folder = Folder::new("in-place");
+    let path = folder.0.join("image");
+    let program = program(8);
+    let _publisher = Publisher::prepare(&path, &content(&program, &[0; 8], &[])).unwrap();
+    std::fs::create_dir(&path).unwrap();
+    assert!(matches!(Publisher::put_in_place(&path), Err(ImageFileError::Io(..))));
+    assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 1, "only the folder is there");
+}
+
 /// The function in C that `docs/image.md` shows reads what is published.
 #[test]
 fn the_documented_function_in_c_reads_a_tick() {

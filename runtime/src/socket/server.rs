@@ -6,7 +6,7 @@ use std::fs;
 use std::io;
 use std::os::fd::AsFd;
 use std::os::unix::fs::PermissionsExt;
-use std::os::unix::net::{UnixListener, UnixStream};
+use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,6 +14,8 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+use rustix::net::{self, AddressFamily, SocketAddrUnix, SocketFlags, SocketType};
 use thiserror::Error;
 
 use super::connection::{Connected, Connection};
@@ -57,9 +59,7 @@ fn open(path: &Path, mode: u32) -> Result<UnixListener, SocketError> {
             if !about.file_type().is_socket() {
                 return Err(SocketError::Other(path.to_owned()));
             }
-            // Only a process that listens accepts a connection. One whose queue is full lives too.
-            let refused = |error: &io::Error| error.kind() == io::ErrorKind::ConnectionRefused;
-            if !UnixStream::connect(path).as_ref().is_err_and(refused) {
+            if is_listened_to(path) {
                 return Err(SocketError::InUse(path.to_owned()));
             }
             fs::remove_file(path).map_err(failed)?;
@@ -79,6 +79,17 @@ fn open(path: &Path, mode: u32) -> Result<UnixListener, SocketError> {
         failed(error)
     })?;
     Ok(listener)
+}
+
+/// Whether a process listens at a socket: only then is a connection not refused. One that accepts none, since
+/// it is suspended, is not waited for when its queue is full.
+fn is_listened_to(path: &Path) -> bool {
+    let connect = || {
+        let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
+        let socket = net::socket_with(AddressFamily::UNIX, SocketType::STREAM, flags, None)?;
+        net::connect(&socket, &SocketAddrUnix::new(path)?)
+    };
+    connect() != Err(Errno::CONNREFUSED)
 }
 
 /// The socket and its thread; dropping it ends both.
