@@ -42,7 +42,7 @@ pub struct Statement {
 pub struct Module {
     /// The source files.
     pub files: Vec<SourceFile>,
-    /// The statements of the sources; a [`SourceLoc`](crate::SourceLoc) is an index into them.
+    /// The statements of the sources; a [`SourceLoc`] is an index into them.
     pub statements: Vec<Statement>,
     /// The places at which the program may be stopped, which
     /// [`Terminator::TrapAt`](crate::Terminator::TrapAt) names by their numbers here.

@@ -99,9 +99,9 @@ impl Speculate<'_> {
             && matches!(rest.terminator, Some(Terminator::Brif { .. } | Terminator::Jump(_)));
         let passed = if ends_block { passed } else { self.with_terminator(copied, passed) };
         let cold = self.new_block(true);
-        let fast = self.copy_with_checks(copied, &checks, cold, rest)?;
+        let specialised = self.copy_with_checks(copied, &checks, cold, rest)?;
         let mut insts = vec![];
-        let slow = self.copy(copied, &mut insts);
+        let general = self.copy(copied, &mut insts);
         let join = (!ends_block).then(|| self.new_block(false));
         let terminator_for = |copies: &[(Value, Value)]| match join {
             Some(block) => {
@@ -117,15 +117,15 @@ impl Speculate<'_> {
                 terminator
             }
         };
-        let (fast, slow) = (terminator_for(&fast), terminator_for(&slow));
+        let (specialised, general) = (terminator_for(&specialised), terminator_for(&general));
         let data = &mut self.func.blocks[cold.index()];
-        (data.insts, data.terminator) = (insts, slow);
+        (data.insts, data.terminator) = (insts, general);
         let Some(join) = join else {
-            rest.terminator = fast;
+            rest.terminator = specialised;
             return Some(checks.end);
         };
         let data = &mut self.func.blocks[rest.block.index()];
-        (data.insts, data.terminator) = (std::mem::take(&mut rest.out), fast);
+        (data.insts, data.terminator) = (std::mem::take(&mut rest.out), specialised);
         // What is used after the copies becomes a parameter of the block after them.
         for (at, &value) in passed.iter().enumerate() {
             self.func.values[value.index()].def = ValueDef::Param(join, at as u32);
