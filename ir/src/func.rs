@@ -260,6 +260,23 @@ impl FuncData {
         self.values.len()
     }
 
+    /// How often instructions and terminators use each value.
+    pub fn use_counts(&self) -> Vec<u32> {
+        let mut counts = vec![0u32; self.value_count()];
+        let mut note = |value: Value| {
+            if let Some(count) = counts.get_mut(value.index()) {
+                *count += 1;
+            }
+        };
+        for (_, data) in self.blocks() {
+            data.insts.iter().for_each(|&inst| self.inst(inst).for_each_arg(&mut note));
+            if let Some(terminator) = &data.terminator {
+                terminator.for_each_arg(&mut note);
+            }
+        }
+        counts
+    }
+
     /// The number of instructions, those that stand in no block included.
     pub fn inst_count(&self) -> usize {
         self.insts.len()

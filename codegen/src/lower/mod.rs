@@ -81,7 +81,7 @@ pub(crate) fn function(
         indices: indices::Indices::new(func),
         cold: false,
         is_x86,
-        uses: use_counts(func),
+        uses: func.use_counts(),
         truncated: HashMap::new(),
         trap_exit: None,
         host_signature: None,
@@ -125,23 +125,6 @@ fn order(func: &FuncData) -> Vec<Block> {
     }
     postorder.reverse();
     postorder
-}
-
-/// How often instructions and terminators of a function use each value.
-fn use_counts(func: &FuncData) -> Vec<u32> {
-    let mut counts = vec![0u32; func.value_count()];
-    let mut note = |value: Value| {
-        if let Some(count) = counts.get_mut(value.index()) {
-            *count += 1;
-        }
-    };
-    for (_, data) in func.blocks() {
-        data.insts.iter().for_each(|&inst| func.inst(inst).for_each_arg(&mut note));
-        if let Some(terminator) = &data.terminator {
-            terminator.for_each_arg(&mut note);
-        }
-    }
-    counts
 }
 
 fn successors(func: &FuncData, block: Block) -> Vec<Block> {

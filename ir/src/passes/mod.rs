@@ -320,7 +320,8 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         stage.pass(Pass::Branches);
         // The instructions on doubles that the two passes have replaced are dropped at once: otherwise
         // `fold` would take them for uses of their operands.
-        if stage.pass(Pass::Integers) {
+        let has_doubles = stage.pass(Pass::Integers);
+        if has_doubles {
             stage.pass(Pass::Dce);
             if stage.pass(Pass::Speculate) {
                 stage.all(&[Pass::Integers, Pass::Dce, Pass::Branches]);
@@ -348,12 +349,21 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         if stage.options.collect_bits && stage.pass(Pass::PackedBits) {
             stage.all(&[Pass::DemandedBits, Pass::Dce, Pass::Forward, Pass::Cse, Pass::Fold]);
         }
-        if stage.options.collect_bits && stage.pass(Pass::Rows) {
-            stage.pass(Pass::Dce);
+        if stage.options.collect_bits {
+            // A select whose result is stored only to be overwritten has no other use then.
+            stage.pass(Pass::DeadStores);
+            if stage.pass(Pass::Rows) {
+                stage.pass(Pass::Dce);
+            }
         }
         stage.options.combine_bits = true;
         stage.all(&[Pass::Narrow, Pass::Fold]);
-        stage.all(&[Pass::DemandedBits, Pass::Cse, Pass::DeadStores, Pass::Dce, Pass::Gates]);
+        stage.all(&[Pass::DemandedBits, Pass::Cse, Pass::DeadStores, Pass::Dce]);
+        if has_doubles {
+            // Where a store has gone, integrality checks of what it stored guard nothing any more.
+            stage.all(&[Pass::Branches, Pass::Dce]);
+        }
+        stage.pass(Pass::Gates);
         stage.pass(Pass::Compact);
     });
     let length: usize = module.funcs.iter().map(FuncData::inst_count).sum();

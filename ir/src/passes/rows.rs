@@ -15,9 +15,10 @@
 //! word is not computed again. The bits of any other row are gathered, each where its statement computed
 //! it, so that nothing is kept in registers for longer than before.
 //!
-//! A word is changed only if that takes fewer instructions.
+//! A word is changed only if that takes fewer instructions. [`selects`] treats what the bits of a row decide.
 
 mod emit;
+mod selects;
 
 use std::collections::{HashSet, VecDeque};
 
@@ -88,6 +89,8 @@ struct Rows<'a> {
     first_load: Vec<Value>,
     /// The rows of the current block that were computed last: their lanes and the words.
     known: VecDeque<(HashSet<Lane>, Value)>,
+    /// How often each value was used before the pass, and how often new instructions use it.
+    uses: Vec<u32>,
     /// New instructions, each with the place of the instruction before which it stands.
     inserted: Vec<(usize, Inst)>,
     /// The source place of the store that is examined.
@@ -110,8 +113,9 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
     let ranges = ValueRanges::new(func);
     let places = vec![0; func.value_count()];
     let first_load = (0..func.value_count() as u32).map(Value).collect();
+    let uses = func.use_counts();
     let (known, inserted, loc) = (VecDeque::new(), vec![], SourceLoc::NONE);
-    let mut rows = Rows { func, bytes, ranges, places, first_load, known, inserted, loc };
+    let mut rows = Rows { func, bytes, ranges, places, first_load, known, uses, inserted, loc };
     let mut changed = false;
     for &block in &graph.order {
         changed |= rows.block(block);
@@ -137,11 +141,7 @@ impl Rows<'_> {
                 }
             }
         }
-        for &inst in &insts {
-            if let Some(result) = self.func.result(inst) {
-                self.places[result.index()] = 0;
-            }
-        }
+        let defined: Vec<Value> = insts.iter().filter_map(|&inst| self.func.result(inst)).collect();
         let changed = !self.inserted.is_empty();
         // New instructions for the same place keep their order.
         self.inserted.sort_by_key(|&(at, _)| at);
@@ -154,8 +154,11 @@ impl Rows<'_> {
             all.push(inst);
         }
         all.extend(inserted.map(|(_, inst)| inst));
-        self.func.blocks[block.index()].insts = all;
-        changed
+        let moved = self.selects(block, all);
+        for value in defined {
+            self.places[value.index()] = 0;
+        }
+        changed || moved
     }
 
     /// Finds out, for each instruction of a block, its place, the range of its result, and an equal load before it.

@@ -390,13 +390,15 @@ impl Speculate<'_> {
             end += 1;
         }
         let mut before = insts.get(..at).unwrap_or_default().to_vec();
-        // So are conversions of integers to doubles that nothing but the call uses: of the copy for
-        // integers nothing is left of them.
+        // So are constants and conversions of integers to doubles that nothing but the call uses: of the copy
+        // for integers nothing is left of them.
         if let Some(call) = call.filter(|_| insts.len() <= MAX_STATEMENT) {
             let args = *self.func.inst(call);
             let serves_call = |&inst: &Inst| {
                 let mut serves = false;
-                if let InstData::Convert { op: ConvertOp::IntToFloat, .. } = self.func.inst(inst) {
+                if let InstData::Convert { op: ConvertOp::IntToFloat, .. }
+                | InstData::Fconst { .. } = self.func.inst(inst)
+                {
                     args.for_each_arg(|arg| {
                         let is_checked = checked.iter().any(|&(value, _)| value == arg);
                         let is_arg = self.func.result(inst) == Some(arg) && !is_checked;
@@ -405,9 +407,9 @@ impl Speculate<'_> {
                 }
                 serves
             };
-            let conversions: Vec<Inst> = before.iter().copied().filter(serves_call).collect();
+            let operands: Vec<Inst> = before.iter().copied().filter(serves_call).collect();
             before.retain(|inst| !serves_call(inst));
-            twice.splice(0..0, conversions);
+            twice.splice(0..0, operands);
         }
         Plan { checked, same: vec![], before, twice, end }
     }

@@ -1,5 +1,6 @@
 //! The pass `rows`: random statements that put bits into words, many of which do the same with each bit
-//! of a word. The results stay the same, and most of these programs are changed by the pass.
+//! of a word, and that show texts where such bits are 1. The results stay the same, and most of these
+//! programs are changed by the pass.
 #![allow(clippy::unwrap_used)]
 
 use std::fmt::Write as _;
@@ -12,8 +13,10 @@ use plcc_ir::passes::{Pass, PassSet, optimize};
 use plcc_ir::text::{parse, print};
 use plcc_random::Rng;
 
-/// The words of the image, 32 bits each.
+/// The words of the image that hold rows, 32 bits each.
 const WORDS: usize = 10;
+/// The bytes of the image: behind those words lies the number of a text.
+const SIZE: usize = 4 * WORDS + 4;
 
 /// How the bits of a row are computed; each lane takes the bit with its own number.
 #[derive(Clone)]
@@ -96,6 +99,15 @@ impl Writer {
         let all = self.inst("i32", &format!("or v{kept}, v{new}"));
         let _ = writeln!(self.text, "store data:{}, v{all}", 4 * word);
     }
+
+    /// Writes a statement that puts a number into a word if a truth value is 1.
+    fn show(&mut self, word: usize, value: usize) {
+        let old = self.inst("i32", &format!("load data:{}", 4 * word));
+        let number = self.rng.below(1000);
+        let number = self.inst("i32", &format!("iconst {number}"));
+        let new = self.inst("i32", &format!("select v{value}, v{number}, v{old}"));
+        let _ = writeln!(self.text, "store data:{}, v{new}", 4 * word);
+    }
 }
 
 /// A program of a few rows, whose statements are written row by row or lane by lane.
@@ -105,6 +117,9 @@ fn program(seed: u64) -> Module {
         (0..1 + w.rng.below(4)).map(|_| (w.rng.below(WORDS), w.shape(3))).collect();
     let (first, count) = (w.rng.below(8), 4 + w.rng.below(20));
     let by_lane = w.rng.chance(50);
+    // The rows whose bits show texts. The number of the text seldom lies among the words of the rows.
+    let shows: Vec<bool> = rows.iter().map(|_| w.rng.chance(30)).collect();
+    let number = if w.rng.chance(10) { w.rng.below(WORDS) } else { WORDS };
     let outer = if by_lane { count } else { rows.len() };
     for a in 0..outer {
         for b in 0..(if by_lane { rows.len() } else { count }) {
@@ -122,13 +137,15 @@ fn program(seed: u64) -> Module {
             w.statements += 1;
             let value = w.lane(&shape, first + lane);
             w.put(to, first + lane, value);
+            if shows[row] {
+                w.show(number, value);
+            }
         }
     }
-    let size = 4 * WORDS;
     let statement = |n: usize| format!("statement file 0 line {} from 0 to 0\n", n + 1);
     let statements: String = (0..w.statements).map(statement).collect();
     let text = format!(
-        "image {size}\nregion data at 0 size {size}\ntask \"scan\" L0\n\nfn \"f\" {{\nblock0 (L0):\n\
+        "image {SIZE}\nregion data at 0 size {SIZE}\ntask \"scan\" L0\n\nfn \"f\" {{\nblock0 (L0):\n\
          {}return\n}}\n{statements}",
         w.text
     );
@@ -137,7 +154,7 @@ fn program(seed: u64) -> Module {
 
 #[test]
 fn rows_of_bits_are_computed_as_words_and_stay_the_same() {
-    let mut changed = 0;
+    let (mut changed, mut guarded) = (0, 0);
     let programs = 400;
     for seed in 0..programs {
         let plain = program(seed);
@@ -145,10 +162,12 @@ fn rows_of_bits_are_computed_as_words_and_stay_the_same() {
         optimize(&mut with, PassSet::ALL);
         optimize(&mut without, PassSet::ALL.without(Pass::Rows));
         changed += usize::from(print(&with) != print(&without));
+        // Nothing else makes a branch in these programs.
+        guarded += usize::from(print(&with).contains("brif"));
         let mut rng = Rng::new(seed);
         let mut engines = [plain, with].map(Interpreter::new);
         for _ in 0..10 {
-            let start: Vec<u8> = (0..4 * WORDS).map(|_| rng.bits() as u8).collect();
+            let start: Vec<u8> = (0..SIZE).map(|_| rng.bits() as u8).collect();
             let images = engines.each_mut().map(|engine| {
                 let mut image = start.clone();
                 engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
@@ -159,4 +178,5 @@ fn rows_of_bits_are_computed_as_words_and_stay_the_same() {
     }
     // If few were, errors of the pass would hardly be found.
     assert!(4 * changed > programs as usize, "{changed} of {programs}");
+    assert!(20 * guarded > programs as usize, "{guarded} of {programs}");
 }

@@ -93,6 +93,11 @@ impl Rows<'_> {
     /// Adds an instruction before the instruction at a place; gives its result.
     pub(super) fn insert(&mut self, data: InstData, at: usize) -> Option<Value> {
         let inst = self.func.append(data, self.loc);
+        data.for_each_arg(|value| {
+            if let Some(count) = self.uses.get_mut(value.index()) {
+                *count += 1;
+            }
+        });
         self.inserted.push((at, inst));
         self.func.result(inst)
     }
