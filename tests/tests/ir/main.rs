@@ -9,4 +9,3 @@ mod passes;
 mod rows;
 mod rules;
 mod text;
-mod vectors;

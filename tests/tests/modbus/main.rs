@@ -4,6 +4,9 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
+mod serial;
+mod server;
+
 use std::fs;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -31,8 +34,6 @@ struct Plant {
 impl Plant {
     /// `device` is the address of the device: `modbus-tcp` and host and port, or `modbus-rtu` and a line.
     fn start(name: &str, driver: &str, device: &str, more: &str) -> Self {
-        let folder = Folder::new(name);
-        folder.artifact("p.plcx", Dialect::Pmi, PMI);
         let point = |name: &str, at: &str| {
             format!(
                 "[[io]]\nname = \"{name}\"\ndriver = \"{driver}\"\naddress = \"{device}/1/{at}\"\n\
@@ -40,13 +41,24 @@ impl Plant {
             )
         };
         let configuration = [
-            "artifact = \"p.plcx\"\nimage = \"image\"\nperiod = 5\nlog = \"log.jsonl\"\n\
-             [plcio]\npoll_ms = 10\nanswer_ms = 150\nlog = \"plcio.jsonl\"\n",
             more,
             &point("DOOR", "discrete/0"),
             &point("LEVEL", "input/0"),
             &point("PUMP", "coil/0"),
             &point("COPY", "holding/0"),
+        ]
+        .concat();
+        Self::with(name, &configuration)
+    }
+
+    /// `configuration` is the rest of the table `[plcio]`, and the entries.
+    fn with(name: &str, configuration: &str) -> Self {
+        let folder = Folder::new(name);
+        folder.artifact("p.plcx", Dialect::Pmi, PMI);
+        let configuration = [
+            "artifact = \"p.plcx\"\nimage = \"image\"\nperiod = 5\nlog = \"log.jsonl\"\n\
+             [plcio]\npoll_ms = 10\nanswer_ms = 150\nlog = \"plcio.jsonl\"\n",
+            configuration,
         ]
         .concat();
         fs::write(folder.path("c.toml"), configuration).unwrap();
@@ -141,13 +153,9 @@ impl Device {
     }
 }
 
-/// Takes one request and does with it what the device does at present. `None` closes the connection.
-fn serve(mut stream: &TcpStream, conduct: &AtomicU8, coil: &AtomicBool) -> Option<()> {
-    let mut head = [0; 7];
-    stream.read_exact(&mut head).ok()?;
-    let mut request = vec![0; usize::from(u16::from_be_bytes([head[4], head[5]])) - 1];
-    stream.read_exact(&mut request).ok()?;
-    let mut answer = match request[0] {
+/// The right answer to a request.
+fn answer(request: &[u8], coil: &AtomicBool) -> Vec<u8> {
+    match request[0] {
         1 | 2 => vec![request[0], 1, 0],
         3 | 4 => vec![request[0], 2, 0, 9],
         15 => {
@@ -156,7 +164,16 @@ fn serve(mut stream: &TcpStream, conduct: &AtomicU8, coil: &AtomicBool) -> Optio
         }
         16 => request[..5].to_vec(),
         other => vec![other | 0x80, 1],
-    };
+    }
+}
+
+/// Takes one request and does with it what the device does at present. `None` closes the connection.
+fn serve(mut stream: &TcpStream, conduct: &AtomicU8, coil: &AtomicBool) -> Option<()> {
+    let mut head = [0; 7];
+    stream.read_exact(&mut head).ok()?;
+    let mut request = vec![0; usize::from(u16::from_be_bytes([head[4], head[5]])) - 1];
+    stream.read_exact(&mut request).ok()?;
+    let mut answer = answer(&request, coil);
     match CONDUCTS[usize::from(conduct.load(Ordering::Relaxed))] {
         Conduct::Answers => {}
         Conduct::SaysNothing => return Some(()),
@@ -225,7 +242,13 @@ fn outputs_become_safe_when_the_control_is_killed_and_the_next_one_is_found() {
     wait_until("the pump is off", || !device.coil.load(Ordering::Relaxed));
     plant.control = plant.folder.start(&["--config", "c.toml"]);
     wait_until("the pump is written", || device.coil.load(Ordering::Relaxed));
-    plant.end();
+    let log = plant.end();
+    let mut rest = log.as_str();
+    for kind in ["control_found", "control_silent", "control_left", "control_found", "control_left"]
+    {
+        let kind = format!("\"kind\":\"{kind}\"");
+        rest = rest.split_once(&kind).unwrap_or_else(|| panic!("{kind}: {log}")).1;
+    }
 }
 
 /// Python with pymodbus, where there is one.
