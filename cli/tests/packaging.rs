@@ -6,13 +6,35 @@
 mod support;
 
 use std::fs;
-use std::path::Path;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use support::programs;
 
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+/// The files of libplcrt.
+const LIBRARIES: [&str; 2] = ["libplcrt.so", "libplcrt.a"];
+
+/// The folder of libplcrt: that of the test, if all of the workspace is tested; else it is built.
+fn libraries() -> PathBuf {
+    let own = std::env::current_exe().unwrap();
+    let beside = own.parent().unwrap();
+    if LIBRARIES.iter().all(|library| beside.join(library).is_file()) {
+        return beside.to_owned();
+    }
+    let profile = beside.parent().unwrap();
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["build", "--quiet", "--offline", "--package", "libplcrt", "--target-dir"]);
+    cargo.arg(profile.parent().unwrap()).current_dir(root());
+    if profile.ends_with("release") {
+        cargo.arg("--release");
+    }
+    done(&mut cargo);
+    profile.to_owned()
 }
 
 /// Runs a command to its end; it must succeed.
@@ -29,8 +51,17 @@ fn the_package_holds_programs_that_run() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
+    let parts = folder.path().join("parts");
+    fs::create_dir(&parts).unwrap();
+    for program in ["plcc", "plcrt", "plcctl", "plcio"] {
+        symlink(programs().join(program), parts.join(program)).unwrap();
+    }
+    let libraries = libraries();
+    for library in LIBRARIES {
+        symlink(libraries.join(library), parts.join(library)).unwrap();
+    }
     let mut build = Command::new(root().join("scripts/deb"));
-    build.env("DEB_COMPRESSION", "none").arg(programs()).arg(folder.path());
+    build.env("DEB_COMPRESSION", "none").arg(&parts).arg(folder.path());
     build.env("DEBFULLNAME", "A Packager").env("DEBEMAIL", "packager@example.org");
     done(&mut build);
     let architecture = done(Command::new("dpkg").arg("--print-architecture"));
@@ -42,6 +73,12 @@ fn the_package_holds_programs_that_run() {
         ("-rwxr-xr-x", "./usr/bin/plcc"),
         ("-rwxr-xr-x", "./usr/bin/plcrt"),
         ("-rwxr-xr-x", "./usr/bin/plcctl"),
+        ("-rwxr-xr-x", "./usr/bin/plcio"),
+        ("-rw-r--r--", "/libplcrt.a"),
+        ("-rw-r--r--", "/libplcrt.so"),
+        ("-rw-r--r--", "./usr/include/plcrt.h"),
+        ("-rw-r--r--", "./usr/include/plcc_image.h"),
+        ("-rw-r--r--", "./usr/share/man/man1/plcio.1.gz"),
         ("-rw-r--r--", "./usr/share/man/man1/plcc.1.gz"),
         ("-rw-r--r--", "./usr/share/man/man1/plcc-run.1.gz"),
         ("-rw-r--r--", "./usr/share/man/man1/plcrt.1.gz"),
@@ -66,7 +103,7 @@ fn the_package_holds_programs_that_run() {
 
     let unpacked = folder.path().join("unpacked");
     done(Command::new("dpkg").arg("-x").arg(&package).arg(&unpacked));
-    for program in ["plcc", "plcrt", "plcctl"] {
+    for program in ["plcc", "plcrt", "plcctl", "plcio"] {
         let version = done(Command::new(unpacked.join("usr/bin").join(program)).arg("--version"));
         assert_eq!(version, format!("{program} {}\n", env!("CARGO_PKG_VERSION")));
     }

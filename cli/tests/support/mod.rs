@@ -119,13 +119,14 @@ impl Done {
     }
 }
 
-/// A folder in which `plcc`, `plcrt` and `plcctl` lie, made from the sources under test.
+/// A folder in which `plcc`, `plcrt`, `plcctl` and `plcio` lie, made from the sources under test.
 pub(crate) fn programs() -> &'static Path {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     BUILT.get_or_init(|| {
         let profile = Path::new(env!("CARGO_BIN_EXE_plcc")).parent().unwrap();
         let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--quiet", "--offline", "--package", "plcrt", "--package", "plcctl"]);
+        cargo.args(["build", "--quiet", "--offline"]);
+        cargo.args(["--package", "plcrt", "--package", "plcctl", "--package", "plcio"]);
         cargo
             .arg("--target-dir")
             .arg(profile.parent().unwrap())
