@@ -41,6 +41,7 @@
 mod clock;
 #[cfg(feature = "configuration")]
 pub mod configuration;
+mod hal_pin_name;
 pub mod input_area;
 pub mod latch;
 pub mod layout;
@@ -65,6 +66,7 @@ mod atomics {
 }
 
 pub use clock::monotonic_ns;
+pub use hal_pin_name::hal_pin_name;
 pub use layout::State;
 pub use reader::{ImageReader, Snapshot};
 pub use safe_output_writer::SafeOutputWriter;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use plcc_image::configuration::Point;
-use plcc_image::{ImageReader, Input, InputWriter, Snapshot, State};
+use plcc_image::{ImageReader, Input, InputWriter, Snapshot, State, Symbol};
 
 /// The image file with its points. Drivers name a point by its index.
 #[derive(Debug)]
@@ -11,6 +11,9 @@ pub(crate) struct Hub {
     reader: ImageReader,
     writer: InputWriter,
     points: Vec<(Point, Option<Input>)>,
+    /// All variables of the program.
+    #[cfg_attr(not(feature = "opcua"), expect(dead_code, reason = "only OPC UA shows them"))]
+    symbols: Vec<Symbol>,
     silence: Duration,
     /// The tick that was read last, with safe outputs where they must be.
     tick: Option<Snapshot>,
@@ -18,6 +21,40 @@ pub(crate) struct Hub {
     safe: bool,
     /// Whether `plcio` ends.
     ending: bool,
+}
+
+/// What a control is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ControlState {
+    /// Its first tick has not ended.
+    Waiting,
+    /// It runs its program.
+    Running,
+    /// Its program is stopped, by a fault or by a command.
+    Stopped,
+    /// It ends no ticks.
+    Silent,
+    /// It has ended.
+    Ended,
+}
+
+#[cfg(any(feature = "opcua", feature = "mqtt"))]
+impl ControlState {
+    /// The word for it that others see.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Waiting => "waiting",
+            Self::Running => "running",
+            Self::Stopped => "stopped",
+            Self::Silent => "silent",
+            Self::Ended => "ended",
+        }
+    }
+
+    /// Whether the values are those of a control that does its work.
+    pub(crate) fn is_alive(self) -> bool {
+        matches!(self, Self::Running | Self::Stopped)
+    }
 }
 
 impl Hub {
@@ -29,6 +66,7 @@ impl Hub {
         reader: ImageReader,
         mut writer: InputWriter,
         points: Vec<Point>,
+        symbols: Vec<Symbol>,
         silence: Duration,
     ) -> Result<Self, String> {
         let mut claimed = vec![];
@@ -43,6 +81,7 @@ impl Hub {
             reader,
             writer,
             points: claimed,
+            symbols,
             silence,
             tick: None,
             safe: false,
@@ -53,6 +92,38 @@ impl Hub {
     /// The point with this index.
     pub(crate) fn point(&self, index: usize) -> Option<&Point> {
         self.points.get(index).map(|(point, _)| point)
+    }
+
+    /// The safe value that a point outside gets of an output; of what is no output the present one.
+    pub(crate) fn safe_value(&self, index: usize) -> Option<f64> {
+        let (point, _) = self.points.get(index)?;
+        let mut tick = self.reader.read()?;
+        self.reader.make_safe(&mut tick);
+        tick.output(&point.symbol).map(|value| point.outside(value))
+    }
+
+    /// All variables of the program.
+    #[cfg(feature = "opcua")]
+    pub(crate) fn symbols(&self) -> &[Symbol] {
+        &self.symbols
+    }
+
+    /// The tick that was read last, with safe outputs where the control is silent; `None` before the first.
+    #[cfg(feature = "opcua")]
+    pub(crate) fn tick(&self) -> Option<&Snapshot> {
+        self.tick.as_ref()
+    }
+
+    /// What the control is doing, as far as it can be seen.
+    pub(crate) fn control_state(&self) -> ControlState {
+        match self.tick.as_ref().map(|tick| tick.state) {
+            None => ControlState::Waiting,
+            Some(_) if self.safe => ControlState::Silent,
+            Some(Some(State::Prepared)) => ControlState::Waiting,
+            Some(Some(State::Running)) => ControlState::Running,
+            Some(Some(State::Stopped)) => ControlState::Stopped,
+            Some(_) => ControlState::Ended,
+        }
     }
 
     /// Takes a value that a point outside gives; the control gets it with [`publish`](Self::publish). Gives whether

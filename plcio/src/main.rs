@@ -8,20 +8,32 @@
 //! | `session.rs` | the work for one image file, from its beginning to its end |
 //! | `hub.rs` | the values of all points, between the drivers and the image file |
 //! | `events.rs` | the log |
+//! | `hal/` | the component of LinuxCNC's hardware abstraction layer |
 //! | `modbus/` | Modbus: clients, which ask devices, and the server, which others ask |
+//! | `mqtt/` | the publisher for MQTT with Sparkplug B (feature `mqtt`) |
+//! | `opcua/` | the server for OPC UA (feature `opcua`) |
 
 mod events;
+mod hal;
 mod hub;
 mod modbus;
+#[cfg(feature = "mqtt")]
+mod mqtt;
+#[cfg(feature = "opcua")]
+mod opcua;
 mod session;
 mod settings;
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Duration;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
+use plcc_image::configuration::Driver;
 use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::Notify;
 
 use events::Events;
 use settings::Settings;
@@ -29,7 +41,7 @@ use settings::Settings;
 /// Connects the inputs and outputs of a control with Modbus devices and supervisory systems.
 ///
 /// The entries `[[io]]` of the control's configuration say which variable belongs to which point. The
-/// control must run with an image file. plcio is_reported for it, and may be started and ended at any time.
+/// control must run with an image file. plcio waits for it, and may be started and ended at any time.
 #[derive(Parser)]
 #[command(
     name = "plcio",
@@ -39,13 +51,65 @@ use settings::Settings;
 )]
 struct Cli {
     /// The configuration of the control
-    #[arg(value_name = "FILE.toml")]
-    config: PathBuf,
+    #[arg(value_name = "FILE.toml", required_unless_present_any = ["completions", "man"])]
+    config: Option<PathBuf>,
+
+    /// Prints completions for a shell, and connects nothing
+    #[arg(long, value_name = "SHELL", exclusive = true)]
+    completions: Option<clap_complete::Shell>,
+
+    /// Prints the manual page, and connects nothing
+    #[arg(long, exclusive = true)]
+    man: bool,
+}
+
+/// What the manual page says besides the options.
+const MANUAL: &str = "\
+The configuration is the one that plcrt reads with --config. plcio uses its key image, its entries [[io]], and \
+the table [plcio]:\n\n\
+  poll_ms        from one poll of a device to the next (20)\n  \
+  answer_ms      how long a device has for its answer (500)\n  \
+  silence_ms     a control that ends no tick for so long counts as dead (1000)\n  \
+  modbus-server  where the Modbus server listens, as in 0.0.0.0:502\n  \
+  idle_ms        a client of it that asks nothing for so long is disconnected (60000)\n  \
+  opcua-*        the server for OPC UA, where plcio was built with it\n  \
+  hal-component  the name of the component of LinuxCNC's HAL\n  \
+  mqtt-*         the publisher for MQTT, where plcio was built with it\n  \
+  log            the file to which events are appended, a line of JSON each\n\n\
+plcrt --check-config FILE.toml finds mistakes in the entries. docs/wiring.md has the guide for each driver.\n\n\
+When plcio is ended by SIGTERM or Ctrl-C, it makes the outputs on all devices safe first.";
+
+/// Prints completions or the manual page.
+fn page(cli: &Cli) -> Result<(), String> {
+    let mut page = Vec::new();
+    match cli.completions {
+        Some(shell) => clap_complete::generate(shell, &mut Cli::command(), "plcio", &mut page),
+        None => {
+            // The synopsis is that of --help: clap_mangen's own names options without their values.
+            let mut command = Cli::command();
+            let usage = command.render_usage().to_string();
+            let usage = usage.trim_start_matches("Usage: ").to_owned();
+            let more = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            let command = command.override_usage(usage).after_help(format!("{MANUAL}\n\n{more}"));
+            let rendered = clap_mangen::Man::new(command).render(&mut page);
+            rendered.map_err(|error| error.to_string())?;
+        }
+    }
+    std::io::stdout().write_all(&page).map_err(|error| error.to_string())
 }
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    let settings = match Settings::open(&cli.config) {
+    let Some(config) = &cli.config else {
+        return match page(&cli) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(message) => {
+                eprintln!("error: {message}");
+                ExitCode::from(2)
+            }
+        };
+    };
+    let settings = match Settings::open(config) {
         Ok(settings) => settings,
         Err(message) => {
             eprintln!("error: {}", plcc_abi::printable(&message));
@@ -75,6 +139,13 @@ async fn run(settings: Settings) -> ExitCode {
     let signals = (signal(SignalKind::terminate()), signal(SignalKind::interrupt()));
     let (Ok(mut terminate), Ok(mut interrupt)) = signals else { return ExitCode::from(2) };
     let (stop, stopped) = tokio::sync::watch::channel(false);
+    let unloaded = Arc::new(Notify::new());
+    // The component of HAL outlives sessions.
+    let has_pins = settings.entries.iter().any(|entry| entry.driver == Driver::Hal);
+    let hal = has_pins.then(|| {
+        let unloaded = Arc::clone(&unloaded);
+        hal::Hal::start(&settings, &events, move || unloaded.notify_one())
+    });
     let work = tokio::spawn(async move {
         // Whether the event `waiting` has been written since the last session.
         let mut is_reported = false;
@@ -82,7 +153,7 @@ async fn run(settings: Settings) -> ExitCode {
             match session::Session::open(&settings, &events) {
                 Ok(session) => {
                     is_reported = false;
-                    session.run(stopped.clone()).await;
+                    session.run(stopped.clone(), hal.clone()).await;
                 }
                 Err(why) if !is_reported => {
                     events.write("waiting", &[("why", why.into())]);
@@ -96,6 +167,8 @@ async fn run(settings: Settings) -> ExitCode {
     tokio::select! {
         _ = terminate.recv() => {}
         _ = interrupt.recv() => {}
+        // As other components do, it ends when HAL unloads it.
+        () = unloaded.notified() => {}
     }
     let _ = stop.send(true);
     // Outputs are made safe before the end, as far as the devices answer in time.

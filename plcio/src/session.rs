@@ -13,6 +13,7 @@ use tokio::sync::watch::{self, Receiver};
 use tokio::task::JoinSet;
 
 use crate::events::Events;
+use crate::hal::Hal;
 use crate::hub::Hub;
 use crate::modbus::{client, server};
 use crate::settings::Settings;
@@ -67,7 +68,8 @@ impl Session {
         let dialect = Dialect::ALL.get(usize::try_from(reader.dialect()).unwrap_or(usize::MAX));
         // Numbers in names of NCT end in a bit from 0 to 7.
         let is_nct = dialect == Some(&Dialect::Nct);
-        let checked = configuration::points(&settings.entries, &reader.symbols(), is_nct, &[]);
+        let symbols = reader.symbols();
+        let checked = configuration::points(&settings.entries, &symbols, is_nct, &[]);
         if let Some(mistake) = checked.mistakes.first() {
             return Err(format!("line {}: {}", mistake.line, mistake.message));
         }
@@ -81,7 +83,7 @@ impl Session {
             }
         }
         let writer = InputWriter::open(path, "plcio").map_err(|error| named(&error))?;
-        let hub = Hub::new(reader, writer, points, settings.silence)?;
+        let hub = Hub::new(reader, writer, points, symbols, settings.silence)?;
         let image = path.display().to_string();
         events.write("control_found", &[("image", image.into())]);
         let hub = Arc::new(Mutex::new(hub));
@@ -90,11 +92,18 @@ impl Session {
     }
 
     /// Runs the drivers until the image file is over or `stopped` becomes true.
-    pub(crate) async fn run(self, mut stopped: Receiver<bool>) {
+    pub(crate) async fn run(self, mut stopped: Receiver<bool>, hal: Option<Hal>) {
         let Self { shared, identity, by_driver } = self;
         let mut rounds = 0_u32;
         let (end, ended) = watch::channel(false);
         let mut tasks = JoinSet::new();
+        // Its server shows all variables, also where no entry names it.
+        #[cfg(feature = "opcua")]
+        if shared.settings.opcua.address.is_some() {
+            let of = |wanted| by_driver.iter().find(|(driver, _)| *driver == wanted);
+            let points = of(Driver::OpcUa).map(|(_, points)| points.clone()).unwrap_or_default();
+            tasks.spawn(crate::opcua::run(shared.clone(), points, ended.clone()));
+        }
         for (driver, points) in by_driver {
             match driver {
                 Driver::ModbusTcp | Driver::ModbusRtu => {
@@ -105,7 +114,20 @@ impl Session {
                 Driver::ModbusServer => {
                     tasks.spawn(server::run(shared.clone(), points, ended.clone()));
                 }
-                Driver::Other => {}
+                #[cfg(feature = "mqtt")]
+                Driver::Mqtt => {
+                    tasks.spawn(crate::mqtt::run(shared.clone(), points, ended.clone()));
+                }
+                // `Settings` refuses what this `plcio` was built without.
+                #[cfg(not(feature = "mqtt"))]
+                Driver::Mqtt => {}
+                Driver::Hal => {
+                    if let Some(hal) = hal.clone() {
+                        tasks.spawn(hal.run(shared.clone(), points, ended.clone()));
+                    }
+                }
+                // The server for OPC UA was begun above.
+                Driver::OpcUa | Driver::Other => {}
             }
         }
         loop {

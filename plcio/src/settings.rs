@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use plcc_abi::closest;
-use plcc_image::configuration::{self, Entry, Mistake};
+use plcc_image::configuration::{self, Driver, Entry, Mistake};
 use toml::de::{DeTable, DeValue};
 
 /// The settings.
@@ -19,15 +19,59 @@ pub(crate) struct Settings {
     pub(crate) poll: Duration,
     /// How long a device has for its answer.
     pub(crate) answer: Duration,
+    /// How long a client of the Modbus server may ask nothing.
+    pub(crate) idle: Duration,
     /// How long the control may end no tick before its outputs are made safe.
     pub(crate) silence: Duration,
     /// Where the Modbus server listens.
     pub(crate) modbus_server: Option<String>,
+    /// The server for OPC UA.
+    #[cfg(feature = "opcua")]
+    pub(crate) opcua: crate::opcua::Settings,
+    /// The publisher for MQTT.
+    #[cfg(feature = "mqtt")]
+    pub(crate) mqtt: crate::mqtt::Settings,
+    /// The name of the component of LinuxCNC's HAL.
+    pub(crate) hal_component: String,
+    /// The Python that has LinuxCNC's modules.
+    pub(crate) hal_python: PathBuf,
     /// The log.
     pub(crate) log: Option<PathBuf>,
 }
 
-const KEYS: [&str; 5] = ["poll_ms", "answer_ms", "silence_ms", "modbus-server", "log"];
+const KEYS: [&str; 18] = [
+    "poll_ms",
+    "answer_ms",
+    "silence_ms",
+    "modbus-server",
+    "idle_ms",
+    "opcua-server",
+    "opcua-certificates",
+    "opcua-users",
+    "opcua-anonymous",
+    "mqtt-broker",
+    "mqtt-group",
+    "mqtt-node",
+    "mqtt-user",
+    "mqtt-password",
+    "mqtt-ca",
+    "hal-component",
+    "hal-python",
+    "log",
+];
+
+/// The features of `plcio` that drivers need, with which it was built or not.
+const FEATURES: [(Driver, &str, bool); 2] = [
+    (Driver::OpcUa, "opcua", cfg!(feature = "opcua")),
+    (Driver::Mqtt, "mqtt", cfg!(feature = "mqtt")),
+];
+
+/// That a feature is missing with which `plcio` would have to be built.
+fn built_without(feature: &str) -> String {
+    format!(
+        "this plcio was built without the feature `{feature}`: cargo install --locked --path plcio --features {feature}"
+    )
+}
 
 impl Settings {
     /// Reads a configuration. Mistakes in keys that are not for `plcio` are left to `plcrt --check-config`.
@@ -42,6 +86,12 @@ impl Settings {
             let line = |Mistake { line, message }: &Mistake| format!("{shown}:{line}: {message}");
             mistakes.iter().map(line).collect::<Vec<_>>().join("\nerror: ")
         })
+    }
+
+    /// A name for the control: that of its image file.
+    pub(crate) fn name(&self) -> String {
+        let name = self.image.file_stem().map(|name| name.to_string_lossy().into_owned());
+        name.unwrap_or_else(|| "control".into())
     }
 
     fn read(text: &str, folder: &Path) -> Result<Self, Vec<Mistake>> {
@@ -61,8 +111,27 @@ impl Settings {
             entries: vec![],
             poll: Duration::from_millis(20),
             answer: Duration::from_millis(500),
+            idle: Duration::from_secs(60),
             silence: Duration::from_millis(1000),
             modbus_server: None,
+            #[cfg(feature = "opcua")]
+            opcua: crate::opcua::Settings {
+                address: None,
+                certificates: folder.join("opcua"),
+                users: None,
+                anonymous: false,
+            },
+            #[cfg(feature = "mqtt")]
+            mqtt: crate::mqtt::Settings {
+                broker: None,
+                group: "plcc".into(),
+                node: String::new(),
+                user: None,
+                password: None,
+                authority: None,
+            },
+            hal_component: String::new(),
+            hal_python: "/usr/bin/python3".into(),
             log: None,
         };
         match table.get("image").and_then(|image| image.get_ref().as_str()) {
@@ -75,6 +144,13 @@ impl Settings {
         }
         if let Some(io) = table.get("io") {
             settings.entries = configuration::entries(io.get_ref(), &line_of, &mut mistakes);
+        }
+        for entry in &settings.entries {
+            let missing =
+                FEATURES.iter().find(|(driver, _, built)| *driver == entry.driver && !built);
+            if let Some((_, feature, _)) = missing {
+                mistakes.push(Mistake { line: entry.line, message: built_without(feature) });
+            }
         }
         let own = table.get("plcio").and_then(|own| own.get_ref().as_table());
         for (key, value) in own.into_iter().flatten() {
@@ -92,9 +168,59 @@ impl Settings {
             let done = match key {
                 "poll_ms" => milliseconds().map(|time| settings.poll = time),
                 "answer_ms" => milliseconds().map(|time| settings.answer = time),
+                "idle_ms" => milliseconds().map(|time| settings.idle = time),
                 "silence_ms" => milliseconds().map(|time| settings.silence = time),
                 "modbus-server" => text().map(|at| settings.modbus_server = Some(at.into())),
+                #[cfg(feature = "opcua")]
+                "opcua-server" => text().map(|at| settings.opcua.address = Some(at.into())),
+                #[cfg(feature = "opcua")]
+                "opcua-certificates" => {
+                    text().map(|path| settings.opcua.certificates = folder.join(path))
+                }
+                #[cfg(feature = "opcua")]
+                "opcua-users" => text().map(|path| settings.opcua.users = Some(folder.join(path))),
+                #[cfg(feature = "opcua")]
+                "opcua-anonymous" => value
+                    .get_ref()
+                    .as_bool()
+                    .map(|on| settings.opcua.anonymous = on)
+                    .ok_or("true or false is expected"),
+                #[cfg(feature = "mqtt")]
+                "mqtt-broker" => text().and_then(|at| {
+                    let is_broker = crate::mqtt::Settings::address(at).is_ok();
+                    settings.mqtt.broker = Some(at.into());
+                    is_broker.then_some(()).ok_or("a broker such as mqtt://192.168.1.5 is expected")
+                }),
+                #[cfg(feature = "mqtt")]
+                "mqtt-group" | "mqtt-node" => text().and_then(|name| {
+                    let own = &mut settings.mqtt;
+                    *(if key == "mqtt-node" { &mut own.node } else { &mut own.group }) =
+                        name.into();
+                    crate::mqtt::is_name(name)
+                        .then_some(())
+                        .ok_or("a name without / + # is expected")
+                }),
+                #[cfg(feature = "mqtt")]
+                "mqtt-user" => text().map(|user| settings.mqtt.user = Some(user.into())),
+                #[cfg(feature = "mqtt")]
+                "mqtt-password" => {
+                    text().map(|path| settings.mqtt.password = Some(folder.join(path)))
+                }
+                #[cfg(feature = "mqtt")]
+                "mqtt-ca" => text().map(|path| settings.mqtt.authority = Some(folder.join(path))),
+                "hal-component" => text().and_then(|name| {
+                    settings.hal_component = name.into();
+                    let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+                    let is_name = !name.is_empty() && name.len() <= 32 && name.chars().all(fits);
+                    is_name.then_some(()).ok_or("a name of letters, digits and - is expected")
+                }),
+                "hal-python" => text().map(|path| settings.hal_python = path.into()),
                 "log" => text().map(|path| settings.log = Some(folder.join(path))),
+                _ if KEYS.contains(&key) => {
+                    let feature = key.split('-').next().unwrap_or_default();
+                    mistakes.push(Mistake { line, message: built_without(feature) });
+                    continue;
+                }
                 _ => {
                     let near = closest(key, KEYS).map(|near| format!("; did you mean `{near}`?"));
                     let message =
@@ -106,6 +232,13 @@ impl Settings {
             if let Err(expected) = done {
                 mistakes.push(Mistake { line, message: format!("`{key}`: {expected}") });
             }
+        }
+        #[cfg(feature = "mqtt")]
+        if settings.mqtt.node.is_empty() {
+            settings.mqtt.node = settings.name().replace(['+', '#'], "-");
+        }
+        if settings.hal_component.is_empty() {
+            settings.hal_component = plcc_image::hal_pin_name(&settings.name());
         }
         mistakes.sort();
         if mistakes.is_empty() { Ok(settings) } else { Err(mistakes) }

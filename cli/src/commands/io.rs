@@ -47,17 +47,22 @@ pub(crate) fn io(args: &IoArgs, report: &Report) -> Result<u8, Failure> {
         };
         let what = symbol.direction.name();
         let comment = comment(&program.sources, &symbol.name, program.dialect);
-        let comment = comment.map_or_else(String::new, |comment| format!(": {comment}"));
+        let comment = comment.map_or_else(String::new, |comment| description(&comment));
         let name = &symbol.name;
         // Writing to memory does not fail.
         let _ = write!(
             text,
-            "\n[[io]]\nname = \"{name}\"  # {what}{}\ndriver = \"other\"\naddress = \"\"\n{safe}",
-            printable(&comment)
+            "\n[[io]]\nname = \"{name}\"  # {what}\n{comment}driver = \"other\"\naddress = \"\"\n{safe}",
         );
     }
     output::print(text.as_bytes())?;
     Ok(DONE)
+}
+
+/// The line with the key `description`.
+fn description(comment: &str) -> String {
+    let text = printable(comment).replace('\\', "\\\\").replace('"', "\\\"");
+    format!("description = \"{text}\"\n")
 }
 
 /// The comment of the first line that names a variable and has a comment behind it.

@@ -164,7 +164,11 @@ fn first_address(entry: &Entry) -> Result<Option<Address>, String> {
         Driver::ModbusTcp => parse(true, false),
         Driver::ModbusRtu => parse(false, true),
         Driver::ModbusServer => parse(false, false),
-        Driver::Other => Ok(None),
+        Driver::OpcUa | Driver::Mqtt | Driver::Hal if !entry.address.is_empty() => Err(format!(
+            "`address`: points of the driver {} have the names of their variables, and no address",
+            entry.driver.name()
+        )),
+        Driver::OpcUa | Driver::Mqtt | Driver::Hal | Driver::Other => Ok(None),
     }
 }
 
@@ -305,6 +309,7 @@ mod tests {
             io("name = \"LAMP\"\ndriver = \"modbus-tcp\"\naddress = \"h/1/coil/0\""),
             io("name = \"LS3\"\ndriver = \"other\""),
             io("name = \"LS3..LS4\"\ndriver = \"other\""),
+            io("name = \"LS4\"\ndriver = \"opcua\"\naddress = \"x\""),
             io("name = \"LS4\"\ndirver = \"other\"\ndriver = \"modbustcp\"\nsafe = true"),
         ]
         .concat();
@@ -319,9 +324,10 @@ mod tests {
             (26, "can only be read"),
             (34, "is driven by the entry of line 30 already"),
             (41, "`LS3` is given by the entry of line 38 already"),
-            (46, "there is no key `dirver` in [[io]]; did you mean `driver`?"),
-            (47, "there is no driver `modbustcp`; did you mean `modbus-tcp`?"),
-            (48, "`safe`: \"off\", \"hold\" or a number is expected"),
+            (44, "have the names of their variables, and no address"),
+            (50, "there is no key `dirver` in [[io]]; did you mean `driver`?"),
+            (51, "there is no driver `modbustcp`; did you mean `modbus-tcp`?"),
+            (52, "`safe`: \"off\", \"hold\" or a number is expected"),
         ];
         assert_eq!(checked.mistakes.len(), expected.len(), "{:#?}", checked.mistakes);
         for (mistake, (line, part)) in checked.mistakes.iter().zip(expected) {

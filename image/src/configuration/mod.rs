@@ -47,18 +47,32 @@ pub enum Driver {
     ModbusRtu,
     /// Modbus over TCP: others ask `plcio`.
     ModbusServer,
+    /// OPC UA: clients read and write the point by the server of `plcio`.
+    OpcUa,
+    /// MQTT with Sparkplug B: `plcio` publishes the point, and takes commands.
+    Mqtt,
+    /// A pin of LinuxCNC's hardware abstraction layer.
+    Hal,
     /// Another program that uses the image file itself, such as a component of LinuxCNC.
     Other,
 }
 
 impl Driver {
     /// All drivers by their names.
-    pub const ALL: [(&str, Self); 4] = [
+    pub const ALL: [(&str, Self); 7] = [
         ("modbus-tcp", Self::ModbusTcp),
         ("modbus-rtu", Self::ModbusRtu),
         ("modbus-server", Self::ModbusServer),
+        ("opcua", Self::OpcUa),
+        ("mqtt", Self::Mqtt),
+        ("hal", Self::Hal),
         ("other", Self::Other),
     ];
+
+    /// The name in a configuration.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, driver)| *driver == self).map_or("", |(name, _)| name)
+    }
 }
 
 /// An entry as it is written.
@@ -82,13 +96,25 @@ pub struct Entry {
     pub safe: Safe,
     /// After how many milliseconds an input is late; 0 never.
     pub timeout_ms: u64,
+    /// What the variable is, for people; empty where the entry does not say it.
+    pub description: String,
     /// Whether the point outside gives the variable its value (`direction = "in"`) rather than takes it (`"out"`);
     /// `None` if the entry does not say it.
     pub gives: Option<bool>,
 }
 
-const KEYS: [&str; 9] =
-    ["name", "driver", "address", "invert", "scale", "offset", "safe", "timeout_ms", "direction"];
+const KEYS: [&str; 10] = [
+    "name",
+    "driver",
+    "address",
+    "description",
+    "invert",
+    "scale",
+    "offset",
+    "safe",
+    "timeout_ms",
+    "direction",
+];
 
 fn number(value: &DeValue<'_>) -> Option<f64> {
     match value {
@@ -156,6 +182,7 @@ fn entry(
         offset: 0.0,
         safe: Safe::Off,
         timeout_ms: DEFAULT_TIMEOUT_MS,
+        description: String::new(),
         gives: None,
     };
     for (key, value) in table {
@@ -165,6 +192,9 @@ fn entry(
         let expected = match key {
             "name" => text().map(|name| entry.name = name).ok_or("a name in quotes"),
             "address" => text().map(|at| entry.address = at).ok_or("a text in quotes"),
+            "description" => {
+                text().map(|words| entry.description = words).ok_or("a text in quotes")
+            }
             "invert" => value.as_bool().map(|on| entry.invert = on).ok_or("true or false"),
             "scale" => number(value)
                 .filter(|&scale| scale != 0.0)

@@ -20,7 +20,6 @@
 //! | `gates` | rearranges AND, OR and NOT of truth values so that they take less code |
 //! | `compact` | numbers what is left again without gaps |
 //! | `wide-bits` | no pass over IR: code generation computes with truth values in 32 bits |
-//! | `vectors` | no pass over IR: code generation computes rows of neighbouring variables at once |
 //! | `reload-bits` | no pass: in long programs `forward` does not replace loads of truth values |
 //! | `by-length` | no pass: `packed-bits` is left out in long programs |
 //!
@@ -129,9 +128,6 @@ pub enum Pass {
     /// Truth values in 32 bits: a technique of code generation, for which there is nothing to do
     /// in IR.
     WideBits,
-    /// Vectors for rows of statements: a technique of code generation, for which there is nothing to
-    /// do in IR.
-    Vectors,
     /// [`Forward`](Self::Forward) does not replace loads of truth values in long programs, so that they
     /// are loaded again.
     ReloadBits,
@@ -141,7 +137,7 @@ pub enum Pass {
 
 impl Pass {
     /// Every pass, in the order of the table at the head of the module.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 20] = [
         Self::Integers,
         Self::Speculate,
         Self::Branches,
@@ -160,7 +156,6 @@ impl Pass {
         Self::Gates,
         Self::Compact,
         Self::WideBits,
-        Self::Vectors,
         Self::ReloadBits,
         Self::ByLength,
     ];
@@ -186,7 +181,6 @@ impl Pass {
             Self::Gates => "gates",
             Self::Compact => "compact",
             Self::WideBits => "wide-bits",
-            Self::Vectors => "vectors",
             Self::ReloadBits => "reload-bits",
             Self::ByLength => "by-length",
         }
@@ -226,7 +220,7 @@ impl Pass {
             Self::Dce => dce::run(func),
             Self::Gates => gates::run(func),
             Self::Compact => compact::run(func),
-            Self::WideBits | Self::Vectors | Self::ReloadBits | Self::ByLength => return false,
+            Self::WideBits | Self::ReloadBits | Self::ByLength => return false,
         }
         true
     }

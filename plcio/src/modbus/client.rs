@@ -13,7 +13,7 @@ use tokio::time::{Instant, sleep_until, timeout};
 use tokio_modbus::client::{Client, Context, rtu, tcp};
 use tokio_modbus::slave::{Slave, SlaveContext};
 use tokio_modbus::{Request, Response};
-use tokio_serial::SerialPortBuilderExt;
+use tokio_serial::{ClearBuffer, SerialPort, SerialPortBuilderExt};
 
 use super::blocks::{Block, Member, blocks};
 use crate::session::Shared;
@@ -115,7 +115,10 @@ impl Device {
                     _ => tokio_serial::Parity::None,
                 };
                 let line = tokio_serial::new(path, *bauds).parity(parity).open_native_async();
-                Ok(rtu::attach(line.map_err(|error| error.to_string())?))
+                let line = line.map_err(|error| error.to_string())?;
+                // What came after an earlier request was given up must not count as an answer to the next one.
+                line.clear(ClearBuffer::Input).map_err(|error| error.to_string())?;
+                Ok(rtu::attach(line))
             }
             Medium::Server => Err("a server is not asked".into()),
         }

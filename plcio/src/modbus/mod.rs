@@ -2,4 +2,6 @@
 
 mod blocks;
 pub(crate) mod client;
+mod connection;
 pub(crate) mod server;
+mod visitors;

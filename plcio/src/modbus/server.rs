@@ -3,18 +3,21 @@
 
 use std::collections::HashMap;
 use std::future::{Ready, ready};
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use plcc_image::configuration::{Format, Table};
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch::Receiver;
 use tokio_modbus::server::Service;
 use tokio_modbus::server::tcp::Server;
 use tokio_modbus::{ExceptionCode, Request, Response};
 
 use super::blocks::{decode, encode};
+use super::connection::{Client, Connection};
+use super::visitors::Visitors;
 use crate::session::Shared;
 
 /// The most connections at once.
@@ -29,11 +32,15 @@ struct Answers {
     shared: Shared,
     places: Arc<Places>,
     connections: Arc<AtomicUsize>,
+    visitors: Arc<Visitors>,
+    address: SocketAddr,
+    client: Arc<Client>,
 }
 
 impl Drop for Answers {
     fn drop(&mut self) {
         self.connections.fetch_sub(1, Ordering::Relaxed);
+        self.visitors.write("client_left", self.address, self.client.why());
     }
 }
 
@@ -60,24 +67,36 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
     }
     let places = Arc::new(places);
     let connections = Arc::new(AtomicUsize::new(0));
+    let visitors = Arc::new(Visitors::new(shared.events.clone()));
     let mut reported = String::new();
     loop {
         let why = match TcpListener::bind(&address).await {
             Ok(listener) => {
                 shared.events.write("server_on", &[("address", address.as_str().into())]);
                 let server = Server::new(listener);
-                let on_connected = |stream, _| {
+                let on_connected = |stream: TcpStream, address: SocketAddr| {
                     let (shared, places) = (shared.clone(), Arc::clone(&places));
                     let connections = Arc::clone(&connections);
+                    let visitors = Arc::clone(&visitors);
                     async move {
                         if connections.load(Ordering::Relaxed) >= CONNECTIONS {
+                            let why = "there are as many clients as can be served";
+                            visitors.write("client_refused", address, Some(why));
                             return Ok(None);
                         }
                         connections.fetch_add(1, Ordering::Relaxed);
-                        Ok(Some((Answers { shared, places, connections }, stream)))
+                        visitors.write("client_connected", address, None);
+                        let _ = stream.set_nodelay(true);
+                        let client = Arc::new(Client::new());
+                        let idle = shared.settings.idle;
+                        let stream = Connection::new(stream, idle, Arc::clone(&client));
+                        let answers =
+                            Answers { shared, places, connections, visitors, address, client };
+                        Ok(Some((answers, stream)))
                     }
                 };
                 tokio::select! {
+                    // That a client has left is said when its `Answers` are dropped.
                     result = server.serve(&on_connected, |_| {}) => {
                         result.map_or_else(|error| error.to_string(), |()| String::new())
                     }
@@ -209,6 +228,7 @@ impl Service for Answers {
     type Future = Ready<Result<Response, ExceptionCode>>;
 
     fn call(&self, request: Self::Request) -> Self::Future {
+        self.client.asks();
         ready(self.answer(&request))
     }
 }

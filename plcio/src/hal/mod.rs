@@ -1,0 +1,256 @@
+//! LinuxCNC's hardware abstraction layer (HAL): a component in user space, whose pins are the points of the
+//! driver `hal`.
+//!
+//! LinuxCNC's own interface for Python makes the component, in a process of its own (`component.py`). It
+//! outlives image files: after an online change, or when another control has been started, its pins are the
+//! same, and still connected.
+
+mod component;
+
+use std::sync::mpsc::RecvTimeoutError;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use plcc_image::configuration::Point;
+use plcc_image::hal_pin_name;
+use serde_json::json;
+
+use crate::events::Events;
+use crate::hub::ControlState;
+use crate::session::Shared;
+use crate::settings::Settings;
+use component::Component;
+
+/// The pauses before the component is made again.
+const PAUSES: (Duration, Duration) = (Duration::from_millis(100), Duration::from_secs(5));
+/// How long the component has to begin: Python has to be loaded.
+const BEGINNING: Duration = Duration::from_secs(20);
+/// How often it is looked whether there is something to do, while there is no component.
+const ROUND: Duration = Duration::from_millis(20);
+
+/// The type of a pin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Bit,
+    S32,
+    U32,
+    Float,
+}
+
+/// A pin, and the index of its point in the hub.
+#[derive(Clone, Debug)]
+struct Pin {
+    index: usize,
+    name: String,
+    kind: Kind,
+    gives: bool,
+    /// The safe value, of an output.
+    safe: String,
+}
+
+impl Pin {
+    /// Whether another session has the same pin. Its place in that session, and the value that is safe there,
+    /// may be others.
+    fn is_same(&self, other: &Self) -> bool {
+        (&self.name, self.kind, self.gives) == (&other.name, other.kind, other.gives)
+    }
+}
+
+impl Kind {
+    fn of(point: &Point) -> Self {
+        let place = point.symbol.outside();
+        let is_scaled = point.entry.scale != 1.0 || point.entry.offset != 0.0;
+        match place.range().filter(|_| !is_scaled) {
+            None => Self::Float,
+            Some(_) if place.is_bit() => Self::Bit,
+            Some(range) if *range.end() > i32::MAX.into() => Self::U32,
+            Some(_) => Self::S32,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Bit => "bit",
+            Self::S32 => "s32",
+            Self::U32 => "u32",
+            Self::Float => "float",
+        }
+    }
+
+    /// A value as the component reads it.
+    fn text(self, value: f64) -> String {
+        match self {
+            Self::Float => format!("{value:?}"),
+            Self::Bit => u8::from(value != 0.0).to_string(),
+            Self::S32 => (value as i32).to_string(),
+            Self::U32 => (value as u32).to_string(),
+        }
+    }
+}
+
+/// A session, with the pins of its points.
+struct Attached {
+    shared: Shared,
+    pins: Vec<Pin>,
+}
+
+/// The component, for all sessions.
+#[derive(Clone)]
+pub(crate) struct Hal {
+    session: Arc<Mutex<Option<Attached>>>,
+}
+
+impl Hal {
+    /// Starts the thread that looks after the component. `unloaded` is called when HAL ends it.
+    pub(crate) fn start(
+        settings: &Settings,
+        events: &Events,
+        unloaded: impl Fn() + Send + 'static,
+    ) -> Self {
+        let hal = Self { session: Arc::new(Mutex::new(None)) };
+        let (own, settings, events) = (hal.clone(), settings.clone(), events.clone());
+        let work = move || {
+            let mut pause = PAUSES.0;
+            let mut reported = None;
+            loop {
+                let began = Instant::now();
+                let Some(why) = own.component(&settings, &events) else {
+                    unloaded();
+                    return;
+                };
+                if reported.as_ref() != Some(&why) {
+                    let about = [("device", "hal".into()), ("why", why.as_str().into())];
+                    events.write("lost", &about);
+                    reported = Some(why);
+                }
+                // It has worked for a while.
+                if began.elapsed() > PAUSES.1 {
+                    (pause, reported) = (PAUSES.0, None);
+                }
+                std::thread::sleep(pause);
+                pause = (pause * 2).min(PAUSES.1);
+            }
+        };
+        if let Err(error) = std::thread::Builder::new().name("hal".into()).spawn(work) {
+            eprintln!("error: {error}");
+        }
+        hal
+    }
+
+    /// Connects the points of a session until it ends.
+    pub(crate) async fn run(
+        self,
+        shared: Shared,
+        points: Vec<usize>,
+        mut ended: tokio::sync::watch::Receiver<bool>,
+    ) {
+        let pins = {
+            let hub = shared.hub();
+            let pin = |index: usize| {
+                let point = hub.point(index)?;
+                let (kind, name) = (Kind::of(point), hal_pin_name(&point.symbol.name));
+                let safe = hub.safe_value(index).unwrap_or(0.0);
+                Some(Pin { index, name, kind, gives: point.gives, safe: kind.text(safe) })
+            };
+            points.into_iter().filter_map(pin).collect()
+        };
+        *self.session() = Some(Attached { shared, pins });
+        let _ = ended.changed().await;
+        *self.session() = None;
+    }
+
+    fn session(&self) -> std::sync::MutexGuard<'_, Option<Attached>> {
+        self.session.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The pins of the present session.
+    fn pins(&self) -> Option<Vec<Pin>> {
+        self.session().as_ref().map(|session| session.pins.clone())
+    }
+
+    /// Waits for a session, makes the component, and works with it until it is lost: gives why, or `None`
+    /// where HAL has unloaded it.
+    fn component(&self, settings: &Settings, events: &Events) -> Option<String> {
+        let pins = loop {
+            match self.pins() {
+                Some(pins) => break pins,
+                None => std::thread::sleep(ROUND),
+            }
+        };
+        let setup = json!({
+            "component": settings.hal_component,
+            "pins": pins.iter().map(|pin| json!({
+                "name": pin.name,
+                "type": pin.kind.name(),
+                "input": pin.gives,
+                "safe": pin.safe,
+            })).collect::<Vec<_>>(),
+            "period": settings.poll.as_secs_f64(),
+            "silence": settings.silence.as_secs_f64(),
+        });
+        let (mut component, lines) = match Component::start(&settings.hal_python, &setup) {
+            Ok(started) => started,
+            Err(error) => return Some(format!("{}: {error}", settings.hal_python.display())),
+        };
+        let mut connected = false;
+        loop {
+            let patience = if connected { settings.answer + settings.poll } else { BEGINNING };
+            let line = match lines.recv_timeout(patience) {
+                Ok(line) => line,
+                Err(RecvTimeoutError::Timeout) => {
+                    return Some("the component does not answer".into());
+                }
+                Err(RecvTimeoutError::Disconnected) => return Some(component.end()),
+            };
+            if line == "unloaded" {
+                return None;
+            }
+            if let Some(why) = line.strip_prefix("error: ") {
+                return Some(why.to_owned());
+            }
+            if !std::mem::replace(&mut connected, true) {
+                events.write("connected", &[("device", "hal".into())]);
+            }
+            let answer = match self.exchange(&pins, &line) {
+                Ok(answer) => answer,
+                Err(why) => return Some(why),
+            };
+            if let Err(error) = component.answer(&answer) {
+                return Some(error.to_string());
+            }
+        }
+    }
+
+    /// Gives the session the values of the inputs in a line, and makes the line of the outputs.
+    ///
+    /// # Errors
+    /// Where the component does not fit the session any more.
+    fn exchange(&self, pins: &[Pin], line: &str) -> Result<String, String> {
+        let session = self.session();
+        let Some(Attached { shared, pins: present }) = session.as_ref() else {
+            return Ok("-".into());
+        };
+        if pins.len() != present.len() || pins.iter().zip(present).any(|(a, b)| !a.is_same(b)) {
+            return Err("the program has other variables now".into());
+        }
+        let pins = present;
+        let mut hub = shared.hub();
+        let inputs = pins.iter().filter(|pin| pin.gives);
+        for (pin, word) in inputs.zip(line.split_whitespace()) {
+            let value = word.parse().map_err(|_| format!("`{word}` is no value"))?;
+            // A value that the variable can't have makes it no newer.
+            hub.give(pin.index, value);
+        }
+        hub.publish();
+        let mut answer = String::from(match hub.control_state() {
+            ControlState::Running => "1",
+            _ => "0",
+        });
+        for pin in pins.iter().filter(|pin| !pin.gives) {
+            let value = hub.take(pin.index).map_or_else(|| pin.safe.clone(), |v| pin.kind.text(v));
+            answer.push(' ');
+            answer.push_str(&value);
+        }
+        Ok(answer)
+    }
+}

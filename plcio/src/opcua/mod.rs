@@ -1,0 +1,192 @@
+//! A server for OPC UA: the variables of the program as an address space that clients browse, read and
+//! subscribe to. They write the points of the driver `opcua` that are given from outside, and nothing else.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `settings.rs` | what the configuration says |
+//! | `address_space.rs` | a node for each variable, and its value |
+//! | `users.rs` | who gets in, and who may write |
+//! | `certificates.rs` | the server's certificate, and those of clients that are not trusted |
+//!
+//! The server has a thread of its own, so that clients that ask much, and the arithmetic of its ciphers,
+//! don't delay the other drivers.
+
+mod address_space;
+mod certificates;
+mod settings;
+mod users;
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use opcua::crypto::SecurityPolicy;
+use opcua::server::diagnostics::NamespaceMetadata;
+use opcua::server::node_manager::memory::{SimpleNodeManager, simple_node_manager};
+use opcua::server::{ANONYMOUS_USER_TOKEN_ID, Server, ServerBuilder, ServerEndpoint, ServerHandle};
+use opcua::types::MessageSecurityMode;
+use tokio::net::TcpListener;
+use tokio::sync::watch::Receiver;
+
+use address_space::Nodes;
+use certificates::Certificates;
+pub(crate) use settings::Settings;
+use users::Users;
+
+use crate::session::Shared;
+
+/// The most sessions at once.
+const SESSIONS: usize = 16;
+/// How often values are compared with those that clients have, unless `poll_ms` is longer.
+const PERIOD: Duration = Duration::from_millis(20);
+/// How often certificates are looked for that were refused, in periods.
+const LOOK_AT_CERTIFICATES: u32 = 50;
+
+/// Serves on a thread of its own until the session ends.
+pub(crate) async fn run(shared: Shared, points: Vec<usize>, ended: Receiver<bool>) {
+    let (done, finished) = tokio::sync::oneshot::channel::<()>();
+    let events = shared.events.clone();
+    let serve = move || {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+        match runtime {
+            Ok(runtime) => runtime.block_on(serve(shared, points, ended)),
+            Err(error) => off(&shared, &error.to_string()),
+        }
+        drop(done);
+    };
+    match std::thread::Builder::new().name("opcua".into()).spawn(serve) {
+        // The sender is never used: it is dropped at the end of the thread.
+        Ok(_) => drop(finished.await),
+        Err(error) => events.write("server_off", &[("why", error.to_string().into())]),
+    }
+}
+
+/// Says that the server does not serve, and why.
+fn off(shared: &Shared, why: &str) {
+    shared.events.write("server_off", &[("server", "opcua".into()), ("why", why.into())]);
+}
+
+/// Serves until the session ends; begins again where that fails.
+async fn serve(shared: Shared, points: Vec<usize>, mut ended: Receiver<bool>) {
+    let Some(address) = shared.settings.opcua.address.clone() else {
+        off(&shared, "[plcio] has no key `opcua-server`, which says where it listens");
+        return;
+    };
+    let mut told = String::new();
+    loop {
+        let why = match serve_once(&shared, &points, &address, &mut ended).await {
+            Ok(()) => return,
+            Err(why) => why,
+        };
+        if told != why {
+            off(&shared, &why);
+            told = why;
+        }
+        tokio::select! {
+            () = tokio::time::sleep(Duration::from_secs(1)) => {}
+            _ = ended.changed() => return,
+        }
+    }
+}
+
+/// Serves until the session ends.
+///
+/// # Errors
+/// Why it can't.
+async fn serve_once(
+    shared: &Shared,
+    points: &[usize],
+    address: &str,
+    ended: &mut Receiver<bool>,
+) -> Result<(), String> {
+    let listener = TcpListener::bind(address).await.map_err(|error| error.to_string())?;
+    let local = listener.local_addr().map_err(|error| error.to_string())?;
+    let name = shared.settings.name();
+    let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
+    let uri = format!("urn:{host}:plcio:{name}");
+    // The first namespace, with the name of the server itself, belongs to its diagnostics.
+    let space = format!("urn:{host}:plcc:{name}");
+    let settings = &shared.settings.opcua;
+    let users = Users::open(settings)?;
+    let mut certificates = Certificates::open(&settings.certificates, &uri)?;
+    let (server, handle) = server(settings, &name, (&uri, &space), &host, local, users)?;
+    let manager = handle
+        .node_managers()
+        .get_of_type::<SimpleNodeManager>()
+        .ok_or("its address space can't be made")?;
+    let namespace =
+        handle.get_namespace_index(&space).ok_or("its address space has no namespace")?;
+    let mut nodes = Nodes::create(shared, points, &manager, namespace, &name);
+    let mut task = tokio::spawn(server.run_with(listener));
+    let at = format!("opc.tcp://{local}");
+    shared.events.write("server_on", &[("server", "opcua".into()), ("address", at.into())]);
+    let mut rounds = 0_u32;
+    loop {
+        nodes.update(shared, &manager, handle.subscriptions());
+        if rounds.is_multiple_of(LOOK_AT_CERTIFICATES) {
+            for file in certificates.newly_refused() {
+                let file = file.display().to_string();
+                shared.events.write("certificate_refused", &[("file", file.into())]);
+            }
+        }
+        rounds = rounds.wrapping_add(1);
+        tokio::select! {
+            () = tokio::time::sleep(shared.settings.poll.max(PERIOD)) => {}
+            result = &mut task => {
+                return match result {
+                    Ok(Ok(())) => Err("the server has ended".into()),
+                    Ok(Err(why)) => Err(why),
+                    Err(error) => Err(error.to_string()),
+                };
+            }
+            _ = ended.changed() => {
+                handle.cancel();
+                let _ = tokio::time::timeout(Duration::from_secs(1), task).await;
+                return Ok(());
+            }
+        }
+    }
+}
+
+/// The server, with its endpoints: signed, or signed and encrypted, for users with a password; and for
+/// everybody without either where the configuration permits it.
+fn server(
+    settings: &Settings,
+    name: &str,
+    (uri, space): (&str, &str),
+    host: &str,
+    local: SocketAddr,
+    users: Users,
+) -> Result<(Server, ServerHandle), String> {
+    let metadata = NamespaceMetadata { namespace_uri: space.into(), ..Default::default() };
+    let host = match local.ip() {
+        ip if ip.is_unspecified() => host.to_owned(),
+        ip => ip.to_string(),
+    };
+    let mut builder = ServerBuilder::new()
+        .application_name(format!("plcio {name}"))
+        .application_uri(uri)
+        .product_uri("urn:plcc:plcio")
+        .pki_dir(&settings.certificates)
+        .host(host)
+        .port(local.port())
+        .discovery_urls(vec!["/".into()])
+        .max_sessions(SESSIONS)
+        .with_authenticator(Arc::new(users))
+        .with_node_manager(simple_node_manager(metadata, name));
+    let anonymous = [ANONYMOUS_USER_TOKEN_ID.to_owned()];
+    for policy in [
+        SecurityPolicy::Basic256Sha256,
+        SecurityPolicy::Aes128Sha256RsaOaep,
+        SecurityPolicy::Aes256Sha256RsaPss,
+    ] {
+        for mode in [MessageSecurityMode::Sign, MessageSecurityMode::SignAndEncrypt] {
+            let endpoint = ServerEndpoint::new("/", policy, mode, &[]);
+            builder = builder.add_endpoint(format!("{policy} {mode}"), endpoint);
+        }
+    }
+    if settings.anonymous {
+        builder = builder.add_endpoint("none", ServerEndpoint::new_none("/", &anonymous));
+    }
+    builder.build()
+}

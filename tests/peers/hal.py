@@ -1,0 +1,186 @@
+"""plcio's component of LinuxCNC's HAL, in a session that nobody else sees.
+
+Needs root, for a name space of its own; the session itself belongs to the user nobody."""
+
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+
+from plant import Plant, wait_until
+
+REALTIME = "/usr/lib/linuxcnc/realtime"
+WIRING = """[plcio]
+hal-component = "lathe"
+silence_ms = 1500
+log = "plcio.jsonl"
+[[io]]
+name = "DOOR"
+driver = "hal"
+safe = 1
+[[io]]
+name = "LEVEL"
+driver = "hal"
+scale = 0.5
+[[io]]
+name = "SPEED"
+driver = "hal"
+direction = "in"
+[[io]]
+name = "PUMP"
+driver = "hal"
+[[io]]
+name = "COPY"
+driver = "hal"
+"""
+
+
+def halcmd(*words, check=True):
+    # HAL's own process keeps what it gets as standard output, so that a pipe would not end.
+    with tempfile.TemporaryFile("w+") as output:
+        done = subprocess.run(["halcmd", *words], stdout=output, stderr=output, check=False)
+        output.seek(0)
+        text = output.read().strip()
+    assert not check or done.returncode == 0, (words, text)
+    return text
+
+
+def get(pin):
+    return halcmd("getp", pin, check=False)
+
+
+def process(words):
+    """The process with this command line."""
+    for path in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            if path.read_bytes().decode().split("\0")[:-1] == words:
+                return int(path.parent.name)
+        except (OSError, UnicodeDecodeError):
+            pass
+    raise AssertionError(f"{words} does not run")
+
+
+def children(process):
+    text = pathlib.Path(f"/proc/{process}/task/{process}/children").read_text()
+    return [int(word) for word in text.split()]
+
+
+EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples"
+
+
+class Example(Plant):
+    """examples/linuxcnc, as its README says."""
+
+    def __init__(self):
+        super().__init__("")
+
+    def start_control(self):
+        program = EXAMPLES / "retrofit/lathe.pmi"
+        self.run(os.environ["PLCC"], "build", str(program), "-o", "lathe.plcx")
+        for name in ("controller.toml", "lathe.hal"):
+            text = (EXAMPLES / "linuxcnc" / name).read_text()
+            (self.folder / name).write_text(text.replace("/dev/shm/lathe", "image"))
+        command = [os.environ["PLCRT"], "--config", "controller.toml", "--no-supervisor"]
+        self.control = self.start(*command, name="plcrt")
+
+    def start_driver(self):
+        subprocess.run([REALTIME, "start"], check=True)
+        path = f"{pathlib.Path(os.environ['PLCIO']).parent}:{os.environ['PATH']}"
+        subprocess.run(["halcmd", "-f", "lathe.hal"], cwd=self.folder, check=True, env=os.environ | {"PATH": path})
+
+    def __exit__(self, *how):
+        leave(super().__exit__, how)
+
+
+def leave(then, how):
+    """Ends the session of HAL, and then the plant."""
+    try:
+        halcmd("stop", check=False)
+        halcmd("unload", "all", check=False)
+        subprocess.run([REALTIME, "stop"], check=False)
+    finally:
+        then(*how)
+
+
+class Session(Plant):
+    """The plant whose plcio is loaded by HAL."""
+
+    def start_driver(self):
+        subprocess.run([REALTIME, "start"], check=True)
+        halcmd("loadrt", "threads", "name1=servo", "period1=1000000")
+        halcmd("loadrt", "sampler", "depth=1000", "cfg=bs")
+        halcmd("addf", "sampler.0", "servo")
+        halcmd("loadusr", "-Wn", "lathe", os.environ["PLCIO"], str(self.folder / "c.toml"))
+        halcmd("net", "door", "lathe.door")
+        halcmd("net", "pump", "lathe.pump", "sampler.0.pin.0")
+        halcmd("net", "copy", "lathe.copy", "sampler.0.pin.1")
+        halcmd("start")
+
+    def __exit__(self, *how):
+        leave(super().__exit__, how)
+
+
+def main():
+    with Session(WIRING) as plant:
+        types = {line.split()[4]: line.split()[1:3] for line in halcmd("-s", "show", "pin").splitlines() if " lathe." in line}
+        expected = {
+            "lathe.door": ["bit", "IN"],
+            "lathe.level": ["float", "IN"],
+            "lathe.speed": ["s32", "IN"],
+            "lathe.pump": ["bit", "OUT"],
+            "lathe.copy": ["s32", "OUT"],
+            "lathe.running": ["bit", "OUT"],
+        }
+        assert types == expected, types
+
+        def gives_values():
+            halcmd("sets", "door", "0")
+            halcmd("setp", "lathe.level", "18")
+            halcmd("setp", "lathe.speed", "-700")
+            wait_until("the pump runs", lambda: get("lathe.pump") == "TRUE" and get("lathe.copy") == "9")
+            wait_until("the control runs", lambda: get("lathe.running") == "TRUE")
+
+        gives_values()
+
+        def sample():
+            done = subprocess.run(["halsampler", "-n", "1"], capture_output=True, text=True, check=True)
+            return done.stdout.split()
+
+        wait_until("a sampler sees it", lambda: sample() == ["1", "9"])
+        halcmd("sets", "door", "1")
+        wait_until("the pump stands", lambda: get("lathe.pump") == "FALSE")
+        gives_values()
+        # The control dies: outputs are safe. The next one works with the same pins, which are still connected.
+        plant.stop(plant.control, signal.SIGKILL)
+        wait_until("the pump stands", lambda: get("lathe.pump") == "FALSE" and get("lathe.running") == "FALSE")
+        plant.start_control()
+        gives_values()
+        # The component hangs, and is made again.
+        driver = process([os.environ["PLCIO"], str(plant.folder / "c.toml")])
+        os.kill(children(driver)[0], signal.SIGSTOP)
+        wait_until("it is noticed", lambda: plant.events("lost"))
+        wait_until("it is made again", lambda: len(plant.events("connected")) >= 2)
+        halcmd("net", "door", "lathe.door")
+        gives_values()
+        # HAL unloads it, as any other component: plcio ends.
+        halcmd("unload", "lathe")
+        wait_until("plcio has ended", lambda: not pathlib.Path(f"/proc/{driver}").exists())
+    with Example():
+        wait_until("the spindle turns", lambda: get("lathe.spinon") == "TRUE" and get("lathe.running") == "TRUE")
+        for value in ("TRUE", "FALSE", "TRUE"):
+            wait_until("the drive follows the button", lambda: get("lathe.left") == value)
+        halcmd("sets", "guard", "0")
+        wait_until("the spindle stands", lambda: get("lathe.spinon") == "FALSE")
+    print("HAL: everything as it should be")
+
+
+if __name__ == "__main__":
+    if os.geteuid() == 0 and sys.argv[1:] != ["inside"]:
+        work = pathlib.Path(os.environ["WORK"])
+        os.chown(work, 65534, 65534)
+        os.environ.update(HOME=str(work), TMPDIR=str(work), RTAPI_FIFO_PATH=str(work / "rtapi_fifo"))
+        user = ["setpriv", "--reuid", "nobody", "--regid", "nogroup", "--clear-groups"]
+        os.execvp("unshare", ["unshare", "-i", *user, sys.executable, __file__, "inside"])
+    main()
