@@ -35,6 +35,7 @@ pub(crate) fn open_locked(path: &Path) -> Result<File, LockError> {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(LockError::Held(file)),
             Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {}
+            Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Interrupted => continue,
             Err(TryLockError::Error(error)) => return Err(error.into()),
         }
         // Between our opening and our locking it, its owner may have removed or renamed it. Then the

@@ -201,6 +201,11 @@ const REPLACE_ATTEMPTS: u32 = 200;
 /// The pause between two of these attempts.
 const REPLACE_PAUSE: Duration = Duration::from_millis(5);
 
+/// The temporary file that [`replace`] and [`can_replace`] write for this path.
+pub(crate) fn temporary_of(path: &Path) -> PathBuf {
+    target_and_temporary(path).1
+}
+
 /// The file that is to be replaced (where `path` is a link, the file that it points to), and the
 /// temporary file beside it that is written first. Its name is always the same, so that killed
 /// processes do not leave more and more of them.

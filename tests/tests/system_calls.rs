@@ -1,11 +1,12 @@
 //! What the thread that runs the ticks asks of the operating system in real time: after the first
-//! ticks one system call a tick, which waits for its time, and no page fault.
+//! ticks one system call a tick, which waits for its time, and no page fault. And what a run does when a system
+//! call fails, or is the last one before the process is killed.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::thread;
 use std::time::Duration;
 
@@ -112,5 +113,141 @@ fn a_tick_makes_no_page_fault() {
         running.signal("TERM", 1);
         running.end();
         assert_eq!(after, before, "{artifact}");
+    }
+}
+
+/// `plcrt ARGS` under strace with these options, in the folder. `None` where strace is missing or may not trace.
+fn traced(folder: &Folder, options: &[&str], args: &[&str]) -> Option<Output> {
+    let plcrt = folder.command(&[]).get_program().to_owned();
+    let mut strace = Command::new("strace");
+    strace.args(["-f", "-o", "calls", "-e", "signal=none"]).args(options).arg(plcrt).args(args);
+    let output = strace.current_dir(folder.path("")).stdin(Stdio::null()).output().ok()?;
+    let text = String::from_utf8_lossy(&output.stderr);
+    if text.contains("strace: ") {
+        eprintln!("skipped: {text}");
+        return None;
+    }
+    Some(output)
+}
+
+/// The names of the system calls that strace has written down.
+fn called(folder: &Folder) -> Vec<String> {
+    let text = folder.read("calls");
+    let begun = text.lines().filter(|line| line.contains('(') && !line.contains(" resumed>"));
+    let call = |line: &str| line.split_whitespace().nth(1)?.split('(').next().map(str::to_owned);
+    begun.filter_map(call).collect()
+}
+
+/// A run that counts in F500, which it keeps, and writes all its files.
+const WRITES_ALL: [&str; 18] = [
+    "b.plcx",
+    "--ticks",
+    "5",
+    "--retain",
+    "kept",
+    "--watch",
+    "F500",
+    "--trace",
+    "t.csv",
+    "--events",
+    "e.jsonl",
+    "--log",
+    "l.jsonl",
+    "--dump",
+    "d.json",
+    "--record",
+    "r.plcrec",
+    "--no-supervisor",
+];
+
+/// What the retained file holds in F500; it must be whole.
+fn kept_count(folder: &Folder, what: &str) -> u64 {
+    let args = ["b.plcx", "--ticks", "0", "--retain", "kept", "--watch", "F500", "--dump", "-"];
+    let output = folder.run(&args);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{what}: {errors}");
+    let value = text.split("\"F500\":").nth(1).unwrap_or_else(|| panic!("{what}: {text}"));
+    value.split(|c: char| !c.is_ascii_digit()).next().unwrap().parse().unwrap()
+}
+
+/// The state before the run is kept, or that after it, and no temporary file stays. `PLCC_KILLS` gives another
+/// number of kills than 24.
+#[test]
+fn a_kill_at_any_system_call_loses_nothing_that_was_kept() {
+    let folder = folder("killed-at-calls");
+    let args = ["b.plcx", "--ticks", "5", "--retain", "kept", "--dump", "d.json"];
+    let kept = ["kept", "kept.bak"];
+    assert_eq!(folder.run(&args).status.code(), Some(0));
+    let before: Vec<Vec<u8>> =
+        kept.iter().map(|name| fs::read(folder.path(name)).unwrap()).collect();
+    if traced(&folder, &[], &args).is_none() {
+        return;
+    }
+    // strace counts the calls of each thread by itself; the first thread does the work.
+    let text = folder.read("calls");
+    let thread = text.split_whitespace().next().unwrap();
+    let calls = text.lines().filter(|line| line.starts_with(thread) && line.contains('(')).count();
+    let kills = std::env::var("PLCC_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(24);
+    let mut seen = vec![];
+    for kill in 1..=kills {
+        let at = (kill * calls / kills).max(1);
+        for (name, bytes) in kept.iter().zip(&before) {
+            fs::write(folder.path(name), bytes).unwrap();
+        }
+        let inject = format!("inject=all:signal=SIGKILL:when={at}");
+        traced(&folder, &["-e", "trace=all", "-e", &inject], &args).unwrap();
+        seen.push(kept_count(&folder, &inject));
+        let names = folder.names();
+        assert!(names.iter().all(|name| !name.ends_with(".tmp")), "{inject}: {names:?}");
+    }
+    assert!(seen.iter().all(|count| [5, 10].contains(count)), "{seen:?}");
+    assert!(seen.contains(&5) && (seen.contains(&10) || kills < 24), "{seen:?}");
+}
+
+/// The run goes on, or ends with a message and the exit status 2; what is retained stays whole.
+#[test]
+fn a_system_call_that_fails_ends_in_no_panic() {
+    /// Calls that the program makes itself, not the start of every process, and how they may fail.
+    const FAULTS: [(&str, &[&str]); 14] = [
+        ("openat", &["EIO", "EMFILE", "EINTR"]),
+        ("read", &["EIO", "EINTR"]),
+        ("write", &["EIO", "ENOSPC", "EINTR"]),
+        ("fsync", &["EIO", "EINTR"]),
+        ("fdatasync", &["EIO"]),
+        ("rename", &["EIO", "ENOSPC"]),
+        ("unlink", &["EIO"]),
+        ("flock", &["EINTR", "ENOLCK"]),
+        ("ftruncate", &["EIO", "ENOSPC"]),
+        ("fallocate", &["ENOSPC", "EINTR"]),
+        ("statx", &["EIO"]),
+        ("lseek", &["EIO"]),
+        ("clone3", &["EAGAIN"]),
+        ("fcntl", &["EIO"]),
+    ];
+    let folder = folder("failing-calls");
+    if traced(&folder, &[], &WRITES_ALL).is_none() {
+        return;
+    }
+    let calls = called(&folder);
+    for (call, errors) in FAULTS {
+        let count = calls.iter().filter(|name| *name == call).count();
+        // The first ones, which are those of the dynamic linker for some calls, one in the middle, and the last.
+        let places: BTreeSet<usize> = [3, count / 2, count].into();
+        for (error, at) in errors.iter().flat_map(|error| places.iter().map(move |at| (error, at)))
+        {
+            if *at == 0 || *at > count {
+                continue;
+            }
+            let inject = format!("inject={call}:error={error}:when={at}");
+            let output = traced(&folder, &["-e", &inject], &WRITES_ALL).unwrap();
+            let text = String::from_utf8_lossy(&output.stderr).into_owned();
+            let status = output.status.code();
+            // 127 is that of the dynamic linker.
+            assert!(matches!(status, Some(0 | 2 | 127)), "{inject}: {status:?} {text}");
+            assert!(!text.contains("panicked"), "{inject}: {text}");
+            assert!(*error != "EINTR" || status != Some(2), "{inject} is not repeated: {text}");
+            kept_count(&folder, &inject);
+        }
     }
 }

@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use plcc_abi::Program;
 
 use crate::args::RunArgs;
-use crate::files::{can_replace, open_output, replace, resolve_links, why_not_written};
+use crate::files::{
+    can_replace, open_output, replace, resolve_links, temporary_of, why_not_written,
+};
 use crate::retain;
 
 use super::SessionError;
@@ -173,7 +175,22 @@ pub(super) fn check_paths(program: &Program, args: &RunArgs) -> Result<(), Sessi
         option("--socket", &args.socket),
         option("--record", &args.record.clone().filter(|_| !args.no_record)),
     ];
-    let outputs = outputs.into_iter().flatten().chain(beside.into_iter().flatten());
+    let with_ending = |path: &PathBuf, ending: &str| {
+        let mut name = resolve_links(path).into_os_string();
+        name.push(ending);
+        PathBuf::from(name)
+    };
+    let file = |path: &Option<PathBuf>| path.clone().filter(|path| !is_stdout(path));
+    let record = args.record.as_ref().filter(|_| !args.no_record);
+    let further = [
+        file(&args.dump).map(|path| ("--dump's temporary file", temporary_of(&path))),
+        file(&args.retain).map(|path| ("--retain's temporary file", temporary_of(&path))),
+        record.map(|path| ("--record's older part", with_ending(path, ".1"))),
+        args.image
+            .as_ref()
+            .map(|path| ("--image's copy of a dead control", with_ending(path, ".dead"))),
+    ];
+    let outputs = outputs.into_iter().chain(further).flatten().chain(beside.into_iter().flatten());
     let read = args.reads.iter().map(|path| ("the machine file or the artifact", path.clone()));
     // A source that was read from standard input is no file.
     let source = program.files.iter().map(PathBuf::from).filter(|file| !is_stdout(file));

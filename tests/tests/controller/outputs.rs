@@ -164,6 +164,27 @@ fn outputs_that_links_make_one_file_are_refused() {
     }
 }
 
+/// What the run writes besides under names of its own would overwrite an output too.
+#[test]
+fn outputs_with_the_names_of_files_that_stand_beside_others_are_refused() {
+    let shop = shop("beside");
+    for (args, what) in [
+        ("--dump d.json --trace d.json.tmp --watch N", "--dump's temporary file"),
+        ("--retain kept --events kept.tmp", "--retain's temporary file"),
+        ("--record r --dump r.1", "--record's older part"),
+        ("--image i --dump i.dead", "--image's copy of a dead control"),
+    ] {
+        let (mut told, to) = pipe().unwrap();
+        let mut command = shop.command(&format!("--ticks 1 {args}"));
+        let mut child = command.stderr(file(to)).spawn().unwrap();
+        drop(command);
+        let mut message = String::new();
+        told.read_to_string(&mut message).unwrap();
+        assert_eq!(wait(&mut child).code(), Some(2), "{args}: {message}");
+        assert!(message.contains(&format!("{what} would overwrite")), "{args}: {message}");
+    }
+}
+
 /// Ctrl-S stops a terminal: whoever writes to it waits until Ctrl-Q.
 #[test]
 fn a_stopped_terminal_delays_nothing() {
