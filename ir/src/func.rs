@@ -332,6 +332,14 @@ impl FuncData {
         }
     }
 
+    /// The instruction that defines a value; `None` for a parameter of a block.
+    pub fn definition(&self, value: Value) -> Option<Inst> {
+        match self.values.get(value.index())?.def {
+            ValueDef::Result(inst) => Some(inst),
+            ValueDef::Param(..) => None,
+        }
+    }
+
     /// The constant that a value is: an integer in the form of [`Type::wrap`], or the bits of a
     /// double. `None` if the value is not defined by a constant.
     pub fn constant(&self, value: Value) -> Option<i64> {

@@ -2,8 +2,8 @@
 //!
 //! [`function`] makes one CLIF function of one IR function: a block that enters the block of the
 //! label (`control`), and a CLIF block for each block of the IR. Values are mapped one to one. The
-//! other files have the operations (`arithmetic`, `integrality_check`, `memory` and `indices`), and two
-//! techniques that make code shorter (`base_registers`, `truth_values`).
+//! other files have the operations (`arithmetic`, `integrality_check`, `memory` and `indices`), and three
+//! techniques that make code shorter (`base_registers`, `truth_values`, `vectors`).
 
 mod arithmetic;
 mod base_registers;
@@ -14,6 +14,7 @@ mod memory;
 #[cfg(test)]
 mod tests;
 mod truth_values;
+mod vectors;
 
 use std::collections::HashMap;
 
@@ -29,6 +30,7 @@ use target_lexicon::Architecture;
 
 use crate::InternalError;
 use truth_values::TruthValues;
+use vectors::Vectors;
 
 /// Why the IR can't be lowered: a message that says which rule it breaks.
 struct InvalidIr(String);
@@ -87,6 +89,7 @@ pub(crate) fn function(
         host_signature: None,
         inst: None,
         truth_values: TruthValues::new(module, func, is_x86),
+        vectors: Vectors::new(module, func, is_x86),
     };
     if let Err(InvalidIr(reason)) = lowering.run(label) {
         return Err(InternalError::new(module, func, lowering.inst, reason));
@@ -172,6 +175,8 @@ struct Lowering<'a> {
     inst: Option<Inst>,
     /// Truth values in 32 bits.
     truth_values: TruthValues,
+    /// Rows of statements that are computed at once.
+    vectors: Vectors,
 }
 
 /// The CLIF type of a value.
@@ -258,6 +263,9 @@ impl Lowering<'_> {
         self.builder.set_srcloc(SourceLoc::new(loc.0));
         let data = *self.func.inst(inst);
         self.count_instruction();
+        if self.vectors.leaves_out(inst) {
+            return self.stored_row(inst);
+        }
         if let Some(result) = self.func.result(inst)
             && match data {
                 InstData::Load { ty, at } => self.load_truth(result, ty, at, block)?,

@@ -24,7 +24,7 @@ use super::memory::flags;
 use super::{LowerResult, Lowering};
 
 /// The number of bytes of the widest store without an index.
-const WIDEST_STORE: i64 = 8;
+const WIDEST_STORE: i64 = 16;
 
 /// What the lowering knows of the truth values of a function.
 pub(super) struct TruthValues {

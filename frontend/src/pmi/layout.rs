@@ -2,13 +2,15 @@
 //!
 //! Each type has a region of its own, so that two accesses of different types never touch the same
 //! byte: `logical` (a byte for each LOGICAL), `integer`, and `long`, in which the timers' counters
-//! stand too. The region `port` has a byte of physical lines for each port. Programs with very long
+//! stand too. Variables of a type stand in the order of their declarations, or else of their first use, but
+//! the program's own among them in the natural order of their names. The region `port` has a byte of physical lines for each port. Programs with very long
 //! expressions have a region `scratch`, in which compiled code keeps their intermediate values.
 
 use plcc_abi::Region;
 use plcc_abi::pmi::{PORTS, Type};
 
-use crate::pmi::ast::{Action, Checked, Meaning, Op, Ops, SymbolId, Target};
+use crate::common::natural_cmp;
+use crate::pmi::ast::{Action, Checked, Meaning, Op, Ops, Symbol, SymbolId, Target};
 
 /// An expression with more operations than this may be cut into several functions. What is on the
 /// evaluation stack at a cut is then kept in the image.
@@ -55,6 +57,7 @@ impl Layout {
                     this.size += symbol.elements.unwrap_or(1) * ty.size();
                 }
             }
+            this.sort(checked, ty);
             match ty {
                 Type::Logical => this.last_clocks = this.allocate(checked.flipflops.len(), 1),
                 Type::Integer => {}
@@ -72,6 +75,29 @@ impl Layout {
             this.region(SCRATCH, start, false);
         }
         this
+    }
+
+    /// Lets the program's own variables of a type that are no arrays exchange their places, so that they stand
+    /// in the natural order of their names: those of KEY1, KEY2, KEY3 and so on are neighbours, also if
+    /// statements mention LAMP1 between KEY1 and KEY2. Statements that do the same with each of them are
+    /// then computed at once.
+    fn sort(&mut self, checked: &Checked, ty: Type) {
+        let is_own = |symbol: &Symbol| {
+            symbol.ty == ty
+                && symbol.meaning == Meaning::Variable
+                && !symbol.executive
+                && symbol.elements.is_none()
+        };
+        let symbols = checked.symbols.iter().enumerate();
+        let mut own: Vec<(usize, &Symbol)> = symbols.filter(|(_, symbol)| is_own(symbol)).collect();
+        let places: Vec<u32> =
+            own.iter().filter_map(|&(id, _)| self.places.get(id).copied()).collect();
+        own.sort_by(|(_, a), (_, b)| natural_cmp(&a.name, &b.name));
+        for ((id, _), place) in own.into_iter().zip(places) {
+            if let Some(slot) = self.places.get_mut(id) {
+                *slot = place;
+            }
+        }
     }
 
     /// Makes room for `count` values of `size` bytes each and gives their offsets.

@@ -20,6 +20,7 @@
 //! | `gates` | rearranges AND, OR and NOT of truth values so that they take less code |
 //! | `compact` | numbers what is left again without gaps |
 //! | `wide-bits` | no pass over IR: code generation computes with truth values in 32 bits |
+//! | `vectors` | no pass over IR: code generation computes rows of neighbouring variables at once |
 //! | `reload-bits` | no pass: in long programs `forward` does not replace loads of truth values |
 //! | `by-length` | no pass: `packed-bits` is left out in long programs |
 //!
@@ -128,6 +129,9 @@ pub enum Pass {
     /// Truth values in 32 bits: a technique of code generation, for which there is nothing to do
     /// in IR.
     WideBits,
+    /// Vectors for rows of statements: a technique of code generation, for which there is nothing to
+    /// do in IR.
+    Vectors,
     /// [`Forward`](Self::Forward) does not replace loads of truth values in long programs, so that they
     /// are loaded again.
     ReloadBits,
@@ -137,7 +141,7 @@ pub enum Pass {
 
 impl Pass {
     /// Every pass, in the order of the table at the head of the module.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::Integers,
         Self::Speculate,
         Self::Branches,
@@ -156,6 +160,7 @@ impl Pass {
         Self::Gates,
         Self::Compact,
         Self::WideBits,
+        Self::Vectors,
         Self::ReloadBits,
         Self::ByLength,
     ];
@@ -181,6 +186,7 @@ impl Pass {
             Self::Gates => "gates",
             Self::Compact => "compact",
             Self::WideBits => "wide-bits",
+            Self::Vectors => "vectors",
             Self::ReloadBits => "reload-bits",
             Self::ByLength => "by-length",
         }
@@ -220,7 +226,7 @@ impl Pass {
             Self::Dce => dce::run(func),
             Self::Gates => gates::run(func),
             Self::Compact => compact::run(func),
-            Self::WideBits | Self::ReloadBits | Self::ByLength => return false,
+            Self::WideBits | Self::Vectors | Self::ReloadBits | Self::ByLength => return false,
         }
         true
     }

@@ -12,7 +12,7 @@ use plcc_image::{Direction, Place, Symbol, Type};
 
 use crate::{Executive, Purpose, VariableKey};
 
-/// Lines of an interface board of NCT, of inputs and of outputs each.
+/// How many bytes of lines an interface board of NCT has, of inputs and of outputs each.
 const BOARD_BYTES: usize = 10;
 
 /// The variables of a program as the image file shows them.
@@ -25,7 +25,8 @@ pub struct SymbolTable {
 }
 
 impl SymbolTable {
-    /// The table of a program. `executive` is one of it that runs nothing: its names are looked up there.
+    /// The table of a program. `executive` is a control with this program; names are looked up in it, and it runs
+    /// no tick.
     pub fn new(program: &Program, executive: &mut dyn Executive) -> Self {
         let mut symbols = match &program.tables {
             Tables::Pmi(tables) => of_pmi(tables),

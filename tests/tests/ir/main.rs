@@ -9,3 +9,4 @@ mod passes;
 mod rows;
 mod rules;
 mod text;
+mod vectors;

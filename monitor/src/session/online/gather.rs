@@ -1,7 +1,7 @@
-//! Gathering (guide, I19 to I45): values of chosen addresses in every so many servo cycles.
+//! Gathering (guide, I19 to I45): the values of chosen addresses, once in every I19 servo cycles.
 //!
-//! A PMAC stores the values while it runs. Here nothing is stored: between GATHER and ENDGATHER only the ticks are
-//! noted, and the values come from running these ticks again. So any number of sources costs the control nothing,
+//! A PMAC stores the values while it runs. Here GATHER and ENDGATHER store only the first and the last tick, and the
+//! values come from running these ticks again. So any number of sources costs the control nothing,
 //! and what was not chosen before can still be gathered afterwards.
 
 use plcc_abi::Tables;
@@ -25,8 +25,9 @@ const SOURCES: u32 = 24;
 pub(super) struct Gather {
     /// How many samples the buffer has room for; `None` if none is defined.
     room: Option<u64>,
-    /// What is gathered, and every how many servo cycles.
+    /// The variables that are gathered.
     names: Vec<String>,
+    /// The number of servo cycles from one sample to the next.
     period: u64,
     /// The first tick, and the one after the last.
     begun: Option<u64>,

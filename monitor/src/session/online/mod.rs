@@ -1,7 +1,7 @@
 //! The PMAC terminal: on-line commands (PMAC quick reference, appendix C) for variables, memory, definitions, PLCs,
 //! motors' registers and gathering.
 //!
-//! Commands for the motion side are refused with the reason: plcc runs the PLC programs of a PMAC, and no servo. Its
+//! Commands for motors and motion programs are refused with the reason: plcc runs the PLC programs of a PMAC, and no servo. Its
 //! answers are the guide's; an error begins with ERRnnn where the guide has a number for it.
 
 mod gather;
@@ -304,9 +304,9 @@ impl Session<'_> {
     }
 }
 
-/// Why commands of the motion side are refused.
+/// Why commands for motors and motion programs are refused.
 const NO_MOTION: &str = "plcc runs the PLC programs of a PMAC, not its motors and motion programs: nothing would move. \
-The registers of motors can be looked at (P, V, F, ?)";
+The registers of motors can be read (P, V, F, ?)";
 
 /// Why a command is refused that the guide has and this terminal does not; `None` for others.
 fn refused(plain: &str) -> Option<&'static str> {
@@ -316,10 +316,12 @@ fn refused(plain: &str) -> Option<&'static str> {
         return Some("there is no firmware with a date; VERSION gives the version of plcc");
     }
     if is(&["SIZE"]) {
-        return Some("programs are compiled and take no buffer memory whose rest could be told");
+        return Some(
+            "programs are compiled and need no buffer memory, so there is no free memory to report",
+        );
     }
     if is(&["PC", "PE", "PR", "%"]) {
-        return Some("there are no motion programs whose place or feedrate could be told");
+        return Some("there are no motion programs, so there is no line or feed rate to report");
     }
     if begins(&["OPEN", "CLOSE", "CLEAR", "DELETE", "DEL", "UNDEFINE", "UND", "DEFINE", "SAVE"]) {
         return Some(
@@ -338,7 +340,7 @@ fn refused(plain: &str) -> Option<&'static str> {
 fn range_of(plain: &str) -> Result<Vec<String>, Refusal> {
     let wrong = || {
         Refusal::new(format!(
-            "`{plain}` can't be given here. There are: P1 Q1 M1 I1 and ranges as P1..5, M1->, P1=…, \
+            "`{plain}` can't be given here. The commands are P1 Q1 M1 I1 and ranges as P1..5, M1->, P1=…, \
              RX:$address and RHY:$address,n, LIST PLC n, ENABLE PLC n and the like, #n &n P V F ? ?? ???, \
              GATHER and the like, TYPE, VERSION"
         ))

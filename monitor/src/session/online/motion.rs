@@ -1,4 +1,4 @@
-//! The motors of a PMAC as its registers tell them: position, velocity, following error and status words (guide,
+//! The motors of a PMAC as its registers show them: position, velocity, following error and status words (guide,
 //! PMAC Position Registers; appendix E).
 //!
 //! plcc runs the PLC programs of a PMAC and not its servo. These registers hold what the machine (a stimulus, a
@@ -12,14 +12,14 @@ use plcc_abi::pmac::Controller;
 use crate::Refusal;
 use crate::session::Session;
 
-/// How many motors and coordinate systems a PMAC has.
+/// How many motors a PMAC has, and how many coordinate systems.
 pub(in crate::session) const MOTORS: u32 = 8;
 
-/// The distance between the registers of two motors below $800, and from $800 on.
+/// The distance between the same registers of two neighbouring motors: below address $800, and from $800 on.
 const LOW_STEP: u32 = 0x3C;
 const HIGH_STEP: u32 = 0xC0;
 
-/// Units of I10 in a millisecond.
+/// How many units of I10 make a millisecond.
 const UNITS_PER_MS: f64 = 8_388_608.0;
 
 /// A bit of a status word and what the guide calls it.
@@ -114,13 +114,13 @@ impl Registers {
     }
 }
 
-/// `a / b`, and 0 where b is 0: a motor without a scale shows no position.
-fn over(a: f64, b: f64) -> f64 {
+/// `a / b`, or 0 if b is 0: a motor without a scale factor shows the position 0.
+fn quotient(a: f64, b: f64) -> f64 {
     if b == 0.0 { 0.0 } else { a / b }
 }
 
 impl Session<'_> {
-    /// Refuses what only the guide's addresses of a PMAC make possible.
+    /// Refuses what needs the addresses of motor registers, which the guide gives for PMAC but not for Turbo PMAC.
     fn require_pmac_addresses(&self) -> Result<(), Refusal> {
         match self.tables() {
             Some(Tables::Pmac(tables)) if tables.controller == Controller::Pmac => Ok(()),
@@ -154,9 +154,9 @@ impl Session<'_> {
             let position = of(&own.actual) + of(&own.bias) + of(&own.compensation) - offset;
             let speed = signed(of(&own.velocity)) * UNITS_PER_MS;
             Motor {
-                position: over(position, scale),
-                velocity: over(speed, of(ix09) * 32.0 * cycle * (of(ix60) + 1.0)),
-                following_error: if is_open { 0.0 } else { over(of(&own.error), scale) },
+                position: quotient(position, scale),
+                velocity: quotient(speed, of(ix09) * 32.0 * cycle * (of(ix60) + 1.0)),
+                following_error: if is_open { 0.0 } else { quotient(of(&own.error), scale) },
             }
         };
         Ok(registers.iter().map(motor).collect())
