@@ -7,7 +7,7 @@ use plcc_ir::{Inst, InstData, Type, Value};
 use super::plan::{Planner, Window};
 use super::{Chain, Format, StoredRow};
 
-/// Selects in a row, at least and at most, that become one choice.
+/// How many consecutive selects become one choice: at least and at most.
 const MIN_CHAIN: usize = 8;
 const MAX_CHAIN: usize = 32;
 
@@ -79,12 +79,12 @@ impl Planner<'_> {
         while let Some((_, cond, _)) = rest.first() {
             let (window, node) = by_first.get(cond)?;
             let lanes = window.stores.iter().map(|store| store.value);
-            let (these, behind) = rest.split_at_checked(window.stores.len())?;
+            let (these, following) = rest.split_at_checked(window.stores.len())?;
             if window.end() > end || !lanes.eq(these.iter().map(|select| select.1)) {
                 return None;
             }
             rows.push((*node, window.stores.len()));
-            rest = behind;
+            rest = following;
         }
         let selects = selects.iter().map(|select| select.0).collect();
         Some((Chain { rows, start, step, otherwise, ty }, selects))

@@ -1,11 +1,11 @@
-//! About how many instructions rows take.
+//! Estimates how many instructions rows take.
 
 use plcc_ir::Type;
 
 use super::{Chain, Format, Node, StoredRow};
 
 impl Node {
-    /// About how many instructions compute it.
+    /// An estimate of the number of instructions that compute it.
     pub(super) fn cost(&self) -> usize {
         match self {
             Self::Constants(..) => 0,
@@ -21,7 +21,7 @@ impl Node {
 }
 
 impl Format {
-    /// Whether values of a type are in a vector as they are in the image.
+    /// Whether the bytes of values of a type are the same in a vector of this format as in the image.
     fn is_plain(self, ty: Type) -> bool {
         match self {
             Self::Truths(_) => true,
@@ -31,14 +31,14 @@ impl Format {
 }
 
 impl StoredRow {
-    /// About how many instructions store it.
+    /// An estimate of the number of instructions that store it.
     pub(super) fn cost(&self) -> usize {
         if self.format.is_plain(self.ty) { 1 } else { 3 }
     }
 }
 
 impl Chain {
-    /// About how many instructions compute it.
+    /// An estimate of the number of instructions that compute it.
     pub(super) fn cost(&self) -> usize {
         8 + 5 * self.rows.len()
     }

@@ -19,13 +19,13 @@ fn vector_type(format: Format) -> types::Type {
     }
 }
 
-/// The bytes of a vector in which all lanes of a format are the same number.
+/// The bytes of a vector whose lanes all hold the same number.
 fn repeated(format: Format, number: i64) -> Vec<u8> {
     let size = vector_type(format).lane_type().bytes() as usize;
     number.to_le_bytes().iter().take(size).copied().cycle().take(16).collect()
 }
 
-/// How the bytes of lanes follow each other where a vector is taken as one with other lanes.
+/// The order of bytes in lanes, for a vector that is reinterpreted as one with lanes of another size.
 fn lane_order() -> MemFlagsData {
     MemFlagsData::new().with_endianness(Endianness::Little)
 }
@@ -110,7 +110,7 @@ impl Lowering<'_> {
             let masks = self.builder.ins().ineg(truths);
             let mut these = self.builder.ins().vhigh_bits(types::I32, masks);
             if lanes < 16 {
-                // The other half of the vector may hold anything.
+                // The other half of the vector may have any value.
                 these = self.builder.ins().band_imm_u(these, 0xFF);
             }
             if count > 0 {
@@ -185,7 +185,7 @@ impl Lowering<'_> {
                 }
             }
             Node::Binary(BinaryOp::And, [a, b]) => {
-                // An AND with the opposite is one instruction.
+                // AND with an inverted operand is one instruction.
                 let [a, b] = if self.opposite(a).is_some() { [b, a] } else { [a, b] };
                 let x = self.vector(a)?;
                 match self.opposite(b) {
@@ -238,7 +238,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// The operand of a node that is the opposite of it.
+    /// The operand of a node that inverts it; `None` for other nodes.
     fn opposite(&self, node: usize) -> Option<usize> {
         match self.vectors.nodes.get(node) {
             Some(&Node::Unary(UnaryOp::Not, arg, _)) => Some(arg),
@@ -272,7 +272,7 @@ impl Lowering<'_> {
             let y = self.vector(b)?;
             return Ok(self.builder.ins().band_not(y, mask));
         }
-        // What is added to some lanes and not to others.
+        // The same number is added in some lanes and not in others.
         if let Some(&Node::Binary(BinaryOp::Add, [x, more])) = self.vectors.nodes.get(a)
             && x == b
             && let Some(Node::Constants(_, _, lanes)) = self.vectors.nodes.get(more)

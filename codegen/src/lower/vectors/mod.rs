@@ -37,7 +37,7 @@ pub(super) struct Vectors {
     rows: HashMap<Inst, StoredRow>,
     /// The rows of selects, by the last of these instructions.
     chains: HashMap<Inst, Chain>,
-    /// What computes them.
+    /// How the values of rows and chains are computed. Operands are indices into this list.
     nodes: Vec<Node>,
     /// For each node the vector, once it has been written.
     written: Vec<Option<ClifValue>>,
@@ -97,8 +97,8 @@ struct StoredRow {
     node: usize,
 }
 
-/// A row of selects that chooses a number by the last truth value that is 1. It is found by the highest
-/// bit of a word that has a bit for each of them.
+/// A row of selects that chooses a number by the last truth value that is 1. It is found as the highest
+/// 1 in a word that has a bit for each truth value.
 ///
 /// ```text
 /// v1 = select v11, 100, v0
@@ -109,8 +109,9 @@ struct StoredRow {
 struct Chain {
     /// The nodes of the truth values, each with the number of its lanes.
     rows: Vec<(usize, usize)>,
-    /// The number that the first chooses, and by how much each next one is more.
+    /// The number that the first select chooses.
     start: i64,
+    /// By how much the number of each select exceeds that of the one before.
     step: i64,
     /// What is chosen if all are 0.
     otherwise: Value,
@@ -127,14 +128,14 @@ enum Node {
     Load(Address, Type, Format),
     /// Variables anywhere in the image.
     Gather(Vec<Address>, Type, Format),
-    /// The opposite of truth values or the inverted bits of integers.
+    /// The inverse of truth values or of the bits of integers; or negated integers.
     Unary(UnaryOp, usize, Format),
     /// An operation, on truth values or integers.
     Binary(BinaryOp, [usize; 2]),
     /// A comparison of integers.
     Compare(IntCond, [usize; 2]),
-    /// The first of two by a row of truth values, else the second.
+    /// By a row of truth values the first of two rows where they are 1, else the second.
     Select(usize, [usize; 2], Format),
-    /// Truth values as integers.
+    /// Truth values as integers that are 0 or 1.
     Extend(usize, Format),
 }

@@ -1,11 +1,12 @@
 //! Finds the rows of a function, block by block.
 //!
 //! The stores of a row are done where the last of them stands, and what they store is computed there.
-//! That is the same if nothing between a store and that place reads or writes the store's bytes, if nothing
-//! between a load and that place writes what it loads, and if nothing else in between has an effect. A
-//! store that is delayed, too, since it is one of the same row or of a later one, does not count; so
-//! all stores that may be rows are first supposed to be so, and if some are not, the others are examined again. Rows of a block are entered in the order in which they are written, so that a
-//! row can use what one before it has computed.
+//! That gives the same result if nothing between a store and that place reads or writes the store's bytes, if
+//! nothing between a load and that place writes what it loads, and if nothing else in between has an effect.
+//! A store that belongs to the same row or to a later one is delayed itself and does not count. So all stores
+//! that may be rows are first supposed to be rows; if some turn out not to be, the others are examined again.
+//! The rows of a block are entered in the order in which they are written, so that a row can use what rows
+//! before it have computed.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -89,7 +90,7 @@ pub(super) struct Planner<'a> {
     pub(super) accesses: HashMap<u32, Vec<(u32, bool)>>,
     /// The block's accesses through an index: their positions, their bytes, and whether they are stores.
     pub(super) indexed: Vec<(u32, Range<u32>, bool)>,
-    /// The positions of what has other effects, or might see effects.
+    /// The positions of instructions that have other effects, or may see the effects of others.
     pub(super) effects: Vec<u32>,
     /// The rows of the block that are computed already, or will be for the row that is being entered.
     pub(super) known: HashMap<(Vec<Value>, Format), usize>,
@@ -222,9 +223,9 @@ impl Planner<'_> {
                 let same = rest.iter().take(16).take_while(|s| s.shape == first.shape).count();
                 match self.formats(first).find(|format| format.lanes() <= same) {
                     Some(format) => {
-                        let (window, behind) = rest.split_at(format.lanes());
+                        let (window, following) = rest.split_at(format.lanes());
                         windows.push(Window { stores: window.to_vec(), format });
-                        rest = behind;
+                        rest = following;
                     }
                     None => rest = &rest[1..],
                 }
@@ -290,7 +291,7 @@ impl Planner<'_> {
         }
     }
 
-    /// Notes the positions, accesses and effects of a block's instructions.
+    /// Enters the positions, accesses and effects of a block's instructions.
     fn note(&mut self, insts: &[Inst]) {
         if self.positions.is_empty() {
             self.positions = vec![u32::MAX; self.func.inst_count()];
