@@ -357,14 +357,14 @@ mod tests {
         let image = vec![0xFF, 0xFF, 0x02, 0x00, 0xA5, 0, 0, 0];
         let tick = Snapshot { ticks: 1, time: 1, state: None, forces: 0, image };
         for (place, elements, value) in [
-            (Place::whole(0, Type::Integer), 1, Variant::from(-1_i16)),
-            (Place::whole(0, Type::Word), 1, Variant::from(65535_u16)),
-            (Place::whole(0, Type::Long), 1, Variant::from(0x2_FFFF_i32)),
-            (Place::whole(0, Type::Logical), 1, Variant::from(true)),
+            (Place::bytes(0, Type::Integer), 1, Variant::from(-1_i16)),
+            (Place::bytes(0, Type::Word), 1, Variant::from(65535_u16)),
+            (Place::bytes(0, Type::Long), 1, Variant::from(0x2_FFFF_i32)),
+            (Place::bytes(0, Type::Logical), 1, Variant::from(true)),
             (Place::bits(4, Type::Bits, 5, 1), 1, Variant::from(true)),
             (Place::bits(4, Type::Bits, 4, 4), 1, Variant::from(10_i16)),
             (Place::bits(0, Type::Bits, 0, 32), 1, Variant::from(0x2_FFFF_u32)),
-            (Place::whole(0, Type::Integer), 2, Variant::from(vec![-1_i16, 2])),
+            (Place::bytes(0, Type::Integer), 2, Variant::from(vec![-1_i16, 2])),
         ] {
             let node = Node::new(2, symbol(place, elements), None);
             assert_eq!(node.read(&tick), Some(value.clone()), "{place:?}");
@@ -373,7 +373,7 @@ mod tests {
                 assert_eq!(back, Some(value), "{place:?}");
             }
         }
-        let beyond = Node::new(2, symbol(Place::whole(4, Type::Long), 2), None);
+        let beyond = Node::new(2, symbol(Place::bytes(4, Type::Long), 2), None);
         assert_eq!(beyond.read(&tick), None);
         assert_eq!(description(&beyond.symbol, None), "a variable in mm (long)");
     }
