@@ -11,7 +11,7 @@ use plcc_frontend::{CheckedProgram, Recompilable, language};
 use plcc_ir::Statement;
 use plcc_ir::passes::PassTimes;
 use plcc_runtime::NativeEngine;
-use plcc_runtime::artifact::{self, Artifact, ArtifactError};
+use plcc_runtime::artifact::{self, Artifact, ArtifactError, Attached};
 use plcc_runtime::native::NativeError;
 use thiserror::Error;
 
@@ -219,8 +219,23 @@ pub fn artifact_with_debug(
     target: &Target,
     options: &ObjectOptions,
 ) -> Result<Vec<u8>, CompileError> {
-    let debug = debug_object(program, code, target, options)?;
-    Ok(artifact::encode_with_debug(program, code, &debug)?)
+    artifact_with(program, code, Some((target, options)), &[])
+}
+
+/// An artifact with a debug part, where a target and options of it are given, and with sources, as
+/// [`RecordedSources::to_bytes`](plcc_runtime::record::RecordedSources::to_bytes) writes them, unless these are empty.
+///
+/// # Errors
+/// As [`artifact_with_debug`].
+pub fn artifact_with(
+    program: &Program,
+    code: &Code,
+    debug: Option<(&Target, &ObjectOptions)>,
+    sources: &[u8],
+) -> Result<Vec<u8>, CompileError> {
+    let debug = debug.map(|(target, options)| debug_object(program, code, target, options));
+    let debug = debug.transpose()?.unwrap_or_default();
+    Ok(artifact::encode_with(program, code, Attached { debug: &debug, sources })?)
 }
 
 /// Compiles ahead of time for machines like this one and loads the result, in memory; with the

@@ -104,7 +104,7 @@ pub(crate) fn attach(command: &RunCommand, path: &Path) -> Result<Session<'stati
     let Some(checked) = found.checked else {
         return Err(Failure::file(
             path,
-            "the record holds an artifact, which has no statements; name the program's source",
+            "the record holds an artifact without the text of its sources; name the program's source",
         ));
     };
     let number = run.header.run;

@@ -17,4 +17,8 @@ pub(crate) struct ObjectArgs {
     /// Leaves out of the artifact what --gdb needs: the lines, types and folder of the sources
     #[arg(long)]
     pub(crate) no_debug: bool,
+
+    /// Leaves the text of the sources out of the artifact, which the monitor, the debugger and replays need
+    #[arg(long)]
+    pub(crate) no_source: bool,
 }

@@ -1,5 +1,6 @@
-//! Programs in records. `recorded_sources` makes what `plcc run --record` records of a program;
-//! [`Found`] is the program of a record, and makes engines that replay it.
+//! Programs in records and artifacts. `recorded_sources` makes what `plcc run --record` records of a program, and
+//! what `plcc build` puts into an artifact beside its code; [`Found`] is the program of a record, and makes engines that
+//! replay it.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -26,7 +27,7 @@ struct RecordedOptions {
     include_dirs: Vec<PathBuf>,
 }
 
-/// What a record holds of a program that was compiled from `sources`. The first `named` of them were named on the
+/// What a record or an artifact holds of the sources that a program was compiled from. The first `named` of them were named on the
 /// command line, the others are included; `machine` is the text of the machine file, if there is one.
 pub(crate) fn recorded_sources(
     dialect: Dialect,
@@ -34,7 +35,7 @@ pub(crate) fn recorded_sources(
     named: usize,
     options: &Options,
     machine: Option<String>,
-) -> RecordedProgram {
+) -> RecordedSources {
     let files = (0..u32::try_from(sources.len()).unwrap_or(u32::MAX)).map(FileId);
     let options = RecordedOptions {
         original_limits: options.limits == Limits::Original,
@@ -43,7 +44,7 @@ pub(crate) fn recorded_sources(
         machine,
         include_dirs: options.include_dirs.clone(),
     };
-    RecordedProgram::Sources(RecordedSources {
+    RecordedSources {
         dialect: dialect.name().into(),
         files: files
             .map(|file| RecordedFile {
@@ -54,7 +55,7 @@ pub(crate) fn recorded_sources(
         named,
         // JSON of these fields does not fail.
         options: serde_json::to_vec(&options).unwrap_or_default(),
-    })
+    }
 }
 
 /// Loads included files from a record instead of the disk.
@@ -87,9 +88,9 @@ pub enum ReplayEngine {
 pub struct Found {
     /// What the executive needs of the program: its tables.
     pub program: Program,
-    /// The checked program; `None` if only an artifact is known.
+    /// The checked program; `None` if only an artifact without sources is known.
     pub checked: Option<Checked>,
-    /// The sources; empty if only an artifact is known.
+    /// The sources; empty if only an artifact without them is known.
     pub sources: SourceMap,
     artifact: Option<Artifact>,
 }
@@ -106,9 +107,9 @@ impl Found {
             }
             RecordedProgram::Artifact(bytes) => {
                 let artifact = Artifact::parse(bytes, None);
-                Self::of_artifact(artifact.map_err(|error| {
+                Ok(Self::of_artifact(artifact.map_err(|error| {
                     format!("the artifact in the record can't be used here: {error}")
-                })?)
+                })?))
             }
             RecordedProgram::Sources(recorded) => Self::of_recorded_sources(recorded),
         }
@@ -145,9 +146,18 @@ impl Found {
         Self::of_checked(checked, sources).map_err(|error| error.to_string())
     }
 
-    fn of_artifact(artifact: Artifact) -> Result<Self, String> {
+    /// An artifact, with the checked program where it has its sources. They are taken only if this `plcc` makes the same
+    /// tables of them, so that variables and tasks are where the artifact's code has them.
+    fn of_artifact(artifact: Artifact) -> Self {
         let program = artifact.program.clone();
-        Ok(Self { program, checked: None, sources: SourceMap::new(), artifact: Some(artifact) })
+        let of_sources = RecordedSources::from_bytes(&artifact.sources)
+            .and_then(|sources| Self::of_recorded_sources(&sources).ok())
+            .filter(|found| found.program == program);
+        let (checked, sources) = match of_sources {
+            Some(found) => (found.checked, found.sources),
+            None => (None, SourceMap::new()),
+        };
+        Self { program, checked, sources, artifact: Some(artifact) }
     }
 
     /// A checked program.
@@ -201,20 +211,16 @@ impl Found {
     /// An engine of the program.
     ///
     /// # Errors
-    /// When there is none of that kind: an artifact has neither statements nor a compiler.
+    /// When there is none of that kind: an artifact without sources has neither statements nor a compiler.
     pub fn engine(&self, engine: ReplayEngine) -> Result<Box<dyn Engine>, String> {
-        if let Some(artifact) = &self.artifact {
+        if let (Some(artifact), ReplayEngine::Aot) = (&self.artifact, engine) {
             let native = NativeEngine::new(&artifact.code, &artifact.program);
-            return match engine {
-                ReplayEngine::Aot => Ok(Box::new(native.map_err(|error| error.to_string())?)),
-                ReplayEngine::Interpreter | ReplayEngine::Jit => {
-                    Err("the record holds an artifact, which only --engine aot can run; name the \
-                     program's sources after the record for the others"
-                        .into())
-                }
-            };
+            return Ok(Box::new(native.map_err(|error| error.to_string())?));
         }
-        let checked = self.checked.as_ref().ok_or("the program has no sources")?;
+        let checked = self.checked.as_ref().ok_or(
+            "the record holds an artifact without the text of its sources, which only --engine aot can run; name the \
+             program's sources after the record for the others",
+        )?;
         let compiled = || -> Result<Box<dyn Engine>, CompileError> {
             let lowered = checked.optimized(OptLevel::Speed)?;
             Ok(match engine {
@@ -233,10 +239,10 @@ impl Found {
 
     /// Another engine than this one, for comparison; `None` where there is no other.
     pub fn other_engine(&self, engine: ReplayEngine) -> Option<ReplayEngine> {
-        match (&self.artifact, engine) {
-            (Some(_), _) => None,
-            (None, ReplayEngine::Interpreter) => Some(ReplayEngine::Jit),
-            (None, _) => Some(ReplayEngine::Interpreter),
+        match (&self.checked, engine) {
+            (None, _) => None,
+            (Some(_), ReplayEngine::Interpreter) => Some(self.usual_engine()),
+            (Some(_), _) => Some(ReplayEngine::Interpreter),
         }
     }
 }

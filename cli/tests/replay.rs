@@ -73,12 +73,39 @@ fn what_does_not_fit_a_record_is_refused() {
     folder.plcc("replay r.plcrec --from 9").exits(2).says(&["ticks from 0 to 4"]);
     folder.plcc("replay r.plcrec --run 2").exits(2).says(&["it has 1 run"]);
     folder.plcc("run a.pmi --ticks 5 --record a.pmi").exits(2).says(&["--record would overwrite"]);
-    folder.plcc("build a.pmi").exits(0);
+    folder.plcc("build a.pmi --no-source").exits(0);
     folder.plcc("run a.plcx --ticks 5 --record r.plcrec").exits(0);
     folder.plcc("replay r.plcrec").exits(0);
     folder.plcc("replay r.plcrec --engine interp").exits(2).says(&["name the program's sources"]);
     folder.plcc("replay r.plcrec a.pmi --engine interp").exits(0);
     folder.plcc("replay r.plcrec other.pmi").exits(2).says(&["another program"]);
+}
+
+/// An artifact has the text of its sources, included files too, so that what it did can be run again in any engine
+/// without them.
+#[test]
+fn an_artifact_is_replayed_in_any_engine_without_its_sources_beside_it() {
+    let folder = Folder::with(&[
+        (
+            "main.pmc",
+            "#include \"more.pmc\"\nI5=2\nOPEN PLC 1 CLEAR\nP1=P1+STEP\nCLOSE\nENABLE PLC 1\n",
+        ),
+        ("more.pmc", "#define STEP 3\n"),
+    ]);
+    folder.plcc("build main.pmc").exits(0);
+    folder.plcc("build main.pmc --no-source -o small.plcx").exits(0);
+    folder.plcc("build main.pmc --no-source --emit obj").exits(2).says(&["--no-source"]);
+    let length = |name: &str| fs::metadata(folder.path().join(name)).unwrap().len();
+    assert!(length("small.plcx") < length("main.plcx"));
+    for name in ["main.pmc", "more.pmc"] {
+        fs::remove_file(folder.path().join(name)).unwrap();
+    }
+    folder.plcc("run main.plcx --ticks 5 --record r.plcrec --dump d.json").exits(0);
+    let expected = folder.read("d.json");
+    for engine in ["aot", "jit", "interp"] {
+        folder.plcc(&format!("replay r.plcrec --engine {engine} --dump {engine}.json")).exits(0);
+        assert_eq!(folder.read(&format!("{engine}.json")), expected, "{engine}");
+    }
 }
 
 #[test]

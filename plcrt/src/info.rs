@@ -6,7 +6,7 @@ use plcc_runtime::artifact::Inspection;
 /// A line `key: value` for each thing that is known of an artifact. `verified` says that its signature
 /// was checked.
 pub(crate) fn info(artifact: &Inspection, verified: bool) -> String {
-    let Inspection { program, code, debug, machine, digest, signed_by } = artifact;
+    let Inspection { program, code, debug, sources, machine, digest, signed_by } = artifact;
     let digest: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
     let signature = match signed_by {
         None => "none".to_owned(),
@@ -35,6 +35,7 @@ pub(crate) fn info(artifact: &Inspection, verified: bool) -> String {
         ("process image", format!("{} bytes", program.image_size)),
         ("machine code", format!("{} bytes", code.bytes.len())),
         ("debug part", format!("{} bytes", debug.len())),
+        ("text of the sources", format!("{} bytes", sources.len())),
     ];
     // A line of its own for each, whatever the artifact's texts hold.
     let shown = |value: &str| printable(value).replace(['\n', '\t'], " ");

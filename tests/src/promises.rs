@@ -126,12 +126,13 @@ pub fn artifact(bytes: &[u8]) {
     header::reseal(&mut repaired);
     for bytes in [bytes, &repaired] {
         let Ok(read) = Artifact::parse(bytes, None) else { continue };
-        let again = artifact::encode_with_debug(&read.program, &read.code, &read.debug);
-        let again = again.unwrap_or_else(|error| panic!("read, but not written: {error}"));
-        assert!(
-            Artifact::parse(&again, None)
-                .is_ok_and(|copy| copy.code == read.code && copy.debug == read.debug)
+        let again = artifact::encode_with(
+            &read.program,
+            &read.code,
+            artifact::Attached { debug: &read.debug, sources: &read.sources },
         );
+        let again = again.unwrap_or_else(|error| panic!("read, but not written: {error}"));
+        assert!(Artifact::parse(&again, None).is_ok_and(|copy| copy == read));
         let executive = session::executive(&read.program, &ControlArgs::default(), false, None);
         if let Ok(mut executive) = executive {
             for (_, variable) in executive.declared() {

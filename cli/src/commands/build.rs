@@ -13,9 +13,10 @@ use plcc_frontend::language;
 use crate::args::{BuildArgs, Emit};
 use crate::compile::{self, CompileError};
 use crate::failure::{DONE, ERRORS, Failure};
-use crate::input::{Input, SourceSettings, is_standard_input};
+use crate::input::{Input, SourceSettings, is_standard_input, machine_text};
 use crate::object_args::ObjectArgs;
 use crate::output;
+use crate::recorded::recorded_sources;
 use crate::report::{Destination, Report};
 use crate::signing;
 
@@ -57,6 +58,14 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
         report.message(&format!("{count}: nothing is built"));
         return Ok(ERRORS);
     };
+    let sources = match args.emit {
+        Emit::Artifact if !args.object.no_source => {
+            let machine = settings.machine.as_deref().map(machine_text).transpose()?;
+            let (files, options) = (program.named_files, &settings.options);
+            recorded_sources(program.dialect, &program.sources, files, options, machine).to_bytes()
+        }
+        _ => vec![],
+    };
     let made = checked.optimized_timed(passes).and_then(|(lowered, times)| {
         if args.time_passes {
             for (pass, time) in times {
@@ -65,7 +74,7 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
             }
         }
         let debug = !args.object.no_debug;
-        let bytes = make(&lowered, &target, args.emit, &object, debug)?;
+        let bytes = make(&lowered, &target, args.emit, &object, debug, &sources)?;
         Ok((lowered, bytes))
     });
     let (lowered, mut bytes) = match made {
@@ -91,12 +100,15 @@ pub(crate) fn build(args: &BuildArgs, report: &Report) -> Result<u8, Failure> {
 fn object_options(args: &BuildArgs) -> Result<ObjectOptions, Failure> {
     let refused = match args.emit {
         Emit::Obj if args.object.no_debug => Some("--no-debug is for artifacts"),
+        Emit::Obj | Emit::Ir | Emit::Clif | Emit::Asm if args.object.no_source => {
+            Some("--no-source is for artifacts")
+        }
         Emit::Artifact if args.object.prefix.is_some() => {
             Some("--prefix is for objects: --emit obj")
         }
         Emit::Artifact | Emit::Obj => None,
         Emit::Ir | Emit::Clif | Emit::Asm => {
-            let ObjectArgs { prefix, debug_prefix_map, no_debug } = &args.object;
+            let ObjectArgs { prefix, debug_prefix_map, no_debug, no_source: _ } = &args.object;
             (prefix.is_some() || !debug_prefix_map.is_empty() || *no_debug).then_some(
                 "--prefix, --debug-prefix-map and --no-debug are for --emit obj or artifact",
             )
@@ -149,14 +161,13 @@ fn make(
     form: Emit,
     object: &ObjectOptions,
     debug: bool,
+    sources: &[u8],
 ) -> Result<Vec<u8>, CompileError> {
     Ok(match form {
         Emit::Artifact => {
             let code = compile::code(lowered, target)?;
-            match debug {
-                true => compile::artifact_with_debug(&lowered.program, &code, target, object)?,
-                false => compile::artifact(&lowered.program, &code)?,
-            }
+            let debug = debug.then_some((target, object));
+            compile::artifact_with(&lowered.program, &code, debug, sources)?
         }
         Emit::Obj => {
             let code = compile::code(lowered, target)?;

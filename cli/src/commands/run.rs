@@ -72,7 +72,8 @@ pub(crate) fn run(args: &RunCommand, report: &Report) -> Result<u8, Failure> {
             let machine = path.as_deref().map(input::machine_text).transpose()?;
             let (sources, named) = (&program.sources, program.named_files);
             let options = &settings.options;
-            Some(Arc::new(recorded_sources(program.dialect, sources, named, options, machine)))
+            let sources = recorded_sources(program.dialect, sources, named, options, machine);
+            Some(Arc::new(RecordedProgram::Sources(sources)))
         }
     };
     let run = RunArgs { reads, program: recorded, ..args.run.clone() };

@@ -10,7 +10,8 @@
 //! | 28 | 4 | number of labels |
 //! | 32 | 4 | number of lines |
 //! | 36 | 4 | length of the code |
-//! | 40 | 24 | the architecture's name, padded with zeros |
+//! | 40 | 20 | the architecture's name, padded with zeros |
+//! | 60 | 4 | length of the sources, 0 if there are none |
 //! | 64 | 84 | the features that the processor must have, separated by commas, padded with zeros |
 //! | 148 | 32 | the digest: SHA-256 of the whole file, with zeros in place of these 32 bytes and of the CRC-32 |
 //! | 180 | 4 | length of the unwind information |
@@ -35,7 +36,8 @@ const VERSION: usize = 8;
 const DEBUG: usize = 12;
 const FILE_LENGTH: usize = 16;
 const PARTS: usize = 24;
-const ARCHITECTURE: std::ops::Range<usize> = 40..64;
+const ARCHITECTURE: std::ops::Range<usize> = 40..SOURCES;
+const SOURCES: usize = 60;
 const FEATURES: std::ops::Range<usize> = 64..DIGEST;
 const DIGEST: usize = 148;
 const EH_FRAME: usize = 180;
@@ -57,6 +59,8 @@ pub struct Parts {
     pub eh_frame: u32,
     /// Bytes of the debug part.
     pub debug: u32,
+    /// Bytes of the sources.
+    pub sources: u32,
 }
 
 /// The fields of the header, without the magic bytes, the digest and the checksum.
@@ -118,10 +122,11 @@ impl Header {
     pub fn encode(&self, payload: &[u8]) -> Result<[u8; LENGTH], ArtifactError> {
         let mut bytes = [0; LENGTH];
         put(&mut bytes, 0, &MAGIC);
-        let Parts { tables, labels, lines, code, eh_frame, debug } = self.parts;
+        let Parts { tables, labels, lines, code, eh_frame, debug, sources } = self.parts;
         let words = [
             (VERSION, self.version),
             (DEBUG, debug),
+            (SOURCES, sources),
             (EH_FRAME, eh_frame),
             (IMAGE_SIZE, self.image_size),
         ];
@@ -179,6 +184,7 @@ impl Header {
                 code: word(head, PARTS + 12),
                 eh_frame: word(head, EH_FRAME),
                 debug: word(head, DEBUG),
+                sources: word(head, SOURCES),
             },
             architecture: text(&head[ARCHITECTURE])?,
             features: features.split(',').filter(|s| !s.is_empty()).map(str::to_owned).collect(),

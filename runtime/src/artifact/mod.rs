@@ -12,6 +12,7 @@
 //! | code | position-independent machine code without relocations |
 //! | unwind information | an `.eh_frame` section, see [`plcc_abi::unwind`] |
 //! | debug part | may be empty: an ELF file for gdb, see [`Artifact::debug`] |
+//! | sources | may be empty: what the program was compiled from, see [`Artifact::sources`] |
 //!
 //! The header also has a digest of the whole file, so no byte can be wrong unnoticed. After an
 //! artifact a [`signature`] may stand. A digest is against accidents: whoever can write artifacts can
@@ -47,6 +48,7 @@ use crate::files::open_regular;
 pub use error::ArtifactError;
 use error::inconsistent;
 use header::{ArtifactDigest, Header};
+use payload::Decoded;
 use signature::PublicKey;
 
 /// The longest artifact that is read, in bytes.
@@ -67,33 +69,50 @@ pub struct Artifact {
     /// [`NativeEngine::show_to_gdb`](crate::NativeEngine); empty if the artifact has none. What it holds is
     /// for debuggers alone and is not checked: nothing that runs depends on it.
     pub debug: Vec<u8>,
+    /// The sources that the program was compiled from, with the compiler's options, as
+    /// [`RecordedSources::to_bytes`](crate::record::RecordedSources::to_bytes) writes them; empty if the artifact
+    /// has none. Only `plcc` reads them: to show statements, and to run them again in the interpreter.
+    pub sources: Vec<u8>,
 }
 
-/// Writes an artifact without a debug part.
+/// What an artifact holds for people beside the program. Nothing that runs depends on it, and it is not checked.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Attached<'a> {
+    /// See [`Artifact::debug`].
+    pub debug: &'a [u8],
+    /// See [`Artifact::sources`].
+    pub sources: &'a [u8],
+}
+
+/// Writes an artifact with neither debug part nor sources.
 ///
 /// # Errors
 /// When the program exceeds what the loader accepts, or program and code do not fit each other.
 pub fn encode(program: &Program, code: &Code) -> Result<Vec<u8>, ArtifactError> {
-    write(program, code, &[])
+    write(program, code, Attached::default())
 }
 
-/// Writes an artifact with what debuggers need, see [`Artifact::debug`].
+/// Writes an artifact with what debuggers and displays need.
 ///
 /// # Errors
 /// As [`encode`].
-pub fn encode_with_debug(
+pub fn encode_with(
     program: &Program,
     code: &Code,
-    debug: &[u8],
+    attached: Attached<'_>,
 ) -> Result<Vec<u8>, ArtifactError> {
-    write(program, code, debug)
+    write(program, code, attached)
 }
 
-/// Does what [`encode_with_debug`] does, also for code that is not sealed.
-fn write(program: &Program, code: &CodeParts, debug: &[u8]) -> Result<Vec<u8>, ArtifactError> {
+/// Does what [`encode_with`] does, also for code that is not sealed.
+fn write(
+    program: &Program,
+    code: &CodeParts,
+    attached: Attached<'_>,
+) -> Result<Vec<u8>, ArtifactError> {
     validate::program(program)?;
     validate::code(program, code)?;
-    let payload = payload::encode(program, code, debug)?;
+    let payload = payload::encode(program, code, attached)?;
     let header = Header {
         version: ABI_VERSION,
         length: (header::LENGTH + payload.bytes.len()) as u64,
@@ -151,7 +170,7 @@ impl Artifact {
     /// # Errors
     /// When any check fails; [`ArtifactError`] lists them.
     pub fn parse(bytes: &[u8], key: Option<&PublicKey>) -> Result<Self, ArtifactError> {
-        let Inspection { program, code: parts, debug, machine, .. } = read(bytes, key)?;
+        let Inspection { program, code: parts, debug, sources, machine, .. } = read(bytes, key)?;
         machine?;
         // SAFETY: the digest says that the bytes are those that were written, and only `encode`
         // writes artifacts, for code that was sealed; sealing compares the code's own markers with
@@ -159,7 +178,7 @@ impl Artifact {
         // was given. All that the tables say has been checked, and that the code is for this
         // machine.
         let code = unsafe { Code::seal(parts) }.map_err(|error| inconsistent(error.to_string()))?;
-        Ok(Self { program, code, debug })
+        Ok(Self { program, code, debug, sources })
     }
 
     /// Tells gdb of the code that an engine of this artifact runs.
@@ -199,6 +218,8 @@ pub struct Inspection {
     pub code: CodeParts,
     /// What debuggers need, see [`Artifact::debug`].
     pub debug: Vec<u8>,
+    /// The sources, see [`Artifact::sources`].
+    pub sources: Vec<u8>,
     /// Whether this machine can run it, else why not.
     pub machine: Result<(), ArtifactError>,
     /// The SHA-256 of the artifact, which names it.
@@ -232,9 +253,9 @@ fn read(bytes: &[u8], key: Option<&PublicKey>) -> Result<Inspection, ArtifactErr
     }
     let (header, digest, payload) = Header::decode(artifact)?;
     let machine = header.check_machine();
-    let (program, code, debug) = payload::decode(&header, payload)?;
+    let Decoded { program, code, debug, sources } = payload::decode(&header, payload)?;
     validate::program(&program)?;
     validate::code(&program, &code)?;
     let signed_by = signature.and_then(|signature| signature.key());
-    Ok(Inspection { program, code, debug, machine, digest, signed_by })
+    Ok(Inspection { program, code, debug, sources, machine, digest, signed_by })
 }

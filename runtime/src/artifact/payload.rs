@@ -1,11 +1,11 @@
-//! Everything after the header: tables, labels, lines, code, unwind information and debug part.
+//! Everything after the header: tables, labels, lines, code, unwind information, debug part and sources.
 
 use plcc_abi::{CodeLine, CodeParts, FunctionRange, Program, SourceLine, TrapSite};
 use serde::{Deserialize, Serialize};
 
 use super::error::{ArtifactError, inconsistent};
 use super::header::{Header, Parts};
-use super::{MAX_FILE, MAX_TABLES};
+use super::{Attached, MAX_FILE, MAX_TABLES};
 
 /// Bytes of a label, and of an entry of the line table.
 const LABEL: usize = 4;
@@ -37,7 +37,7 @@ pub(super) struct Payload {
 pub(super) fn encode(
     program: &Program,
     code: &CodeParts,
-    debug: &[u8],
+    attached: Attached<'_>,
 ) -> Result<Payload, ArtifactError> {
     // The other fields are in the header.
     let CodeParts { labels, label_lines, functions, lines, trap_sites, eh_frame, .. } = code;
@@ -52,7 +52,8 @@ pub(super) fn encode(
         lines: length(lines.len())?,
         code: length(machine_code.len())?,
         eh_frame: length(eh_frame.len())?,
-        debug: length(debug.len())?,
+        debug: length(attached.debug.len())?,
+        sources: length(attached.sources.len())?,
     };
     for label in labels {
         bytes.extend(label.to_le_bytes());
@@ -64,7 +65,8 @@ pub(super) fn encode(
     }
     bytes.extend(machine_code);
     bytes.extend(eh_frame);
-    bytes.extend(debug);
+    bytes.extend(attached.debug);
+    bytes.extend(attached.sources);
     Ok(Payload { bytes, parts })
 }
 
@@ -83,16 +85,20 @@ fn check_tables(size: u64) -> Result<(), ArtifactError> {
     }
 }
 
-/// Divides the payload into its parts and decodes them: program, code and debug part. The lengths that it claims are compared
-/// with the bytes that are there before anything is allocated for them.
+/// What a payload holds.
+pub(super) struct Decoded {
+    pub(super) program: Program,
+    pub(super) code: CodeParts,
+    pub(super) debug: Vec<u8>,
+    pub(super) sources: Vec<u8>,
+}
+
+/// Divides the payload into its parts and decodes them. The lengths that it claims are compared with the bytes that are there before anything is allocated for them.
 ///
 /// # Errors
 /// When the lengths contradict each other, or the tables can't be decoded.
-pub(super) fn decode(
-    header: &Header,
-    payload: &[u8],
-) -> Result<(Program, CodeParts, Vec<u8>), ArtifactError> {
-    let Parts { tables, labels, lines, code, eh_frame, debug } = header.parts;
+pub(super) fn decode(header: &Header, payload: &[u8]) -> Result<Decoded, ArtifactError> {
+    let Parts { tables, labels, lines, code, eh_frame, debug, sources } = header.parts;
     check_tables(u64::from(tables))?;
     let (tables, rest) = split(payload, 1, tables)?;
     let (labels, rest) = split(rest, LABEL, labels)?;
@@ -100,6 +106,7 @@ pub(super) fn decode(
     let (machine_code, rest) = split(rest, 1, code)?;
     let (eh_frame, rest) = split(rest, 1, eh_frame)?;
     let (debug, rest) = split(rest, 1, debug)?;
+    let (sources, rest) = split(rest, 1, sources)?;
     if !rest.is_empty() {
         return Err(inconsistent("its parts are shorter than the whole"));
     }
@@ -128,7 +135,8 @@ pub(super) fn decode(
         image_size: header.image_size,
         eh_frame: eh_frame.to_vec(),
     };
-    Ok((tables.program, code, debug.to_vec()))
+    let (debug, sources) = (debug.to_vec(), sources.to_vec());
+    Ok(Decoded { program: tables.program, code, debug, sources })
 }
 
 fn split(bytes: &[u8], size: usize, count: u32) -> Result<(&[u8], &[u8]), ArtifactError> {

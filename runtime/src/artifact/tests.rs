@@ -9,7 +9,7 @@ use plcc_abi::{
 
 use super::header::{self, Header};
 use super::signature::{self, PublicKey, Signature};
-use super::{Artifact, ArtifactError, read, write};
+use super::{Artifact, ArtifactError, Attached, read, write};
 
 fn program() -> Program {
     let symbol = Symbol {
@@ -72,7 +72,7 @@ fn parse(bytes: &[u8]) -> Result<Artifact, ArtifactError> {
 
 /// An artifact without the checks that `encode` makes, to test those of the reader.
 fn forged(program: &Program, code: &CodeParts) -> Vec<u8> {
-    let payload = super::payload::encode(program, code, &[]).unwrap();
+    let payload = super::payload::encode(program, code, Attached::default()).unwrap();
     let header = Header {
         version: plcc_abi::ABI_VERSION,
         length: (header::LENGTH + payload.bytes.len()) as u64,
@@ -87,7 +87,7 @@ fn forged(program: &Program, code: &CodeParts) -> Vec<u8> {
 #[test]
 fn an_artifact_that_was_written_reads_back() {
     let (program, code) = (program(), code());
-    let bytes = write(&program, &code, &[]).unwrap();
+    let bytes = write(&program, &code, Attached::default()).unwrap();
     assert!(Artifact::is_artifact(&bytes));
     let inspection = read(&bytes, None).unwrap();
     assert_eq!((inspection.program, inspection.code), (program, code.clone()));
@@ -95,17 +95,21 @@ fn an_artifact_that_was_written_reads_back() {
 }
 
 #[test]
-fn an_artifact_may_have_a_debug_part() {
-    let bytes = write(&program(), &code(), b"for debuggers").unwrap();
+fn an_artifact_may_have_a_debug_part_and_sources() {
+    let attached = Attached { debug: b"for debuggers", sources: b"for displays" };
+    let bytes = write(&program(), &code(), attached).unwrap();
     let read = parse(&bytes).unwrap();
     assert_eq!((read.program, read.debug), (program(), b"for debuggers".to_vec()));
+    assert_eq!(read.sources, b"for displays");
     assert_eq!(*read.code, code());
-    assert!(parse(&write(&program(), &code(), &[]).unwrap()).unwrap().debug.is_empty());
+    assert!(
+        parse(&write(&program(), &code(), Attached::default()).unwrap()).unwrap().debug.is_empty()
+    );
 }
 
 #[test]
 fn every_shorter_file_is_refused() {
-    let bytes = write(&program(), &code(), &[]).unwrap();
+    let bytes = write(&program(), &code(), Attached::default()).unwrap();
     for length in 0..bytes.len() {
         match parse(&bytes[..length]) {
             Err(ArtifactError::NotAnArtifact) => assert_eq!(length, 0),
@@ -119,7 +123,7 @@ fn every_shorter_file_is_refused() {
 
 #[test]
 fn every_changed_bit_is_refused() {
-    let bytes = write(&program(), &code(), &[]).unwrap();
+    let bytes = write(&program(), &code(), Attached::default()).unwrap();
     for at in 0..bytes.len() {
         for mask in (0..8).map(|bit| 1 << bit).chain([0xFF]) {
             let mut copy = bytes.clone();
@@ -139,7 +143,7 @@ fn every_changed_bit_is_refused() {
 /// Where the checksums are right, each byte is decoded whatever it is.
 #[test]
 fn changed_bytes_with_right_checksums_never_panic() {
-    let bytes = write(&program(), &code(), &[]).unwrap();
+    let bytes = write(&program(), &code(), Attached::default()).unwrap();
     let mut refused = 0;
     for at in header::LENGTH..bytes.len() {
         for value in [0, 1, 0x7F, 0x80, 0xFF] {
@@ -154,7 +158,7 @@ fn changed_bytes_with_right_checksums_never_panic() {
 
 #[test]
 fn artifacts_of_other_versions_and_machines_are_refused() {
-    let bytes = write(&program(), &code(), &[]).unwrap();
+    let bytes = write(&program(), &code(), Attached::default()).unwrap();
     let with = |at: usize, value: &[u8]| {
         let mut copy = bytes.clone();
         copy[at..at + value.len()].copy_from_slice(value);
@@ -177,7 +181,7 @@ fn artifacts_of_other_versions_and_machines_are_refused() {
 
 #[test]
 fn wrong_lengths_of_parts_are_refused() {
-    let bytes = write(&program(), &code(), &[]).unwrap();
+    let bytes = write(&program(), &code(), Attached::default()).unwrap();
     for at in [24, 28, 32, 36, 180] {
         for value in [0_u32, 1, 0x1000_0000, u32::MAX] {
             let mut copy = bytes.clone();
@@ -198,7 +202,7 @@ fn wrong_lengths_of_parts_are_refused() {
 fn inconsistent(change: impl Fn(&mut Program, &mut CodeParts)) {
     let (mut program, mut code) = (program(), code());
     change(&mut program, &mut code);
-    let wrote = write(&program, &code, &[]).unwrap_err();
+    let wrote = write(&program, &code, Attached::default()).unwrap_err();
     let read = parse(&forged(&program, &code)).unwrap_err();
     for error in [wrote, read] {
         let expected =
@@ -285,7 +289,7 @@ fn tables_of_another_program_are_refused_although_the_digest_is_right() {
 fn with_a_key_only_what_its_owner_signed_is_taken() {
     use ed25519_dalek::{Signer, SigningKey};
 
-    let artifact = write(&program(), &code(), &[]).unwrap();
+    let artifact = write(&program(), &code(), Attached::default()).unwrap();
     let signed = |seed: u8, artifact: &[u8]| {
         let key = SigningKey::from_bytes(&[seed; 32]);
         let public = key.verifying_key().to_bytes();
@@ -323,7 +327,7 @@ fn with_a_key_only_what_its_owner_signed_is_taken() {
 #[test]
 fn an_error_of_a_file_names_it() {
     let path = std::env::temp_dir().join(format!("plcc-artifact-{}.plcx", std::process::id()));
-    std::fs::write(&path, write(&program(), &code(), &[]).unwrap()).unwrap();
+    std::fs::write(&path, write(&program(), &code(), Attached::default()).unwrap()).unwrap();
     assert_eq!(Artifact::open(&path, None).unwrap().program, program());
     std::fs::remove_file(&path).unwrap();
     let error = Artifact::open(&path, None).unwrap_err();

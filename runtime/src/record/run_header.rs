@@ -73,6 +73,29 @@ pub struct RecordedSources {
     pub options: Vec<u8>,
 }
 
+/// How long the sources of an artifact may be when they are decompressed, in bytes.
+const MOST_SOURCES: usize = 256 << 20;
+
+impl RecordedSources {
+    /// These sources as an artifact holds them: compressed.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        // Text and numbers are always written.
+        let plain = postcard::to_allocvec(self).unwrap_or_default();
+        lz4_flex::block::compress_prepend_size(&plain)
+    }
+
+    /// The sources that an artifact holds; `None` if it has none, or none that this version can read.
+    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let (length, compressed) = bytes.split_first_chunk::<4>()?;
+        let length = u32::from_le_bytes(*length) as usize;
+        // A byte of LZ4 gives at most 255, so a length that is not true takes no more memory than the file warrants.
+        if length > MOST_SOURCES || length / 255 > compressed.len() {
+            return None;
+        }
+        postcard::from_bytes(&lz4_flex::block::decompress(compressed, length).ok()?).ok()
+    }
+}
+
 /// A source file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordedFile {
@@ -80,4 +103,28 @@ pub struct RecordedFile {
     pub path: String,
     /// Its text in UTF-8, whatever the file's encoding was.
     pub text: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sources_of_an_artifact_read_back_and_bad_ones_are_none() {
+        let file = RecordedFile { path: "a.pmi".into(), text: "N=N+1\n".repeat(100) };
+        let sources = RecordedSources {
+            dialect: "pmi".into(),
+            files: vec![file],
+            named: 1,
+            options: vec![1, 2, 3],
+        };
+        let bytes = sources.to_bytes();
+        assert!(bytes.len() < 200, "{}", bytes.len());
+        assert_eq!(RecordedSources::from_bytes(&bytes).as_ref(), Some(&sources));
+        for end in 0..bytes.len() {
+            assert_eq!(RecordedSources::from_bytes(&bytes[..end]), None, "{end}");
+        }
+        // A length that is not true.
+        assert_eq!(RecordedSources::from_bytes(&[0xFF, 0xFF, 0xFF, 0x7F, 0]), None);
+    }
 }
