@@ -64,24 +64,53 @@ struct Watched {
     signals: Vec<IdCode>,
 }
 
+impl Watched {
+    fn new(name: &str, variable: Variable, executive: &dyn Executive) -> Self {
+        let value = executive.get(variable);
+        Self {
+            name: name.into(),
+            logical: executive.is_logical(variable),
+            elements: match &value {
+                Value::Array(values) => Some(values.len()),
+                Value::Int(_) | Value::Float(_) => None,
+            },
+            float: matches!(value, Value::Float(_)),
+            last: None,
+            signals: vec![],
+        }
+    }
+}
+
 impl TraceText {
     /// A trace without rows.
     pub fn new(watch: &Watch, format: TraceFormat, executive: &dyn Executive) -> Self {
-        let watched = |(name, variable): &(String, Variable)| {
-            let value = executive.get(*variable);
-            Watched {
-                name: name.clone(),
-                logical: executive.is_logical(*variable),
-                elements: match &value {
-                    Value::Array(values) => Some(values.len()),
-                    Value::Int(_) | Value::Float(_) => None,
-                },
-                float: matches!(value, Value::Float(_)),
-                last: None,
-                signals: vec![],
+        let names = watch.names().iter();
+        let variables = names.map(|(name, variable)| Watched::new(name, *variable, executive));
+        Self { format, variables: variables.collect(), written: None }
+    }
+
+    /// Adds watched variables after the others, before the header is written: those of another version of the
+    /// program, which runs after an online change. A name that is there already is not added again.
+    pub fn add(&mut self, watch: &Watch, executive: &dyn Executive) {
+        for (name, variable) in watch.names() {
+            if self.names().all(|known| known != name) {
+                self.variables.push(Watched::new(name, *variable, executive));
             }
-        };
-        Self { format, variables: watch.names().iter().map(watched).collect(), written: None }
+        }
+    }
+
+    /// The names of the variables, in the order of their indexes.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.variables.iter().map(|variable| variable.name.as_str())
+    }
+
+    /// Whether a variable of another version of the program is shown as the one with an index is: of the same kind,
+    /// with as many elements.
+    pub fn takes(&self, index: usize, variable: Variable, executive: &dyn Executive) -> bool {
+        let other = Watched::new("", variable, executive);
+        self.variables.get(index).is_some_and(|own| {
+            (own.logical, own.elements, own.float) == (other.logical, other.elements, other.float)
+        })
     }
 
     /// Writes the header.

@@ -49,6 +49,16 @@ impl Watch {
         if errors.is_empty() { Ok(Self { names }) } else { Err(errors) }
     }
 
+    /// Adds the variables of another list behind these, but for those that are there already.
+    pub fn append(&mut self, other: Self) {
+        let names = &mut self.names;
+        for (name, variable) in other.names {
+            if names.iter().all(|(_, known)| *known != variable) {
+                names.push((name, variable));
+            }
+        }
+    }
+
     /// The variables, in their order.
     pub fn variables(&self) -> impl Iterator<Item = Variable> + '_ {
         self.names.iter().map(|&(_, variable)| variable)
