@@ -132,7 +132,7 @@ impl Compiled {
         let target = Target::host_baseline().map_err(text)?;
         let code = code(&self.some, &target).map_err(text)?;
         let bytes = artifact(&self.some.program, &code).map_err(text)?;
-        let Artifact { program, code, debug: _ } = Artifact::parse(&bytes, None).map_err(text)?;
+        let Artifact { program, code, .. } = Artifact::parse(&bytes, None).map_err(text)?;
         let engine = NativeEngine::new(&code, &program).map_err(text)?;
         Ok((program, Box::new(engine)))
     }

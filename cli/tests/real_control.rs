@@ -1,0 +1,418 @@
+//! What `plcc` shows of a control that `plcrt` runs. Inputs and outputs are overridden from a browser and seen in a
+//! terminal; monitors that hang, flood or leave change nothing of what the control does; a record with an online change
+//! becomes a table.
+#![cfg(all(target_os = "linux", feature = "web"))]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, OnceLock};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{Winsize, tcsetwinsize};
+use serde_json::{Value as Json, json};
+use tungstenite::client::IntoClientRequest;
+use tungstenite::{Message, WebSocket};
+
+/// How long a state is waited for that must come. It is no measure of anything: it ends a test that hangs.
+const PATIENCE: Duration = Duration::from_secs(240);
+
+/// B follows A, and N counts scans.
+const PROGRAM: &str =
+    "$INPUT\nA=0/0\n$OUTPUT\nB=1/0\n$INTEGER\nN\n$END\nN=N+1\nIF (N>30000)\nN=0\nENDIF\nB=A\n";
+
+/// `plcrt`, built from the sources under test.
+fn plcrt() -> PathBuf {
+    static BUILT: OnceLock<PathBuf> = OnceLock::new();
+    let folder = BUILT.get_or_init(|| {
+        let profile = Path::new(env!("CARGO_BIN_EXE_plcc")).parent().unwrap();
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["build", "--quiet", "--offline", "--package", "plcrt", "--target-dir"]);
+        cargo.arg(profile.parent().unwrap());
+        if profile.ends_with("release") {
+            cargo.arg("--release");
+        }
+        assert!(cargo.status().unwrap().success());
+        profile.to_owned()
+    });
+    folder.join("plcrt")
+}
+
+/// Waits until something is there.
+fn wait<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let begun = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(begun.elapsed() < PATIENCE, "{what} did not come");
+        thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// A process that is killed with the test.
+struct Killed(Child);
+
+impl Drop for Killed {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A folder with the program's artifact, which goes away with the test.
+struct Shop(PathBuf);
+
+impl Drop for Shop {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+impl Shop {
+    fn new(name: &str) -> Self {
+        let name = format!("plcc-monitor-{name}-{}", std::process::id());
+        let shop = Self(std::env::temp_dir().join(name));
+        fs::create_dir_all(&shop.0).unwrap();
+        fs::write(shop.0.join("p.pmi"), PROGRAM).unwrap();
+        assert!(shop.plcc().args(["build", "p.pmi"]).status().unwrap().success());
+        // The artifact has the text of its source, so nobody needs it any more.
+        fs::remove_file(shop.0.join("p.pmi")).unwrap();
+        shop
+    }
+
+    fn plcc(&self) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_plcc"));
+        command.current_dir(&self.0).env("XDG_STATE_HOME", &self.0).env("TERM", "xterm");
+        command
+    }
+
+    /// A control with the program; no tick is skipped, however busy the computer is.
+    fn control(&self, options: &[&str]) -> Killed {
+        let mut command = Command::new(plcrt());
+        command.args(["p.plcx", "--realtime", "--no-supervisor", "--overrun", "catch-up=1000000"]);
+        command.args(["--socket", "socket"]).args(options).current_dir(&self.0);
+        let mut control = Killed(command.stderr(Stdio::null()).spawn().unwrap());
+        wait("the control's socket", || {
+            assert!(control.0.try_wait().unwrap().is_none(), "the control has ended");
+            UnixStream::connect(self.0.join("socket")).ok()
+        });
+        control
+    }
+
+    /// A monitor of the control in a pseudo-terminal.
+    fn terminal(&self, options: &[&str]) -> Terminal {
+        let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+        let master = openpt(flags).unwrap();
+        grantpt(&master).unwrap();
+        unlockpt(&master).unwrap();
+        let size = Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 };
+        tcsetwinsize(&master, size).unwrap();
+        let name = ptsname(&master, vec![]).unwrap().into_string().unwrap();
+        let end = || OpenOptions::new().read(true).write(true).open(&name).unwrap();
+        let mut command = self.plcc();
+        command.args(["monitor", "socket"]).args(options).stdin(end()).stdout(end());
+        let process = Killed(command.stderr(Stdio::null()).spawn().unwrap());
+        let keys = File::from(master);
+        let mut reader = keys.try_clone().unwrap();
+        let output = Arc::new(Mutex::new(String::new()));
+        let into = Arc::clone(&output);
+        thread::spawn(move || {
+            let mut bytes = [0; 4096];
+            while let Ok(count @ 1..) = reader.read(&mut bytes) {
+                into.lock().unwrap().push_str(&String::from_utf8_lossy(&bytes[..count]));
+            }
+        });
+        Terminal { process, keys, output }
+    }
+
+    /// A browser's page of a monitor of its own, which is ended with it.
+    fn page(&self, options: &[&str]) -> Page {
+        let mut command = self.plcc();
+        command.args(["monitor", "socket", "--web=127.0.0.1:0"]).args(options);
+        let mut process = Killed(command.stderr(Stdio::piped()).spawn().unwrap());
+        let mut lines = BufReader::new(process.0.stderr.take().unwrap()).lines();
+        let line = lines.find_map(|line| line.ok().filter(|line| line.contains("token"))).unwrap();
+        let url = line.split_whitespace().find(|word| word.contains("token")).unwrap();
+        let (host, query) = url.strip_prefix("http://").unwrap().split_once('/').unwrap();
+        let mut stream = TcpStream::connect(host).unwrap();
+        let request = format!("GET /{query} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
+        stream.write_all(request.as_bytes()).unwrap();
+        let mut response = String::new();
+        stream.read_to_string(&mut response).unwrap();
+        let after = |text: &str| {
+            let rest = response.split_once(text).unwrap_or_else(|| panic!("{response}")).1;
+            rest.split([';', '\r']).next().unwrap().to_owned()
+        };
+        let (cookie, key) = (after("set-cookie: "), after("location: /#key="));
+        let stream = TcpStream::connect(host).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let mut request = format!("ws://{host}/socket").into_client_request().unwrap();
+        let headers = request.headers_mut();
+        headers.insert("origin", format!("http://{host}").parse().unwrap());
+        headers.insert("cookie", cookie.parse().unwrap());
+        let protocols = format!("plcc-monitor, {key}");
+        headers.insert("sec-websocket-protocol", protocols.parse().unwrap());
+        let socket = tungstenite::client(request, stream).unwrap().0;
+        // Whoever reads what the monitor says must go on, or the monitor would have to wait.
+        thread::spawn(move || lines.for_each(drop));
+        Page { _process: process, socket, id: 0 }
+    }
+}
+
+/// A monitor in a pseudo-terminal.
+struct Terminal {
+    process: Killed,
+    keys: File,
+    output: Arc<Mutex<String>>,
+}
+
+impl Terminal {
+    /// Waits until a text was drawn since the last call.
+    fn wait_for(&self, text: &str) {
+        wait(text, || {
+            let mut output = self.output.lock().unwrap();
+            let found = output.contains(text);
+            if found {
+                output.clear();
+            }
+            found.then_some(())
+        });
+    }
+
+    fn press(&mut self, keys: &str) {
+        self.keys.write_all(keys.as_bytes()).unwrap();
+    }
+
+    fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.process.0), signal).unwrap();
+    }
+}
+
+/// A browser's page.
+struct Page {
+    _process: Killed,
+    socket: WebSocket<TcpStream>,
+    id: u64,
+}
+
+impl Page {
+    /// Sends a message with a number of its own, and gives the answer to it.
+    fn send(&mut self, mut message: Json) -> Json {
+        self.id += 1;
+        message["id"] = self.id.into();
+        self.socket.send(Message::text(message.to_string())).unwrap();
+        loop {
+            let Message::Text(text) = self.socket.read().unwrap() else { continue };
+            let answer: Json = serde_json::from_str(&text).unwrap();
+            if answer["id"] == self.id {
+                return answer;
+            }
+        }
+    }
+
+    /// The row of an input or output, once it is as `is` says.
+    fn row(&mut self, name: &str, is: impl Fn(&Json) -> bool) -> Json {
+        wait(name, || {
+            let answer = self.send(json!({"ask": {"screen": "io"}}));
+            // As long as the connection comes up there is a reason instead of windows.
+            let windows = answer["view"]["body"]["windows"].as_array().cloned().unwrap_or_default();
+            let rows = windows.iter().filter_map(|window| window["rows"].as_array()).flatten();
+            rows.filter(|row| row["name"] == name).find(|row| is(row)).cloned()
+        })
+    }
+}
+
+/// Waits until the record of the control can be replayed.
+fn wait_for_record(shop: &Shop) {
+    wait("the record", || {
+        let output = shop.plcc().args(["replay", "r.plcrec"]).output().unwrap();
+        output.status.success().then_some(())
+    });
+}
+
+#[test]
+fn a_real_control_is_overridden_from_a_browser_and_the_terminal_shows_it() {
+    let shop = Shop::new("override");
+    let _control = shop.control(&["--record", "r.plcrec", "--allow", "force,write"]);
+    wait_for_record(&shop);
+    let mut page = shop.page(&["--record", "r.plcrec"]);
+    let mut terminal = shop.terminal(&["--record", "r.plcrec"]);
+    terminal.wait_for("p.pmi (PMI)");
+    terminal.press("3");
+    terminal.wait_for("Outputs");
+
+    // The warning of PMI 5.3 comes first.
+    let force = |name: &str, value: &str| json!({"apply": {"command": "force", "name": name, "value": value}});
+    let refused = page.send(force("B", "1")).to_string();
+    assert!(refused.contains("completely bypassed"), "{refused}");
+    page.send(json!({"apply": {"command": "confirm_warning"}}));
+
+    // Of an output only the line changes: the program still assigns 0.
+    page.send(force("B", "1"));
+    let row = page.row("B", |row| row["forced"] == "1" && row["physical"] == "1");
+    assert_eq!(row["logical"], "0", "{row}");
+    terminal.wait_for("1 OVERRIDE");
+
+    // An input is seen by the program, which assigns it to the output.
+    page.send(force("A", "1"));
+    let row = page.row("A", |row| row["forced"] == "1" && row["logical"] == "1");
+    assert_eq!(row["physical"], "0", "{row}");
+    page.row("B", |row| row["logical"] == "1");
+    // Only cells that change are written, so the text comes in pieces.
+    terminal.wait_for("2 OVER");
+
+    // What the terminal ends is ended for the browser too.
+    terminal.press("X");
+    page.row("B", |row| row["forced"].is_null() && row["physical"] == "0");
+    let row = page.row("A", |row| row["forced"].is_null());
+    assert_eq!(row["logical"], "0", "{row}");
+
+    // A write acts on the control, not on the monitor's replay of it.
+    let set = json!({"apply": {"command": "change", "name": "N", "value": "-7000"}});
+    let answer = page.send(set).to_string();
+    assert!(answer.contains("N=-7000 before tick"), "{answer}");
+}
+
+#[test]
+fn what_the_control_does_not_allow_is_refused() {
+    let shop = Shop::new("refuse");
+    let _control = shop.control(&["--record", "r.plcrec"]);
+    wait_for_record(&shop);
+    let mut page = shop.page(&["--record", "r.plcrec"]);
+    page.row("B", |row| row["logical"] == "0");
+    page.send(json!({"apply": {"command": "confirm_warning"}}));
+    for (command, why) in [
+        (json!({"command": "force", "name": "B", "value": "1"}), "without --allow force"),
+        (json!({"command": "change", "name": "N", "value": "1"}), "without --allow write"),
+    ] {
+        let answer = page.send(json!({"apply": command})).to_string();
+        assert!(answer.contains(why), "{answer}");
+    }
+}
+
+/// What the control replies to a request.
+fn reply(shop: &Shop, mut request: Json) -> Json {
+    request["version"] = 1.into();
+    let mut stream = UnixStream::connect(shop.0.join("socket")).unwrap();
+    stream.write_all(format!("{request}\n").as_bytes()).unwrap();
+    let mut line = String::new();
+    BufReader::new(stream).read_line(&mut line).unwrap();
+    serde_json::from_str(&line).unwrap()
+}
+
+/// How many ticks the control has done.
+fn ticks(shop: &Shop) -> u64 {
+    reply(shop, json!({"request": "status"}))["result"]["ticks"].as_u64().unwrap()
+}
+
+/// Ends a control as a service manager does.
+fn end(control: &mut Killed) {
+    kill_process(Pid::from_child(&control.0), Signal::TERM).unwrap();
+    assert!(control.0.wait().unwrap().code().is_some());
+}
+
+#[test]
+fn monitors_that_hang_flood_and_leave_change_no_tick() {
+    let shop = Shop::new("hang");
+    fs::write(shop.0.join("s.csv"), "tick,name,value\n50,A,1\n120,A,0\n200,A,1\n").unwrap();
+    let run = ["--stimulus", "s.csv", "--watch", "N,B", "--trace"];
+    let mut options = run.to_vec();
+    options.extend(["watched.csv", "--allow", "force,write", "--record", "r.plcrec"]);
+    let mut control = shop.control(&options);
+    wait_for_record(&shop);
+    // One monitor stops in its middle, one is killed, one goes on.
+    let hanging = shop.terminal(&["--record", "r.plcrec"]);
+    hanging.wait_for("p.pmi (PMI)");
+    hanging.signal(Signal::STOP);
+    let leaving = shop.terminal(&["--record", "r.plcrec"]);
+    leaving.wait_for("p.pmi (PMI)");
+    leaving.signal(Signal::KILL);
+    let mut page = shop.page(&["--record", "r.plcrec"]);
+    page.send(json!({"ask": {"screen": "timing"}}));
+    // Clients that send and never read, and one that goes away in the middle of a request.
+    let floods: Vec<_> = (0..4)
+        .map(|_| {
+            let mut stream = UnixStream::connect(shop.0.join("socket")).unwrap();
+            stream.set_write_timeout(Some(Duration::from_secs(1))).unwrap();
+            thread::spawn(move || {
+                let line = "{\"version\":1,\"request\":\"get\",\"names\":[\"*\"]}\n".repeat(100);
+                for _ in 0..2000 {
+                    if stream.write_all(line.as_bytes()).is_err() {
+                        break;
+                    }
+                }
+            })
+        })
+        .collect();
+    let mut half = UnixStream::connect(shop.0.join("socket")).unwrap();
+    half.write_all(b"{\"version\":1,\"request\":").unwrap();
+    drop(half);
+    for flood in floods {
+        flood.join().unwrap();
+    }
+    wait("the end of the stimulus", || (ticks(&shop) > 250).then_some(()));
+    end(&mut control);
+    hanging.signal(Signal::CONT);
+
+    // The same program alone, in simulated time, for as many ticks: N changes in each, so the last row tells the last.
+    let watched = fs::read_to_string(shop.0.join("watched.csv")).unwrap();
+    let last = watched.lines().last().unwrap().split(',').next().unwrap();
+    let count = (last.parse::<u64>().unwrap() + 1).to_string();
+    let mut alone = Command::new(plcrt());
+    alone.arg("p.plcx").args(run).args(["alone.csv", "--ticks", &count]).current_dir(&shop.0);
+    assert!(alone.stderr(Stdio::null()).status().unwrap().success());
+    assert_eq!(fs::read_to_string(shop.0.join("alone.csv")).unwrap(), watched);
+    // The record says too that every tick went as it goes without them.
+    assert!(shop.plcc().args(["replay", "r.plcrec"]).status().unwrap().success());
+}
+
+#[test]
+fn a_table_goes_on_over_an_online_change() {
+    let shop = Shop::new("change");
+    let two = PROGRAM.replace("N\n$END", "N\nM\n$END\nM=-1");
+    fs::write(shop.0.join("two.pmi"), two).unwrap();
+    assert!(shop.plcc().args(["build", "two.pmi"]).status().unwrap().success());
+    let mut control = shop.control(&["--record", "r.plcrec", "--allow", "swap"]);
+    wait("some ticks", || (ticks(&shop) > 20).then_some(()));
+    let path = shop.0.join("two.plcx");
+    let done = reply(&shop, json!({"request": "swap", "path": path}));
+    assert_eq!(done["ok"], true, "{done}");
+    let changed = done["result"]["ticks"].as_u64().unwrap();
+    wait("some more ticks", || (ticks(&shop) > changed + 20).then_some(()));
+    end(&mut control);
+
+    let convert = |options: &[&str]| {
+        let mut command = shop.plcc();
+        let output = command.args(["convert", "r.plcrec", "--watch", "N,M"]).args(options).output();
+        let output = output.unwrap();
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{text}");
+        text
+    };
+    let told = convert(&["--to", "csv", "-o", "out.csv"]);
+    assert!(told.contains("M is not in the program"), "{told}");
+    let table = fs::read_to_string(shop.0.join("out.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = table.lines().skip(1).map(|row| row.split(',').collect()).collect();
+    let of = |name: &str| -> Vec<(u64, i64)> {
+        let of_name = rows.iter().filter(|row| row[2] == name);
+        of_name.map(|row| (row[0].parse().unwrap(), row[3].parse().unwrap())).collect()
+    };
+    // N counts on through the change; behind tick n it is n + 1.
+    let counts = of("N");
+    assert!(counts.len() as u64 > changed + 20, "{} {changed}", counts.len());
+    assert!(counts.iter().all(|&(tick, count)| count == tick as i64 + 1), "{counts:?}");
+    // M is there from the change on.
+    assert_eq!(of("M"), [(changed, -1)]);
+    convert(&["--to", "vcd", "-o", "out.vcd"]);
+    let dump = fs::read_to_string(shop.0.join("out.vcd")).unwrap();
+    assert!(dump.contains(" M $end"), "{}", &dump[..300.min(dump.len())]);
+    convert(&["--to", "fst", "-o", "out.fst"]);
+}
