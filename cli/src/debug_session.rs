@@ -81,7 +81,7 @@ pub(crate) fn launch(command: &RunCommand) -> Result<Session<'static>, Failure> 
     let player = Player::new(stimulus, command.run.repeat);
     let history = Launched::new(executive, checked.interpreter(), player, ticks);
     let program = DebuggedProgram::new(checked.into_program(), program.sources, tables);
-    Ok(Session { program, history: Box::new(history), view, may_change: true })
+    Ok(Session { program, history: Box::new(history), view, may_change: true, control: None })
 }
 
 /// A session of the run that was recorded last, with the program of its last online change.
@@ -111,7 +111,7 @@ pub(crate) fn attach(command: &RunCommand, path: &Path) -> Result<Session<'stati
     let history = Recorded::new(path, recording, number, generation, executive, engine);
     let history = history.map_err(|error| Failure::usage(error.0))?;
     let program = DebuggedProgram::new(checked.into_program(), found.sources, found.program);
-    Ok(Session { program, history: Box::new(history), view, may_change: false })
+    Ok(Session { program, history: Box::new(history), view, may_change: false, control: None })
 }
 
 /// A diagnostic in one line of text: file, line, column, code and message.

@@ -1,6 +1,6 @@
 //! What `plcc` shows of a control that `plcrt` runs. Inputs and outputs are overridden from a browser and seen in a
 //! terminal; monitors that hang, flood or leave change nothing of what the control does; a record with an online change
-//! becomes a table.
+//! becomes a table; and the debugger sets variables of the control whose record it shows.
 #![cfg(all(target_os = "linux", feature = "web"))]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
@@ -415,4 +415,78 @@ fn a_table_goes_on_over_an_online_change() {
     let dump = fs::read_to_string(shop.0.join("out.vcd")).unwrap();
     assert!(dump.contains(" M $end"), "{}", &dump[..300.min(dump.len())]);
     convert(&["--to", "fst", "-o", "out.fst"]);
+}
+
+/// An editor that debugs the record of the control; `ask` sends a request and gives its whole answer.
+struct Editor {
+    process: Killed,
+    from: BufReader<std::process::ChildStdout>,
+    seq: u64,
+}
+
+impl Editor {
+    fn attach(shop: &Shop) -> Self {
+        let mut command = shop.plcc();
+        command.arg("debug").stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut process = Killed(command.spawn().unwrap());
+        let from = BufReader::new(process.0.stdout.take().unwrap());
+        let mut editor = Self { process, from, seq: 0 };
+        editor.ask("initialize", json!({"adapterID": "plcc"}));
+        let attached = editor.ask("attach", json!({"recording": "r.plcrec", "socket": "socket"}));
+        assert_eq!(attached["success"], true, "{attached}");
+        editor.ask("configurationDone", json!({}));
+        editor
+    }
+
+    fn ask(&mut self, command: &str, arguments: Json) -> Json {
+        self.seq += 1;
+        let request =
+            json!({"seq": self.seq, "type": "request", "command": command, "arguments": arguments});
+        let text = request.to_string();
+        let to = self.process.0.stdin.as_mut().unwrap();
+        write!(to, "Content-Length: {}\r\n\r\n{text}", text.len()).unwrap();
+        to.flush().unwrap();
+        loop {
+            let mut line = String::new();
+            self.from.read_line(&mut line).unwrap();
+            let length = line.trim().strip_prefix("Content-Length: ").unwrap().parse().unwrap();
+            self.from.read_line(&mut line).unwrap();
+            let mut text = vec![0; length];
+            self.from.read_exact(&mut text).unwrap();
+            let message: Json = serde_json::from_slice(&text).unwrap();
+            if message["type"] == "response" && message["request_seq"] == self.seq {
+                return message;
+            }
+        }
+    }
+
+    /// Types a line into the debug console.
+    fn console(&mut self, line: &str) -> Json {
+        self.ask("evaluate", json!({"expression": line, "context": "repl"}))
+    }
+}
+
+#[test]
+fn the_debugger_sets_variables_of_the_control_whose_record_it_shows() {
+    let shop = Shop::new("debug");
+    let _control = shop.control(&["--record", "r.plcrec", "--allow", "write"]);
+    wait_for_record(&shop);
+    let mut editor = Editor::attach(&shop);
+    let answer = editor.console("set N=-30000");
+    let text = answer["body"]["result"].as_str().unwrap_or_else(|| panic!("{answer}"));
+    assert!(text.starts_with("N becomes -30000 before tick "), "{text}");
+    // It counts up from there by one a tick, so it is below 0 for ten minutes.
+    let got = reply(&shop, json!({"request": "get", "names": ["N"]}));
+    assert!(got["result"]["values"]["N"].as_i64().unwrap() < 0, "{got}");
+    // What was not allowed is refused by the control, with its reason.
+    let refused = editor.console("force B=1");
+    assert_eq!(refused["success"], false, "{refused}");
+    assert!(refused["message"].as_str().unwrap().contains("--allow force"), "{refused}");
+    // The record shows it when it has come so far: the statement that reads N sees the new value.
+    wait("the change in the record", || {
+        editor.ask("continue", json!({"threadId": 1}));
+        let value = editor.ask("evaluate", json!({"expression": "N", "context": "watch"}));
+        let value = value["body"]["result"].as_str().unwrap_or_default().to_owned();
+        value.starts_with('-').then_some(())
+    });
 }

@@ -19,7 +19,8 @@ pub struct TickResult {
     pub stop: Option<Stop>,
     /// Whether the clock left the tick out, so that nothing of it was run.
     pub skipped: bool,
-    /// Whether the watchdog stopped a scan of it, so that it is not run again.
+    /// Whether the watchdog stopped a scan of it. Such a tick is run again only up to the line at which the scan stood, and
+    /// only in an engine that stops there: see [`History::cut_at`].
     pub cut: bool,
     /// A further message for the user, for example that the tick differs from the recorded one.
     pub note: Option<String>,
@@ -57,6 +58,15 @@ pub trait History {
     /// # Errors
     /// When there is no such tick.
     fn run(&mut self, tick: u64, engine: &mut dyn Engine) -> Result<TickResult, DebugError>;
+
+    /// Of a tick in which the watchdog stopped a scan: the file and the line at which the scan stood. `None` for other
+    /// ticks, and where the line is not known; such a tick is not run again.
+    ///
+    /// # Errors
+    /// When there is no such tick.
+    fn cut_at(&mut self, _tick: u64) -> Result<Option<(String, u32)>, DebugError> {
+        Ok(None)
+    }
 
     /// Runs a tick in an engine of the history's own, which is the fastest way.
     ///

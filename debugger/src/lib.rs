@@ -27,6 +27,7 @@
 //! ```
 
 pub mod breakpoints;
+pub mod control;
 pub mod dap;
 mod debugger;
 pub mod history;
@@ -42,6 +43,7 @@ pub mod variables;
 use thiserror::Error;
 
 pub use breakpoints::{Breakpoints, DataBreakpoint, LineBreakpoint};
+pub use control::ControlSocket;
 pub use debugger::{Debugger, Direction, Position, Session, StepKind, Stopped};
 pub use history::{History, Launched};
 pub use interruption::Interruption;

@@ -2,6 +2,8 @@
 //! also told where each call of a task begins and ends.
 
 use std::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use plcc_abi::{Engine, Host, HostFn, Outcome, ResumePoint, Scan, TimeLimit};
 use plcc_frontend::common::{Accessed, Observer, StatementInterpreter, Value};
@@ -23,6 +25,15 @@ pub trait TickObserver: Observer {
 pub struct Observed<'a> {
     interpreter: &'a mut dyn StatementInterpreter,
     observer: &'a mut dyn TickObserver,
+    cut: Option<Cut>,
+}
+
+/// Where a scan is stopped, as the watchdog stopped it.
+struct Cut {
+    /// The statements of the line. The first one that is executed is the last.
+    statements: Vec<u32>,
+    /// The scan is late when this is 1.
+    epoch: Arc<AtomicU64>,
 }
 
 impl std::fmt::Debug for Observed<'_> {
@@ -37,7 +48,14 @@ impl<'a> Observed<'a> {
         interpreter: &'a mut dyn StatementInterpreter,
         observer: &'a mut dyn TickObserver,
     ) -> Self {
-        Self { interpreter, observer }
+        Self { interpreter, observer, cut: None }
+    }
+
+    /// Stops the scan that comes to one of these statements first, as the watchdog does; without statements no scan is
+    /// stopped.
+    pub fn cut_at(mut self, statements: Vec<u32>) -> Self {
+        self.cut = (!statements.is_empty()).then(|| Cut { statements, epoch: Arc::default() });
+        self
     }
 }
 
@@ -45,8 +63,9 @@ impl Engine for Observed<'_> {
     fn call(&mut self, task: usize, from: Option<ResumePoint>, scan: &mut Scan<'_>) -> Outcome {
         self.observer.call_begins(task, from.is_some(), scan.image);
         let sent = Cell::new(0);
-        let mut observer = WithTexts { observer: &mut *self.observer, sent: &sent, told: 0 };
-        let mut host = CountingHost { host: &mut *scan.host, sent: &sent };
+        let cut = self.cut.as_ref();
+        let mut observer = WithTexts { observer: &mut *self.observer, sent: &sent, told: 0, cut };
+        let mut host = CountingHost { host: &mut *scan.host, sent: &sent, cut };
         let mut counted = Scan { image: &mut *scan.image, host: &mut host };
         let outcome = self.interpreter.call_observed(task, from, &mut counted, &mut observer);
         observer.tell();
@@ -55,10 +74,12 @@ impl Engine for Observed<'_> {
     }
 }
 
-/// Passes everything on to the host, and counts the texts that the program sends.
+/// Passes everything on to the host, and counts the texts that the program sends. Where a scan is to be stopped, it
+/// limits the time.
 struct CountingHost<'a> {
     host: &'a mut dyn Host,
     sent: &'a Cell<usize>,
+    cut: Option<&'a Cut>,
 }
 
 impl Host for CountingHost<'_> {
@@ -70,11 +91,17 @@ impl Host for CountingHost<'_> {
     }
 
     fn time_limit(&self) -> Option<TimeLimit> {
-        self.host.time_limit()
+        match self.cut {
+            Some(cut) => Some(TimeLimit { epoch: Arc::clone(&cut.epoch), limit: 1 }),
+            None => self.host.time_limit(),
+        }
     }
 
     fn extend_time(&mut self) -> Option<u64> {
-        self.host.extend_time()
+        match self.cut {
+            Some(_) => None,
+            None => self.host.extend_time(),
+        }
     }
 }
 
@@ -83,6 +110,7 @@ struct WithTexts<'a> {
     observer: &'a mut dyn TickObserver,
     sent: &'a Cell<usize>,
     told: usize,
+    cut: Option<&'a Cut>,
 }
 
 impl WithTexts<'_> {
@@ -98,6 +126,11 @@ impl Observer for WithTexts<'_> {
     fn statement(&mut self, statement: u32, image: &[u8]) {
         self.tell();
         self.observer.statement(statement, image);
+        if let Some(cut) = self.cut
+            && cut.statements.contains(&statement)
+        {
+            cut.epoch.store(1, Ordering::Relaxed);
+        }
     }
 
     fn read(&mut self, variable: Accessed, value: Value) {

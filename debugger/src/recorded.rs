@@ -101,12 +101,19 @@ impl Recorded {
         }
         let ticks = ticks_of(&self.recording, self.run, self.generation)?;
         let mut events = vec![];
-        let engine = match observed {
-            Some(engine) => engine,
-            None => self.engine.as_mut(),
+        let cut = self.place_of_cut(tick);
+        let replayed = match (observed, &cut) {
+            (Some(engine), Some(_)) => self.state.step_into_cut(ticks, engine, &mut events),
+            (Some(engine), None) => self.state.step(ticks, engine, &mut events),
+            (None, _) => self.state.step(ticks, self.engine.as_mut(), &mut events),
         };
-        let replayed = self.state.step(ticks, engine, &mut events).map_err(failed)?;
-        result_of(tick, replayed, events)
+        result_of(tick, replayed.map_err(failed)?, events, cut)
+    }
+
+    /// Where the scan of the next tick stood, if the watchdog stopped it there.
+    fn place_of_cut(&self, tick: u64) -> Option<(String, u32)> {
+        let next = self.state.next().filter(|next| next.tick == tick && next.is_cut())?;
+        next.stop.as_ref()?.place.clone()
     }
 
     /// What a tick gives that was skipped after an overrun, or is missing in the recording: nothing, since there is
@@ -127,6 +134,7 @@ fn result_of(
     tick: u64,
     replayed: Option<Replayed>,
     events: Vec<Event>,
+    cut: Option<(String, u32)>,
 ) -> Result<TickResult, DebugError> {
     let mut result = TickResult { events, ..TickResult::default() };
     let Some(replayed) = replayed else {
@@ -135,9 +143,14 @@ fn result_of(
     result.stop = replayed.stop;
     result.cut = replayed.cut;
     if replayed.cut {
-        result.note = Some(format!(
-            "tick {tick} was stopped in its middle by the watchdog; it is not run again"
-        ));
+        let shown = match cut {
+            Some((_, line)) => format!(
+                "is shown up to the first time that a scan came to line {line}, where it stood"
+            ),
+            None => "is not run again".into(),
+        };
+        result.note =
+            Some(format!("tick {tick} was stopped in its middle by the watchdog; it {shown}"));
     } else if !replayed.matches {
         result.note = Some(format!(
             "tick {tick} differs from the recorded one; `plcc replay` says in which variable"
@@ -175,6 +188,11 @@ impl History for Recorded {
 
     fn run(&mut self, tick: u64, engine: &mut dyn Engine) -> Result<TickResult, DebugError> {
         self.step(tick, Some(engine))
+    }
+
+    fn cut_at(&mut self, tick: u64) -> Result<Option<(String, u32)>, DebugError> {
+        self.go_before(tick)?;
+        Ok(self.place_of_cut(tick))
     }
 
     fn run_unobserved(&mut self, tick: u64) -> Result<TickResult, DebugError> {

@@ -28,8 +28,13 @@ pub(crate) fn open(dialect: Dialect, text: &str, stimulus: &str) -> Session<'sta
     let player = Player::new(stimulus, false);
     let history = Launched::new(executive, checked.interpreter(), player, None);
     let program = DebuggedProgram::new(checked, sources, tables);
-    let run =
-        plcc_debugger::Session { program, history: Box::new(history), view, may_change: true };
+    let run = plcc_debugger::Session {
+        program,
+        history: Box::new(history),
+        view,
+        may_change: true,
+        control: None,
+    };
     Session::open(Target {
         kind: TargetKind::Program,
         name: "main".into(),

@@ -3,8 +3,8 @@
 use std::io::{self, BufReader};
 use std::path::Path;
 
-use plcc_debugger::Session;
 use plcc_debugger::dap::{self, LaunchArguments, Launcher};
+use plcc_debugger::{ControlSocket, Session};
 
 use crate::debug_session::{attach, launch, run_command};
 use crate::failure::{DONE, Failure};
@@ -30,12 +30,16 @@ struct Sources;
 impl Launcher for Sources {
     fn launch(&self, arguments: &LaunchArguments) -> Result<Session<'_>, String> {
         let command = run_command(arguments)?;
-        let session = match arguments.recording.as_deref() {
-            Some(path) => {
-                let folder = arguments.cwd.as_deref().unwrap_or_default();
-                attach(&command, &Path::new(folder).join(path))
-            }
-            None => launch(&command),
+        let folder = Path::new(arguments.cwd.as_deref().unwrap_or_default());
+        let session = match (arguments.recording.as_deref(), arguments.socket.as_deref()) {
+            (Some(path), socket) => attach(&command, &folder.join(path)).map(|session| {
+                let control = socket.map(|socket| ControlSocket::new(folder.join(socket)));
+                Session { control, ..session }
+            }),
+            (None, Some(_)) => Err(Failure::usage(
+                "`socket` needs `recording`: statements and values come from the control's record",
+            )),
+            (None, None) => launch(&command),
         };
         session.map_err(|failure| failure.text("plcc debug"))
     }

@@ -350,7 +350,7 @@ impl<W: Write> Server<'_, W> {
         let name = arguments.name.split(' ').next().unwrap_or_default();
         let debugger = self.debugger()?;
         let tick = debugger.change(name, Some(&arguments.value), false)?;
-        let value = match tick == debugger.position().tick {
+        let value = match tick == debugger.position().tick && !debugger.changes_control() {
             true => debugger.evaluate(name)?,
             false => format!("{} (from tick {tick} on)", arguments.value),
         };

@@ -68,6 +68,8 @@ pub struct LaunchArguments {
     pub ticks: Option<u64>,
     /// The path of a recording, which is debugged instead of a run from power-up.
     pub recording: Option<String>,
+    /// The socket of the control whose recording is debugged while it runs. What is set acts on the control.
+    pub socket: Option<String>,
     /// Further options of `plcc run`, such as `--param` and `61=12`.
     pub args: Vec<String>,
     /// The folder to which relative paths belong.

@@ -10,6 +10,7 @@ use plcc_runtime::{Executive, Stop};
 
 use crate::DebugError;
 use crate::breakpoints::{Breakpoints, DataBreakpoint, LineBreakpoint, SetBreakpoint};
+use crate::control::ControlSocket;
 use crate::history::{History, TickResult};
 use crate::interruption::Interruption;
 use crate::observers::Observed;
@@ -26,6 +27,9 @@ pub struct Session<'a> {
     pub view: Box<dyn Executive + Send>,
     /// Whether variables may be set and forced.
     pub may_change: bool,
+    /// The control whose record is debugged while it runs: what the user sets acts on it, and shows in the record
+    /// when that has come so far. `None` where there is none, or nothing is to be set.
+    pub control: Option<ControlSocket>,
 }
 
 impl std::fmt::Debug for Session<'_> {
@@ -100,6 +104,18 @@ pub struct StopAt {
 impl Default for StopAt {
     fn default() -> Self {
         Self { program_stops: true, faults: false, messages: false }
+    }
+}
+
+impl Session<'_> {
+    /// As [`Debugger::cut_statements`].
+    pub(crate) fn cut_statements(&mut self, tick: u64) -> Result<Vec<u32>, DebugError> {
+        let Some((file, line)) = self.history.cut_at(tick)? else { return Ok(vec![]) };
+        let Some(file) = self.program.file(&file) else { return Ok(vec![]) };
+        Ok(match self.program.statements_from(file, line) {
+            Some((found, statements)) if found == line => statements.to_vec(),
+            _ => vec![],
+        })
     }
 }
 
@@ -249,10 +265,11 @@ impl<'a> Debugger<'a> {
 
     /// Runs a tick and records it.
     fn record(&mut self, tick: u64) -> Result<TickTrace, DebugError> {
+        let cut = self.session.cut_statements(tick)?;
         let Session { program, history, .. } = &mut self.session;
         let before = history.before(tick)?;
         let mut recorder = TraceRecorder::new(program.checked(), &self.placed, tick);
-        let mut engine = Observed::new(self.interpreter.as_mut(), &mut recorder);
+        let mut engine = Observed::new(self.interpreter.as_mut(), &mut recorder).cut_at(cut);
         let result = history.run(tick, &mut engine)?;
         let mut trace = recorder.finish(history.executive().image());
         self.tell(tick, &result);
@@ -331,6 +348,20 @@ impl<'a> Debugger<'a> {
         Ok(view.as_mut())
     }
 
+    /// Whether what is set acts on a control that runs, and not on the ticks that are debugged.
+    pub fn changes_control(&self) -> bool {
+        self.session.control.is_some()
+    }
+
+    /// Of a tick in which the watchdog stopped a scan: the statements of the line at which it stood. Empty for other
+    /// ticks, and where that line is not known.
+    ///
+    /// # Errors
+    /// When there is no such tick.
+    pub fn cut_statements(&mut self, tick: u64) -> Result<Vec<u32>, DebugError> {
+        self.session.cut_statements(tick)
+    }
+
     /// Sets a variable as the operator would, once. With `force` the variable is held at the value instead; `force`
     /// without a value ends that. The change happens before the tick of the position if none of its statements was
     /// executed yet, otherwise before the next tick. Later ticks are forgotten and run anew. Gives the number of
@@ -344,9 +375,12 @@ impl<'a> Debugger<'a> {
         value: Option<&str>,
         force: bool,
     ) -> Result<u64, DebugError> {
+        if let Some(control) = &self.session.control {
+            return control.change(name, value, force);
+        }
         if !self.session.may_change {
             return Err(DebugError::new(
-                "a recording can't be changed; launch the program to set variables",
+                "a recording can't be changed; launch the program to set variables, or attach to the control's socket too",
             ));
         }
         let Position { tick, step } = self.position;

@@ -135,6 +135,7 @@ impl Debugger<'_> {
 
     /// Runs a tick and finds what it meets.
     fn find_hits(&mut self, tick: u64) -> Result<(Found, TickResult), DebugError> {
+        let cut = self.session.cut_statements(tick)?;
         let Session { history, .. } = &mut self.session;
         history.go_before(tick)?;
         // Only data breakpoints compare values with those before the tick.
@@ -143,7 +144,7 @@ impl Debugger<'_> {
             false => vec![],
         };
         let mut finder = HitFinder::of(&self.breakpoints, &self.placed, &image);
-        let mut engine = Observed::new(self.interpreter.as_mut(), &mut finder);
+        let mut engine = Observed::new(self.interpreter.as_mut(), &mut finder).cut_at(cut);
         let result = history.run(tick, &mut engine)?;
         let mut found = finder.finish(history.executive().image());
         self.tell(tick, &result);
@@ -233,6 +234,7 @@ impl Debugger<'_> {
         // What an expression shows has changed when its value has. Other names have writes alone.
         let by_value = changes_only && value.is_some();
         let target = if by_value { None } else { Some(self.target(name)?) };
+        let cut = self.session.cut_statements(tick)?;
         let Session { history, .. } = &mut self.session;
         history.go_before(tick)?;
         let image = history.executive().image().to_vec();
@@ -242,7 +244,7 @@ impl Debugger<'_> {
         };
         let finder = HitFinder::of_writes(target.as_ref(), value.as_ref(), &self.placed, &image);
         let mut finder = finder.changing(before);
-        let mut engine = Observed::new(self.interpreter.as_mut(), &mut finder);
+        let mut engine = Observed::new(self.interpreter.as_mut(), &mut finder).cut_at(cut);
         history.run(tick, &mut engine)?;
         Ok(finder.finish(history.executive().image()).hits)
     }

@@ -173,7 +173,8 @@ impl Session<'_> {
             return Ok(());
         };
         let mut recorder = StepsRecorder::new(&self.placed);
-        let mut engine = Observed::new(interpreter.as_mut(), &mut recorder);
+        let cut = debugger.cut_statements(tick)?;
+        let mut engine = Observed::new(interpreter.as_mut(), &mut recorder).cut_at(cut);
         let result = debugger.history_mut().run(tick, &mut engine)?;
         self.traces.insert(tick, recorder.finish());
         self.executive_tick = Some(tick);

@@ -372,6 +372,30 @@ impl ReplayState {
         engine: &mut dyn Engine,
         events: &mut Vec<Event>,
     ) -> Result<Option<Replayed>, ReplayError> {
+        self.step_with(from, engine, events, false)
+    }
+
+    /// As [`step`](Self::step), but a tick in which the watchdog stopped a scan is run, too. `engine` must stop that scan, as
+    /// the watchdog does: nobody else knows where. The state is then not the one in which the control was.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn step_into_cut(
+        &mut self,
+        from: RunTicks<'_>,
+        engine: &mut dyn Engine,
+        events: &mut Vec<Event>,
+    ) -> Result<Option<Replayed>, ReplayError> {
+        self.step_with(from, engine, events, true)
+    }
+
+    fn step_with(
+        &mut self,
+        from: RunTicks<'_>,
+        engine: &mut dyn Engine,
+        events: &mut Vec<Event>,
+        into_cut: bool,
+    ) -> Result<Option<Replayed>, ReplayError> {
         while self.at >= self.ticks.len() {
             if self.cut || !self.enter_next_span(from)? {
                 return Ok(None);
@@ -385,6 +409,13 @@ impl ReplayState {
         let after_gap = self.gap.take().is_some();
         if record.is_cut() {
             self.cut = true;
+            if into_cut {
+                if from.run.header.clocked {
+                    self.executive.follow_clock(Some(&record.decisions));
+                }
+                // How it ends is known from the record.
+                let _ = self.executive.tick(engine, events);
+            }
             return Ok(Some(Replayed {
                 tick: record.tick,
                 matches: true,

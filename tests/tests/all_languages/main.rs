@@ -5,6 +5,7 @@
 mod arm64;
 mod checkpoint;
 mod conformance;
+mod cut_ticks;
 mod documented_objects;
 mod engine_change;
 mod fuzz_replay;

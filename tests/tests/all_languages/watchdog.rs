@@ -56,11 +56,17 @@ fn run(
 }
 
 /// An engine whose host makes the scan late in its call with this number (from 1).
-struct LateAt {
+pub(crate) struct LateAt {
     engine: Box<dyn Engine>,
     at: u64,
     calls: u64,
     epoch: Arc<AtomicU64>,
+}
+
+impl LateAt {
+    pub(crate) fn new(engine: Box<dyn Engine>, at: u64) -> Self {
+        Self { engine, at, calls: 0, epoch: Arc::default() }
+    }
 }
 
 struct LateHost<'a> {
@@ -119,9 +125,7 @@ fn a_late_scan_ends_alike_in_every_engine() {
         ),
     ] {
         for way in Way::ALL {
-            let wrap = |engine| -> Box<dyn Engine> {
-                Box::new(LateAt { engine, at, calls: 0, epoch: Arc::default() })
-            };
+            let wrap = |engine| -> Box<dyn Engine> { Box::new(LateAt::new(engine, at)) };
             let args = format!("--ticks 9 --watch {watch}");
             let (status, rows, stop, message) = run(file, source, way, &args, wrap);
             assert_eq!((status, stop.as_str()), (3, code), "{file} {way:?}");
