@@ -190,9 +190,25 @@ test("a page whose connection breaks says so, comes back, and shows the same", a
   }
 });
 
+test("panels: a push-button is pressed and released, and its lamp follows", async () => {
+  await withPage("pmi", async (page) => {
+    await page.keyboard.press("9");
+    const button = page.locator('button[title="set @CP105"]');
+    await button.waitFor();
+    assert.equal(await button.getAttribute("aria-pressed"), "false");
+    for (const state of ["true", "false"]) {
+      await button.focus();
+      await page.keyboard.press("Enter");
+      await page.locator(`button[title="set @CP105"][aria-pressed="${state}"]`).waitFor();
+      // Values that change leave the keyboard where it is.
+      assert.equal(await page.evaluate(() => document.activeElement.title), "set @CP105");
+    }
+  });
+});
+
 test("every screen can be reached and left by the keyboard", async () => {
   await withPage("pmac", async (page) => {
-    for (const number of "12345678") {
+    for (const number of "123456789") {
       await page.keyboard.press("Escape");
       await page.keyboard.press(number);
       await page.locator('#screens [aria-current="page"]').filter({ hasText: new RegExp(`^${number} `) }).waitFor();
