@@ -63,8 +63,8 @@ def process(words):
 
 
 def children(process):
-    text = pathlib.Path(f"/proc/{process}/task/{process}/children").read_text()
-    return [int(word) for word in text.split()]
+    files = pathlib.Path(f"/proc/{process}/task").glob("*/children")
+    return [int(word) for file in files for word in file.read_text().split()]
 
 
 EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples"
@@ -145,8 +145,9 @@ def main():
         gives_values()
 
         def sample():
-            done = subprocess.run(["halsampler", "-n", "1"], capture_output=True, text=True, check=True)
-            return done.stdout.split()
+            # The sampler keeps the oldest 1000 samples.
+            done = subprocess.run(["halsampler", "-n", "1200"], capture_output=True, text=True, check=True)
+            return done.stdout.splitlines()[-1].split()
 
         wait_until("a sampler sees it", lambda: sample() == ["1", "9"])
         halcmd("sets", "door", "1")

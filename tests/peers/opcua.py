@@ -190,12 +190,21 @@ async def writes_reach_the_program_and_subscriptions_see_it(client):
 async def the_next_control_is_served(plant, port, certificate):
     client = await connect(plant, port, certificate)
     plant.stop(plant.control, signal.SIGKILL)
-    await eventually("plcio leaves the control", lambda: told(plant, "control_left", 1))
+    # The pump ran; it is safe now, and clients see that nobody computes the values.
+    state, pump = await node(client, "plcio:State"), await node(client, "PUMP")
+
+    async def is_safe():
+        value = await pump.read_data_value(raise_on_bad_status=False)
+        uncertain = value.StatusCode.value == ua.StatusCodes.UncertainLastUsableValue
+        return uncertain and value.Value.Value is False and await state.read_value() == "silent"
+
+    await eventually("the values are those of a dead control", is_safe)
     try:
         await client.disconnect()
     except Exception:
         pass  # The server has ended its connections.
     plant.start_control()
+    await eventually("plcio leaves the control", lambda: told(plant, "control_left", 1))
     await eventually("plcio finds the control", lambda: told(plant, "control_found", 2))
 
     async def again():
