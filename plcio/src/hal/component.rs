@@ -15,7 +15,7 @@ const PROGRAM: &str = include_str!("component.py");
 const LINES: usize = 4;
 
 /// How long the process has to leave HAL in order. One that is killed stays in HAL's lists.
-const PATIENCE: Duration = Duration::from_secs(2);
+const TIME_TO_LEAVE: Duration = Duration::from_secs(2);
 
 /// The process. It ends when this is dropped.
 pub(super) struct Component {
@@ -78,7 +78,7 @@ impl Drop for Component {
         for signal in [Signal::TERM, Signal::CONT] {
             let _ = id.map(|id| kill_process(id, signal));
         }
-        let end = Instant::now() + PATIENCE;
+        let end = Instant::now() + TIME_TO_LEAVE;
         while matches!(self.process.try_wait(), Ok(None)) && Instant::now() < end {
             std::thread::sleep(Duration::from_millis(5));
         }

@@ -21,11 +21,11 @@ use crate::session::Shared;
 use crate::settings::Settings;
 use component::Component;
 
-/// The pauses before the component is made again.
+/// The shortest and the longest pause before the component is made again.
 const PAUSES: (Duration, Duration) = (Duration::from_millis(100), Duration::from_secs(5));
 /// How long the component has to begin: Python has to be loaded.
 const BEGINNING: Duration = Duration::from_secs(20);
-/// How often it is looked whether there is something to do, while there is no component.
+/// How often is checked whether there is a session, while there is no component.
 const ROUND: Duration = Duration::from_millis(20);
 
 /// The type of a pin.
@@ -88,7 +88,7 @@ impl Kind {
     }
 }
 
-/// A session, with the pins of its points.
+/// The session that is connected, with the pins of its points.
 struct Attached {
     shared: Shared,
     pins: Vec<Pin>,
@@ -101,7 +101,7 @@ pub(crate) struct Hal {
 }
 
 impl Hal {
-    /// Starts the thread that looks after the component. `unloaded` is called when HAL ends it.
+    /// Starts the thread that makes the component and exchanges values with it. `unloaded` is called when HAL ends it.
     pub(crate) fn start(
         settings: &Settings,
         events: &Events,
@@ -123,7 +123,7 @@ impl Hal {
                     events.write("lost", &about);
                     reported = Some(why);
                 }
-                // It has worked for a while.
+                // The component has worked for a while: the pauses begin with the shortest again.
                 if began.elapsed() > PAUSES.1 {
                     (pause, reported) = (PAUSES.0, None);
                 }
@@ -238,7 +238,7 @@ impl Hal {
         let inputs = pins.iter().filter(|pin| pin.gives);
         for (pin, word) in inputs.zip(line.split_whitespace()) {
             let value = word.parse().map_err(|_| format!("`{word}` is no value"))?;
-            // A value that the variable can't have makes it no newer.
+            // A value that the variable can't have is no new value; the input becomes late.
             hub.give(pin.index, value);
         }
         hub.publish();

@@ -1,5 +1,5 @@
-//! A connection of a client to the server: it ends when the client asks nothing for a while, so that clients
-//! that are gone without a word, never finish a request, or never read an answer, don't keep others out.
+//! A connection of a client to the server. It ends when the client asks nothing for a while, so that clients that
+//! have vanished, never finish a request, or never read an answer do not take the places of others.
 
 use std::future::Future;
 use std::io;
@@ -27,7 +27,7 @@ impl Client {
         Self { asked: Mutex::new(Instant::now()), why: OnceLock::new() }
     }
 
-    /// It has asked something.
+    /// Notes that the client asks something now.
     pub(super) fn asks(&self) {
         *self.asked.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
     }
@@ -37,6 +37,7 @@ impl Client {
         self.why.get().map(String::as_str)
     }
 
+    /// Notes why the connection ends.
     fn ends(&self, why: String) {
         // The first reason counts.
         let _ = self.why.set(why);
@@ -48,7 +49,7 @@ pub(super) struct Connection {
     stream: TcpStream,
     idle: Duration,
     client: Arc<Client>,
-    /// When it is looked again how long ago the client has asked.
+    /// When is checked again how long ago the client has asked.
     deadline: Pin<Box<Sleep>>,
 }
 
@@ -59,7 +60,7 @@ impl Connection {
         Self { stream, idle, client, deadline }
     }
 
-    /// What comes of reading or writing: an error where the client has been silent for too long.
+    /// Gives the result of reading or writing, or an error if the client has asked nothing for too long.
     fn watch<T>(
         &mut self,
         context: &mut Context<'_>,

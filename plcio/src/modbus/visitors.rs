@@ -30,7 +30,7 @@ struct Minute {
 }
 
 impl Visitors {
-    /// None yet.
+    /// Writes to these events; none have been written yet.
     pub(super) fn new(events: Events) -> Self {
         let minute = Minute { began: Instant::now(), written: 0, left_out: 0 };
         Self { events, minute: Mutex::new(minute) }

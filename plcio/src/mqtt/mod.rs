@@ -29,11 +29,11 @@ use sparkplug::{DataType, Metric, Payload, Value, now};
 
 use crate::session::Shared;
 
-/// After how long without a sign of life of the broker the connection counts as lost, about.
+/// About how long the broker may send nothing before the connection counts as lost.
 const KEEP_ALIVE: Duration = Duration::from_secs(5);
 /// The longest message.
 const MOST_BYTES: usize = 16 << 20;
-/// How many messages wait at most to be sent, or to be looked at.
+/// How many messages wait at most to be sent, or to be handled.
 const QUEUE: usize = 64;
 /// The pauses before a connection is made again.
 const PAUSES: (Duration, Duration) = (Duration::from_millis(100), Duration::from_secs(5));
@@ -45,7 +45,7 @@ const REBIRTH: &str = "Node Control/Rebirth";
 const BIRTH_SEQUENCE: &str = "bdSeq";
 /// The metric that says what the control is doing.
 const STATE: &str = "Control/State";
-/// Values of the property `Quality`: good; of a control that ends no ticks.
+/// Values of the property `Quality`: of good values, and of a control that ends no ticks (stale).
 const QUALITY: (u32, u32) = (192, 500);
 
 /// A point that is published.
@@ -94,7 +94,7 @@ struct Publisher {
     sequence: u8,
     /// The number of this connection.
     birth: u8,
-    /// Names that nobody may write, of which was told.
+    /// The names of refused commands that were reported.
     refused: HashSet<String>,
 }
 
@@ -119,19 +119,19 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
         refused: HashSet::new(),
     };
     let device = || ("device", Json::from(broker.as_str()));
-    let mut told: Option<String> = None;
+    let mut reported: Option<String> = None;
     let mut pause = PAUSES.0;
     loop {
         let mut connected = false;
         let done = publisher.connection(&broker, &mut ended, &mut connected).await;
         let Err(why) = done else { return };
         if connected {
-            (told, pause) = (None, PAUSES.0);
+            (reported, pause) = (None, PAUSES.0);
         }
-        // Each reason is told once, however often connecting fails.
-        if told.as_ref() != Some(&why) {
+        // The same reason is reported once, however often connecting fails.
+        if reported.as_ref() != Some(&why) {
             shared.events.write("lost", &[device(), ("why", why.as_str().into())]);
-            told = Some(why);
+            reported = Some(why);
         }
         publisher.birth = publisher.birth.wrapping_add(1);
         tokio::select! {
@@ -142,7 +142,7 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
     }
 }
 
-/// Hands everything that comes from the broker on, until the connection is over.
+/// Passes everything on that comes from the broker, until the connection ends.
 async fn receive(mut connection: EventLoop, packets: mpsc::Sender<Packet>) -> Result<(), String> {
     loop {
         match connection.poll().await {
@@ -208,14 +208,14 @@ impl Publisher {
                     }
                     // A host must be able to ask for a birth when it sees one.
                     Some(Packet::SubAck(_)) => {
-                        self.be_born(&client)?;
+                        self.send_birth_certificate(&client)?;
                         *connected = true;
                         let device = ("device", broker.into());
                         self.shared.events.write("connected", &[device]);
                     }
                     Some(Packet::Publish(message)) => {
                         if self.command(&message.payload) && *connected {
-                            self.be_born(&client)?;
+                            self.send_birth_certificate(&client)?;
                         }
                     }
                     Some(_) => {}
@@ -231,7 +231,7 @@ impl Publisher {
                         let _ = client.try_publish(self.topic("NDEATH"), QoS::AtLeastOnce, false, death);
                     }
                     let _ = client.try_disconnect();
-                    // What is under way goes out first.
+                    // First the messages that wait are sent.
                     let goes_out = async {
                         while packets.recv().await.is_some() {}
                     };
@@ -255,7 +255,7 @@ impl Publisher {
     ///
     /// # Errors
     /// When the connection takes no message.
-    fn be_born(&mut self, client: &AsyncClient) -> Result<(), String> {
+    fn send_birth_certificate(&mut self, client: &AsyncClient) -> Result<(), String> {
         let (values, state) = self.values();
         let mut metrics = vec![
             Metric::new(
@@ -359,7 +359,7 @@ impl Publisher {
         wants_birth
     }
 
-    /// Says that a command is refused: once for each name, of the first that come.
+    /// Reports that a command is refused: once for each name, and for at most [`QUEUE`] names.
     fn refuse(&mut self, name: &str, why: &str) {
         if self.refused.len() < QUEUE && self.refused.insert(name.to_owned()) {
             let about = [("device", "mqtt".into()), ("name", name.into()), ("why", why.into())];

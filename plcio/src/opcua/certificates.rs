@@ -11,13 +11,13 @@ use opcua::crypto::{CertificateStore, X509Data};
 /// The folder.
 pub(super) struct Certificates {
     folder: PathBuf,
-    /// The refused certificates that were told of.
-    told: HashSet<PathBuf>,
+    /// The refused certificates that have been reported.
+    reported: HashSet<PathBuf>,
 }
 
 /// The length of the server's key in bits.
 const KEY_BITS: u32 = 2048;
-/// For how many days the server's certificate is good: twenty years, since machines outlive the people who
+/// For how many days the server's certificate is valid: twenty years, since machines outlive the people who
 /// would renew it.
 const DAYS: u32 = 7300;
 
@@ -53,8 +53,8 @@ impl Certificates {
             let key = folder.join("private/private.pem");
             fs::set_permissions(key, Permissions::from_mode(0o600)).map_err(failed)?;
         }
-        let mut certificates = Self { folder: folder.into(), told: HashSet::new() };
-        // What was refused in an earlier session was told then.
+        let mut certificates = Self { folder: folder.into(), reported: HashSet::new() };
+        // What was refused in an earlier session has been reported then.
         certificates.newly_refused();
         Ok(certificates)
     }
@@ -64,8 +64,8 @@ impl Certificates {
         let files = fs::read_dir(self.folder.join("rejected"));
         let paths = files.into_iter().flatten().flatten().map(|entry| entry.path());
         let refused: HashSet<PathBuf> = paths.collect();
-        let new = refused.difference(&self.told).cloned().collect();
-        self.told = refused;
+        let new = refused.difference(&self.reported).cloned().collect();
+        self.reported = refused;
         new
     }
 }

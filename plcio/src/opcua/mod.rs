@@ -39,8 +39,8 @@ use crate::session::Shared;
 const SESSIONS: usize = 16;
 /// How often values are compared with those that clients have, unless `poll_ms` is longer.
 const PERIOD: Duration = Duration::from_millis(20);
-/// How often certificates are looked for that were refused, in periods.
-const LOOK_AT_CERTIFICATES: u32 = 50;
+/// After how many periods the folder of refused certificates is read again.
+const PERIODS_UNTIL_CERTIFICATES: u32 = 50;
 
 /// Serves on a thread of its own until the session ends.
 pub(crate) async fn run(shared: Shared, points: Vec<usize>, ended: Receiver<bool>) {
@@ -72,15 +72,15 @@ async fn serve(shared: Shared, points: Vec<usize>, mut ended: Receiver<bool>) {
         off(&shared, "[plcio] has no key `opcua-server`, which says where it listens");
         return;
     };
-    let mut told = String::new();
+    let mut reported = String::new();
     loop {
         let why = match serve_once(&shared, &points, &address, &mut ended).await {
             Ok(()) => return,
             Err(why) => why,
         };
-        if told != why {
+        if reported != why {
             off(&shared, &why);
-            told = why;
+            reported = why;
         }
         tokio::select! {
             () = tokio::time::sleep(Duration::from_secs(1)) => {}
@@ -123,7 +123,7 @@ async fn serve_once(
     let mut rounds = 0_u32;
     loop {
         nodes.update(shared, &manager, handle.subscriptions());
-        if rounds.is_multiple_of(LOOK_AT_CERTIFICATES) {
+        if rounds.is_multiple_of(PERIODS_UNTIL_CERTIFICATES) {
             for file in certificates.newly_refused() {
                 let file = file.display().to_string();
                 shared.events.write("certificate_refused", &[("file", file.into())]);
