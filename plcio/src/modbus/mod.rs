@@ -2,6 +2,6 @@
 
 mod blocks;
 pub(crate) mod client;
+mod client_events;
 mod connection;
 pub(crate) mod server;
-mod visitors;

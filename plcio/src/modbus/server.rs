@@ -16,8 +16,8 @@ use tokio_modbus::server::tcp::Server;
 use tokio_modbus::{ExceptionCode, Request, Response};
 
 use super::blocks::{decode, encode};
+use super::client_events::ClientEvents;
 use super::connection::{Client, Connection};
-use super::visitors::Visitors;
 use crate::session::Shared;
 
 /// The most connections at once.
@@ -32,7 +32,7 @@ struct Answers {
     shared: Shared,
     places: Arc<Places>,
     connections: Arc<AtomicUsize>,
-    visitors: Arc<Visitors>,
+    client_events: Arc<ClientEvents>,
     address: SocketAddr,
     client: Arc<Client>,
 }
@@ -40,7 +40,7 @@ struct Answers {
 impl Drop for Answers {
     fn drop(&mut self) {
         self.connections.fetch_sub(1, Ordering::Relaxed);
-        self.visitors.write("client_left", self.address, self.client.why());
+        self.client_events.write("client_left", self.address, self.client.why());
     }
 }
 
@@ -67,7 +67,7 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
     }
     let places = Arc::new(places);
     let connections = Arc::new(AtomicUsize::new(0));
-    let visitors = Arc::new(Visitors::new(shared.events.clone()));
+    let client_events = Arc::new(ClientEvents::new(shared.events.clone()));
     let mut reported = String::new();
     loop {
         let why = match TcpListener::bind(&address).await {
@@ -77,21 +77,21 @@ pub(crate) async fn run(shared: Shared, points: Vec<usize>, mut ended: Receiver<
                 let on_connected = |stream: TcpStream, address: SocketAddr| {
                     let (shared, places) = (shared.clone(), Arc::clone(&places));
                     let connections = Arc::clone(&connections);
-                    let visitors = Arc::clone(&visitors);
+                    let client_events = Arc::clone(&client_events);
                     async move {
                         if connections.load(Ordering::Relaxed) >= CONNECTIONS {
                             let why = "there are as many clients as can be served";
-                            visitors.write("client_refused", address, Some(why));
+                            client_events.write("client_refused", address, Some(why));
                             return Ok(None);
                         }
                         connections.fetch_add(1, Ordering::Relaxed);
-                        visitors.write("client_connected", address, None);
+                        client_events.write("client_connected", address, None);
                         let _ = stream.set_nodelay(true);
                         let client = Arc::new(Client::new());
                         let idle = shared.settings.idle;
                         let stream = Connection::new(stream, idle, Arc::clone(&client));
                         let answers =
-                            Answers { shared, places, connections, visitors, address, client };
+                            Answers { shared, places, connections, client_events, address, client };
                         Ok(Some((answers, stream)))
                     }
                 };

@@ -15,7 +15,7 @@ const MINUTE: Duration = Duration::from_secs(60);
 
 /// Writes the events of one server.
 #[derive(Debug)]
-pub(super) struct Visitors {
+pub(super) struct ClientEvents {
     events: Events,
     minute: Mutex<Minute>,
 }
@@ -29,7 +29,7 @@ struct Minute {
     left_out: u32,
 }
 
-impl Visitors {
+impl ClientEvents {
     /// Writes to these events; none have been written yet.
     pub(super) fn new(events: Events) -> Self {
         let minute = Minute { began: Instant::now(), written: 0, left_out: 0 };
