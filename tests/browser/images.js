@@ -48,6 +48,13 @@ await images("pmi", {}, async (page, take) => {
   await page.waitForTimeout(3000);
   await take("scope");
 });
+await images("pmi", {}, async (page, take) => {
+  await goToTick(page, 131);
+  await page.keyboard.press("9");
+  await page.locator('button[title="set @CP100"]').focus();
+  await page.waitForTimeout(300);
+  await take("panels");
+});
 await images("nct", {}, async (page, take) => {
   await goToTick(page, 60);
   await search(page, "Y400");
