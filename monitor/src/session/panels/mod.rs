@@ -1,5 +1,5 @@
-//! Panels of the controls. Each language says which cells its panels have, and the variables of these; here they are
-//! read, all together.
+//! Panels of the controls. Each language says which cells its panels have and which variables belong to them; here
+//! the values of all these variables are read at once.
 
 mod nct;
 mod pmac;
@@ -44,18 +44,18 @@ enum Shown {
     Nothing,
     /// A text that depends on no variable.
     Text(String),
-    /// A number.
+    /// The number in a variable.
     Number(String),
-    /// A number, made a text by a function.
-    With(String, fn(f64) -> String),
-    /// A number that another one says how to show.
-    As(String, String, fn(f64, f64) -> String),
+    /// The number in a variable, which a function makes a text.
+    Formatted(String, fn(f64) -> String),
+    /// The number in the first variable, which a function makes a text; the second variable says in which form.
+    FormattedBy(String, String, fn(f64, f64) -> String),
     /// The text of a key whose number the variable holds (PMI 3.1.11); 0 for none.
     Key(String),
 }
 
 impl Cell {
-    /// A place without anything.
+    /// A cell in which nothing is shown, to keep the others in their columns.
     fn gap() -> Self {
         Self::default()
     }
@@ -66,12 +66,12 @@ impl Cell {
     }
 
     /// A value that a function makes a text.
-    fn with(
+    fn formatted(
         label: impl Into<String>,
         variable: impl Into<String>,
         text: fn(f64) -> String,
     ) -> Self {
-        let shown = Shown::With(variable.into(), text);
+        let shown = Shown::Formatted(variable.into(), text);
         Self { label: label.into(), shown, ..Self::default() }
     }
 
@@ -88,7 +88,9 @@ impl Cell {
     /// The same, with a value that can be set.
     fn editable(self) -> Self {
         let editable = match &self.shown {
-            Shown::Number(name) | Shown::With(name, _) | Shown::As(name, ..) => Some(name.clone()),
+            Shown::Number(name) | Shown::Formatted(name, _) | Shown::FormattedBy(name, ..) => {
+                Some(name.clone())
+            }
             Shown::Nothing | Shown::Text(_) | Shown::Key(_) => None,
         };
         Self { editable, ..self }
@@ -98,8 +100,8 @@ impl Cell {
     fn variables(&self) -> Vec<&String> {
         let mut names: Vec<&String> = match &self.shown {
             Shown::Nothing | Shown::Text(_) => vec![],
-            Shown::Number(name) | Shown::With(name, _) | Shown::Key(name) => vec![name],
-            Shown::As(name, how, _) => vec![name, how],
+            Shown::Number(name) | Shown::Formatted(name, _) | Shown::Key(name) => vec![name],
+            Shown::FormattedBy(name, how, _) => vec![name, how],
         };
         names.extend([&self.light, &self.button, &self.unused].into_iter().flatten());
         names
@@ -119,7 +121,7 @@ impl Session<'_> {
             Some(Tables::Pmac(_)) => self.pmac_panels()?,
             None => {
                 return Err(Refusal::new(
-                    "without the program its panels are not known; name its source behind the socket",
+                    "without the program its panels are not known; name its source after the socket",
                 ));
             }
         };
@@ -154,7 +156,7 @@ impl Session<'_> {
         Ok(all.into_iter().filter(is_known).collect())
     }
 
-    /// The texts of a PMI program's keys: that of key n is at n - 1.
+    /// The texts of a PMI program's keys: the text of key n has the index n - 1.
     fn key_texts(&self) -> Vec<String> {
         let keys = self.debugger.as_ref().map(|debugger| debugger.program().checked().key_texts());
         keys.unwrap_or_default()
@@ -170,8 +172,8 @@ fn filled(cell: &Cell, values: &BTreeMap<String, f64>, keys: &[String]) -> Panel
         Shown::Nothing => None,
         Shown::Text(text) => Some(text.clone()),
         Shown::Number(name) => Some(of(name).map_or_else(|| "-".into(), number)),
-        Shown::With(name, text) => Some(of(name).map_or_else(|| "-".into(), *text)),
-        Shown::As(name, how, text) => match (of(name), of(how)) {
+        Shown::Formatted(name, text) => Some(of(name).map_or_else(|| "-".into(), *text)),
+        Shown::FormattedBy(name, how, text) => match (of(name), of(how)) {
             (Some(value), Some(how)) => Some(text(value, how)),
             _ => Some("-".into()),
         },

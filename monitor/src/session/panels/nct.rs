@@ -136,9 +136,9 @@ fn screen(control: NctControl, messages: &[Active]) -> Draft {
     let has_panel = matches!(control, NctControl::Nct98 | NctControl::Nct99);
     let name = if has_panel { screen_of_nct99 } else { screen_of_nct2000 };
     let mut cells = vec![
-        Cell::with("screen RH027", "RH027", name),
-        Cell::with("softkeys RH026", "RH026", hexadecimal),
-        Cell::with("message RH020", "RH020", hexadecimal),
+        Cell::formatted("screen RH027", "RH027", name),
+        Cell::formatted("softkeys RH026", "RH026", hexadecimal),
+        Cell::formatted("message RH020", "RH020", hexadecimal),
         Cell::light("a message is active (I537)", "I537"),
         Cell::light("INTD (I511)", "I511"),
     ];
@@ -237,7 +237,9 @@ fn board() -> Draft {
 /// The screen FUNCTION.
 fn functions() -> Draft {
     let mut cells: Vec<Cell> = (0..8)
-        .map(|group| Cell::with(format!("M group {}", group + 1), format!("RH07{group}"), blank))
+        .map(|group| {
+            Cell::formatted(format!("M group {}", group + 1), format!("RH07{group}"), blank)
+        })
         .collect();
     for (label, register) in [
         ("S", "RH060"),
@@ -263,7 +265,7 @@ fn pot_table(pots: u32) -> Draft {
             _ => pot_number.to_string(),
         };
         let word = (POTS + 2 * pot_number).min(LAST_WORD);
-        Cell::with(label, format!("F{word:03}"), pot).editable()
+        Cell::formatted(label, format!("F{word:03}"), pot).editable()
     };
     let cells = if pots == 0 { vec![] } else { (0..=pots).map(row).collect() };
     Draft {

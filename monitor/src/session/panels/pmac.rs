@@ -66,14 +66,14 @@ fn flags() -> Draft {
         let y = format!("Y:${:X}", 0x814 + high);
         let channel = format!("X:${:X}", 0xC000 + 4 * (motor - 1));
         [
-            Cell::with(format!("#{motor} in position"), y.clone(), bit::<0>),
-            Cell::with("open loop", x, bit::<18>),
-            Cell::with("home complete", y.clone(), bit::<10>),
-            Cell::with("amplifier on", y, bit::<14>),
-            Cell::with("HMFL", channel.clone(), bit::<20>),
-            Cell::with("-LIM", channel.clone(), bit::<21>),
-            Cell::with("+LIM", channel.clone(), bit::<22>),
-            Cell::with("FAULT", channel, bit::<23>),
+            Cell::formatted(format!("#{motor} in position"), y.clone(), bit::<0>),
+            Cell::formatted("open loop", x, bit::<18>),
+            Cell::formatted("home complete", y.clone(), bit::<10>),
+            Cell::formatted("amplifier on", y, bit::<14>),
+            Cell::formatted("HMFL", channel.clone(), bit::<20>),
+            Cell::formatted("-LIM", channel.clone(), bit::<21>),
+            Cell::formatted("+LIM", channel.clone(), bit::<22>),
+            Cell::formatted("FAULT", channel, bit::<23>),
         ]
     });
     Draft {
@@ -99,14 +99,15 @@ fn connector() -> Draft {
     let bits: [fn(f64) -> String; 8] =
         [bit::<8>, bit::<9>, bit::<10>, bit::<11>, bit::<12>, bit::<13>, bit::<14>, bit::<15>];
     let mut cells = vec![
-        Cell::with("MO8..MO1", "Y:$FFC2", byte::<8>),
-        Cell::with("MI8..MI1", "Y:$FFC2", byte::<0>),
-        Cell::with("DAT7..DAT0", "Y:$FFC1", byte::<0>),
-        Cell::with("SEL7..SEL0", "Y:$FFC1", byte::<8>),
+        Cell::formatted("MO8..MO1", "Y:$FFC2", byte::<8>),
+        Cell::formatted("MI8..MI1", "Y:$FFC2", byte::<0>),
+        Cell::formatted("DAT7..DAT0", "Y:$FFC1", byte::<0>),
+        Cell::formatted("SEL7..SEL0", "Y:$FFC1", byte::<8>),
     ];
-    cells.extend(jpan.iter().zip(bits).map(|(label, bit)| Cell::with(*label, "Y:$FFC0", bit)));
-    cells
-        .push(Cell::with("selector", "Y:$FFC0", |word| format!("{:04b}", word as i64 >> 16 & 0xF)));
+    cells.extend(jpan.iter().zip(bits).map(|(label, bit)| Cell::formatted(*label, "Y:$FFC0", bit)));
+    cells.push(Cell::formatted("selector", "Y:$FFC0", |word| {
+        format!("{:04b}", word as i64 >> 16 & 0xF)
+    }));
     Draft {
         title: "Connectors".into(),
         columns: 4,

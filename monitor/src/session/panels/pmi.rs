@@ -106,7 +106,7 @@ fn machine_status(rows: u32) -> Draft {
         };
         let value = Cell {
             label: format!("value {row}"),
-            shown: Shown::As(element("STVAR"), element("STCNV"), status_value),
+            shown: Shown::FormattedBy(element("STVAR"), element("STCNV"), status_value),
             ..Cell::default()
         };
         [text, value.editable(), Cell::light("not while a program runs", element("STSEM"))]
@@ -130,7 +130,7 @@ fn production(axes: u32) -> Draft {
         ..Cell::number(format!("{label} %"), label)
     };
     let mut cells = vec![
-        Cell::with("mode", "@MODE", mode),
+        Cell::formatted("mode", "@MODE", mode),
         Cell::light("cycle", "@CYCIP"),
         Cell::light("feedhold", "@FHOLD"),
         Cell::light("emergency stop", "@ESTOP"),
