@@ -1,0 +1,26 @@
+# Runs the tests of native code, the image file and the C interface with AddressSanitizer.
+#
+# The sanitizer sees what Rust code does, also around machine code that we compiled: it notices when that
+# code, through the host, has memory accessed that nobody owns, and memory that is used after it was given
+# back. A unit is a crate's tests. It needs rustup's nightly.
+head=$'tests\tresult\tseconds'
+
+units() { printf '%s\n' codegen runtime image languages; }
+
+unit() {
+  local start=$SECONDS result=passes words
+  case $1 in
+    codegen) words="-p plcc-codegen" ;;
+    runtime) words="-p plcc-runtime --features args --lib" ;;
+    image) words="-p plcc-image --lib" ;;
+    languages) words="-p plcc-tests --test all_languages" ;;
+  esac
+  # With a target of its own the flags do not reach build scripts and procedural macros. Memory that is
+  # kept until the process ends is no mistake: gdb reads it.
+  # shellcheck disable=SC2086
+  RUSTFLAGS=-Zsanitizer=address ASAN_OPTIONS=detect_leaks=0 \
+    cargo +nightly test --locked --release --target "$(rustc -vV | sed -n 's/^host: //p')" $words >&2 \
+    || result="**fails, see logs/$1**"
+  tests_ran "$1" || return 1
+  printf '%s\t%s\t%s\n' "$1" "$result" $((SECONDS - start))
+}
