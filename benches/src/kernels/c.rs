@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Expr, Kernel, Op, PATTERNS, Stmt, WordType};
+use super::{Expr, Inputs, Kernel, Op, PATTERNS, Stmt, WordType};
 
 /// How the C keeps bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -177,11 +177,11 @@ impl Printer<'_> {
         };
         let copy_bits = match inputs {
             0 => String::new(),
-            _ => format!("memcpy(b{v}, in{v}[m][k % {PATTERNS}], {inputs} * sizeof *b{v});"),
+            _ => format!("memcpy(b{v}, in{v}[m][pattern], {inputs} * sizeof *b{v});"),
         };
         let copy_words = match input_words {
             0 => String::new(),
-            _ => format!("memcpy(w{v}, inw{v}[m][k % {PATTERNS}], {input_words} * sizeof(word));"),
+            _ => format!("memcpy(w{v}, inw{v}[m][pattern], {input_words} * sizeof(word));"),
         };
         let _ = write!(
             self.out,
@@ -194,6 +194,8 @@ static void prepare{v}(void) {{
 }}
 static void run{v}(int m, long n) {{
     for (long k = 0; k < n; k++) {{
+        long pattern = m == {fixed} ? 0 : k % {PATTERNS};
+        (void)pattern;
         {copy_bits}
         {copy_words}
         scan{v}();
@@ -211,7 +213,10 @@ static void state{v}(void) {{
     putchar('\n');
 }}
 "#,
-            kernel.bits, kernel.words, kernel.elements,
+            kernel.bits,
+            kernel.words,
+            kernel.elements,
+            fixed = Inputs::Static as usize,
         );
     }
 

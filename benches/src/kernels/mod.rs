@@ -170,7 +170,7 @@ impl Kernel {
     }
 }
 
-/// How many scans' inputs there are; scan `n` sees pattern `n % PATTERNS`. There are so many that the
+/// How many scans' inputs there are; after them they begin again ([`Inputs::pattern`]). There are so many that the
 /// processor can't learn how branches go with random inputs: of 256 it does.
 pub const PATTERNS: usize = 4096;
 
@@ -188,6 +188,15 @@ pub enum Inputs {
 impl Inputs {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Static, Self::Hundredth, Self::Random];
+
+    /// The pattern that a scan sees. With static inputs it is always the first, so that reading patterns from
+    /// all over the caches is no part of what is measured.
+    pub fn pattern(self, scan: usize) -> usize {
+        match self {
+            Self::Static => 0,
+            _ => scan % PATTERNS,
+        }
+    }
 }
 
 /// The inputs of one scan.

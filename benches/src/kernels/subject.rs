@@ -14,7 +14,7 @@ use super::plc::{
     NCT_FIRST_FLAG, NCT_FIRST_WORD, PMAC_BITS, PMAC_FIRST_ELEMENT, PMAC_FIRST_P, PMAC_WORD_BITS,
     PMAC_WORDS,
 };
-use super::{Inputs, Kernel, Language, PATTERNS, patterns};
+use super::{Inputs, Kernel, Language, patterns};
 use crate::compiled::{self, Compiled};
 
 /// Where a bit or word stands in the image.
@@ -152,7 +152,7 @@ impl Subject {
         let patterns = &self.input_bytes[inputs as usize];
         let start = Instant::now();
         for n in 0..scans {
-            let mut bytes = patterns[n % PATTERNS].as_slice();
+            let mut bytes = patterns[inputs.pattern(n)].as_slice();
             for range in &self.input_ranges {
                 let (part, rest) = bytes.split_at(range.len());
                 image[range.clone()].copy_from_slice(part);

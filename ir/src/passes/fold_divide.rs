@@ -1,8 +1,8 @@
 //! Divides by constants without a division.
 //!
 //! The quotient of integers of at most 32 bits becomes a product with a factor of up to 33 bits, in
-//! 64 bits, that is shifted right by `n + l`. Here `n` is the number of bits of the dividend
-//! (without its sign), `d` is the divisor, and `l` is the least number with `d <= 2^l`:
+//! 64 bits (in 32 bits if it fits), that is shifted right by `n + l`. Here `n` is the number of bits of the
+//! dividend (without its sign), `d` is the divisor, and `l` is the least number with `d <= 2^l`:
 //!
 //! - *Rounded towards 0* (`sdiv`, `srem`, `udiv`, `urem`): the factor is `2^(n+l) / d` rounded up.
 //!   It is too large by less than one part in `2^n`, so the quotient is too large by less than
@@ -160,6 +160,9 @@ impl Fold<'_> {
             let sum = self.insert(InstData::Binary { op: BinaryOp::Add, args })?;
             return self.insert_with_const(BinaryOp::Ashr, ty, sum, shift);
         }
+        // A number of 16 bits, for example, that was extended with its sign has fewer bits than its type.
+        let (low, high) = self.ranges.bounds(a, ty);
+        let bits = u64::BITS - ((low ^ low >> 63) | (high ^ high >> 63)).leading_zeros();
         let below = self.multiply_and_shift(BinaryOp::Ashr, ConvertOp::Sext, ty, a, (bits, by))?;
         let args = [below, negative];
         self.insert(InstData::Binary { op: BinaryOp::Add, args })
@@ -180,6 +183,12 @@ impl Fold<'_> {
             return None;
         }
         let factor = (1u64 << shift).div_ceil(by);
+        // The greatest product that 32 bits hold, as a signed number if the dividend may be negative.
+        let most = if op == BinaryOp::Ashr { i32::MAX as u64 } else { u64::from(u32::MAX) };
+        if ty == Type::I32 && shift < 32 && factor <= most >> bits {
+            let product = self.insert_with_const(BinaryOp::Mul, ty, a, ty.wrap(factor as i64))?;
+            return self.insert_with_const(op, ty, product, i64::from(shift));
+        }
         let wide = self.extended_to_i64(extend, ty, a)?;
         let product = self.insert_with_const(BinaryOp::Mul, Type::I64, wide, factor as i64)?;
         let quotient = self.insert_with_const(op, Type::I64, product, i64::from(shift))?;

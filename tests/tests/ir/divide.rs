@@ -6,18 +6,18 @@ use plcc_abi::{Engine, Scan};
 use plcc_ir::interp::Interpreter;
 use plcc_ir::passes::{OptLevel, optimize};
 use plcc_ir::text::{parse, print};
-use plcc_ir::{BinaryOp, Type, eval};
+use plcc_ir::{BinaryOp, ConvertOp, Type, eval};
 use plcc_random::Rng;
 
 const OPS: [BinaryOp; 5] =
     [BinaryOp::Sdiv, BinaryOp::Srem, BinaryOp::Udiv, BinaryOp::Urem, BinaryOp::Smod];
 
-/// A module, optimised, whose scan loads `x` at offset 0 and stores `x op by` at offset 8. With `wide`
-/// the operation is one of 32 bits, on `x` extended without its sign.
-fn module(op: BinaryOp, ty: Type, by: i64, wide: bool) -> plcc_ir::Module {
-    let (widen, of, value) = match wide {
-        true => ("    v1: i32 = zext v0\n", "i32", "v1"),
-        false => ("", ty.name(), "v0"),
+/// A module, optimised, whose scan loads `x` at offset 0 and stores `x op by` at offset 8. If `widen` is a
+/// conversion, the operation is one of 32 bits, on `x` extended by it.
+fn module(op: BinaryOp, ty: Type, by: i64, widen: Option<ConvertOp>) -> plcc_ir::Module {
+    let (widen, of, value) = match widen {
+        Some(widen) => (format!("    v1: i32 = {} v0\n", widen.name()), "i32", "v1"),
+        None => (String::new(), ty.name(), "v0"),
     };
     let name = op.name();
     let text = format!(
@@ -55,19 +55,23 @@ fn division_by_a_constant_is_replaced_and_gives_the_same() {
         divisors.extend((0..60).map(|_| rng.bits() as i64 >> rng.below(64)));
         for by in divisors.into_iter().map(|by| ty.wrap(by)) {
             for op in OPS {
-                for wide in [false, ty != Type::I32] {
-                    check(op, ty, by, wide, &mut rng);
+                check(op, ty, by, None, &mut rng);
+                if ty != Type::I32 {
+                    check(op, ty, by, Some(ConvertOp::Zext), &mut rng);
+                    check(op, ty, by, Some(ConvertOp::Sext), &mut rng);
                 }
             }
         }
     }
 }
 
-fn check(op: BinaryOp, ty: Type, by: i64, wide: bool, rng: &mut Rng) {
-    let module = module(op, ty, by, wide);
-    let (of, mask) = match wide {
-        true => (Type::I32, (1i64 << ty.bits()) - 1),
-        false => (ty, -1),
+fn check(op: BinaryOp, ty: Type, by: i64, widen: Option<ConvertOp>, rng: &mut Rng) {
+    let module = module(op, ty, by, widen);
+    let wide = widen == Some(ConvertOp::Zext);
+    let (of, mask) = match widen {
+        Some(ConvertOp::Zext) => (Type::I32, (1i64 << ty.bits()) - 1),
+        Some(_) => (Type::I32, -1),
+        None => (ty, -1),
     };
     let by_least = by == -1i64 << (ty.bits() - 1);
     let never_divides = match op {
@@ -87,7 +91,7 @@ fn check(op: BinaryOp, ty: Type, by: i64, wide: bool, rng: &mut Rng) {
         engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
         let found = of.wrap(i64::from_le_bytes(image[8..].try_into().unwrap()));
         let wanted = eval::binary(op, of, x & mask, by);
-        assert_eq!(found, wanted, "{} {ty} {x} by {by}, wide {wide}", op.name());
+        assert_eq!(found, wanted, "{} {ty} {x} by {by}, {widen:?}", op.name());
     }
 }
 
@@ -97,7 +101,7 @@ fn floored_remainders_by_constants_are_right_for_every_dividend() {
     let every = |ty: Type, divisors: &[i64]| {
         let most = i64::MAX >> (64 - ty.bits());
         for &by in divisors {
-            let mut engine = Interpreter::new(module(BinaryOp::Smod, ty, by, false));
+            let mut engine = Interpreter::new(module(BinaryOp::Smod, ty, by, None));
             for x in -1 - most..=most {
                 let mut image = [0; 16];
                 image[..8].copy_from_slice(&x.to_le_bytes());
@@ -209,6 +213,27 @@ fn division_by_a_power_of_two_becomes_a_multiplication() {
             let found = f64::from_le_bytes(image[8..].try_into().unwrap());
             let wanted = x / by;
             assert!(found.to_bits() == wanted.to_bits() || found.is_nan() && wanted.is_nan());
+        }
+    }
+}
+
+/// Every dividend of 16 bits, extended with its sign, by some divisors: the product has 32 bits.
+#[test]
+fn signed_quotients_of_16_bits_are_computed_in_32_and_right_for_every_dividend() {
+    for by in [3, 7, 10, 641, 862, 999, 16_383, 16_385, 24_575, 32_767] {
+        for op in [BinaryOp::Sdiv, BinaryOp::Srem] {
+            let module = module(op, Type::I16, by, Some(ConvertOp::Sext));
+            let text = print(&module);
+            assert!(!text.contains("i64"), "{text}");
+            let mut engine = Interpreter::new(module);
+            for x in i64::from(i16::MIN)..=i64::from(i16::MAX) {
+                let mut image = [0; 16];
+                image[..8].copy_from_slice(&x.to_le_bytes());
+                engine.call(0, None, &mut Scan { image: &mut image, host: &mut NoHost });
+                let found = Type::I32.wrap(i64::from_le_bytes(image[8..].try_into().unwrap()));
+                let wanted = if op == BinaryOp::Sdiv { x / by } else { x % by };
+                assert_eq!(found, wanted, "{} {x} by {by}", op.name());
+            }
         }
     }
 }
