@@ -64,6 +64,14 @@ impl Fold<'_> {
         let signed =
             matches!(op, BinaryOp::Sdiv | BinaryOp::Srem) && (possible_ones & sign != 0 || c < 0);
         let size = if signed { c.unsigned_abs() } else { c as u64 & mask(ty) };
+        if signed
+            && op == BinaryOp::Srem
+            && let Some(sum) = self.rounded_towards_zero(ty, a, size)
+        {
+            // The dividend less what of it the divisor divides.
+            let whole = self.insert_with_const(BinaryOp::And, ty, sum, -(size as i64))?;
+            return Some(Simpler::binary(BinaryOp::Sub, a, whole));
+        }
         let quotient = if signed {
             self.quotient_towards_zero(ty, a, size)?
         } else {
@@ -147,25 +155,37 @@ impl Fold<'_> {
     /// The quotient, rounded towards 0, by a positive constant.
     fn quotient_towards_zero(&mut self, ty: Type, a: Value, by: u64) -> Option<Value> {
         let bits = ty.bits() - 1;
-        let negative = self.insert_with_const(BinaryOp::Lshr, ty, a, i64::from(bits))?;
         if by.is_power_of_two() {
-            if by < 2 || by.trailing_zeros() >= bits {
-                return None;
-            }
-            let shift = i64::from(by.trailing_zeros());
-            let all = self.insert_with_const(BinaryOp::Ashr, ty, a, i64::from(bits))?;
-            let rest =
-                self.insert_with_const(BinaryOp::Lshr, ty, all, i64::from(ty.bits()) - shift)?;
-            let args = [a, rest];
-            let sum = self.insert(InstData::Binary { op: BinaryOp::Add, args })?;
-            return self.insert_with_const(BinaryOp::Ashr, ty, sum, shift);
+            let sum = self.rounded_towards_zero(ty, a, by)?;
+            return self.insert_with_const(BinaryOp::Ashr, ty, sum, by.trailing_zeros().into());
         }
+        let negative = self.insert_with_const(BinaryOp::Lshr, ty, a, i64::from(bits))?;
         // A number of 16 bits, for example, that was extended with its sign has fewer bits than its type.
         let (low, high) = self.ranges.bounds(a, ty);
         let bits = u64::BITS - ((low ^ low >> 63) | (high ^ high >> 63)).leading_zeros();
         let below = self.multiply_and_shift(BinaryOp::Ashr, ConvertOp::Sext, ty, a, (bits, by))?;
         let args = [below, negative];
         self.insert(InstData::Binary { op: BinaryOp::Add, args })
+    }
+
+    /// A dividend, plus the divisor less 1 if it is negative. The divisor is a power of two; where its bits
+    /// are then cleared or shifted out, the result is rounded towards 0. `None` for other divisors.
+    fn rounded_towards_zero(&mut self, ty: Type, a: Value, by: u64) -> Option<Value> {
+        let shift = by.trailing_zeros();
+        if !by.is_power_of_two() || shift == 0 || shift >= ty.bits() - 1 {
+            return None;
+        }
+        // The bits that are added are copies of the sign. The highest ones of the dividend are, too, if
+        // it is known to be small.
+        let (low, high) = self.ranges.bounds(a, ty);
+        let limit = 1i64 << (ty.bits() - shift);
+        let copies = match -limit <= low && high < limit {
+            true => a,
+            false => self.insert_with_const(BinaryOp::Ashr, ty, a, i64::from(ty.bits() - 1))?,
+        };
+        let less =
+            self.insert_with_const(BinaryOp::Lshr, ty, copies, (ty.bits() - shift).into())?;
+        self.insert(InstData::Binary { op: BinaryOp::Add, args: [a, less] })
     }
 
     /// The product with the factor, shifted right by `op`. The dividend is extended by `extend` and
