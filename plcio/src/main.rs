@@ -66,16 +66,17 @@ struct Cli {
 /// What the manual page says besides the options.
 const MANUAL: &str = "\
 The configuration is the one that plcrt reads with --config. plcio uses its key image, its entries [[io]], and \
-the table [plcio]:\n\n\
-  poll_ms        from one poll of a device to the next (20)\n  \
-  answer_ms      how long a device has for its answer (500)\n  \
-  silence_ms     a control that ends no tick for so long counts as dead (1000)\n  \
-  modbus-server  where the Modbus server listens, as in 0.0.0.0:502\n  \
-  idle_ms        a client of it that asks nothing for so long is disconnected (60000)\n  \
-  opcua-*        the server for OPC UA, where plcio was built with it\n  \
-  hal-component  the name of the component of LinuxCNC's HAL\n  \
-  mqtt-*         the publisher for MQTT, where plcio was built with it\n  \
-  log            the file to which events are appended, a line of JSON each\n\n\
+the table [plcio], whose keys are these.\n\n\
+poll_ms: from one poll of a device to the next (20).\n\n\
+answer_ms: how long a device has for its answer (500).\n\n\
+silence_ms: a control that ends no tick for so long counts as dead (1000).\n\n\
+modbus-server: where the Modbus server listens, as in 0.0.0.0:502.\n\n\
+idle_ms: a client of the Modbus server that asks nothing for so long is disconnected (60000).\n\n\
+opcua-server, opcua-users, opcua-certificates, opcua-anonymous: the server for OPC UA.\n\n\
+mqtt-broker, mqtt-ca, mqtt-group, mqtt-node, mqtt-user, mqtt-password: the publisher for MQTT.\n\n\
+hal-component, hal-python: the component of LinuxCNC's HAL.\n\n\
+log: the file to which events are appended, a line of JSON each.\n\n\
+OPC UA and MQTT are there only if plcio was built with them (features opcua and mqtt). \
 plcrt --check-config FILE.toml finds mistakes in the entries. docs/wiring.md has the guide for each driver.\n\n\
 When plcio is ended by SIGTERM or Ctrl-C, it makes the outputs on all devices safe first.";
 
