@@ -18,7 +18,7 @@
 
 use super::graph::Graph;
 use super::substitution::Substitution;
-use super::value_range::ValueRanges;
+use super::value_range::{PassedBounds, ValueRanges};
 use crate::{
     BinaryOp, ConvertOp, FuncData, InstData, IntCond, SourceLoc, Type, UnaryOp, Value, eval,
 };
@@ -84,7 +84,9 @@ pub(super) fn run(func: &mut FuncData, combine_bits: bool) {
     let uses = count_uses(func);
     let loc = SourceLoc::NONE;
     let mut fold = Fold { func, ranges, uses, out: vec![], loc, combine_bits };
+    let mut passed = PassedBounds::new(&graph);
     for &block in &graph.order {
+        passed.enter(fold.func, block, &mut fold.ranges);
         let insts = std::mem::take(&mut fold.func.blocks[block.index()].insts);
         fold.out.reserve(insts.len());
         for inst in insts {
@@ -126,6 +128,9 @@ pub(super) fn run(func: &mut FuncData, combine_bits: bool) {
         data.insts = std::mem::take(&mut fold.out);
         if let Some(terminator) = &mut data.terminator {
             values.terminator(terminator);
+        }
+        if let Some(terminator) = &fold.func.block(block).terminator {
+            passed.note(fold.func, terminator, &fold.ranges);
         }
     }
 }

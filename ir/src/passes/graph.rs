@@ -67,6 +67,22 @@ impl Graph {
         graph
     }
 
+    /// For each block those reachable ones that branch to it, each once.
+    pub(crate) fn predecessors(&self, func: &FuncData) -> Vec<Vec<Block>> {
+        let mut all: Vec<Vec<Block>> = vec![vec![]; func.block_count()];
+        for &block in &self.order {
+            if let Some(terminator) = &func.block(block).terminator {
+                terminator.for_each_block(|next, _| {
+                    let before = &mut all[next.index()];
+                    if before.last() != Some(&block) {
+                        before.push(block);
+                    }
+                });
+            }
+        }
+        all
+    }
+
     /// Whether control can reach a block.
     pub(crate) fn is_reachable(&self, block: Block) -> bool {
         self.edges[block.index()] > 0

@@ -15,12 +15,14 @@
 //! the instruction that computes it as a double stays, for uses that need the sign of the zero, and the
 //! one on integers is added for the others.
 
+mod params;
+
 use plcc_abi::{HostFn, IntegerForm};
 
 use super::float_range::{FloatRange, FloatRanges};
 use super::graph::Graph;
 use super::substitution::Substitution;
-use super::value_range::ValueRanges;
+use super::value_range::{PassedBounds, ValueRanges};
 use crate::{
     BinaryOp, ConvertOp, FloatCond, FuncData, Inst, InstData, IntCond, RegionId, SourceLoc,
     Terminator, Type, UnaryOp, Value,
@@ -61,10 +63,14 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
     let mut this =
         Integers { func, integers, floats, integer_of, out: vec![], loc: SourceLoc::NONE };
     let mut passed = PassedRanges::new(&graph);
+    let mut passed_bounds = PassedBounds::new(&graph);
+    let before = graph.predecessors(this.func);
     for &block in &graph.order {
         for (at, &param) in this.func.blocks[block.index()].params.iter().enumerate() {
             this.floats.set(param, passed.param(block, at));
         }
+        passed_bounds.enter(this.func, block, &mut this.integers);
+        this.params(block, &before[block.index()], &mut values);
         let insts = std::mem::take(&mut this.func.blocks[block.index()].insts);
         this.out.reserve(insts.len());
         for inst in insts {
@@ -90,6 +96,9 @@ pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
         if let Some(terminator) = &mut data.terminator {
             values.terminator(terminator);
             passed.note(terminator, &this.floats);
+        }
+        if let Some(terminator) = &this.func.blocks[block.index()].terminator {
+            passed_bounds.note(this.func, terminator, &this.integers);
         }
     }
     true

@@ -3,6 +3,7 @@
 //! | pass | what it does |
 //! | --- | --- |
 //! | `integers` | computes with integers where doubles are known to be integers |
+//! | `speculate-variables` | checks once in a function that its variables hold integers |
 //! | `speculate` | computes with integers behind a check that doubles are integers |
 //! | `branches` | decides branches whose condition is known, skips empty blocks, joins blocks |
 //! | `forward` | replaces a load by the value stored or loaded before (store-to-load forwarding) |
@@ -63,6 +64,7 @@ mod packed_bits;
 mod rows;
 mod speculate;
 mod speculate_statement;
+mod speculate_variables;
 mod speculation_plan;
 mod substitution;
 mod switches;
@@ -94,6 +96,8 @@ pub enum OptLevel {
 pub enum Pass {
     /// Makes integer arithmetic of doubles that are known to be integers.
     Integers,
+    /// Makes a copy of a function for variables that hold integers, behind a check of each variable.
+    SpeculateVariables,
     /// Makes integer arithmetic behind a check that doubles are integers (speculation).
     Speculate,
     /// Simplifies control flow.
@@ -141,8 +145,9 @@ pub enum Pass {
 
 impl Pass {
     /// Every pass, in the order of the table at the head of the module.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::Integers,
+        Self::SpeculateVariables,
         Self::Speculate,
         Self::Branches,
         Self::Forward,
@@ -169,6 +174,7 @@ impl Pass {
     pub fn name(self) -> &'static str {
         match self {
             Self::Integers => "integers",
+            Self::SpeculateVariables => "speculate-variables",
             Self::Speculate => "speculate",
             Self::Branches => "branches",
             Self::Forward => "forward",
@@ -210,6 +216,9 @@ impl Pass {
     ) -> bool {
         match self {
             Self::Integers => return integers::run(func, &module.finite_regions),
+            Self::SpeculateVariables => {
+                return speculate_variables::run(func, &module.finite_regions);
+            }
             Self::Speculate => return speculate::run(func, &module.finite_regions),
             Self::Branches => branches::run(func),
             Self::Forward => return forward::run(func, bytes, options.reload_bits),
@@ -329,6 +338,9 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         let has_doubles = stage.pass(Pass::Integers);
         if has_doubles {
             stage.pass(Pass::Dce);
+            if stage.pass(Pass::SpeculateVariables) {
+                stage.all(&[Pass::Integers, Pass::Dce]);
+            }
             if stage.pass(Pass::Speculate) {
                 stage.all(&[Pass::Integers, Pass::Dce, Pass::Branches]);
             }

@@ -4,9 +4,11 @@
 //!
 //! Both are kept for each value and entered when its definition is visited. Neither follows from
 //! the other: of `v & 5` only bits 0 and 2 may be 1, while `v >> 28` of an `i32` lies between -8
-//! and 7, but any of its bits may be 1. Nothing is known of parameters of blocks and of loads.
+//! and 7, but any of its bits may be 1. Nothing is known of loads; what branches pass to the
+//! parameters of blocks is found by [`PassedBounds`], in the passes that need it.
 
-use crate::{BinaryOp, ConvertOp, FuncData, InstData, Type, UnaryOp, Value};
+use super::graph::Graph;
+use crate::{BinaryOp, Block, ConvertOp, FuncData, InstData, Terminator, Type, UnaryOp, Value};
 
 /// All bits of a type.
 pub(super) fn mask(ty: Type) -> u64 {
@@ -48,6 +50,16 @@ impl ValueRanges {
     pub(super) fn new(func: &FuncData) -> Self {
         let possible_ones = func.values.iter().map(|value| mask(value.ty)).collect();
         Self { possible_ones, bounds: vec![None; func.value_count()] }
+    }
+
+    /// Enters the bounds of a value that is no truth value.
+    pub(super) fn set_bounds(&mut self, value: Value, ty: Type, bounds: Bounds) {
+        if value.index() >= self.possible_ones.len() {
+            self.possible_ones.resize(value.index() + 1, u64::MAX);
+            self.bounds.resize(value.index() + 1, None);
+        }
+        self.possible_ones[value.index()] = mask(ty);
+        self.bounds[value.index()] = Some(bounds);
     }
 
     /// A mask of the bits of a value that may be 1. As an unsigned number the value is not greater
@@ -223,4 +235,47 @@ impl ValueRanges {
 /// Whether all numbers between the first bounds are between the second.
 fn lies_within((low, high): Bounds, (least, most): Bounds) -> bool {
     least <= low && high <= most
+}
+/// The bounds of the integers that branches pass to the parameters of blocks.
+pub(super) struct PassedBounds {
+    /// For each block the number of edges to it that have not been visited, and what those pass that
+    /// have.
+    blocks: Vec<(u32, Vec<Bounds>)>,
+}
+
+impl PassedBounds {
+    /// Nothing is visited yet.
+    pub(super) fn new(graph: &Graph) -> Self {
+        Self { blocks: graph.edges.iter().map(|&edges| (edges, vec![])).collect() }
+    }
+
+    /// Enters the bounds of a block's parameters, if all branches to it were visited.
+    pub(super) fn enter(&self, func: &FuncData, block: Block, ranges: &mut ValueRanges) {
+        let Some((0, bounds)) = self.blocks.get(block.index()) else { return };
+        for (&param, &bounds) in func.block(block).params.iter().zip(bounds) {
+            let ty = func.ty(param);
+            if ty.is_int() && ty != Type::I1 {
+                ranges.set_bounds(param, ty, bounds);
+            }
+        }
+    }
+
+    /// Visits a terminator.
+    pub(super) fn note(&mut self, func: &FuncData, terminator: &Terminator, ranges: &ValueRanges) {
+        terminator.for_each_block(|block, args| {
+            let Some((missing, all)) = self.blocks.get_mut(block.index()) else { return };
+            *missing = missing.saturating_sub(1);
+            let bounds = args.iter().map(|&arg| match func.ty(arg) {
+                Type::F64 | Type::I1 => (0, 0),
+                ty => ranges.bounds(arg, ty),
+            });
+            if all.is_empty() {
+                all.extend(bounds);
+            } else {
+                for (known, passed) in all.iter_mut().zip(bounds) {
+                    *known = (known.0.min(passed.0), known.1.max(passed.1));
+                }
+            }
+        });
+    }
 }

@@ -5,6 +5,7 @@
 mod bound;
 mod divide;
 mod filetests;
+mod integer_variables;
 mod passes;
 mod rows;
 mod rules;
