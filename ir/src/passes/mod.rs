@@ -335,13 +335,14 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         stage.pass(Pass::Branches);
         // The instructions on doubles that the two passes have replaced are dropped at once: otherwise
         // `fold` would take them for uses of their operands.
-        let has_doubles = stage.pass(Pass::Integers);
-        if has_doubles {
+        let mut has_checks = false;
+        if stage.pass(Pass::Integers) {
             stage.pass(Pass::Dce);
             if stage.pass(Pass::SpeculateVariables) {
                 stage.all(&[Pass::Integers, Pass::Dce]);
             }
             if stage.pass(Pass::Speculate) {
+                has_checks = true;
                 stage.all(&[Pass::Integers, Pass::Dce, Pass::Branches]);
             }
         }
@@ -367,7 +368,8 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         if stage.options.collect_bits && stage.pass(Pass::PackedBits) {
             stage.all(&[Pass::DemandedBits, Pass::Dce, Pass::Forward, Pass::Cse, Pass::Fold]);
         }
-        if stage.options.collect_bits {
+        let joins_bits = stage.options.collect_bits && stage.passes.contains(Pass::Rows);
+        if joins_bits && rows::applies(&stage.func) {
             // A select whose result is stored only to be overwritten has no other use then.
             stage.pass(Pass::DeadStores);
             if stage.pass(Pass::Rows) {
@@ -377,7 +379,7 @@ pub fn optimize(module: &mut Module, passes: impl Into<PassSet>) -> PassTimes {
         stage.options.combine_bits = true;
         stage.all(&[Pass::Narrow, Pass::Fold]);
         stage.all(&[Pass::DemandedBits, Pass::Cse, Pass::DeadStores, Pass::Dce]);
-        if has_doubles {
+        if has_checks {
             // Where a store has gone, integrality checks of what it stored guard nothing any more.
             stage.all(&[Pass::Branches, Pass::Dce]);
         }

@@ -97,8 +97,8 @@ struct Rows<'a> {
     loc: SourceLoc,
 }
 
-/// Runs the pass; gives whether it changed anything.
-pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
+/// Whether a function stores a word that may be joined of bits. Otherwise there is nothing to do.
+pub(super) fn applies(func: &FuncData) -> bool {
     let is_joined = |&inst: &Inst| match *func.inst(inst) {
         InstData::Store { at: _, value } => {
             func.ty(value) != Type::I1
@@ -106,7 +106,12 @@ pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
         }
         _ => false,
     };
-    if !func.blocks.iter().any(|block| block.insts.iter().any(is_joined)) {
+    func.blocks.iter().any(|block| block.insts.iter().any(is_joined))
+}
+
+/// Runs the pass; gives whether it changed anything.
+pub(super) fn run(func: &mut FuncData, bytes: &ImageBytes) -> bool {
+    if !applies(func) {
         return false;
     }
     let graph = Graph::new(func);

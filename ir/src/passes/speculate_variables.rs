@@ -129,6 +129,9 @@ fn is_suitable(func: &FuncData, graph: &Graph, entry: Block) -> bool {
 fn variables_to_check(func: &FuncData, graph: &Graph, floats: &FloatRanges<'_>) -> Vec<Address> {
     let mut needed = vec![false; func.value_count()];
     let mut counts: HashMap<(RegionId, u32), usize> = HashMap::new();
+    // How many operations are faster on integers, and how many operands of these do not come from
+    // variables.
+    let (mut gaining, mut others) = (0, 0);
     for &block in graph.order.iter().rev().filter(|block| !func.block(**block).cold) {
         for &inst in func.block(block).insts.iter().rev() {
             let data = func.inst(inst);
@@ -138,8 +141,10 @@ fn variables_to_check(func: &FuncData, graph: &Graph, floats: &FloatRanges<'_>) 
                     *counts.entry((at.region, at.offset)).or_default() += 1;
                 }
                 _ if gains(func, data) || is_needed && keeps_integers(func, data) => {
+                    gaining += usize::from(gains(func, data));
                     data.for_each_arg(|value| needed[value.index()] = true);
                 }
+                InstData::Load { .. } | InstData::Binary { .. } if is_needed => others += 1,
                 _ => {}
             }
         }
@@ -150,7 +155,8 @@ fn variables_to_check(func: &FuncData, graph: &Graph, floats: &FloatRanges<'_>) 
     });
     found.truncate(MAX_VARIABLES);
     let loads: usize = found.iter().map(|&(_, count)| count).sum();
-    if loads < MIN_LOADS.max(LOADS_PER_VARIABLE * found.len()) {
+    let pays = loads >= MIN_LOADS.max(LOADS_PER_VARIABLE * found.len());
+    if !pays || others * MIN_GAIN > gaining {
         return vec![];
     }
     found.sort_unstable_by_key(|&((region, offset), _)| (region.index(), offset));
