@@ -29,6 +29,7 @@ const MAY_DEPEND: &[(&str, &[&str])] = &[
             "plcc-debugger",
             "plcc-diag",
             "plcc-frontend",
+            "plcc-image",
             "plcc-ir",
             "plcc-monitor",
             "plcc-runtime",
