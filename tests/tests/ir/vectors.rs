@@ -65,7 +65,10 @@ impl Writer {
                 _ => Some(1),
             }),
             6 if is_truth => Shape::Unary("not", Box::new(sub(self, truth))),
-            6 => Shape::Unary(*self.rng.pick(&["not", "neg"]), Box::new(sub(self, number))),
+            6 => {
+                let op: &&str = self.rng.pick(&["not", "neg"]);
+                Shape::Unary(op, Box::new(sub(self, number)))
+            }
             7 if is_truth => {
                 let cond = ["eq", "ne", "slt", "sle", "sgt", "sge", "ult", "ule", "ugt", "uge"];
                 let cond = *self.rng.pick(&cond);
