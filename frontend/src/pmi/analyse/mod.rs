@@ -12,7 +12,8 @@ pub(crate) mod names;
 mod numbers_of_other_languages;
 mod other_languages;
 pub(crate) mod ports;
-pub(crate) mod specification_section;
+pub(crate) mod small_letters;
+mod specification_section;
 mod words_of_other_languages;
 
 use plcc_diag::{Diagnostic, FileId, MessageText, SourceMap};
@@ -110,7 +111,7 @@ pub(crate) fn check(
         diagnostic.help = diagnostic::default_help(diagnostic.code).map(MessageText::from);
     }
     diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
-    other_languages::note_small_letters(file, sources.text(file), &mut diagnostics);
+    small_letters::note_small_letters(file, sources.text(file), &mut diagnostics);
     (checked, diagnostics)
 }
 
