@@ -1,58 +1,19 @@
-//! Speculates that the variables of a function hold integers: checks each of them once where the function is
-//! entered.
-//!
-//! ```text
-//!                                         block9 (L0):
-//!                                             v10: f64 = load p:0       the integrality check of P0;
-//! block0 (L0):                                v11: i32 = ftoi v10       a block for each variable
-//!     P1=P0&7                                 v12: f64 = itof v11
-//!     P2=P0&56                   ==>          v13: i1 = fcmp ordered_ne v12, v10
-//!     P0=P1|P2                                brif v13, block0, block10
-//!                                         block10: the same statements, with v12 for P0, and with
-//!                                                  what was stored in P1 and P2 for these
-//!                                         block0 cold: the statements as they were
-//! ```
-//!
-//! The pass [`speculate`](super::speculate) checks operands in each statement. In functions that use their
-//! variables often, this pass makes a copy of all blocks instead, to which control goes if all variables hold
-//! integers of 32 bits. In the copy no load of such a variable is left: what was checked, or what
-//! was stored since, takes its place, as a parameter of a block where control flow joins. So the pass
-//! [`integers`](super::integers) makes integer arithmetic of the whole copy. Every store stays in its place.
-//! What the copy computes does not depend on what a variable holds later: where integers are not known, as
-//! behind a store to a computed place, it loads the variable again, and `speculate` checks it there.
-//!
-//! The function must have a single entry, no loop, and no call of a host function that is not pure outside of
-//! cold blocks. The number of loads that need no check any more must be at least
-//! [`LOADS_PER_VARIABLE`] times that of the variables, and nearly all operations of the copy must get integers.
+//! The copy of a function in which its variables hold integers.
 
 use std::collections::HashMap;
 
 use plcc_abi::IntegerForm;
 
-use super::float_range::{FloatRange, FloatRanges};
-use super::graph::Graph;
-use super::speculation_plan::called_integer_form;
-use super::value_range::ValueRanges;
+use super::super::float_range::{FloatRange, FloatRanges};
+use super::super::graph::Graph;
+use super::super::speculation_plan::called_integer_form;
+use super::super::value_range::ValueRanges;
+use super::{Check, gains};
 use crate::func::ValueData;
 use crate::{
     Address, BinaryOp, Block, BlockCall, BlockData, ConvertOp, FloatCond, FuncData, Inst, InstData,
-    IntCond, RegionId, SourceLoc, Terminator, Type, UnaryOp, Value, ValueDef,
+    IntCond, SourceLoc, Terminator, Type, Value, ValueDef,
 };
-
-/// So often must the checked variables be loaded on the average, or else a check of each costs more than it
-/// saves.
-const LOADS_PER_VARIABLE: usize = 2;
-
-/// The least number of loads for which the code is copied.
-const MIN_LOADS: usize = 24;
-
-/// The copy is of use only if not more than one in so many operations still has operands that must be
-/// checked: behind a check that may fail, a result is not known to be an integer any more.
-const MIN_GAIN: usize = 8;
-
-/// No more variables than this are checked.
-const MAX_VARIABLES: usize = 64;
-
 /// The bounds of an index are found through so many instructions.
 const MAX_STEPS: u32 = 6;
 
@@ -62,196 +23,28 @@ const SIZE: u64 = 8;
 /// What is known of each variable at a place of the copy: the double that it holds.
 type Known = Vec<Option<Value>>;
 
-/// Runs the pass; gives whether it changed anything. `finite_regions` are those of the module.
-pub(super) fn run(func: &mut FuncData, finite_regions: &[RegionId]) -> bool {
-    let &[(label, entry)] = func.entries() else { return false };
-    let graph = Graph::new(func);
-    let floats = FloatRanges::new(func, finite_regions);
-    let variables = variables_to_check(func, &graph, &floats);
-    if variables.is_empty() || !is_suitable(func, &graph, entry) {
-        return false;
-    }
-    let loc = func.block(entry).insts.first().map_or(SourceLoc::NONE, |&inst| func.loc(inst));
-    let mut copy = Copy {
-        integers: ValueRanges::new(func),
-        floats,
-        values: vec![None; func.value_count()],
-        blocks: vec![None; func.block_count()],
-        variables,
-        bits: HashMap::new(),
-        gaining: 0,
-        other_operands: 0,
-        func,
-    };
-    let checks: Vec<Check> = (0..copy.variables.len()).filter_map(|n| copy.check(n, loc)).collect();
-    if checks.len() != copy.variables.len() {
-        return false;
-    }
-    let count = copy.func.block_count();
-    copy.blocks(&graph, entry, &checks);
-    let (gaining, others) = (copy.gaining, copy.other_operands);
-    let fast = copy.blocks.get(entry.index()).copied().flatten();
-    let Some(fast) = fast.filter(|_| others * MIN_GAIN <= gaining) else {
-        func.blocks.truncate(count);
-        return false;
-    };
-    let guard = add_guard(func, checks, entry, fast);
-    func.entries = vec![(label, guard)];
-    for &block in &graph.order {
-        func.blocks[block.index()].cold = true;
-    }
-    true
-}
-
-/// Whether a function has the form that the pass can copy.
-fn is_suitable(func: &FuncData, graph: &Graph, entry: Block) -> bool {
-    let mut places = vec![0; func.block_count()];
-    for (place, &block) in graph.order.iter().enumerate() {
-        places[block.index()] = place;
-    }
-    let is_suitable = |&block: &Block| {
-        let data = func.block(block);
-        let mut goes_on = true;
-        if let Some(terminator) = &data.terminator {
-            let place = places[block.index()];
-            terminator.for_each_block(|next, _| goes_on &= places[next.index()] > place);
-        }
-        let calls_host = |&inst: &Inst| match func.inst(inst) {
-            InstData::HostCall { function, args: _ } => !function.is_pure(),
-            _ => false,
-        };
-        goes_on && !data.optimize_for_size && (data.cold || !data.insts.iter().any(calls_host))
-    };
-    graph.edges[entry.index()] == 1 && graph.order.iter().all(is_suitable)
-}
-
-/// The variables that are worth being checked, in the order of their addresses; none if it does not pay.
-fn variables_to_check(func: &FuncData, graph: &Graph, floats: &FloatRanges<'_>) -> Vec<Address> {
-    let mut needed = vec![false; func.value_count()];
-    let mut counts: HashMap<(RegionId, u32), usize> = HashMap::new();
-    // How many operations are faster on integers, and how many operands of these do not come from
-    // variables.
-    let (mut gaining, mut others) = (0, 0);
-    for &block in graph.order.iter().rev().filter(|block| !func.block(**block).cold) {
-        for &inst in func.block(block).insts.iter().rev() {
-            let data = func.inst(inst);
-            let is_needed = func.result(inst).is_some_and(|value| needed[value.index()]);
-            match *data {
-                InstData::Load { ty: _, at } if is_needed && is_variable(floats, data) => {
-                    *counts.entry((at.region, at.offset)).or_default() += 1;
-                }
-                _ if gains(func, data) || is_needed && keeps_integers(func, data) => {
-                    gaining += usize::from(gains(func, data));
-                    data.for_each_arg(|value| needed[value.index()] = true);
-                }
-                InstData::Load { .. } | InstData::Binary { .. } if is_needed => others += 1,
-                _ => {}
-            }
-        }
-    }
-    let mut found: Vec<((RegionId, u32), usize)> = counts.into_iter().collect();
-    found.sort_unstable_by_key(|&((region, offset), count)| {
-        (std::cmp::Reverse(count), region.index(), offset)
-    });
-    found.truncate(MAX_VARIABLES);
-    let loads: usize = found.iter().map(|&(_, count)| count).sum();
-    let pays = loads >= MIN_LOADS.max(LOADS_PER_VARIABLE * found.len());
-    if !pays || others * MIN_GAIN > gaining {
-        return vec![];
-    }
-    found.sort_unstable_by_key(|&((region, offset), _)| (region.index(), offset));
-    found.into_iter().map(|((region, offset), _)| Address::fixed(region, offset)).collect()
-}
-
-/// Whether an instruction loads a double from a fixed place, which is finite and not -0.
-fn is_variable(floats: &FloatRanges<'_>, data: &InstData) -> bool {
-    match data {
-        InstData::Load { ty: _, at } => {
-            at.index.is_none() && !at.volatile && floats.is_finite_load(data)
-        }
-        _ => false,
-    }
-}
-
-/// Whether an operation is faster on integers.
-fn gains(func: &FuncData, data: &InstData) -> bool {
-    let InstData::HostCall { function: _, args } = data else { return false };
-    match called_integer_form(data) {
-        Some(IntegerForm::Modulo) => {
-            let by = args.as_slice().get(1).and_then(|&by| func.constant(by));
-            by.is_some_and(|by| is_integer(by) && f64::from_bits(by as u64) != 0.0)
-        }
-        Some(IntegerForm::Range) | None => false,
-        Some(_) => true,
-    }
-}
-
-/// Whether an operation on integers gives an integer.
-fn keeps_integers(func: &FuncData, data: &InstData) -> bool {
-    match *data {
-        InstData::Unary { op: UnaryOp::Fneg | UnaryOp::Fabs | UnaryOp::Ffinite, arg: _ } => true,
-        InstData::Binary { op: BinaryOp::Fadd | BinaryOp::Fsub | BinaryOp::Fmul, args } => {
-            args.iter().all(|&arg| func.constant(arg).is_none_or(is_integer))
-        }
-        _ => false,
-    }
-}
-
-/// Whether the bits of a double are those of an integer.
-fn is_integer(bits: i64) -> bool {
-    FloatRange::constant(bits as u64).integers().is_some()
-}
-
-/// The integrality check of a variable.
-struct Check {
-    insts: Vec<Inst>,
-    /// The double that takes the variable's place.
-    double: Value,
-    /// Whether the check fails.
-    fails: Value,
-}
-
-/// Adds the blocks that make the checks, those that are used; gives the first. They go to `slow` if
-/// one fails, and else to `fast`. Each check is a block of its own, so that no double must be kept until all
-/// are checked.
-fn add_guard(func: &mut FuncData, checks: Vec<Check>, slow: Block, fast: Block) -> Block {
-    // The checks stand in no block yet, so these are the uses in the copy.
-    let counts = func.use_counts();
-    let mut next = fast;
-    for check in checks.into_iter().rev() {
-        if counts.get(check.double.index()).is_none_or(|&count| count == 0) {
-            continue;
-        }
-        let (then, otherwise) = (BlockCall::plain(slow), BlockCall::plain(next));
-        let terminator = Some(Terminator::Brif { cond: check.fails, then, otherwise });
-        func.blocks.push(BlockData { insts: check.insts, terminator, ..BlockData::default() });
-        next = Block(func.blocks.len() as u32 - 1);
-    }
-    next
-}
-
 /// A function whose blocks are being copied.
-struct Copy<'a> {
-    func: &'a mut FuncData,
-    integers: ValueRanges,
-    floats: FloatRanges<'a>,
+pub(super) struct Copy<'a> {
+    pub(super) func: &'a mut FuncData,
+    pub(super) integers: ValueRanges,
+    pub(super) floats: FloatRanges<'a>,
     /// For each value of the original its copy.
-    values: Vec<Option<Value>>,
+    pub(super) values: Vec<Option<Value>>,
     /// For each block of the original its copy.
-    blocks: Vec<Option<Block>>,
+    pub(super) blocks: Vec<Option<Block>>,
     /// The variables that are checked.
-    variables: Vec<Address>,
+    pub(super) variables: Vec<Address>,
     /// For values of the copy that are the bits of a variable, as an `i64`, the double.
-    bits: HashMap<Value, Value>,
+    pub(super) bits: HashMap<Value, Value>,
     /// How many operations of the copy are faster on integers, and how many of these have operands that are
     /// not known to be integers.
-    gaining: usize,
-    other_operands: usize,
+    pub(super) gaining: usize,
+    pub(super) other_operands: usize,
 }
 
 impl Copy<'_> {
     /// Makes the check of a variable, by its number.
-    fn check(&mut self, number: usize, loc: SourceLoc) -> Option<Check> {
+    pub(super) fn check(&mut self, number: usize, loc: SourceLoc) -> Option<Check> {
         let at = *self.variables.get(number)?;
         let mut insts = vec![];
         let load = self.append(InstData::Load { ty: Type::F64, at }, loc, &mut insts)?;
@@ -279,7 +72,7 @@ impl Copy<'_> {
     }
 
     /// Copies all blocks.
-    fn blocks(&mut self, graph: &Graph, entry: Block, checks: &[Check]) {
+    pub(super) fn blocks(&mut self, graph: &Graph, entry: Block, checks: &[Check]) {
         let before = graph.predecessors(self.func);
         let mut ends: Vec<Known> = vec![vec![]; self.func.block_count()];
         for &block in &graph.order {
