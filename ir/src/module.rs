@@ -9,7 +9,7 @@ use plcc_abi::{SourceLine, Task, TrapSite};
 
 use crate::bound::ReturnStack;
 use crate::passes::PassSet;
-use crate::{Block, Func, FuncData, Label, RegionId, SourceLoc};
+use crate::{Block, Func, FuncData, Label, RegionId, SourceLoc, Terminator};
 
 /// In how many blocks after a label the first statement is looked for. Blocks without instructions stand
 /// where conditional statements end.
@@ -94,23 +94,28 @@ impl Module {
     /// a label where none is known.
     pub fn label_lines(&self) -> Vec<Option<SourceLine>> {
         let targets = self.label_targets();
-        let line = |target: &Option<(Func, Block)>| {
-            let (func, block) = (*target)?;
-            self.line_at(self.funcs.get(func.index())?, block)
-        };
+        let line = |target: &Option<(Func, Block)>| self.line_at((*target)?, &targets);
         targets.iter().map(line).collect()
     }
 
-    /// The line of the first statement that has instructions in a block or, if it has none, in the blocks
-    /// that follow it.
-    fn line_at(&self, func: &FuncData, mut block: Block) -> Option<SourceLine> {
+    /// The line of the first statement that has instructions in a block of a function or, if it has none, in
+    /// the blocks that follow it, in the same function or behind a label. `targets` are those of the labels.
+    fn line_at(
+        &self,
+        (mut func, mut block): (Func, Block),
+        targets: &[Option<(Func, Block)>],
+    ) -> Option<SourceLine> {
         for _ in 0..MAX_EMPTY_BLOCKS {
-            let data = func.block(block);
-            let mut locs = data.insts.iter().map(|&inst| func.loc(inst));
+            let body = self.funcs.get(func.index())?;
+            let data = body.block(block);
+            let mut locs = data.insts.iter().map(|&inst| body.loc(inst));
             if let Some(loc) = locs.find(|&loc| loc != SourceLoc::NONE) {
                 return self.line(loc);
             }
-            block = data.terminator.as_ref()?.successor(0)?;
+            match data.terminator.as_ref()? {
+                Terminator::Goto(label) => (func, block) = (*targets.get(label.index())?)?,
+                terminator => block = terminator.successor(0)?,
+            }
         }
         None
     }
