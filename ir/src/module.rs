@@ -45,7 +45,7 @@ pub struct Module {
     /// The statements of the sources; a [`SourceLoc`] is an index into them.
     pub statements: Vec<Statement>,
     /// The places at which the program may be stopped, which
-    /// [`Terminator::TrapAt`](crate::Terminator::TrapAt) names by their numbers here.
+    /// [`Terminator::TrapAt`] names by their numbers here.
     pub trap_sites: Vec<TrapSite>,
     /// The size of the process image in bytes.
     pub image_size: u32,
