@@ -56,6 +56,8 @@ pub struct NativeEngine {
     /// say where a scan was stopped that took too long.
     label_lines: Vec<Option<SourceLine>>,
     lines: Vec<CodeLine>,
+    /// Where the code begins and ends in memory.
+    extent: (usize, usize),
     image_size: usize,
     /// A host function has panicked. No further scan is executed.
     host_panicked: bool,
@@ -168,9 +170,11 @@ impl NativeEngine {
             }
         };
         let entries = code.labels.iter().map(entry).collect();
+        let begin = bytes.as_ptr() as usize;
+        let extent = (begin, begin + bytes.len());
         let tasks = program.tasks.iter().map(ResumeLabels::new).collect();
         if std::env::var_os(perf::VARIABLE).is_some_and(|value| value == "1") {
-            perf::write_map(code, &program.files, bytes.as_ptr() as usize);
+            perf::write_map(code, &program.files, begin);
         }
         Ok(Self {
             #[cfg(feature = "args")]
@@ -181,6 +185,7 @@ impl NativeEngine {
             trap_sites: code.trap_sites.clone(),
             label_lines: code.label_lines.clone(),
             lines: code.lines.clone(),
+            extent,
             image_size: code.image_size as usize,
             host_panicked: false,
         })
@@ -247,7 +252,7 @@ impl NativeEngine {
 
     /// The address of the code's first byte in this process.
     pub fn address(&self) -> usize {
-        self.memory.bytes().as_ptr() as usize
+        self.extent.0
     }
 }
 
@@ -348,8 +353,7 @@ impl Engine for NativeEngine {
         let image_len = scan.image.len();
         let deadline = Deadline::new(scan.host.time_limit());
         let (epoch, limit) = (deadline.epoch(), AtomicU64::new(deadline.limit()));
-        let code = (self.address(), self.address() + self.memory.bytes().len());
-        let host = &mut *scan.host;
+        let (host, code) = (&mut *scan.host, self.extent);
         let mut call = HostCallState { image, image_len, host, code, deadline, left: None };
         let host_data = std::ptr::from_mut(&mut call);
         let context =
