@@ -66,6 +66,26 @@ static inline _Atomic uint64_t *plcc_word(const struct plcc_image *image, uint64
     return (_Atomic uint64_t *)(image->file + at);
 }
 
+static inline uint64_t plcc_area(const struct plcc_image *image, int field) {
+    return plcc_at(image, plcc_at(image, 0x78) + 8u * (unsigned)field);
+}
+
+/* Whether `count` parts of `each` bytes at an offset lie within the file, where words may be read. */
+static inline int plcc_fits(const struct plcc_image *image, uint64_t at, uint64_t count, uint64_t each) {
+    return at % 8 == 0 && at <= image->size && (each == 0 || count <= (image->size - at) / each);
+}
+/* Whether process image, table of symbols and area of inputs lie within the file: it may be damaged. */
+static inline int plcc_is_whole(const struct plcc_image *image) {
+    uint64_t inputs = plcc_at(image, 0x78);
+    if (!plcc_fits(image, plcc_at(image, 0x20), ((uint64_t)image->image_size + 7) / 8, 8)) return 0;
+    if (!plcc_fits(image, plcc_at(image, 0x68), plcc_at(image, 0x70), sizeof(struct plcc_symbol))) return 0;
+    if (!inputs) return 1;
+    if (!plcc_fits(image, inputs, 8, 8)) return 0;
+    uint64_t slots = plcc_area(image, 0), mailboxes = plcc_area(image, 1), each = plcc_area(image, 5);
+    return plcc_fits(image, plcc_area(image, 2), slots, 8) && each % 8 == 0 && each >= 0x40 && mailboxes <= 64
+        && slots <= (each - 0x40) / 48 && plcc_fits(image, plcc_area(image, 4), mailboxes, each);
+}
+
 /* Opens an image file; with `write`, also to give inputs. Gives 0, or -1 where it is none. */
 static inline int plcc_image_open(struct plcc_image *image, const char *path, int write) {
     memset(image, 0, sizeof *image);
@@ -82,7 +102,7 @@ static inline int plcc_image_open(struct plcc_image *image, const char *path, in
     if (map == MAP_FAILED) return -1;
     image->file = map;
     image->image_size = ((const uint32_t *)image->file)[0x1C / 4];
-    if (memcmp(image->file, "PLCCIMG1\1", 9) == 0) image->image = calloc(1, image->image_size + 8);
+    if (memcmp(image->file, "PLCCIMG1\1", 9) == 0 && plcc_is_whole(image)) image->image = calloc(1, image->image_size + 8);
     if (image->image) return 0;
     munmap(map, image->size);
     return -1;
@@ -119,7 +139,8 @@ static inline const char *plcc_image_name(const struct plcc_image *image, const 
 static inline const struct plcc_symbol *plcc_image_find(const struct plcc_image *image, const char *name) {
     const struct plcc_symbol *symbol;
     for (uint64_t n = 0; (symbol = plcc_image_symbol(image, n)); n++)
-        if (symbol->name_length == strlen(name) && !memcmp(plcc_image_name(image, symbol), name, symbol->name_length))
+        if (symbol->name_length == strlen(name) && symbol->name <= image->size
+            && symbol->name_length <= image->size - symbol->name && !memcmp(plcc_image_name(image, symbol), name, symbol->name_length))
             return symbol;
     return 0;
 }
@@ -153,9 +174,6 @@ static inline double plcc_image_value(const struct plcc_image *image, const stru
     return plcc_place_value(image, lines ? symbol->line : symbol->value);
 }
 
-static inline uint64_t plcc_area(const struct plcc_image *image, int field) {
-    return plcc_at(image, plcc_at(image, 0x78) + 8u * (unsigned)field);
-}
 static inline uint64_t plcc_mailbox(const struct plcc_image *image, int mailbox) {
     return plcc_area(image, 4) + (uint64_t)mailbox * plcc_area(image, 5);
 }
@@ -231,11 +249,12 @@ static inline int plcc_inputs_begin(struct plcc_image *image, const char *name) 
 
 /* Claims a variable. Gives 0, or -1 where it can't be given or another process that lives gives it. */
 static inline int plcc_inputs_claim(struct plcc_image *image, const struct plcc_symbol *symbol) {
-    if (image->mailbox < 0 || !symbol->slot_plus_one) return -1;
+    if (image->mailbox < 0 || !symbol->slot_plus_one || symbol->slot_plus_one > plcc_area(image, 0)) return -1;
     _Atomic uint64_t *owner = plcc_word(image, plcc_area(image, 2) + (symbol->slot_plus_one - 1) * 8);
     uint64_t old = atomic_load(owner), own = (uint64_t)image->mailbox + 1;
     do {
-        if (old && old != own && plcc_lives(atomic_load(plcc_word(image, plcc_mailbox(image, (int)old - 1))))) return -1;
+        if (old && old != own && old <= plcc_area(image, 1)
+            && plcc_lives(atomic_load(plcc_word(image, plcc_mailbox(image, (int)old - 1))))) return -1;
     } while (!atomic_compare_exchange_weak(owner, &old, own));
     plcc_count_claim(image);
     return 0;

@@ -308,6 +308,16 @@ int main(int count, char **arguments) {
     let output = std::process::Command::new(&binary).arg(&path).output().unwrap();
     assert_eq!(String::from_utf8(output.stdout).unwrap(), "7 7 44\n", "{}", output.status);
     assert!(output.status.success());
+    // A file whose parts would not lie within it is refused.
+    let whole = std::fs::read(&path).unwrap();
+    for at in [layout::AT_IMAGE, layout::AT_SYMBOLS, layout::AT_SYMBOLS_COUNT, layout::AT_INPUTS] {
+        let mut damaged = whole.clone();
+        damaged[at..at + 8].copy_from_slice(&(u64::MAX / 16).to_le_bytes());
+        let path = folder.0.join("damaged");
+        std::fs::write(&path, damaged).unwrap();
+        let output = std::process::Command::new(&binary).arg(&path).output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "the header's word at {at:#x}");
+    }
     let mut scan = crate::journal::ScanJournal::discarding();
     publisher.latch(&mut executive, 8, false, &mut scan);
     let value = |executive: &mut crate::pmi::PmiExecutive, name| {
