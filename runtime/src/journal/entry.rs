@@ -305,22 +305,23 @@ impl fmt::Display for EntryKind {
                     2 => " and another input".into(),
                     _ => format!(" and {} other inputs", count - 1),
                 };
-                let (has, values) = if *count > 1 { ("have", "values") } else { ("has", "value") };
+                let (have, them) = match count {
+                    0 | 1 => ("has its safe value", "it"),
+                    _ => ("have their safe values", "them"),
+                };
                 match *change {
                     "begun" => write!(f, "{writer} gives {first}{and} from here on"),
-                    "late" => write!(
-                        f,
-                        "{first}{and} came too late from {writer}, and {has} safe {values}"
-                    ),
-                    "released" => write!(
-                        f,
-                        "{first}{and} {has} safe {values}: the process that gave {values} has gone"
-                    ),
+                    "late" => {
+                        write!(f, "{first}{and} came too late from {writer}, and {have}")
+                    }
+                    "released" => {
+                        write!(f, "{first}{and} {have}: the process that gave {them} has gone")
+                    }
                     "recovered" => write!(f, "{first}{and} came from {writer} again"),
                     _ => write!(
                         f,
-                        "{writer} gives {first}{and} {values} that can't be taken; the last good \
-                         {values} count until they are too old"
+                        "what {writer} gives {first}{and} can't be taken; the last good value \
+                         counts until it is too old"
                     ),
                 }
             }
