@@ -94,11 +94,11 @@ impl Shop {
         command
     }
 
-    /// A control with the program; no tick is skipped, however busy the computer is.
+    /// A control with the program; no tick is skipped, and no scan is too late, however busy the computer is.
     fn control(&self, options: &[&str]) -> Killed {
         let mut command = Command::new(plcrt());
         command.args(["p.plcx", "--realtime", "--no-supervisor", "--overrun", "catch-up=1000000"]);
-        command.args(["--socket", "socket"]).args(options).current_dir(&self.0);
+        command.args(["--watchdog", "1h", "--socket", "socket"]).args(options).current_dir(&self.0);
         let mut control = Killed(command.stderr(Stdio::null()).spawn().unwrap());
         wait("the control's socket", || {
             assert!(control.0.try_wait().unwrap().is_none(), "the control has ended");
