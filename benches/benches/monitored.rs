@@ -15,57 +15,20 @@
 //! on what else the computer does, so the table is only worth something on one that does nothing else.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::panic)]
 
-use std::cell::RefCell;
 use std::io::Write;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use clap::Parser;
-use plcc::compile;
-use plcc::disk::Disk;
-use plcc_abi::Dialect;
-use plcc_codegen::OptLevel;
-use plcc_diag::SourceMap;
-use plcc_frontend::common::Options;
+use plcc_benches::lateness::{self, Lateness};
 use plcc_monitor::view::{Screen, TargetKind};
 use plcc_monitor::{Session, Target};
-use plcc_runtime::args::RunArgs;
-use plcc_runtime::run::Clock;
-use plcc_runtime::session;
 
 /// The argument by which the program knows that it is a client; what it does and the socket follow.
 const CLIENT: &str = "--client";
 
 const CLIENTS: [&str; 5] = ["alone", "monitor", "flood", "hang", "leave"];
-
-#[derive(Parser)]
-struct Args {
-    #[command(flatten)]
-    run: RunArgs,
-}
-
-/// The system's clock, which notes how much longer than asked for each wait took, in nanoseconds.
-#[derive(Debug)]
-struct Measured(RefCell<Vec<u32>>);
-
-impl Clock for Measured {
-    fn now(&self) -> Instant {
-        Instant::now()
-    }
-
-    fn sleep(&self, time: Duration) {
-        let before = Instant::now();
-        std::thread::sleep(time);
-        let late = before.elapsed().saturating_sub(time);
-        let mut noted = self.0.borrow_mut();
-        // No allocation while ticks are paced: what does not fit is left out.
-        if noted.len() < noted.capacity() {
-            noted.push(u32::try_from(late.as_nanos()).unwrap_or(u32::MAX));
-        }
-    }
-}
 
 /// A client that is ended with its run.
 struct Ended(Child);
@@ -92,43 +55,25 @@ fn main() {
     );
     for client in CLIENTS {
         let late = run(client, seconds);
-        let at = |part: f64| {
-            let index = ((late.len() as f64 * part) as usize).min(late.len().saturating_sub(1));
-            f64::from(late.get(index).copied().unwrap_or(0)) / 1000.0
-        };
         println!(
             "{client:<10} {:>8} {:>10.1} {:>10.1} {:>10.1}",
-            late.len(),
-            at(0.5),
-            at(0.999),
-            at(1.0)
+            late.ticks(),
+            late.at(0.5),
+            late.at(0.999),
+            late.at(1.0)
         );
     }
 }
 
-/// Runs the lathe beside a client; the lateness of its ticks in nanoseconds, sorted.
-fn run(client: &str, seconds: usize) -> Vec<u32> {
-    let mut sources = SourceMap::new();
-    let file = sources.add("lathe.pmi", include_bytes!("../../examples/pmi/lathe.pmi"));
-    let options = Options::default();
-    let (checked, _) = compile::check(&mut sources, &[file], Dialect::Pmi, &Disk, &options);
-    let lowered = checked.unwrap().optimized(OptLevel::Speed).unwrap();
-    let (mut engine, _) = compile::jit(&lowered).unwrap();
+/// Runs the lathe beside a client.
+fn run(client: &str, seconds: usize) -> Lateness {
     let socket = socket_path();
     let _ = std::fs::remove_file(&socket);
-    let time = format!("{seconds}s");
     let path = socket.display().to_string();
-    let words = ["run", "--realtime", "--period", "1", "--for", &time, "--socket", &path];
-    let args = Args::try_parse_from(words).unwrap_or_else(|error| panic!("{error}"));
     let mut command = Command::new(std::env::current_exe().unwrap());
     command.args([CLIENT, client]).arg(&socket).stdout(Stdio::null()).stderr(Stdio::null());
     let _client = Ended(command.spawn().unwrap());
-    let clock = Measured(RefCell::new(Vec::with_capacity(seconds * 1000 + 1000)));
-    let status = session::run_with_clock(&lowered.program, &mut engine, &args.run, None, &clock);
-    assert_eq!(status, 0, "the run did not come to its end");
-    let mut late = clock.0.into_inner();
-    late.sort_unstable();
-    late
+    lateness::of_the_lathe(seconds, &["--socket", &path])
 }
 
 fn socket_path() -> PathBuf {
