@@ -5,12 +5,13 @@ use std::os::unix::net::UnixStream;
 use std::time::{Duration, Instant};
 
 use super::protocol::MAX_REQUEST;
+use super::token_bucket::TokenBucket;
 use crate::Peer;
 
-/// Requests a second that a client may make in the long run. Together with [`BURST`] it makes a token
-/// bucket: each request takes a token, and tokens come at this rate.
+/// Requests a second that a client may make in the long run: the rate of a [`TokenBucket`], of which each
+/// request takes a token.
 const RATE: f64 = 200.0;
-/// Requests that a client may make at once after a rest: as many tokens as are kept at most.
+/// Requests that a client may make at once after a rest.
 const BURST: f64 = 100.0;
 /// A client that takes nothing of a reply for so long is disconnected.
 const STALL: Duration = Duration::from_secs(10);
@@ -44,9 +45,7 @@ pub(super) struct Connection {
     /// How many bytes of it are sent.
     sent: usize,
     /// How many requests the client may make now.
-    tokens: f64,
-    /// When `tokens` was last brought up to date.
-    refilled_at: Instant,
+    tokens: TokenBucket,
 }
 
 impl Connection {
@@ -61,8 +60,7 @@ impl Connection {
             input: vec![],
             output: vec![],
             sent: 0,
-            tokens: BURST,
-            refilled_at: now,
+            tokens: TokenBucket::new(RATE, BURST, now),
         }
     }
 
@@ -74,24 +72,17 @@ impl Connection {
     /// Whether bytes are to be read: the client has its reply to everything before, and has not asked
     /// too often.
     pub(super) fn wants_input(&mut self, now: Instant) -> bool {
-        self.refill(now);
+        self.tokens.refill(now);
         !self.waits
             && !self.ends
             && !self.has_output()
-            && self.tokens >= 1.0
+            && !self.tokens.is_empty()
             && self.input.len() <= MAX_REQUEST
     }
 
     /// Whether the client has asked so often that it has to wait.
     pub(super) fn is_limited(&self) -> bool {
-        self.tokens < 1.0
-    }
-
-    /// Adds the tokens of the time that has passed.
-    fn refill(&mut self, now: Instant) {
-        let passed = now.saturating_duration_since(self.refilled_at).as_secs_f64();
-        self.refilled_at = now;
-        self.tokens = (self.tokens + passed * RATE).min(BURST);
+        self.tokens.is_empty()
     }
 
     /// Reads what is there.
@@ -112,14 +103,14 @@ impl Connection {
     /// The next whole line that was read, without its line feed. `None` if there is none, or no request
     /// may be taken now; an error if the line is too long.
     pub(super) fn next_line(&mut self, now: Instant) -> Option<Result<Vec<u8>, ()>> {
-        self.refill(now);
-        if self.waits || self.ends || self.has_output() || self.tokens < 1.0 {
+        self.tokens.refill(now);
+        if self.waits || self.ends || self.has_output() || self.tokens.is_empty() {
             return None;
         }
         let end = self.input.iter().position(|&byte| byte == b'\n');
         match end {
             Some(end) if end < MAX_REQUEST => {
-                self.tokens -= 1.0;
+                self.tokens.take();
                 let line = self.input.drain(..=end).take(end).collect();
                 Some(Ok(line))
             }

@@ -12,6 +12,7 @@
 //! | --- | --- |
 //! | `protocol.rs` | requests and replies as text |
 //! | `server.rs`, `connection.rs`, `peer.rs` | the socket, its clients, who they are |
+//! | `token_bucket.rs` | how often a client may ask, and connections are accepted |
 //! | `requests.rs` | what each request does |
 //! | `program.rs` | the program as the socket's thread knows it |
 //! | `commands.rs` | what goes between the two threads |
@@ -29,6 +30,7 @@ mod requests;
 mod server;
 #[cfg(test)]
 mod tests;
+mod token_bucket;
 
 pub(crate) use commands::{Reached, queues};
 pub use dialogue::Dialogue;

@@ -22,12 +22,19 @@ use super::connection::{Connected, Connection};
 use super::peer::Admitted;
 use super::protocol::{Envelope, Failure, MAX_REQUEST, reply};
 use super::requests::{Handled, Requests};
+use super::token_bucket::TokenBucket;
 use crate::Peer;
 use crate::files::why_not_written;
 use crate::journal::EntryKind;
 
 /// How many clients are connected at most.
 const MAX_CLIENTS: usize = 16;
+/// Connections a second that are accepted in the long run, of all clients together. Without a limit a client that
+/// connects, asks and leaves without end would go round the limit of a connection, and keep this thread busy.
+/// The others wait in the listener's queue.
+const ACCEPT_RATE: f64 = 50.0;
+/// Connections that are accepted at once after a rest.
+const ACCEPT_BURST: f64 = MAX_CLIENTS as f64;
 /// How long the thread sleeps at most when nothing waits for an answer.
 const IDLE: Duration = Duration::from_millis(100);
 /// How often it looks for answers. The thread that runs the ticks can't wake it, since that would be
@@ -115,7 +122,10 @@ impl Server {
         let listener = open(path, mode)?;
         let ends = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&ends);
-        let body = move || SocketThread::new(listener, admitted, requests).run(&flag);
+        let body = move || {
+            let now = Instant::now();
+            SocketThread::new(listener, admitted, requests, now).run(&flag);
+        };
         let thread = thread::Builder::new().name("socket".into()).spawn(body);
         let thread = thread.map_err(|error| SocketError::Io(path.to_owned(), error))?;
         Ok(Self { path: path.to_owned(), ends, thread: Some(thread) })
@@ -145,6 +155,8 @@ struct SocketThread {
     requests: Requests,
     connections: Vec<Connection>,
     next_number: u64,
+    /// How many connections may be accepted now.
+    accept_tokens: TokenBucket,
     /// The requests that wait, in the order in which their answers will come.
     waiting: VecDeque<Waiting>,
     /// Who is served.
@@ -152,28 +164,39 @@ struct SocketThread {
 }
 
 impl SocketThread {
-    fn new(listener: UnixListener, admitted: Admitted, requests: Requests) -> Self {
+    fn new(
+        listener: UnixListener,
+        admitted: Admitted,
+        requests: Requests,
+        now: Instant,
+    ) -> Self {
         let (connections, waiting) = (vec![], VecDeque::new());
-        Self { listener, requests, connections, next_number: 0, waiting, admitted }
+        let accept_tokens = TokenBucket::new(ACCEPT_RATE, ACCEPT_BURST, now);
+        Self { listener, requests, connections, next_number: 0, accept_tokens, waiting, admitted }
     }
 
     fn run(&mut self, ends: &AtomicBool) {
         while !ends.load(Ordering::Relaxed) {
-            let ready = self.wait();
-            let now = Instant::now();
-            if ready.first().is_some_and(|ready| *ready) {
-                self.accept(now);
-            }
-            self.answer(now);
-            self.serve(ready.get(1..).unwrap_or_default(), now);
+            let ready = self.wait(Instant::now());
+            self.act(&ready, Instant::now());
         }
     }
 
-    /// Waits until something can be done. Gives whether the listener is ready, and then for each
-    /// connection whether that is.
-    fn wait(&mut self) -> Vec<bool> {
-        let now = Instant::now();
-        let mut limited = false;
+    /// Does what can be done: for whom [`wait`](Self::wait) has found ready, and for those whose answers have come.
+    fn act(&mut self, ready: &[bool], now: Instant) {
+        if ready.first().is_some_and(|ready| *ready) {
+            self.accept(now);
+        }
+        self.answer(now);
+        self.serve(ready.get(1..).unwrap_or_default(), now);
+    }
+
+    /// Waits until something can be done. Gives whether a connection can be accepted, and then for each
+    /// connection whether that is ready.
+    fn wait(&mut self, now: Instant) -> Vec<bool> {
+        self.accept_tokens.refill(now);
+        let mut limited = self.accept_tokens.is_empty();
+        let listened = if limited { PollFlags::empty() } else { PollFlags::IN };
         let flags: Vec<PollFlags> = self
             .connections
             .iter_mut()
@@ -190,7 +213,7 @@ impl SocketThread {
                 }
             })
             .collect();
-        let mut fds = vec![PollFd::new(&self.listener, PollFlags::IN)];
+        let mut fds = vec![PollFd::new(&self.listener, listened)];
         let of = self.connections.iter().zip(flags);
         fds.extend(
             of.map(|(connection, flags)| {
@@ -210,6 +233,7 @@ impl SocketThread {
 
     fn accept(&mut self, now: Instant) {
         let Ok((stream, _)) = self.listener.accept() else { return };
+        self.accept_tokens.take();
         if stream.set_nonblocking(true).is_err() {
             return;
         }
@@ -311,7 +335,41 @@ impl SocketThread {
 
 #[cfg(test)]
 mod tests {
+    use std::os::unix::net::UnixStream;
+
     use super::*;
+    use crate::socket::tests;
+
+    #[test]
+    fn clients_that_connect_and_leave_again_and_again_are_slowed_down_to_the_rate() {
+        let folder = std::env::temp_dir().join(format!("plcc-accept-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("socket");
+        let listener = open(&path, 0o600).unwrap();
+        let now = Instant::now();
+        let (requests, _scan_end) = tests::requests();
+        let admitted = Admitted::new(&[], &[]);
+        let mut thread = SocketThread::new(listener, admitted, requests, now);
+        for _ in 0..100 {
+            drop(UnixStream::connect(&path).unwrap());
+        }
+        // How many are accepted when the clock stands still at `now`: it goes on until nothing more is ready.
+        let mut accepted_at = |now: Instant| {
+            let before = thread.next_number;
+            while let ready = thread.wait(now)
+                && ready.contains(&true)
+            {
+                thread.act(&ready, now);
+            }
+            assert!(thread.connections.is_empty(), "all of them have left");
+            thread.next_number - before
+        };
+        assert_eq!(accepted_at(now), ACCEPT_BURST as u64);
+        assert_eq!(accepted_at(now), 0);
+        assert_eq!(accepted_at(now + Duration::from_millis(200)), (ACCEPT_RATE / 5.0) as u64);
+        assert_eq!(accepted_at(now + Duration::from_secs(60)), ACCEPT_BURST as u64);
+        fs::remove_dir_all(&folder).unwrap();
+    }
 
     #[test]
     fn a_dead_process_socket_is_replaced_and_a_living_one_is_not() {

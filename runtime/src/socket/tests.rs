@@ -4,7 +4,7 @@ use plcc_abi::pmi::{Format, Lines, PORTS, PmiTables, Role, Symbol, Type};
 use plcc_abi::{Program, Tables, Task};
 use serde_json::{Value as Json, json};
 
-use super::commands::queues;
+use super::commands::{ScanEnd, queues};
 use super::protocol::{Assignment, Permission, Request};
 use super::requests::{Handled, Requests, Surroundings};
 use crate::Peer;
@@ -41,11 +41,11 @@ fn status(requests: &mut Requests) -> Json {
     }
 }
 
-#[test]
-fn a_force_that_finds_no_room_in_the_queue_is_not_in_effect() {
+/// Requests to a run of the program, and the end of its queues that the thread which runs the ticks has.
+pub(super) fn requests() -> (Requests, ScanEnd) {
     let program = program();
     let executive = PmiExecutive::new(&program, PmiOptions::default()).unwrap();
-    let (_scan_end, socket_end) = queues();
+    let (scan_end, socket_end) = queues();
     let surroundings = Surroundings {
         program: std::sync::Arc::new(program),
         allow: vec![Permission::Force, Permission::Stop],
@@ -62,7 +62,12 @@ fn a_force_that_finds_no_room_in_the_queue_is_not_in_effect() {
         journal: Journal::discarding(),
     };
     let reached = std::sync::Arc::default();
-    let mut requests = Requests::new(Box::new(executive), socket_end, reached, surroundings);
+    (Requests::new(Box::new(executive), socket_end, reached, surroundings), scan_end)
+}
+
+#[test]
+fn a_force_that_finds_no_room_in_the_queue_is_not_in_effect() {
+    let (mut requests, _scan_end) = requests();
     let by = Peer { user: "somebody".into(), uid: 1, pid: 1, command: "test".into() };
     let force =
         || Request::Force { values: vec![Assignment { name: "LAMP".into(), value: 1.into() }] };
