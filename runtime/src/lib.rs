@@ -73,6 +73,8 @@ pub mod run;
 pub mod safe_outputs;
 #[cfg(feature = "args")]
 pub mod session;
+#[cfg(feature = "args")]
+mod signal_listener;
 mod small_thread;
 #[cfg(feature = "args")]
 pub mod socket;

@@ -251,3 +251,22 @@ fn a_system_call_that_fails_ends_in_no_panic() {
         }
     }
 }
+
+/// The byte that wakes the thread which waits for signals can be neither written nor read.
+#[test]
+fn signals_end_a_run_although_nothing_wakes_their_thread() {
+    let folder = folder("signals-without-wake-up");
+    // A signal in the 20th wait for a tick; without it the run would end by itself.
+    let faults = [
+        ["-e", "inject=recvfrom:error=EIO"],
+        ["-e", "inject=sendto:error=EPIPE"],
+        ["-e", "inject=clock_nanosleep:signal=SIGTERM:when=20"],
+    ];
+    let args = "b.plcx --realtime --watchdog 1h --no-supervisor --ticks 1000 --dump d.json";
+    let args: Vec<&str> = args.split(' ').collect();
+    let Some(output) = traced(&folder, &faults.concat(), &args) else { return };
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{text}");
+    assert!(!text.contains("panicked"), "{text}");
+    assert!(folder.path("d.json").exists(), "the dump is written");
+}

@@ -19,10 +19,11 @@ use std::{fs, process};
 #[cfg(target_os = "linux")]
 use nix::sys::signal::{SigSet, Signal};
 use signal_hook::consts;
-use signal_hook::iterator::{Handle, Signals};
+use signal_hook::iterator::Handle;
 
 use super::{INTERRUPTED, SessionError, message};
 use crate::journal::Journal;
+use crate::signal_listener::SignalListener;
 use crate::small_thread::small_thread;
 
 /// Signals within this time from the first one are that one.
@@ -65,7 +66,7 @@ impl EndSignals {
             wanted.push(consts::SIGTSTP);
         }
         signal_hook::flag::register(consts::SIGXFSZ, Arc::default()).map_err(failed)?;
-        let signals = Signals::new(wanted).map_err(failed)?;
+        let signals = SignalListener::new(wanted).map_err(failed)?;
         let handle = signals.handle();
         let flag = Arc::clone(flag);
         let refusals = refusals.cloned();
@@ -86,13 +87,13 @@ impl Drop for EndSignals {
 }
 
 /// Waits for signals until the handle is closed.
-fn wait(mut signals: Signals, flag: &AtomicBool, refusals: Option<&Journal>) {
+fn wait(mut signals: SignalListener, flag: &AtomicBool, refusals: Option<&Journal>) {
     if refusals.is_some() {
         take_suspension();
     }
     let mut first = None;
     let mut refused: Option<Instant> = None;
-    for signal in signals.forever() {
+    for signal in &mut signals {
         let now = Instant::now();
         if signal == consts::SIGTSTP {
             // Whoever holds the keys down is told once a second.

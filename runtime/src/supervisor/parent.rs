@@ -16,7 +16,6 @@ use std::time::{Duration, Instant};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open};
 use signal_hook::consts;
-use signal_hook::iterator::Signals;
 
 use super::link::is_timeout;
 use super::notify::Notifier;
@@ -27,6 +26,7 @@ use crate::session::{
     STOPPED, USAGE, ignores_hangup, open_output_file, realtime_priority, refuse_suspension,
     take_suspension,
 };
+use crate::signal_listener::SignalListener;
 use crate::small_thread::small_thread;
 
 /// How long the supervisor waits for a heartbeat before it looks at the clock, in nanoseconds.
@@ -173,11 +173,11 @@ fn pass_signals_on(signalled: &Arc<Signalled>) -> Result<(), String> {
     }
     #[cfg(target_os = "linux")]
     wanted.push(Signal::POWER.as_raw());
-    let mut signals = Signals::new(wanted).map_err(failed)?;
+    let signals = SignalListener::new(wanted).map_err(failed)?;
     let signalled = Arc::clone(signalled);
     let pass_on = move || {
         take_suspension();
-        for signal in signals.forever() {
+        for signal in signals {
             if signal != consts::SIGTSTP {
                 signalled.is_to_end.store(true, Ordering::SeqCst);
             }
