@@ -202,6 +202,7 @@ const REPLACE_ATTEMPTS: u32 = 200;
 const REPLACE_PAUSE: Duration = Duration::from_millis(5);
 
 /// The temporary file that [`replace`] and [`can_replace`] write for this path.
+#[cfg(feature = "args")]
 pub(crate) fn temporary_of(path: &Path) -> PathBuf {
     target_and_temporary(path).1
 }

@@ -42,6 +42,7 @@ pub(crate) struct RecorderProgram {
     /// A buffer for the state outside the image.
     state: Vec<u8>,
     /// A queue that has room for the program's checkpoints, where the one of the run has none.
+    #[cfg_attr(not(feature = "args"), expect(dead_code, reason = "only online changes read it"))]
     queue: Option<LargerQueue>,
 }
 

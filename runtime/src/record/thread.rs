@@ -44,6 +44,7 @@ fn queue_length(executive: &dyn Executive) -> usize {
 /// The scan's end of a queue that takes the place of the run's one with an online change, since the new
 /// program's checkpoints have no room in that. All its memory is there beforehand.
 #[derive(Debug)]
+#[cfg_attr(not(feature = "args"), expect(dead_code, reason = "only online changes make one"))]
 pub(crate) struct LargerQueue {
     frames: Producer<u8>,
     in_use: Arc<AtomicBool>,
@@ -52,6 +53,7 @@ pub(crate) struct LargerQueue {
 impl LargerQueue {
     /// Exchanges the queue that a recorder fills for this one, if this is larger. Nothing is allocated or
     /// freed: the former queue is in this value afterwards.
+    #[cfg(feature = "args")]
     pub(super) fn put_in_use(&mut self, queue: &mut Producer<u8>) {
         if self.frames.buffer().capacity() > queue.buffer().capacity() {
             std::mem::swap(&mut self.frames, queue);
@@ -165,6 +167,7 @@ impl RecordThread {
 /// The list of the programs of a run that is being recorded. Whoever prepares an online change adds the new
 /// program.
 #[derive(Clone, Debug)]
+#[cfg_attr(not(feature = "args"), expect(dead_code, reason = "only online changes read all"))]
 pub struct RecordedPrograms {
     programs: Programs,
     next_queues: NextQueues,
@@ -183,6 +186,7 @@ impl RecordedPrograms {
     /// A longer queue for the run, if the one with which it began is too short for this executive's
     /// checkpoints. It allocates memory, so it is called before an online change, in another thread than
     /// that of the ticks.
+    #[cfg(feature = "args")]
     pub(crate) fn larger_queue(&self, executive: &dyn Executive) -> Option<LargerQueue> {
         let length = queue_length(executive);
         if length <= self.length {
